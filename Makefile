@@ -1,0 +1,53 @@
+# touchplate: `make demo` shows it, `make test` checks it.
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+STAMP  := $(VENV)/.installed
+PIP    := $(BIN)/python -m pip --disable-pip-version-check
+
+# The solves here are small: BLAS threads on top of ours make them slower, not faster.
+export OMP_NUM_THREADS := 1
+export OPENBLAS_NUM_THREADS := 1
+
+.PHONY: help install demo test quick lint format bench system-deps clean
+
+help:  ## this list
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
+
+install: $(STAMP)  ## build .venv and install everything into it
+
+$(STAMP): requirements.lock pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit("touchplate needs Python 3.11 or newer, got %d.%d; run make PYTHON=python3.11" % sys.version_info[:2] if sys.version_info < (3, 11) else 0)'
+	$(PYTHON) -m venv $(VENV)
+	$(PIP) install --quiet --requirement requirements.lock
+	$(PIP) install --quiet --no-deps --no-build-isolation --editable .
+	@touch $(STAMP)
+
+demo: $(STAMP)  ## start the digital twin of the bench and print the address of its page
+	@exec $(BIN)/touchplate run twin
+
+test: $(STAMP) lint  ## linters, types, import layers and every test
+	$(BIN)/python -m pytest
+
+quick: $(STAMP)  ## the tests without the slow statistics
+	$(BIN)/python -m pytest -m "not slow"
+
+lint: $(STAMP)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/pyright
+	$(BIN)/lint-imports
+
+format: $(STAMP)  ## put the code into its form
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+bench: $(STAMP)  ## print the figures of the README
+	$(BIN)/python benchmarks/whole_way.py
+
+system-deps:  ## Debian packages that the browser and display tests need (run as root)
+	apt-get update -qq
+	apt-get install -y -qq --no-install-recommends chromium xvfb
+
+clean:  ## remove the virtual environment and caches of the tools
+	rm -rf $(VENV) .pytest_cache .ruff_cache .import_linter_cache build dist

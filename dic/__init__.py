@@ -1,0 +1,1 @@
+"""Digital image correlation: images in; displacement, strain, quality and uncertainty out."""

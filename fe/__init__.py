@@ -1,0 +1,1 @@
+"""Plate mechanics: plate and touches in; displacement and strain out."""

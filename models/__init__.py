@@ -1,0 +1,1 @@
+"""Touches from measurements: forward models, solver, nets, training and scores."""

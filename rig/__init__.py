@@ -1,0 +1,1 @@
+"""The bench: scenes, cameras, projector, live loop, operator page and commands."""

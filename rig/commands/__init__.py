@@ -1,0 +1,1 @@
+"""Commands of `touchplate`, one a file."""

@@ -1,0 +1,1 @@
+"""What a camera would see: speckle, camera, light and sensor, with exact truth."""
