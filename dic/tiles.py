@@ -1,0 +1,299 @@
+"""Tile sums: what a frame says about small motions of the pattern, pixel by pixel, in one pass.
+
+With the reference f, its gradient ∇f and the difference e = g - f of a frame g, the sums Σ∇f∇fᵀ and
+Σ∇f·e over small tiles are a sufficient statistic for every motion that is smooth over a tile:
+whatever is fitted to them is fitted to the pixels. The *reference* is moved to the expected motion,
+never the frame: the frame's noise stays white, the spline is prepared once, and a motion that is
+constant over a tile makes the interpolation separable.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy import ndimage
+
+MARGIN = 8  # px kept free at the border, so that a moved tile still lies on the picture
+
+
+@dataclass(frozen=True)
+class TileReference:
+    """The undeformed picture, prepared for tile sums.
+
+    Attributes
+    ----------
+    image : (H, W) float32, grey levels
+        Mean of the reference frames.
+    coefficients : (H, W) float32
+        Cubic B-spline coefficients of `image`.
+    gradient : (2, H, W) float32, grey levels per px
+        ∂f/∂x and ∂f/∂y of the spline at the pixels.
+    size : int, px
+        Side of a tile.
+    origin : (2,) int, px
+        Column and row of the first pixel of the first tile.
+    shape : (rows, columns) of tiles
+    hessian : (T, 3) float64
+        Σfx², Σfxfy, Σfy² of each tile, T = rows · columns in row-major order.
+    light : (T, 6) float64
+        Σfx f, Σfy f, Σfx, Σfy, Σf², Σf: how a gain and an offset of the light mix with motion.
+    """
+
+    image: NDArray[np.float32]
+    coefficients: NDArray[np.float32]
+    gradient: NDArray[np.float32]
+    size: int
+    origin: tuple[int, int]
+    shape: tuple[int, int]
+    hessian: NDArray[np.float64]
+    light: NDArray[np.float64]
+
+    @property
+    def xs(self) -> NDArray[np.float64]:
+        """Columns of the tile centres, (columns,) px."""
+        return self.origin[0] + (self.size - 1) / 2 + self.size * np.arange(self.shape[1])
+
+    @property
+    def ys(self) -> NDArray[np.float64]:
+        """Rows of the tile centres, (rows,) px."""
+        return self.origin[1] + (self.size - 1) / 2 + self.size * np.arange(self.shape[0])
+
+    @property
+    def xy(self) -> NDArray[np.float64]:
+        """Centres of the tiles, (T, 2) px."""
+        x, y = np.meshgrid(self.xs, self.ys)
+        return np.column_stack([x.ravel(), y.ravel()])
+
+
+@dataclass(frozen=True)
+class TileSums:
+    """Sums of one frame over the tiles of a reference that was moved by `flow`.
+
+    Attributes
+    ----------
+    gradient : (T, 2) float64
+        Σ∇f·e with e = g - f. The motion left over, δ = d - flow, obeys H δ = -Σ∇f·e.
+    e, ee, ef : (T,) float64
+        Σe, Σe², Σe·f.
+    flow : (T, 2) float64, px
+        Motion by which the reference was moved before it was compared; zero if it was not.
+    """
+
+    gradient: NDArray[np.float64]
+    e: NDArray[np.float64]
+    ee: NDArray[np.float64]
+    ef: NDArray[np.float64]
+    flow: NDArray[np.float64]
+
+
+def prepare_tiles(image: NDArray, size: int = 16) -> TileReference:
+    """Prepare a reference picture for tile sums.
+
+    Parameters
+    ----------
+    image : (H, W) array, grey levels
+        The mean of several frames where they can be had: noise in ∇f makes motion look too small.
+    size : int, px
+        Side of a tile, 4 or more.
+
+    Raises
+    ------
+    ValueError
+        If the picture is not grey, holds NaN, or is too small for one tile.
+    """
+    picture = _grey(image)
+    height, width = picture.shape
+    rows, columns = (height - 2 * MARGIN) // size, (width - 2 * MARGIN) // size
+    if size < 4 or rows < 1 or columns < 1:
+        raise ValueError(
+            f"tile size must be 4 px or more and fit the picture less {MARGIN} px at each side, "
+            f"got {size} px on {width}x{height} px; choose another size"
+        )
+    origin = ((width - size * columns) // 2, (height - size * rows) // 2)
+    coefficients = ndimage.spline_filter(picture.astype(np.float64), order=3, mode="mirror")
+    gradient = _spline_gradient(coefficients)
+    value, fx, fy = (
+        array[origin[1] : origin[1] + size * rows, origin[0] : origin[0] + size * columns]
+        for array in (picture.astype(np.float64), *gradient)
+    )
+
+    def tile_sum(array: NDArray) -> NDArray:
+        return array.reshape(rows, size, columns, size).sum(axis=(1, 3)).ravel()
+
+    return TileReference(
+        image=picture,
+        coefficients=coefficients.astype(np.float32),
+        gradient=gradient.astype(np.float32),
+        size=size,
+        origin=origin,
+        shape=(rows, columns),
+        hessian=np.column_stack([tile_sum(a) for a in (fx * fx, fx * fy, fy * fy)]),
+        light=np.column_stack(
+            [tile_sum(a) for a in (fx * value, fy * value, fx, fy, value * value, value)]
+        ),
+    )
+
+
+def tile_sums(
+    reference: TileReference, image: NDArray, flow: NDArray[np.float64] | None = None
+) -> TileSums:
+    """Sum ∇f·e, e, e² and e·f over the tiles of one frame.
+
+    Parameters
+    ----------
+    image : (H, W) array, grey levels
+    flow : (T, 2) float64, px, optional
+        Expected motion of each tile; the reference is moved there first (cubic B-spline). Without
+        it the picture is compared in place, which is right to (d/2)² for motions below a pixel.
+
+    Raises
+    ------
+    ValueError
+        If picture or flow do not match the reference.
+    """
+    if image.shape != reference.image.shape:
+        raise ValueError(
+            f"picture is {_size(image.shape)} px and the reference {_size(reference.image.shape)} "
+            "px; take both with the same camera settings"
+        )
+    count = reference.shape[0] * reference.shape[1]
+    sums = np.empty((count, 5))
+    if flow is None:
+        _sums_in_place(
+            image, reference.image, reference.gradient, reference.origin, reference.size,
+            reference.shape, sums,
+        )  # fmt: skip
+        flow = np.zeros((count, 2))
+    else:
+        flow = np.asarray(flow, dtype=np.float64)
+        if flow.shape != (count, 2) or not np.isfinite(flow).all():
+            raise ValueError(
+                f"flow must be ({count}, 2) finite px, one motion a tile; got shape {flow.shape}"
+            )
+        _sums_moved(
+            image, reference.coefficients, flow, reference.origin, reference.size,
+            reference.shape, sums,
+        )  # fmt: skip
+    return TileSums(sums[:, :2], sums[:, 2], sums[:, 3], sums[:, 4], flow)
+
+
+def _grey(image: NDArray) -> NDArray[np.float32]:
+    picture = np.asarray(image)
+    if picture.ndim != 2:
+        raise ValueError(
+            f"picture must be grey, (H, W), got shape {picture.shape}; convert it to grey first"
+        )
+    if not np.isfinite(picture).all():
+        raise ValueError("picture holds NaN or infinite grey levels; replace them first")
+    return picture.astype(np.float32)
+
+
+def _size(shape: tuple[int, ...]) -> str:
+    return f"{shape[1]}x{shape[0]}"
+
+
+def _spline_gradient(coefficients: NDArray) -> NDArray:
+    """∂/∂x and ∂/∂y of a cubic B-spline at its knots, (2, H, W)."""
+    slope, value = [-0.5, 0.0, 0.5], [1 / 6, 4 / 6, 1 / 6]
+
+    def along(array: NDArray, weights: list[float], axis: int) -> NDArray:
+        return ndimage.correlate1d(array, weights, axis=axis, mode="mirror")
+
+    return np.stack(
+        [
+            along(along(coefficients, slope, 1), value, 0),
+            along(along(coefficients, value, 1), slope, 0),
+        ]
+    )
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _sums_in_place(image, reference, gradient, origin, size, shape, out):
+    rows, columns = shape
+    width = size * columns
+    columnwise = np.empty((5, width), np.float32)
+    for row in range(rows):
+        columnwise[:] = 0.0
+        for y in range(origin[1] + row * size, origin[1] + (row + 1) * size):
+            for x in range(width):
+                f = reference[y, x + origin[0]]
+                e = np.float32(image[y, x + origin[0]]) - f
+                columnwise[0, x] += gradient[0, y, x + origin[0]] * e
+                columnwise[1, x] += gradient[1, y, x + origin[0]] * e
+                columnwise[2, x] += e
+                columnwise[3, x] += e * e
+                columnwise[4, x] += e * f
+        for column in range(columns):
+            for k in range(5):
+                total = 0.0
+                for x in range(column * size, (column + 1) * size):
+                    total += columnwise[k, x]
+                out[row * columns + column, k] = total
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _weights(t, value, slope):
+    """Cubic B-spline weights of the knots -1, 0, 1, 2 at the fraction t, and their derivatives."""
+    s = 1.0 - t
+    value[0] = s * s * s / 6.0
+    value[1] = (3.0 * t * t * t - 6.0 * t * t + 4.0) / 6.0
+    value[2] = (3.0 * s * s * s - 6.0 * s * s + 4.0) / 6.0
+    value[3] = t * t * t / 6.0
+    slope[0] = -0.5 * s * s
+    slope[1] = 1.5 * t * t - 2.0 * t
+    slope[2] = -1.5 * s * s + 2.0 * s
+    slope[3] = 0.5 * t * t
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _sums_moved(image, coefficients, flow, origin, size, shape, out):
+    rows, columns = shape
+    height, width = coefficients.shape
+    patch = np.empty((size + 3, size + 3), np.float32)
+    across = np.empty((2, size + 3, size), np.float32)  # values and slopes along x
+    sums = np.empty((5, size), np.float32)
+    wx, sx = np.empty(4, np.float32), np.empty(4, np.float32)
+    wy, sy = np.empty(4, np.float32), np.empty(4, np.float32)
+    for tile in range(rows * columns):
+        left = origin[0] + (tile % columns) * size
+        top = origin[1] + (tile // columns) * size
+        # f(x - d): the knots start at floor(-d), one further out.
+        ix, iy = int(np.floor(-flow[tile, 0])), int(np.floor(-flow[tile, 1]))
+        _weights(-flow[tile, 0] - ix, wx, sx)
+        _weights(-flow[tile, 1] - iy, wy, sy)
+        for j in range(size + 3):
+            y = min(max(top + iy - 1 + j, 0), height - 1)
+            if left + ix >= 1 and left + ix + size + 2 <= width:
+                patch[j, :] = coefficients[y, left + ix - 1 : left + ix + size + 2]
+            else:
+                for i in range(size + 3):
+                    patch[j, i] = coefficients[y, min(max(left + ix - 1 + i, 0), width - 1)]
+            for i in range(size):
+                a, b, c, d = patch[j, i], patch[j, i + 1], patch[j, i + 2], patch[j, i + 3]
+                across[0, j, i] = wx[0] * a + wx[1] * b + wx[2] * c + wx[3] * d
+                across[1, j, i] = sx[0] * a + sx[1] * b + sx[2] * c + sx[3] * d
+        sums[:] = 0.0
+        for j in range(size):
+            for i in range(size):
+                a, b = across[0, j, i], across[0, j + 1, i]
+                c, d = across[0, j + 2, i], across[0, j + 3, i]
+                f = wy[0] * a + wy[1] * b + wy[2] * c + wy[3] * d
+                fy = sy[0] * a + sy[1] * b + sy[2] * c + sy[3] * d
+                fx = (
+                    wy[0] * across[1, j, i] + wy[1] * across[1, j + 1, i]
+                    + wy[2] * across[1, j + 2, i] + wy[3] * across[1, j + 3, i]
+                )  # fmt: skip
+                e = np.float32(image[top + j, left + i]) - f
+                sums[0, i] += fx * e
+                sums[1, i] += fy * e
+                sums[2, i] += e
+                sums[3, i] += e * e
+                sums[4, i] += e * f
+        for k in range(5):
+            total = 0.0
+            for i in range(size):
+                total += sums[k, i]
+            out[tile, k] = total
