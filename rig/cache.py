@@ -1,0 +1,148 @@
+"""What is slow to compute is kept on disk, found again by its content.
+
+An entry is one uncompressed ``.npz`` file. Its name is the SHA-256 of everything the result
+depends on; its members carry a CRC-32, which is checked while they are read. It is written aside
+and renamed, so that two processes at work on one entry, or a killed one, leave a whole file or none.
+"""
+
+import hashlib
+import os
+import tempfile
+import zipfile
+from collections.abc import Callable, Mapping
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+FORMAT = 1
+"""Version of the files' format; part of every key."""
+
+Arrays = dict[str, np.ndarray]
+
+
+class CacheError(OSError):
+    """A cache that cannot be read or written; its text is one sentence with the remedy."""
+
+
+def folder() -> Path:
+    """Return the folder of the cache: TOUCHPLATE_CACHE, or the usual place of the system."""
+    import platformdirs
+
+    return Path(os.environ.get("TOUCHPLATE_CACHE") or platformdirs.user_cache_dir("touchplate"))
+
+
+def fetch(kind: str, parts: Any, compute: Callable[[], Arrays]) -> Arrays:
+    """Return arrays from the cache, computed and stored where they are not there yet.
+
+    Parameters
+    ----------
+    kind
+        What is stored ("influence"): the name of its folder in the cache.
+    parts
+        Everything the result depends on: numbers, texts, None, arrays, modules, and mappings,
+        sequences and frozen dataclasses of them. A module stands for its source and that of the
+        package it is, so that a result does not outlive the code that made it.
+    compute
+        Called without arguments where nothing is stored; returns arrays by name.
+
+    Raises
+    ------
+    CacheError
+        If the stored file is damaged, or the folder cannot be written. The folder is tried before
+        `compute` is called.
+    TypeError
+        If a part is of a type that has no content to be found by.
+    """
+    path = folder() / kind / f"{key(kind, parts)}.npz"
+    if path.exists():
+        return _read(path)
+    _prepare(path.parent)
+    arrays = compute()
+    _write(path, arrays)
+    return arrays
+
+
+def key(kind: str, parts: Any) -> str:
+    """Return the hexadecimal SHA-256 under which a result is stored."""
+    digest = hashlib.sha256()
+    _feed(digest.update, (FORMAT, kind, parts))
+    return digest.hexdigest()
+
+
+def _feed(update: Callable[[bytes], None], part: Any) -> None:
+    """Hash a part with its type and length before it, so that no two parts read the same."""
+    match part:
+        case None | bool() | int() | float() | str():
+            text = repr(part).encode()
+            update(f"{type(part).__name__}:{len(text)}:".encode() + text)
+        case np.generic():
+            _feed(update, part.item())
+        case np.ndarray():
+            update(f"array:{part.dtype.str}:{part.shape}:".encode())
+            update(np.ascontiguousarray(part).tobytes())
+        case ModuleType():
+            _feed(update, _source(part))
+        case Mapping():
+            _feed(update, [(name, part[name]) for name in sorted(part)])
+        case tuple() | list():
+            update(f"sequence:{len(part)}:".encode())
+            for item in part:
+                _feed(update, item)
+        case _ if is_dataclass(part):
+            named = [(field.name, getattr(part, field.name)) for field in fields(part)]
+            _feed(update, (type(part).__qualname__, named))
+        case _:
+            raise TypeError(f"a {type(part).__name__} cannot be part of a cache key")
+
+
+def _source(module: ModuleType) -> list[tuple[str, str]]:
+    home = Path(str(module.__file__))
+    files = sorted(home.parent.rglob("*.py")) if home.name == "__init__.py" else [home]
+    return [(path.name, path.read_text(encoding="utf-8")) for path in files]
+
+
+def _read(path: Path) -> Arrays:
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            return {name: stored[name] for name in stored.files}
+    except PermissionError as error:
+        raise CacheError(f"cache file {path} cannot be read; check its permissions") from error
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile, KeyError) as error:
+        raise CacheError(
+            f"cache file {path} is damaged ({_reason(error)}); delete it and run again"
+        ) from error
+
+
+def _prepare(home: Path) -> None:
+    try:
+        home.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=home):
+            pass
+    except OSError as error:
+        raise _unwritable(home, error) from error
+
+
+def _write(path: Path, arrays: Arrays) -> None:
+    aside = path.with_name(f"{path.stem}.{os.getpid()}.partial")
+    try:
+        with aside.open("wb") as file:
+            np.savez(file, allow_pickle=False, **arrays)
+        aside.replace(path)
+    except OSError as error:
+        raise _unwritable(path.parent, error) from error
+    finally:
+        aside.unlink(missing_ok=True)
+
+
+def _unwritable(home: Path, error: OSError) -> CacheError:
+    return CacheError(
+        f"cache folder {home} cannot be written ({_reason(error)}); free space there or set"
+        " TOUCHPLATE_CACHE to another folder"
+    )
+
+
+def _reason(error: Exception) -> str:
+    return getattr(error, "strerror", None) or " ".join(str(error).split()) or "unreadable"

@@ -1,0 +1,68 @@
+"""What commands say: text and progress on stderr, results on stdout."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console, RenderableType
+
+Report = Callable[..., None]
+"""Called as ``report(done, total)`` or ``report(done, total, note)``."""
+
+
+@cache
+def console() -> Console:
+    """Return the console of the running text, on stderr."""
+    from rich.console import Console
+
+    return Console(stderr=True)
+
+
+@contextmanager
+def progress(title: str) -> Iterator[Report]:
+    """Give a function that draws a progress bar; the bar appears when it is first called.
+
+    So a result that comes from the cache draws nothing.
+    """
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    bar = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f}/{task.total:.0f}"),
+        TimeRemainingColumn(),
+        TextColumn("{task.fields[note]}"),
+        console=console(),
+    )
+    task = bar.add_task(title, total=1, note="")
+
+    def report(done: int, total: int, note: str = "") -> None:
+        bar.start()
+        bar.update(task, completed=done, total=total, note=note)
+
+    try:
+        yield report
+    finally:
+        bar.stop()
+
+
+def emit(renderable: RenderableType, data: Mapping[str, Any], as_json: bool) -> None:
+    """Write a result on stdout: the renderable for people, or `data` as one JSON object.
+
+    Raises
+    ------
+    ValueError
+        If `data` holds a number that JSON does not have (NaN, infinity); write None for it.
+    """
+    if as_json:
+        sys.stdout.write(json.dumps(data, allow_nan=False) + "\n")
+    else:
+        from rich.console import Console
+
+        Console().print(renderable)

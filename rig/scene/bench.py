@@ -1,0 +1,125 @@
+"""Sections for the things that stand on the bench: plate, touches, camera, pattern, sensor."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field
+
+from rig.scene.quantity import Count, Force, Grey, Length, Rate, Ratio, Stress
+from rig.scene.section import Section
+
+if TYPE_CHECKING:
+    import fe
+    import synthetic
+
+Positive = Field(gt=0)
+
+
+class Edges(Section):
+    """How the plate is held."""
+
+    kind: Literal["clamped"] = Field(description="support of all four edges")
+
+    def build(self) -> fe.Clamped:
+        """Return the support that `fe` knows."""
+        import fe
+
+        return fe.Clamped()
+
+
+class Plate(Section):
+    """The plate that is touched."""
+
+    size: tuple[Annotated[Length, Positive], Annotated[Length, Positive]] = Field(
+        description="sides along x and y, mm"
+    )
+    thickness: Length = Field(gt=0, description="thickness, mm")
+    young: Stress = Field(gt=0, description="Young's modulus, MPa")
+    poisson: Ratio = Field(gt=-1, lt=0.5, description="Poisson's ratio")
+    edges: Edges = Field(description="how the plate is held")
+
+    def build(self) -> fe.Plate:
+        """Return the plate that `fe` knows."""
+        import fe
+
+        return fe.Plate(
+            size=self.size,
+            thickness=self.thickness,
+            young=self.young,
+            poisson=self.poisson,
+            edges=self.edges.build(),
+        )
+
+
+class Touches(Section):
+    """The touches that are expected."""
+
+    most: Count = Field(1, ge=1, le=4, description="largest number of touches at one time")
+    force: tuple[Annotated[Force, Positive], Annotated[Force, Positive]] = Field(
+        description="smallest and largest force, N"
+    )
+
+
+class Pinhole(Section):
+    """A perspective camera over the middle of the plate, looking at the touched face."""
+
+    kind: Literal["pinhole"] = Field("pinhole", description="projection")
+    pixels: tuple[Annotated[Count, Field(ge=64)], Annotated[Count, Field(ge=64)]] = Field(
+        description="width and height of the picture, px"
+    )
+    stand_off: Length = Field(gt=0, description="distance from the plate, mm")
+    margin: Ratio = Field(
+        0.02, ge=0, lt=0.5, description="share of the picture left free on each side"
+    )
+    rate: Rate = Field(30.0, gt=0, description="pictures a second, fps")
+
+    def build(self, plate: Plate) -> synthetic.Camera:
+        """Return the camera that sees the whole of `plate`."""
+        import synthetic
+
+        return synthetic.pinhole_above(
+            plate.size, stand_off=self.stand_off, pixels=self.pixels, margin=self.margin
+        )
+
+
+class Pattern(Section):
+    """The speckle pattern on the touched face."""
+
+    diameter: Length = Field(gt=0, description="diameter of a speckle, mm")
+    density: Ratio = Field(0.5, gt=0, lt=1, description="share of the face that speckles cover")
+    contrast: Ratio = Field(1.0, gt=0, le=1, description="darkness of a speckle, 0 to 1")
+    softness: Ratio = Field(
+        0.25, gt=0, le=1, description="width of a speckle's edge in its diameter"
+    )
+    seed: Count = Field(0, ge=0, description="seed of the random places")
+
+    def build(self, plate: Plate) -> synthetic.Pattern:
+        """Return the pattern drawn over `plate`."""
+        import synthetic
+
+        return synthetic.speckle(size=plate.size, **self.model_dump())
+
+
+class Sensor(Section):
+    """The sensor of the camera."""
+
+    noise: Grey = Field(2.0, ge=0, description="standard deviation of its noise, grey levels")
+    bits: Literal[8] = Field(8, description="bits of a grey level")
+
+    def build(self) -> synthetic.Sensor:
+        """Return the sensor that `synthetic` knows."""
+        import synthetic
+
+        return synthetic.Sensor(noise=self.noise, bits=self.bits)
+
+
+class Ring(Section):
+    """Strain gauges in a ring along the edges, as in the paper.
+
+    The paper does not show where they lie: reading A is the square 5 mm in from the edge,
+    reading B lies on the edge itself and reproduces the paper's figures.
+    """
+
+    kind: Literal["ring"] = Field("ring", description="arrangement")
+    reading: Literal["A", "B"] = Field("B", description="reading of the paper")

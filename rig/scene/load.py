@@ -1,0 +1,116 @@
+"""Read a scene file, put overrides into it and check it."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable, Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from rig.scene.refusal import SceneError, sentence
+from rig.scene.scene import Scene
+
+
+def shipped() -> list[str]:
+    """Return the names of the scenes that come with the package."""
+    return sorted(path.stem for path in _package().joinpath("scenes").glob("*.toml"))
+
+
+def load(scene: str | Path, overrides: Mapping[str, Any] | None = None) -> Scene:
+    """Load a scene.
+
+    Parameters
+    ----------
+    scene
+        Name of a shipped scene ("twin"), or path of a TOML file. A relative path is looked for
+        in the working folder and then beside the package.
+    overrides
+        Values that replace those of the file, by dotted key: ``{"dic.subset": 31}``.
+
+    Raises
+    ------
+    SceneError
+        If the file is missing or is no TOML, or a key or value is not as it must be.
+    """
+    path = _find(scene)
+    table = _read(path)
+    for key, value in (overrides or {}).items():
+        _override(table, key, value)
+    try:
+        return Scene.model_validate(table)
+    except ValidationError as error:
+        raise SceneError(f"{path.name}: {sentence(error, Scene)}") from error
+
+
+def parse_overrides(settings: Iterable[str]) -> dict[str, Any]:
+    """Return the overrides that ``key=value`` texts of a command line name.
+
+    A value is read as TOML, and as a plain text where it is none.
+
+    Raises
+    ------
+    SceneError
+        If a text has no equals sign.
+    """
+    overrides = {}
+    for setting in settings:
+        key, equals, text = setting.partition("=")
+        if not equals or not key.strip():
+            raise SceneError(f"setting '{setting}' has no value; write it as section.key=value")
+        overrides[key.strip()] = _value(text.strip())
+    return overrides
+
+
+def _value(text: str) -> Any:
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+
+
+def _package() -> Path:
+    return Path(str(resources.files("rig")))
+
+
+def _find(scene: str | Path) -> Path:
+    path = Path(scene)
+    named = _package() / "scenes" / f"{path}.toml"
+    places = [path, _package() / path] if path.suffix else [named]
+    for place in places:
+        if place.is_file():
+            return place
+    if path.suffix:
+        raise SceneError(f"scene file '{path}' does not exist; check the path")
+    raise SceneError(
+        f"no scene is called '{path}'; shipped are {', '.join(shipped())}, or give a path to a"
+        " TOML file"
+    )
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except tomllib.TOMLDecodeError as error:
+        fault = str(error)
+        raise SceneError(
+            f"{path.name} is no TOML: {fault[0].lower()}{fault[1:]}; correct it there"
+        ) from error
+    except UnicodeDecodeError as error:
+        raise SceneError(f"{path.name} is no text in UTF-8; save it as UTF-8") from error
+    except OSError as error:
+        raise SceneError(
+            f"scene file '{path}' cannot be read ({error.strerror}); check its permissions"
+        ) from error
+
+
+def _override(table: dict[str, Any], key: str, value: Any) -> None:
+    *sections, last = key.split(".")
+    for depth, section in enumerate(sections):
+        table = table.setdefault(section, {})
+        if not isinstance(table, dict):
+            place = ".".join(sections[: depth + 1])
+            raise SceneError(f"'{key}' cannot be set: {place} is a value; set '{place}' itself")
+    table[last] = value

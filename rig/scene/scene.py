@@ -1,0 +1,95 @@
+"""The scene: everything that one TOML file says about a bench."""
+
+from __future__ import annotations
+
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from rig.scene.bench import Pattern, Pinhole, Plate, Ring, Sensor, Touches
+from rig.scene.loop import Page, Projector, Twin
+from rig.scene.section import Section
+from rig.scene.sensing import Dic, Estimator, Training
+
+NEEDS = {
+    "touches": ("plate",),
+    "camera": ("plate",),
+    "pattern": ("plate",),
+    "gauges": ("plate",),
+    "sensor": ("camera",),
+    "dic": ("camera", "pattern"),
+    "source": ("plate", "camera", "pattern", "sensor"),
+    "training": ("gauges",),
+    "comparison": ("estimator",),
+}
+"""Sections that make no sense without others."""
+
+ESTIMATOR_NEEDS = {
+    "pattern": ("plate", "dic"),
+    "strain": ("plate", "dic"),
+    "net": ("gauges", "training"),
+}
+"""The same for each kind of estimator."""
+
+
+class Scene(Section):
+    """A bench and what is to be done with it; a section that is absent is None.
+
+    Raises
+    ------
+    pydantic.ValidationError
+        If a section is wrong in itself or lacks another; `load` turns it into one sentence.
+    """
+
+    title: str = Field(description="one line that says what the scene is")
+    plate: Plate | None = Field(None, description="the plate that is touched")
+    touches: Touches | None = Field(None, description="the touches that are expected")
+    camera: Pinhole | None = Field(None, description="the camera")
+    pattern: Pattern | None = Field(None, description="the speckle pattern")
+    sensor: Sensor | None = Field(None, description="the sensor of the camera")
+    gauges: Ring | None = Field(None, description="strain gauges")
+    dic: Dic | None = Field(None, description="correlation")
+    estimator: Estimator | None = Field(None, description="what finds the touches")
+    comparison: Estimator | None = Field(
+        None, description="a second estimator, shown beside the first"
+    )
+    training: Training | None = Field(None, description="training and test touches")
+    source: Twin | None = Field(None, description="where pictures come from")
+    page: Page | None = Field(None, description="the operator page")
+    projector: Projector | None = Field(None, description="the projector window")
+
+    @model_validator(mode="after")
+    def _complete(self) -> Scene:
+        for section, others in self._needs():
+            for other in others:
+                if getattr(self, other) is None:
+                    raise PydanticCustomError(
+                        "scene",
+                        "[{section}] needs [{other}]; add [{other}] or leave [{section}] out",
+                        {"section": section, "other": other},
+                    )
+        return self
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Scene:
+        if self.touches and self.touches.force[0] > self.touches.force[1]:
+            low, high = self.touches.force
+            raise PydanticCustomError(
+                "scene",
+                "touches.force runs from {low} N down to {high} N; write the smaller force first",
+                {"low": f"{low:g}", "high": f"{high:g}"},
+            )
+        if self.training and self.plate and self.training.margin >= min(self.plate.size) / 2:
+            raise PydanticCustomError(
+                "scene",
+                "training.margin is {margin} mm; give less than half of the plate's shorter side,"
+                " {half} mm",
+                {"margin": f"{self.training.margin:g}", "half": f"{min(self.plate.size) / 2:g}"},
+            )
+        return self
+
+    def _needs(self) -> list[tuple[str, tuple[str, ...]]]:
+        needs = [(name, others) for name, others in NEEDS.items() if getattr(self, name)]
+        for name in ("estimator", "comparison"):
+            if estimator := getattr(self, name):
+                needs.append((name, ESTIMATOR_NEEDS[estimator.kind]))
+        return needs

@@ -1,0 +1,82 @@
+"""Sections for what is computed: correlation, estimators and their training."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, field_validator
+from pydantic_core import PydanticCustomError
+
+from rig.scene.quantity import Count, Length, Ratio
+from rig.scene.section import Section
+
+
+class Dic(Section):
+    """Correlation of each picture with the reference."""
+
+    tile: Count = Field(8, ge=4, le=64, description="side of the tiles whose sums are kept, px")
+    subset: Count = Field(
+        31, ge=5, description="side of the window that gives one displacement, px, odd"
+    )
+    window: Count = Field(5, ge=3, description="side of the strain window, displacements, odd")
+    reference_frames: Count = Field(16, ge=1, description="pictures averaged into the reference")
+
+    @field_validator("subset", "window")
+    @classmethod
+    def _odd(cls, value: int) -> int:
+        if value % 2 == 0:
+            raise PydanticCustomError(
+                "odd", "give an odd number such as {near}", {"near": value + 1}
+            )
+        return value
+
+    @property
+    def block(self) -> int:
+        """Tiles along the side of a window, rounded up to whole tiles."""
+        return -(-self.subset // self.tile)
+
+
+class PatternEstimator(Section):
+    """Touches from the whole pattern, with the rigid motion of the camera free."""
+
+    kind: Literal["pattern"] = Field(description="what touches are estimated from")
+    modes: Count = Field(200, ge=10, le=2000, description="vibration modes that carry the field")
+    threshold: Ratio = Field(
+        20.0, gt=0, description="squared signal-to-noise ratio from which a touch is reported"
+    )
+
+
+class StrainEstimator(Section):
+    """Touches from strain alone."""
+
+    kind: Literal["strain"] = Field(description="what touches are estimated from")
+    threshold: Ratio = Field(
+        20.0, gt=0, description="squared signal-to-noise ratio from which a touch is reported"
+    )
+
+
+class NetEstimator(Section):
+    """Touches from the strain of the gauges by a trained net."""
+
+    kind: Literal["net"] = Field(description="what touches are estimated from")
+    layers: tuple[Annotated[Count, Field(ge=1)], ...] = Field(
+        (32, 32), min_length=1, description="widths of the hidden layers"
+    )
+    activation: Literal["relu", "tanh", "silu"] = Field("relu", description="activation")
+    epochs: Count = Field(30000, ge=1, description="passes over the training set")
+    learning_rate: Ratio = Field(1e-3, gt=0, description="step size of Adam")
+    seed: Count = Field(0, ge=0, description="seed of the first weights")
+
+
+Estimator = Annotated[
+    PatternEstimator | StrainEstimator | NetEstimator, Field(discriminator="kind")
+]
+
+
+class Training(Section):
+    """The simulated touches that train and test a net."""
+
+    spacing: Length = Field(5.0, gt=0, description="distance between training touches, mm")
+    margin: Length = Field(10.0, ge=0, description="distance kept from the edges, mm")
+    test: Count = Field(3000, ge=1, description="random touches of the test set")
+    test_seed: Count = Field(1, ge=0, description="seed of the test set")
