@@ -2,7 +2,7 @@
 
 An entry is one uncompressed ``.npz`` file. Its name is the SHA-256 of everything the result
 depends on; its members carry a CRC-32, which is checked while they are read. It is written aside
-and renamed, so that two processes at work on one entry, or a killed one, leave a whole file or none.
+and renamed, so that two processes at work on one entry, or a killed one, leave a whole file.
 """
 
 import hashlib

@@ -1,4 +1,4 @@
-"""What commands say: text and progress on stderr, results on stdout."""
+"""What commands put out: text and progress on stderr, results on stdout, files in folders."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -66,3 +68,28 @@ def emit(renderable: RenderableType, data: Mapping[str, Any], as_json: bool) -> 
         from rich.console import Console
 
         Console().print(renderable)
+
+
+def require_free(folder: Path, force: bool) -> None:
+    """Refuse a folder that holds something, unless files in it may be replaced.
+
+    Raises
+    ------
+    OSError
+        If `folder` is a file, or holds anything and `force` is not set.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise OSError(f"'{folder}' is a file; name a folder with --out")
+    if folder.is_dir() and any(folder.iterdir()) and not force:
+        raise OSError(f"folder '{folder}' is not empty; pass --force to replace files in it")
+
+
+@contextmanager
+def folder_aside(folder: Path) -> Iterator[Path]:
+    """Give a folder to write into; what it holds in the end is moved to `folder`, or nothing is."""
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}.") as aside:
+        yield Path(aside)
+        folder.mkdir(exist_ok=True)
+        for path in sorted(Path(aside).iterdir()):
+            path.replace(folder / path.name)

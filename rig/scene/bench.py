@@ -10,6 +10,8 @@ from rig.scene.quantity import Count, Force, Grey, Length, Rate, Ratio, Stress
 from rig.scene.section import Section
 
 if TYPE_CHECKING:
+    import numpy as np
+
     import fe
     import synthetic
 
@@ -74,12 +76,12 @@ class Pinhole(Section):
     )
     rate: Rate = Field(30.0, gt=0, description="pictures a second, fps")
 
-    def build(self, plate: Plate) -> synthetic.Camera:
-        """Return the camera that sees the whole of `plate`."""
+    def build(self, size: tuple[float, float]) -> synthetic.Camera:
+        """Return the camera that sees the whole of a plate of that size, mm."""
         import synthetic
 
         return synthetic.pinhole_above(
-            plate.size, stand_off=self.stand_off, pixels=self.pixels, margin=self.margin
+            size, stand_off=self.stand_off, pixels=self.pixels, margin=self.margin
         )
 
 
@@ -94,11 +96,11 @@ class Pattern(Section):
     )
     seed: Count = Field(0, ge=0, description="seed of the random places")
 
-    def build(self, plate: Plate) -> synthetic.Pattern:
-        """Return the pattern drawn over `plate`."""
+    def build(self, size: tuple[float, float]) -> synthetic.Pattern:
+        """Return the pattern drawn over a plate of that size, mm."""
         import synthetic
 
-        return synthetic.speckle(size=plate.size, **self.model_dump())
+        return synthetic.speckle(size=size, **self.model_dump())
 
 
 class Sensor(Section):
@@ -117,9 +119,18 @@ class Sensor(Section):
 class Ring(Section):
     """Strain gauges in a ring along the edges, as in the paper.
 
-    The paper does not show where they lie: reading A is the square 5 mm in from the edge,
-    reading B lies on the edge itself and reproduces the paper's figures.
+    The paper does not show where they lie: reading A is the rectangle `margin` inside the edges,
+    reading B lies on the edges themselves and reproduces the paper's figures.
     """
 
     kind: Literal["ring"] = Field("ring", description="arrangement")
     reading: Literal["A", "B"] = Field("B", description="reading of the paper")
+    spacing: Length = Field(5.0, gt=0, description="distance of neighbours, mm")
+    margin: Length = Field(5.0, ge=0, description="distance from corners, and edges in A, mm")
+
+    def build(self, size: tuple[float, float]) -> np.ndarray:
+        """Return the places on a plate of that size, (M, 2) float64, mm."""
+        from models import ring
+
+        places = {"A": ring.inside_edges, "B": ring.on_edges}[self.reading]
+        return places(size, self.spacing, self.margin)

@@ -78,5 +78,6 @@ class Training(Section):
 
     spacing: Length = Field(5.0, gt=0, description="distance between training touches, mm")
     margin: Length = Field(10.0, ge=0, description="distance kept from the edges, mm")
+    validation: Count = Field(14, ge=2, description="places a side of the validation grid")
     test: Count = Field(3000, ge=1, description="random touches of the test set")
     test_seed: Count = Field(1, ge=0, description="seed of the test set")

@@ -1,0 +1,72 @@
+"""The command `touchplate`: imports the command that is asked for and no other.
+
+What a user can mend, a ValueError or an OSError, ends in one sentence on stderr and exit code 2;
+anything else is a fault of this program and shows where it happened.
+"""
+
+import os
+import sys
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from typing import Annotated, NoReturn
+
+import typer
+
+COMMANDS = {
+    "show": "Say what a scene contains, what it leaves out and why.",
+    "correlate": "Correlate two pictures: displacement, strain and their uncertainty.",
+    "run": "Run the live loop of a scene.",
+    "train": "Train the net of a scene on simulated touches.",
+    "score": "Repeat the test of a trained net.",
+}
+TRACEBACK = "--traceback"
+
+
+def main() -> None:
+    """Run the command line of this process."""
+    arguments = [argument for argument in sys.argv[1:] if argument != TRACEBACK]
+    try:
+        application(arguments)(arguments)
+    except (ValueError, OSError) as error:
+        if TRACEBACK in sys.argv or os.environ.get("TOUCHPLATE_TRACEBACK"):
+            raise
+        sys.stderr.write(f"touchplate: {sentence(error)}\n")
+        sys.exit(2)
+
+
+def application(arguments: Sequence[str]) -> typer.Typer:
+    """Return the command line with the commands named in `arguments`; of others the help alone."""
+    app = typer.Typer(
+        callback=_options,
+        help="A plain speckled plate feels touch.",
+        no_args_is_help=True,
+        add_completion=False,
+        pretty_exceptions_enable=False,
+    )
+    for name, text in COMMANDS.items():
+        app.command(name, help=text)(_function(name) if name in arguments else _not_asked)
+    return app
+
+
+def sentence(error: ValueError | OSError) -> str:
+    """Return the text of an error as one line."""
+    text = str(error)
+    if isinstance(error, OSError) and error.strerror and error.filename:
+        text = f"{error.filename}: {error.strerror}"
+    return " ".join(text.split()) or type(error).__name__
+
+
+def _options(
+    traceback: Annotated[  # taken out of the arguments by `main`; here for its help
+        bool, typer.Option(TRACEBACK, help="Show where an error happened.")
+    ] = False,
+) -> None:
+    pass
+
+
+def _function(name: str) -> Callable[..., None]:
+    return getattr(import_module(f"rig.commands.{name}"), name)
+
+
+def _not_asked() -> NoReturn:
+    raise NotImplementedError("only a command that was asked for is run")

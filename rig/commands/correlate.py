@@ -1,0 +1,119 @@
+"""`touchplate correlate REF DEF`: two pictures in; displacement, strain and their σ out."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from rig.commands.output import emit, folder_aside, require_free
+
+if TYPE_CHECKING:
+    import numpy as np
+    from rich.console import Group
+
+    import dic
+
+Kind = Literal["small", "green-lagrange", "logarithmic"]
+
+
+def correlate(
+    reference: Annotated[Path, typer.Argument(metavar="REF", help="Picture before.")],
+    deformed: Annotated[Path, typer.Argument(metavar="DEF", help="Picture after.")],
+    subset: Annotated[int, typer.Option(help="Side of a subset, px, odd.")] = 21,
+    step: Annotated[int, typer.Option(help="Distance of neighbouring points, px.")] = 5,
+    order: Annotated[int, typer.Option(help="Order of the shape function.")] = 1,
+    window: Annotated[int, typer.Option(help="Side of the strain window, points, odd.")] = 5,
+    kind: Annotated[Kind, typer.Option(help="Definition of strain.")] = "small",
+    roi: Annotated[
+        Path | None, typer.Option(metavar="MASK", help="Picture that is black where to leave out.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder of the results [results/DEF].")
+    ] = None,
+    force: Annotated[bool, typer.Option(help="Replace files of an earlier run.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Write u, v, Exx, Eyy, Exy, σ, ZNCC and status as HDF5, CSV and pictures."""
+    import dic
+
+    folder = out or Path("results") / deformed.stem
+    require_free(folder, force)
+    before, after = dic.read_image(reference), dic.read_image(deformed)
+    mask = None if roi is None else dic.read_image(roi) > 0
+
+    start = time.perf_counter()
+    prepared = dic.prepare(before, subset=subset, step=step, order=order, roi=mask)
+    field = dic.correlate(prepared, after)
+    strain = dic.strain(field, window=window, kind=kind)
+    seconds = time.perf_counter() - start
+
+    _write(folder, before, field, strain)
+    figures = _figures(field, strain) | {"seconds": seconds, "folder": str(folder)}
+    emit(_tables(figures), figures, as_json)
+
+
+def _write(
+    folder: Path, image: np.ndarray, field: dic.DisplacementField, strain: dic.StrainField
+) -> None:
+    from dic import export
+
+    with folder_aside(folder) as aside:
+        export.write_hdf5(aside / "fields.h5", field, strain)
+        export.write_csv(aside / "fields.csv", field, strain)
+        export.pictures(aside, image, field, strain)
+
+
+def _figures(field: dic.DisplacementField, strain: dic.StrainField) -> dict[str, Any]:
+    from dic import Status
+
+    return {
+        "points": len(field.xy),
+        "status": {s.name.lower(): float((field.status == s).mean()) for s in Status},
+        "u": _spread(field.u, field.sigma_u),
+        "v": _spread(field.v, field.sigma_v),
+        "exx": _spread(strain.exx, strain.sigma[:, 0]),
+        "eyy": _spread(strain.eyy, strain.sigma[:, 1]),
+        "exy": _spread(strain.exy, strain.sigma[:, 2]),
+        "strain_points": int(strain.valid.sum()),
+        "strain_kind": strain.kind,
+        "vsg": float(strain.vsg),
+    }
+
+
+def _spread(values: np.ndarray, sigma: np.ndarray) -> dict[str, float] | None:
+    """Mean and scatter over the measured points, and their median σ; None where there are none."""
+    import numpy as np
+
+    measured = np.isfinite(values)
+    if not measured.any():
+        return None
+    known = sigma[measured]
+    return {
+        "mean": float(values[measured].mean()),
+        "sd": float(values[measured].std()),
+        "sigma": float(np.median(known[np.isfinite(known)])) if np.isfinite(known).any() else 0.0,
+    }
+
+
+def _tables(figures: dict[str, Any]) -> Group:
+    from rich.box import SIMPLE
+    from rich.console import Group
+    from rich.table import Table
+
+    fields = Table("field", "mean", "sd", "median σ", "unit", box=SIMPLE)
+    for name, scale, unit in [("u", 1, "px"), ("v", 1, "px")] + [
+        (name, 1e6, "µε") for name in ("exx", "eyy", "exy")
+    ]:
+        row = figures[name] or {"mean": float("nan"), "sd": float("nan"), "sigma": float("nan")}
+        fields.add_row(name, *(f"{row[key] * scale:.4g}" for key in ("mean", "sd", "sigma")), unit)
+    shares = [f"{name} {share:.1%}" for name, share in figures["status"].items() if share]
+    return Group(
+        f"{figures['points']} points: {', '.join(shares)}",
+        fields,
+        f"strain is {figures['strain_kind']}, gauge length {figures['vsg']:g} px,"
+        f" at {figures['strain_points']} points",
+        f"{figures['seconds']:.2f} s; written to {figures['folder']}",
+    )
