@@ -1,0 +1,139 @@
+"""A snapshot as it goes over the wire: one JSON text and the binary parts that it announces.
+
+Parts are made when a page first asks for them and shared by all pages, in the server's thread.
+"""
+
+import json
+import math
+from dataclasses import asdict
+from functools import cached_property
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.markers import Screen, draw_marks, project
+from rig.snapshot import Mark, Snapshot, StrainMap
+
+JPEG_QUALITY = 80
+PROJECTOR_QUALITY = 92  # dim soft spots show the blocks of a stronger compression
+
+
+class Packet:
+    """The wire form of one snapshot.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+        What the loop published.
+    screen : Screen or None
+        The projector's picture, where the scene has a projector.
+    """
+
+    def __init__(self, snapshot: Snapshot, screen: Screen | None):
+        self.snapshot = snapshot
+        self.screen = screen
+
+    def parts(self, wanted: set[str]) -> dict[str, bytes]:
+        """Binary parts among ``camera``, ``strain`` and ``projector`` that are wanted and exist.
+
+        ``camera`` and ``projector`` are JPEG pictures, ``strain`` is exx, eyy and exy one after
+        the other, (3, R, C) little-endian float32.
+        """
+        there = {"camera"}
+        if self.snapshot.strain is not None:
+            there.add("strain")
+        if self.screen is not None:
+            there.add("projector")
+        return {name: getattr(self, f"_{name}") for name in sorted(wanted & there)}
+
+    def header(self, parts: dict[str, bytes]) -> str:
+        """JSON text that goes before the given parts and names them in order."""
+        return self._described[:-1] + f', "parts": {json.dumps(list(parts))}}}'
+
+    @cached_property
+    def _described(self) -> str:
+        return json.dumps(_plain(_describe(self.snapshot, self.screen)), allow_nan=False)
+
+    @cached_property
+    def _camera(self) -> bytes:
+        return _jpeg(self.snapshot.image, JPEG_QUALITY)
+
+    @cached_property
+    def _projector(self) -> bytes:
+        if self.screen is None:
+            return b""
+        return _jpeg(draw_marks(self.snapshot.touches, self.screen)[..., ::-1], PROJECTOR_QUALITY)
+
+    @cached_property
+    def _strain(self) -> bytes:
+        strain = self.snapshot.strain
+        if strain is None:
+            return b""
+        return np.stack([strain.exx, strain.eyy, strain.exy]).astype("<f4").tobytes()
+
+
+def _jpeg(picture: NDArray[np.uint8], quality: int) -> bytes:
+    return cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes()
+
+
+def _describe(shot: Snapshot, screen: Screen | None) -> dict[str, Any]:
+    """All of the snapshot that is text or a few numbers."""
+    height, width = shot.image.shape
+    return {
+        "sequence": shot.sequence,
+        "captured": shot.captured,
+        "size": (width, height),
+        "plate": shot.plate_size,
+        "outline": shot.plate_outline,
+        "T_px_plate": shot.T_px_plate,
+        "touches": _marks(shot.touches),
+        "from_strain": _marks(shot.from_strain),
+        "truth": None if shot.truth is None else _marks(shot.truth),
+        "strain": None if shot.strain is None else _grid(shot.strain),
+        "strain_reason": shot.strain_reason,
+        "projector": None if screen is None else _projection(shot.plate_size, screen),
+        "status": shot.status,
+        "position_error": (shot.position_error, shot.position_error_median),
+        "force_error": (shot.force_error, shot.force_error_median),
+        "fps": shot.fps,
+        "dropped": shot.dropped,
+        "stages": shot.stages,
+        "latency": shot.latency,
+        "noise": shot.noise,
+    }
+
+
+def _marks(marks: tuple[Mark, ...]) -> list[dict[str, Any]]:
+    return [asdict(mark) for mark in marks]
+
+
+def _grid(strain: StrainMap) -> dict[str, Any]:
+    return {
+        "x": (strain.xs[0], strain.xs[-1]),
+        "y": (strain.ys[0], strain.ys[-1]),
+        "shape": strain.exx.shape,
+        "sigma": strain.sigma,
+    }
+
+
+def _projection(plate_size: tuple[float, float], screen: Screen) -> dict[str, Any]:
+    a, b = plate_size
+    corners = np.array([[0.0, 0.0], [a, 0.0], [a, b], [0.0, b]])
+    return {"size": screen.size, "outline": project(screen.T_px_plate, corners)}
+
+
+def _plain(value: Any) -> Any:
+    """Numbers as JSON knows them: what is not finite becomes null."""
+    match value:
+        case dict():
+            return {name: _plain(part) for name, part in value.items()}
+        case list() | tuple():
+            return [_plain(part) for part in value]
+        case np.ndarray() | np.generic():
+            return _plain(value.tolist())
+        case float() if not math.isfinite(value):
+            return None
+        case _:
+            return value

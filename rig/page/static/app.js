@@ -1,0 +1,146 @@
+// The page: asks for a frame, draws it, asks for the next. What it shows is always the newest.
+
+import { Limit, paintRamp } from "./colour.js";
+import { Picture, component, inverse, strainAt, through } from "./picture.js";
+import { Chart } from "./chart.js";
+import { show, showBar, showFigures, showStages, showTouches } from "./panels.js";
+
+const RECONNECT = 1000, STALE = 1500, FIGURES = 125;  // ms
+const KEYS = { 0: "none", 1: "exx", x: "exx", 2: "eyy", y: "eyy", 3: "exy", s: "exy" };
+
+const find = (id) => document.getElementById(id);
+const picture = new Picture(find("picture"), find("frame"));
+const chart = new Chart(find("chart"));
+const limits = { exx: new Limit(), eyy: new Limit(), exy: new Limit() };
+const choice = { view: "camera", component: "exx", opacity: 0.55, limit: 1e-5 };
+const draws = [];
+let socket, frame, waiting, owed = false, received = 0, figured = 0, pointer = null;
+
+function connect() {
+  socket = new WebSocket(`ws://${location.host}/stream`);
+  socket.binaryType = "arraybuffer";
+  let header = null, parts = [];
+  socket.onopen = () => { received = performance.now(); ask(); };
+  socket.onmessage = ({ data }) => {
+    if (typeof data === "string") [header, parts] = [JSON.parse(data), []];
+    else parts.push(data);
+    if (header && parts.length === header.parts.length) accept(header, parts);
+  };
+  socket.onclose = () => {
+    document.body.dataset.link = "lost";
+    waiting = null;
+    setTimeout(connect, RECONNECT);
+  };
+}
+
+function ask() {
+  if (socket.readyState !== WebSocket.OPEN) return;
+  owed = false;
+  socket.send([choice.view, "camera", choice.component === "none" ? "" : "strain"].join(" "));
+}
+
+async function accept(header, parts) {
+  received = performance.now();
+  const part = Object.fromEntries(header.parts.map((name, i) => [name, parts[i]]));
+  const decode = (data) => data && createImageBitmap(new Blob([data], { type: "image/jpeg" }));
+  if (waiting) owed = true;  // a hidden page does not draw, and then does not ask either
+  else ask();
+  const [cameraBitmap, projectorBitmap] = await Promise.all([decode(part.camera), decode(part.projector)]);
+  const values = part.strain && new Float32Array(part.strain);
+  if (waiting && waiting.sequence > header.sequence) return;
+  if (!waiting) requestAnimationFrame(draw);
+  waiting = { ...header, cameraBitmap, projectorBitmap, values };
+}
+
+function draw() {
+  if (!waiting) return;
+  frame?.cameraBitmap.close();
+  frame?.projectorBitmap?.close();
+  [frame, waiting] = [waiting, null];
+  if (owed) ask();
+  chart.add(frame);
+  redraw();
+  const now = performance.now();
+  draws.push(now);
+  while (draws[0] < now - 2000) draws.shift();
+  document.body.dataset.link = "live";
+  if (now - figured > FIGURES) showAll(now);
+}
+
+function redraw() {
+  if (!frame) return;
+  const values = component(frame, choice.component);
+  if (values) {
+    const sigma = frame.strain.sigma[["exx", "eyy", "exy"].indexOf(choice.component)] ?? 0;
+    choice.limit = limits[choice.component].follow(values, sigma, frame.captured);
+  }
+  picture.draw(frame, choice);
+  showProbe();
+}
+
+function showAll(now) {
+  figured = now;
+  const span = now - draws[0];
+  showFigures(frame, span > 500 ? (draws.length - 1) / span * 1000 : null);
+  showTouches(frame);
+  showStages(frame);
+  showBar(frame, choice);
+  chart.draw();
+  show("status", frame.status);
+  for (const input of document.querySelectorAll("[name=component]")) input.disabled = !frame.strain;
+  find("view").querySelector("[value=projector]").disabled = !frame.projector;
+}
+
+function showProbe() {
+  const probe = find("probe");
+  probe.hidden = !pointer || choice.view === "projector";
+  if (probe.hidden) return;
+  const [px, py] = pointer, [x, y] = through(inverse(frame.T_px_plate), px, py);
+  const strain = strainAt(frame, px, py);
+  const micro = (value) => (Number.isNaN(value) ? "–" : (value * 1e6).toFixed(0));
+  const tail = strain ? `    Exx ${micro(strain[0])}   Eyy ${micro(strain[1])}   Exy ${micro(strain[2])} µε` : "";
+  show("probe", `x ${x.toFixed(1)}   y ${y.toFixed(1)} mm${tail}`);
+}
+
+function watch() {
+  const quiet = performance.now() - received, { dataset } = document.body;
+  if (dataset.link === "live" && quiet > STALE && !waiting) dataset.link = "stale";
+  const seconds = Math.round(quiet / 1000);
+  const [name, title, detail] = {
+    live: ["live"],
+    waiting: ["connecting", "Waiting for the first frame", "The loop has not published one yet"],
+    stale: ["no new frames", "No new frame", `The last one came ${seconds} s ago; the loop or its camera stands still`],
+    lost: ["disconnected", "The loop has stopped", "This page connects again by itself when it runs"],
+  }[dataset.link];
+  show("link", name);
+  find("notice").hidden = !title;
+  find("notice").children[0].textContent = title ?? "";
+  find("notice").children[1].textContent = detail ?? "";
+}
+
+function choose(name, value) {
+  const input = document.querySelector(`[name=${name}][value=${value}]`);
+  if (!input || input.disabled) return;
+  input.checked = true;
+  choice[name] = value;
+  redraw();
+  if (frame) showBar(frame, choice);
+}
+
+for (const name of ["view", "component"]) {
+  find(name).addEventListener("change", ({ target }) => choose(name, target.value));
+}
+find("opacity").addEventListener("input", ({ target }) => { choice.opacity = target.value / 100; redraw(); });
+document.addEventListener("keydown", (event) => {
+  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  const key = event.key.toLowerCase();
+  if (key in KEYS) choose("component", KEYS[key]);
+  if (key === "p") choose("view", choice.view === "camera" ? "projector" : "camera");
+});
+find("picture").addEventListener("pointermove", (event) => { pointer = picture.toPicture(event); if (frame) showProbe(); });
+find("picture").addEventListener("pointerleave", () => { pointer = null; showProbe(); });
+new ResizeObserver(redraw).observe(find("frame"));
+paintRamp(find("ramp"));
+setInterval(watch, 250);
+watch();
+connect();

@@ -1,0 +1,84 @@
+// The figures beside the picture. Text is set, never markup, so that no status can inject any.
+
+const GLYPHS = {
+  truth: '<circle cx="10" cy="10" r="7.5" class="truth"/>',
+  touches: '<circle cx="10" cy="10" r="6" class="pattern"/>',
+  from_strain: '<path d="M10 2.5 17.5 10 10 17.5 2.5 10Z" class="strain"/>',
+};
+const SOURCES = [["touches", "Whole pattern"], ["from_strain", "Strain alone"], ["truth", "True"]];
+
+export const text = (value, digits) => (value === null || value === undefined ? "–" : value.toFixed(digits));
+
+export function show(id, value) {
+  const element = document.getElementById(id);
+  if (element.textContent !== value) element.textContent = value;
+}
+
+function make(tag, properties = {}, ...children) {
+  const element = Object.assign(document.createElement(tag), properties);
+  element.append(...children);
+  return element;
+}
+
+export function showFigures(frame, pageRate) {
+  const [position, positionMedian] = frame.position_error, [force, forceMedian] = frame.force_error;
+  show("position", text(position, 2));
+  show("position-median", text(positionMedian, 2));
+  show("force", text(force, 3));
+  show("force-median", text(forceMedian, 3));
+  show("fps", text(frame.fps, 1));
+  show("page-fps", text(pageRate, 0));
+  show("dropped", String(frame.dropped));
+  show("noise", text(frame.noise, 1));
+}
+
+export function showTouches(frame) {
+  const rows = SOURCES.filter(([source]) => frame[source] !== null).flatMap(([source, name]) => touchRows(frame[source], source, name));
+  document.getElementById("touches").replaceChildren(...rows);
+}
+
+function touchRows(marks, source, name) {
+  const shown = marks.length ? marks : [null];
+  return shown.map((mark, i) => {
+    const row = make("tr", { className: `${i ? "" : "first"} ${i === shown.length - 1 ? "last" : ""}` });
+    const label = make("span");
+    label.innerHTML = i ? "" : `<svg viewBox="0 0 20 20">${GLYPHS[source]}</svg>${name}`;
+    row.append(make("td", {}, label), ...(mark ? cells(mark, source === "truth") : [make("td"), make("td"), make("td", {}, "none")]));
+    return row;
+  });
+}
+
+function cells(mark, exact) {
+  const [a, b, angle] = mark.sigma.map((part) => part ?? 0), c = Math.cos(angle), s = Math.sin(angle);
+  return [
+    [mark.x, Math.hypot(a * c, b * s), 1], [mark.y, Math.hypot(a * s, b * c), 1], [mark.force, mark.sigma_force, 2],
+  ].map(([value, sigma, digits]) => make("td", {}, text(value, digits), make("em", {}, exact ? "" : ` ± ${text(sigma, digits)}`)));
+}
+
+export function showStages(frame) {
+  const [median, p95] = frame.latency;
+  const full = Math.max(p95 ?? 0, ...frame.stages.map((stage) => stage[2] ?? 0), 1e-9);
+  const rows = [...frame.stages, ["capture to touches", median, p95]].map(([name, middle, late]) => {
+    const meter = make("div", { className: "meter" }, make("i"), make("i"));
+    meter.children[0].style.width = `${100 * (middle ?? 0) / full}%`;
+    meter.children[1].style.left = `calc(${100 * (late ?? 0) / full}% - 2px)`;
+    return make("tr", {}, make("td", {}, name), make("td", {}, meter), make("td", {}, text(middle, 1)), make("td", {}, text(late, 1)));
+  });
+  rows.at(-1).className = "whole";
+  document.getElementById("stages").replaceChildren(...rows);
+}
+
+export function showBar(frame, choice) {
+  const bar = document.getElementById("bar");
+  const hidden = choice.component === "none" || !frame.strain || choice.view === "projector";
+  bar.classList.toggle("off", hidden);
+  if (hidden) {
+    show("bar-note", !frame.strain ? `No strain map: ${frame.strain_reason || "this scene does not compute it"}` : "");
+    return;
+  }
+  const micro = (strain) => +(strain * 1e6).toPrecision(3);
+  show("bar-low", `−${micro(choice.limit)}`);
+  show("bar-high", `+${micro(choice.limit)} µε`);
+  const sigma = frame.strain.sigma[["exx", "eyy", "exy"].indexOf(choice.component)];
+  show("bar-note", sigma === null ? "" : `σ ${micro(sigma).toFixed(0)} µε`);
+}

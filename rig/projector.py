@@ -1,0 +1,156 @@
+"""The projector's window, in a process of its own that follows the loop and never holds it."""
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from multiprocessing.connection import Connection
+
+from rig.markers import Screen, draw_marks
+from rig.snapshot import Mark
+
+SECONDS_TO_CLOSE = 2.0
+SECONDS_BETWEEN_EVENTS = 0.05
+
+
+class Projector:
+    """Call it with the touches of a frame: the window shows the newest that it has time for.
+
+    At most one message is under way at a time: the window answers each, and only then gets the
+    next. So a slow or stuck window costs the loop nothing.
+
+    Attributes
+    ----------
+    status : str
+        One sentence for the user: what the window shows, or why there is none.
+    """
+
+    def __init__(self, link: Connection, status: str):
+        self._link = link
+        self._ready = False
+        self.status = status
+
+    def __call__(self, marks: Sequence[Mark]) -> None:
+        """Show these touches, unless the window is still busy with earlier ones."""
+        try:
+            while self._link.poll():
+                self._ready, self.status = self._link.recv()
+            if self._ready:
+                self._link.send(tuple(marks))
+                self._ready = False
+        except (EOFError, OSError):  # the window has ended; its last status says why
+            self._ready = False
+
+
+@contextmanager
+def open_projector(
+    screen: Screen, display: str | None = None, full_screen: bool = True
+) -> Iterator[Projector]:
+    """Open a window on a display and give the `Projector` that feeds it.
+
+    A display that is absent is no error: the status says so and the loop goes on.
+
+    Parameters
+    ----------
+    screen : Screen
+        Size of the picture and the place of the plate in it.
+    display : str or None
+        Name of the X display such as ``":0"``; None leaves the choice to the system.
+    full_screen : bool
+        Whether the window covers the display, whose resolution must then be the screen's.
+    """
+    context = multiprocessing.get_context("spawn")
+    ours, theirs = context.Pipe()
+    window = context.Process(
+        target=_run_window, args=(theirs, screen, display, full_screen), daemon=True
+    )
+    window.start()
+    theirs.close()
+    try:
+        yield Projector(ours, f"projector window on {display or 'the display'} is opening")
+    finally:
+        ours.close()
+        window.join(SECONDS_TO_CLOSE)
+        if window.is_alive():
+            window.kill()
+            window.join()
+        window.close()
+
+
+def _run_window(link: Connection, screen: Screen, display: str | None, full_screen: bool) -> None:
+    """Body of the window's process: ends when the loop closes the link or dies."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the loop's to answer
+    os.environ["PYGAME_HIDE_SUPPORT_PROMPT"] = "1"
+    os.environ["SDL_FRAMEBUFFER_ACCELERATION"] = "0"  # 0.7 ms a picture instead of 19 ms
+    if display:
+        os.environ |= {"DISPLAY": display, "SDL_VIDEODRIVER": "x11"}
+    import pygame
+
+    name = display or "the display"
+    try:
+        surface = _open_window(screen.size, full_screen)
+    except pygame.error as error:
+        _tell(link, False, f"no projector window: {name} did not open ({error})")
+        return
+    except ValueError as error:
+        _tell(link, False, f"no projector window: {error}")
+        return
+    width, height = screen.size
+    _follow(link, surface, screen, f"projector window on {name}, {width} x {height} px")
+    pygame.quit()
+
+
+def _open_window(size: tuple[int, int], full_screen: bool):
+    """Open the window and give its surface.
+
+    A full screen of another resolution would scale the picture, so it is refused.
+    """
+    import pygame
+
+    pygame.display.init()
+    desktop = pygame.display.get_desktop_sizes()[0]
+    if full_screen and desktop != size:
+        raise ValueError(
+            f"projector size is {size[0]} x {size[1]} px but the display has "
+            f"{desktop[0]} x {desktop[1]} px; set projector.size to the display's"
+        )
+    pygame.display.set_caption("touchplate projector")
+    pygame.mouse.set_visible(not full_screen)
+    return pygame.display.set_mode(size, pygame.FULLSCREEN if full_screen else 0)
+
+
+def _follow(link: Connection, surface, screen: Screen, status: str) -> None:
+    """Draw what comes until the link ends or the user closes the window."""
+    import pygame
+
+    alive = _tell(link, True, status)
+    while alive:
+        if any(_closes(event) for event in pygame.event.get()):
+            _tell(link, False, "projector window was closed; restart the loop to open it again")
+            return
+        try:
+            if not link.poll(SECONDS_BETWEEN_EVENTS):
+                continue
+            picture = draw_marks(link.recv(), screen)
+        except (EOFError, OSError):  # the loop has ended
+            return
+        surface.blit(pygame.image.frombuffer(picture.tobytes(), screen.size, "RGB"), (0, 0))
+        pygame.display.flip()
+        alive = _tell(link, True, status)
+
+
+def _closes(event) -> bool:
+    import pygame
+
+    escape = event.type == pygame.KEYDOWN and event.key == pygame.K_ESCAPE
+    return escape or event.type == pygame.QUIT
+
+
+def _tell(link: Connection, ready: bool, status: str) -> bool:
+    """Send readiness and status to the loop; False when nobody listens any more."""
+    try:
+        link.send((ready, status))
+    except OSError:
+        return False
+    return True
