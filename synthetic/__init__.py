@@ -7,15 +7,37 @@ from synthetic.camera import Camera, pinhole_above
 from synthetic.view import motion, rigid, seen
 
 if TYPE_CHECKING:
+    from synthetic.pattern import Pattern, Speckle
+    from synthetic.rendering import render
     from synthetic.sensor import Sensor
+    from synthetic.warp import Warper, prepare_warp
 
-__all__ = ["Camera", "Sensor", "motion", "pinhole_above", "rigid", "seen"]
+__all__ = [
+    "Camera",
+    "Pattern",
+    "Sensor",
+    "Speckle",
+    "Warper",
+    "motion",
+    "pinhole_above",
+    "prepare_warp",
+    "render",
+    "rigid",
+    "seen",
+]
 
 # An estimator needs the camera alone: what compiles kernels is imported when it is first asked for.
-_LATER = {"Sensor": "synthetic.sensor"}
+_LATER = {
+    "Pattern": "pattern",
+    "Sensor": "sensor",
+    "Speckle": "pattern",
+    "Warper": "warp",
+    "prepare_warp": "warp",
+    "render": "rendering",
+}
 
 
 def __getattr__(name: str):
     if name not in _LATER:
         raise AttributeError(f"module 'synthetic' has no attribute {name!r}")
-    return getattr(import_module(_LATER[name]), name)
+    return getattr(import_module(f"synthetic.{_LATER[name]}"), name)

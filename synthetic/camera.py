@@ -108,17 +108,17 @@ class Camera:
         ValueError
             The ray of a pixel does not meet the plane in front of the camera.
         """
-        px = checked(px, 2, "pixel coordinates", "px")
-        local = np.column_stack([(px - self.centre) / self.focal, np.ones(len(px))])
-        ray = local @ self.T_cam_plate[:3, :3]
+        x, y = ((checked(px, 2, "pixel coordinates", "px") - self.centre) / self.focal).T
+        R = self.T_cam_plate[:3, :3]
+        ray = R[0][:, None] * x + R[1][:, None] * y + R[2][:, None]
         position = self.position
         drop = np.asarray(z, dtype=np.float64) - position[2]
-        if np.any(drop * ray[:, 2] <= 0):
+        if np.any(drop * ray[2] <= 0):
             raise ValueError(
                 "a pixel does not see the plane of the plate in front of the camera; "
                 "move the camera to the touched side and turn it to the plate"
             )
-        return position[:2] + ray[:, :2] * (drop / ray[:, 2])[:, None]
+        return (position[:2, None] + ray[:2] * (drop / ray[2])).T
 
     def _in_camera(self, points: ArrayLike) -> Array:
         points = checked(points, 3, "plate points", "mm")

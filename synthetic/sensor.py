@@ -30,7 +30,7 @@ class Sensor:
     noise: float = 2.0
     bits: int = 8
     black: float = 0.2
-    white: float = 0.75
+    white: float = 0.72
 
     def __post_init__(self):
         if not 0 <= self.noise < np.inf:
