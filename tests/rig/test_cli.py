@@ -1,0 +1,81 @@
+"""The command line: quick, one sentence for what the user can mend, a traceback when asked for."""
+
+import subprocess
+import sys
+
+import pytest
+from typer.testing import CliRunner
+
+from rig import cli
+
+RUN = [sys.executable, "-c", "from rig.cli import main; main()"]
+
+
+def touchplate(*arguments, **options):
+    return subprocess.run(
+        [*RUN, *arguments], capture_output=True, text=True, check=False, **options
+    )
+
+
+def test_help_names_every_command_and_imports_none():
+    code = (
+        "import sys; sys.argv = ['touchplate', '--help']\n"
+        "from rig.cli import main\n"
+        "try: main()\n"
+        "except SystemExit: pass\n"
+        "heavy = {'numpy', 'pydantic', 'dic', 'fe', 'synthetic', 'models', 'torch', 'numba'}\n"
+        "print(heavy & set(sys.modules), [m for m in sys.modules if m.startswith('rig.commands.')])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip().endswith("set() []")
+    for name in cli.COMMANDS:
+        assert name in done.stdout
+
+
+@pytest.mark.parametrize("name", cli.COMMANDS)
+def test_every_command_has_help(name):
+    arguments = [name, "--help"]
+    done = CliRunner().invoke(cli.application(arguments), arguments)
+    assert done.exit_code == 0, done.output
+    assert "--json" in done.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["show", "nothing"], "touchplate: no scene is called 'nothing'; shipped are "),
+        (["show", "no/such.toml"], "touchplate: scene file 'no/such.toml' does not exist"),
+        (["show", "twin", "--set", "plate.thickness=-2"], "touchplate: twin.toml: plate.thickness"),
+        (["show", "twin", "--set", "plate.thickness"], "touchplate: setting 'plate.thickness'"),
+    ],
+)
+def test_what_the_user_can_mend_is_one_line(arguments, sentence):
+    done = touchplate(*arguments)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.startswith(sentence)
+    assert done.stderr.count("\n") == 1
+
+
+def test_a_traceback_comes_when_it_is_asked_for():
+    by_option = touchplate("show", "nothing", "--traceback")
+    by_variable = touchplate("show", "nothing", env={"TOUCHPLATE_TRACEBACK": "1"})
+    for done in (by_option, by_variable):
+        assert done.returncode == 1
+        assert "Traceback" in done.stderr
+        assert "SceneError: no scene is called 'nothing'" in done.stderr
+
+
+def test_a_wrong_command_or_option_is_explained():
+    for arguments in (["shew"], ["show", "twin", "--jsn"]):
+        done = touchplate(*arguments)
+        assert done.returncode == 2
+        assert "No such" in done.stderr
+        assert "Traceback" not in done.stderr
+
+
+def test_an_error_of_the_system_names_the_file():
+    assert cli.sentence(OSError(13, "Permission denied", "a.h5")) == "a.h5: Permission denied"
+    assert cli.sentence(ValueError("two\n  lines")) == "two lines"

@@ -1,0 +1,107 @@
+"""Each fault of a scene file ends in one sentence: key, value, unit, remedy."""
+
+import pytest
+
+import rig
+
+NET = {"kind": "net"}
+LENGTHS = "m, cm, um, µm, in"
+
+REFUSALS = [
+    ({"plate.thicknes": 1}, "unknown key 'thicknes' in [plate]; did you mean 'thickness'?"),
+    ({"camra.rate": 1}, "unknown key 'camra'; did you mean 'camera'?"),
+    ({"estimator.mode": 3}, "unknown key 'mode' in [estimator]; did you mean 'modes'?"),
+    ({"page.qqq": 3}, "unknown key 'qqq' in [page]; known are port"),
+    ({"plate.thickness": -2}, "plate.thickness is -2 mm; give more than 0 mm"),
+    (
+        {"plate.thickness": "2 kg"},
+        f"plate.thickness is '2 kg'; give a number in mm or a text with its unit ({LENGTHS})",
+    ),
+    (
+        {"plate.thickness": float("nan")},
+        f"plate.thickness is nan mm; give a number in mm or a text with its unit ({LENGTHS})",
+    ),
+    ({"plate.thickness": "-2 cm"}, "plate.thickness is -20 mm; give more than 0 mm"),
+    ({"plate.poisson": "0.3 mm"}, "plate.poisson is '0.3 mm'; give a plain number without a unit"),
+    ({"plate.poisson": 0.5}, "plate.poisson is 0.5; give less than 0.5"),
+    ({"plate.size": 5}, "plate.size is 5 mm; give a list of 2 values"),
+    ({"plate.size": [254]}, "plate.size is [254]; give a list of 2 values"),
+    ({"plate.size": [1, 2, 3]}, "plate.size is [1, 2, 3]; give a list of 2 values"),
+    ({"plate.size": [254, -1]}, "plate.size[1] is -1 mm; give more than 0 mm"),
+    ({"plate.edges.kind": "free"}, "plate.edges.kind is 'free'; give 'clamped'"),
+    (
+        {"plate.edges": {}},
+        "plate.edges.kind is missing; add it to [plate.edges] (support of all four edges)",
+    ),
+    ({"plate": 3}, "plate is 3; give a table of keys"),
+    ({"title": 3}, "title is 3; give a text"),
+    (
+        {"estimator.kind": "nets"},
+        "estimator.kind is 'nets'; give one of 'pattern', 'strain', 'net'",
+    ),
+    ({"estimator": {}}, "estimator.kind is missing; say which kind of estimator it is"),
+    ({"estimator.modes": 1.5}, "estimator.modes is 1.5; give a whole number"),
+    ({"estimator.modes": True}, "estimator.modes is True; give a whole number"),
+    ({"dic.subset": 30}, "dic.subset is 30; give an odd number such as 31"),
+    ({"page.port": 99999}, "page.port is 99999; give at most 65535"),
+    ({"projector.full_screen": "yes"}, "projector.full_screen is 'yes'; give true or false"),
+    (
+        {"touches.force": [4, 1]},
+        "touches.force runs from 4 N down to 1 N; write the smaller force first",
+    ),
+    ({"estimator": NET}, "[estimator] needs [gauges]; add [gauges] or leave [estimator] out"),
+    (
+        {"estimator": NET, "gauges.reading": "B", "training.margin": 130},
+        "training.margin is 130 mm; give less than half of the plate's shorter side, 127 mm",
+    ),
+]
+
+
+@pytest.mark.parametrize(("overrides", "sentence"), REFUSALS)
+def test_a_wrong_value_is_refused_in_one_sentence(overrides, sentence):
+    with pytest.raises(rig.SceneError) as refusal:
+        rig.load("twin", overrides)
+    assert str(refusal.value) == f"twin.toml: {sentence}"
+
+
+def test_a_key_below_a_value_is_refused():
+    with pytest.raises(rig.SceneError, match=r"'title\.x' cannot be set: title is a value"):
+        rig.load("twin", {"title.x": 1})
+
+
+def test_a_missing_section_is_named_by_the_one_that_needs_it(tmp_path):
+    path = tmp_path / "half.toml"
+    path.write_text("title = 'half'\n[sensor]\nnoise = 2\n", encoding="utf-8")
+    with pytest.raises(rig.SceneError, match=r"\[sensor\] needs \[camera\]; add \[camera\]"):
+        rig.load(path)
+
+
+def test_a_missing_key_is_named_with_its_meaning(tmp_path):
+    path = tmp_path / "no_title.toml"
+    path.write_text("", encoding="utf-8")
+    with pytest.raises(rig.SceneError, match="title is missing; add it"):
+        rig.load(path)
+
+
+def test_an_unknown_name_lists_the_shipped_scenes():
+    with pytest.raises(rig.SceneError, match=r"no scene is called 'twins'; shipped are .*twin"):
+        rig.load("twins")
+
+
+def test_a_missing_file_is_named():
+    with pytest.raises(rig.SceneError, match=r"scene file 'nowhere/x\.toml' does not exist"):
+        rig.load("nowhere/x.toml")
+
+
+def test_a_fault_of_toml_is_given_with_its_line(tmp_path):
+    path = tmp_path / "broken.toml"
+    path.write_text("title = 'x'\n[plate\n", encoding="utf-8")
+    with pytest.raises(rig.SceneError, match=r"broken\.toml is no TOML: .*line 2"):
+        rig.load(path)
+
+
+def test_a_file_that_is_no_text_is_refused(tmp_path):
+    path = tmp_path / "picture.toml"
+    path.write_bytes(b"\xff\xd8\xff\xe0")
+    with pytest.raises(rig.SceneError, match=r"picture\.toml is no text in UTF-8"):
+        rig.load(path)

@@ -1,0 +1,40 @@
+"""The house itself: flat packages with generic names, found in this tree and nowhere else."""
+
+import importlib
+import importlib.metadata
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+PACKAGES = ("dic", "fe", "models", "rig", "synthetic")
+
+
+@pytest.mark.parametrize("name", PACKAGES)
+def test_each_package_is_the_one_of_this_tree(name):
+    module = importlib.import_module(name)
+    assert module.__file__ is not None
+    assert Path(module.__file__).resolve() == ROOT / name / "__init__.py"
+
+
+@pytest.mark.parametrize("name", PACKAGES)
+def test_everything_a_package_offers_is_there(name):
+    module = importlib.import_module(name)
+    for public in module.__all__:
+        assert getattr(module, public) is not None
+    with pytest.raises(AttributeError):
+        module.no_such_name  # noqa: B018
+
+
+def test_tests_are_no_packages():
+    assert not list((ROOT / "tests").rglob("__init__.py"))
+
+
+def test_the_wheel_holds_the_packages_and_is_not_for_upload():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    wheel = project["tool"]["hatch"]["build"]["targets"]["wheel"]
+    assert tuple(wheel["packages"]) == PACKAGES
+    assert "Private :: Do Not Upload" in project["project"]["classifiers"]
+    assert project["project"]["scripts"] == {"touchplate": "rig.cli:main"}
+    assert importlib.metadata.version("touchplate") == project["project"]["version"]
