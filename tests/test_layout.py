@@ -27,6 +27,15 @@ def test_everything_a_package_offers_is_there(name):
         module.no_such_name  # noqa: B018
 
 
+@pytest.mark.parametrize("name", PACKAGES)
+def test_a_door_is_not_hidden_by_the_file_of_its_name(name):
+    package = importlib.import_module(name)
+    for path in (ROOT / name).glob("[a-z]*.py"):
+        module = importlib.import_module(f"{name}.{path.stem}")
+        if path.stem in package.__all__ and hasattr(module, path.stem):
+            assert getattr(package, path.stem) is getattr(module, path.stem)
+
+
 def test_tests_are_no_packages():
     assert not list((ROOT / "tests").rglob("__init__.py"))
 

@@ -26,9 +26,7 @@ def test_help_names_every_command_and_imports_none():
         "heavy = {'numpy', 'pydantic', 'dic', 'fe', 'synthetic', 'models', 'torch', 'numba'}\n"
         "print(heavy & set(sys.modules), [m for m in sys.modules if m.startswith('rig.commands.')])"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True
-    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip().endswith("set() []")
     for name in cli.COMMANDS:
         assert name in done.stdout
@@ -79,3 +77,24 @@ def test_a_wrong_command_or_option_is_explained():
 def test_an_error_of_the_system_names_the_file():
     assert cli.sentence(OSError(13, "Permission denied", "a.h5")) == "a.h5: Permission denied"
     assert cli.sentence(ValueError("two\n  lines")) == "two lines"
+
+
+def run_raising(error, monkeypatch):
+    def broken() -> None:
+        raise error
+
+    monkeypatch.setattr(cli, "_function", lambda name: broken)
+    monkeypatch.setattr(sys, "argv", ["touchplate", "show"])
+    cli.main()
+
+
+def test_ctrl_c_ends_quietly(monkeypatch, capsys):
+    with pytest.raises(SystemExit) as ended:
+        run_raising(KeyboardInterrupt(), monkeypatch)
+    assert ended.value.code == 130
+    assert capsys.readouterr() == ("", "")
+
+
+def test_a_fault_of_the_program_is_not_hidden(monkeypatch):
+    with pytest.raises(RuntimeError, match="a bug"):
+        run_raising(RuntimeError("a bug"), monkeypatch)
