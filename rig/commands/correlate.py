@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
 Kind = Literal["small", "green-lagrange", "logarithmic"]
 
+PRINTED = {"u": (1.0, "px"), "v": (1.0, "px")} | dict.fromkeys(("exx", "eyy", "exy"), (1e6, "µε"))
+"""Factor and unit in which each field is printed."""
+
 
 def correlate(
     reference: Annotated[Path, typer.Argument(metavar="REF", help="Picture before.")],
@@ -87,14 +90,13 @@ def _spread(values: np.ndarray, sigma: np.ndarray) -> dict[str, float] | None:
     """Mean and scatter over the measured points, and their median σ; None where there are none."""
     import numpy as np
 
-    measured = np.isfinite(values)
+    measured = np.isfinite(values) & np.isfinite(sigma)
     if not measured.any():
         return None
-    known = sigma[measured]
     return {
         "mean": float(values[measured].mean()),
         "sd": float(values[measured].std()),
-        "sigma": float(np.median(known[np.isfinite(known)])) if np.isfinite(known).any() else 0.0,
+        "sigma": float(np.median(sigma[measured])),
     }
 
 
@@ -104,11 +106,14 @@ def _tables(figures: dict[str, Any]) -> Group:
     from rich.table import Table
 
     fields = Table("field", "mean", "sd", "median σ", "unit", box=SIMPLE)
-    for name, scale, unit in [("u", 1, "px"), ("v", 1, "px")] + [
-        (name, 1e6, "µε") for name in ("exx", "eyy", "exy")
-    ]:
-        row = figures[name] or {"mean": float("nan"), "sd": float("nan"), "sigma": float("nan")}
-        fields.add_row(name, *(f"{row[key] * scale:.4g}" for key in ("mean", "sd", "sigma")), unit)
+    for name, (scale, unit) in PRINTED.items():
+        spread = figures[name]
+        row = (
+            [f"{spread[key] * scale:.4g}" for key in ("mean", "sd", "sigma")]
+            if spread
+            else ["-"] * 3
+        )
+        fields.add_row(name, *row, unit)
     shares = [f"{name} {share:.1%}" for name, share in figures["status"].items() if share]
     return Group(
         f"{figures['points']} points: {', '.join(shares)}",

@@ -51,7 +51,8 @@ def progress(title: str) -> Iterator[Report]:
     try:
         yield report
     finally:
-        bar.stop()
+        if bar.live.is_started:
+            bar.stop()
 
 
 def emit(renderable: RenderableType, data: Mapping[str, Any], as_json: bool) -> None:
