@@ -3,6 +3,7 @@
 import hashlib
 import json
 import os
+import tempfile
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -13,7 +14,7 @@ import numpy as np
 from models.net import Net, NetOptions, Scaling
 from models.train import Trained
 
-__all__ = ["FORMAT", "VERSION", "load", "save"]
+__all__ = ["FORMAT", "VERSION", "load", "prepare", "save"]
 
 FORMAT = "touchplate net"
 VERSION = 1
@@ -36,22 +37,36 @@ def save(path: str | Path, trained: Trained, about: Mapping[str, Any]) -> None:
     OSError
         When the file cannot be written.
     """
-    import h5py
-
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
     text = json.dumps({"net": asdict(trained.net.options), "about": dict(about)}, sort_keys=True)
-    arrays = _to_arrays(trained)
+    prepare(path)
     aside = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        with h5py.File(aside, "w", libver="latest") as file:
-            file.attrs.update(format=FORMAT, version=VERSION, checksum=_checksum(arrays, text))
-            file.attrs["options"] = text
-            for name, array in arrays.items():
-                file[name] = array
+        _write(aside, _to_arrays(trained), text)
         aside.replace(path)
+    except OSError as error:
+        raise _unwritable(path, error) from error
     finally:
         aside.unlink(missing_ok=True)
+
+
+def prepare(path: str | Path) -> None:
+    """Make the folder of `path` and try it, so that no training ends in a net without a place.
+
+    Raises
+    ------
+    OSError
+        When a file there cannot be written.
+    """
+    path = Path(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=path.parent):
+            pass
+    except OSError as error:
+        raise _unwritable(path, error) from error
+    if path.is_dir():
+        raise IsADirectoryError(f"model file {path} is a folder; give the name of a file in it")
 
 
 def load(path: str | Path) -> tuple[Trained, dict[str, Any]]:
@@ -89,6 +104,24 @@ def load(path: str | Path) -> tuple[Trained, dict[str, Any]]:
     return _from_arrays(arrays, NetOptions(tuple(layers), activation)), options["about"]
 
 
+def _write(path: Path, arrays: Mapping[str, np.ndarray], text: str) -> None:
+    import h5py
+
+    # The latest format of HDF5 sums its own structure too, so that damage there is seen.
+    with h5py.File(path, "w", libver="latest") as file:
+        file.attrs.update(format=FORMAT, version=VERSION, checksum=_checksum(arrays, text))
+        file.attrs["options"] = text
+        for name, array in arrays.items():
+            file[name] = array
+
+
+def _unwritable(path: Path, error: OSError) -> OSError:
+    return OSError(
+        f"model file {path} cannot be written ({error.strerror or error}); free space there or"
+        " choose another place"
+    )
+
+
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """Return the attributes and the arrays of an HDF5 file, whatever they are."""
     import h5py
@@ -107,7 +140,7 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
 
 def _checksum(arrays: Mapping[str, np.ndarray], text: str) -> str:
     """SHA-256 over the options and each array's name, type, shape and bytes."""
-    digest = hashlib.sha256(text.encode())
+    digest = hashlib.sha256(text.encode(errors="surrogateescape"))
     for name, array in sorted(arrays.items()):
         digest.update(f"{name} {array.dtype.str} {array.shape}".encode())
         digest.update(np.ascontiguousarray(array).tobytes())

@@ -1,0 +1,64 @@
+"""`touchplate train SCENE`: train the net of a scene on simulated touches and store it."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+import typer
+
+from rig.commands.output import console, emit, progress
+from rig.commands.score import figures, table
+from rig.scene import load, parse_overrides
+from rig.simulated import Lesson, Sets, lesson, model_path, simulate
+
+if TYPE_CHECKING:
+    from models.train import Trained
+
+
+def train(
+    scene: Annotated[str, typer.Argument(help="Name of a shipped scene, or path of a TOML file.")],
+    out: Annotated[
+        Path | None, typer.Option(help="Model file; results/SCENE/model.h5 by default.")
+    ] = None,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", help="Replace a value: section.key=value.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Train the net of a scene on simulated touches, test it and store it."""
+    from models import store
+
+    bench = load(scene, parse_overrides(settings or []))
+    taught = lesson(bench)
+    path = out or model_path(scene)
+    store.prepare(path)
+    with progress("influence") as report:
+        sets = simulate(taught, report)
+    began = time.monotonic()
+    trained = _train(taught, sets)
+    seconds = time.monotonic() - began
+    store.save(path, trained, {"scene": bench.model_dump(mode="json")})
+    scores = figures(trained.net, sets)
+    console().print(f"trained in {seconds:.0f} s, stored in {path}")
+    emit(table(bench.title, scores), {"model": str(path), "seconds": seconds} | scores, as_json)
+
+
+def _train(taught: Lesson, sets: Sets) -> Trained:
+    """Train with a bar that shows the loss."""
+    from models.net import NetOptions
+    from models.train import Recipe
+    from models.train import train as descend
+
+    net = taught.net
+    with progress("training") as report:
+        return descend(
+            sets.training,
+            sets.validation,
+            NetOptions(net.layers, net.activation),
+            Recipe(net.epochs, net.learning_rate),
+            np.random.default_rng(net.seed),
+            lambda epoch, loss: report(epoch, net.epochs, f"loss {loss:.3f} mm"),
+        )
