@@ -36,7 +36,8 @@ function connect() {
 function ask() {
   if (socket.readyState !== WebSocket.OPEN) return;
   owed = false;
-  socket.send([choice.view, "camera", choice.component === "none" ? "" : "strain"].join(" "));
+  const map = choice.view === "camera" && choice.component !== "none";
+  socket.send(map ? "camera strain" : choice.view);
 }
 
 async function accept(header, parts) {
@@ -54,7 +55,7 @@ async function accept(header, parts) {
 
 function draw() {
   if (!waiting) return;
-  frame?.cameraBitmap.close();
+  frame?.cameraBitmap?.close();
   frame?.projectorBitmap?.close();
   [frame, waiting] = [waiting, null];
   if (owed) ask();

@@ -32,10 +32,12 @@ export class Chart {
     const x = (time) => wide - 6 - (newest - time) / SECONDS * (wide - 30);
     const y = (force) => high - 18 - Math.max(force, 0) / top * (high - 26);
     this.drawAxes(context, x, y, top, newest, ink, wide);
+    context.fillStyle = ink("muted");
+    context.globalAlpha = 0.3;
     for (const { time, truth } of this.history) {
-      context.fillStyle = ink("muted");
-      for (const mark of truth) context.fillRect(x(time) - 1, y(mark.force) - 2.5, 2, 5);
+      for (const mark of truth) context.fillRect(x(time) - 1, y(mark.force) - 4, 2, 8);
     }
+    context.globalAlpha = 1;
     context.fillStyle = ink("pattern");
     for (const { time, touches } of this.history) {
       for (const mark of touches) {

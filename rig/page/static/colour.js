@@ -5,9 +5,9 @@ const MIDDLE = 0.94, END = 0.42;               // OKLab lightness at zero and at
 const NEGATIVE = { hue: 258, chroma: 0.17 };   // degrees, OKLab
 const POSITIVE = { hue: 32, chroma: 0.18 };
 
-export const LEVELS = 256;
-export const PALETTE = Uint8ClampedArray.from({ length: 3 * LEVELS }, (_, i) =>
-  diverging(2 * Math.floor(i / 3) / (LEVELS - 1) - 1)[i % 3]);
+const LEVELS = 256;
+const PALETTE = new Uint32Array(Uint8ClampedArray.from({ length: 4 * LEVELS }, (_, i) =>
+  [...diverging(2 * Math.floor(i / 4) / (LEVELS - 1) - 1), 255][i % 4]).buffer);
 
 function diverging(t) {
   const side = t < 0 ? NEGATIVE : POSITIVE, far = Math.abs(t);
@@ -32,37 +32,37 @@ function srgb(L, a, b) {
 
 // One pixel a strain value; no value (NaN) is clear.
 export function paintStrain(values, [rows, columns], limit) {
-  const image = new ImageData(columns, rows);
+  const image = new ImageData(columns, rows), pixels = new Uint32Array(image.data.buffer);
   const scale = (LEVELS - 1) / (2 * limit);
   for (let i = 0; i < values.length; i++) {
     if (Number.isNaN(values[i])) continue;
-    const level = Math.round(Math.min(Math.max((values[i] + limit) * scale, 0), LEVELS - 1));
-    image.data.set(PALETTE.subarray(3 * level, 3 * level + 3), 4 * i);
-    image.data[4 * i + 3] = 255;
+    pixels[i] = PALETTE[Math.round(Math.min(Math.max((values[i] + limit) * scale, 0), LEVELS - 1))];
   }
   return image;
 }
 
 export function paintRamp(canvas) {
-  const image = new ImageData(LEVELS, 1);
-  for (let i = 0; i < LEVELS; i++) {
-    image.data.set([...PALETTE.subarray(3 * i, 3 * i + 3), 255], 4 * i);
-  }
+  const image = new ImageData(new Uint8ClampedArray(PALETTE.buffer), LEVELS, 1);
   canvas.getContext("2d").putImageData(image, 0, 0);
 }
 
-// 1, 2 or 5 times a power of ten, not below x.
+const STEPS = [1, 1.5, 2, 3, 4, 5, 6, 8, 10];
+
+// A round number not below x.
 export function roundUp(x) {
   const power = 10 ** Math.floor(Math.log10(x));
-  return power * [1, 2, 5, 10].find((step) => step * power >= x * (1 - 1e-9));
+  return power * STEPS.find((step) => step * power >= x * (1 - 1e-9));
 }
+
+const SAMPLE = 2000;  // values looked at for the limit: the 99th percentile needs no more
 
 // A symmetric limit that grows at once and shrinks only after the strain stayed small for 2 s.
 export class Limit {
   constructor() { this.value = 1e-5; this.small = null; }
 
   follow(values, sigma, now) {
-    const sizes = Array.from(values.filter((x) => !Number.isNaN(x)), Math.abs).sort((p, q) => p - q);
+    const stride = Math.ceil(values.length / SAMPLE);
+    const sizes = values.filter((x, i) => i % stride === 0 && !Number.isNaN(x)).map(Math.abs).sort();
     if (!sizes.length) return this.value;
     const wanted = roundUp(Math.max(sizes[Math.floor(0.99 * (sizes.length - 1))], 3 * sigma, 1e-6));
     if (wanted >= this.value) this.small = null;

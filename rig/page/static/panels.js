@@ -42,7 +42,7 @@ function touchRows(marks, source, name) {
   return shown.map((mark, i) => {
     const row = make("tr", { className: `${i ? "" : "first"} ${i === shown.length - 1 ? "last" : ""}` });
     const label = make("span");
-    label.innerHTML = i ? "" : `<svg viewBox="0 0 20 20">${GLYPHS[source]}</svg>${name}`;
+    label.innerHTML = i ? "" : `<svg viewBox="0 0 20 20">${GLYPHS[source]}</svg><b>${name}</b>`;
     row.append(make("td", {}, label), ...(mark ? cells(mark, source === "truth") : [make("td"), make("td"), make("td", {}, "none")]));
     return row;
   });
@@ -52,7 +52,7 @@ function cells(mark, exact) {
   const [a, b, angle] = mark.sigma.map((part) => part ?? 0), c = Math.cos(angle), s = Math.sin(angle);
   return [
     [mark.x, Math.hypot(a * c, b * s), 1], [mark.y, Math.hypot(a * s, b * c), 1], [mark.force, mark.sigma_force, 2],
-  ].map(([value, sigma, digits]) => make("td", {}, text(value, digits), make("em", {}, exact ? "" : ` ± ${text(sigma, digits)}`)));
+  ].map(([value, sigma, digits]) => make("td", {}, text(value, digits), make("em", {}, exact ? "" : `± ${text(sigma, digits)}`)));
 }
 
 export function showStages(frame) {

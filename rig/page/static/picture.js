@@ -42,10 +42,8 @@ export class Picture {
 
   // choice: { view, component, opacity, limit }
   draw(frame, choice) {
-    const projector = choice.view === "projector" && frame.projectorBitmap;
-    this.fit(projector ? frame.projector.size : frame.size);
-    if (projector) this.drawProjector(frame);
-    else this.drawCamera(frame, choice);
+    if (choice.view === "projector" && frame.projectorBitmap) this.drawProjector(frame);
+    if (choice.view === "camera" && frame.cameraBitmap) this.drawCamera(frame, choice);
   }
 
   fit([width, height]) {
@@ -71,28 +69,46 @@ export class Picture {
 
   drawProjector(frame) {
     const { context, canvas } = this;
-    context.filter = "brightness(2.5)";  // the light is dim on purpose; the page is not the plate
+    this.fit(frame.projector.size);
     context.drawImage(frame.projectorBitmap, 0, 0, canvas.width, canvas.height);
-    context.filter = "none";
+    context.globalCompositeOperation = "lighter";  // dim on purpose, but the page is not the plate
+    for (let i = 0; i < 2; i++) context.drawImage(frame.projectorBitmap, 0, 0, canvas.width, canvas.height);
+    context.globalCompositeOperation = "source-over";
     this.trace(frame.projector.outline.map((corner) => this.at(corner)));
     context.setLineDash([4 * this.dots, 4 * this.dots]);
     this.stroke("#ffffff66", 1);
     context.setLineDash([]);
     context.fillStyle = "#ffffff99";
     context.font = `${12 * this.dots}px system-ui, sans-serif`;
+    context.textAlign = "left";
     context.fillText("brightened for the page; the plate's edge is not projected", 12 * this.dots, canvas.height - 12 * this.dots);
   }
 
   drawCamera(frame, choice) {
     const { context, canvas } = this;
-    context.imageSmoothingQuality = "medium";
+    this.fit(frame.size);
     context.drawImage(frame.cameraBitmap, 0, 0, canvas.width, canvas.height);
     if (choice.component !== "none") this.drawStrain(frame, choice);
     this.trace(frame.outline.map((corner) => this.at(corner)));
     this.outline("#ffffffd0", 1.5);
+    this.drawAxes(frame);
     for (const mark of frame.truth ?? []) this.drawTruth(frame, mark);
     for (const mark of frame.from_strain) this.drawStrainMark(frame, mark);
     for (const mark of frame.touches) this.drawTouch(frame, mark);
+  }
+
+  drawAxes(frame) {
+    const { context, dots } = this, length = Math.min(...frame.plate) / 12;
+    for (const [name, x, y] of [["x", length, 0], ["y", 0, length]]) {
+      context.beginPath();
+      context.moveTo(...this.at(through(frame.T_px_plate, 0, 0)));
+      context.lineTo(...this.at(through(frame.T_px_plate, x, y)));
+      this.outline("#ffffff", 3);
+      context.textAlign = "center";
+      context.textBaseline = "middle";
+      this.write(name, this.at(through(frame.T_px_plate, 1.35 * x, 1.35 * y)), 13);
+    }
+    context.textBaseline = "alphabetic";
   }
 
   drawStrain(frame, { component: name, opacity, limit }) {
@@ -132,15 +148,9 @@ export class Picture {
     this.trace(this.ellipse(frame, mark, [x, y]));
     this.outline(PATTERN, 1.5);
     const text = `${mark.force.toFixed(2)} N`;
-    context.font = `600 ${14 * dots}px system-ui, sans-serif`;
     const side = x + 90 * dots > this.canvas.width ? -1 : 1;
     context.textAlign = side > 0 ? "left" : "right";
-    const place = [x + side * 18 * dots, y - 12 * dots];
-    Object.assign(context, { lineJoin: "round", strokeStyle: "#000000c0", lineWidth: 4 * dots });
-    context.strokeText(text, ...place);
-    context.fillStyle = "#ffffff";
-    context.fillText(text, ...place);
-    context.textAlign = "left";
+    this.write(text, [x + side * 18 * dots, y - 12 * dots], 14);
   }
 
   // Two sigma, seen through the homography; grown evenly where it would be too small to see.
@@ -157,6 +167,15 @@ export class Picture {
     if (reach < 0.01) return points.map((_, i) => [x + least * Math.cos(i * Math.PI / 24), y + least * Math.sin(i * Math.PI / 24)]);
     const grow = Math.max(1, least / reach);
     return points.map(([px, py]) => [x + grow * (px - x), y + grow * (py - y)]);
+  }
+
+  write(words, place, size) {
+    const { context, dots } = this;
+    context.font = `600 ${size * dots}px system-ui, sans-serif`;
+    Object.assign(context, { lineJoin: "round", strokeStyle: "#000000c0", lineWidth: 4 * dots });
+    context.strokeText(words, ...place);
+    context.fillStyle = "#ffffff";
+    context.fillText(words, ...place);
   }
 
   trace(points) {
