@@ -1,0 +1,102 @@
+"""The dense motion between the points of interest, from what the good ones say."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dic.grid import Grid
+
+
+@dataclass(frozen=True)
+class Net:
+    """Motion on the grid of POIs, continued over the borders of the picture.
+
+    Attributes
+    ----------
+    motion : (2, R', C') float64, px
+        u and v, with enough rows and columns around the POIs for every pixel of every subset.
+    origin : (2,) int, px
+        Column and row of the first node.
+    step : int, px
+    """
+
+    motion: NDArray[np.float64]
+    origin: tuple[int, int]
+    step: int
+
+    def place(self, length: int, axis: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """First of the four nodes of each pixel along an axis (-1: none), and their weights.
+
+        The weights (length, 4) are those of Catmull and Rom: cubic, local, exact for parabolas.
+        """
+        nodes = self.motion.shape[2 - axis]
+        offset = np.arange(length) - self.origin[axis]
+        cell, t = offset // self.step, offset % self.step / self.step
+        weights = np.stack(
+            [
+                t * (-1 + t * (2 - t)) / 2,
+                1 + t * t * (-5 + 3 * t) / 2,
+                t * (1 + t * (4 - 3 * t)) / 2,
+                t * t * (t - 1) / 2,
+            ],
+            axis=1,
+        )
+        first = cell - 1
+        first[(first < 0) | (first + 4 > nodes)] = -1
+        return first, weights
+
+
+def net(motion: NDArray[np.float64], grid: Grid) -> Net:
+    """Continue the motion of the POIs over the borders by their own gradients.
+
+    Parameters
+    ----------
+    motion : (R·C, 6) float64
+        u, ∂u/∂x, ∂u/∂y, v, ∂v/∂x, ∂v/∂y at the POIs, px and px/px.
+    """
+    margin = grid.subset // 2 // grid.step + 2
+    nodes = np.pad(
+        motion.reshape(*grid.shape, 6), ((margin, margin), (margin, margin), (0, 0)), mode="edge"
+    )
+    dy, dx = (grid.step * _beyond(n, margin) for n in grid.shape)
+    u = nodes[..., 0] + nodes[..., 1] * dx + nodes[..., 2] * dy[:, None]
+    v = nodes[..., 3] + nodes[..., 4] * dx + nodes[..., 5] * dy[:, None]
+    origin = int(grid.xs[0]) - margin * grid.step, int(grid.ys[0]) - margin * grid.step
+    return Net(np.stack([u, v]), origin, grid.step)
+
+
+def _beyond(count: int, margin: int) -> NDArray[np.int64]:
+    """Steps by which each node of a continued line lies beyond its ends."""
+    place = np.arange(-margin, count + margin)
+    return place - np.clip(place, 0, count - 1)
+
+
+def fill(
+    xy: NDArray[np.float64], motion: NDArray[np.float64], good: NDArray[np.bool_]
+) -> NDArray[np.float64]:
+    """Give each point that is not good the motion of its nearest good neighbour.
+
+    This is also the second chance of a lost point: the next iteration starts from there.
+
+    Parameters
+    ----------
+    xy : (N, 2) px
+    motion : (N, 6)
+        As for `net`.
+    good : (N,) bool
+    """
+    if good.all() or not good.any():
+        return motion
+    from scipy.spatial import cKDTree
+
+    _, nearest = cKDTree(xy[good]).query(xy[~good])
+    source = motion[good][nearest]
+    reach = xy[~good] - xy[good][nearest]
+    filled = motion.copy()
+    filled[~good] = source
+    filled[~good, 0] += np.einsum("nk,nk->n", source[:, 1:3], reach)
+    filled[~good, 3] += np.einsum("nk,nk->n", source[:, 4:6], reach)
+    return filled
