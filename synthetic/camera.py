@@ -73,7 +73,8 @@ class Camera:
         ValueError
             A point of wrong shape, not finite, or not in front of the camera.
         """
-        return self._seen(self._in_camera(points))
+        local = self._in_camera(points)
+        return local[:, :2] * (self.focal / local[:, 2:]) + self.centre
 
     def jacobian(self, points: ArrayLike) -> Array:
         """How the picture of a point moves with the point.
@@ -130,9 +131,6 @@ class Camera:
             )
         return local
 
-    def _seen(self, local: Array) -> Array:
-        return local[:, :2] * (self.focal / local[:, 2:]) + self.centre
-
 
 def pinhole_above(
     plate_size: tuple[float, float],
@@ -160,9 +158,9 @@ def pinhole_above(
     ValueError
         A plate or stand-off that is not positive, or a margin outside 0 ≤ margin < 0.5.
     """
-    if not min(plate_size) > 0:
+    if not all(0 < length < np.inf for length in plate_size):
         raise ValueError(f"plate size must be positive, got {plate_size} mm")
-    if not stand_off > 0:
+    if not 0 < stand_off < np.inf:
         raise ValueError(f"stand-off must be positive, got {stand_off} mm")
     if not 0 <= margin < 0.5:
         raise ValueError(f"margin must lie in 0 ≤ margin < 0.5, got {margin} of the picture")

@@ -54,10 +54,11 @@ class Speckle:
                 f"spot softness must be at most {self.diameter * (1 - SPREAD):g} mm at a diameter "
                 f"of {self.diameter} mm, got {self.softness} mm"
             )
-        if min(self.size) < 2 * self.reach + self.pitch:
+        least = 2 * self.reach + self.pitch
+        if not all(least <= length < np.inf for length in self.size):
             raise ValueError(
-                f"plate must be at least {2 * self.reach + self.pitch:g} mm wide for spots of "
-                f"{self.diameter} mm, got {self.size} mm"
+                f"plate must be at least {least:g} mm wide for spots of {self.diameter} mm, "
+                f"got {self.size} mm"
             )
 
     @property
