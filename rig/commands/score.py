@@ -27,7 +27,7 @@ def score(
     """Repeat the test of a stored net on the touches of the scene that it was trained for."""
     from models import store
 
-    path = Path(model) if Path(model).suffix == ".h5" else model_path(model)
+    path = model_path(model) if Path(model).suffix in ("", ".toml") else Path(model)
     trained, about = store.load(path)
     bench = _bench(about, path)
     with progress("influence") as report:
@@ -55,7 +55,14 @@ def table(title: str, scores: dict[str, dict[str, float]]) -> Table:
 
     limit = next(iter(scores.values()))["limit"]
     shown = Table(
-        "touches", "number", "mean mm", "median", "95 %", "max", f"below {limit:g} mm", title=title
+        "touches",
+        "number",
+        "mean mm",
+        "median mm",
+        "95 % mm",
+        "max mm",
+        f"below {limit:g} mm",
+        title=title,
     )
     for name, row in scores.items():
         distances = [f"{row[key]:.3f}" for key in ("mean", "p50", "p95", "max")]
