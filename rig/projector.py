@@ -24,10 +24,13 @@ class Projector:
     ----------
     status : str
         One sentence for the user: what the window shows, or why there is none.
+    pid : int or None
+        Number of the window's process.
     """
 
-    def __init__(self, link: Connection, status: str):
+    def __init__(self, link: Connection, pid: int | None, status: str):
         self._link = link
+        self.pid = pid
         self._ready = False
         self.status = status
 
@@ -68,7 +71,9 @@ def open_projector(
     window.start()
     theirs.close()
     try:
-        yield Projector(ours, f"projector window on {display or 'the display'} is opening")
+        yield Projector(
+            ours, window.pid, f"projector window on {display or 'the display'} is opening"
+        )
     finally:
         ours.close()
         window.join(SECONDS_TO_CLOSE)

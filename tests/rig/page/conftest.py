@@ -11,7 +11,7 @@ SIZE = (640, 520)  # px, width and height
 T_PX_PLATE = np.array([[2.2, 0.03, 38.0], [0.02, -2.25, 482.0], [0.0, 1.5e-5, 1.0]])
 
 
-def draw_snapshot(sequence: int, *, size=SIZE, strain=True, status="two touches", **changes):
+def draw_snapshot(sequence: int, *, size=SIZE, with_strain=True, status="two touches", **changes):
     """Two touches that press and move; everything follows from the sequence number."""
     rng = np.random.default_rng(sequence)
     time = sequence / 30
@@ -32,7 +32,7 @@ def draw_snapshot(sequence: int, *, size=SIZE, strain=True, status="two touches"
         "touches": tuple(_seen(m, (1.1, 0.7, 0.4), 0.03, rng) for m in truth),
         "from_strain": tuple(_seen(m, (6.0, 4.0, -0.3), 0.2, rng) for m in truth),
         "truth": truth,
-        "strain": _strain(truth, T, size, rng) if strain else None,
+        "strain": _strain(truth, T, size, rng) if with_strain else None,
         "status": status,
         "position_error": abs(rng.normal(0.8, 0.2)),
         "force_error": abs(rng.normal(0.03, 0.01)),
@@ -45,7 +45,7 @@ def draw_snapshot(sequence: int, *, size=SIZE, strain=True, status="two touches"
         ),
         "latency": (9.4, 13.1),
         "noise": 2.03,
-        "strain_reason": "" if strain else "the scene asks for no strain",
+        "strain_reason": "" if with_strain else "the scene asks for no strain",
     }  # fmt: skip
     return Snapshot(**{**known, **changes})
 

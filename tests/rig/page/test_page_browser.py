@@ -1,0 +1,210 @@
+"""The page in a real browser: what the operator sees follows the stream and the choices made."""
+
+import base64
+import threading
+from contextlib import contextmanager
+from itertools import count
+from urllib.parse import urlsplit
+
+import cv2
+import numpy as np
+import pytest
+from playwright.sync_api import expect, sync_playwright
+
+from rig.markers import fit_plate
+from rig.page import serve
+
+pytestmark = pytest.mark.browser
+
+SCREEN = fit_plate((640, 400), (254.0, 200.0))
+ARGUMENTS = [
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--no-first-run",
+]
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with sync_playwright() as play:
+        chromium = play.chromium.launch(executable_path="/usr/bin/chromium", args=ARGUMENTS)
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture
+def page(browser):
+    """Open a page that remembers complaints and every address that it asked for."""
+    context = browser.new_context(viewport={"width": 1440, "height": 900})
+    page = context.new_page()
+    page.complaints, page.asked = [], []
+    page.on("console", lambda message: page.complaints.append(message.text))
+    page.on("pageerror", lambda error: page.complaints.append(str(error)))
+    page.on("request", lambda request: page.asked.append(request.url))
+    page.on("websocket", lambda ws: page.asked.append(ws.url))
+    yield page
+    context.close()
+
+
+@contextmanager
+def feed(publisher, draw):
+    """Publish draw(0), draw(1), ... about 20 times a second while the block runs."""
+    stop = threading.Event()
+
+    def run():
+        for sequence in count():
+            publisher.publish(draw(sequence))
+            if stop.wait(0.05):
+                return
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    try:
+        yield
+    finally:
+        stop.set()
+        thread.join()
+
+
+def pixels(page):
+    """Canvas of the picture, (H, W, 3) RGB."""
+    png = page.evaluate("document.getElementById('picture').toDataURL()").partition(",")[2]
+    return cv2.imdecode(np.frombuffer(base64.b64decode(png), np.uint8), cv2.IMREAD_COLOR)[..., ::-1]
+
+
+def open_live(page, publisher):
+    page.goto(publisher.url)
+    expect(page.locator("#link")).to_have_text("live")
+
+
+def still(snapshot, **changes):
+    """Publish one frame again and again, so that only choices change the picture."""
+    shot = snapshot(3, **changes)
+    return lambda sequence: snapshot(3, **changes) if sequence else shot
+
+
+def test_a_frame_fills_every_part_of_the_page(page, snapshot):
+    with serve(0, SCREEN) as publisher, feed(publisher, snapshot):
+        open_live(page, publisher)
+        expect(page.locator("#touches tr")).to_have_count(6)
+        expect(page.locator("#touches")).to_contain_text("± 0.03")
+        expect(page.locator("#status")).to_have_text("two touches")
+        expect(page.locator("#fps")).to_have_text("29.7")
+        expect(page.locator("#dropped")).to_have_text("3")
+        expect(page.locator("#position-median")).to_have_text("0.79")
+        expect(page.locator("#force-median")).to_have_text("0.031")
+        expect(page.locator("#stages tr")).to_have_count(5)
+        expect(page.locator("#stages tr").last).to_contain_text("9.413.1")
+        expect(page.locator("#page-fps")).not_to_have_text("–")
+        assert pixels(page).std() > 20
+    assert page.complaints == []
+    assert {urlsplit(url).hostname for url in page.asked if not url.startswith("data:")} == {
+        "127.0.0.1"
+    }
+
+
+def test_the_component_changes_map_and_bar_by_click_and_by_key(page, snapshot):
+    with serve(0) as publisher, feed(publisher, still(snapshot)):
+        open_live(page, publisher)
+        expect(page.locator("#bar-high")).to_contain_text("µε")
+        seen = {}
+        for key, value in (("0", "none"), ("1", "exx"), ("y", "eyy"), ("3", "exy")):
+            page.keyboard.press(key)
+            expect(page.locator(f"[name=component][value={value}]")).to_be_checked()
+            page.wait_for_timeout(300)
+            seen[value] = pixels(page).astype(int)
+        page.locator("label", has=page.locator("[value=eyy]")).click()
+        page.wait_for_timeout(300)
+        assert (pixels(page) == seen["eyy"]).all()
+    for one, other in (("none", "exx"), ("exx", "eyy"), ("eyy", "exy")):
+        assert (np.abs(seen[one] - seen[other]).max(-1) > 8).mean() > 0.1
+    grey = np.abs(np.diff(seen["none"], axis=-1)).max(-1) < 8
+    assert grey.mean() > 0.9  # with the map off only marks are coloured
+
+
+def test_strain_is_blue_where_negative_and_red_where_positive(page, snapshot):
+    shot = snapshot(3, truth=None, touches=(), from_strain=())
+    maps = [np.full_like(shot.strain.exx, sign * 2e-4) for sign in (1, -1, 0)]
+    grid = type(shot.strain)(shot.strain.xs, shot.strain.ys, *maps, (1e-5, 1e-5, 1e-5))
+    with serve(0) as publisher, feed(publisher, still(snapshot, strain=grid)):
+        open_live(page, publisher)
+        for key, side in (("1", 1), ("2", -1), ("3", 0)):
+            page.keyboard.press(key)
+            page.wait_for_timeout(300)
+            red, _, blue = pixels(page).astype(float).mean((0, 1))
+            assert np.sign(round((red - blue) / 20)) == side
+
+
+def test_touches_are_drawn_where_the_homography_puts_them(page, snapshot):
+    with serve(0) as publisher, feed(publisher, still(snapshot, truth=None, from_strain=())):
+        open_live(page, publisher)
+        page.keyboard.press("0")
+        page.wait_for_timeout(300)
+        seen, shot = pixels(page).astype(int), snapshot(3)
+        scale = seen.shape[1] / shot.image.shape[1]
+        for mark in shot.touches:
+            x, y, w = shot.T_px_plate @ (mark.x, mark.y, 1)
+            column, row = np.rint((np.array([x / w, y / w]) + 0.5) * scale).astype(int)
+            red, green, blue = seen[row, column]
+            assert green > 200
+            assert green - red > 100
+            assert blue > 100
+
+
+def test_without_strain_the_choice_is_off_and_says_why(page, snapshot):
+    with serve(0) as publisher, feed(publisher, still(snapshot, with_strain=False, truth=None)):
+        open_live(page, publisher)
+        expect(page.locator("#bar-note")).to_have_text(
+            "No strain map: the scene asks for no strain"
+        )
+        expect(page.locator("[value=eyy]")).to_be_disabled()
+        expect(page.locator("[value=projector]")).to_be_disabled()
+        expect(page.locator("#touches")).not_to_contain_text("True")
+    assert page.complaints == []
+
+
+def test_the_projector_view_shows_the_projector_picture(page, snapshot):
+    with serve(0, SCREEN) as publisher, feed(publisher, snapshot):
+        open_live(page, publisher)
+        expect(page.locator("[value=projector]")).to_be_enabled()
+        page.keyboard.press("p")
+        page.wait_for_timeout(500)
+        seen = pixels(page)
+        assert seen.shape[1] / seen.shape[0] == pytest.approx(1.6, abs=0.01)
+        assert (seen.max(-1) < 30).mean() > 0.8
+        assert seen.max() > 60
+
+
+def test_a_stopped_stream_is_said_and_the_page_comes_back(page, snapshot):
+    with serve(0) as publisher:
+        port = publisher.port
+        with feed(publisher, snapshot):
+            open_live(page, publisher)
+        expect(page.locator("#link")).to_have_text("no new frames")
+        expect(page.locator("#notice")).to_contain_text("stands still")
+    expect(page.locator("#notice")).to_contain_text("The loop has stopped")
+    expect(page.locator("#link")).to_have_text("disconnected")
+    with serve(port) as publisher, feed(publisher, snapshot):
+        expect(page.locator("#link")).to_have_text("live", timeout=10000)
+        expect(page.locator("#notice")).to_be_hidden()
+
+
+@pytest.mark.parametrize(("width", "height"), [(390, 844), (820, 1180), (1440, 900)])
+def test_nothing_is_wider_than_the_window(page, snapshot, width, height):
+    page.set_viewport_size({"width": width, "height": height})
+    with serve(0, SCREEN) as publisher, feed(publisher, snapshot):
+        open_live(page, publisher)
+        page.wait_for_timeout(300)
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def test_a_status_is_text_and_never_markup(page, snapshot):
+    with (
+        serve(0) as publisher,
+        feed(publisher, still(snapshot, status="<img src=x onerror=alert(1)>")),
+    ):
+        open_live(page, publisher)
+        expect(page.locator("#status")).to_have_text("<img src=x onerror=alert(1)>")

@@ -1,0 +1,224 @@
+"""The page's server: newest frame to whoever asks, nothing to foreigners, no burden to the loop."""
+
+import json
+import socket
+import subprocess
+import sys
+import threading
+import time
+from contextlib import ExitStack
+
+import cv2
+import httpx
+import numpy as np
+import pytest
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import connect
+
+from rig.markers import fit_plate
+from rig.page import serve
+from rig.page.guard import is_own
+
+SCREEN = fit_plate((320, 200), (254.0, 200.0))
+
+
+def stream(publisher, **options):
+    return connect(f"ws://127.0.0.1:{publisher.port}/stream", max_size=None, **options)
+
+
+def ask(client, wanted="camera strain projector"):
+    client.send(wanted)
+    header = json.loads(client.recv(timeout=10))
+    return header, {name: client.recv(timeout=10) for name in header["parts"]}
+
+
+def picture(jpeg):
+    return cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_UNCHANGED)
+
+
+def test_a_page_gets_the_numbers_the_picture_and_the_strain_of_a_frame(snapshot):
+    shot = snapshot(7)
+    with serve(0, SCREEN) as publisher, stream(publisher) as client:
+        publisher.publish(shot)
+        header, parts = ask(client)
+    assert header["sequence"] == 7
+    assert header["status"] == "two touches"
+    assert [mark["force"] for mark in header["touches"]] == [mark.force for mark in shot.touches]
+    assert header["size"] == [640, 520]
+    seen = picture(parts["camera"])
+    assert seen.shape == shot.image.shape
+    assert np.abs(seen.astype(float) - shot.image).mean() < 5  # grey levels of JPEG
+    assert picture(parts["projector"]).shape == (200, 320, 3)
+    maps = np.frombuffer(parts["strain"], "<f4").reshape(3, *header["strain"]["shape"])
+    np.testing.assert_array_equal(maps, [shot.strain.exx, shot.strain.eyy, shot.strain.exy])
+
+
+def test_only_wanted_parts_that_exist_are_sent(snapshot):
+    with serve(0) as publisher, stream(publisher) as client:
+        publisher.publish(snapshot(1, with_strain=False))
+        header, parts = ask(client)
+        assert list(parts) == ["camera"]
+        assert header["strain"] is None
+        assert header["strain_reason"] == "the scene asks for no strain"
+        assert header["projector"] is None
+        publisher.publish(snapshot(2))
+        assert ask(client, "")[1] == {}
+
+
+def test_what_is_not_a_number_is_null(snapshot):
+    with serve(0) as publisher, stream(publisher) as client:
+        publisher.publish(snapshot(1, latency=(np.nan, np.inf), noise=np.float32(np.nan)))
+        header, _ = ask(client)
+    assert header["latency"] == [None, None]
+    assert header["noise"] is None
+
+
+def test_a_page_gets_the_newest_frame_and_none_twice(snapshot):
+    with serve(0) as publisher, stream(publisher) as client:
+        for sequence in range(5):
+            publisher.publish(snapshot(sequence, with_strain=False))
+        assert ask(client)[0]["sequence"] == 4
+        client.send("camera")
+        with pytest.raises(TimeoutError):
+            client.recv(timeout=0.2)
+        publisher.publish(snapshot(5, with_strain=False))
+        assert json.loads(client.recv(timeout=10))["sequence"] == 5
+
+
+def test_a_page_that_never_reads_does_not_hold_the_loop(snapshot):
+    shots = [snapshot(i) for i in range(2)]
+    with ExitStack() as clients, serve(0) as publisher:
+        slow = clients.enter_context(stream(publisher, max_queue=1, close_timeout=0.1))
+        for _ in range(50):
+            slow.send("camera strain")
+        for i in range(3000):
+            publisher.publish(shots[i % 2])
+        with stream(publisher) as second:
+            assert ask(second)[0]["sequence"] == 1
+
+
+def test_an_open_page_counts_as_watcher_until_it_goes(snapshot):
+    with serve(0) as publisher:
+        with stream(publisher) as client:
+            publisher.publish(snapshot(1))
+            ask(client)
+            assert publisher.watchers == 1
+        end = time.monotonic() + 10
+        while publisher.watchers and time.monotonic() < end:
+            time.sleep(0.01)
+        assert publisher.watchers == 0
+
+
+@pytest.mark.parametrize(
+    ("host", "origin"),
+    [
+        ("evil.example", None),
+        ("127.0.0.1.evil.example", None),
+        ("127.0.0.1:{port}", "http://evil.example"),
+        ("127.0.0.1:{port}", "http://127.0.0.1:1"),
+        ("127.0.0.1:{port}", "null"),
+        ("localhost:{port}", "https://localhost:{port}"),
+    ],
+)
+def test_a_foreign_name_or_origin_is_refused(host, origin):
+    with serve(0) as publisher:
+        headers = {"Host": host.format(port=publisher.port)}
+        if origin:
+            headers["Origin"] = origin.format(port=publisher.port)
+        assert httpx.get(publisher.url, headers=headers).status_code == 403
+        with socket.create_connection(("127.0.0.1", publisher.port)) as raw:
+            lines = [f"{name}: {value}" for name, value in headers.items()]
+            upgrade = "GET /stream HTTP/1.1\r\n" + "\r\n".join(lines) + (
+                "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13"
+                "\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n"
+            )  # fmt: skip
+            raw.sendall(upgrade.encode())
+            assert raw.recv(64).startswith(b"HTTP/1.1 403")
+
+
+def test_our_own_page_may_stream(snapshot):
+    with serve(0) as publisher:
+        publisher.publish(snapshot(1))
+        with stream(publisher, origin=publisher.url.rstrip("/")) as client:
+            assert ask(client)[0]["sequence"] == 1
+        with pytest.raises(InvalidStatus, match="403"):
+            stream(publisher, origin="http://evil.example")
+
+
+@pytest.mark.parametrize("host", ["", "[::1", "127.0.0.1@evil.example", "127.0.0.2"])
+def test_a_strange_host_is_not_ours(host):
+    assert not is_own(host, None)
+
+
+def test_a_page_seen_through_a_forwarded_port_is_ours():
+    assert is_own("localhost:9000", "http://localhost:9000")
+    assert is_own("[::1]:9000", None)
+
+
+def test_the_files_of_the_page_are_served_and_nothing_else():
+    with serve(0) as publisher, httpx.Client(base_url=publisher.url) as client:
+        answer = client.get("/")
+        assert "<title>touchplate</title>" in answer.text
+        assert "default-src 'self'" in answer.headers["content-security-policy"]
+        assert client.get("/app.js").headers["content-type"].startswith("text/javascript")
+        assert client.get("/../server.py").status_code == 404
+        assert client.get("/%2e%2e/server.py").status_code == 404
+
+
+def test_only_the_loopback_address_listens():
+    with serve(0) as publisher, socket.socket() as other:
+        other.bind(("127.0.0.2", publisher.port))  # would fail if the port were open everywhere
+
+
+def test_a_port_in_use_is_one_sentence_before_anything_starts():
+    threads = threading.active_count()
+    with serve(0) as publisher:
+        port = publisher.port
+        with pytest.raises(OSError, match="in use") as caught, serve(port):
+            pass
+        assert str(caught.value) == (
+            f"port {port} on 127.0.0.1 is in use; choose another with "
+            f"--set page.port={port + 1 if port < 65535 else 8765} or stop the other program"
+        )
+    assert threading.active_count() == threads
+
+
+def test_a_port_out_of_range_is_refused():
+    with (
+        pytest.raises(ValueError, match=r"page port must lie in 0\.\.65535, got 70000"),
+        serve(70000),
+    ):
+        pass
+
+
+def test_the_end_frees_port_and_thread_even_with_a_page_waiting(snapshot):
+    threads = set(threading.enumerate())
+    with ExitStack() as clients:
+        with serve(0) as publisher:
+            port = publisher.port
+            client = clients.enter_context(stream(publisher))
+            publisher.publish(snapshot(1))
+            ask(client)
+            client.send("camera")
+        with pytest.raises(ConnectionClosed):
+            client.recv(timeout=10)
+    assert not [t for t in threading.enumerate() if t not in threads and t.name == "page"]
+    with serve(port):
+        pass
+
+
+def test_an_error_in_the_loop_ends_the_server_and_comes_through():
+    with pytest.raises(KeyboardInterrupt), serve(0) as publisher:
+        raise KeyboardInterrupt
+    with pytest.raises(httpx.ConnectError):
+        httpx.get(publisher.url)
+
+
+def test_the_page_needs_no_torch():
+    code = "import sys, rig.page; sys.exit('torch' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_the_snapshot_needs_no_web_server():
+    code = "import sys, rig.snapshot, rig.projector; sys.exit('starlette' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -1,0 +1,149 @@
+"""The projector's window under a virtual X server, its pixels read from the server's own memory."""
+
+import os
+import select
+import signal
+import struct
+import subprocess
+import sys
+import time
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rig.markers import draw_marks, fit_plate, project
+from rig.projector import open_projector
+from rig.snapshot import Mark
+
+SIZE, PLATE = (640, 400), (254.0, 180.0)
+SCREEN = fit_plate(SIZE, PLATE)
+SECONDS = 20
+
+
+def wait_for(condition):
+    end = time.monotonic() + SECONDS
+    while not (value := condition()):
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.02)
+    return value
+
+
+@pytest.fixture
+def x_server(tmp_path):
+    """Run an X server of the projector's size; yield its display name and frame buffer file."""
+    reading, writing = os.pipe()
+    server = subprocess.Popen(
+        ["/usr/bin/Xvfb", "-displayfd", str(writing), "-nolisten", "tcp", "-fbdir", str(tmp_path),
+         "-screen", "0", f"{SIZE[0]}x{SIZE[1]}x24"],
+        pass_fds=[writing], stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    os.close(writing)
+    try:
+        assert select.select([reading], [], [], SECONDS)[0], "Xvfb did not start"
+        yield f":{os.read(reading, 16).decode().strip()}", tmp_path / "Xvfb_screen0"
+    finally:
+        os.close(reading)
+        server.terminate()
+        server.wait()
+
+
+def read_screen(path: Path) -> np.ndarray:
+    """Picture (H, W, 3) RGB from an X window dump: a header of 32-bit words, colours, pixels."""
+    dump = path.read_bytes()
+    header = struct.unpack(">25I", dump[:100])
+    height, stride, start = header[5], header[12], header[0] + 12 * header[19]
+    pixels = np.frombuffer(dump, np.uint8, height * stride, start).reshape(height, -1, 4)
+    return pixels[:, : header[4], 2::-1]
+
+
+@pytest.mark.display
+def test_the_window_shows_the_drawn_picture_pixel_for_pixel(x_server):
+    display, memory = x_server
+    marks = (Mark(60.0, 50.0, 2.0, (3.0, 1.0, 0.4)), Mark(200.0, 120.0, 0.7))
+    with open_projector(SCREEN, display) as show:
+        wait_for(lambda: show(marks) or read_screen(memory).any())
+        np.testing.assert_array_equal(read_screen(memory), draw_marks(marks, SCREEN))
+        assert show.status == f"projector window on {display}, 640 x 400 px"
+
+
+@pytest.mark.display
+def test_a_marker_is_lit_where_its_touch_is_and_follows_it(x_server):
+    display, memory = x_server
+    with open_projector(SCREEN, display) as show:
+        for place in ((80.0, 60.0), (180.0, 110.0)):
+            expected = project(SCREEN.T_px_plate, np.array([place]))[0]
+            wait_for(partial(shows_at, show, memory, Mark(*place, 1.0), expected))
+            light = read_screen(memory)[..., 1].astype(float)
+            rows, columns = np.indices(light.shape)
+            found = np.array([(columns * light).sum(), (rows * light).sum()]) / light.sum()
+            assert np.abs(found - expected).max() < 1
+
+
+def shows_at(show, memory, mark, expected):
+    """Show the mark until its place is lit and the picture has come to rest."""
+    show((mark,))
+    before = read_screen(memory)
+    time.sleep(0.1)
+    column, row = np.rint(expected).astype(int)
+    return before[row, column].any() and (before == read_screen(memory)).all()
+
+
+@pytest.mark.display
+def test_a_screen_of_another_size_is_refused_in_one_sentence(x_server):
+    display, _ = x_server
+    with open_projector(fit_plate((800, 600), PLATE), display) as show:
+        wait_for(lambda: show(()) or "no projector window" in show.status)
+        assert show.status == (
+            "no projector window: projector size is 800 x 600 px but the display has 640 x 400 px; "
+            "set projector.size to the display's"
+        )
+
+
+@pytest.mark.display
+def test_a_stuck_window_never_holds_the_loop(x_server):
+    display, memory = x_server
+    marks = (Mark(60.0, 50.0, 2.0),)
+    with open_projector(SCREEN, display) as show:
+        wait_for(lambda: show(marks) or read_screen(memory).any())
+        os.kill(show.pid, signal.SIGSTOP)
+        for _ in range(20000):  # far more than any pipe holds
+            show(marks)
+    assert not Path(f"/proc/{show.pid}").exists()
+
+
+def test_no_display_is_a_sentence_and_the_loop_goes_on():
+    with open_projector(SCREEN, ":4094") as show:
+        wait_for(lambda: show((Mark(60.0, 50.0, 2.0),)) or "no projector window" in show.status)
+        assert ":4094 did not open" in show.status
+        show(())
+
+
+@pytest.mark.display
+def test_the_window_ends_when_its_loop_is_killed(x_server):
+    display, memory = x_server
+    script = f"""
+import time
+from rig.markers import fit_plate
+from rig.projector import open_projector
+from rig.snapshot import Mark
+if __name__ == "__main__":
+    with open_projector(fit_plate({SIZE}, {PLATE}), {display!r}) as show:
+        print(show.pid, flush=True)
+        while True:
+            show((Mark(60.0, 50.0, 2.0),))
+            time.sleep(0.02)
+"""
+    file = memory.parent / "loop.py"
+    file.write_text(script)
+    with subprocess.Popen([sys.executable, file], stdout=subprocess.PIPE, text=True) as loop:
+        assert loop.stdout is not None
+        window = int(loop.stdout.readline())
+        wait_for(lambda: read_screen(memory).any())
+        loop.kill()
+    wait_for(lambda: not Path(f"/proc/{window}").exists() or is_zombie(window))
+
+
+def is_zombie(pid: int) -> bool:
+    return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] == "Z"
