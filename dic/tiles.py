@@ -16,6 +16,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy import ndimage
 
+DEGREE = 5  # of the B-spline
 MARGIN = 8  # px kept free at the border, so that a moved tile still lies on the picture
 
 
@@ -28,7 +29,7 @@ class TileReference:
     image : (H, W) float32, grey levels
         Mean of the reference frames.
     coefficients : (H, W) float32
-        Cubic B-spline coefficients of `image`.
+        Quintic B-spline coefficients of `image`; a cubic shrinks motions below a pixel by 2 %.
     gradient : (2, H, W) float32, grey levels per px
         ∂f/∂x and ∂f/∂y of the spline at the pixels.
     size : int, px
@@ -113,7 +114,7 @@ def prepare_tiles(image: NDArray, size: int = 16) -> TileReference:
             f"got {size} px on {width}x{height} px; choose another size"
         )
     origin = ((width - size * columns) // 2, (height - size * rows) // 2)
-    coefficients = ndimage.spline_filter(picture.astype(np.float64), order=3, mode="mirror")
+    coefficients = ndimage.spline_filter(picture.astype(np.float64), order=5, mode="mirror")
     gradient = _spline_gradient(coefficients)
     value, fx, fy = (
         array[origin[1] : origin[1] + size * rows, origin[0] : origin[0] + size * columns]
@@ -146,7 +147,7 @@ def tile_sums(
     ----------
     image : (H, W) array, grey levels
     flow : (T, 2) float64, px, optional
-        Expected motion of each tile; the reference is moved there first (cubic B-spline). Without
+        Expected motion of each tile; the reference is moved there first (quintic B-spline). Without
         it the picture is compared in place, which is right to (d/2)² for motions below a pixel.
 
     Raises
@@ -196,11 +197,12 @@ def _size(shape: tuple[int, ...]) -> str:
 
 
 def _spline_gradient(coefficients: NDArray) -> NDArray:
-    """∂/∂x and ∂/∂y of a cubic B-spline at its knots, (2, H, W)."""
-    slope, value = [-0.5, 0.0, 0.5], [1 / 6, 4 / 6, 1 / 6]
+    """∂/∂x and ∂/∂y of a quintic B-spline at its knots, (2, H, W)."""
+    value, slope = np.empty(6), np.empty(6)
+    _weights(0.0, value, slope)
 
-    def along(array: NDArray, weights: list[float], axis: int) -> NDArray:
-        return ndimage.correlate1d(array, weights, axis=axis, mode="mirror")
+    def along(array: NDArray, weights: NDArray, axis: int) -> NDArray:
+        return ndimage.correlate1d(array, weights[:5], axis=axis, mode="mirror")
 
     return np.stack(
         [
@@ -236,64 +238,91 @@ def _sums_in_place(image, reference, gradient, origin, size, shape, out):
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _weights(t, value, slope):
-    """Cubic B-spline weights of the knots -1, 0, 1, 2 at the fraction t, and their derivatives."""
-    s = 1.0 - t
-    value[0] = s * s * s / 6.0
-    value[1] = (3.0 * t * t * t - 6.0 * t * t + 4.0) / 6.0
-    value[2] = (3.0 * s * s * s - 6.0 * s * s + 4.0) / 6.0
-    value[3] = t * t * t / 6.0
-    slope[0] = -0.5 * s * s
-    slope[1] = 1.5 * t * t - 2.0 * t
-    slope[2] = -1.5 * s * s + 2.0 * s
-    slope[3] = 0.5 * t * t
+    """Weights of the knots -2 … 3 at the fraction t, and their derivatives (de Boor's recursion)."""
+    value[:] = 0.0
+    value[0] = 1.0
+    for degree in range(1, DEGREE + 1):
+        if degree == DEGREE:
+            slope[0] = -value[0]
+            for j in range(1, DEGREE + 1):
+                slope[j] = value[j - 1] - value[j]
+        for j in range(degree, -1, -1):
+            before = value[j - 1] if j else 0.0
+            value[j] = ((t + degree - j) * before + (j + 1 - t) * value[j]) / degree
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _sums_moved(image, coefficients, flow, origin, size, shape, out):
-    rows, columns = shape
-    height, width = coefficients.shape
-    patch = np.empty((size + 3, size + 3), np.float32)
-    across = np.empty((2, size + 3, size), np.float32)  # values and slopes along x
+    reach = size + DEGREE
+    patch = np.empty((reach, reach), np.float32)
+    values, slopes = np.empty((reach, size), np.float32), np.empty((reach, size), np.float32)
     sums = np.empty((5, size), np.float32)
-    wx, sx = np.empty(4, np.float32), np.empty(4, np.float32)
-    wy, sy = np.empty(4, np.float32), np.empty(4, np.float32)
-    for tile in range(rows * columns):
-        left = origin[0] + (tile % columns) * size
-        top = origin[1] + (tile // columns) * size
-        # f(x - d): the knots start at floor(-d), one further out.
+    wx, sx = np.empty(DEGREE + 1, np.float32), np.empty(DEGREE + 1, np.float32)
+    wy, sy = np.empty(DEGREE + 1, np.float32), np.empty(DEGREE + 1, np.float32)
+    for tile in range(shape[0] * shape[1]):
+        left = origin[0] + (tile % shape[1]) * size
+        top = origin[1] + (tile // shape[1]) * size
+        # f(x - d): the knots start two before floor(-d).
         ix, iy = int(np.floor(-flow[tile, 0])), int(np.floor(-flow[tile, 1]))
         _weights(-flow[tile, 0] - ix, wx, sx)
         _weights(-flow[tile, 1] - iy, wy, sy)
-        for j in range(size + 3):
-            y = min(max(top + iy - 1 + j, 0), height - 1)
-            if left + ix >= 1 and left + ix + size + 2 <= width:
-                patch[j, :] = coefficients[y, left + ix - 1 : left + ix + size + 2]
-            else:
-                for i in range(size + 3):
-                    patch[j, i] = coefficients[y, min(max(left + ix - 1 + i, 0), width - 1)]
-            for i in range(size):
-                a, b, c, d = patch[j, i], patch[j, i + 1], patch[j, i + 2], patch[j, i + 3]
-                across[0, j, i] = wx[0] * a + wx[1] * b + wx[2] * c + wx[3] * d
-                across[1, j, i] = sx[0] * a + sx[1] * b + sx[2] * c + sx[3] * d
-        sums[:] = 0.0
-        for j in range(size):
-            for i in range(size):
-                a, b = across[0, j, i], across[0, j + 1, i]
-                c, d = across[0, j + 2, i], across[0, j + 3, i]
-                f = wy[0] * a + wy[1] * b + wy[2] * c + wy[3] * d
-                fy = sy[0] * a + sy[1] * b + sy[2] * c + sy[3] * d
-                fx = (
-                    wy[0] * across[1, j, i] + wy[1] * across[1, j + 1, i]
-                    + wy[2] * across[1, j + 2, i] + wy[3] * across[1, j + 3, i]
-                )  # fmt: skip
-                e = np.float32(image[top + j, left + i]) - f
-                sums[0, i] += fx * e
-                sums[1, i] += fy * e
-                sums[2, i] += e
-                sums[3, i] += e * e
-                sums[4, i] += e * f
+        _cut(coefficients, left + ix - 2, top + iy - 2, patch)
+        _along_rows(patch, wx, values)
+        _along_rows(patch, sx, slopes)
+        _add_rows(image, left, top, values, slopes, wy, sy, sums)
         for k in range(5):
             total = 0.0
             for i in range(size):
                 total += sums[k, i]
             out[tile, k] = total
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _cut(array, left, top, patch):
+    """Copy a patch; beyond the border the nearest value stands."""
+    height, width = array.shape
+    side = len(patch)
+    for j in range(side):
+        y = min(max(top + j, 0), height - 1)
+        if left >= 0 and left + side <= width:
+            patch[j, :] = array[y, left : left + side]
+        else:
+            for i in range(side):
+                patch[j, i] = array[y, min(max(left + i, 0), width - 1)]
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _along_rows(patch, weights, out):
+    for j in range(out.shape[0]):
+        for i in range(out.shape[1]):
+            out[j, i] = (
+                weights[0] * patch[j, i] + weights[1] * patch[j, i + 1]
+                + weights[2] * patch[j, i + 2] + weights[3] * patch[j, i + 3]
+                + weights[4] * patch[j, i + 4] + weights[5] * patch[j, i + 5]
+            )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _down(rows, weights, j, i):
+    return (
+        weights[0] * rows[j, i] + weights[1] * rows[j + 1, i] + weights[2] * rows[j + 2, i]
+        + weights[3] * rows[j + 3, i] + weights[4] * rows[j + 4, i] + weights[5] * rows[j + 5, i]
+    )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _add_rows(image, left, top, values, slopes, wy, sy, sums):
+    """Sum fx·e, fy·e, e, e², e·f down the columns of one tile."""
+    size = sums.shape[1]
+    sums[:] = 0.0
+    for j in range(size):
+        for i in range(size):
+            f = _down(values, wy, j, i)
+            fx = _down(slopes, wy, j, i)
+            fy = _down(values, sy, j, i)
+            e = np.float32(image[top + j, left + i]) - f
+            sums[0, i] += fx * e
+            sums[1, i] += fy * e
+            sums[2, i] += e
+            sums[3, i] += e * e
+            sums[4, i] += e * f

@@ -1,0 +1,50 @@
+"""The Cramér-Rao bound: how well any estimator can do with the pixels of one frame."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+import fe
+import synthetic
+from dic.tiles import prepare_tiles
+
+from .pattern import Pattern, see_pattern
+from .solve import covariance
+
+PIXELS = 4  # side of the tiles over which motion counts as constant, px
+
+
+def pixel_level(
+    modes: fe.Modes, camera: synthetic.Camera, height: float, picture: NDArray
+) -> Pattern:
+    """Information of every pixel, with motion resolved over 4 px.
+
+    Parameters
+    ----------
+    picture : (H, W) float64, grey levels
+        The undeformed pattern without noise.
+    """
+    return see_pattern(modes, camera, height, prepare_tiles(picture, size=PIXELS))
+
+
+def cramer_rao(pattern: Pattern, touches: NDArray, noise: float) -> NDArray[np.float64]:
+    """Smallest covariance of x, y, F of all touches that one frame allows.
+
+    Camera motion (shift, rotation, scale) and light (gain, offset) are unknown too. The reference
+    is taken as known; a mean of N frames adds a share 1/N.
+
+    Parameters
+    ----------
+    pattern : Pattern
+        From `pixel_level`.
+    touches : (n, 3) float64
+        x, y (mm) and F (N).
+    noise : float, grey levels
+        Standard deviation of a pixel.
+
+    Returns
+    -------
+    (3n, 3n) float64, mm and N
+    """
+    return covariance(pattern.forward(noise), np.asarray(touches, dtype=np.float64))

@@ -1,0 +1,58 @@
+"""What an estimator says of one measurement: touches, how sure, and whether to believe it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Result(Enum):
+    """Outcome of an estimate; the value is the sentence that a user reads."""
+
+    FOUND = "touches found"
+    NO_TOUCH = "no touch"
+    UNRESOLVABLE = "two touches are closer than the noise allows to tell apart"
+    NOT_CONVERGED = "the touches did not settle; the measurement does not fit the plate"
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """Touches that explain a measurement.
+
+    Attributes
+    ----------
+    xy : (n, 2) float64, mm
+        Places on the touched face, sorted by x, then y.
+    force : (n,) float64, N
+        Forces into the plate.
+    covariance : (3n, 3n) float64
+        Covariance of (x1, y1, F1, x2, …), mm and N: the inverse Fisher matrix at the solution.
+    chi2 : float
+        Sum of squared whitened residuals.
+    dof : int
+        Measurements less unknowns.
+    p_value : float
+        Chance of a larger `chi2` if model and noise are right.
+    result : Result
+    """
+
+    xy: NDArray[np.float64]
+    force: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    chi2: float
+    dof: int
+    p_value: float
+    result: Result
+
+    @property
+    def count(self) -> int:
+        """Number of touches."""
+        return len(self.force)
+
+    def touch_covariance(self, index: int) -> NDArray[np.float64]:
+        """Covariance of x, y, F of one touch, (3, 3), mm and N."""
+        block = slice(3 * index, 3 * index + 3)
+        return self.covariance[block, block]

@@ -1,0 +1,91 @@
+"""Touches by a script: what presses the twin's plate, as a pure function of time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+import fe
+
+Script = Callable[[float], tuple[fe.Touch, ...]]
+"""Touches at a time in s since the first frame."""
+
+STILL = 1.0  # s without touch at the start of every script: the loop takes its reference there
+RAMP = 0.3  # s that a finger takes to press and to leave
+
+
+@dataclass(frozen=True)
+class Press:
+    """One finger: appears, moves along a path while it presses, and leaves.
+
+    Attributes
+    ----------
+    start, duration : float, s
+    path : ((x, y), …), shares of the plate's sides
+        Passed at constant pace; one place for a finger that rests.
+    force : (float, float), N
+        Force after the ramp, and before it leaves; it changes steadily between.
+    """
+
+    start: float
+    duration: float
+    path: tuple[tuple[float, float], ...]
+    force: tuple[float, float]
+
+    def at(self, time: float, size: tuple[float, float]) -> fe.Touch | None:
+        """Touch at a time, None before and after."""
+        age = time - self.start
+        if not 0 < age < self.duration:
+            return None
+        share = age / self.duration
+        along = share * (len(self.path) - 1)
+        x, y = (
+            np.interp(along, np.arange(len(self.path)), [place[axis] for place in self.path])
+            for axis in (0, 1)
+        )
+        rise = min(1.0, age / RAMP, (self.duration - age) / RAMP)
+        force = rise * (self.force[0] + share * (self.force[1] - self.force[0]))
+        return fe.Touch(float(x * size[0]), float(y * size[1]), float(force))
+
+
+TOUR = (
+    Press(1.5, 3.0, ((0.50, 0.50),), (2.0, 2.0)),
+    Press(5.0, 5.0, ((0.20, 0.25), (0.80, 0.30), (0.75, 0.80), (0.25, 0.70)), (1.0, 3.0)),
+    Press(10.5, 3.0, ((0.30, 0.65),), (0.5, 4.0)),
+    Press(14.0, 6.0, ((0.25, 0.30), (0.30, 0.75)), (2.5, 1.5)),
+    Press(15.0, 4.0, ((0.75, 0.70), (0.70, 0.30)), (1.5, 3.0)),
+    Press(21.0, 3.0, ((0.85, 0.15),), (4.0, 4.0)),
+)
+TOUR_LENGTH = 25.0  # s; then it starts again
+
+
+def tour(size: tuple[float, float]) -> Script:
+    """Presses, a move, a ramp, two fingers at once and a corner, over and over."""
+
+    def touches(time: float) -> tuple[fe.Touch, ...]:
+        at = (press.at(time % TOUR_LENGTH, size) for press in TOUR)
+        return tuple(touch for touch in at if touch is not None)
+
+    return touches
+
+
+def random_touches(
+    size: tuple[float, float], force: tuple[float, float], inset: float, seed: int, rate: float
+) -> Script:
+    """Draw one touch a frame, each at a new place at least `inset` mm from an edge."""
+
+    def touches(time: float) -> tuple[fe.Touch, ...]:
+        if time < STILL:
+            return ()
+        draw = np.random.default_rng((seed, round(time * rate)))
+        x, y = (draw.uniform(inset, side - inset) for side in size)
+        return (fe.Touch(x, y, draw.uniform(*force)),)
+
+    return touches
+
+
+def empty(time: float) -> tuple[fe.Touch, ...]:
+    """Nobody touches the plate."""
+    return ()

@@ -1,0 +1,39 @@
+"""Where pictures come from: one protocol for everything that delivers frames."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+import fe
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """One picture.
+
+    Attributes
+    ----------
+    sequence : int
+        Number that the source gave it; a gap is a frame that was lost.
+    captured : float, s
+        When it was complete, on the monotonic clock.
+    image : (H, W) uint8
+    truth : tuple of fe.Touch, or None where the source cannot know.
+    """
+
+    sequence: int
+    captured: float
+    image: NDArray[np.uint8]
+    truth: tuple[fe.Touch, ...] | None = None
+
+
+class Source(Protocol):
+    """A camera or what stands for one."""
+
+    def grab(self, timeout: float) -> Frame | None:
+        """Newest frame, waiting `timeout` s for one that was not grabbed yet; None if none came."""
+        ...
