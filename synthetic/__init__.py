@@ -7,7 +7,7 @@ from synthetic.camera import Camera, pinhole_above
 from synthetic.view import motion, rigid, seen
 
 if TYPE_CHECKING:
-    from synthetic.pattern import Pattern, Speckle
+    from synthetic.pattern import Pattern, Speckle, speckle
     from synthetic.rendering import render
     from synthetic.sensor import Sensor
     from synthetic.warp import Warper, prepare_warp
@@ -24,6 +24,7 @@ __all__ = [
     "render",
     "rigid",
     "seen",
+    "speckle",
 ]
 
 # An estimator needs the camera alone: what compiles kernels is imported when it is first asked for.
@@ -34,6 +35,7 @@ _LATER = {
     "Warper": "warp",
     "prepare_warp": "warp",
     "render": "rendering",
+    "speckle": "pattern",
 }
 
 

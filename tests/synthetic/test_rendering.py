@@ -83,7 +83,7 @@ def test_a_known_pixel_shows_the_point_that_moved_into_it():
     away = np.linalg.norm(moved - np.round(moved), axis=1)
     error = np.abs(image[row, column] - 255 * PATTERN.intensity(inside))
     # The edge of a spot is at most 15/8 of its mean slope steep; two spots may add up.
-    steepest = 255 * 2 * 15 / 8 * CAMERA.scale / PATTERN.speckle.softness
+    steepest = 255 * 2 * 15 / 8 * CAMERA.scale / PATTERN.speckle.edge
     assert away.min() < 0.01
     assert np.all(error < 0.05 + steepest * away)
 

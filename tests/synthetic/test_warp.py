@@ -63,6 +63,12 @@ def test_a_shift_moves_the_whole_picture():
     assert np.std(still - rest) > 10
 
 
+def test_a_warper_comes_back_from_its_arrays():
+    again = synthetic.Warper.from_arrays(CAMERA, Z, WARPER.arrays())
+    u = pressed(WARPER.points)
+    assert np.array_equal(again.render(u, None, None), WARPER.render(u, None, None))
+
+
 def test_control_points_lie_on_the_plate():
     assert np.all(WARPER.points >= 0)
     assert np.all(WARPER.points <= PLATE)
@@ -96,6 +102,10 @@ def test_a_seed_repeats_the_frame():
         (
             lambda: WARPER.render(np.full((len(WARPER.points), 3), np.nan), None, None),
             "displacement must be finite",
+        ),
+        (
+            lambda: WARPER.render(np.zeros((len(WARPER.points), 3)), None, None, (np.nan, 0.0)),
+            "smaller than the picture, 253 px, got nan px",
         ),
         (lambda: synthetic.prepare_warp(PATTERN, CAMERA, Z, oversample=0), "oversample"),
     ],
