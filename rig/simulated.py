@@ -74,7 +74,7 @@ def simulate(lesson: Lesson, report: Callable[[int, int], None]) -> Sets:
     between = dataset.midpoints(size, spacing, margin, training.validation)
     rng = np.random.default_rng(training.test_seed)
     drawn = dataset.random_places(size, margin, training.test, rng)
-    touches = influence(lesson.plate.build(), lesson.gauges.build(size), report)
+    touches = influence(lesson.plate.build(), lesson.gauges.build(lesson.plate), report)
     return Sets(*(dataset.simulate(touches, places) for places in (grid, between, drawn)))
 
 

@@ -76,12 +76,12 @@ class Pinhole(Section):
     )
     rate: Rate = Field(30.0, gt=0, description="pictures a second, fps")
 
-    def build(self, size: tuple[float, float]) -> synthetic.Camera:
-        """Return the camera that sees the whole of a plate of that size, mm."""
+    def build(self, plate: Plate) -> synthetic.Camera:
+        """Return the camera that sees the whole of `plate`."""
         import synthetic
 
         return synthetic.pinhole_above(
-            size, stand_off=self.stand_off, pixels=self.pixels, margin=self.margin
+            plate.size, stand_off=self.stand_off, pixels=self.pixels, margin=self.margin
         )
 
 
@@ -92,15 +92,15 @@ class Pattern(Section):
     density: Ratio = Field(0.5, gt=0, lt=1, description="share of the face that speckles cover")
     contrast: Ratio = Field(1.0, gt=0, le=1, description="darkness of a speckle, 0 to 1")
     softness: Ratio = Field(
-        0.25, gt=0, le=1, description="width of a speckle's edge in its diameter"
+        0.4, gt=0, le=0.8, description="width of a speckle's edge over its diameter"
     )
     seed: Count = Field(0, ge=0, description="seed of the random places")
 
-    def build(self, size: tuple[float, float]) -> synthetic.Pattern:
-        """Return the pattern drawn over a plate of that size, mm."""
+    def build(self, plate: Plate) -> synthetic.Pattern:
+        """Return the pattern drawn over `plate`."""
         import synthetic
 
-        return synthetic.speckle(size=size, **self.model_dump())
+        return synthetic.speckle(size=plate.size, **self.model_dump())
 
 
 class Sensor(Section):
@@ -128,9 +128,9 @@ class Ring(Section):
     spacing: Length = Field(5.0, gt=0, description="distance of neighbours, mm")
     margin: Length = Field(5.0, ge=0, description="distance from corners, and edges in A, mm")
 
-    def build(self, size: tuple[float, float]) -> np.ndarray:
-        """Return the places on a plate of that size, (M, 2) float64, mm."""
+    def build(self, plate: Plate) -> np.ndarray:
+        """Return the places on `plate`, (M, 2) float64, mm."""
         from models import ring
 
         places = {"A": ring.inside_edges, "B": ring.on_edges}[self.reading]
-        return places(size, self.spacing, self.margin)
+        return places(plate.size, self.spacing, self.margin)

@@ -49,9 +49,7 @@ def test_show_imports_no_part_that_it_speaks_of():
         "except SystemExit: pass\n"
         "print({'torch', 'numba', 'dic', 'fe', 'synthetic', 'models'} & set(sys.modules))"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True
-    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.endswith("set()\n")
 
 
