@@ -158,8 +158,8 @@ def _sensing(
     scene: Scene,
 ) -> Part:
     match section:
-        case Dic(tile=tile):
-            what = f"tiles of {tile} px; strain from windows of {section.subset} px"
+        case Dic(tile=tile, block=block):
+            what = f"tiles of {tile} px; strain map from blocks of {block} × {block} tiles"
             return Part(name, what, f"{_tiles(section, scene)} tiles a frame", ("dic", "numba"))
         case PatternEstimator(modes=modes):
             what = "touches from the whole pattern, rigid motion of the camera free"

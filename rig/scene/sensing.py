@@ -16,7 +16,7 @@ class Dic(Section):
 
     tile: Count = Field(8, ge=4, le=64, description="side of the tiles whose sums are kept, px")
     subset: Count = Field(
-        31, ge=5, description="side of the window that gives one displacement, px, odd"
+        25, ge=5, description="side of the window that gives one displacement of the map, px, odd"
     )
     window: Count = Field(5, ge=3, description="side of the strain window, displacements, odd")
     reference_frames: Count = Field(16, ge=1, description="pictures averaged into the reference")
@@ -32,8 +32,8 @@ class Dic(Section):
 
     @property
     def block(self) -> int:
-        """Tiles along the side of a window, rounded up to whole tiles."""
-        return -(-self.subset // self.tile)
+        """Tiles along the side of that window: the odd number that comes nearest to `subset`."""
+        return 2 * max(round((self.subset / self.tile - 1) / 2), 0) + 1
 
 
 class PatternEstimator(Section):

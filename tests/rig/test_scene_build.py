@@ -57,3 +57,12 @@ def test_the_paper_has_seventy_two_gauges():
     assert scene.plate is not None
     assert scene.gauges is not None
     assert scene.gauges.build(scene.plate).shape == (72, 2)
+
+
+@pytest.mark.parametrize(
+    ("subset", "tile", "block"), [(25, 8, 3), (31, 8, 3), (41, 8, 5), (5, 16, 1), (21, 4, 5)]
+)
+def test_the_window_of_the_map_is_the_nearest_odd_number_of_tiles(subset, tile, block):
+    scene = rig.load("twin", {"dic.subset": subset, "dic.tile": tile})
+    assert scene.dic is not None
+    assert scene.dic.block == block
