@@ -17,7 +17,7 @@ from rig.markers import Screen, draw_marks, project
 from rig.snapshot import Mark, Snapshot, StrainMap
 
 JPEG_QUALITY = 80
-PROJECTOR_QUALITY = 92  # dim soft spots show the blocks of a stronger compression
+BRIGHTENED = 3  # the projector is dim on purpose, and a page that is watched by day need not be
 
 
 class Packet:
@@ -38,8 +38,8 @@ class Packet:
     def parts(self, wanted: set[str]) -> dict[str, bytes]:
         """Binary parts among ``camera``, ``strain`` and ``projector`` that are wanted and exist.
 
-        ``camera`` and ``projector`` are JPEG pictures, ``strain`` is exx, eyy and exy one after
-        the other, (3, R, C) little-endian float32.
+        ``camera`` and ``projector`` (brightened) are JPEG pictures; ``strain`` is exx, eyy and
+        exy one after the other, (3, R, C) little-endian float32.
         """
         there = {"camera"}
         if self.snapshot.strain is not None:
@@ -58,13 +58,13 @@ class Packet:
 
     @cached_property
     def _camera(self) -> bytes:
-        return _jpeg(self.snapshot.image, JPEG_QUALITY)
+        return _jpeg(self.snapshot.image)
 
     @cached_property
     def _projector(self) -> bytes:
         if self.screen is None:
             return b""
-        return _jpeg(draw_marks(self.snapshot.touches, self.screen)[..., ::-1], PROJECTOR_QUALITY)
+        return _jpeg(draw_marks(self.snapshot.touches, self.screen)[..., ::-1] * BRIGHTENED)
 
     @cached_property
     def _strain(self) -> bytes:
@@ -74,8 +74,8 @@ class Packet:
         return np.stack([strain.exx, strain.eyy, strain.exy]).astype("<f4").tobytes()
 
 
-def _jpeg(picture: NDArray[np.uint8], quality: int) -> bytes:
-    return cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes()
+def _jpeg(picture: NDArray[np.uint8]) -> bytes:
+    return cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1].tobytes()
 
 
 def _describe(shot: Snapshot, screen: Screen | None) -> dict[str, Any]:

@@ -111,7 +111,8 @@ def _listen(port: int) -> socket.socket:
         raise ValueError(
             f"page port must lie in 0..65535, got {port}; choose another with --set page.port=8765"
         )
-    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    # asyncio sends without delay only where the protocol is named; else small parts wait 40 ms
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     if os.name == "posix":  # there it only skips the wait after a close; elsewhere it would share
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:

@@ -35,6 +35,7 @@ export function showFigures(frame, pageRate) {
 export function showTouches(frame) {
   const rows = SOURCES.filter(([source]) => frame[source] !== null).flatMap(([source, name]) => touchRows(frame[source], source, name));
   document.getElementById("touches").replaceChildren(...rows);
+  document.getElementById("legend-truth").hidden = frame.truth === null;
 }
 
 function touchRows(marks, source, name) {
@@ -43,7 +44,7 @@ function touchRows(marks, source, name) {
     const row = make("tr", { className: `${i ? "" : "first"} ${i === shown.length - 1 ? "last" : ""}` });
     const label = make("span");
     label.innerHTML = i ? "" : `<svg viewBox="0 0 20 20">${GLYPHS[source]}</svg><b>${name}</b>`;
-    row.append(make("td", {}, label), ...(mark ? cells(mark, source === "truth") : [make("td"), make("td"), make("td", {}, "none")]));
+    row.append(make("td", {}, label), ...(mark ? cells(mark, source === "truth") : [make("td"), make("td"), make("td", { className: "muted" }, "none", make("em"))]));
     return row;
   });
 }
@@ -62,6 +63,7 @@ export function showStages(frame) {
     const meter = make("div", { className: "meter" }, make("i"), make("i"));
     meter.children[0].style.width = `${100 * (middle ?? 0) / full}%`;
     meter.children[1].style.left = `calc(${100 * (late ?? 0) / full}% - 2px)`;
+    meter.children[1].hidden = late === null;
     return make("tr", {}, make("td", {}, name), make("td", {}, meter), make("td", {}, text(middle, 1)), make("td", {}, text(late, 1)));
   });
   rows.at(-1).className = "whole";

@@ -71,9 +71,6 @@ export class Picture {
     const { context, canvas } = this;
     this.fit(frame.projector.size);
     context.drawImage(frame.projectorBitmap, 0, 0, canvas.width, canvas.height);
-    context.globalCompositeOperation = "lighter";  // dim on purpose, but the page is not the plate
-    for (let i = 0; i < 2; i++) context.drawImage(frame.projectorBitmap, 0, 0, canvas.width, canvas.height);
-    context.globalCompositeOperation = "source-over";
     this.trace(frame.projector.outline.map((corner) => this.at(corner)));
     context.setLineDash([4 * this.dots, 4 * this.dots]);
     this.stroke("#ffffff66", 1);
