@@ -3,6 +3,7 @@
 import multiprocessing
 import os
 import signal
+import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
@@ -68,7 +69,8 @@ def open_projector(
     window = context.Process(
         target=_run_window, args=(theirs, screen, display, full_screen), daemon=True
     )
-    window.start()
+    with _born_deaf_to_interrupts():
+        window.start()
     theirs.close()
     try:
         yield Projector(
@@ -83,9 +85,25 @@ def open_projector(
         window.close()
 
 
+@contextmanager
+def _born_deaf_to_interrupts() -> Iterator[None]:
+    """Let a process that starts here ignore Ctrl-C from its first instruction on.
+
+    It is the loop's to answer; a new process that still imports would die of it with a traceback.
+    """
+    if threading.current_thread() is not threading.main_thread():  # signals are the main thread's
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
 def _run_window(link: Connection, screen: Screen, display: str | None, full_screen: bool) -> None:
     """Body of the window's process: ends when the loop closes the link or dies."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the loop's to answer
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.environ["PYGAME_HIDE_SUPPORT_PROMPT"] = "1"
     os.environ["SDL_FRAMEBUFFER_ACCELERATION"] = "0"  # 0.7 ms a picture instead of 19 ms
     if display:

@@ -120,6 +120,38 @@ def test_no_display_is_a_sentence_and_the_loop_goes_on():
         show(())
 
 
+@pytest.mark.parametrize("seconds", [0.0, 0.1, 0.2, 0.4])
+def test_ctrl_c_ends_loop_and_window_without_a_word(tmp_path, seconds):
+    script = """
+import time
+from rig.markers import fit_plate
+from rig.projector import open_projector
+if __name__ == "__main__":
+    try:
+        with open_projector(fit_plate((640, 400), (254.0, 180.0)), ":4094") as show:
+            print("open", flush=True)
+            while True:
+                show(())
+                time.sleep(0.01)
+    except KeyboardInterrupt:
+        print("end", flush=True)
+"""
+    file = tmp_path / "loop.py"
+    file.write_text(script)
+    with subprocess.Popen(
+        [sys.executable, file],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        start_new_session=True,
+    ) as loop:
+        assert loop.stdout is not None
+        assert loop.stdout.readline() == "open\n"
+        time.sleep(seconds)
+        os.killpg(loop.pid, signal.SIGINT)
+        assert loop.communicate(timeout=SECONDS)[0] == "end\n"
+
+
 @pytest.mark.display
 def test_the_window_ends_when_its_loop_is_killed(x_server):
     display, memory = x_server
