@@ -21,10 +21,13 @@ if TYPE_CHECKING:
     from dic.reference import prepare as prepare
     from dic.strain_field import StrainField as StrainField
     from dic.strain_field import strain as strain
+    from dic.strain_matrix import strain_operator as strain_operator
+    from dic.tile_field import TileBlocks as TileBlocks
+    from dic.tile_field import prepare_blocks as prepare_blocks
+    from dic.tile_field import tile_displacement as tile_displacement
     from dic.tiles import TileReference as TileReference
     from dic.tiles import TileSums as TileSums
     from dic.tiles import prepare_tiles as prepare_tiles
-    from dic.tiles import tile_displacement as tile_displacement
     from dic.tiles import tile_sums as tile_sums
 
 _HOMES = {
@@ -35,7 +38,9 @@ _HOMES = {
     "quality": ("noise_floor", "sssig"),
     "reference": ("Reference", "prepare"),
     "strain_field": ("StrainField", "strain"),
-    "tiles": ("TileReference", "TileSums", "prepare_tiles", "tile_displacement", "tile_sums"),
+    "strain_matrix": ("strain_operator",),
+    "tile_field": ("TileBlocks", "prepare_blocks", "tile_displacement"),
+    "tiles": ("TileReference", "TileSums", "prepare_tiles", "tile_sums"),
 }
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
 

@@ -11,8 +11,6 @@ U is interpolated to first order: whatever g(x + U) misses of the motion is in t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
@@ -23,25 +21,39 @@ from dic.image import check_image, check_pair
 from dic.reference import Reference
 from dic.spline import coefficients, noise_power, noise_slope
 
-_ITERATIONS = 20
+_TOGETHER = 10  # iterations of the whole field
+_ITERATIONS = 20  # of a point alone
 _STILL = 1e-4  # px, a fiftieth of the usual noise: a point that moves less stands
 _STOPPED = 1e-3  # px, more than this in the last iteration is NOT_CONVERGED
 _STRIDE = 2.0  # px, longest step believed: half a speckle
-_FEW = 0.02  # share of points below which they iterate alone
-_LOST = 0.5  # ZNCC below which a point starts again from its neighbours
+_FEW = 0.05  # share of points below which they iterate alone
 _FOUND = 0.8  # ZNCC below which the result is not the same pattern
 _SEED_SPACING = 40  # px
 
 
-@dataclass(frozen=True)
-class _Result:
-    """State of N points after an iteration."""
+class _Points:
+    """State of the N points of a reference while they are iterated."""
 
-    motion: NDArray[np.float64]  # (N, 6) u, ux, uy, v, vx, vy
-    change: NDArray[np.float64]  # (N,) px
-    zncc: NDArray[np.float64]  # (N,)
-    residual: NDArray[np.float64]  # (N,) variance, (grey levels)²
-    iterations: NDArray[np.int16]  # (N,)
+    def __init__(self, motion: NDArray[np.float64]):
+        count = len(motion)
+        self.motion = motion  # (N, 6) u, ∂u/∂x, ∂u/∂y, v, ∂v/∂x, ∂v/∂y
+        self.change = np.full(count, np.nan)  # px, in the last iteration
+        self.zncc = np.full(count, np.nan)
+        self.residual = np.full(count, np.nan)  # variance, (grey levels of the reference)²
+        self.iterations = np.zeros(count, dtype=np.int16)
+        self.still = np.zeros(count, dtype=bool)
+
+    def step(self, ref: Reference, sums: NDArray, here) -> None:
+        """Take one Gauss-Newton step of the points `here`."""
+        self.iterations[here] += ~self.still[here]
+        self.motion[here], self.change[here], self.zncc[here], self.residual[here] = _solve(
+            sums, ref.xy[here], ref.inverse[here], ref.light[here], self.motion[here], ref.half
+        )
+        self.still[here] = self.change[here] < _STILL
+
+    def good(self, ref: Reference) -> NDArray[np.bool_]:
+        """(N,) True where the pattern was found again on the picture."""
+        return (ref.status == Status.OK) & (self.zncc >= _FOUND) & ~_leaves(ref, self.motion)
 
 
 def correlate(
@@ -77,12 +89,16 @@ def correlate(
     image = check_image(image, "deformed")
     check_pair(ref.image.shape, image.shape)
     usable = ref.status == Status.OK
-    if not usable.any():
-        return _field(ref, _nowhere(len(ref.xy)), image.shape)
     motion, known = _start(ref, image, guess, usable)
     spline = coefficients(image - image.mean(dtype=np.float64))
-    motion = dense.fill(ref.xy, motion, known)
-    return _field(ref, _iterate(ref, spline, motion, usable), image.shape)
+    points = _Points(dense.fill(ref.xy, motion, known)[0])
+    if ref.grid is not None and usable.any():
+        _together(ref, spline, points)
+        good = points.good(ref)
+        _alone(ref, spline, points, good & ~points.still)
+    else:
+        _alone(ref, spline, points, usable)
+    return _field(ref, points)
 
 
 def _start(ref, image, guess, usable) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
@@ -116,48 +132,41 @@ def _seed_places(ref: Reference, usable: NDArray[np.bool_]) -> NDArray[np.int64]
     return places[nearest[first]]
 
 
-def _nowhere(count: int) -> _Result:
-    lost = np.full(count, np.nan)
-    return _Result(np.zeros((count, 6)), lost, lost, lost, np.zeros(count, dtype=np.int16))
+def _together(ref: Reference, spline: NDArray, points: _Points) -> None:
+    """Iterate all points of a grid on the frame warped by their dense motion, until few still move."""
+    grid, held = ref.grid, -1
+    for _ in range(_TOGETHER):
+        net = dense.net(points.motion, grid)
+        sums = moments.frame_sums_on_grid(ref.texture, spline, net, grid.xs, grid.ys, ref.half)
+        points.step(ref, sums, slice(None))
+        good = points.good(ref)
+        moving, count = np.count_nonzero(good & ~points.still), np.count_nonzero(good)
+        if moving <= _FEW * count and count <= held:
+            return
+        held = count
+        points.motion, _ = dense.fill(ref.xy, points.motion, good)
 
 
-def _iterate(ref: Reference, spline: NDArray, motion: NDArray, usable: NDArray) -> _Result:
-    moved, (change, zncc, residual) = motion.copy(), np.full((3, len(motion)), np.nan)
-    iterations = np.zeros(len(motion), dtype=np.int16)
-    still, held = ~usable, -1
-    alone = ref.grid is None
-    for _ in range(_ITERATIONS):
-        here = np.flatnonzero(~still) if alone else slice(None)
-        moved[here], change[here], zncc[here], residual[here] = _solve(
-            _sums_alone(ref, spline, motion, here) if alone else _sums(ref, spline, motion),
-            ref.xy[here],
-            ref.inverse[here],
-            ref.light[here],
-            motion[here],
-            ref.half,
-        )
-        iterations += ~still
-        still = ~usable | (change < _STILL)
-        good = usable & (zncc > _LOST)
-        settled = np.count_nonzero(good) == held
-        if settled and still[good].all():
-            break
-        held = np.count_nonzero(good)
-        motion = dense.fill(ref.xy, moved, good)
-        # The last few go on by themselves: the whole frame need not be warped for them.
-        alone |= settled and np.count_nonzero(good & ~still) < _FEW * held
-    return _Result(moved, change, zncc, residual, iterations)
+def _alone(ref: Reference, spline: NDArray, points: _Points, waiting: NDArray) -> None:
+    """Iterate the points `waiting` one by one; try those that are lost again beside those found.
 
-
-def _sums(ref: Reference, spline: NDArray, motion: NDArray) -> NDArray[np.float64]:
-    """Sums of all subsets, from the frame warped by the dense motion."""
-    net, grid = dense.net(motion, ref.grid), ref.grid
-    return moments.frame_sums_on_grid(ref.texture, spline, net, grid.xs, grid.ys, ref.half)
-
-
-def _sums_alone(ref: Reference, spline: NDArray, motion: NDArray, here) -> NDArray[np.float64]:
-    """Sums of the subsets `here`, each warped by its own motion."""
-    return moments.frame_sums_at_points(ref.texture, spline, ref.xy[here], ref.half, motion[here])
+    Alone, a point does not feel what a lost neighbour does to the dense motion.
+    """
+    while waiting.any():
+        for _ in range(_ITERATIONS):
+            here = np.flatnonzero(waiting & ~points.still)
+            if len(here) == 0:
+                break
+            sums = moments.frame_sums_at_points(
+                ref.texture, spline, ref.xy[here], ref.half, points.motion[here]
+            )
+            points.step(ref, sums, here)
+        good = points.good(ref)
+        if not (good & waiting).any():
+            return
+        motion, given = dense.fill(ref.xy, points.motion, good, _SEED_SPACING)
+        waiting = given & (ref.status == Status.OK) & ~_leaves(ref, motion) & ~(waiting & good)
+        points.motion[waiting], points.still[waiting] = motion[waiting], False
 
 
 @njit(cache=True, nogil=True)
@@ -226,12 +235,12 @@ def _advance(old, total, half, new):
     return change
 
 
-def _field(ref: Reference, result: _Result, shape: tuple[int, int]) -> DisplacementField:
-    noise = np.sqrt(np.maximum(result.residual, 0) / _noise_gain(result.motion, ref.half))
-    status = _status(ref, result, noise, shape)
+def _field(ref: Reference, points: _Points) -> DisplacementField:
+    noise = np.sqrt(np.maximum(points.residual, 0) / _noise_gain(points.motion, ref.half))
+    status = _status(ref, points, noise)
     lost = status != Status.OK
     spread = noise[:, None] * np.sqrt(2 * np.diagonal(ref.inverse, axis1=1, axis2=2)[:, :6])
-    motion = result.motion.copy()
+    motion = points.motion.copy()
     motion[lost], spread[lost] = np.nan, np.nan
     untried = ref.status != Status.OK
     return DisplacementField(
@@ -242,8 +251,8 @@ def _field(ref: Reference, result: _Result, shape: tuple[int, int]) -> Displacem
         sigma_v=spread[:, 3],
         gradient=motion[:, [[1, 2], [4, 5]]],
         sigma_gradient=spread[:, [[1, 2], [4, 5]]],
-        zncc=np.where(untried, np.nan, result.zncc),
-        iterations=np.where(untried, 0, result.iterations).astype(np.int16),
+        zncc=np.where(untried, np.nan, points.zncc),
+        iterations=np.where(untried, 0, points.iterations).astype(np.int16),
         status=status,
         subset=ref.subset,
         order=ref.order,
@@ -264,26 +273,27 @@ def _noise_gain(motion: NDArray, half: int) -> NDArray[np.float64]:
     return 1 + kept
 
 
-def _status(ref, result, noise, shape) -> NDArray[np.int8]:
+def _status(ref, points, noise) -> NDArray[np.int8]:
     """Name what became of each point; what is named first stands."""
-    measured = (ref.status == Status.OK) & (result.zncc >= _FOUND)
+    measured = (ref.status == Status.OK) & (points.zncc >= _FOUND)
     level = np.median(noise[measured]) if measured.any() else 0.0
     status = ref.status.copy()
     for condition, name in (
         # Twice what noise alone would show as slope: there is nothing there but noise.
         (ref.slope < np.sqrt(2 * noise_slope()) * level, Status.FLAT),
-        (_leaves(ref, result.motion, shape), Status.OUTSIDE),
-        (~(result.zncc >= _FOUND), Status.LOW_CORRELATION),
-        (~(result.change <= _STOPPED), Status.NOT_CONVERGED),
+        (_leaves(ref, points.motion), Status.OUTSIDE),
+        (~(points.zncc >= _FOUND), Status.LOW_CORRELATION),
+        (~(points.change <= _STOPPED), Status.NOT_CONVERGED),
     ):
         status[(status == Status.OK) & condition] = name
     return status
 
 
-def _leaves(ref: Reference, motion: NDArray, shape: tuple[int, int]) -> NDArray[np.bool_]:
-    """(N,) True where a corner of the moved subset lies off the area of the picture (H, W)."""
+def _leaves(ref: Reference, motion: NDArray) -> NDArray[np.bool_]:
+    """(N,) True where a corner of the moved subset lies off the area of the picture."""
     outside = np.zeros(len(motion), dtype=bool)
-    for axis, limit in ((0, shape[1]), (1, shape[0])):
+    height, width = ref.image.shape
+    for axis, limit in ((0, width), (1, height)):
         u, ux, uy = motion[:, 3 * axis : 3 * axis + 3].T
         centre = np.rint(ref.xy[:, axis]) + u
         along, across = (ux, uy) if axis == 0 else (uy, ux)

@@ -75,11 +75,12 @@ def _beyond(count: int, margin: int) -> NDArray[np.int64]:
 
 
 def fill(
-    xy: NDArray[np.float64], motion: NDArray[np.float64], good: NDArray[np.bool_]
-) -> NDArray[np.float64]:
-    """Give each point that is not good the motion of its nearest good neighbour.
-
-    This is also the second chance of a lost point: the next iteration starts from there.
+    xy: NDArray[np.float64],
+    motion: NDArray[np.float64],
+    good: NDArray[np.bool_],
+    reach: float = np.inf,
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Give each point that is not good the motion of its nearest good neighbour, by its gradient.
 
     Parameters
     ----------
@@ -87,16 +88,26 @@ def fill(
     motion : (N, 6)
         As for `net`.
     good : (N,) bool
+    reach : float, px
+        Neighbours farther away than this say nothing.
+
+    Returns
+    -------
+    filled : (N, 6)
+    given : (N,) bool
+        Where a motion was given.
     """
-    if good.all() or not good.any():
-        return motion
+    given = ~good
+    if not given.any() or not good.any():
+        return motion, np.zeros(len(xy), dtype=bool)
     from scipy.spatial import cKDTree
 
-    _, nearest = cKDTree(xy[good]).query(xy[~good])
-    source = motion[good][nearest]
-    reach = xy[~good] - xy[good][nearest]
-    filled = motion.copy()
-    filled[~good] = source
-    filled[~good, 0] += np.einsum("nk,nk->n", source[:, 1:3], reach)
-    filled[~good, 3] += np.einsum("nk,nk->n", source[:, 4:6], reach)
-    return filled
+    distance, nearest = cKDTree(xy[good]).query(xy[given])
+    near = distance <= reach
+    given[given] = near
+    source, filled = np.flatnonzero(good)[nearest[near]], motion.copy()
+    away = xy[given] - xy[source]
+    filled[given] = motion[source]
+    filled[given, 0] += np.einsum("nk,nk->n", motion[source, 1:3], away)
+    filled[given, 3] += np.einsum("nk,nk->n", motion[source, 4:6], away)
+    return filled, given

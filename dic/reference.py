@@ -15,7 +15,8 @@ from dic.quality import box_sums, check_subset, lies_inside
 from dic.spline import coefficients, gradient
 
 _CLIPPED = 2 / 3  # share of a subset at black or at white from which it cannot be trusted
-_FLAT = 1e-3  # least slope of a subset over that of the best one, below which nothing can be solved
+_FLAT = 1e-3  # least slope of a subset over the steepest, below which nothing can be solved
+_LEAK = 2  # px from the edge of the ROI at which the spline keeps 7 % of a jump there
 _RIDGE = 1e-10  # of the diagonal, so that a degenerate pattern inverts; its σ then is huge, as it should
 
 
@@ -107,7 +108,7 @@ def prepare(
     centres = np.rint(xy).astype(np.int64)
 
     status = _status(image, weight, centres, subset // 2)
-    texture = _texture(image, weight)
+    texture = _texture(image, _inner(weight))
     sums = _sums(texture, centres, status, subset // 2, grid)
     hessian = _hessian(_local(sums, xy))
     slope, status = _least_slope(hessian, sums[:, 19], status)
@@ -137,6 +138,16 @@ def _weight(roi: ArrayLike | None, shape: tuple[int, int]) -> NDArray[np.bool_]:
     if not roi.any():
         raise ValueError("roi leaves no pixel of the picture; set those to be used to True")
     return roi
+
+
+def _inner(weight: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Pixels of the ROI on which what lies beyond it has no effect through the spline."""
+    if weight.all():
+        return weight
+    from scipy.ndimage import binary_erosion
+
+    square = np.ones((2 * _LEAK + 1, 2 * _LEAK + 1), dtype=bool)
+    return binary_erosion(weight, square, border_value=1)
 
 
 def _points(points: ArrayLike | None, shape: tuple[int, int]) -> NDArray[np.float64]:
@@ -253,5 +264,6 @@ def _least_slope(
     usable = status == Status.OK
     if not usable.any():
         return slope, status
-    flat = usable & (slope <= _FLAT * slope[usable].max())
+    steepest = np.sqrt((xx + yy)[usable] / pixels[usable]).max()
+    flat = usable & (slope <= _FLAT * steepest)
     return slope, np.where(flat, Status.FLAT, status).astype(np.int8)

@@ -34,6 +34,8 @@ def find(
         u, ∂u/∂x, ∂u/∂y, v, ∂v/∂x, ∂v/∂y: whole px, gradients from the neighbours.
     found : (S,) bool
     """
+    if len(xy) == 0:
+        return np.zeros((0, 6)), np.zeros(0, dtype=bool)
     from scipy.spatial import cKDTree
 
     links = cKDTree(xy).query(xy, k=min(_LINKS + 1, len(xy)))[1].reshape(len(xy), -1)

@@ -11,7 +11,7 @@ CONTRAST = 50.0  # grey levels
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
-@njit(cache=True)
+@njit  # not cached: a test module has no lasting name
 def _add_spots(image, centres, heights, metric, reach, nodes, weights):
     for n in range(len(centres)):
         cx, cy = centres[n]
