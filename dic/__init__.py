@@ -1,7 +1,7 @@
 """Digital image correlation: images in; displacement, strain, quality and uncertainty out.
 
-The doors are :func:`prepare`, :func:`correlate` and :func:`strain`; everything else stands behind them.
-Names load on first use, so that ``import dic`` costs nothing.
+The doors are :func:`prepare`, :func:`correlate` and :func:`strain`; all else stands behind
+them. Names load on first use, so that ``import dic`` costs nothing.
 """
 
 from importlib import import_module
@@ -44,7 +44,9 @@ _HOMES = {
 }
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
 
-__all__ = sorted([*_HOME_OF, "export", "quality"])
+
+def __dir__() -> list[str]:
+    return sorted([*_HOME_OF, "export", "quality"])
 
 
 def __getattr__(name: str) -> Any:

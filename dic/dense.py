@@ -69,7 +69,7 @@ def net(motion: NDArray[np.float64], grid: Grid) -> Net:
 
 
 def _beyond(count: int, margin: int) -> NDArray[np.int64]:
-    """Steps by which each node of a continued line lies beyond its ends."""
+    """Count the steps by which each node of a continued line lies beyond its ends."""
     place = np.arange(-margin, count + margin)
     return place - np.clip(place, 0, count - 1)
 
@@ -100,9 +100,9 @@ def fill(
     given = ~good
     if not given.any() or not good.any():
         return motion, np.zeros(len(xy), dtype=bool)
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
-    distance, nearest = cKDTree(xy[good]).query(xy[given])
+    distance, nearest = map(np.asarray, KDTree(xy[good]).query(xy[given]))
     near = distance <= reach
     given[given] = near
     source, filled = np.flatnonzero(good)[nearest[near]], motion.copy()

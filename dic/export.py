@@ -1,4 +1,4 @@
-"""Fields to files: HDF5, CSV and pictures. Each file is written aside, then renamed: whole or not at all."""
+"""Fields to files: HDF5, CSV and pictures, each written aside and renamed: whole or not at all."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from dic.strain_field import StrainField
 
 @contextmanager
 def aside(path: str | Path) -> Iterator[Path]:
-    """Give a path beside `path` to write to; rename it when the block ends well, remove it when not.
+    """Give a draft beside `path`; rename it when the block ends well, remove it when not.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def write_hdf5(path: str | Path, disp: DisplacementField, eps: StrainField) -> N
 
 
 def write_csv(path: str | Path, disp: DisplacementField, eps: StrainField) -> None:
-    """Write one line a point, under a header of field names; px, strain dimensionless, `nan` if lost."""
+    """Write one line a point under a header of field names, in px; `nan` where it was lost."""
     table = columns(disp, eps)
     whole = ("iterations", "status", "strain_valid")
     formats = ["%d" if name in whole else "%.9g" for name in table]

@@ -30,7 +30,7 @@ def read_image(path: str | Path) -> NDArray:
     ValueError
         The picture is in colour, or of another depth.
     """
-    # Pillow and not OpenCV: OpenCV fills the missing part of a truncated JPEG with grey and goes on.
+    # Not OpenCV: it fills the missing part of a truncated JPEG with grey and goes on.
     from PIL import Image, UnidentifiedImageError
 
     path = Path(path)
@@ -41,7 +41,9 @@ def read_image(path: str | Path) -> NDArray:
             picture.load()
             mode, pixels = picture.mode, np.asarray(picture)
     except UnidentifiedImageError:
-        raise OSError(f"{path} is not an image that can be read; use PNG, TIFF, BMP or JPEG") from None
+        raise OSError(
+            f"{path} is not an image that can be read; use PNG, TIFF, BMP or JPEG"
+        ) from None
     except (OSError, SyntaxError, EOFError) as error:
         raise OSError(f"image {path} is damaged ({error}); copy or record it again") from None
     if mode in ("RGB", "RGBA") and _channels_equal(pixels):
@@ -54,7 +56,9 @@ def read_image(path: str | Path) -> NDArray:
 
 
 def _channels_equal(pixels: NDArray) -> bool:
-    return bool((pixels[..., 0] == pixels[..., 1]).all() and (pixels[..., 0] == pixels[..., 2]).all())
+    return bool(
+        (pixels[..., 0] == pixels[..., 1]).all() and (pixels[..., 0] == pixels[..., 2]).all()
+    )
 
 
 def check_image(image: ArrayLike, name: str) -> NDArray:
@@ -76,7 +80,9 @@ def check_image(image: ArrayLike, name: str) -> NDArray:
         raise ValueError(f"{name} image must be uint8, uint16 or float, got {image.dtype}; cast it")
     if np.issubdtype(image.dtype, np.floating) and not np.isfinite(image).all():
         bad = np.count_nonzero(~np.isfinite(image))
-        raise ValueError(f"{name} image holds {bad} pixels that are not finite; leave them out by roi")
+        raise ValueError(
+            f"{name} image holds {bad} pixels that are not finite; leave them out by roi"
+        )
     return image
 
 

@@ -41,9 +41,7 @@ _LOOKS = {
 }
 
 
-def draw(
-    path: Path, image: NDArray, name: str, values: NDArray, disp: DisplacementField
-) -> None:
+def draw(path: Path, image: NDArray, name: str, values: NDArray, disp: DisplacementField) -> None:
     """Draw the field `values` (N,) called `name` over `image` (H, W) into a PNG at `path`."""
     height, width = image.shape
     size = np.array([width, height]) * min(9 / width, 7 / height)

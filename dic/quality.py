@@ -65,7 +65,9 @@ def noise_floor(sigma: ArrayLike, sssig: ArrayLike) -> NDArray[np.float64]:
 def check_subset(subset: int, shape: tuple[int, int]) -> None:
     """Raise ValueError unless `subset` is odd, at least 5 px and fits into the picture (H, W)."""
     if subset % 2 == 0:
-        raise ValueError(f"subset size must be odd, got {subset} px; use {subset - 1} or {subset + 1}")
+        raise ValueError(
+            f"subset size must be odd, got {subset} px; use {subset - 1} or {subset + 1}"
+        )
     if subset < 5:
         raise ValueError(f"subset size must be at least 5 px, got {subset} px; 15 to 41 is usual")
     if subset > min(shape):
@@ -75,16 +77,14 @@ def check_subset(subset: int, shape: tuple[int, int]) -> None:
         )
 
 
-def lies_inside(
-    centres: NDArray[np.int64], half: int, shape: tuple[int, int]
-) -> NDArray[np.bool_]:
-    """(N,) True where the square of ±`half` px around a centre (x, y) lies on the picture (H, W)."""
+def lies_inside(centres: NDArray[np.int64], half: int, shape: tuple[int, int]) -> NDArray[np.bool_]:
+    """Tell where a square of ±`half` px around a centre (x, y) lies on the picture, (N,) bool."""
     room = np.array([shape[1] - 1 - half, shape[0] - 1 - half])
-    return ((centres >= half) & (centres <= room)).all(axis=1)
+    return np.all((centres >= half) & (centres <= room), axis=1)
 
 
 def box_sums(plane: NDArray, centres: NDArray[np.int64], half: int) -> NDArray[np.float64]:
-    """Sums of a plane (H, W) over squares of ±`half` px around centres (N, 2) inside it."""
+    """Sum a plane (H, W) over squares of ±`half` px around centres (N, 2) inside it."""
     total = np.zeros((plane.shape[0] + 1, plane.shape[1] + 1))
     np.cumsum(np.cumsum(plane, axis=0, dtype=np.float64), axis=1, out=total[1:, 1:])
     left, top = (centres - half).T

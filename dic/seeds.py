@@ -36,9 +36,9 @@ def find(
     """
     if len(xy) == 0:
         return np.zeros((0, 6)), np.zeros(0, dtype=bool)
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
-    links = cKDTree(xy).query(xy, k=min(_LINKS + 1, len(xy)))[1].reshape(len(xy), -1)
+    links = KDTree(xy).query(xy, k=min(_LINKS + 1, len(xy)))[1].reshape(len(xy), -1)
     shift, found = np.zeros((len(xy), 2)), np.zeros(len(xy), dtype=bool)
     pending, tries = np.ones(len(xy), dtype=bool), 0
     centre = np.argsort(np.linalg.norm(xy - np.median(xy, axis=0), axis=1))

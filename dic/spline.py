@@ -27,7 +27,8 @@ def coefficients(image: ArrayLike) -> NDArray[np.float32]:
 
     References
     ----------
-    Unser, Aldroubi, Eden 1993, B-spline signal processing II, IEEE Trans. Signal Process. 41, eq. 2.5.
+    Unser, Aldroubi, Eden 1993, B-spline signal processing: part II, IEEE Trans. Signal Process. 41,
+    834, equation 2.5.
     """
     spline = np.array(image, dtype=np.float32, order="C")
     _filter_rows(spline)
@@ -35,14 +36,15 @@ def coefficients(image: ArrayLike) -> NDArray[np.float32]:
     return np.pad(spline, PAD, mode="reflect")
 
 
-def gradient(spline: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Derivatives ∂/∂x, ∂/∂y of the spline at the pixels, each (H, W) float32, grey levels per px."""
+def gradient(spline: NDArray[np.float32]) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
+    """Differentiate at the pixels: ∂/∂x and ∂/∂y, each (H, W) float32, grey levels per px."""
     inner = slice(PAD, -PAD)
     before, after = slice(PAD - 1, -PAD - 1), slice(PAD + 1, -PAD + 1)
-    slope_x = (spline[:, after] - spline[:, before]) / 2
-    slope_y = (spline[after, :] - spline[before, :]) / 2
-    gx = (slope_x[before] + 4 * slope_x[inner] + slope_x[after]) / 6
-    gy = (slope_y[:, before] + 4 * slope_y[:, inner] + slope_y[:, after]) / 6
+    third, twelfth = np.float32(1 / 3), np.float32(1 / 12)
+    along_x = spline[:, after] - spline[:, before]
+    along_y = spline[after, :] - spline[before, :]
+    gx = twelfth * (along_x[before] + along_x[after]) + third * along_x[inner]
+    gy = twelfth * (along_y[:, before] + along_y[:, after]) + third * along_y[:, inner]
     return gx, gy
 
 
@@ -52,7 +54,7 @@ def sample(spline, x, y):
     height, width = spline.shape[0] - 2 * PAD, spline.shape[1] - 2 * PAD
     x = min(max(x, -0.5), width - 0.5)
     y = min(max(y, -0.5), height - 0.5)
-    column, row = int(math.floor(x)), int(math.floor(y))
+    column, row = math.floor(x), math.floor(y)
     # The fraction is small, so single precision holds it; the place itself would lose 2e-4 px.
     a0, a1, a2, a3 = _weights(np.float32(x - column))
     b0, b1, b2, b3 = _weights(np.float32(y - row))
@@ -108,8 +110,8 @@ def _filter_columns(c):
 def noise_power() -> tuple[float, float]:
     """Mean and first harmonic of the variance that white noise keeps between the pixels.
 
-    The spline leaves unit noise at a pixel (variance 1) and smooths it between pixels. Along one axis
-    the variance at the fraction t is mean + harmonic · cos(2πt) to 2 %, and the two axes multiply.
+    The spline leaves noise of variance 1 at a pixel and smooths it between pixels. Along one axis
+    the variance at the fraction t is mean + harmonic · cos(2πt) to 2 %; the two axes multiply.
     """
     omega = 2 * np.pi * np.arange(256) / 256
     prefilter = (4 + 2 * np.cos(omega)) / 6

@@ -71,8 +71,8 @@ def strain(disp: DisplacementField, window: int = 5, kind: Kind = "small") -> St
 
     Notes
     -----
-    σ follows from that of the displacements and from their overlap: two subsets that share a part ρ of
-    their pixels share that part of their noise, ρ = (1 - |Δx|/subset)₊ (1 - |Δy|/subset)₊.
+    σ follows from that of the displacements and from their overlap: two subsets that share a part
+    of their pixels share that part of their noise, ρ = (1 - |Δx|/subset)₊ (1 - |Δy|/subset)₊.
     """
     if kind not in get_args(Kind):
         raise ValueError(f"strain kind must be one of {', '.join(get_args(Kind))}, got {kind!r}")
@@ -90,7 +90,7 @@ def strain(disp: DisplacementField, window: int = 5, kind: Kind = "small") -> St
         eyy=e[:, 1],
         exy=e[:, 2],
         sigma=sigma,
-        valid=np.isfinite(e).all(axis=1),
+        valid=np.all(np.isfinite(e), axis=1),
         vsg=vsg,
         window=window,
         kind=kind,
@@ -179,14 +179,18 @@ def _fit_one(fields, place, step, overlap, gradient, variance):
                         variance[a, b] += shared * spread[a, b, n] * spread[a, b, m]
 
 
-def _measure_with_sigma(gradient: NDArray, variance: NDArray, kind: Kind) -> tuple[NDArray, NDArray]:
+def _measure_with_sigma(
+    gradient: NDArray, variance: NDArray, kind: Kind
+) -> tuple[NDArray, NDArray]:
     """Strain (N, 3) and its σ (N, 3), by the slopes of the measure in the four gradients."""
     spread = np.zeros((len(gradient), 3))
     for a in range(2):
         for b in range(2):
             nudge = np.zeros((2, 2))
             nudge[a, b] = _NUDGE
-            slope = (measure(gradient + nudge, kind) - measure(gradient - nudge, kind)) / (2 * _NUDGE)
+            slope = (measure(gradient + nudge, kind) - measure(gradient - nudge, kind)) / (
+                2 * _NUDGE
+            )
             spread += slope**2 * variance[:, a, b, None]
     return measure(gradient, kind), np.sqrt(spread)
 
@@ -224,7 +228,9 @@ def _log(tensor: NDArray) -> NDArray:
     relative = apart / mean
     # artanh(r)/r is smooth at zero, where the deviator vanishes.
     safe = np.where(relative > 1e-4, relative, 1.0)
-    scale = np.where(relative > 1e-4, np.arctanh(np.minimum(safe, 1 - 1e-16)) / safe, 1 + relative**2 / 3)
+    scale = np.where(
+        relative > 1e-4, np.arctanh(np.minimum(safe, 1 - 1e-16)) / safe, 1 + relative**2 / 3
+    )
     deviator = (tensor - mean[..., None, None] * np.eye(2)) * (scale / mean)[..., None, None]
     isotropic = np.log(mean * mean - apart * apart) / 2
     return deviator + isotropic[..., None, None] * np.eye(2)

@@ -70,7 +70,7 @@ def speckle():
 
 @pytest.fixture(scope="session")
 def pattern():
-    """A speckle that most tests share, 150x190 px."""
+    """Make the speckle that most tests share, 150x190 px."""
     return Speckle((150, 190), seed=3)
 
 

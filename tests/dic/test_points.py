@@ -18,8 +18,9 @@ def test_scattered_points_agree_with_the_truth(pattern, reference, order):
     deviation = np.column_stack([disp.u, disp.v]) - pattern.displacement(xy, *motion)
     assert disp.valid.all()
     assert disp.grid is None
-    assert np.abs(deviation.mean(axis=0)).max() <= 1e-3
-    assert deviation.std(axis=0).max() <= (2e-3 if order == 1 else 2e-2)  # measured 0.0004 and 0.013
+    # A shift cannot follow the strain inside its subset.
+    assert np.abs(deviation.mean(axis=0)).max() <= (1e-3 if order == 1 else 3e-3)
+    assert deviation.std(axis=0).max() <= (2e-3 if order == 1 else 2e-2)
 
 
 def test_points_on_the_grid_give_what_the_grid_gives(pattern, reference):

@@ -1,0 +1,89 @@
+"""The verdict on each point: its status, and the uncertainty of what was measured."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dic.displacement import DisplacementField, Status
+from dic.newton import Points
+from dic.reference import Reference
+from dic.spline import noise_power, noise_slope
+
+_FOUND = 0.8  # ZNCC below which it is not the same pattern
+_STOPPED = 1e-3  # px, more than this in the last iteration is NOT_CONVERGED
+
+
+def found(ref: Reference, points: Points) -> NDArray[np.bool_]:
+    """Tell where the pattern was found again, wholly on the picture, (N,) bool."""
+    known = (ref.status == Status.OK) & (points.zncc >= _FOUND)
+    return known & ~leaves(ref, points.motion)
+
+
+def field(ref: Reference, points: Points) -> DisplacementField:
+    """Turn the last state of the points into a measurement, with NaN where there is none."""
+    noise = np.sqrt(np.maximum(points.residual, 0) / _noise_gain(points.motion, ref.half))
+    status = _status(ref, points, noise)
+    lost = status != Status.OK
+    spread = noise[:, None] * np.sqrt(2 * np.diagonal(ref.inverse, axis1=1, axis2=2)[:, :6])
+    motion = points.motion.copy()
+    motion[lost], spread[lost] = np.nan, np.nan
+    untried = ref.status != Status.OK
+    return DisplacementField(
+        xy=ref.xy,
+        u=motion[:, 0],
+        v=motion[:, 3],
+        sigma_u=spread[:, 0],
+        sigma_v=spread[:, 3],
+        gradient=motion[:, [[1, 2], [4, 5]]],
+        sigma_gradient=spread[:, [[1, 2], [4, 5]]],
+        zncc=np.where(untried, np.nan, points.zncc),
+        iterations=np.where(untried, 0, points.iterations).astype(np.int16),
+        status=status,
+        subset=ref.subset,
+        order=ref.order,
+        grid=ref.grid,
+    )
+
+
+def _noise_gain(motion: NDArray, half: int) -> NDArray[np.float64]:
+    """Variance of the residual over that of the noise of one picture: 1 + κ, (N,).
+
+    κ depends on the fraction of a px by which the subset moved, averaged over what its gradients
+    sweep.
+    """
+    mean, harmonic = noise_power()
+    kept = np.ones(len(motion))
+    for shift, along_x, along_y in (motion[:, :3].T, motion[:, 3:].T):
+        swept = np.sinc(2 * half * along_x) * np.sinc(2 * half * along_y)
+        kept *= mean + harmonic * np.cos(2 * np.pi * shift) * swept
+    return 1 + kept
+
+
+def _status(ref, points, noise) -> NDArray[np.int8]:
+    """Name what became of each point; what is named first stands."""
+    measured = (ref.status == Status.OK) & (points.zncc >= _FOUND)
+    level = np.median(noise[measured]) if measured.any() else 0.0
+    status = ref.status.copy()
+    for condition, name in (
+        # Twice what noise alone would show as slope: there is nothing there but noise.
+        (ref.slope < np.sqrt(2 * noise_slope()) * level, Status.FLAT),
+        (leaves(ref, points.motion), Status.OUTSIDE),
+        (~(points.zncc >= _FOUND), Status.LOW_CORRELATION),
+        (~(points.change <= _STOPPED), Status.NOT_CONVERGED),
+    ):
+        status[(status == Status.OK) & condition] = name
+    return status
+
+
+def leaves(ref: Reference, motion: NDArray) -> NDArray[np.bool_]:
+    """Tell where a corner of the moved subset lies off the area of the picture, (N,) bool."""
+    outside = np.zeros(len(motion), dtype=bool)
+    height, width = ref.image.shape
+    for axis, limit in ((0, width), (1, height)):
+        u, ux, uy = motion[:, 3 * axis : 3 * axis + 3].T
+        centre = np.rint(ref.xy[:, axis]) + u
+        along, across = (ux, uy) if axis == 0 else (uy, ux)
+        reach = ref.half * (np.abs(1 + along) + np.abs(across))
+        outside |= (centre - reach < -0.5) | (centre + reach > limit - 0.5)
+    return outside

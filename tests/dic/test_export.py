@@ -1,0 +1,79 @@
+"""Fields to files: whole or not at all."""
+
+import csv
+
+import h5py
+import numpy as np
+import pytest
+
+import dic
+
+
+@pytest.fixture(scope="module")
+def measured(pattern, reference):
+    roi = np.ones(reference.shape, dtype=bool)
+    roi[60:90, 70:110] = False
+    disp = dic.correlate(dic.prepare(reference, step=9, roi=roi), pattern.draw((0.4, 0.2)))
+    return disp, dic.strain(disp)
+
+
+def test_hdf5_holds_every_field_as_a_picture_with_its_unit(tmp_path, measured):
+    disp, eps = measured
+    dic.export.write_hdf5(tmp_path / "field.h5", disp, eps)
+    with h5py.File(tmp_path / "field.h5") as file:
+        np.testing.assert_array_equal(file["u"][()].ravel(), disp.u)
+        assert file["exx"].shape == disp.grid.shape
+        assert file["sigma_u"].attrs["unit"] == "px"
+        assert file["status"].attrs["LOW_CORRELATION"] == dic.Status.LOW_CORRELATION
+        assert dict(file.attrs) == {
+            "subset": 21, "order": 1, "step": 9,
+            "strain_kind": "small", "strain_window": 5, "vsg": 57,
+        }  # fmt: skip
+
+
+def test_csv_can_be_read_back(tmp_path, measured):
+    disp, eps = measured
+    dic.export.write_csv(tmp_path / "field.csv", disp, eps)
+    with (tmp_path / "field.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == len(disp.u)
+    np.testing.assert_allclose([float(r["v"]) for r in rows], disp.v, rtol=1e-8)
+    np.testing.assert_allclose([float(r["sigma_exy"]) for r in rows], eps.sigma[:, 2], rtol=1e-8)
+    assert {r["status"] for r in rows} == {"0", "1"}
+
+
+def test_pictures_show_every_field(tmp_path, measured, reference):
+    paths = dic.export.pictures(tmp_path / "pictures", reference, *measured)
+    names = {p.stem for p in paths}
+    assert names >= {"u", "v", "exx", "eyy", "exy", "sigma_u", "zncc", "status"}
+    for path in paths:
+        assert path.stat().st_size > 5000
+    assert len(list((tmp_path / "pictures").iterdir())) == len(paths)
+
+
+def test_scattered_points_can_be_written_too(tmp_path, pattern, reference):
+    disp = dic.correlate(dic.prepare(reference, points=[[60, 50], [120, 90]]), pattern.draw((1, 2)))
+    eps = dic.strain(disp)
+    dic.export.write_hdf5(tmp_path / "a.h5", disp, eps)
+    dic.export.write_csv(tmp_path / "a.csv", disp, eps)
+    assert len(dic.export.pictures(tmp_path, reference, disp, eps)) >= 8
+
+
+def test_failed_write_leaves_the_old_file_and_no_other(tmp_path):
+    path = tmp_path / "a.txt"
+    path.write_text("old")
+
+    def fail_half_way():
+        with dic.export.aside(path) as draft:
+            draft.write_text("half")
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        fail_half_way()
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_missing_folder_is_one_sentence(tmp_path, measured):
+    with pytest.raises(OSError, match="does not exist; create it first"):
+        dic.export.write_csv(tmp_path / "none" / "a.csv", *measured)

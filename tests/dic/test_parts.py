@@ -1,0 +1,138 @@
+"""The parts of the correlation: spline, sums, grid, dense motion; and what importing them costs."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import ndimage
+
+import dic
+from dic import dense, frame_moments, moments, spline
+from dic.grid import grid_over
+
+
+@pytest.fixture(scope="module")
+def picture():
+    return np.random.default_rng(0).normal(100, 30, (37, 52))
+
+
+def test_coefficients_are_those_of_scipy(picture):
+    ours = spline.coefficients(picture)[spline.PAD : -spline.PAD, spline.PAD : -spline.PAD]
+    np.testing.assert_allclose(ours, ndimage.spline_filter(picture, 3, mode="mirror"), atol=1e-3)
+
+
+@settings(deadline=None, max_examples=50)
+@given(st.floats(0, 51), st.floats(0, 36))
+def test_sample_is_that_of_scipy(x, y):
+    picture = np.random.default_rng(0).normal(100, 30, (37, 52))
+    there = ndimage.map_coordinates(picture, [[y], [x]], order=3, mode="mirror")[0]
+    assert spline.sample(spline.coefficients(picture), x, y) == pytest.approx(there, abs=2e-3)
+
+
+def test_gradient_is_the_slope_of_the_sample(picture):
+    c, h = spline.coefficients(picture), 1e-2
+    gx, gy = spline.gradient(c)
+    x, y = 23.0, 11.0
+    slope_x = (spline.sample(c, x + h, y) - spline.sample(c, x - h, y)) / (2 * h)
+    slope_y = (spline.sample(c, x, y + h) - spline.sample(c, x, y - h)) / (2 * h)
+    assert (gx[11, 23], gy[11, 23]) == pytest.approx((slope_x, slope_y), abs=0.05)
+
+
+@pytest.mark.parametrize("t", [0.0, 0.2, 0.5, 0.7])
+def test_noise_power_is_what_noise_keeps_between_pixels(t):
+    rng = np.random.default_rng(1)
+    noise = rng.normal(0, 1, (400, 300))
+    moved = ndimage.shift(noise, (0, -t), order=3, mode="mirror")
+    mean, harmonic = spline.noise_power()
+    assert mean + harmonic * np.cos(2 * np.pi * t) == pytest.approx(moved.var(), abs=0.03)
+
+
+def test_noise_slope_is_that_of_noise():
+    noise = np.random.default_rng(2).normal(0, 1, (300, 400))
+    gx, gy = spline.gradient(spline.coefficients(noise))
+    assert (gx.var(), gy.var()) == pytest.approx((spline.noise_slope(),) * 2, rel=0.02)
+
+
+def texture_of(picture):
+    gx, gy = spline.gradient(spline.coefficients(picture))
+    weight = np.ones_like(gx)
+    weight[5:9, 20:31] = 0
+    return np.stack([gx, gy, picture, np.ones_like(gx)], axis=-1, dtype=np.float32) * weight[
+        ..., None
+    ].astype(np.float32)
+
+
+def test_running_sums_are_the_sums_one_by_one(picture):
+    texture, grid = texture_of(picture), grid_over(picture.shape, 9, 4)
+    centres = grid.xy.astype(np.int64)
+    together = moments.sums_on_grid(texture, grid.xs, grid.ys, 4)
+    alone = moments.sums_at_points(texture, centres, 4)
+    np.testing.assert_allclose(together, alone, rtol=1e-9, atol=1e-6 * np.abs(alone).max())
+
+
+def test_frame_sums_agree_where_the_motion_is_linear(picture):
+    texture, grid = texture_of(picture), grid_over(picture.shape, 9, 4)
+    motion = np.tile([0.3, 0.01, -0.02, -0.4, 0.005, 0.03], (len(grid.xy), 1))
+    away = grid.xy - grid.xy[0]
+    motion[:, 0] += away @ motion[0, 1:3]
+    motion[:, 3] += away @ motion[0, 4:6]
+    frame = spline.coefficients(picture[::-1])
+    net = dense.net(motion, grid)
+    together = frame_moments.sums_on_grid(texture, frame, net, grid.xs, grid.ys, 4)
+    alone = frame_moments.sums_at_points(texture, frame, grid.xy, 4, motion)
+    np.testing.assert_allclose(together, alone, rtol=1e-4, atol=1e-6 * np.abs(alone).max())
+
+
+def test_dense_motion_is_exact_for_parabolas_inside_the_grid():
+    grid = grid_over((61, 83), 9, 5)
+    x, y = grid.xy.T
+    motion = np.zeros((len(x), 6))
+    motion[:, 0], motion[:, 3] = 1e-3 * x * x - 2e-3 * x * y, 3e-3 * y * y
+    net = dense.net(motion, grid)
+    (columns, along), (rows, down) = net.place(83, 0), net.place(61, 1)
+    px, py = 37, 29
+    window = net.motion[:, rows[py] : rows[py] + 4, columns[px] : columns[px] + 4]
+    u, v = np.einsum("aij,i,j->a", window, down[py], along[px])
+    assert (u, v) == pytest.approx((1e-3 * px * px - 2e-3 * px * py, 3e-3 * py * py), abs=1e-9)
+
+
+@settings(deadline=None)
+@given(st.integers(25, 90), st.integers(25, 90), st.sampled_from([5, 11, 21]), st.integers(1, 30))
+def test_every_subset_of_a_grid_lies_on_the_picture(height, width, subset, step):
+    grid = grid_over((height, width), subset, step)
+    assert grid.xs[0] >= subset // 2
+    assert grid.xs[-1] + subset // 2 < width
+    assert grid.ys[-1] + subset // 2 < height
+    assert width - (grid.xs[-1] - grid.xs[0] + subset) < step
+    assert grid.xy.shape == (grid.shape[0] * grid.shape[1], 2)
+
+
+def test_fill_takes_the_nearest_within_reach():
+    xy = np.array([[0.0, 0], [10, 0], [100, 0]])
+    motion = np.array([[1.0, 0.1, 0, 2.0, 0, 0], [9] * 6, [9] * 6])
+    filled, given = dense.fill(xy, motion, np.array([True, False, False]), reach=20)
+    assert list(given) == [False, True, False]
+    assert filled[1, 0] == pytest.approx(2.0)
+    assert filled[2, 0] == 9
+
+
+def test_importing_and_correlating_loads_neither_torch_nor_what_draws():
+    code = (
+        "import sys, numpy as np, dic\n"
+        "early = {'numba', 'cv2', 'scipy'} & set(sys.modules)\n"
+        "image = np.random.default_rng(0).integers(0, 255, (40, 50), dtype=np.uint8)\n"
+        "dic.strain(dic.correlate(dic.prepare(image, subset=11, step=4), image))\n"
+        "late = {'torch', 'matplotlib', 'h5py', 'fe', 'models'} & set(sys.modules)\n"
+        "sys.exit(f'{early} {late}' if early | late else 0)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_every_public_name_is_there():
+    assert {"prepare", "correlate", "strain", "read_image", "export"} <= set(dir(dic))
+    for name in dir(dic):
+        assert getattr(dic, name) is not None
