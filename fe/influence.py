@@ -69,7 +69,8 @@ class Influence:
         return np.stack([self._derivative(xy, 1, 0), self._derivative(xy, 0, 1)], axis=-1)
 
     def _derivative(self, xy: NDArray, p: int, q: int) -> NDArray[np.float64]:
-        return derivative(self.mesh, xy, p, q).of(self.values).reshape(len(xy), -1, 3)
+        strain = derivative(self.mesh, xy, p, q).of(self.values)
+        return strain.reshape(len(xy), len(self.gauges), 3)
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Return all of it as named arrays, for a file."""
