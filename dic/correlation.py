@@ -40,7 +40,8 @@ def correlate(
         The deformed picture, of the size of the reference. Gain and offset of its light are free.
     guess : DisplacementField or (N, 2) px, optional
         Displacement to start from, such as the field of the previous frame. NaN is filled from the
-        nearest neighbour. Without it the points are searched for over the whole picture.
+        nearest neighbour. Without it, or if all of it is NaN, the points are searched for over the
+        whole picture.
 
     Returns
     -------
@@ -90,6 +91,8 @@ def _start(ref, image, guess, usable) -> tuple[NDArray[np.float64], NDArray[np.b
     if given.shape != ref.xy.shape:
         raise ValueError(f"guess must be {ref.xy.shape} px, one (u, v) a point, got {given.shape}")
     known = np.isfinite(given.sum(axis=1))
+    if not known.any():
+        return _start(ref, image, None, usable)
     motion[known, 0], motion[known, 3] = given[known].T
     if isinstance(guess, DisplacementField):
         motion[known, 1:3], motion[known, 4:6] = guess.gradient[known, 0], guess.gradient[known, 1]

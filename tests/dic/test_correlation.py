@@ -144,3 +144,11 @@ def test_inputs_are_left_as_they_were(pattern, reference):
     dic.correlate(dic.prepare(reference), frame)
     np.testing.assert_array_equal(before[0], reference)
     np.testing.assert_array_equal(before[1], frame)
+
+
+def test_guess_that_was_lost_altogether_is_searched_for_again(pattern, reference):
+    ref = dic.prepare(reference)
+    lost = dic.correlate(ref, np.full(reference.shape, 90.0))
+    assert not lost.valid.any()
+    disp = dic.correlate(ref, pattern.draw((9.3, -4.1)), guess=lost)
+    assert np.abs(error(disp, (9.3, -4.1)).mean(axis=1)).max() <= 1e-3
