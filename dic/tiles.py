@@ -170,9 +170,10 @@ def tile_sums(
         flow = np.zeros((count, 2))
     else:
         flow = np.asarray(flow, dtype=np.float64)
-        if flow.shape != (count, 2) or not np.isfinite(flow).all():
+        if flow.shape != (count, 2) or not np.abs(flow).max() < max(image.shape):
             raise ValueError(
-                f"flow must be ({count}, 2) finite px, one motion a tile; got shape {flow.shape}"
+                f"flow must be ({count}, 2) px, one motion a tile within the picture; "
+                f"got shape {flow.shape} and motions up to {np.abs(flow).max():g} px"
             )
         _sums_moved(
             image, reference.coefficients, flow, reference.origin, reference.size,
@@ -256,7 +257,8 @@ def _sums_moved(image, coefficients, flow, origin, size, shape, out):
     reach = size + DEGREE
     patch = np.empty((reach, reach), np.float32)
     values, slopes = np.empty((reach, size), np.float32), np.empty((reach, size), np.float32)
-    sums = np.empty((5, size), np.float32)
+    f = np.empty((size, size), np.float32)
+    fx, fy = np.empty_like(f), np.empty_like(f)
     wx, sx = np.empty(DEGREE + 1, np.float32), np.empty(DEGREE + 1, np.float32)
     wy, sy = np.empty(DEGREE + 1, np.float32), np.empty(DEGREE + 1, np.float32)
     for tile in range(shape[0] * shape[1]):
@@ -267,14 +269,12 @@ def _sums_moved(image, coefficients, flow, origin, size, shape, out):
         _weights(-flow[tile, 0] - ix, wx, sx)
         _weights(-flow[tile, 1] - iy, wy, sy)
         _cut(coefficients, left + ix - 2, top + iy - 2, patch)
-        _along_rows(patch, wx, values)
-        _along_rows(patch, sx, slopes)
-        _add_rows(image, left, top, values, slopes, wy, sy, sums)
-        for k in range(5):
-            total = 0.0
-            for i in range(size):
-                total += sums[k, i]
-            out[tile, k] = total
+        _along(patch, wx, values)
+        _along(patch, sx, slopes)
+        _down(values, wy, f)
+        _down(slopes, wy, fx)
+        _down(values, sy, fy)
+        _add(image[top : top + size, left : left + size], f, fx, fy, out[tile])
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -292,37 +292,40 @@ def _cut(array, left, top, patch):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _along_rows(patch, weights, out):
+def _along(patch, weights, out):
+    """Weigh six neighbours along x; weights in registers let the loop run on vectors."""
+    a, b, c, d, e, f = weights[0], weights[1], weights[2], weights[3], weights[4], weights[5]
     for j in range(out.shape[0]):
         for i in range(out.shape[1]):
             out[j, i] = (
-                weights[0] * patch[j, i] + weights[1] * patch[j, i + 1]
-                + weights[2] * patch[j, i + 2] + weights[3] * patch[j, i + 3]
-                + weights[4] * patch[j, i + 4] + weights[5] * patch[j, i + 5]
+                a * patch[j, i] + b * patch[j, i + 1] + c * patch[j, i + 2]
+                + d * patch[j, i + 3] + e * patch[j, i + 4] + f * patch[j, i + 5]
             )  # fmt: skip
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _down(rows, weights, j, i):
-    return (
-        weights[0] * rows[j, i] + weights[1] * rows[j + 1, i] + weights[2] * rows[j + 2, i]
-        + weights[3] * rows[j + 3, i] + weights[4] * rows[j + 4, i] + weights[5] * rows[j + 5, i]
-    )  # fmt: skip
+def _down(rows, weights, out):
+    """Weigh six neighbours along y."""
+    a, b, c, d, e, f = weights[0], weights[1], weights[2], weights[3], weights[4], weights[5]
+    for j in range(out.shape[0]):
+        for i in range(out.shape[1]):
+            out[j, i] = (
+                a * rows[j, i] + b * rows[j + 1, i] + c * rows[j + 2, i]
+                + d * rows[j + 3, i] + e * rows[j + 4, i] + f * rows[j + 5, i]
+            )  # fmt: skip
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _add_rows(image, left, top, values, slopes, wy, sy, sums):
-    """Sum fx·e, fy·e, e, e², e·f down the columns of one tile."""
-    size = sums.shape[1]
-    sums[:] = 0.0
-    for j in range(size):
-        for i in range(size):
-            f = _down(values, wy, j, i)
-            fx = _down(slopes, wy, j, i)
-            fy = _down(values, sy, j, i)
-            e = np.float32(image[top + j, left + i]) - f
-            sums[0, i] += fx * e
-            sums[1, i] += fy * e
-            sums[2, i] += e
-            sums[3, i] += e * e
-            sums[4, i] += e * f
+def _add(image, f, fx, fy, out):
+    """Sum fx·e, fy·e, e, e², e·f over one tile."""
+    zero = np.float32(0.0)
+    fx_e, fy_e, e_, ee, ef = zero, zero, zero, zero, zero
+    for j in range(f.shape[0]):
+        for i in range(f.shape[1]):
+            e = np.float32(image[j, i]) - f[j, i]
+            fx_e += fx[j, i] * e
+            fy_e += fy[j, i] * e
+            e_ += e
+            ee += e * e
+            ef += e * f[j, i]
+    out[0], out[1], out[2], out[3], out[4] = fx_e, fy_e, e_, ee, ef

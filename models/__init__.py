@@ -1,1 +1,51 @@
-"""Touches from measurements: forward models, solver, nets, training and scores."""
+"""Touches from measurements: forward models, solver, nets, training and scores.
+
+Names load on first use: a solver never imports what trains a net.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from models.bound import cramer_rao as cramer_rao
+    from models.bound import pixel_level as pixel_level
+    from models.dataset import Dataset as Dataset
+    from models.estimate import Estimate as Estimate
+    from models.estimate import Result as Result
+    from models.forward import Forward as Forward
+    from models.forward import gauges as gauges
+    from models.matching import match as match
+    from models.net import NetOptions as NetOptions
+    from models.net import predict as predict
+    from models.pattern import Pattern as Pattern
+    from models.pattern import see_pattern as see_pattern
+    from models.score import position_error as position_error
+    from models.search import Search as Search
+    from models.search import prepare_search as prepare_search
+    from models.solver import find as find
+    from models.solver import solve as solve
+    from models.strain_map import StrainMap as StrainMap
+    from models.strain_map import see_strain as see_strain
+
+_HOMES = {
+    "bound": ("cramer_rao", "pixel_level"),
+    "dataset": ("Dataset",),
+    "estimate": ("Estimate", "Result"),
+    "forward": ("Forward", "gauges"),
+    "matching": ("match",),
+    "net": ("NetOptions", "predict"),
+    "pattern": ("Pattern", "see_pattern"),
+    "score": ("position_error",),
+    "search": ("Search", "prepare_search"),
+    "solver": ("find", "solve"),
+    "strain_map": ("StrainMap", "see_strain"),
+}
+_HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
+
+__all__ = sorted(_HOME_OF)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME_OF:
+        raise AttributeError(f"module 'models' has no attribute {name!r}")
+    return getattr(import_module(f"models.{_HOME_OF[name]}"), name)

@@ -10,7 +10,7 @@ import synthetic
 from dic.tiles import prepare_tiles
 
 from .pattern import Pattern, see_pattern
-from .solve import covariance
+from .solver import covariance
 
 PIXELS = 4  # side of the tiles over which motion counts as constant, px
 

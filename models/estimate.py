@@ -15,7 +15,6 @@ class Result(Enum):
     FOUND = "touches found"
     NO_TOUCH = "no touch"
     UNRESOLVABLE = "two touches are closer than the noise allows to tell apart"
-    NOT_CONVERGED = "the touches did not settle; the measurement does not fit the plate"
 
 
 @dataclass(frozen=True, eq=False)

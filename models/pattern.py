@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
 
 import fe
 import synthetic
@@ -22,6 +23,7 @@ from .estimate import Estimate
 from .forward import Modal
 
 LIGHT = 2  # gain and offset
+SPARSE = 16  # tiles, of which one is asked how far it moved
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +38,8 @@ class Pattern:
         Motion of every tile, x then y of each, by a unit of every mode and rigid motion.
     normal : (K + R + 2, K + R + 2) float64, grey levels²
         Normal matrix of modes, rigid motions, gain and offset.
+    share : (K, R + 2) float64
+        What camera and light take from the right-hand side of the modes.
     factor : (K, K) float64, grey levels
         Lower Cholesky factor of the modes' normal matrix with camera and light eliminated.
     """
@@ -43,6 +47,7 @@ class Pattern:
     modes: fe.Modes
     basis: NDArray[np.float32]
     normal: NDArray[np.float64]
+    share: NDArray[np.float64]
     factor: NDArray[np.float64]
 
     @property
@@ -54,54 +59,48 @@ class Pattern:
         """Forward model of `whiten`ed frames with a noise of `noise` grey levels."""
         return Modal(self.modes, self.factor / noise)
 
-    def whiten(self, sums: TileSums, motion: NDArray, noise: float) -> NDArray[np.float64]:
-        """Reduce the tile sums of a frame to K numbers with white noise of variance 1.
+    def right_side(self, sums: TileSums, moved: NDArray) -> NDArray[np.float64]:
+        """Right-hand side of the normal equations for all that moved, (K + R + 2,).
 
         Parameters
         ----------
         sums : TileSums
-            Taken at the flow of `motion`.
-        motion : (K + R,) float64
+            Taken at the flow of `moved`.
+        moved : (K + R,) float64
             Amplitudes of modes and rigid motions by which the reference was moved.
-        noise : float, grey levels
-            Standard deviation of a pixel.
         """
-        right = self._right(sums)
-        modal = right[: self.count] - self._nuisance_share @ right[self.count :]
-        left_over = np.linalg.solve(self.factor, modal)
-        return (left_over + self.factor.T @ motion[: self.count]) / noise
+        towards = -sums.gradient.ravel().astype(np.float32) @ self.basis
+        left_over = np.concatenate([towards, [sums.ef.sum(), sums.e.sum()]])
+        return left_over + self.normal[:, : len(moved)] @ moved
 
-    def motion(self, estimate: Estimate, sums: TileSums, moved: NDArray) -> NDArray[np.float64]:
+    def whiten(self, right: NDArray, noise: float) -> NDArray[np.float64]:
+        """Reduce a right-hand side to K numbers with white noise of variance 1."""
+        modal = right[: self.count] - self.share @ right[self.count :]
+        return solve_triangular(self.factor, modal, lower=True, check_finite=False) / noise
+
+    def motion(self, estimate: Estimate, right: NDArray) -> NDArray[np.float64]:
         """Amplitudes of modes and rigid motions that an estimate implies, (K + R,).
 
-        `sums` and `moved` are those the estimate was made from: with the touches known, what is
-        left of the sums gives the motion of the camera.
+        With the touches known, what is left of the right-hand side is the motion of the camera.
         """
-        total = self._right(sums)
-        total += self.normal[:, : len(moved)] @ moved
-        modal = estimate.force @ self.modes.response(estimate.xy) if estimate.count else 0.0
-        total -= self.normal[:, : self.count] @ np.broadcast_to(modal, self.count)
-        rest = np.linalg.solve(self.normal[self.count :, self.count :], total[self.count :])
-        return np.concatenate([np.broadcast_to(modal, self.count), rest[:-LIGHT]])
+        modal = np.zeros(self.count)
+        if estimate.count:
+            modal = estimate.force @ self.modes.response(estimate.xy)
+        rest = right[self.count :] - self.normal[self.count :, : self.count] @ modal
+        nuisance = np.linalg.solve(self.normal[self.count :, self.count :], rest)
+        return np.concatenate([modal, nuisance[:-LIGHT]])
 
     def flow(self, motion: NDArray) -> NDArray[np.float64]:
         """Motion of every tile for given amplitudes, (T, 2) px."""
         return (self.basis @ motion.astype(np.float32)).reshape(-1, 2).astype(np.float64)
 
+    def change(self, motion: NDArray) -> float:
+        """Largest motion of a tile for given amplitudes, px, from one tile in `SPARSE`."""
+        return float(np.abs(self.basis[:: 2 * SPARSE + 1] @ motion.astype(np.float32)).max())
+
     def still(self) -> NDArray[np.float64]:
         """Amplitudes of a plate and a camera that did not move, (K + R,)."""
         return np.zeros(self.basis.shape[1])
-
-    @property
-    def _nuisance_share(self) -> NDArray[np.float64]:
-        return self.normal[: self.count, self.count :] @ np.linalg.inv(
-            self.normal[self.count :, self.count :]
-        )
-
-    def _right(self, sums: TileSums) -> NDArray[np.float64]:
-        """Right-hand side of the normal equations, (K + R + 2,)."""
-        towards = -sums.gradient.ravel().astype(np.float32) @ self.basis
-        return np.concatenate([towards, [sums.ef.sum(), sums.e.sum()]]).astype(np.float64)
 
 
 def see_pattern(
@@ -124,12 +123,13 @@ def see_pattern(
     normal = _normal(reference, basis)
     count = plate_motion.shape[2]
     modal, mixed, rest = normal[:count, :count], normal[:count, count:], normal[count:, count:]
-    reduced = modal - mixed @ np.linalg.solve(rest, mixed.T)
+    share = np.linalg.solve(rest, mixed.T).T
     return Pattern(
         modes=modes,
         basis=np.ascontiguousarray(basis.reshape(-1, basis.shape[2]), dtype=np.float32),
         normal=normal,
-        factor=np.linalg.cholesky(reduced),
+        share=share,
+        factor=np.linalg.cholesky(modal - share @ mixed.T),
     )
 
 

@@ -20,10 +20,14 @@ COMMANDS = {
     "score": "Repeat the test of a trained net.",
 }
 TRACEBACK = "--traceback"
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+"""One thread for BLAS: the solves are small, and its threads would fight the loop for the cores."""
 
 
 def main() -> None:
     """Run the command line of this process."""
+    for variable in THREADS:
+        os.environ.setdefault(variable, "1")
     arguments = [argument for argument in sys.argv[1:] if argument != TRACEBACK]
     try:
         application(arguments)(arguments)

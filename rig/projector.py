@@ -3,12 +3,12 @@
 import multiprocessing
 import os
 import signal
-import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
 
 from rig.markers import Screen, draw_marks
+from rig.process import deaf_to_interrupts
 from rig.snapshot import Mark
 
 SECONDS_TO_CLOSE = 2.0
@@ -69,7 +69,7 @@ def open_projector(
     window = context.Process(
         target=_run_window, args=(theirs, screen, display, full_screen), daemon=True
     )
-    with _born_deaf_to_interrupts():
+    with deaf_to_interrupts():
         window.start()
     theirs.close()
     try:
@@ -83,22 +83,6 @@ def open_projector(
             window.kill()
             window.join()
         window.close()
-
-
-@contextmanager
-def _born_deaf_to_interrupts() -> Iterator[None]:
-    """Let a process that starts here ignore Ctrl-C from its first instruction on.
-
-    It is the loop's to answer; a new process that still imports would die of it with a traceback.
-    """
-    if threading.current_thread() is not threading.main_thread():  # signals are the main thread's
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def _run_window(link: Connection, screen: Screen, display: str | None, full_screen: bool) -> None:

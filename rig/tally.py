@@ -8,7 +8,7 @@ import numpy as np
 
 import fe
 from models.estimate import Estimate
-from models.match import match
+from models.matching import match
 
 RECENT = 300  # pairs in the running medians
 

@@ -17,6 +17,7 @@ from multiprocessing.shared_memory import SharedMemory
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.process import deaf_to_interrupts
 from rig.scene import Scene
 from rig.source import Frame
 
@@ -77,7 +78,8 @@ def open_twin(scene: Scene) -> Iterator[TwinSource]:
         target=_deliver, args=(scene, memory.name, there), name="touchplate-twin", daemon=True
     )
     try:
-        process.start()
+        with deaf_to_interrupts():
+            process.start()
         there.close()
         if not here.poll(START_LIMIT):
             raise OSError(f"the twin gave no frame within {START_LIMIT:g} s; see its messages")
@@ -110,7 +112,7 @@ def _deliver(scene: Scene, memory_name: str, link: Connection) -> None:
         link.send(str(error))
         return
     memory = SharedMemory(memory_name)
-    height, width = twin.warper.shape
+    width, height = twin.warper.camera.size
     pictures, numbers = _views(memory, (height, width))
     twin.frame(0, (), pictures[0])  # compiled and warm before time counts
     start, sequence = time.monotonic(), 0

@@ -7,8 +7,6 @@ chance allows.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import chdtrc
@@ -20,6 +18,7 @@ from .forward import Forward, gauges
 from .search import Search, prepare_search
 
 GAIN = 20.0  # fall of χ² that a touch must bring; nothing false was seen above it in 500 frames
+CLEAR = 10.0  # times `GAIN`: no doubt that a touch is there
 STEPS = 40  # Levenberg-Marquardt steps; five are usual
 SETTLED = 1e-9  # relative fall of χ² below which a fit has settled
 
@@ -64,7 +63,7 @@ def find(
     measured: NDArray,
     search: Search,
     *,
-    start: Sequence[tuple[float, float, float]] = (),
+    start: ArrayLike = (),
     count: int | None = None,
     most: int = 4,
 ) -> Estimate:
@@ -76,8 +75,8 @@ def find(
         In units of its noise.
     search : Search
         Forward model with its candidates.
-    start : sequence of (x mm, y mm, F N)
-        Touches of the last frame, where there are any: the fit begins there.
+    start : (n, 3) array, mm, mm, N
+        x, y, F of the last frame's touches, where there are any: the fit begins there.
     count : int, optional
         Number of touches where it is known.
     most : int
@@ -89,12 +88,10 @@ def find(
         touches = _descend(measured, search, touches)
         if count is None:
             touches = _without_idle(measured, search, touches)
+    least = GAIN if count is None else 0.0
     while len(touches) < limit:
-        grown = _grow(measured, search, touches)
+        grown = _grow(measured, search, touches, least)
         if grown is None:
-            break
-        fall = _chi2(measured, search.forward, touches) - _chi2(measured, search.forward, grown)
-        if count is None and fall < GAIN:
             break
         touches = grown
     return _describe(measured, search, touches)
@@ -145,29 +142,45 @@ def _descend(measured: NDArray, search: Search, touches: NDArray) -> NDArray[np.
     return touches
 
 
-def _grow(measured: NDArray, search: Search, touches: NDArray) -> NDArray[np.float64] | None:
-    """One touch more, where it explains most of what is left; None where nothing would help."""
+def _grow(
+    measured: NDArray, search: Search, touches: NDArray, least: float
+) -> NDArray[np.float64] | None:
+    """One touch more, where it explains most of what is left; None if χ² falls by `least` or less.
+
+    A candidate of the grid that promises less than half of that is not worth a fit: between the
+    candidates a touch is worth little more than on the best of them.
+    """
     if len(touches):
         predicted, tangent = _jacobian(search.forward, touches)
     else:
         predicted, tangent = np.zeros_like(measured), np.empty((len(measured), 0))
-    index, gain = search.best(measured - predicted, tangent)
-    if gain <= 0:
+    residual = measured - predicted
+    index, gain = search.best(residual, tangent)
+    if gain <= 0.5 * least:
         return None
     response = search.response[index]
-    force = (measured - predicted) @ response / (response @ response)
-    return _descend(measured, search, np.vstack([touches, [*search.xy[index], max(force, 0.0)]]))
+    force = max(residual @ response / (response @ response), 0.0)
+    grown = _descend(measured, search, np.vstack([touches, [*search.xy[index], force]]))
+    fall = residual @ residual - _chi2(measured, search.forward, grown)
+    return grown if fall > least else None
 
 
 def _without_idle(measured: NDArray, search: Search, touches: NDArray) -> NDArray[np.float64]:
-    """Drop, weakest first, the touches without which χ² rises by less than `GAIN`."""
+    """Drop, weakest first, the touches without which χ² rises by less than `GAIN`.
+
+    A touch whose force stands far out of its own noise needs no second fit to be kept.
+    """
     while len(touches):
-        weakest = int(np.argmin(touches[:, 2]))
+        variances = np.diag(covariance(search.forward, touches))[2::3]
+        evidence = touches[:, 2] ** 2 / variances
+        weakest = int(np.argmin(evidence))
+        if evidence[weakest] > CLEAR * GAIN:
+            break
         fewer = np.delete(touches, weakest, axis=0)
         if len(fewer):
             fewer = _descend(measured, search, fewer)
-        with_all = _chi2(measured, search.forward, touches)
-        if _chi2(measured, search.forward, fewer) - with_all >= GAIN:
+        rise = _chi2(measured, search.forward, fewer) - _chi2(measured, search.forward, touches)
+        if rise >= GAIN:
             break
         touches = fewer
     return touches

@@ -1,0 +1,152 @@
+"""Displacement from tile sums: one step from the flow of the tiles, a block of tiles a point."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from dic.displacement import DisplacementField, Status
+from dic.grid import Grid
+from dic.tiles import TileReference, TileSums
+
+LEAST_ZNCC = 0.6  # below, the pattern was not found again
+LEAST_SHARE = 0.02  # of the median Hessian: below, a block is too flat to follow
+
+
+@dataclass(frozen=True, eq=False)
+class TileBlocks:
+    """A reference whose tiles are read in overlapping blocks.
+
+    Attributes
+    ----------
+    reference : TileReference
+    block : int
+        Tiles along the side of a block, odd; blocks at the border hold the tiles that exist.
+    light : (T, 2, 2) float64
+        Turns (Σe·f, Σe) of a tile into its share of the right-hand side: gain and offset of the
+        light are free in every tile.
+    hessian : (T, 2, 2) float64
+        Σ∇f∇fᵀ of each tile with the light eliminated; noise of the right-hand side has this
+        covariance, in units of the pixel noise squared.
+    inverse : (T, 2, 2) float64
+        Inverse Hessian of each block.
+    status : (T,) int8
+        FLAT where a block cannot be followed.
+    """
+
+    reference: TileReference
+    block: int
+    light: NDArray[np.float64]
+    hessian: NDArray[np.float64]
+    inverse: NDArray[np.float64]
+    status: NDArray[np.int8]
+
+    @property
+    def grid(self) -> Grid:
+        """The tile centres as a grid of points, a block as the subset of each."""
+        reference = self.reference
+        return Grid(reference.xs, reference.ys, self.block * reference.size, reference.size)
+
+
+def prepare_blocks(reference: TileReference, block: int = 3) -> TileBlocks:
+    """Prepare to read displacements from blocks of tiles.
+
+    Raises
+    ------
+    ValueError
+        If `block` is even or less than 1.
+    """
+    if block < 1 or block % 2 == 0:
+        raise ValueError(f"block must be an odd number of tiles, got {block}; use {block | 1}")
+    fx_f, fy_f, fx, fy, ff, f = reference.light.T
+    pixels = float(reference.size**2)
+    mixed = np.stack([np.stack([fx_f, fx], -1), np.stack([fy_f, fy], -1)], axis=1)
+    light = mixed @ np.linalg.inv(_two_by_two(ff + 1e-9 * pixels, f, np.full_like(f, pixels)))
+    hessian = _two_by_two(*reference.hessian.T) - light @ mixed.transpose(0, 2, 1)
+    summed = _block_sum(hessian.reshape(-1, 4), reference.shape, block).reshape(-1, 2, 2)
+    low = np.linalg.eigvalsh(summed)[:, 0]
+    flat = low < LEAST_SHARE * np.median(low)
+    summed[flat] = np.eye(2)
+    status = np.where(flat, Status.FLAT, Status.OK).astype(np.int8)
+    return TileBlocks(reference, block, light, hessian, np.linalg.inv(summed), status)
+
+
+def right_side(blocks: TileBlocks, sums: TileSums) -> NDArray[np.float64]:
+    """Right-hand side of each tile for the motion left over, light eliminated, (T, 2)."""
+    light = np.stack([sums.ef, sums.e], axis=-1)
+    return (blocks.light @ light[..., None])[..., 0] - sums.gradient
+
+
+def tile_displacement(blocks: TileBlocks, sums: TileSums, noise: float) -> DisplacementField:
+    """Displacement of every block: the mean of its flow and of what is left over, weighted by H.
+
+    Parameters
+    ----------
+    sums : TileSums
+        Taken at a flow that is right to a few tenths of a pixel.
+    noise : float, grey levels
+        Standard deviation of e, the frame's noise and that of the reference.
+
+    Returns
+    -------
+    DisplacementField
+        Of order 0, on the grid of tile centres; a point is followed at its place in the *frame*,
+        which differs from that of the reference by the displacement itself.
+    """
+    reference = blocks.reference
+    known = (blocks.hessian @ sums.flow[..., None])[..., 0]
+    right = _block_sum(known + right_side(blocks, sums), reference.shape, blocks.block)
+    moved = (blocks.inverse @ right[..., None])[..., 0]
+    zncc = _zncc(blocks, sums)
+    lost = (blocks.status == Status.OK) & (zncc < LEAST_ZNCC)
+    status = np.where(lost, Status.LOW_CORRELATION, blocks.status).astype(np.int8)
+    bad = status != Status.OK
+    sigma = noise * np.sqrt(blocks.inverse[:, [0, 1], [0, 1]])
+    moved[bad], sigma[bad] = np.nan, np.nan
+    count = len(moved)
+    return DisplacementField(
+        xy=reference.xy,
+        u=moved[:, 0],
+        v=moved[:, 1],
+        sigma_u=sigma[:, 0],
+        sigma_v=sigma[:, 1],
+        gradient=np.zeros((count, 2, 2)),
+        sigma_gradient=np.zeros((count, 2, 2)),
+        zncc=zncc,
+        iterations=np.ones(count, np.int16),
+        status=status,
+        subset=blocks.grid.subset,
+        order=0,
+        grid=blocks.grid,
+    )
+
+
+def _zncc(blocks: TileBlocks, sums: TileSums) -> NDArray[np.float64]:
+    """Zero-normalised correlation of each block with the frame, -1…1; 0 where it is flat."""
+    reference = blocks.reference
+    ff, f = reference.light[:, 4], reference.light[:, 5]
+    pixels = np.full_like(f, float(reference.size**2))
+    stacked = np.stack([ff, f, ff + sums.ef, f + sums.e, ff + 2 * sums.ef + sums.ee, pixels], -1)
+    ff, f, fg, g, gg, n = _block_sum(stacked, reference.shape, blocks.block).T
+    spread = np.clip((ff - f * f / n) * (gg - g * g / n), 0.0, None)
+    return np.where(spread > 0, (fg - f * g / n) / np.sqrt(np.maximum(spread, 1e-300)), 0.0)
+
+
+def _block_sum(values: NDArray, shape: tuple[int, int], block: int) -> NDArray[np.float64]:
+    """Sum (T, k) values over block x block tiles around each tile."""
+    planes = np.moveaxis(values.reshape(*shape, -1), -1, 0)
+    summed = [
+        cv2.boxFilter(
+            np.ascontiguousarray(plane), -1, (block, block), normalize=False,
+            borderType=cv2.BORDER_CONSTANT,
+        )
+        for plane in planes
+    ]  # fmt: skip
+    return np.stack(summed, axis=-1).reshape(len(values), -1)
+
+
+def _two_by_two(xx: NDArray, xy: NDArray, yy: NDArray) -> NDArray[np.float64]:
+    return np.stack([np.stack([xx, xy], -1), np.stack([xy, yy], -1)], axis=1)

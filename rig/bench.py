@@ -1,0 +1,99 @@
+"""A bench that is ready to run: the parts of a scene that the live loop needs, and no others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import fe
+import synthetic
+from rig import cache, live
+from rig.scene import Scene
+from rig.scene.bench import Pinhole, Plate
+from rig.scene.sensing import Dic, PatternEstimator, StrainEstimator
+
+
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """Plate, camera and what is computed from a frame.
+
+    Attributes
+    ----------
+    plate : fe.Plate
+    camera : synthetic.Camera
+    height : float, mm
+        Height of the seen face over the plate's middle plane.
+    modes : fe.Modes
+    dic : rig.scene.sensing.Dic
+        Tile, block, strain window and number of reference frames.
+    most : int
+        Largest number of touches looked for.
+    least_force : float, N
+        Weakest touch that counts in the scores.
+    strain : bool
+        Whether touches are estimated from strain as well.
+    """
+
+    plate: fe.Plate
+    camera: synthetic.Camera
+    height: float
+    modes: fe.Modes
+    dic: Dic
+    most: int
+    least_force: float
+    strain: bool
+
+    @property
+    def reference_frames(self) -> int:
+        """Frames averaged into the reference."""
+        return self.dic.reference_frames
+
+    def prepare(self, zero: live.Zero) -> tuple[live.Chain, live.StrainChain | None]:
+        """Prepare the chain, and that of strain where the scene wants it."""
+        chain = live.prepare_chain(
+            zero, self.modes, self.camera, self.height, self.dic.tile, self.most
+        )
+        if not self.strain:
+            return chain, None
+        return chain, live.prepare_strain(chain, self.camera, self.dic.block, self.dic.window)
+
+
+def build_bench(scene: Scene, report: Callable[[int, int], None]) -> Bench:
+    """Build the live parts of a scene; `report` is called while the modes are computed.
+
+    Raises
+    ------
+    ValueError
+        If the scene lacks what the live loop needs.
+    """
+    match scene:
+        case Scene(
+            plate=Plate() as plate,
+            camera=Pinhole() as camera,
+            dic=Dic() as dic,
+            estimator=PatternEstimator() as estimator,
+        ):
+            flat = plate.build()
+        case _:
+            raise ValueError(
+                f"scene '{scene.title}' cannot run live; it needs [plate], [camera], [dic] and an"
+                " [estimator] of kind 'pattern', as twin has them"
+            )
+    return Bench(
+        plate=flat,
+        camera=camera.build(plate),
+        height=flat.thickness / 2,
+        modes=plate_modes(flat, estimator.modes, report),
+        dic=dic,
+        most=scene.touches.most if scene.touches else 1,
+        least_force=scene.touches.force[0] if scene.touches else 0.0,
+        strain=isinstance(scene.comparison, StrainEstimator),
+    )
+
+
+def plate_modes(plate: fe.Plate, count: int, report: Callable[[int, int], None]) -> fe.Modes:
+    """Modes of a plate, from the cache where they are there."""
+    arrays = cache.fetch(
+        "modes", (fe, plate, count), lambda: fe.modes(plate, count, progress=report).arrays()
+    )
+    return fe.Modes.from_arrays(arrays)

@@ -1,0 +1,112 @@
+"""`touchplate run SCENE`: the live loop, with page and projector or without."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from itertools import islice
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from rig.commands.output import console, emit, progress
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from rig.loop import Loop
+    from rig.scene import Scene
+    from rig.snapshot import Snapshot
+
+Sink = Callable[["Snapshot"], object]
+
+
+def run(
+    scene: Annotated[str, typer.Argument(help="Name of a shipped scene, or a TOML file.")],
+    frames: Annotated[
+        int | None, typer.Option(min=1, help="Stop after so many frames [run until Ctrl-C].")
+    ] = None,
+    headless: Annotated[bool, typer.Option(help="Neither page nor projector.")] = False,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override the scene.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Find touches in every frame; print the figures of the run at its end."""
+    import rig
+
+    bench_scene = rig.load(scene, rig.scene.parse_overrides(settings or []))
+    with ExitStack() as open_parts:
+        loop, sinks = _start(bench_scene, headless, open_parts)
+        _follow(loop, sinks, frames)
+    if loop.frames:
+        summary = loop.summary()
+        emit(_table(summary), summary, as_json)
+
+
+def _start(scene: Scene, headless: bool, open_parts: ExitStack) -> tuple[Loop, list[Sink]]:
+    """Open everything that the scene names; what can fail at once comes before what is slow."""
+    sinks = [] if headless else _open_sinks(scene, open_parts)
+    from rig.bench import build_bench
+    from rig.loop import Loop
+    from rig.twin_source import open_twin
+
+    with progress("plate modes") as report:
+        bench = build_bench(scene, report)
+    console().print("starting the twin and taking the reference …")
+    return Loop(bench, open_parts.enter_context(open_twin(scene))), sinks
+
+
+def _open_sinks(scene: Scene, open_parts: ExitStack) -> list[Sink]:
+    sinks: list[Sink] = []
+    screen = None
+    if scene.projector and scene.plate:
+        from rig.markers import fit_plate
+        from rig.projector import open_projector
+
+        projector = scene.projector
+        screen = fit_plate(projector.size, scene.plate.size)
+        show = open_parts.enter_context(
+            open_projector(screen, projector.display, projector.full_screen)
+        )
+        sinks.append(lambda snapshot: show(snapshot.touches))
+    if scene.page:
+        from rig.page import serve
+
+        publisher = open_parts.enter_context(serve(scene.page.port, screen))
+        console().print(f"page: [bold]{publisher.url}[/bold]   (Ctrl-C ends)")
+        sinks.append(publisher.publish)
+    return sinks
+
+
+def _follow(loop: Loop, sinks: list[Sink], frames: int | None) -> None:
+    with _ended_by_interrupt():
+        for snapshot in islice(loop, frames):
+            with loop.watch.stage("show"):
+                for sink in sinks:
+                    sink(snapshot)
+
+
+@contextmanager
+def _ended_by_interrupt() -> Iterator[None]:
+    """Take Ctrl-C for the usual end of a run."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        console().print("ended")
+
+
+def _table(summary: dict[str, Any]) -> Table:
+    from rich.table import Table
+
+    table = Table("figure", "value", title=f"{summary['frames']} frames")
+    table.add_row("frames a second", f"{summary['fps']:.1f}")
+    table.add_row("dropped frames", str(summary["dropped"]))
+    latency = summary["latency_ms"]
+    table.add_row("capture to touches", f"{latency['median']:.1f} ms, p95 {latency['p95']:.1f} ms")
+    for way in ("pattern", "strain"):
+        if scores := summary[way]:
+            for name, value in scores.items():
+                text = "–" if value is None else f"{value:.3g}"
+                table.add_row(f"{way}: {name.replace('_', ' ')}", text)
+    return table

@@ -1,0 +1,153 @@
+"""The live loop: frames in, snapshots out, with every stage timed from the capture."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+import fe
+import synthetic
+from models.estimate import Estimate
+from models.pattern import noise_of
+from rig import live
+from rig.bench import Bench
+from rig.snapshot import Snapshot
+from rig.source import Frame, Source
+from rig.stopwatch import Stopwatch
+from rig.tally import Tally
+from rig.view import View, look, marks, strain_map, true_marks
+
+PATIENCE = 5.0  # s without a frame after which the source is given up
+PACE = 60  # frames over which the rate is measured
+
+
+class Loop:
+    """Runs a bench on a source, frame by frame; iterate over it for the snapshots.
+
+    Parameters
+    ----------
+    bench : Bench
+    source : Source
+        The plate must be untouched for the frames that the reference takes.
+    clock : callable
+        Monotonic time, s; the same that stamps the frames.
+    """
+
+    def __init__(
+        self, bench: Bench, source: Source, clock: Callable[[], float] = time.monotonic
+    ):
+        self.bench = bench
+        self.dropped = 0
+        self.frames = 0
+        self.watch = Stopwatch(clock)
+        self.tally = Tally(bench.least_force)
+        self.strain_tally = Tally(bench.least_force)
+        self._source = source
+        self._clock = clock
+        self._finished: deque[float] = deque(maxlen=PACE)
+
+    @property
+    def fps(self) -> float:
+        """Frames a second that the loop finishes."""
+        if len(self._finished) < 2:
+            return 0.0
+        return (len(self._finished) - 1) / (self._finished[-1] - self._finished[0])
+
+    def __iter__(self) -> Iterator[Snapshot]:
+        """Take the reference, then yield a snapshot a frame until the source is given up.
+
+        Raises
+        ------
+        OSError
+            If no frame comes for `PATIENCE` seconds.
+        """
+        zero = live.take_zero([self._next().image for _ in range(self.bench.reference_frames)])
+        chain, strain_chain = self.bench.prepare(zero)
+        view = look(self.bench.plate, self.bench.camera, self.bench.height)
+        state, from_strain, last = live.at_rest(chain), None, self._next().sequence
+        while True:
+            frame = self._next()
+            self.dropped += frame.sequence - last - 1
+            last = frame.sequence
+            estimate, sums, state = live.sense(chain, frame.image, state, self.watch)
+            self.watch.add("capture to touches", self._clock() - frame.captured)
+            strain, shown = None, None
+            if strain_chain:
+                strain, from_strain = live.sense_strain(
+                    strain_chain, sums, from_strain, self.watch
+                )
+                shown = strain_map(strain_chain, strain)
+            self.frames += 1
+            errors = self._score(frame, estimate, from_strain)
+            self._finished.append(self._clock())
+            noise = noise_of(sums, chain.reference.size)
+            yield self._snapshot(frame, view, estimate, from_strain, shown, errors, noise)
+
+    def summary(self) -> dict[str, Any]:
+        """Figures of the run so far, ready for JSON."""
+        median, late = self.watch.quantiles("capture to touches")
+        return {
+            "frames": self.frames,
+            "dropped": self.dropped,
+            "fps": self.fps,
+            "latency_ms": {"median": median, "p95": late},
+            "stages_ms": {
+                name: {"median": middle, "p95": slow} for name, middle, slow in self.watch.table()
+            },
+            "pattern": self.tally.summary(),
+            "strain": self.strain_tally.summary() if self.bench.strain else None,
+        }
+
+    def _next(self) -> Frame:
+        frame = self._source.grab(PATIENCE)
+        if frame is None:
+            raise OSError(f"the source gave no frame for {PATIENCE:g} s; check that it is running")
+        return frame
+
+    def _score(
+        self, frame: Frame, estimate: Estimate, from_strain: Estimate | None
+    ) -> tuple[float, float] | None:
+        if frame.truth is None:
+            return None
+        if from_strain is not None:
+            self.strain_tally.add(from_strain, frame.truth)
+        return self.tally.add(estimate, frame.truth)
+
+    def _snapshot(
+        self, frame: Frame, view: View, estimate, from_strain, shown, errors, noise
+    ) -> Snapshot:
+        running = self.tally.running()
+        return Snapshot(
+            sequence=frame.sequence,
+            captured=frame.captured,
+            image=frame.image,
+            plate_size=self.bench.plate.size,
+            plate_outline=view.outline,
+            T_px_plate=view.T_px_plate,
+            touches=marks(estimate),
+            from_strain=() if from_strain is None else marks(from_strain),
+            truth=None if frame.truth is None else true_marks(frame.truth),
+            strain=shown,
+            status=_sentence(estimate),
+            position_error=errors[0] if errors else None,
+            force_error=errors[1] if errors else None,
+            position_error_median=running[0] if running else None,
+            force_error_median=running[1] if running else None,
+            fps=self.fps,
+            dropped=self.dropped,
+            stages=self.watch.table(),
+            latency=self.watch.quantiles("capture to touches"),
+            noise=noise,
+            strain_reason="" if shown else "the scene names no [comparison] by strain",
+        )
+
+
+def _sentence(estimate: Estimate) -> str:
+    if estimate.count == 1:
+        return "one touch"
+    return estimate.result.value if estimate.count == 0 else f"{estimate.count} {estimate.result.value}"
