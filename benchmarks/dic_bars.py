@@ -1,7 +1,8 @@
 """Print what `dic` reaches: bias and scatter, real photographs, and the time of a frame.
 
 Usage: ``python benchmarks/dic_bars.py [FOLDER]``. FOLDER holds ``open_hole`` and ``star5``,
-pictures of others that are not in this repository; without it only what can be drawn here is measured.
+pictures of others that are not in this repository; without it only what can be drawn here is
+measured.
 """
 
 import sys

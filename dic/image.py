@@ -81,7 +81,8 @@ def check_image(image: ArrayLike, name: str) -> NDArray:
     if np.issubdtype(image.dtype, np.floating) and not np.isfinite(image).all():
         bad = np.count_nonzero(~np.isfinite(image))
         raise ValueError(
-            f"{name} image holds {bad} pixels that are not finite; leave them out by roi"
+            f"{name} image holds {bad} pixels that are not finite; "
+            "set them to 0 and exclude them by roi"
         )
     return image
 

@@ -90,18 +90,7 @@ def prepare(
         One sentence on what cannot be used.
     """
     image = check_image(image, "reference")
-    check_subset(subset, image.shape)
-    if step < 1:
-        raise ValueError(
-            f"step must be at least 1 px, got {step} px; a quarter of the subset is usual"
-        )
-    if order not in (0, 1):
-        raise ValueError(f"order of the shape function must be 0 or 1, got {order}; use order=1")
-    if image.min() == image.max():
-        raise ValueError(
-            f"reference image is blank (grey level {image.min():g} everywhere); "
-            "it needs a pattern to follow"
-        )
+    _check_options(image, subset, step, order)
     weight = _weight(roi, image.shape)
     grid = grid_over(image.shape, subset, step) if points is None else None
     xy = grid.xy if grid is not None else _points(points, image.shape)
@@ -124,6 +113,21 @@ def prepare(
         order=order,
         grid=grid,
     )
+
+
+def _check_options(image: NDArray, subset: int, step: int, order: int) -> None:
+    check_subset(subset, image.shape)
+    if step < 1:
+        raise ValueError(
+            f"step must be at least 1 px, got {step} px; a quarter of the subset is usual"
+        )
+    if order not in (0, 1):
+        raise ValueError(f"order of the shape function must be 0 or 1, got {order}; use order=1")
+    if image.min() == image.max():
+        raise ValueError(
+            f"reference image is blank (grey level {image.min():g} everywhere); "
+            "it needs a pattern to follow"
+        )
 
 
 def _weight(roi: ArrayLike | None, shape: tuple[int, int]) -> NDArray[np.bool_]:
