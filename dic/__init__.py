@@ -26,7 +26,9 @@ if TYPE_CHECKING:
     from dic.tile_field import prepare_blocks as prepare_blocks
     from dic.tile_field import tile_displacement as tile_displacement
     from dic.tiles import TileReference as TileReference
+    from dic.tiles import Tiles as Tiles
     from dic.tiles import TileSums as TileSums
+    from dic.tiles import lay_tiles as lay_tiles
     from dic.tiles import prepare_tiles as prepare_tiles
     from dic.tiles import tile_sums as tile_sums
 
@@ -40,7 +42,7 @@ _HOMES = {
     "strain_field": ("StrainField", "strain"),
     "strain_matrix": ("strain_operator",),
     "tile_field": ("TileBlocks", "prepare_blocks", "tile_displacement"),
-    "tiles": ("TileReference", "TileSums", "prepare_tiles", "tile_sums"),
+    "tiles": ("TileReference", "Tiles", "TileSums", "lay_tiles", "prepare_tiles", "tile_sums"),
 }
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
 

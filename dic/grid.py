@@ -14,9 +14,9 @@ class Grid:
 
     Attributes
     ----------
-    xs : (C,) int64, px
+    xs : (C,) int64 or float64, px
         Columns of the picture at which POIs lie.
-    ys : (R,) int64, px
+    ys : (R,) int64 or float64, px
         Rows of the picture at which POIs lie.
     subset : int, px
         Side of the square subset around each POI, odd.
@@ -24,8 +24,8 @@ class Grid:
         Distance of neighbouring POIs.
     """
 
-    xs: NDArray[np.int64]
-    ys: NDArray[np.int64]
+    xs: NDArray[np.int64] | NDArray[np.float64]
+    ys: NDArray[np.int64] | NDArray[np.float64]
     subset: int
     step: int
 

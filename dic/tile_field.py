@@ -47,8 +47,8 @@ class TileBlocks:
     @property
     def grid(self) -> Grid:
         """The tile centres as a grid of points, a block as the subset of each."""
-        reference = self.reference
-        return Grid(reference.xs, reference.ys, self.block * reference.size, reference.size)
+        tiles = self.reference.tiles
+        return Grid(tiles.xs, tiles.ys, self.block * tiles.size, tiles.size)
 
 
 def prepare_blocks(reference: TileReference, block: int = 3) -> TileBlocks:
@@ -62,16 +62,16 @@ def prepare_blocks(reference: TileReference, block: int = 3) -> TileBlocks:
     if block < 1 or block % 2 == 0:
         raise ValueError(f"block must be an odd number of tiles, got {block}; use {block | 1}")
     fx_f, fy_f, fx, fy, ff, f = reference.light.T
-    pixels = float(reference.size**2)
+    pixels = float(reference.tiles.size**2)
     mixed = np.stack([np.stack([fx_f, fx], -1), np.stack([fy_f, fy], -1)], axis=1)
-    light = mixed @ np.linalg.inv(_two_by_two(ff + 1e-9 * pixels, f, np.full_like(f, pixels)))
+    light = mixed @ _inverse(_two_by_two(ff + 1e-9 * pixels, f, np.full_like(f, pixels)))
     hessian = _two_by_two(*reference.hessian.T) - light @ mixed.transpose(0, 2, 1)
-    summed = _block_sum(hessian.reshape(-1, 4), reference.shape, block).reshape(-1, 2, 2)
+    summed = _block_sum(hessian.reshape(-1, 4), reference.tiles.shape, block).reshape(-1, 2, 2)
     low = np.linalg.eigvalsh(summed)[:, 0]
     flat = low < LEAST_SHARE * np.median(low)
     summed[flat] = np.eye(2)
     status = np.where(flat, Status.FLAT, Status.OK).astype(np.int8)
-    return TileBlocks(reference, block, light, hessian, np.linalg.inv(summed), status)
+    return TileBlocks(reference, block, light, hessian, _inverse(summed), status)
 
 
 def right_side(blocks: TileBlocks, sums: TileSums) -> NDArray[np.float64]:
@@ -98,7 +98,7 @@ def tile_displacement(blocks: TileBlocks, sums: TileSums, noise: float) -> Displ
     """
     reference = blocks.reference
     known = (blocks.hessian @ sums.flow[..., None])[..., 0]
-    right = _block_sum(known + right_side(blocks, sums), reference.shape, blocks.block)
+    right = _block_sum(known + right_side(blocks, sums), reference.tiles.shape, blocks.block)
     moved = (blocks.inverse @ right[..., None])[..., 0]
     zncc = _zncc(blocks, sums)
     lost = (blocks.status == Status.OK) & (zncc < LEAST_ZNCC)
@@ -108,7 +108,7 @@ def tile_displacement(blocks: TileBlocks, sums: TileSums, noise: float) -> Displ
     moved[bad], sigma[bad] = np.nan, np.nan
     count = len(moved)
     return DisplacementField(
-        xy=reference.xy,
+        xy=reference.tiles.xy,
         u=moved[:, 0],
         v=moved[:, 1],
         sigma_u=sigma[:, 0],
@@ -128,9 +128,9 @@ def _zncc(blocks: TileBlocks, sums: TileSums) -> NDArray[np.float64]:
     """Zero-normalised correlation of each block with the frame, -1…1; 0 where it is flat."""
     reference = blocks.reference
     ff, f = reference.light[:, 4], reference.light[:, 5]
-    pixels = np.full_like(f, float(reference.size**2))
+    pixels = np.full_like(f, float(reference.tiles.size**2))
     stacked = np.stack([ff, f, ff + sums.ef, f + sums.e, ff + 2 * sums.ef + sums.ee, pixels], -1)
-    ff, f, fg, g, gg, n = _block_sum(stacked, reference.shape, blocks.block).T
+    ff, f, fg, g, gg, n = _block_sum(stacked, reference.tiles.shape, blocks.block).T
     spread = np.clip((ff - f * f / n) * (gg - g * g / n), 0.0, None)
     return np.where(spread > 0, (fg - f * g / n) / np.sqrt(np.maximum(spread, 1e-300)), 0.0)
 
@@ -145,7 +145,11 @@ def _block_sum(values: NDArray, shape: tuple[int, int], block: int) -> NDArray[n
         )
         for plane in planes
     ]  # fmt: skip
-    return np.stack(summed, axis=-1).reshape(len(values), -1)
+    return np.stack(summed, axis=-1, dtype=np.float64).reshape(len(values), -1)
+
+
+def _inverse(matrices: NDArray) -> NDArray[np.float64]:
+    return np.asarray(np.linalg.inv(matrices), dtype=np.float64)
 
 
 def _two_by_two(xx: NDArray, xy: NDArray, yy: NDArray) -> NDArray[np.float64]:

@@ -21,46 +21,32 @@ MARGIN = 8  # px kept free at the border, so that a moved tile still lies on the
 
 
 @dataclass(frozen=True)
-class TileReference:
-    """The undeformed picture, prepared for tile sums.
+class Tiles:
+    """Square tiles side by side over a picture.
 
     Attributes
     ----------
-    image : (H, W) float32, grey levels
-        Mean of the reference frames.
-    coefficients : (H, W) float32
-        Quintic B-spline coefficients of `image`; a cubic shrinks motions below a pixel by 2 %.
-    gradient : (2, H, W) float32, grey levels per px
-        ∂f/∂x and ∂f/∂y of the spline at the pixels.
     size : int, px
         Side of a tile.
-    origin : (2,) int, px
+    origin : (int, int), px
         Column and row of the first pixel of the first tile.
-    shape : (rows, columns) of tiles
-    hessian : (T, 3) float64
-        Σfx², Σfxfy, Σfy² of each tile, T = rows · columns in row-major order.
-    light : (T, 6) float64
-        Σfx f, Σfy f, Σfx, Σfy, Σf², Σf: how a gain and an offset of the light mix with motion.
+    shape : (rows, columns)
+        T = rows · columns tiles in row-major order.
     """
 
-    image: NDArray[np.float32]
-    coefficients: NDArray[np.float32]
-    gradient: NDArray[np.float32]
     size: int
     origin: tuple[int, int]
     shape: tuple[int, int]
-    hessian: NDArray[np.float64]
-    light: NDArray[np.float64]
 
     @property
     def xs(self) -> NDArray[np.float64]:
         """Columns of the tile centres, (columns,) px."""
-        return self.origin[0] + (self.size - 1) / 2 + self.size * np.arange(self.shape[1])
+        return self.origin[0] + (self.size - 1) / 2 + self.size * np.arange(float(self.shape[1]))
 
     @property
     def ys(self) -> NDArray[np.float64]:
         """Rows of the tile centres, (rows,) px."""
-        return self.origin[1] + (self.size - 1) / 2 + self.size * np.arange(self.shape[0])
+        return self.origin[1] + (self.size - 1) / 2 + self.size * np.arange(float(self.shape[0]))
 
     @property
     def xy(self) -> NDArray[np.float64]:
@@ -68,8 +54,41 @@ class TileReference:
         x, y = np.meshgrid(self.xs, self.ys)
         return np.column_stack([x.ravel(), y.ravel()])
 
+    def sums(self, picture: NDArray) -> NDArray:
+        """Sum a picture (H, W) over each tile, (T,)."""
+        (left, top), (rows, columns), size = self.origin, self.shape, self.size
+        covered = picture[top : top + size * rows, left : left + size * columns]
+        return covered.reshape(rows, size, columns, size).sum(axis=(1, 3)).ravel()
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
+class TileReference:
+    """The undeformed picture, prepared for tile sums.
+
+    Attributes
+    ----------
+    tiles : Tiles
+    image : (H, W) float32, grey levels
+        Mean of the reference frames.
+    coefficients : (H, W) float32
+        Quintic B-spline coefficients of `image`; a cubic shrinks motions below a pixel by 2 %.
+    gradient : (2, H, W) float32, grey levels per px
+        ∂f/∂x and ∂f/∂y of the spline at the pixels.
+    hessian : (T, 3) float64
+        Σfx², Σfxfy, Σfy² of each tile.
+    light : (T, 6) float64
+        Σfx f, Σfy f, Σfx, Σfy, Σf², Σf: how a gain and an offset of the light mix with motion.
+    """
+
+    tiles: Tiles
+    image: NDArray[np.float32]
+    coefficients: NDArray[np.float32]
+    gradient: NDArray[np.float32]
+    hessian: NDArray[np.float64]
+    light: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
 class TileSums:
     """Sums of one frame over the tiles of a reference that was moved by `flow`.
 
@@ -90,6 +109,25 @@ class TileSums:
     flow: NDArray[np.float64]
 
 
+def lay_tiles(shape: tuple[int, int], size: int = 16) -> Tiles:
+    """Lay tiles over the middle of a picture of `shape` (H, W), `MARGIN` or more from its border.
+
+    Raises
+    ------
+    ValueError
+        If the tiles are smaller than 4 px or none fits.
+    """
+    height, width = shape
+    rows, columns = (height - 2 * MARGIN) // size, (width - 2 * MARGIN) // size
+    if size < 4 or rows < 1 or columns < 1:
+        raise ValueError(
+            f"tile size must be 4 px or more and fit the picture less {MARGIN} px at each side, "
+            f"got {size} px on {width}x{height} px; choose another size"
+        )
+    origin = ((width - size * columns) // 2, (height - size * rows) // 2)
+    return Tiles(size, origin, (rows, columns))
+
+
 def prepare_tiles(image: NDArray, size: int = 16) -> TileReference:
     """Prepare a reference picture for tile sums.
 
@@ -106,35 +144,17 @@ def prepare_tiles(image: NDArray, size: int = 16) -> TileReference:
         If the picture is not grey, holds NaN, or is too small for one tile.
     """
     picture = _grey(image)
-    height, width = picture.shape
-    rows, columns = (height - 2 * MARGIN) // size, (width - 2 * MARGIN) // size
-    if size < 4 or rows < 1 or columns < 1:
-        raise ValueError(
-            f"tile size must be 4 px or more and fit the picture less {MARGIN} px at each side, "
-            f"got {size} px on {width}x{height} px; choose another size"
-        )
-    origin = ((width - size * columns) // 2, (height - size * rows) // 2)
-    coefficients = ndimage.spline_filter(picture.astype(np.float64), order=5, mode="mirror")
-    gradient = _spline_gradient(coefficients)
-    value, fx, fy = (
-        array[origin[1] : origin[1] + size * rows, origin[0] : origin[0] + size * columns]
-        for array in (picture.astype(np.float64), *gradient)
-    )
-
-    def tile_sum(array: NDArray) -> NDArray:
-        return array.reshape(rows, size, columns, size).sum(axis=(1, 3)).ravel()
-
+    tiles = lay_tiles(picture.shape, size)
+    f = picture.astype(np.float64)
+    coefficients = ndimage.spline_filter(f, order=DEGREE, mode="mirror")
+    fx, fy = gradient = _spline_gradient(coefficients)
     return TileReference(
+        tiles=tiles,
         image=picture,
         coefficients=coefficients.astype(np.float32),
         gradient=gradient.astype(np.float32),
-        size=size,
-        origin=origin,
-        shape=(rows, columns),
-        hessian=np.column_stack([tile_sum(a) for a in (fx * fx, fx * fy, fy * fy)]),
-        light=np.column_stack(
-            [tile_sum(a) for a in (fx * value, fy * value, fx, fy, value * value, value)]
-        ),
+        hessian=np.column_stack([tiles.sums(a) for a in (fx * fx, fx * fy, fy * fy)]),
+        light=np.column_stack([tiles.sums(a) for a in (fx * f, fy * f, fx, fy, f * f, f)]),
     )
 
 
@@ -160,13 +180,12 @@ def tile_sums(
             f"picture is {_size(image.shape)} px and the reference {_size(reference.image.shape)} "
             "px; take both with the same camera settings"
         )
-    count = reference.shape[0] * reference.shape[1]
+    tiles = reference.tiles
+    count = len(reference.hessian)
+    layout = tiles.origin, tiles.size, tiles.shape
     sums = np.empty((count, 5))
     if flow is None:
-        _sums_in_place(
-            image, reference.image, reference.gradient, reference.origin, reference.size,
-            reference.shape, sums,
-        )  # fmt: skip
+        _sums_in_place(image, reference.image, reference.gradient, *layout, sums)
         flow = np.zeros((count, 2))
     else:
         flow = np.asarray(flow, dtype=np.float64)
@@ -175,10 +194,7 @@ def tile_sums(
                 f"flow must be ({count}, 2) px, one motion a tile within the picture; "
                 f"got shape {flow.shape} and motions up to {np.abs(flow).max():g} px"
             )
-        _sums_moved(
-            image, reference.coefficients, flow, reference.origin, reference.size,
-            reference.shape, sums,
-        )  # fmt: skip
+        _sums_moved(image, reference.coefficients, flow, *layout, sums)
     return TileSums(sums[:, :2], sums[:, 2], sums[:, 3], sums[:, 4], flow)
 
 
@@ -239,7 +255,7 @@ def _sums_in_place(image, reference, gradient, origin, size, shape, out):
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _weights(t, value, slope):
-    """Weights of the knots -2 … 3 at the fraction t, and their derivatives (de Boor's recursion)."""
+    """Weigh the knots -2 … 3 at the fraction t and their derivatives, by de Boor's recursion."""
     value[:] = 0.0
     value[0] = 1.0
     for degree in range(1, DEGREE + 1):

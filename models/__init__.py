@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from models.matching import match as match
     from models.net import NetOptions as NetOptions
     from models.net import predict as predict
+    from models.pattern import Motions as Motions
     from models.pattern import Pattern as Pattern
+    from models.pattern import see_motions as see_motions
     from models.pattern import see_pattern as see_pattern
     from models.score import position_error as position_error
     from models.search import Search as Search
@@ -34,7 +36,7 @@ _HOMES = {
     "forward": ("Forward", "gauges"),
     "matching": ("match",),
     "net": ("NetOptions", "predict"),
-    "pattern": ("Pattern", "see_pattern"),
+    "pattern": ("Motions", "Pattern", "see_motions", "see_pattern"),
     "score": ("position_error",),
     "search": ("Search", "prepare_search"),
     "solver": ("find", "solve"),

@@ -8,9 +8,8 @@ from numpy.typing import NDArray
 import fe
 import synthetic
 from dic.tiles import prepare_tiles
-
-from .pattern import Pattern, see_pattern
-from .solver import covariance
+from models.pattern import Pattern, see_motions, see_pattern
+from models.solver import covariance
 
 PIXELS = 4  # side of the tiles over which motion counts as constant, px
 
@@ -25,7 +24,8 @@ def pixel_level(
     picture : (H, W) float64, grey levels
         The undeformed pattern without noise.
     """
-    return see_pattern(modes, camera, height, prepare_tiles(picture, size=PIXELS))
+    reference = prepare_tiles(picture, size=PIXELS)
+    return see_pattern(see_motions(modes, camera, height, reference.tiles), reference)
 
 
 def cramer_rao(pattern: Pattern, touches: NDArray, noise: float) -> NDArray[np.float64]:

@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 import fe
-
-from .estimate import Estimate
+from models.estimate import Estimate
 
 
 def match(

@@ -1,14 +1,16 @@
 """Touches from the whole pattern: tile sums, reduced to one number a plate mode.
 
-A frame differs from the reference by e = -∇f·d + α f + β + noise. The motion d is the sum of K plate
-modes as the camera sees them and of R rigid motions of the camera (shift, rotation, scale); α and β
-are a gain and an offset of the light. All are linear, so the tile sums Σ∇f∇fᵀ and Σ∇f·e give normal
-equations for them, which lose nothing of what the pixels know. Camera and light are eliminated
-(Schur complement); what is left is whitened by its Cholesky factor and is a `Modal` forward model.
+A frame differs from the reference by e = -∇f·d + α f + β + noise. The motion d is the sum of K
+plate modes as the camera sees them and of R rigid motions of the camera (shift, rotation, scale);
+α and β are a gain and an offset of the light. All are linear, so the tile sums Σ∇f∇fᵀ and Σ∇f·e
+give normal equations for them, which lose nothing of what the pixels know. Camera and light are
+eliminated (Schur complement); what is left is whitened by its Cholesky factor and is a `Modal`
+forward model.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,13 +19,79 @@ from scipy.linalg import solve_triangular
 
 import fe
 import synthetic
-from dic.tiles import TileReference, TileSums
-
-from .estimate import Estimate
-from .forward import Modal
+from dic.tiles import TileReference, Tiles, TileSums
+from models.estimate import Estimate
+from models.forward import Modal
+from models.spread import Spread, spread_over
 
 LIGHT = 2  # gain and offset
-SPARSE = 16  # tiles, of which one is asked how far it moved
+
+
+@dataclass(frozen=True, eq=False)
+class Motions:
+    """How the picture of every tile moves with the plate and the camera, whatever is on it.
+
+    Attributes
+    ----------
+    modes : fe.Modes
+        K modes of the plate.
+    tiles : Tiles
+    spread : Spread
+        From the coefficients of a motion to the motion of every tile.
+    basis : (2C, K + R) float32, px
+        Coefficients of the motion, x then y of each, by a unit of every mode and rigid motion.
+    """
+
+    modes: fe.Modes
+    tiles: Tiles
+    spread: Spread
+    basis: NDArray[np.float32]
+
+    def flow(self, amplitudes: NDArray) -> NDArray[np.float64]:
+        """Motion of every tile for given amplitudes (K + R,), (T, 2) px."""
+        return self.spread.over_tiles(self._coefficients(amplitudes).reshape(-1, 2))
+
+    def farthest(self, amplitudes: NDArray) -> float:
+        """Bound of the motion of any tile for given amplitudes, px: the largest coefficient."""
+        return float(np.abs(self._coefficients(amplitudes)).max())
+
+    def gather(self, gradient: NDArray) -> NDArray[np.float32]:
+        """Adjoint of `flow`: sums of the tiles (T, 2) for every mode and rigid motion, (K + R,)."""
+        return self.spread.gather(gradient).ravel().astype(np.float32) @ self.basis
+
+    def of_tiles(self) -> NDArray[np.float64]:
+        """Motion of every tile by a unit of every mode and rigid motion, (T, 2, K + R) px."""
+        count = self.basis.shape[1]
+        wide = self.basis.astype(np.float64).reshape(-1, 2 * count)
+        return self.spread.over_tiles(wide).reshape(-1, 2, count)
+
+    def _coefficients(self, amplitudes: NDArray) -> NDArray[np.float32]:
+        return self.basis @ amplitudes.astype(np.float32)
+
+
+def see_motions(modes: fe.Modes, camera: synthetic.Camera, height: float, tiles: Tiles) -> Motions:
+    """See plate modes and camera motion on every tile, as means over the tile.
+
+    Parameters
+    ----------
+    modes : fe.Modes
+        Enough of them carry a touch's field: 200 to 0.2 %.
+    camera : synthetic.Camera
+    height : float, mm
+        Height of the seen face over the plate's middle plane.
+    tiles : Tiles
+    """
+    spread = spread_over(tiles.shape)
+    motions = np.concatenate(
+        [
+            _tile_mean(tiles, lambda px: _modes_seen(modes, camera, height, px)),
+            _tile_mean(tiles, lambda px: synthetic.rigid(camera, px)),
+        ],
+        axis=2,
+    )
+    coefficients = spread.fit(motions.reshape(len(motions), -1))
+    basis = coefficients.reshape(-1, motions.shape[2]).astype(np.float32)
+    return Motions(modes, tiles, spread, basis)
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,10 +100,8 @@ class Pattern:
 
     Attributes
     ----------
-    modes : fe.Modes
-        K modes of the plate.
-    basis : (2T, K + R) float32, px
-        Motion of every tile, x then y of each, by a unit of every mode and rigid motion.
+    motions : Motions
+        Of K modes and R rigid motions.
     normal : (K + R + 2, K + R + 2) float64, grey levels²
         Normal matrix of modes, rigid motions, gain and offset.
     share : (K, R + 2) float64
@@ -44,8 +110,7 @@ class Pattern:
         Lower Cholesky factor of the modes' normal matrix with camera and light eliminated.
     """
 
-    modes: fe.Modes
-    basis: NDArray[np.float32]
+    motions: Motions
     normal: NDArray[np.float64]
     share: NDArray[np.float64]
     factor: NDArray[np.float64]
@@ -57,7 +122,7 @@ class Pattern:
 
     def forward(self, noise: float) -> Modal:
         """Forward model of `whiten`ed frames with a noise of `noise` grey levels."""
-        return Modal(self.modes, self.factor / noise)
+        return Modal(self.motions.modes, self.factor / noise)
 
     def right_side(self, sums: TileSums, moved: NDArray) -> NDArray[np.float64]:
         """Right-hand side of the normal equations for all that moved, (K + R + 2,).
@@ -69,7 +134,7 @@ class Pattern:
         moved : (K + R,) float64
             Amplitudes of modes and rigid motions by which the reference was moved.
         """
-        towards = -sums.gradient.ravel().astype(np.float32) @ self.basis
+        towards = -self.motions.gather(sums.gradient)
         left_over = np.concatenate([towards, [sums.ef.sum(), sums.e.sum()]])
         return left_over + self.normal[:, : len(moved)] @ moved
 
@@ -78,64 +143,46 @@ class Pattern:
         modal = right[: self.count] - self.share @ right[self.count :]
         return solve_triangular(self.factor, modal, lower=True, check_finite=False) / noise
 
-    def motion(self, estimate: Estimate, right: NDArray) -> NDArray[np.float64]:
+    def amplitudes(self, estimate: Estimate, right: NDArray) -> NDArray[np.float64]:
         """Amplitudes of modes and rigid motions that an estimate implies, (K + R,).
 
         With the touches known, what is left of the right-hand side is the motion of the camera.
         """
         modal = np.zeros(self.count)
         if estimate.count:
-            modal = estimate.force @ self.modes.response(estimate.xy)
+            modal = estimate.force @ self.motions.modes.response(estimate.xy)
         rest = right[self.count :] - self.normal[self.count :, : self.count] @ modal
         nuisance = np.linalg.solve(self.normal[self.count :, self.count :], rest)
-        return np.concatenate([modal, nuisance[:-LIGHT]])
-
-    def flow(self, motion: NDArray) -> NDArray[np.float64]:
-        """Motion of every tile for given amplitudes, (T, 2) px."""
-        return (self.basis @ motion.astype(np.float32)).reshape(-1, 2).astype(np.float64)
-
-    def change(self, motion: NDArray) -> float:
-        """Largest motion of a tile for given amplitudes, px, from one tile in `SPARSE`."""
-        return float(np.abs(self.basis[:: 2 * SPARSE + 1] @ motion.astype(np.float32)).max())
+        return np.concatenate([modal, np.asarray(nuisance[:-LIGHT], dtype=np.float64)])
 
     def still(self) -> NDArray[np.float64]:
         """Amplitudes of a plate and a camera that did not move, (K + R,)."""
-        return np.zeros(self.basis.shape[1])
+        return np.zeros(len(self.normal) - LIGHT)
 
 
-def see_pattern(
-    modes: fe.Modes, camera: synthetic.Camera, height: float, reference: TileReference
-) -> Pattern:
-    """Set up the whole pattern as a measurement.
+def see_pattern(motions: Motions, reference: TileReference) -> Pattern:
+    """Set up the whole pattern of a reference as a measurement.
 
-    Parameters
-    ----------
-    modes : fe.Modes
-        Enough of them carry a touch's field: 200 to 0.2 %.
-    camera : synthetic.Camera
-    height : float, mm
-        Height of the seen face over the plate's middle plane.
-    reference : TileReference
+    Raises
+    ------
+    ValueError
+        If the reference has other tiles than the motions.
     """
-    plate_motion = _tile_mean(reference, lambda px: _modes_seen(modes, camera, height, px))
-    camera_motion = _tile_mean(reference, lambda px: synthetic.rigid(camera, px))
-    basis = np.concatenate([plate_motion, camera_motion], axis=2)
-    normal = _normal(reference, basis)
-    count = plate_motion.shape[2]
+    if reference.tiles != motions.tiles:
+        raise ValueError(
+            f"reference has {reference.tiles} and the motions {motions.tiles}; use the same tiles"
+        )
+    normal = _normal(reference, motions.of_tiles())
+    count = len(motions.modes.stiffness)
     modal, mixed, rest = normal[:count, :count], normal[:count, count:], normal[count:, count:]
-    share = np.linalg.solve(rest, mixed.T).T
-    return Pattern(
-        modes=modes,
-        basis=np.ascontiguousarray(basis.reshape(-1, basis.shape[2]), dtype=np.float32),
-        normal=normal,
-        share=share,
-        factor=np.linalg.cholesky(modal - share @ mixed.T),
-    )
+    share = np.asarray(np.linalg.solve(rest, mixed.T).T, dtype=np.float64)
+    factor = np.asarray(np.linalg.cholesky(modal - share @ mixed.T), dtype=np.float64)
+    return Pattern(motions, normal, share, factor)
 
 
-def noise_of(sums: TileSums, size: int) -> float:
+def noise_of(sums: TileSums, tiles: Tiles) -> float:
     """Noise of a frame, grey levels: the median tile, which a hand or a new touch hardly moves."""
-    return float(np.sqrt(np.median(sums.ee) / size**2))
+    return float(np.sqrt(np.median(sums.ee)) / tiles.size)
 
 
 def _modes_seen(
@@ -152,23 +199,25 @@ def _modes_seen(
     return seen
 
 
-def _tile_mean(reference: TileReference, field) -> NDArray[np.float64]:
+def _tile_mean(
+    tiles: Tiles, field: Callable[[NDArray], NDArray[np.float64]]
+) -> NDArray[np.float64]:
     """Mean of a field over each tile by 2 x 2 Gauss points, (T, 2, k)."""
-    step = 0.5 * reference.size / np.sqrt(3.0)
+    step = 0.5 * tiles.size / np.sqrt(3.0)
     corners = [(-step, -step), (step, -step), (-step, step), (step, step)]
-    total = field(reference.xy + corners[0])
+    total = field(tiles.xy + corners[0])
     for corner in corners[1:]:
-        total += field(reference.xy + corner)
+        total += field(tiles.xy + corner)
     return total / len(corners)
 
 
 def _normal(reference: TileReference, basis: NDArray) -> NDArray[np.float64]:
-    """Normal matrix of motions, gain and offset, (k + 2, k + 2)."""
+    """Build the normal matrix of motions (T, 2, k), gain and offset, (k + 2, k + 2)."""
     xx, xy, yy = (part[:, None] for part in reference.hessian.T)
     along_x, along_y = basis[:, 0], basis[:, 1]
     motions = along_x.T @ (xx * along_x + xy * along_y) + along_y.T @ (xy * along_x + yy * along_y)
     fx_f, fy_f, fx, fy, ff, f = reference.light.T
     mixed = -np.stack([fx_f @ along_x + fy_f @ along_y, fx @ along_x + fy @ along_y], axis=1)
-    pixels = len(f) * reference.size**2
+    pixels = len(f) * reference.tiles.size**2
     light = np.array([[ff.sum(), f.sum()], [f.sum(), pixels]])
     return np.block([[motions, mixed], [mixed.T, light]])

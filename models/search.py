@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .forward import Forward
+from models.forward import Forward
 
 EDGE = 0.02  # of a side: closer to a clamped edge a touch leaves no trace
 

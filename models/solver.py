@@ -12,15 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import chdtrc
 
 import fe
-
-from .estimate import Estimate, Result
-from .forward import Forward, gauges
-from .search import Search, prepare_search
+from models.estimate import Estimate, Result
+from models.forward import Forward, gauges
+from models.search import Search, prepare_search
 
 GAIN = 20.0  # fall of χ² that a touch must bring; nothing false was seen above it in 500 frames
 CLEAR = 10.0  # times `GAIN`: no doubt that a touch is there
 STEPS = 40  # Levenberg-Marquardt steps; five are usual
-SETTLED = 1e-9  # relative fall of χ² below which a fit has settled
+SETTLED = 1e-6  # fall of χ² below which a fit has settled: a thousandth of a standard deviation
 
 
 def solve(
@@ -134,7 +133,7 @@ def _descend(measured: NDArray, search: Search, touches: NDArray) -> NDArray[np.
             if damping > 1e8:
                 break
             continue
-        small = fall < SETTLED * (residual @ residual)
+        small = fall < SETTLED
         touches, residual, jacobian = trial, left, trial_jacobian
         damping = max(damping / 10.0, 1e-12)
         if small:

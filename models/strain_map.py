@@ -12,16 +12,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import block_diag, csr_array, dia_array, diags_array, kron
+from scipy.sparse import bsr_array, csr_array, kron
 
 import fe
 import synthetic
 from dic.displacement import DisplacementField, Status
 from dic.strain_matrix import strain_operator
 from dic.tile_field import TileBlocks
-
-from .forward import Modal
-from .pattern import Pattern
+from models.forward import Modal
+from models.pattern import Pattern
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,15 +89,16 @@ def see_strain(
     window : int
         Points along the side of the strain window, odd.
     """
-    reference = blocks.reference
-    measured = (blocks.status == Status.OK).reshape(reference.shape)
-    operator = strain_operator(measured, reference.size, window)
+    tiles = blocks.reference.tiles
+    measured = (blocks.status == Status.OK).reshape(tiles.shape)
+    operator = strain_operator(measured, tiles.size, window)
     mean, root = _block_mean(blocks), _noise_root(blocks)
     spread = csr_array(operator @ root)
     sigma = np.sqrt(np.asarray(spread.power(2).sum(axis=1))).reshape(-1, 3)
     weight = np.divide(1.0, sigma.ravel(), out=np.zeros(sigma.size), where=sigma.ravel() > 0)
-    scale = synthetic.rigid(camera, reference.xy)[:, :, 3].ravel()
-    motions = np.column_stack([pattern.basis[:, : pattern.count], scale]).astype(np.float64)
+    scale = synthetic.rigid(camera, tiles.xy)[:, :, 3].ravel()
+    modal = pattern.motions.of_tiles()[:, :, : pattern.count]
+    motions = np.column_stack([modal.reshape(-1, pattern.count), scale])
     shown = weight[:, None] * (operator @ (mean @ motions))  # strain of each mode over its σ
     projected = spread.T @ (weight[:, None] * shown)
     unmix = np.linalg.inv(np.linalg.cholesky(projected.T @ projected))
@@ -106,7 +106,7 @@ def see_strain(
     scaled = response[:, -1] / np.linalg.norm(response[:, -1])
     without_scale = np.eye(len(scaled)) - np.outer(scaled, scaled)
     return StrainMap(
-        modes=pattern.modes,
+        modes=pattern.motions.modes,
         operator=operator,
         sigma=np.where(sigma > 0, sigma, np.inf),
         towards=(without_scale @ unmix @ (shown * weight[:, None]).T).astype(np.float32),
@@ -116,24 +116,30 @@ def see_strain(
 
 def _block_mean(blocks: TileBlocks) -> csr_array:
     """Matrix (2T, 2T) from the motion of the tiles to the displacement that a block measures."""
-    return csr_array(_block_sum(blocks) @ block_diag(blocks.hessian, format="csr"))
+    return csr_array(_block_sum(blocks) @ _diagonal(blocks.hessian))
 
 
 def _noise_root(blocks: TileBlocks) -> csr_array:
     """Matrix M (2T, 2T) with M Mᵀ the covariance of all displacements at a noise of 1."""
     values, vectors = np.linalg.eigh(blocks.hessian)
     roots = vectors * np.sqrt(values.clip(0))[:, None, :]
-    return csr_array(_block_sum(blocks) @ block_diag(roots, format="csr"))
+    return csr_array(_block_sum(blocks) @ _diagonal(roots))
 
 
 def _block_sum(blocks: TileBlocks) -> csr_array:
     """Matrix (2T, 2T) that sums over each block and solves for its displacement."""
-    rows, columns = (_band(count, blocks.block) for count in blocks.reference.shape)
+    rows, columns = (_band(count, blocks.block) for count in blocks.reference.tiles.shape)
     usable = (blocks.status == Status.OK)[:, None, None]
-    inverse = block_diag(np.where(usable, blocks.inverse, 0.0), format="csr")
+    inverse = _diagonal(np.where(usable, blocks.inverse, 0.0))
     return csr_array(inverse @ kron(kron(rows, columns), np.eye(2), format="csr"))
 
 
-def _band(count: int, width: int) -> dia_array:
-    offsets = range(-(width // 2), width // 2 + 1)
-    return diags_array([1.0] * len(offsets), offsets=offsets, shape=(count, count))
+def _diagonal(parts: NDArray) -> bsr_array:
+    """Block-diagonal matrix of (T, 2, 2) parts."""
+    count = len(parts)
+    return bsr_array((parts, np.arange(count), np.arange(count + 1)))
+
+
+def _band(count: int, width: int) -> csr_array:
+    apart = np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
+    return csr_array((apart <= width // 2).astype(np.float64))

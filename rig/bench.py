@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import fe
 import synthetic
+from dic.tiles import lay_tiles
+from models.pattern import Motions, see_motions
 from rig import cache, live
 from rig.scene import Scene
 from rig.scene.bench import Pinhole, Plate
@@ -23,7 +25,8 @@ class Bench:
     camera : synthetic.Camera
     height : float, mm
         Height of the seen face over the plate's middle plane.
-    modes : fe.Modes
+    motions : models.Motions
+        Of plate modes and camera, on the tiles of the picture.
     dic : rig.scene.sensing.Dic
         Tile, block, strain window and number of reference frames.
     most : int
@@ -37,7 +40,7 @@ class Bench:
     plate: fe.Plate
     camera: synthetic.Camera
     height: float
-    modes: fe.Modes
+    motions: Motions
     dic: Dic
     most: int
     least_force: float
@@ -50,9 +53,7 @@ class Bench:
 
     def prepare(self, zero: live.Zero) -> tuple[live.Chain, live.StrainChain | None]:
         """Prepare the chain, and that of strain where the scene wants it."""
-        chain = live.prepare_chain(
-            zero, self.modes, self.camera, self.height, self.dic.tile, self.most
-        )
+        chain = live.prepare_chain(zero, self.motions, self.most)
         if not self.strain:
             return chain, None
         return chain, live.prepare_strain(chain, self.camera, self.dic.block, self.dic.window)
@@ -79,11 +80,14 @@ def build_bench(scene: Scene, report: Callable[[int, int], None]) -> Bench:
                 f"scene '{scene.title}' cannot run live; it needs [plate], [camera], [dic] and an"
                 " [estimator] of kind 'pattern', as twin has them"
             )
+    view, height = camera.build(plate), flat.thickness / 2
+    tiles = lay_tiles((view.size[1], view.size[0]), dic.tile)
+    modes = plate_modes(flat, estimator.modes, report)
     return Bench(
         plate=flat,
-        camera=camera.build(plate),
-        height=flat.thickness / 2,
-        modes=plate_modes(flat, estimator.modes, report),
+        camera=view,
+        height=height,
+        motions=see_motions(modes, view, height, tiles),
         dic=dic,
         most=scene.touches.most if scene.touches else 1,
         least_force=scene.touches.force[0] if scene.touches else 0.0,

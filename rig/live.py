@@ -8,12 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-import fe
 import synthetic
 from dic.tile_field import TileBlocks, prepare_blocks, tile_displacement
 from dic.tiles import TileReference, TileSums, prepare_tiles, tile_sums
 from models.estimate import Estimate
-from models.pattern import Pattern, see_pattern
+from models.pattern import Motions, Pattern, see_pattern
 from models.search import Search, prepare_search
 from models.solver import find
 from models.strain_map import StrainMap, see_strain
@@ -28,7 +27,7 @@ PASSES = 3  # at most so often
 class Zero:
     """The plate at rest: the mean of several frames, and the noise of a frame against it."""
 
-    image: NDArray[np.float64]
+    image: NDArray[np.float32]
     noise: float
 
 
@@ -37,10 +36,11 @@ def take_zero(frames: Sequence[NDArray]) -> Zero:
 
     The noise is that of a frame less the mean of N others, σ √(1 + 1/N), grey levels.
     """
-    stack = np.stack(frames).astype(np.float32)
-    spread = float(np.sqrt(stack.var(axis=0, ddof=1, dtype=np.float64).mean()))
-    noise = max(spread * np.sqrt(1 + 1 / len(frames)), LEAST_NOISE)
-    return Zero(stack.mean(axis=0, dtype=np.float64), noise)
+    mean = np.asarray(np.mean(frames, axis=0), dtype=np.float32)
+    count = len(frames)
+    squares = sum(float(np.square(frame - mean).sum(dtype=np.float64)) for frame in frames)
+    variance = squares / (mean.size * (count - 1))
+    return Zero(mean, max(float(np.sqrt(variance * (1 + 1 / count))), LEAST_NOISE))
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,12 +65,10 @@ class Chain:
     most: int
 
 
-def prepare_chain(
-    zero: Zero, modes: fe.Modes, camera: synthetic.Camera, height: float, tile: int, most: int
-) -> Chain:
-    """Prepare the chain for a reference; `height` (mm) is that of the seen face."""
-    reference = prepare_tiles(zero.image, size=tile)
-    pattern = see_pattern(modes, camera, height, reference)
+def prepare_chain(zero: Zero, motions: Motions, most: int) -> Chain:
+    """Prepare the chain for a reference."""
+    reference = prepare_tiles(zero.image, size=motions.tiles.size)
+    pattern = see_pattern(motions, reference)
     return Chain(reference, pattern, prepare_search(pattern.forward(zero.noise)), zero.noise, most)
 
 
@@ -85,9 +83,7 @@ class StrainChain:
     most: int
 
 
-def prepare_strain(
-    chain: Chain, camera: synthetic.Camera, block: int, window: int
-) -> StrainChain:
+def prepare_strain(chain: Chain, camera: synthetic.Camera, block: int, window: int) -> StrainChain:
     """Prepare strain over blocks of `block` tiles and windows of `window` blocks a side."""
     blocks = prepare_blocks(chain.reference, block)
     strain_map = see_strain(chain.pattern, blocks, camera, window)
@@ -121,20 +117,26 @@ def sense(
     State
         To start the next frame from.
     """
+    for _ in range(PASSES - 1):
+        estimate, sums, after = _pass(chain, image, state, watch)
+        if chain.pattern.motions.farthest(after.motion - state.motion) <= STALE:
+            return estimate, sums, after
+        state = after
+    return _pass(chain, image, state, watch)
+
+
+def _pass(
+    chain: Chain, image: NDArray, state: State, watch: Stopwatch
+) -> tuple[Estimate, TileSums, State]:
     pattern = chain.pattern
-    for _ in range(PASSES):
-        with watch.stage("correlate"):
-            sums = tile_sums(chain.reference, image, pattern.flow(state.motion))
-        with watch.stage("estimate"):
-            right = pattern.right_side(sums, state.motion)
-            measured = pattern.whiten(right, chain.noise)
-            estimate = find(measured, chain.search, start=state.touches, most=chain.most)
-            motion = pattern.motion(estimate, right)
-        stale = pattern.change(motion - state.motion) > STALE
-        state = State(motion, np.column_stack([estimate.xy, estimate.force]))
-        if not stale:
-            break
-    return estimate, sums, state
+    with watch.stage("correlate"):
+        sums = tile_sums(chain.reference, image, pattern.motions.flow(state.motion))
+    with watch.stage("estimate"):
+        right = pattern.right_side(sums, state.motion)
+        measured = pattern.whiten(right, chain.noise)
+        estimate = find(measured, chain.search, start=state.touches, most=chain.most)
+        motion = pattern.amplitudes(estimate, right)
+    return estimate, sums, State(motion, np.column_stack([estimate.xy, estimate.force]))
 
 
 def sense_strain(

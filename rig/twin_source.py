@@ -22,7 +22,7 @@ from rig.scene import Scene
 from rig.source import Frame
 
 SLOTS = 6
-START_LIMIT = 300.0  # s until the first frame: the plate is factored and the pattern drawn
+START_LIMIT = 300.0  # s to be ready: the plate is factored and the pattern drawn
 
 
 class TwinSource:
@@ -32,6 +32,7 @@ class TwinSource:
         self._link = link
         self._pictures = pictures
         self._numbers = numbers
+        self._started = False
 
     def grab(self, timeout: float) -> Frame | None:
         """See `Source.grab`.
@@ -41,18 +42,29 @@ class TwinSource:
         OSError
             If the process of the twin has ended.
         """
-        if not self._link.poll(timeout):
-            return None
         try:
+            if not self._started:
+                self._start()
+            if not self._link.poll(timeout):
+                return None
+            sequence, captured, truth = self._receive()
             while self._link.poll():
                 sequence, captured, truth = self._receive()
-        except EOFError:
+        except (EOFError, BrokenPipeError):
             raise OSError("the twin's process has ended; start the run again") from None
         slot = sequence % SLOTS
         image = self._pictures[slot].copy()
         if self._numbers[slot] != sequence:  # overwritten while it was copied
             return None
         return Frame(sequence, captured, image, truth)
+
+    def _start(self) -> None:
+        """Wait until the twin is ready, then let its time begin."""
+        if not self._link.poll(START_LIMIT):
+            raise OSError(f"the twin was not ready within {START_LIMIT:g} s; see its messages")
+        self._receive()
+        self._link.send(None)
+        self._started = True
 
     def _receive(self):
         message = self._link.recv()
@@ -65,10 +77,7 @@ class TwinSource:
 def open_twin(scene: Scene) -> Iterator[TwinSource]:
     """Start the twin of a scene; it ends with the context, or with the process that opened it.
 
-    Raises
-    ------
-    OSError
-        If it does not deliver a first frame; the sentence says why.
+    It prepares itself meanwhile; its time, and so its script, begins with the first `grab`.
     """
     width, height = scene.camera.pixels if scene.camera else (0, 0)
     spawn = multiprocessing.get_context("spawn")
@@ -81,8 +90,6 @@ def open_twin(scene: Scene) -> Iterator[TwinSource]:
         with deaf_to_interrupts():
             process.start()
         there.close()
-        if not here.poll(START_LIMIT):
-            raise OSError(f"the twin gave no frame within {START_LIMIT:g} s; see its messages")
         source = TwinSource(here, *_views(memory, (height, width)))
         yield source
         del source
@@ -115,8 +122,10 @@ def _deliver(scene: Scene, memory_name: str, link: Connection) -> None:
     width, height = twin.warper.camera.size
     pictures, numbers = _views(memory, (height, width))
     twin.frame(0, (), pictures[0])  # compiled and warm before time counts
-    start, sequence = time.monotonic(), 0
     try:
+        link.send(None)
+        link.recv()
+        start, sequence = time.monotonic(), 0
         while True:
             slot = sequence % SLOTS
             touches = twin.touches(sequence)
@@ -127,8 +136,8 @@ def _deliver(scene: Scene, memory_name: str, link: Connection) -> None:
             late = time.monotonic() - start - (sequence + 1) / twin.rate
             time.sleep(max(0.0, -late))
             sequence += 1 + max(0, int(late * twin.rate))
-    except (BrokenPipeError, ConnectionResetError):
-        pass
+    except (BrokenPipeError, ConnectionResetError, EOFError):
+        pass  # the loop has ended, and so does this
     finally:
         del pictures, numbers
         memory.close()

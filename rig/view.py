@@ -29,7 +29,7 @@ def look(plate: fe.Plate, camera: synthetic.Camera, height: float) -> View:
     corners = np.array([(0.0, 0.0), (a, 0.0), (a, b), (0.0, b)])
     outline = camera.project(np.column_stack([corners, np.full(4, height)]))
     T = cv2.getPerspectiveTransform(corners.astype(np.float32), outline.astype(np.float32))
-    return View(outline, T)
+    return View(outline, np.asarray(T, dtype=np.float64))
 
 
 def marks(estimate: Estimate) -> tuple[Mark, ...]:
@@ -58,7 +58,7 @@ def _mark(estimate: Estimate, index: int) -> Mark:
 
 def strain_map(chain: StrainChain, strain: NDArray) -> StrainMap:
     """Strain (T, 3) as a grid over the picture."""
-    reference = chain.blocks.reference
-    exx, eyy, exy = strain.T.reshape(3, *reference.shape).astype(np.float32)
+    tiles = chain.blocks.reference.tiles
+    exx, eyy, exy = strain.T.reshape(3, *tiles.shape).astype(np.float32)
     sigma = chain.noise * np.median(chain.map.sigma, axis=0)
-    return StrainMap(reference.xs, reference.ys, exx, eyy, exy, tuple(sigma.tolist()))
+    return StrainMap(tiles.xs, tiles.ys, exx, eyy, exy, tuple(sigma.tolist()))

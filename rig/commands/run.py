@@ -47,14 +47,16 @@ def run(
 def _start(scene: Scene, headless: bool, open_parts: ExitStack) -> tuple[Loop, list[Sink]]:
     """Open everything that the scene names; what can fail at once comes before what is slow."""
     sinks = [] if headless else _open_sinks(scene, open_parts)
+    from rig.twin_source import open_twin
+
+    source = open_parts.enter_context(open_twin(scene))
     from rig.bench import build_bench
     from rig.loop import Loop
-    from rig.twin_source import open_twin
 
     with progress("plate modes") as report:
         bench = build_bench(scene, report)
-    console().print("starting the twin and taking the reference …")
-    return Loop(bench, open_parts.enter_context(open_twin(scene))), sinks
+    console().print("the twin gets ready; then the reference is taken …")
+    return Loop(bench, source), sinks
 
 
 def _open_sinks(scene: Scene, open_parts: ExitStack) -> list[Sink]:

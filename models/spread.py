@@ -1,0 +1,64 @@
+"""Smooth fields over the tiles of a picture, held by a quarter as many numbers.
+
+Plate modes and camera motion are smooth from tile to tile: a bicubic B-spline with a knot at every
+second tile carries them, and the matrices of a frame shrink fourfold.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import BSpline
+
+TILES_A_KNOT = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Spread:
+    """Spreads spline coefficients over a grid of tiles.
+
+    Attributes
+    ----------
+    down : (rows, m) float64
+        Values of the m splines along y at the rows of tiles.
+    across : (columns, n) float64
+        Values of the n splines along x at the columns of tiles.
+    """
+
+    down: NDArray[np.float64]
+    across: NDArray[np.float64]
+
+    def over_tiles(self, coefficients: NDArray) -> NDArray[np.float64]:
+        """Values at the tiles, (m·n, k) → (T, k)."""
+        return self._apply(self.down, self.across, coefficients)
+
+    def gather(self, values: NDArray) -> NDArray[np.float64]:
+        """Adjoint of `over_tiles`, (T, k) → (m·n, k)."""
+        return self._apply(self.down.T, self.across.T, values)
+
+    def fit(self, values: NDArray) -> NDArray[np.float64]:
+        """Coefficients that come closest to values at the tiles, (T, k) → (m·n, k)."""
+        return self._apply(np.linalg.pinv(self.down), np.linalg.pinv(self.across), values)
+
+    @staticmethod
+    def _apply(down: NDArray, across: NDArray, values: NDArray) -> NDArray[np.float64]:
+        grid = values.reshape(down.shape[1], across.shape[1], -1)
+        return np.einsum("ba,cd,adk->bck", down, across, grid, optimize=True).reshape(
+            -1, grid.shape[2]
+        )
+
+
+def spread_over(shape: tuple[int, int]) -> Spread:
+    """Splines over `shape` = (rows, columns) of tiles, with a knot at every second one."""
+    return Spread(_splines(shape[0]), _splines(shape[1]))
+
+
+def _splines(count: int) -> NDArray[np.float64]:
+    """Cubic B-splines at 0 … count - 1, (count, number of splines)."""
+    degree = min(3, count - 1)
+    spans = max(1, round((count - 1) / TILES_A_KNOT))
+    inner = np.linspace(0, max(count - 1, 1), spans + 1)
+    knots = np.concatenate([np.full(degree, inner[0]), inner, np.full(degree, inner[-1])])
+    return BSpline.design_matrix(np.arange(count, dtype=np.float64), knots, degree).toarray()
