@@ -14,6 +14,7 @@ from dic.image import check_image
 from dic.quality import box_sums, check_subset, lies_inside
 from dic.spline import coefficients, gradient
 
+_BARE = 0.02  # of the median mean square of ∇f: the inner half of a subset is without pattern
 _CLIPPED = 2 / 3  # share of a subset at black or at white from which it cannot be trusted
 _LEAK = 2  # px from the edge of the ROI at which the spline keeps 7 % of a jump there
 
@@ -98,6 +99,7 @@ def prepare(
 
     status = _status(image, weight, centres, subset // 2)
     texture = _texture(image, _inner(weight))
+    status = _without_bare(texture, centres, status, subset // 2)
     sums = _sums(texture, centres, status, subset // 2, grid)
     hessian = normal.hessian(normal.local(sums, xy))
     slope, status = normal.least_slope(hessian, sums[:, 19], status)
@@ -189,6 +191,23 @@ def _status(
     found[box_sums(weight, kept, half) < area / 2] = Status.EXCLUDED
     status[inside], status[~inside] = found, Status.OUTSIDE
     status[~weight[centres[:, 1], centres[:, 0]]] = Status.EXCLUDED
+    return status
+
+
+def _without_bare(
+    texture: NDArray[np.float32], centres: NDArray[np.int64], status: NDArray[np.int8], half: int
+) -> NDArray[np.int8]:
+    """Name FLAT the points with no pattern of their own, such as those in a hole near its rim.
+
+    The rim alone can be followed, but it says nothing of the place of the point.
+    """
+    usable = status == Status.OK
+    if not usable.any():
+        return status
+    steepness = np.square(texture[..., :2], dtype=np.float64).sum(axis=2)
+    own = box_sums(steepness, centres[usable], half // 2) / (2 * (half // 2) + 1) ** 2
+    status = status.copy()
+    status[np.flatnonzero(usable)[own < _BARE * np.median(own)]] = Status.FLAT
     return status
 
 
