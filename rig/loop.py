@@ -20,6 +20,7 @@ from rig.tally import Tally
 from rig.view import View, look, marks, strain_map, true_marks
 
 PATIENCE = 5.0  # s without a frame after which the source is given up
+LATENCY = "capture to touches"
 PACE = 60  # frames over which the rate is measured
 
 
@@ -71,7 +72,7 @@ class Loop:
             self.dropped += frame.sequence - last - 1
             last = frame.sequence
             estimate, sums, state = live.sense(chain, frame.image, state, self.watch)
-            self.watch.add("capture to touches", self._clock() - frame.captured)
+            self.watch.add(LATENCY, self._clock() - frame.captured)
             strain, shown = None, None
             if strain_chain:
                 strain, from_strain = live.sense_strain(strain_chain, sums, from_strain, self.watch)
@@ -84,14 +85,16 @@ class Loop:
 
     def summary(self) -> dict[str, Any]:
         """Figures of the run so far, ready for JSON."""
-        median, late = self.watch.quantiles("capture to touches")
+        median, late = self.watch.quantiles(LATENCY)
         return {
             "frames": self.frames,
             "dropped": self.dropped,
             "fps": self.fps,
             "latency_ms": {"median": median, "p95": late},
             "stages_ms": {
-                name: {"median": middle, "p95": slow} for name, middle, slow in self.watch.table()
+                name: {"median": middle, "p95": slow}
+                for name, middle, slow in self.watch.table()
+                if name != LATENCY
             },
             "pattern": self.tally.summary(),
             "strain": self.strain_tally.summary() if self.bench.strain else None,
@@ -134,8 +137,8 @@ class Loop:
             force_error_median=running[1] if running else None,
             fps=self.fps,
             dropped=self.dropped,
-            stages=self.watch.table(),
-            latency=self.watch.quantiles("capture to touches"),
+            stages=tuple(row for row in self.watch.table() if row[0] != LATENCY),
+            latency=self.watch.quantiles(LATENCY),
             noise=noise,
             strain_reason="" if shown else "the scene names no [comparison] by strain",
         )

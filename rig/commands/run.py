@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from rig.scene import Scene
     from rig.snapshot import Snapshot
 
+SCREEN = (1280, 800)  # px, of a projector that is not there: the page shows what it would show
 Sink = Callable[["Snapshot"], object]
 
 
@@ -61,15 +62,16 @@ def _start(scene: Scene, headless: bool, open_parts: ExitStack) -> tuple[Loop, l
 
 def _open_sinks(scene: Scene, open_parts: ExitStack) -> list[Sink]:
     sinks: list[Sink] = []
-    screen = None
-    if scene.projector and scene.plate:
-        from rig.markers import fit_plate
+    if not scene.plate:
+        return sinks
+    from rig.markers import fit_plate
+
+    screen = fit_plate(scene.projector.size if scene.projector else SCREEN, scene.plate.size)
+    if scene.projector:
         from rig.projector import open_projector
 
-        projector = scene.projector
-        screen = fit_plate(projector.size, scene.plate.size)
         show = open_parts.enter_context(
-            open_projector(screen, projector.display, projector.full_screen)
+            open_projector(screen, scene.projector.display, scene.projector.full_screen)
         )
         sinks.append(lambda snapshot: show(snapshot.touches))
     if scene.page:
