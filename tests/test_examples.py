@@ -1,0 +1,135 @@
+"""The examples run as they are, and the figures that they print are right."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+FOLDER = Path(__file__).parent.parent / "examples"
+NUMBER = r"[-+]?\d+(?:\.\d+)?(?:e[-+]\d+)?"
+
+
+class Printed(str):
+    """What an example printed."""
+
+    def line(self, start):
+        """Give the numbers of the first line that starts so."""
+        for line in self.splitlines():
+            if line.strip().startswith(start):
+                return [float(text) for text in re.findall(NUMBER, line.strip()[len(start) :])]
+        raise AssertionError(f"no line starts with {start!r} in:\n{self}")
+
+    def lines(self, start):
+        """Give the numbers of every line that starts so."""
+        those = [line for line in self.splitlines() if line.strip().startswith(start)]
+        return [Printed(line).line(start) for line in those]
+
+
+@pytest.fixture
+def example(tmp_path):
+    """Run an example by its number in an empty folder, where it may only make `results`."""
+
+    def run(number):
+        (script,) = FOLDER.glob(f"{number:02d}_*.py")
+        threads = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+        done = subprocess.run(
+            [sys.executable, script],
+            cwd=tmp_path,
+            env=os.environ | threads | {"PYTHONIOENCODING": "utf-8"},
+            encoding="utf-8",
+            capture_output=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+        assert {path.name for path in tmp_path.iterdir()} <= {"results"}
+        return Printed(done.stdout)
+
+    return run
+
+
+def test_examples_are_short_and_each_has_its_number():
+    scripts = sorted(FOLDER.glob("*.py"))
+    assert [int(script.name[:2]) for script in scripts] == list(range(1, len(scripts) + 1))
+    for script in scripts:
+        lines = script.read_text(encoding="utf-8").splitlines()
+        assert len(lines) < 60, f"{script.name} has {len(lines)} lines"
+        assert f"def test_{script.stem[3:]}(" in Path(__file__).read_text(encoding="utf-8")
+
+
+def test_correlate(example):
+    printed = example(1)
+    measured, points = printed.line("points measured:")
+    assert measured == points > 6000
+    for component in "uv":
+        bias, scatter, predicted = printed.line(f"{component}: bias")
+        assert abs(bias) < 4  # mpx; measured 2.1
+        assert 0.85 < scatter / predicted < 1.1
+
+
+def test_strain(example):
+    printed = example(2)
+    for component in ("exx", "eyy", "exy"):
+        kinds = printed.lines(component)
+        assert len(kinds) == 3
+        for mean, true, scatter, predicted in kinds:
+            assert abs(mean - true) < 40  # µε; measured 20
+            assert 0.8 < scatter / predicted < 1.15
+    # Only a strain that forgets the rotation has no shear here.
+    small, green, logarithmic = (row[1] for row in printed.lines("exy"))
+    assert small > 300
+    assert green == logarithmic == 0
+
+
+def test_plate(example):
+    printed = example(3)
+    assert all(w < 0 for w in printed.line("deflection under the touches:"))
+    assert printed.line("middle of the lower edge:")[1] > 100  # µε, tension
+    assert max(printed.line("beside the first touch:")[:2]) < -100  # compression
+    (difference,) = printed.line("influence against bending: relative difference")
+    (gradient,) = printed.line("gradient against differences:")
+    assert difference < 1e-10
+    assert gradient < 1e-6
+
+
+def test_touches_from_strain(example):
+    printed = example(4)
+    assert "touches found: 2" in printed
+    for x, sx, true_x, y, sy, true_y, force, sf, true_force in printed.lines("x "):
+        assert abs(x - true_x) < 4 * sx < 0.4  # mm
+        assert abs(y - true_y) < 4 * sy < 0.4
+        assert abs(force - true_force) < 4 * max(sf, 0.001)  # N
+    count, farthest = printed.line("without one side of the ring:")
+    assert count == 2
+    assert farthest < 0.6  # mm; measured 0.15
+
+
+def test_what_a_camera_sees(example, tmp_path):
+    printed = example(5)
+    whole, bending = printed.line("picture moves by up to")
+    assert 0 < bending < whole
+    assert printed.line("exx that the camera shows ÷ exx of the plate:")[0] > 3
+    picture = (tmp_path / "results" / "pressed_plate.png").read_bytes()
+    assert picture.startswith(b"\x89PNG")
+
+
+def test_touch_from_frame(example):
+    printed = example(6)
+    assert "touches found: 1" in printed
+    for name, farthest in (("x", 2.0), ("y", 2.0), ("force", 0.1)):  # mm, mm, N
+        found, sigma, true = printed.line(f"{name} ")
+        assert abs(found - true) < 4 * sigma < farthest
+    *shift, true_x, true_y = printed.line("camera has moved by")
+    assert shift == pytest.approx([true_x, true_y], abs=0.01)  # px
+
+
+def test_small_net(example):
+    printed = example(7)
+    assert printed.line("epoch 999: loss")[0] < printed.line("epoch 0: loss")[0] / 50
+    mean, largest, touches = printed.line("net: mean error")
+    assert mean < 1.5  # mm; measured 0.55
+    assert largest < 6.0
+    assert touches == 100
+    assert printed.line("solver: mean error")[0] < 1e-6
