@@ -65,8 +65,13 @@ def build_bench(scene: Scene, report: Callable[[int, int], None]) -> Bench:
     Raises
     ------
     ValueError
-        If the scene lacks what the live loop needs.
+        If the scene lacks what the live loop needs, or compares with what it cannot run.
     """
+    if not isinstance(scene.comparison, StrainEstimator | None):
+        raise ValueError(
+            f"scene '{scene.title}' compares with an estimator of kind '{scene.comparison.kind}',"
+            " and live only strain is compared; set comparison.kind to 'strain' or leave it out"
+        )
     match scene:
         case Scene(
             plate=Plate() as plate,
@@ -91,7 +96,7 @@ def build_bench(scene: Scene, report: Callable[[int, int], None]) -> Bench:
         dic=dic,
         most=scene.touches.most if scene.touches else 1,
         least_force=scene.touches.force[0] if scene.touches else 0.0,
-        strain=isinstance(scene.comparison, StrainEstimator),
+        strain=scene.comparison is not None,
     )
 
 

@@ -35,7 +35,17 @@ def take_zero(frames: Sequence[NDArray]) -> Zero:
     """Average frames of the untouched plate, two or more, and measure their noise.
 
     The noise is that of a frame less the mean of N others, σ √(1 + 1/N), grey levels.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two frames.
     """
+    if len(frames) < 2:
+        raise ValueError(
+            f"reference needs 2 frames or more to know their noise, got {len(frames)}; set"
+            " dic.reference_frames to 16"
+        )
     mean = np.asarray(np.mean(frames, axis=0), dtype=np.float32)
     count = len(frames)
     squares = sum(float(np.square(frame - mean).sum(dtype=np.float64)) for frame in frames)

@@ -21,7 +21,7 @@ from rig.view import View, look, marks, strain_map, true_marks
 
 PATIENCE = 5.0  # s without a frame after which the source is given up
 LATENCY = "capture to touches"
-PACE = 60  # frames over which the rate is measured
+PACE = 60  # frames over which the running rate is measured
 
 
 class Loop:
@@ -45,14 +45,22 @@ class Loop:
         self.strain_tally = Tally(bench.least_force)
         self._source = source
         self._clock = clock
+        self._first: float | None = None
         self._finished: deque[float] = deque(maxlen=PACE)
 
     @property
     def fps(self) -> float:
-        """Frames a second that the loop finishes."""
+        """Frames a second that the loop finishes now; 0 before the second."""
         if len(self._finished) < 2:
             return 0.0
         return (len(self._finished) - 1) / (self._finished[-1] - self._finished[0])
+
+    @property
+    def mean_fps(self) -> float | None:
+        """Frames a second from the first to the last; None before the second."""
+        if self._first is None or self.frames < 2:
+            return None
+        return (self.frames - 1) / (self._finished[-1] - self._first)
 
     def __iter__(self) -> Iterator[Snapshot]:
         """Take the reference, then yield a snapshot a frame until the source is given up.
@@ -61,8 +69,10 @@ class Loop:
         ------
         OSError
             If no frame comes for `PATIENCE` seconds.
+        ValueError
+            If the source knows that the plate was touched while the reference was taken.
         """
-        zero = live.take_zero([self._next().image for _ in range(self.bench.reference_frames)])
+        zero = self._take_zero()
         chain, strain_chain = self.bench.prepare(zero)
         _warm_up(chain, strain_chain, zero)
         view = look(self.bench.plate, self.bench.camera, self.bench.height)
@@ -79,7 +89,7 @@ class Loop:
                 shown = strain_map(strain_chain, strain)
             self.frames += 1
             errors = self._score(frame, estimate, from_strain)
-            self._finished.append(self._clock())
+            self._finish()
             noise = noise_of(sums, chain.reference.tiles)
             yield self._snapshot(frame, view, estimate, from_strain, shown, errors, noise)
 
@@ -89,7 +99,7 @@ class Loop:
         return {
             "frames": self.frames,
             "dropped": self.dropped,
-            "fps": self.fps,
+            "fps": self.mean_fps,
             "latency_ms": {"median": median, "p95": late},
             "stages_ms": {
                 name: {"median": middle, "p95": slow}
@@ -105,6 +115,20 @@ class Loop:
         if frame is None:
             raise OSError(f"the source gave no frame for {PATIENCE:g} s; check that it is running")
         return frame
+
+    def _take_zero(self) -> live.Zero:
+        frames = [self._next() for _ in range(self.bench.reference_frames)]
+        if any(frame.truth for frame in frames):
+            raise ValueError(
+                "plate was touched while the reference was taken; leave the machine more time or"
+                " set dic.reference_frames to fewer"
+            )
+        return live.take_zero([frame.image for frame in frames])
+
+    def _finish(self) -> None:
+        now = self._clock()
+        self._first = now if self._first is None else self._first
+        self._finished.append(now)
 
     def _score(
         self, frame: Frame, estimate: Estimate, from_strain: Estimate | None

@@ -12,8 +12,14 @@ import fe
 Script = Callable[[float], tuple[fe.Touch, ...]]
 """Touches at a time in s since the first frame."""
 
-STILL = 1.0  # s without touch at the start of every script: the loop takes its reference there
+STILL = 1.0  # s at the start of every script in which nothing touches and nothing moves
 RAMP = 0.3  # s that a finger takes to press and to leave
+INSET = 25.0  # mm from an edge, or a quarter of the side, within which no random touch lies
+
+
+def at_rest(time: float) -> bool:
+    """Whether the plate is untouched and the camera unmoved, so that the reference can be taken."""
+    return time < STILL
 
 
 @dataclass(frozen=True)
@@ -72,15 +78,25 @@ def tour(size: tuple[float, float]) -> Script:
 
 
 def random_touches(
-    size: tuple[float, float], force: tuple[float, float], inset: float, seed: int, rate: float
+    size: tuple[float, float], force: tuple[float, float], seed: int, rate: float
 ) -> Script:
-    """Draw one touch a frame, each at a new place at least `inset` mm from an edge."""
+    """Draw one touch for each of `rate` frames a second, `INSET` or more from the edges.
+
+    Parameters
+    ----------
+    size : (float, float), mm
+    force : (float, float), N
+        Smallest and largest.
+    seed : int
+    rate : float, frames a second
+    """
 
     def touches(time: float) -> tuple[fe.Touch, ...]:
-        if time < STILL:
+        if at_rest(time):
             return ()
         draw = np.random.default_rng((seed, round(time * rate)))
-        x, y = (draw.uniform(inset, side - inset) for side in size)
+        insets = (min(INSET, side / 4) for side in size)
+        x, y = (draw.uniform(inset, side - inset) for inset, side in zip(insets, size, strict=True))
         return (fe.Touch(x, y, draw.uniform(*force)),)
 
     return touches

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass, field
+from itertools import islice
 
 import numpy as np
 
@@ -10,26 +12,37 @@ import fe
 from models.estimate import Estimate
 from models.matching import match
 
+KEPT = 100_000  # pairs whose errors are kept: an hour of one touch
 RECENT = 300  # pairs in the running medians
+
+
+def _errors() -> deque[float]:
+    return deque(maxlen=KEPT)
 
 
 @dataclass
 class Tally:
-    """Counts frames and keeps the errors of every matched touch.
+    """Counts frames and keeps the errors of the last `KEPT` matched touches.
 
     Attributes
     ----------
     least : float, N
         True touches weaker than this (a finger that just lands) are neither missed nor scored.
+    frames : int
+        Frames that were compared with the truth.
+    misses, false : int
+        Touches, summed over the frames, that were not found, or found and not there.
+    position, force, relative : float, mm, N and share of the true force
+        Errors of the pairs, in frames where all that presses is found and nothing else.
     """
 
     least: float
     frames: int = 0
     misses: int = 0
     false: int = 0
-    position: list[float] = field(default_factory=list)
-    force: list[float] = field(default_factory=list)
-    relative: list[float] = field(default_factory=list)
+    position: deque[float] = field(default_factory=_errors)
+    force: deque[float] = field(default_factory=_errors)
+    relative: deque[float] = field(default_factory=_errors)
 
     def add(self, estimate: Estimate, truth: tuple[fe.Touch, ...]) -> tuple[float, float] | None:
         """Score one frame; returns its mean errors in mm and N, None where nothing was pressed."""
@@ -49,15 +62,20 @@ class Tally:
         """Medians of the last errors in mm and N."""
         if not self.position:
             return None
-        return float(np.median(self.position[-RECENT:])), float(np.median(self.force[-RECENT:]))
+        position, force = (
+            float(np.median(list(islice(reversed(errors), RECENT))))
+            for errors in (self.position, self.force)
+        )
+        return position, force
 
     def summary(self) -> dict[str, float | int | None]:
-        """Figures of the whole run; None where nothing could be scored."""
+        """Figures of the run; None where nothing could be scored."""
         position, force, relative = (
             np.array(values) for values in (self.position, self.force, self.relative)
         )
         scored = len(position) > 0
         return {
+            "frames": self.frames,
             "scored": len(position),
             "misses": self.misses,
             "false_touches": self.false,

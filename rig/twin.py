@@ -9,16 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fe
-import rig.script
 import synthetic
-from rig import cache
+from rig import cache, script
 from rig.scene import Scene
-from rig.scene.bench import Pattern, Pinhole, Plate, Sensor
+from rig.scene.bench import Pattern, Pinhole, Plate, Sensor, Touches
 from rig.scene.loop import Twin as TwinSection
 from rig.script import Script
 
 FINENESS = 0.64  # elements along a side, as a share of the default mesh
-INSET = 25.0  # mm from an edge within which random touches stay
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,12 +57,11 @@ class Twin:
         displacement = np.zeros((len(self.warper.points), 3))
         if touches:
             displacement = self.solver.deflect(touches).displacement(self.warper.points, "top")
-        moved = sequence / self.rate > rig.script.STILL
         return self.warper.render(
             displacement,
             self.sensor,
             np.random.default_rng((self.seed, sequence)),
-            shift=self.shift if moved else (0.0, 0.0),
+            shift=(0.0, 0.0) if script.at_rest(sequence / self.rate) else self.shift,
             out=out,
         )
 
@@ -75,7 +72,7 @@ def build_twin(scene: Scene, progress: Callable[[int, int], None] | None = None)
     Raises
     ------
     ValueError
-        If the scene has no twin as its source.
+        If the scene has no twin as its source, or its script needs a section that is not there.
     """
     match scene:
         case Scene(
@@ -87,7 +84,10 @@ def build_twin(scene: Scene, progress: Callable[[int, int], None] | None = None)
         ):
             pass
         case _:
-            raise ValueError("scene has no [source] of kind 'twin'; add it to render frames")
+            raise ValueError(
+                f"scene '{scene.title}' has no twin; add [source] with kind = \"twin\""
+            )
+    play = _script(source, plate, scene.touches, camera.rate)
     view = camera.build(plate)
     flat = plate.build()
     arrays = cache.fetch(
@@ -99,7 +99,7 @@ def build_twin(scene: Scene, progress: Callable[[int, int], None] | None = None)
         solver=fe.Linear(flat, _mesh(flat)),
         warper=synthetic.Warper.from_arrays(view, plate.thickness / 2, arrays),
         sensor=sensor.build(),
-        script=_script(scene, source),
+        script=play,
         rate=camera.rate,
         seed=source.seed,
         shift=source.shift,
@@ -113,16 +113,12 @@ def _mesh(plate: fe.Plate) -> fe.Mesh:
     return fe.Mesh(plate.size, (max(6, round(FINENESS * nx)), max(6, round(FINENESS * ny))))
 
 
-def _script(scene: Scene, source: TwinSection) -> Script:
-    if scene.plate is None or scene.camera is None:
-        raise ValueError("a twin needs [plate] and [camera]; add them to the scene")
-    match source.script:
-        case "tour":
-            return rig.script.tour(scene.plate.size)
-        case "random":
-            force = scene.touches.force if scene.touches else (1.0, 1.0)
-            return rig.script.random_touches(
-                scene.plate.size, force, INSET, source.seed, scene.camera.rate
-            )
-        case "empty":
-            return rig.script.empty
+def _script(source: TwinSection, plate: Plate, touches: Touches | None, rate: float) -> Script:
+    match source.script, touches:
+        case "tour", _:
+            return script.tour(plate.size)
+        case "empty", _:
+            return script.empty
+        case _, Touches(force=force):
+            return script.random_touches(plate.size, force, source.seed, rate)
+    raise ValueError("script 'random' draws its forces from [touches]; add [touches] to the scene")

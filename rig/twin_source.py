@@ -13,16 +13,23 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from multiprocessing.shared_memory import SharedMemory
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rig.process import deaf_to_interrupts
 from rig.scene import Scene
+from rig.scene.bench import Pinhole
+from rig.script import STILL
 from rig.source import Frame
+
+if TYPE_CHECKING:
+    from rig.twin import Twin
 
 SLOTS = 6
 START_LIMIT = 300.0  # s to be ready: the plate is factored and the pattern drawn
+END_LIMIT = 1.0  # s to end by itself: it looks at the link once a frame
 
 
 class TwinSource:
@@ -45,13 +52,20 @@ class TwinSource:
         try:
             if not self._started:
                 self._start()
-            if not self._link.poll(timeout):
-                return None
-            sequence, captured, truth = self._receive()
-            while self._link.poll():
-                sequence, captured, truth = self._receive()
-        except (EOFError, BrokenPipeError):
+            end = time.monotonic() + timeout
+            while self._link.poll(max(0.0, end - time.monotonic())):
+                frame = self._newest()
+                if frame:
+                    return frame
+        except (EOFError, ConnectionError):
             raise OSError("the twin's process has ended; start the run again") from None
+        return None
+
+    def _newest(self) -> Frame | None:
+        """Newest of the frames that were announced; None if it was overwritten meanwhile."""
+        sequence, captured, truth = self._receive()
+        while self._link.poll():
+            sequence, captured, truth = self._receive()
         slot = sequence % SLOTS
         image = self._pictures[slot].copy()
         if self._numbers[slot] != sequence:  # overwritten while it was copied
@@ -78,8 +92,13 @@ def open_twin(scene: Scene) -> Iterator[TwinSource]:
     """Start the twin of a scene; it ends with the context, or with the process that opened it.
 
     It prepares itself meanwhile; its time, and so its script, begins with the first `grab`.
+
+    Raises
+    ------
+    ValueError
+        If the scene has no twin, or its reference takes longer than the plate is at rest.
     """
-    width, height = scene.camera.pixels if scene.camera else (0, 0)
+    width, height = _camera(scene).pixels
     spawn = multiprocessing.get_context("spawn")
     memory = SharedMemory(create=True, size=SLOTS * (width * height + 8))
     here, there = spawn.Pipe()
@@ -94,12 +113,29 @@ def open_twin(scene: Scene) -> Iterator[TwinSource]:
         yield source
         del source
     finally:
-        here.close()
-        process.join(2.0)
-        if process.is_alive():
-            process.terminate()
-            process.join()
-        memory.unlink()
+        with deaf_to_interrupts():  # an impatient second Ctrl-C must not leave the process behind
+            here.close()
+            process.join(END_LIMIT)
+            if process.is_alive():
+                process.terminate()
+                process.join()
+            memory.unlink()
+
+
+def _camera(scene: Scene) -> Pinhole:
+    """Camera of the twin, after the checks that need no process."""
+    if scene.source is None or scene.camera is None:
+        raise ValueError(
+            f"scene '{scene.title}' has no source of pictures; add [source] with kind = \"twin\""
+        )
+    count, rate = scene.dic.reference_frames if scene.dic else 0, scene.camera.rate
+    if count > STILL * rate:
+        raise ValueError(
+            f"a reference of {count} frames takes {count / rate:.3g} s at {rate:g} fps, and the"
+            f" twin's plate is at rest for {STILL:g} s; set dic.reference_frames to"
+            f" {int(STILL * rate)} or less"
+        )
+    return scene.camera
 
 
 def _views(memory: SharedMemory, shape: tuple[int, int]):
@@ -109,35 +145,36 @@ def _views(memory: SharedMemory, shape: tuple[int, int]):
 
 
 def _deliver(scene: Scene, memory_name: str, link: Connection) -> None:
-    """Render frame after frame until the other end of the link closes."""
+    """Body of the twin's process: ends when the other end of the link closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the loop, and the loop ends this
     from rig.twin import build_twin
 
     try:
-        twin = build_twin(scene)
-    except (ValueError, OSError) as error:
-        link.send(str(error))
-        return
-    memory = SharedMemory(memory_name)
+        try:
+            twin = build_twin(scene)
+        except (ValueError, OSError) as error:
+            link.send(str(error))
+        else:
+            _play(twin, SharedMemory(memory_name), link)
+    except (EOFError, ConnectionError):
+        pass  # the loop has ended, and so does this
+
+
+def _play(twin: Twin, memory: SharedMemory, link: Connection) -> NoReturn:
+    """Render frame after frame; those for which time is too short are left out."""
     width, height = twin.warper.camera.size
     pictures, numbers = _views(memory, (height, width))
     twin.frame(0, (), pictures[0])  # compiled and warm before time counts
-    try:
-        link.send(None)
-        link.recv()
-        start, sequence = time.monotonic(), 0
-        while True:
-            slot = sequence % SLOTS
-            touches = twin.touches(sequence)
-            numbers[slot] = -1
-            twin.frame(sequence, touches, pictures[slot])
-            numbers[slot] = sequence
-            link.send((sequence, time.monotonic(), touches))
-            late = time.monotonic() - start - (sequence + 1) / twin.rate
-            time.sleep(max(0.0, -late))
-            sequence += 1 + max(0, int(late * twin.rate))
-    except (BrokenPipeError, ConnectionResetError, EOFError):
-        pass  # the loop has ended, and so does this
-    finally:
-        del pictures, numbers
-        memory.close()
+    link.send(None)
+    link.recv()
+    start, sequence = time.monotonic(), 0
+    while True:
+        slot = sequence % SLOTS
+        touches = twin.touches(sequence)
+        numbers[slot] = -1
+        twin.frame(sequence, touches, pictures[slot])
+        numbers[slot] = sequence
+        link.send((sequence, time.monotonic(), touches))
+        late = time.monotonic() - start - (sequence + 1) / twin.rate
+        time.sleep(max(0.0, -late))
+        sequence += 1 + max(0, int(late * twin.rate))

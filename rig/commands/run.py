@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable
+from contextlib import ExitStack
 from itertools import islice
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -33,16 +33,19 @@ def run(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Find touches in every frame; print the figures of the run at its end."""
+    """Find touches in every frame; print the figures of the run at its end.
+
+    Ctrl-C is the usual end of a run: exit code 0 and its figures; 130 and nothing before the first
+    frame, when there are none.
+    """
     import rig
 
     bench_scene = rig.load(scene, rig.scene.parse_overrides(settings or []))
     with ExitStack() as open_parts:
         loop, sinks = _start(bench_scene, headless, open_parts)
         _follow(loop, sinks, frames)
-    if loop.frames:
-        summary = loop.summary()
-        emit(_table(summary), summary, as_json)
+    summary = loop.summary()
+    emit(_table(summary), summary, as_json)
 
 
 def _start(scene: Scene, headless: bool, open_parts: ExitStack) -> tuple[Loop, list[Sink]]:
@@ -84,19 +87,15 @@ def _open_sinks(scene: Scene, open_parts: ExitStack) -> list[Sink]:
 
 
 def _follow(loop: Loop, sinks: list[Sink], frames: int | None) -> None:
-    with _ended_by_interrupt():
-        for snapshot in islice(loop, frames):
-            with loop.watch.stage("show"):
-                for sink in sinks:
-                    sink(snapshot)
-
-
-@contextmanager
-def _ended_by_interrupt() -> Iterator[None]:
-    """Take Ctrl-C for the usual end of a run."""
     try:
-        yield
+        for snapshot in islice(loop, frames):
+            if sinks:
+                with loop.watch.stage("show"):
+                    for sink in sinks:
+                        sink(snapshot)
     except KeyboardInterrupt:
+        if not loop.frames:
+            raise
         console().print("ended")
 
 
@@ -104,13 +103,16 @@ def _table(summary: dict[str, Any]) -> Table:
     from rich.table import Table
 
     table = Table("figure", "value", title=f"{summary['frames']} frames")
-    table.add_row("frames a second", f"{summary['fps']:.1f}")
+    table.add_row("frames a second", _text(summary["fps"]))
     table.add_row("dropped frames", str(summary["dropped"]))
     latency = summary["latency_ms"]
     table.add_row("capture to touches", f"{latency['median']:.1f} ms, p95 {latency['p95']:.1f} ms")
     for way in ("pattern", "strain"):
         if scores := summary[way]:
             for name, value in scores.items():
-                text = "–" if value is None else f"{value:.3g}"
-                table.add_row(f"{way}: {name.replace('_', ' ')}", text)
+                table.add_row(f"{way}: {name.replace('_', ' ')}", _text(value))
     return table
+
+
+def _text(value: float | None) -> str:
+    return "–" if value is None else f"{value:.4g}"
