@@ -16,7 +16,7 @@ from dic.spline import coefficients, gradient
 
 _BARE = 0.02  # of the median mean square of ∇f: the inner half of a subset is without pattern
 _CLIPPED = 2 / 3  # share of a subset at black or at white from which it cannot be trusted
-_LEAK = 2  # px from the edge of the ROI at which the spline keeps 7 % of a jump there
+_LEAK = 3  # px from the edge of the ROI at which the spline keeps 8 % of a jump there
 
 
 @dataclass(frozen=True)

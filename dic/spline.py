@@ -1,4 +1,8 @@
-"""Cubic B-spline interpolation of pictures: the smooth function whose samples are the pixels."""
+"""Quintic B-spline interpolation of pictures: the smooth function whose samples are the pixels.
+
+A cubic costs half and is biased three to four times as much between the pixels: 3.0 against 0.9 mpx
+on rendered speckle with edges of three pixels.
+"""
 
 from __future__ import annotations
 
@@ -9,13 +13,17 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-PAD = 3  # px of mirrored coefficients on each side, for the four taps at up to half a px outside
-_POLE = math.sqrt(3.0) - 2.0  # of the inverse of (1, 4, 1)/6
-_HORIZON = 16  # _POLE ** 16 = 7e-10, below float32
+PAD = 3  # px of mirrored coefficients on each side, for the six taps at up to half a px outside
+_POLES = (  # of the inverse of (1, 26, 66, 26, 1)/120
+    math.sqrt(135 / 2 - math.sqrt(17745 / 4)) + math.sqrt(105 / 4) - 13 / 2,
+    math.sqrt(135 / 2 + math.sqrt(17745 / 4)) - math.sqrt(105 / 4) - 13 / 2,
+)
+_GAIN = 120
+_HORIZON = 25  # _POLES[0] ** 25 = 7e-10, below float32
 
 
 def coefficients(image: ArrayLike) -> NDArray[np.float32]:
-    """Coefficients of the interpolating cubic B-spline, mirrored at the borders.
+    """Coefficients of the interpolating quintic B-spline, mirrored at the borders.
 
     Parameters
     ----------
@@ -38,14 +46,20 @@ def coefficients(image: ArrayLike) -> NDArray[np.float32]:
 
 def gradient(spline: NDArray[np.float32]) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
     """Differentiate at the pixels: ∂/∂x and ∂/∂y, each (H, W) float32, grey levels per px."""
-    inner = slice(PAD, -PAD)
-    before, after = slice(PAD - 1, -PAD - 1), slice(PAD + 1, -PAD + 1)
-    third, twelfth = np.float32(1 / 3), np.float32(1 / 12)
-    along_x = spline[:, after] - spline[:, before]
-    along_y = spline[after, :] - spline[before, :]
-    gx = twelfth * (along_x[before] + along_x[after]) + third * along_x[inner]
-    gy = twelfth * (along_y[:, before] + along_y[:, after]) + third * along_y[:, inner]
-    return gx, gy
+    slope = [1 / 24, 10 / 24, 0.0, -10 / 24, -1 / 24]
+    value = [1 / 120, 26 / 120, 66 / 120, 26 / 120, 1 / 120]
+    return _cut(_weigh(spline, value, slope)), _cut(_weigh(spline, slope, value))
+
+
+def _weigh(spline: NDArray, down: list[float], across: list[float]) -> NDArray[np.float32]:
+    import cv2
+
+    kernels = (np.array(taps[::-1], np.float32) for taps in (across, down))
+    return np.asarray(cv2.sepFilter2D(spline, cv2.CV_32F, *kernels))
+
+
+def _cut(padded: NDArray[np.float32]) -> NDArray[np.float32]:
+    return padded[PAD:-PAD, PAD:-PAD]
 
 
 @njit(cache=True, nogil=True, fastmath=True)
@@ -56,54 +70,76 @@ def sample(spline, x, y):
     y = min(max(y, -0.5), height - 0.5)
     column, row = math.floor(x), math.floor(y)
     # The fraction is small, so single precision holds it; the place itself would lose 2e-4 px.
-    a0, a1, a2, a3 = _weights(np.float32(x - column))
-    b0, b1, b2, b3 = _weights(np.float32(y - row))
-    i, j = row + PAD - 1, column + PAD - 1
-    r0 = a0 * spline[i, j] + a1 * spline[i, j + 1] + a2 * spline[i, j + 2] + a3 * spline[i, j + 3]
-    i += 1
-    r1 = a0 * spline[i, j] + a1 * spline[i, j + 1] + a2 * spline[i, j + 2] + a3 * spline[i, j + 3]
-    i += 1
-    r2 = a0 * spline[i, j] + a1 * spline[i, j + 1] + a2 * spline[i, j + 2] + a3 * spline[i, j + 3]
-    i += 1
-    r3 = a0 * spline[i, j] + a1 * spline[i, j + 1] + a2 * spline[i, j + 2] + a3 * spline[i, j + 3]
-    return b0 * r0 + b1 * r1 + b2 * r2 + b3 * r3
+    a = _weights(np.float32(x - column))
+    b = _weights(np.float32(y - row))
+    i, j = row + PAD - 2, column + PAD - 2
+    return (
+        b[0] * _along(spline[i], j, a) + b[1] * _along(spline[i + 1], j, a)
+        + b[2] * _along(spline[i + 2], j, a) + b[3] * _along(spline[i + 3], j, a)
+        + b[4] * _along(spline[i + 4], j, a) + b[5] * _along(spline[i + 5], j, a)
+    )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, fastmath=True, inline="always")
+def _along(row, j, a):
+    return (
+        a[0] * row[j] + a[1] * row[j + 1] + a[2] * row[j + 2]
+        + a[3] * row[j + 3] + a[4] * row[j + 4] + a[5] * row[j + 5]
+    )  # fmt: skip
 
 
 @njit(cache=True, nogil=True, fastmath=True)
 def _weights(t):
-    sixth, half, one = np.float32(1 / 6), np.float32(0.5), np.float32(1)
+    """Weights of the knots -2 … 3 at the fraction t."""
+    scale, one = np.float32(1 / 120), np.float32(1)
     s = one - t
-    w0, w3 = s * s * s * sixth, t * t * t * sixth
-    w1 = np.float32(2 / 3) - t * t * (one - half * t)
-    return w0, w1, one - w0 - w1 - w3, w3
+    w0 = scale * s * s * s * s * s
+    w5 = scale * t * t * t * t * t
+    w1 = _near_outer(s)
+    w4 = _near_outer(t)
+    w2 = scale * (
+        np.float32(66) - t * t * (np.float32(60) - t * t * (np.float32(30) - np.float32(10) * t))
+    )
+    return w0, w1, w2, one - w0 - w1 - w2 - w4 - w5, w4, w5
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _near_outer(t):
+    five, ten = np.float32(5), np.float32(10)
+    return np.float32(1 / 120) * (
+        np.float32(1) + t * (five + t * (ten + t * (ten + t * (five - five * t))))
+    )
 
 
 @njit(cache=True, nogil=True)
 def _filter_rows(c):
     for row in c:
-        last, total = row.shape[0] - 1, row[0]
-        for k in range(1, min(_HORIZON, last)):
-            total += _POLE**k * row[k]
-        row[0] = total
-        for k in range(1, last + 1):
-            row[k] += _POLE * row[k - 1]
-        row[last] = _POLE / (_POLE * _POLE - 1) * (row[last] + _POLE * row[last - 1])
-        for k in range(last - 1, -1, -1):
-            row[k] = _POLE * (row[k + 1] - row[k])
-        row *= 6
+        last = row.shape[0] - 1
+        for pole in _POLES:
+            total = row[0]
+            for k in range(1, min(_HORIZON, last)):
+                total += pole**k * row[k]
+            row[0] = total
+            for k in range(1, last + 1):
+                row[k] += pole * row[k - 1]
+            row[last] = pole / (pole * pole - 1) * (row[last] + pole * row[last - 1])
+            for k in range(last - 1, -1, -1):
+                row[k] = pole * (row[k + 1] - row[k])
+        row *= _GAIN
 
 
 @njit(cache=True, nogil=True)
 def _filter_columns(c):
     last = c.shape[0] - 1
-    for k in range(1, min(_HORIZON, last)):
-        c[0] += _POLE**k * c[k]
-    for k in range(1, last + 1):
-        c[k] += _POLE * c[k - 1]
-    c[last] = _POLE / (_POLE * _POLE - 1) * (c[last] + _POLE * c[last - 1])
-    for k in range(last - 1, -1, -1):
-        c[k] = _POLE * (c[k + 1] - c[k])
-    c *= 6
+    for pole in _POLES:
+        for k in range(1, min(_HORIZON, last)):
+            c[0] += pole**k * c[k]
+        for k in range(1, last + 1):
+            c[k] += pole * c[k - 1]
+        c[last] = pole / (pole * pole - 1) * (c[last] + pole * c[last - 1])
+        for k in range(last - 1, -1, -1):
+            c[k] = pole * (c[k + 1] - c[k])
+    c *= _GAIN
 
 
 @cache
@@ -114,13 +150,12 @@ def noise_power() -> tuple[float, float]:
     the variance at the fraction t is mean + harmonic · cos(2πt) to 2 %; the two axes multiply.
     """
     omega = 2 * np.pi * np.arange(256) / 256
-    prefilter = (4 + 2 * np.cos(omega)) / 6
     power = []
     for t in np.arange(8) / 8:
-        s = 1 - t
-        taps = (s**3, 4 - 6 * t**2 + 3 * t**3, 4 - 6 * s**2 + 3 * s**3, t**3)
-        response = sum(w / 6 * np.exp(1j * omega * k) for k, w in enumerate(taps)) / prefilter
-        power.append(np.mean(np.abs(response) ** 2))
+        response = sum(
+            w * np.exp(1j * omega * k) for k, w in enumerate(_weights.py_func(np.float32(t)))
+        )
+        power.append(np.mean(np.abs(response / _prefilter(omega)) ** 2))
     harmonic = 2 * np.mean(power * np.cos(2 * np.pi * np.arange(8) / 8))
     return float(np.mean(power)), float(harmonic)
 
@@ -129,4 +164,9 @@ def noise_power() -> tuple[float, float]:
 def noise_slope() -> float:
     """Variance of ∂/∂x of the spline at the pixels of white noise of variance 1, px⁻²."""
     omega = 2 * np.pi * np.arange(256) / 256
-    return float(np.mean((np.sin(omega) * 6 / (4 + 2 * np.cos(omega))) ** 2))
+    slope = (10 * np.sin(omega) + np.sin(2 * omega)) / 12
+    return float(np.mean((slope / _prefilter(omega)) ** 2))
+
+
+def _prefilter(omega: NDArray) -> NDArray[np.float64]:
+    return (66 + 52 * np.cos(omega) + 2 * np.cos(2 * omega)) / 120
