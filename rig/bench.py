@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 import fe
 import synthetic
 from dic.tiles import lay_tiles
@@ -52,8 +54,21 @@ class Bench:
         return self.dic.reference_frames
 
     def prepare(self, zero: live.Zero) -> tuple[live.Chain, live.StrainChain | None]:
-        """Prepare the chain, and that of strain where the scene wants it."""
-        chain = live.prepare_chain(zero, self.motions, self.most)
+        """Prepare the chain, and that of strain where the scene wants it.
+
+        Raises
+        ------
+        ValueError
+            If the reference shows too little to tell the modes of the plate apart.
+        """
+        try:
+            chain = live.prepare_chain(zero, self.motions, self.most)
+        except np.linalg.LinAlgError:
+            raise ValueError(
+                f"pictures of {self.camera.size[0]} × {self.camera.size[1]} px cannot tell"
+                f" {len(self.motions.modes.stiffness)} modes of the plate apart; set"
+                " estimator.modes or dic.tile lower, and look whether the pattern is in sight"
+            ) from None
         if not self.strain:
             return chain, None
         return chain, live.prepare_strain(chain, self.camera, self.dic.block, self.dic.window)

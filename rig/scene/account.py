@@ -14,8 +14,11 @@ from rig.scene.scene import Scene
 from rig.scene.section import Section
 from rig.scene.sensing import Dic, NetEstimator, PatternEstimator, StrainEstimator, Training
 
-ELEMENTS = 100
-"""Elements along the longer side, as in the default mesh of `fe`."""
+ELEMENTS, FEWEST = 100, 6
+"""Elements along the longer side and the fewest along the other, as in the default mesh of `fe`."""
+
+FINENESS = 0.64
+"""Elements of the twin along a side over those, as in `rig.twin`."""
 
 TILE_MARGIN = 8
 """Border that tiles leave free, px, as in `dic.tiles`."""
@@ -108,7 +111,9 @@ def _part(name: str, section: Section, scene: Scene) -> Part:
             return _sensing(name, section, scene)
         case Twin():
             what = f"rendered pictures, script '{section.script}', seed {section.seed}"
-            return Part(name, what, "one picture a frame, in its own process", ("synthetic",))
+            columns, rows = _elements(scene.plate, FINENESS)
+            cost = f"{columns} × {rows} elements solved and one picture a frame, in its own process"
+            return Part(name, what, cost, ("fe", "synthetic"))
         case Page():
             what = f"http://127.0.0.1:{section.port}" if section.port else "any free port"
             return Part(name, what, "one JPEG a frame and viewer", ("starlette", "uvicorn"))
@@ -126,16 +131,17 @@ def _mechanics(name: str, section: Plate | Touches | Ring, scene: Scene) -> Part
                 f"{a:g} × {b:g} × {h:g} mm, E {section.young:g} MPa, ν {section.poisson:g},"
                 f" {section.edges.kind} edges"
             )
-            counts = [max(round(ELEMENTS * side / max(a, b)), 1) for side in (a, b)]
-            unknowns = 4 * (counts[0] - 1) * (counts[1] - 1)
-            return Part(name, what, f"{unknowns} unknowns, factored once", ("fe",))
+            columns, rows = _elements(section)
+            unknowns = 4 * (columns - 1) * (rows - 1)
+            return Part(name, what, f"{columns} × {rows} elements, {unknowns} unknowns", ("fe",))
         case Touches(most=most, force=(low, high)):
             noun = "touch" if most == 1 else "touches"
             return Part(name, f"up to {most} {noun} of {low:g} to {high:g} N", "", ())
         case Ring():
             count = _gauge_count(section, scene.plate)
             what = f"ring of {count} gauges, reading {section.reading}"
-            return Part(name, what, f"{3 * count} solves, kept in the cache", ("fe",))
+            cost = f"one factoring and {3 * count} solves, kept in the cache"
+            return Part(name, what, cost, ("fe",))
 
 
 def _optics(name: str, section: Pinhole | Pattern | Sensor, scene: Scene) -> Part:
@@ -146,7 +152,7 @@ def _optics(name: str, section: Pinhole | Pattern | Sensor, scene: Scene) -> Par
             return Part(name, what, cost, ("synthetic",))
         case Pattern():
             what = f"speckles of {section.diameter:g} mm over {section.density:.0%} of the face"
-            return Part(name, what, "drawn once", ("synthetic",))
+            return Part(name, what, "drawn once, kept in the cache", ("synthetic",))
         case Sensor():
             what = f"noise {section.noise:g} grey levels, {section.bits} bit"
             return Part(name, what, "", ("synthetic",))
@@ -158,14 +164,14 @@ def _sensing(
     scene: Scene,
 ) -> Part:
     match section:
-        case Dic(tile=tile, block=block):
-            what = f"tiles of {tile} px; strain map from blocks of {block} × {block} tiles"
+        case Dic(tile=tile, reference_frames=frames):
+            what = f"sums over tiles of {tile} px; reference of {frames} pictures"
             return Part(name, what, f"{_tiles(section, scene)} tiles a frame", ("dic", "numba"))
         case PatternEstimator(modes=modes):
             what = "touches from the whole pattern, rigid motion of the camera free"
             return Part(name, what, f"{modes} modes, kept in the cache", ("models",))
         case StrainEstimator():
-            return Part(name, "touches from strain alone", "", ("models",))
+            return _strain(name, scene)
         case NetEstimator(layers=layers):
             what = f"net of {' × '.join(map(str, layers))}, {section.activation}"
             return Part(name, what, f"{section.epochs} epochs", ("models", "torch"))
@@ -173,6 +179,25 @@ def _sensing(
             counts = _training_counts(section, scene)
             what = "{} training, {} validation and {} test touches".format(*counts)
             return Part(name, what, "", ("models",))
+
+
+def _strain(name: str, scene: Scene) -> Part:
+    if scene.dic is None:
+        return Part(name, "touches from strain alone", "", ("models",))
+    block, window = scene.dic.block, scene.dic.window
+    what = (
+        f"touches from strain alone: blocks of {block} × {block} tiles, windows of"
+        f" {window} × {window} blocks"
+    )
+    return Part(name, what, f"strain at {_tiles(scene.dic, scene)} places a frame", ("models",))
+
+
+def _elements(plate: Plate | None, fineness: float = 1.0) -> tuple[int, int]:
+    """Elements along x and y: as even as in the default mesh, then made coarser."""
+    sides = plate.size if plate else (1.0, 1.0)
+    usual = (max(2 * round(ELEMENTS / 2 * side / max(sides)), FEWEST) for side in sides)
+    columns, rows = (max(FEWEST, round(fineness * count)) for count in usual)
+    return columns, rows
 
 
 def _tiles(dic: Dic, scene: Scene) -> int:
@@ -202,6 +227,8 @@ def _left_out(
     if scene.dic:
         why = f"sums over {_tiles(scene.dic, scene)} tiles keep what the pixels know"
         left.append(LeftOut("subset matching", why))
+        if not isinstance(scene.comparison, StrainEstimator):
+            left.append(LeftOut("strain map", "the scene names no [comparison] by strain"))
     if "net" not in (e.kind for e in (scene.estimator, scene.comparison) if e):
         left.append(LeftOut("torch", "no net in this scene"))
     if scene.source:
