@@ -1,0 +1,117 @@
+"""A small bench for the tests of the live loop, and what a process leaves behind."""
+
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import rig
+from rig.source import Frame
+
+SMALL = {
+    "plate.size": [254, 203],
+    "camera.pixels": [384, 320],
+    "dic.tile": 8,
+    "dic.subset": 25,
+    "estimator.modes": 100,
+}
+
+
+class InHand:
+    """The twin as a source without a process: every frame of `sequences`, one a grab."""
+
+    def __init__(self, twin, sequences, with_truth=True):
+        self._twin = twin
+        self._sequences = iter(sequences)
+        self._with_truth = with_truth
+
+    def grab(self, timeout):
+        sequence = next(self._sequences, None)
+        if sequence is None:
+            return None
+        touches = self._twin.touches(sequence)
+        image = self._twin.frame(sequence, touches)
+        return Frame(sequence, time.monotonic(), image, touches if self._with_truth else None)
+
+
+@pytest.fixture(scope="session")
+def live_cache(tmp_path_factory):
+    """Folder of a cache that the tests of the live loop share."""
+    return tmp_path_factory.mktemp("live-cache")
+
+
+@pytest.fixture
+def small(live_cache, monkeypatch):
+    """Load the twin with a small camera, changed as asked: `small({"source.script": "empty"})`."""
+    monkeypatch.setenv("TOUCHPLATE_CACHE", str(live_cache))
+    return lambda overrides=(): rig.load("twin", SMALL | dict(overrides))
+
+
+@pytest.fixture
+def in_hand():
+    """Make a source without a process: `in_hand(twin, sequences, with_truth=True)`."""
+    return InHand
+
+
+@pytest.fixture
+def small_settings():
+    """Arguments of the command line that make the twin small."""
+    return [f"--set={key}={value}" for key, value in SMALL.items()]
+
+
+@pytest.fixture
+def ended():
+    """Wait for processes to end; gives those of `pids` that do not within `limit` s."""
+
+    def wait(pids, limit=10.0):
+        end = time.monotonic() + limit
+        while (left := [pid for pid in pids if _runs(pid)]) and time.monotonic() < end:
+            time.sleep(0.02)
+        return left
+
+    return wait
+
+
+@pytest.fixture
+def shared_memory():
+    """Names of the shared memory that a process has mapped."""
+
+    def names(pid):
+        maps = Path(f"/proc/{pid}/maps").read_text()
+        return {line.split()[5] for line in maps.splitlines() if "/dev/shm/psm_" in line}
+
+    return names
+
+
+@pytest.fixture
+def session_of():
+    """Numbers of the processes that belong to a session."""
+
+    def pids(session):
+        found = []
+        for entry in Path("/proc").iterdir():
+            if entry.name.isdigit() and _runs(int(entry.name)):
+                try:
+                    if os.getsid(int(entry.name)) == session:
+                        found.append(int(entry.name))
+                except ProcessLookupError:
+                    pass
+        return found
+
+    return pids
+
+
+def _runs(pid):
+    """Whether a process exists and is no zombie, which waits for nothing but its parent."""
+    try:
+        status = Path(f"/proc/{pid}/stat").read_text()
+    except OSError:
+        return False
+    return status.rpartition(")")[2].split()[0] != "Z"
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(7)
