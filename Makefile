@@ -43,7 +43,7 @@ format: $(STAMP)  ## put the code into its form
 	$(BIN)/ruff check --fix .
 
 bench: $(STAMP)  ## print the figures of the README
-	$(BIN)/python benchmarks/whole_way.py
+	$(BIN)/python benchmarks/whole_way.py $(DATA)
 
 system-deps:  ## Debian packages that the browser and display tests need (run as root)
 	apt-get update -qq

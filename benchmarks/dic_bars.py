@@ -7,6 +7,7 @@ measured.
 
 import sys
 import time
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
@@ -104,8 +105,19 @@ def report_times():
         print(f"  {name:32s} {1e3 * median:7.1f} ± {1e3 * spread:.1f}")
 
 
-def report_open_hole(folder):
-    """Print the difference to another code (order 1, radius 16) on a real tensile test."""
+@dataclass(frozen=True)
+class OpenHole:
+    """How our displacements compare with those of another code (order 1, radius 16)."""
+
+    points: int
+    valid: float
+    converged: float
+    rms_u: float
+    rms_v: float
+
+
+def compare_open_hole(folder):
+    """Compare a real tensile test of a plate with a hole, at subset 33, step 2."""
     pair = [dic.read_image(folder / f"oht_cfrp_{n}.bmp") for n in (0, 4)]
     other = np.genfromtxt(
         folder / "oht_cfrp_4_fftcc_icgn1_r16.csv", delimiter=",", names=True, dtype=float
@@ -116,27 +128,45 @@ def report_open_hole(folder):
     ours, theirs = disp.valid[place], other["convergence"] <= 1e-3
     both = ours & theirs
     rms = [np.sqrt(np.mean((getattr(disp, k)[place] - other[k])[both] ** 2)) for k in "uv"]
-    print(
-        f"open hole: {len(place)} points of the other code, valid here {ours.mean():.1%}, "
-        f"converged there {theirs.mean():.1%}; rms difference u {rms[0]:.4f} v {rms[1]:.4f} px"
-    )
+    return OpenHole(len(place), ours.mean(), theirs.mean(), *rms)
 
 
-def report_star(folder):
-    """Print the error of v along the period of the star pattern, subset 21, order 1, step 5."""
+@dataclass(frozen=True)
+class Star:
+    """Error of v against the closed form; bands of period: low, high, rms error, rms σ, px."""
+
+    valid: float
+    bands: tuple[tuple[int, int, float, float], ...]
+    rms: float
+
+
+def compare_star(folder):
+    """Compare star 5 of the DIC Challenge 2.0 with its truth, subset 21, order 1, step 5."""
     pair = [dic.read_image(folder / f"DIC_Challenge_Star_Noise_{n}.tiff") for n in ("Ref", "Def")]
     disp = dic.correlate(dic.prepare(pair[0]), pair[1])
     x, y = disp.xy.T
     period = 10 + 290 / 4000 * x
     error = disp.v - 0.5 * np.cos(2 * np.pi * (y - 250) / period)
-    print(f"star 5: valid {disp.valid.mean():.1%}; period px: rms error of v, rms predicted σ, px")
-    edges = (10, 20, 30, 40, 60, 80, 120, 200, 300)
-    for low, high in pairwise(edges):
+    bands = []
+    for low, high in pairwise((10, 20, 30, 40, 60, 80, 120, 200, 300)):
         some = disp.valid & (period >= low) & (period < high)
-        rms, sigma = (np.sqrt(np.mean(a[some] ** 2)) for a in (error, disp.sigma_v))
+        bands.append((low, high, *(np.sqrt(np.mean(a[some] ** 2)) for a in (error, disp.sigma_v))))
+    return Star(disp.valid.mean(), tuple(bands), np.sqrt(np.mean(error[disp.valid] ** 2)))
+
+
+def report_photographs(folder):
+    """Print both comparisons."""
+    hole = compare_open_hole(folder / "open_hole")
+    print(
+        f"open hole: {hole.points} points of the other code, valid here {hole.valid:.1%}, "
+        f"converged there {hole.converged:.1%}; "
+        f"rms difference u {hole.rms_u:.4f} v {hole.rms_v:.4f} px"
+    )
+    star = compare_star(folder / "star5")
+    print(f"star 5: valid {star.valid:.1%}; period px: rms error of v, rms predicted σ, px")
+    for low, high, rms, sigma in star.bands:
         print(f"  {low:3d} to {high:3d}: {rms:.4f}  {sigma:.4f}")
-    everything = np.sqrt(np.mean(error[disp.valid] ** 2))
-    print(f"  whole picture: {everything:.4f}")
+    print(f"  whole picture: {star.rms:.4f}")
 
 
 def main(folder: str | None = None) -> None:
@@ -144,8 +174,7 @@ def main(folder: str | None = None) -> None:
     report_shifts()
     report_times()
     if folder is not None:
-        report_open_hole(Path(folder) / "open_hole")
-        report_star(Path(folder) / "star5")
+        report_photographs(Path(folder))
 
 
 if __name__ == "__main__":
