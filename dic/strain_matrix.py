@@ -26,7 +26,14 @@ def strain_operator(valid: NDArray[np.bool_], step: float, window: int) -> csr_a
     (3N, 2N) csr_array, per px, N = R·C
         Applied to (u1, v1, u2, v2, …) it gives (exx1, eyy1, exy1, …) by the least-squares plane of
         `dic.strain`; rows of points without a strain are empty.
+
+    Raises
+    ------
+    ValueError
+        If the window is even or less than 3.
     """
+    if window < 3 or window % 2 == 0:
+        raise ValueError(f"strain window must be odd and at least 3 points, got {window}; use 5")
     slope_x, slope_y = _slopes(valid, step, window)
     count = valid.size
     point = 3 * np.arange(count)

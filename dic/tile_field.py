@@ -14,6 +14,7 @@ from dic.tiles import TileReference, TileSums
 
 LEAST_ZNCC = 0.6  # below, the pattern was not found again
 LEAST_SHARE = 0.02  # of the median Hessian: below, a block is too flat to follow
+ROUNDING = 1e-9  # of Σf²: below, a Hessian is what rounding leaves of a picture without pattern
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +61,9 @@ def prepare_blocks(reference: TileReference, block: int = 3) -> TileBlocks:
         If `block` is even or less than 1.
     """
     if block < 1 or block % 2 == 0:
-        raise ValueError(f"block must be an odd number of tiles, got {block}; use {block | 1}")
+        raise ValueError(
+            f"block must be an odd number of tiles, got {block}; use {max(block | 1, 1)}"
+        )
     fx_f, fy_f, fx, fy, ff, f = reference.light.T
     pixels = float(reference.tiles.size**2)
     mixed = np.stack([np.stack([fx_f, fx], -1), np.stack([fy_f, fy], -1)], axis=1)
@@ -68,7 +71,7 @@ def prepare_blocks(reference: TileReference, block: int = 3) -> TileBlocks:
     hessian = _two_by_two(*reference.hessian.T) - light @ mixed.transpose(0, 2, 1)
     summed = _block_sum(hessian.reshape(-1, 4), reference.tiles.shape, block).reshape(-1, 2, 2)
     low = np.linalg.eigvalsh(summed)[:, 0]
-    flat = low < LEAST_SHARE * np.median(low)
+    flat = low <= max(LEAST_SHARE * np.median(low), ROUNDING * ff.max())
     summed[flat] = np.eye(2)
     status = np.where(flat, Status.FLAT, Status.OK).astype(np.int8)
     return TileBlocks(reference, block, light, hessian, _inverse(summed), status)

@@ -143,7 +143,7 @@ def prepare_tiles(image: NDArray, size: int = 16) -> TileReference:
     ValueError
         If the picture is not grey, holds NaN, or is too small for one tile.
     """
-    picture = _grey(image)
+    picture = _grey(image).astype(np.float32)
     tiles = lay_tiles(picture.shape, size)
     f = picture.astype(np.float64)
     coefficients = ndimage.spline_filter(f, order=DEGREE, mode="mirror")
@@ -173,8 +173,9 @@ def tile_sums(
     Raises
     ------
     ValueError
-        If picture or flow do not match the reference.
+        If the picture is not grey or holds NaN, or picture or flow do not match the reference.
     """
+    image = _grey(image)
     if image.shape != reference.image.shape:
         raise ValueError(
             f"picture is {_size(image.shape)} px and the reference {_size(reference.image.shape)} "
@@ -198,15 +199,15 @@ def tile_sums(
     return TileSums(sums[:, :2], sums[:, 2], sums[:, 3], sums[:, 4], flow)
 
 
-def _grey(image: NDArray) -> NDArray[np.float32]:
+def _grey(image: NDArray) -> NDArray:
     picture = np.asarray(image)
     if picture.ndim != 2:
         raise ValueError(
             f"picture must be grey, (H, W), got shape {picture.shape}; convert it to grey first"
         )
-    if not np.isfinite(picture).all():
+    if picture.dtype.kind == "f" and not np.isfinite(picture).all():
         raise ValueError("picture holds NaN or infinite grey levels; replace them first")
-    return picture.astype(np.float32)
+    return picture
 
 
 def _size(shape: tuple[int, ...]) -> str:

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 import fe
 import synthetic
 from dic.tiles import prepare_tiles
+from models.descent import covariance
 from models.pattern import Pattern, see_motions, see_pattern
-from models.solver import covariance
 
 PIXELS = 4  # side of the tiles over which motion counts as constant, px
 

@@ -14,7 +14,7 @@ class Result(Enum):
 
     FOUND = "touches found"
     NO_TOUCH = "no touch"
-    UNRESOLVABLE = "two touches are closer than the noise allows to tell apart"
+    UNRESOLVABLE = "touches are too close together or too weak for the noise to tell apart"
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +32,7 @@ class Estimate:
     chi2 : float
         Sum of squared whitened residuals.
     dof : int
-        Measurements less unknowns.
+        Measurements less unknowns, 1 at least.
     p_value : float
         Chance of a larger `chi2` if model and noise are right.
     result : Result

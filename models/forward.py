@@ -41,7 +41,8 @@ class Gauges:
     influence : fe.Influence
         Strain at M gauges for a unit touch anywhere.
     weight : (M, 3) float64
-        1/σ of exx, eyy, exy; zero for a channel that is missing.
+        1/σ of exx, eyy, exy; zero for a channel that is missing. The m channels that are there
+        are the measurements.
     """
 
     influence: fe.Influence
@@ -53,20 +54,23 @@ class Gauges:
         return self.influence.plate
 
     def response(self, xy: NDArray) -> NDArray[np.float64]:
-        """See `Forward.response`; m = 3M."""
-        return (self.influence.strain(xy) * self.weight).reshape(len(xy), -1)
+        """See `Forward.response`."""
+        return self._there(self.influence.strain(xy) * self.weight)
 
     def gradient(self, xy: NDArray) -> NDArray[np.float64]:
-        """See `Forward.gradient`; m = 3M."""
-        weighted = self.influence.gradient(xy) * self.weight[None, :, :, None]
-        return weighted.reshape(len(xy), -1, 2)
+        """See `Forward.gradient`."""
+        return self._there(self.influence.gradient(xy) * self.weight[:, :, None])
 
     def whiten(self, strain: NDArray) -> NDArray[np.float64]:
-        """Strain (M, 3) in units of its noise, (3M,); missing channels read zero."""
-        return np.where(self.weight > 0, strain * self.weight, 0.0).ravel()
+        """Strain (M, 3) in units of its noise, (m,)."""
+        return self._there(strain[None])[0] * self.weight[self.weight > 0]
+
+    def _there(self, channels: NDArray) -> NDArray[np.float64]:
+        """Channels that are not missing, (n, M, 3, ...) → (n, m, ...)."""
+        return channels[:, self.weight > 0]
 
 
-def gauges(influence: fe.Influence, sigma: ArrayLike) -> Gauges:
+def gauges(influence: fe.Influence, sigma: ArrayLike, missing: ArrayLike | None = None) -> Gauges:
     """Forward model of strain gauges, or of strain that DIC measures on a plate seen flat.
 
     Parameters
@@ -75,11 +79,13 @@ def gauges(influence: fe.Influence, sigma: ArrayLike) -> Gauges:
         For M gauges.
     sigma : float, (M,) or (M, 3) array, strain
         Standard deviation of each channel; infinite for one that is missing.
+    missing : (M, 3) bool, optional
+        Further channels that are missing.
 
     Raises
     ------
     ValueError
-        If a sigma is zero, negative or NaN, or no channel is left.
+        If a sigma is zero, negative or NaN, has the wrong shape, or no channel is left.
     """
     gauges_count = len(influence.gauges)
     given = np.asarray(sigma, dtype=np.float64)
@@ -94,9 +100,10 @@ def gauges(influence: fe.Influence, sigma: ArrayLike) -> Gauges:
         ) from None
     if not (spread > 0).all():
         raise ValueError(f"sigma of strain must be positive, got {spread.min():g}; give its noise")
-    if np.isinf(spread).all():
-        raise ValueError("every strain channel is missing (sigma infinite); nothing is measured")
-    return Gauges(influence, 1.0 / spread)
+    weight = np.where(False if missing is None else missing, 0.0, 1.0 / spread)
+    if not weight.any():
+        raise ValueError("every strain channel is missing; give one that was measured")
+    return Gauges(influence, weight)
 
 
 @dataclass(frozen=True, eq=False)

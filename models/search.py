@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +58,39 @@ class Search:
         gain = np.where((along > 0) & (free > 1e-6 * left), along, 0.0) ** 2 / free.clip(1e-300)
         index = int(np.argmax(gain))
         return index, float(gain[index])
+
+    def best_pair(self, residual: NDArray, tangent: NDArray) -> tuple[list[int], NDArray]:
+        """Two candidates that together explain most of a residual, by trying all pairs.
+
+        Parameters
+        ----------
+        residual, tangent
+            As for `best`.
+
+        Returns
+        -------
+        indices : list of two int
+        force : (2,) float64, N
+            Of these two; both zero where no pair of positive forces explains anything.
+        """
+        basis = np.linalg.qr(tangent)[0]
+        inside = self.response @ basis
+        gram = self._gram - inside @ inside.T
+        along = self.response @ (residual - basis @ (basis.T @ residual))
+        free = np.diag(gram)
+        determinant = np.outer(free, free) - gram**2
+        force = along[:, None] * free - gram * along  # of the first of each pair, times determinant
+        told = determinant > 1e-6 * np.outer(np.diag(self._gram), np.diag(self._gram))
+        gain = np.where(told & (force > 0) & (force.T > 0), force * along[:, None], 0.0)
+        gain = (gain + gain.T) / np.where(told, determinant, 1.0)
+        i, j = (int(k) for k in np.unravel_index(np.argmax(gain), gain.shape))
+        if gain[i, j] <= 0:
+            return [i, j], np.zeros(2)
+        return [i, j], np.array([force[i, j], force[j, i]]) / determinant[i, j]
+
+    @cached_property
+    def _gram(self) -> NDArray[np.float64]:
+        return self.response @ self.response.T
 
 
 def prepare_search(forward: Forward, count: int = 32) -> Search:

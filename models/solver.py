@@ -1,25 +1,27 @@
 """Touches from a measurement: least squares on a forward model, forces free, count from the data.
 
-Levenberg-Marquardt on x, y, F of every touch (Marquardt 1963) with the exact Jacobian; touches are
-added one by one, each where it explains most of what is left, as long as χ² falls by more than
-chance allows.
+Touches are added one by one, each where it explains most of what is left, as long as χ² falls by
+more than chance allows. Greed can end beside the best fit: what does not explain the measurement is
+looked for again, pair by pair, and a fit that followed the last frame is then begun afresh.
 """
 
 from __future__ import annotations
+
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import chdtrc
 
 import fe
+from models.descent import chi2, covariance, descend, predict
 from models.estimate import Estimate, Result
-from models.forward import Forward, gauges
+from models.forward import gauges
 from models.search import Search, prepare_search
 
 GAIN = 20.0  # fall of χ² that a touch must bring; nothing false was seen above it in 500 frames
 CLEAR = 10.0  # times `GAIN`: no doubt that a touch is there
-STEPS = 40  # Levenberg-Marquardt steps; five are usual
-SETTLED = 1e-6  # fall of χ² below which a fit has settled: a thousandth of a standard deviation
+UNUSUAL = 6.0  # standard deviations of χ² above its mean: the fit does not explain the measurement
 
 
 def solve(
@@ -34,7 +36,7 @@ def solve(
     Parameters
     ----------
     strain : (M, 3) float64, strain
-        exx, eyy, exy at the gauges of `influence`; NaN for a channel that is missing.
+        exx, eyy, exy at the gauges of `influence`; not finite for a channel that is missing.
     influence : fe.Influence
     sigma : float, (M,) or (M, 3), strain
         Standard deviation of each channel.
@@ -46,15 +48,15 @@ def solve(
     Raises
     ------
     ValueError
-        If strain or sigma do not fit the gauges, or nothing is measured.
+        If strain or sigma do not fit the gauges, nothing is measured, or a count is negative.
     """
     strain = np.asarray(strain, dtype=np.float64)
     expected = (len(influence.gauges), 3)
     if strain.shape != expected:
-        raise ValueError(f"strain must be {expected} for these gauges, got shape {strain.shape}")
-    spread = np.asarray(sigma, dtype=np.float64)
-    spread = np.broadcast_to(spread[:, None] if spread.ndim == 1 else spread, expected)
-    forward = gauges(influence, np.where(np.isnan(strain), np.inf, spread))
+        raise ValueError(
+            f"strain must have shape {expected}, exx, eyy, exy of each gauge, got {strain.shape}"
+        )
+    forward = gauges(influence, sigma, missing=~np.isfinite(strain))
     return find(forward.whiten(strain), prepare_search(forward), count=count, most=most)
 
 
@@ -80,68 +82,88 @@ def find(
         Number of touches where it is known.
     most : int
         Largest number of touches looked for.
+
+    Returns
+    -------
+    Estimate
+        UNRESOLVABLE where fewer touches than found or asked for explain the measurement as well.
+
+    Raises
+    ------
+    ValueError
+        If the measurement does not fit the forward model or is not finite, or a count is negative.
     """
     limit = most if count is None else count
-    touches = np.array(start, dtype=np.float64).reshape(-1, 3)[:limit]
-    if len(touches):
-        touches = _descend(measured, search, touches)
-        if count is None:
-            touches = _without_idle(measured, search, touches)
-    least = GAIN if count is None else 0.0
-    while len(touches) < limit:
-        grown = _grow(measured, search, touches, least)
-        if grown is None:
-            break
-        touches = grown
-    return _describe(measured, search, touches)
+    _check(measured, search, limit)
+    begun = np.array(start, dtype=np.float64).reshape(-1, 3)[:limit]
+    touches = _follow(measured, search, begun, limit, count)
+    usual = len(touches) == len(begun) and _explains(measured, search, touches)
+    if len(begun) and not usual:
+        afresh = _follow(measured, search, begun[:0], limit, count)
+        touches = min(touches, afresh, key=lambda found: _cost(measured, search, found))
+    needed = _without_idle(measured, search, touches)
+    if count is None:
+        touches = needed
+    return _describe(measured, search, touches, len(needed) == (count or len(touches)))
 
 
-def _predict(forward: Forward, touches: NDArray) -> NDArray[np.float64]:
-    return touches[:, 2] @ forward.response(touches[:, :2])
+def _check(measured: NDArray, search: Search, limit: int) -> None:
+    expected = (search.response.shape[1],)
+    if measured.shape != expected:
+        raise ValueError(
+            f"measurement must have shape {expected} as the forward model, got {measured.shape}"
+        )
+    if not np.isfinite(measured).all():
+        raise ValueError("measurement holds NaN or infinite values; leave missing channels out")
+    if limit < 0:
+        raise ValueError(f"number of touches must be 0 or more, got {limit}; use 1")
 
 
-def _chi2(measured: NDArray, forward: Forward, touches: NDArray) -> float:
-    residual = measured - _predict(forward, touches) if len(touches) else measured
-    return float(residual @ residual)
+def _fit(measured: NDArray, search: Search, touches: NDArray) -> NDArray[np.float64]:
+    return descend(measured, search.forward, touches, search.bounds) if len(touches) else touches
 
 
-def _jacobian(forward: Forward, touches: NDArray) -> tuple[NDArray, NDArray]:
-    """Prediction (m,) and its derivative in x1, y1, F1, x2, … (m, 3n)."""
-    response = forward.response(touches[:, :2])
-    gradient = forward.gradient(touches[:, :2]) * touches[:, 2, None, None]
-    columns = np.concatenate([gradient, response[:, :, None]], axis=2)  # (n, m, 3)
-    return touches[:, 2] @ response, columns.transpose(1, 0, 2).reshape(response.shape[1], -1)
+def _freedom(measured: NDArray, touches: NDArray) -> int:
+    return max(len(measured) - 3 * len(touches), 1)
 
 
-def _descend(measured: NDArray, search: Search, touches: NDArray) -> NDArray[np.float64]:
-    """Levenberg-Marquardt from `touches`, kept on the plate and with forces of one sign."""
-    lower, upper = search.bounds
-    damping, (predicted, jacobian) = 1e-4, _jacobian(search.forward, touches)
-    residual = measured - predicted
-    for _ in range(STEPS):
-        normal, slope = jacobian.T @ jacobian, jacobian.T @ residual
-        ridge = np.diag(normal).clip(1e-300)
-        step = np.linalg.solve(normal + np.diag(damping * ridge), slope).reshape(-1, 3)
-        trial = touches + step
-        trial[:, :2] = np.clip(trial[:, :2], lower, upper)
-        trial[:, 2] = trial[:, 2].clip(0.0)
-        predicted, trial_jacobian = _jacobian(search.forward, trial)
-        left = measured - predicted
-        fall = residual @ residual - left @ left
-        if fall < 0:
-            damping *= 10.0
-            if damping > 1e8:
-                break
-            continue
-        small = fall < SETTLED
-        touches, residual, jacobian = trial, left, trial_jacobian
-        damping = max(damping / 10.0, 1e-12)
-        if small:
-            break
-    return touches
+def _explains(measured: NDArray, search: Search, touches: NDArray) -> bool:
+    """Whether touches leave no more than noise; else the fit may be a local minimum."""
+    dof = _freedom(measured, touches)
+    return chi2(measured, search.forward, touches) < dof + UNUSUAL * np.sqrt(2.0 * dof)
+
+
+def _cost(measured: NDArray, search: Search, touches: NDArray) -> float:
+    """χ², and `GAIN` for every touch, which must earn its place."""
+    return chi2(measured, search.forward, touches) + GAIN * len(touches)
+
+
+def _follow(
+    measured: NDArray, search: Search, begun: NDArray, limit: int, count: int | None
+) -> NDArray[np.float64]:
+    """Fit the touches begun with, drop those that idle, and add those that are missing."""
+    touches = begun.copy()
+    touches[:, :2] = np.clip(touches[:, :2], *search.bounds)
+    touches = _fit(measured, search, touches)
+    if count is None:
+        touches = _without_idle(measured, search, touches)
+    grown = _grow(measured, search, touches, limit, GAIN if count is None else 0.0)
+    return grown if grown is touches else _pairs_anew(measured, search, grown)
 
 
 def _grow(
+    measured: NDArray, search: Search, touches: NDArray, limit: int, least: float
+) -> NDArray[np.float64]:
+    """Add touches one by one up to `limit`, as long as each lets χ² fall by more than `least`."""
+    while len(touches) < limit:
+        grown = _one_more(measured, search, touches, least)
+        if grown is None:
+            break
+        touches = grown
+    return touches
+
+
+def _one_more(
     measured: NDArray, search: Search, touches: NDArray, least: float
 ) -> NDArray[np.float64] | None:
     """One touch more, where it explains most of what is left; None if χ² falls by `least` or less.
@@ -149,19 +171,33 @@ def _grow(
     A candidate of the grid that promises less than half of that is not worth a fit: between the
     candidates a touch is worth little more than on the best of them.
     """
-    if len(touches):
-        predicted, tangent = _jacobian(search.forward, touches)
-    else:
-        predicted, tangent = np.zeros_like(measured), np.empty((len(measured), 0))
+    predicted, tangent = predict(search.forward, touches)
     residual = measured - predicted
     index, gain = search.best(residual, tangent)
     if gain <= 0.5 * least:
         return None
     response = search.response[index]
     force = max(residual @ response / (response @ response), 0.0)
-    grown = _descend(measured, search, np.vstack([touches, [*search.xy[index], force]]))
-    fall = residual @ residual - _chi2(measured, search.forward, grown)
+    grown = _fit(measured, search, np.vstack([touches, [*search.xy[index], force]]))
+    fall = residual @ residual - chi2(measured, search.forward, grown)
     return grown if fall > least else None
+
+
+def _pairs_anew(measured: NDArray, search: Search, touches: NDArray) -> NDArray[np.float64]:
+    """Look for each pair of touches again among all pairs of candidates, until all is explained.
+
+    Twice, since a pair that moved makes way for others.
+    """
+    for pair in 2 * list(combinations(range(len(touches)), 2)):
+        if _explains(measured, search, touches):
+            break
+        others = np.delete(touches, pair, axis=0)
+        predicted, tangent = predict(search.forward, others)
+        places, force = search.best_pair(measured - predicted, tangent)
+        again = np.vstack([others, np.column_stack([search.xy[places], force])])
+        again = _fit(measured, search, again)
+        touches = min(touches, again, key=lambda found: chi2(measured, search.forward, found))
+    return touches
 
 
 def _without_idle(measured: NDArray, search: Search, touches: NDArray) -> NDArray[np.float64]:
@@ -175,55 +211,37 @@ def _without_idle(measured: NDArray, search: Search, touches: NDArray) -> NDArra
         weakest = int(np.argmin(evidence))
         if evidence[weakest] > CLEAR * GAIN:
             break
-        fewer = np.delete(touches, weakest, axis=0)
-        if len(fewer):
-            fewer = _descend(measured, search, fewer)
-        rise = _chi2(measured, search.forward, fewer) - _chi2(measured, search.forward, touches)
+        fewer = _fit(measured, search, np.delete(touches, weakest, axis=0))
+        rise = chi2(measured, search.forward, fewer) - chi2(measured, search.forward, touches)
         if rise >= GAIN:
             break
         touches = fewer
     return touches
 
 
-def _describe(measured: NDArray, search: Search, touches: NDArray) -> Estimate:
+def _describe(measured: NDArray, search: Search, touches: NDArray, needed: bool) -> Estimate:
     touches = touches[np.lexsort((touches[:, 1], touches[:, 0]))]
-    chi2 = _chi2(measured, search.forward, touches)
-    dof = max(len(measured) - 3 * len(touches), 1)
+    left = chi2(measured, search.forward, touches)
+    dof = _freedom(measured, touches)
     spread = covariance(search.forward, touches)
     return Estimate(
         xy=touches[:, :2],
         force=touches[:, 2],
         covariance=spread,
-        chi2=chi2,
+        chi2=left,
         dof=dof,
-        p_value=float(chdtrc(dof, chi2)),
-        result=_judge(touches, spread),
+        p_value=float(chdtrc(dof, left)),
+        result=_judge(touches, spread, needed),
     )
 
 
-def covariance(forward: Forward, touches: NDArray) -> NDArray[np.float64]:
-    """Inverse Fisher matrix; infinite variance where the measurement says nothing."""
-    if not len(touches):
-        return np.empty((0, 0))
-    jacobian = _jacobian(forward, touches)[1]
-    fisher = jacobian.T @ jacobian
-    scale = np.sqrt(np.diag(fisher).clip(1e-300))
-    values, vectors = np.linalg.eigh(fisher / np.outer(scale, scale))
-    if values[0] < 1e-14:
-        return np.diag(np.full(len(fisher), np.inf))
-    return (vectors / values) @ vectors.T / np.outer(scale, scale)
-
-
-def _judge(touches: NDArray, covariance: NDArray) -> Result:
+def _judge(touches: NDArray, covariance: NDArray, needed: bool) -> Result:
     if not len(touches):
         return Result.NO_TOUCH
-    if not np.isfinite(covariance).all():
-        return Result.UNRESOLVABLE
-    for i in range(len(touches)):
-        for j in range(i):
-            if not _apart(touches, covariance, i, j):
-                return Result.UNRESOLVABLE
-    return Result.FOUND
+    pairs = combinations(range(len(touches)), 2)
+    if needed and all(_apart(touches, covariance, *pair) for pair in pairs):
+        return Result.FOUND
+    return Result.UNRESOLVABLE
 
 
 def _apart(touches: NDArray, covariance: NDArray, i: int, j: int) -> bool:

@@ -35,9 +35,9 @@ class StrainMap:
         From displacements to strain.
     sigma : (T, 3) float64
         Standard deviation of exx, eyy, exy for a noise of 1 grey level; infinite without strain.
-    towards : (m, 3T) float32
-        From strain to m whitened numbers, for a noise of 1 grey level.
-    factor : (K, m) float64
+    towards : (K, 3T) float32
+        From strain to K whitened numbers, for a noise of 1 grey level.
+    factor : (K, K) float64
         Whitened response to a unit of each mode.
     """
 
@@ -103,8 +103,7 @@ def see_strain(
     projected = spread.T @ (weight[:, None] * shown)
     unmix = np.linalg.inv(np.linalg.cholesky(projected.T @ projected))
     response = unmix @ (shown.T @ shown)
-    scaled = response[:, -1] / np.linalg.norm(response[:, -1])
-    without_scale = np.eye(len(scaled)) - np.outer(scaled, scaled)
+    without_scale = np.linalg.qr(response[:, -1:], mode="complete")[0][:, 1:].T
     return StrainMap(
         modes=pattern.motions.modes,
         operator=operator,
