@@ -9,19 +9,30 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check
 export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: help install demo test quick lint format bench system-deps clean
+.PHONY: help install torch demo test quick lint format bench system-deps clean
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
 
 install: $(STAMP)  ## build .venv and install everything into it
 
-$(STAMP): requirements.lock pyproject.toml
+$(STAMP): requirements.lock requirements-torch.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit("touchplate needs Python 3.11 or newer, got %d.%d; run make PYTHON=python3.11" % sys.version_info[:2] if sys.version_info < (3, 11) else 0)'
 	$(PYTHON) -m venv $(VENV)
-	$(PIP) install --quiet --requirement requirements.lock
+	$(PIP) install --quiet --no-deps --requirement requirements.lock
+	@$(MAKE) --no-print-directory torch
 	$(PIP) install --quiet --no-deps --no-build-isolation --editable .
 	@touch $(STAMP)
+
+# Torch trains nets; nothing else needs it. Its usual wheel for Linux brings gigabytes of libraries
+# for a GPU: where there is none, only a build without them is taken.
+TORCH := $(PIP) install --quiet --requirement requirements-torch.lock
+torch:
+	@if [ -e /dev/nvidia0 ] || ! $(TORCH) --dry-run --report - | grep -q '"name": "nvidia'; \
+	then $(TORCH); \
+	else echo "left out torch, which only training needs: its wheel here brings GPU libraries and this" \
+	"machine has no GPU; give pip the address of PyTorch's CPU index (PIP_EXTRA_INDEX_URL) and run" \
+	"'make torch'"; fi
 
 demo: $(STAMP)  ## start the digital twin of the bench and print the address of its page
 	@exec $(BIN)/touchplate run twin

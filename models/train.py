@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -93,8 +94,9 @@ def train(
     Raises
     ------
     ValueError
-        When the loss stops being finite.
+        When the loss stops being finite, or torch is not installed.
     """
+    _require_torch()
     scale = scaling(training.strain)
     start = initial((training.strain.shape[1], *options.layers, training.xy.shape[1]), rng)
     with _one_thread():
@@ -107,6 +109,13 @@ def train(
         )
     arrays = tuple((w.detach().numpy().copy(), b.detach().numpy().copy()) for w, b in layers)
     return Trained(Net(options, scale, arrays), history)
+
+
+def _require_torch() -> None:
+    if find_spec("torch") is None:
+        raise ValueError(
+            "torch is not installed and training needs it; run 'make torch' or 'pip install torch'"
+        )
 
 
 def _descend(
