@@ -12,11 +12,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy import ndimage
 
-DEGREE = 5  # of the B-spline
+from dic.tile_kernels import DEGREE, spline_weights, sums_in_place, sums_moved
+
 MARGIN = 8  # px kept free at the border, so that a moved tile still lies on the picture
 
 
@@ -71,7 +71,8 @@ class TileReference:
     image : (H, W) float32, grey levels
         Mean of the reference frames.
     coefficients : (H, W) float32
-        Quintic B-spline coefficients of `image`; a cubic shrinks motions below a pixel by 2 %.
+        Quintic B-spline coefficients of `image`; a cubic makes small motions look 2 to 4 % too
+        large.
     gradient : (2, H, W) float32, grey levels per px
         ∂f/∂x and ∂f/∂y of the spline at the pixels.
     hessian : (T, 3) float64
@@ -98,6 +99,8 @@ class TileSums:
         Σ∇f·e with e = g - f. The motion left over, δ = d - flow, obeys H δ = -Σ∇f·e.
     e, ee, ef : (T,) float64
         Σe, Σe², Σe·f.
+    light : (T, 6) float64
+        As `TileReference.light`, of the reference as it was moved.
     flow : (T, 2) float64, px
         Motion by which the reference was moved before it was compared; zero if it was not.
     """
@@ -106,6 +109,7 @@ class TileSums:
     e: NDArray[np.float64]
     ee: NDArray[np.float64]
     ef: NDArray[np.float64]
+    light: NDArray[np.float64]
     flow: NDArray[np.float64]
 
 
@@ -185,8 +189,9 @@ def tile_sums(
     count = len(reference.hessian)
     layout = tiles.origin, tiles.size, tiles.shape
     sums = np.empty((count, 5))
+    light = reference.light
     if flow is None:
-        _sums_in_place(image, reference.image, reference.gradient, *layout, sums)
+        sums_in_place(image, reference.image, reference.gradient, *layout, sums)
         flow = np.zeros((count, 2))
     else:
         flow = np.asarray(flow, dtype=np.float64)
@@ -195,8 +200,9 @@ def tile_sums(
                 f"flow must be ({count}, 2) px, one motion a tile within the picture; "
                 f"got shape {flow.shape} and motions up to {np.abs(flow).max():g} px"
             )
-        _sums_moved(image, reference.coefficients, flow, *layout, sums)
-    return TileSums(sums[:, :2], sums[:, 2], sums[:, 3], sums[:, 4], flow)
+        light = np.empty((count, 6))
+        sums_moved(image, reference.coefficients, flow, *layout, sums, light)
+    return TileSums(sums[:, :2], sums[:, 2], sums[:, 3], sums[:, 4], light, flow)
 
 
 def _grey(image: NDArray) -> NDArray:
@@ -217,7 +223,7 @@ def _size(shape: tuple[int, ...]) -> str:
 def _spline_gradient(coefficients: NDArray) -> NDArray:
     """∂/∂x and ∂/∂y of a quintic B-spline at its knots, (2, H, W)."""
     value, slope = np.empty(6), np.empty(6)
-    _weights(0.0, value, slope)
+    spline_weights(0.0, value, slope)
 
     def along(array: NDArray, weights: NDArray, axis: int) -> NDArray:
         return ndimage.correlate1d(array, weights[:5], axis=axis, mode="mirror")
@@ -228,121 +234,3 @@ def _spline_gradient(coefficients: NDArray) -> NDArray:
             along(along(coefficients, value, 1), slope, 0),
         ]
     )
-
-
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _sums_in_place(image, reference, gradient, origin, size, shape, out):
-    rows, columns = shape
-    width = size * columns
-    columnwise = np.empty((5, width), np.float32)
-    for row in range(rows):
-        columnwise[:] = 0.0
-        for y in range(origin[1] + row * size, origin[1] + (row + 1) * size):
-            for x in range(width):
-                f = reference[y, x + origin[0]]
-                e = np.float32(image[y, x + origin[0]]) - f
-                columnwise[0, x] += gradient[0, y, x + origin[0]] * e
-                columnwise[1, x] += gradient[1, y, x + origin[0]] * e
-                columnwise[2, x] += e
-                columnwise[3, x] += e * e
-                columnwise[4, x] += e * f
-        for column in range(columns):
-            for k in range(5):
-                total = 0.0
-                for x in range(column * size, (column + 1) * size):
-                    total += columnwise[k, x]
-                out[row * columns + column, k] = total
-
-
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _weights(t, value, slope):
-    """Weigh the knots -2 … 3 at the fraction t and their derivatives, by de Boor's recursion."""
-    value[:] = 0.0
-    value[0] = 1.0
-    for degree in range(1, DEGREE + 1):
-        if degree == DEGREE:
-            slope[0] = -value[0]
-            for j in range(1, DEGREE + 1):
-                slope[j] = value[j - 1] - value[j]
-        for j in range(degree, -1, -1):
-            before = value[j - 1] if j else 0.0
-            value[j] = ((t + degree - j) * before + (j + 1 - t) * value[j]) / degree
-
-
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _sums_moved(image, coefficients, flow, origin, size, shape, out):
-    reach = size + DEGREE
-    patch = np.empty((reach, reach), np.float32)
-    values, slopes = np.empty((reach, size), np.float32), np.empty((reach, size), np.float32)
-    f = np.empty((size, size), np.float32)
-    fx, fy = np.empty_like(f), np.empty_like(f)
-    wx, sx = np.empty(DEGREE + 1, np.float32), np.empty(DEGREE + 1, np.float32)
-    wy, sy = np.empty(DEGREE + 1, np.float32), np.empty(DEGREE + 1, np.float32)
-    for tile in range(shape[0] * shape[1]):
-        left = origin[0] + (tile % shape[1]) * size
-        top = origin[1] + (tile // shape[1]) * size
-        # f(x - d): the knots start two before floor(-d).
-        ix, iy = int(np.floor(-flow[tile, 0])), int(np.floor(-flow[tile, 1]))
-        _weights(-flow[tile, 0] - ix, wx, sx)
-        _weights(-flow[tile, 1] - iy, wy, sy)
-        _cut(coefficients, left + ix - 2, top + iy - 2, patch)
-        _along(patch, wx, values)
-        _along(patch, sx, slopes)
-        _down(values, wy, f)
-        _down(slopes, wy, fx)
-        _down(values, sy, fy)
-        _add(image[top : top + size, left : left + size], f, fx, fy, out[tile])
-
-
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _cut(array, left, top, patch):
-    """Copy a patch; beyond the border the nearest value stands."""
-    height, width = array.shape
-    side = len(patch)
-    for j in range(side):
-        y = min(max(top + j, 0), height - 1)
-        if left >= 0 and left + side <= width:
-            patch[j, :] = array[y, left : left + side]
-        else:
-            for i in range(side):
-                patch[j, i] = array[y, min(max(left + i, 0), width - 1)]
-
-
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _along(patch, weights, out):
-    """Weigh six neighbours along x; weights in registers let the loop run on vectors."""
-    a, b, c, d, e, f = weights[0], weights[1], weights[2], weights[3], weights[4], weights[5]
-    for j in range(out.shape[0]):
-        for i in range(out.shape[1]):
-            out[j, i] = (
-                a * patch[j, i] + b * patch[j, i + 1] + c * patch[j, i + 2]
-                + d * patch[j, i + 3] + e * patch[j, i + 4] + f * patch[j, i + 5]
-            )  # fmt: skip
-
-
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _down(rows, weights, out):
-    """Weigh six neighbours along y."""
-    a, b, c, d, e, f = weights[0], weights[1], weights[2], weights[3], weights[4], weights[5]
-    for j in range(out.shape[0]):
-        for i in range(out.shape[1]):
-            out[j, i] = (
-                a * rows[j, i] + b * rows[j + 1, i] + c * rows[j + 2, i]
-                + d * rows[j + 3, i] + e * rows[j + 4, i] + f * rows[j + 5, i]
-            )  # fmt: skip
-
-
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _add(image, f, fx, fy, out):
-    """Sum fx·e, fy·e, e, e², e·f over one tile."""
-    zero = np.float32(0.0)
-    fx_e, fy_e, e_, ee, ef = zero, zero, zero, zero, zero
-    for j in range(f.shape[0]):
-        for i in range(f.shape[1]):
-            e = np.float32(image[j, i]) - f[j, i]
-            fx_e += fx[j, i] * e
-            fy_e += fy[j, i] * e
-            e_ += e
-            ee += e * e
-            ef += e * f[j, i]
-    out[0], out[1], out[2], out[3], out[4] = fx_e, fy_e, e_, ee, ef
