@@ -26,12 +26,9 @@ class TileBlocks:
     reference : TileReference
     block : int
         Tiles along the side of a block, odd; blocks at the border hold the tiles that exist.
-    light : (T, 2, 2) float64
-        Turns (Σe·f, Σe) of a tile into its share of the right-hand side: gain and offset of the
-        light are free in every tile.
     hessian : (T, 2, 2) float64
-        Σ∇f∇fᵀ of each tile with the light eliminated; noise of the right-hand side has this
-        covariance, in units of the pixel noise squared.
+        Σ∇f∇fᵀ of each tile with the light eliminated, whose gain and offset are free in every
+        tile; noise of the right-hand side has this covariance, in units of the pixel noise squared.
     inverse : (T, 2, 2) float64
         Inverse Hessian of each block.
     status : (T,) int8
@@ -40,7 +37,6 @@ class TileBlocks:
 
     reference: TileReference
     block: int
-    light: NDArray[np.float64]
     hessian: NDArray[np.float64]
     inverse: NDArray[np.float64]
     status: NDArray[np.int8]
@@ -64,23 +60,24 @@ def prepare_blocks(reference: TileReference, block: int = 3) -> TileBlocks:
         raise ValueError(
             f"block must be an odd number of tiles, got {block}; use {max(block | 1, 1)}"
         )
-    fx_f, fy_f, fx, fy, ff, f = reference.light.T
-    pixels = float(reference.tiles.size**2)
-    mixed = np.stack([np.stack([fx_f, fx], -1), np.stack([fy_f, fy], -1)], axis=1)
-    light = mixed @ _inverse(_two_by_two(ff + 1e-9 * pixels, f, np.full_like(f, pixels)))
-    hessian = _two_by_two(*reference.hessian.T) - light @ mixed.transpose(0, 2, 1)
+    fx_f, fy_f, fx, fy, ff, _ = light = reference.light.T
+    pixels = reference.tiles.size**2
+    xx, xy, yy = reference.hessian.T
+    explained_x = _of_light(light, pixels, fx_f, fx)
+    explained_y = _of_light(light, pixels, fy_f, fy)
+    hessian = _two_by_two(xx - explained_x[0], xy - explained_x[1], yy - explained_y[1])
     summed = _block_sum(hessian.reshape(-1, 4), reference.tiles.shape, block).reshape(-1, 2, 2)
     low = np.linalg.eigvalsh(summed)[:, 0]
     flat = low <= max(LEAST_SHARE * np.median(low), ROUNDING * ff.max())
     summed[flat] = np.eye(2)
     status = np.where(flat, Status.FLAT, Status.OK).astype(np.int8)
-    return TileBlocks(reference, block, light, hessian, _inverse(summed), status)
+    return TileBlocks(reference, block, hessian, _inverse(summed), status)
 
 
 def right_side(blocks: TileBlocks, sums: TileSums) -> NDArray[np.float64]:
     """Right-hand side of each tile for the motion left over, light eliminated, (T, 2)."""
-    light = np.stack([sums.ef, sums.e], axis=-1)
-    return (blocks.light @ light[..., None])[..., 0] - sums.gradient
+    pixels = blocks.reference.tiles.size**2
+    return _of_light(sums.light.T, pixels, sums.ef, sums.e).T - sums.gradient
 
 
 def tile_displacement(blocks: TileBlocks, sums: TileSums, noise: float) -> DisplacementField:
@@ -127,10 +124,20 @@ def tile_displacement(blocks: TileBlocks, sums: TileSums, noise: float) -> Displ
     )
 
 
+def _of_light(light: NDArray, pixels: int, ef: NDArray, e: NDArray) -> NDArray[np.float64]:
+    """Σ∇f·e of the part of e that is α f + β, by least squares in every tile, (2, T)."""
+    fx_f, fy_f, fx, fy, ff, f = light
+    # A tile without pattern knows no gain: a part in 1e9 of a grey level holds it at zero.
+    determinant = (ff + 1e-9 * pixels) * pixels - f * f
+    gain = (pixels * ef - f * e) / determinant
+    offset = (e - gain * f) / pixels
+    return np.stack([gain * fx_f + offset * fx, gain * fy_f + offset * fy])
+
+
 def _zncc(blocks: TileBlocks, sums: TileSums) -> NDArray[np.float64]:
     """Zero-normalised correlation of each block with the frame, -1…1; 0 where it is flat."""
     reference = blocks.reference
-    ff, f = reference.light[:, 4], reference.light[:, 5]
+    ff, f = sums.light[:, 4], sums.light[:, 5]
     pixels = np.full_like(f, float(reference.tiles.size**2))
     stacked = np.stack([ff, f, ff + sums.ef, f + sums.e, ff + 2 * sums.ef + sums.ee, pixels], -1)
     ff, f, fg, g, gg, n = _block_sum(stacked, reference.tiles.shape, blocks.block).T

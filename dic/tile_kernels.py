@@ -1,0 +1,145 @@
+"""Inner loops of the tile sums: compiled, without checks."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+DEGREE = 5  # of the B-spline
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def sums_in_place(image, reference, gradient, origin, size, shape, out):
+    """Sum fx·e, fy·e, e, e², e·f over every tile into `out` (T, 5), row by row of the picture."""
+    rows, columns = shape
+    width = size * columns
+    columnwise = np.empty((5, width), np.float32)
+    for row in range(rows):
+        columnwise[:] = 0.0
+        for y in range(origin[1] + row * size, origin[1] + (row + 1) * size):
+            for x in range(width):
+                f = reference[y, x + origin[0]]
+                e = np.float32(image[y, x + origin[0]]) - f
+                columnwise[0, x] += gradient[0, y, x + origin[0]] * e
+                columnwise[1, x] += gradient[1, y, x + origin[0]] * e
+                columnwise[2, x] += e
+                columnwise[3, x] += e * e
+                columnwise[4, x] += e * f
+        for column in range(columns):
+            for k in range(5):
+                total = 0.0
+                for x in range(column * size, (column + 1) * size):
+                    total += columnwise[k, x]
+                out[row * columns + column, k] = total
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def spline_weights(t, value, slope):
+    """Weigh the knots -2 … 3 at the fraction t and their derivatives, by de Boor's recursion."""
+    value[:] = 0.0
+    value[0] = 1.0
+    for degree in range(1, DEGREE + 1):
+        if degree == DEGREE:
+            slope[0] = -value[0]
+            for j in range(1, DEGREE + 1):
+                slope[j] = value[j - 1] - value[j]
+        for j in range(degree, -1, -1):
+            before = value[j - 1] if j else 0.0
+            value[j] = ((t + degree - j) * before + (j + 1 - t) * value[j]) / degree
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def sums_moved(image, coefficients, flow, origin, size, shape, out, light):
+    """Sum the same with every tile of the reference moved by its flow, and its light (T, 6)."""
+    reach = size + DEGREE
+    patch = np.empty((reach, reach), np.float32)
+    values, slopes = np.empty((reach, size), np.float32), np.empty((reach, size), np.float32)
+    f = np.empty((size, size), np.float32)
+    fx, fy = np.empty_like(f), np.empty_like(f)
+    wx, sx = np.empty(DEGREE + 1, np.float32), np.empty(DEGREE + 1, np.float32)
+    wy, sy = np.empty(DEGREE + 1, np.float32), np.empty(DEGREE + 1, np.float32)
+    for tile in range(shape[0] * shape[1]):
+        left = origin[0] + (tile % shape[1]) * size
+        top = origin[1] + (tile // shape[1]) * size
+        # f(x - d): the knots start two before floor(-d).
+        ix, iy = int(np.floor(-flow[tile, 0])), int(np.floor(-flow[tile, 1]))
+        spline_weights(-flow[tile, 0] - ix, wx, sx)
+        spline_weights(-flow[tile, 1] - iy, wy, sy)
+        _cut(coefficients, left + ix - 2, top + iy - 2, patch)
+        _along(patch, wx, values)
+        _along(patch, sx, slopes)
+        _down(values, wy, f)
+        _down(slopes, wy, fx)
+        _down(values, sy, fy)
+        _add(image[top : top + size, left : left + size], f, fx, fy, out[tile])
+        _add_light(f, fx, fy, light[tile])
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _cut(array, left, top, patch):
+    """Copy a patch; beyond the border the nearest value stands."""
+    height, width = array.shape
+    side = len(patch)
+    for j in range(side):
+        y = min(max(top + j, 0), height - 1)
+        if left >= 0 and left + side <= width:
+            patch[j, :] = array[y, left : left + side]
+        else:
+            for i in range(side):
+                patch[j, i] = array[y, min(max(left + i, 0), width - 1)]
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _along(patch, weights, out):
+    """Weigh six neighbours along x; weights in registers let the loop run on vectors."""
+    a, b, c, d, e, f = weights[0], weights[1], weights[2], weights[3], weights[4], weights[5]
+    for j in range(out.shape[0]):
+        for i in range(out.shape[1]):
+            out[j, i] = (
+                a * patch[j, i] + b * patch[j, i + 1] + c * patch[j, i + 2]
+                + d * patch[j, i + 3] + e * patch[j, i + 4] + f * patch[j, i + 5]
+            )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _down(rows, weights, out):
+    """Weigh six neighbours along y."""
+    a, b, c, d, e, f = weights[0], weights[1], weights[2], weights[3], weights[4], weights[5]
+    for j in range(out.shape[0]):
+        for i in range(out.shape[1]):
+            out[j, i] = (
+                a * rows[j, i] + b * rows[j + 1, i] + c * rows[j + 2, i]
+                + d * rows[j + 3, i] + e * rows[j + 4, i] + f * rows[j + 5, i]
+            )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _add(image, f, fx, fy, out):
+    """Sum fx·e, fy·e, e, e², e·f over one tile."""
+    zero = np.float32(0.0)
+    fx_e, fy_e, e_, ee, ef = zero, zero, zero, zero, zero
+    for j in range(f.shape[0]):
+        for i in range(f.shape[1]):
+            e = np.float32(image[j, i]) - f[j, i]
+            fx_e += fx[j, i] * e
+            fy_e += fy[j, i] * e
+            e_ += e
+            ee += e * e
+            ef += e * f[j, i]
+    out[0], out[1], out[2], out[3], out[4] = fx_e, fy_e, e_, ee, ef
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _add_light(f, fx, fy, out):
+    """Sum fx·f, fy·f, fx, fy, f², f over one tile."""
+    zero = np.float32(0.0)
+    fx_f, fy_f, fx_, fy_, ff, f_ = zero, zero, zero, zero, zero, zero
+    for j in range(f.shape[0]):
+        for i in range(f.shape[1]):
+            fx_f += fx[j, i] * f[j, i]
+            fy_f += fy[j, i] * f[j, i]
+            fx_ += fx[j, i]
+            fy_ += fy[j, i]
+            ff += f[j, i] * f[j, i]
+            f_ += f[j, i]
+    out[0], out[1], out[2], out[3], out[4], out[5] = fx_f, fy_f, fx_, fy_, ff, f_

@@ -1,0 +1,197 @@
+"""Tile sums: what numpy and an independent spline say, and the shift that they contain."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.ndimage import map_coordinates
+
+import dic
+from dic.tiles import MARGIN
+
+SIZE = 16
+
+
+@pytest.fixture(scope="module")
+def prepared(reference):
+    return dic.prepare_tiles(reference, SIZE)
+
+
+@pytest.fixture(scope="module")
+def frame(pattern):
+    return np.rint(pattern.draw((0.3, -0.4), ((0.002, 0.001), (0.0, -0.003))))
+
+
+def by_hand(reference, image, tiles, flow):
+    """Sum fx·e, fy·e, e, e², e·f over every tile, (T, 5); the spline is nudged for its slopes."""
+    sums = []
+    for (x, y), d in zip(tiles.xy, flow, strict=True):
+        side = np.arange(tiles.size) - (tiles.size - 1) / 2
+        columns, rows = np.meshgrid(x + side, y + side)
+
+        def spline(dx, dy, at=(columns - d[0], rows - d[1])):
+            place = np.stack([at[1] + dy, at[0] + dx])
+            return map_coordinates(reference, place, order=5, mode="mirror")
+
+        f, nudge = spline(0, 0), 1e-3
+        fx = (spline(nudge, 0) - spline(-nudge, 0)) / (2 * nudge)
+        fy = (spline(0, nudge) - spline(0, -nudge)) / (2 * nudge)
+        e = image[rows.astype(int), columns.astype(int)] - f
+        sums.append([(part * e).sum() for part in (fx, fy, np.ones_like(f), e, f)])
+    return np.array(sums)
+
+
+def as_columns(sums):
+    return np.column_stack([sums.gradient, sums.e, sums.ee, sums.ef])
+
+
+def assert_same_sums(found, expected, share=1e-4):
+    """Pictures are held in single precision: compare with the largest sum of each kind."""
+    np.testing.assert_allclose(
+        found / np.abs(expected).max(axis=0), expected / np.abs(expected).max(axis=0), atol=share
+    )
+
+
+def best_shift(prepared, sums):
+    """Shift of the whole picture that the sums imply, (2,) px."""
+    xx, xy, yy = prepared.hessian.sum(axis=0)
+    return sums.flow[0] - np.linalg.solve([[xx, xy], [xy, yy]], sums.gradient.sum(axis=0))
+
+
+def test_tiles_lie_side_by_side_within_the_margin():
+    tiles = dic.lay_tiles((70, 101), 8)
+    assert tiles.shape == (6, 10)
+    np.testing.assert_allclose(np.diff(tiles.xs), 8)
+    np.testing.assert_allclose(np.diff(tiles.ys), 8)
+    low, high = tiles.xy.min(axis=0) - 3.5, tiles.xy.max(axis=0) + 3.5
+    assert (low >= MARGIN).all()
+    assert (high <= np.array([101, 70]) - 1 - MARGIN).all()
+    np.testing.assert_array_equal(tiles.xy[1] - tiles.xy[0], [8, 0])  # row by row
+
+
+def test_sums_of_a_picture_are_those_of_numpy(reference):
+    tiles = dic.lay_tiles(reference.shape, SIZE)
+    sums = tiles.sums(reference)
+    for index in (0, 7, len(sums) - 1):
+        x, y = (tiles.xy[index] - (SIZE - 1) / 2).astype(int)
+        assert sums[index] == pytest.approx(reference[y : y + SIZE, x : x + SIZE].sum())
+
+
+def test_hessian_and_light_are_sums_of_the_gradient(prepared, reference):
+    zero = np.zeros((len(prepared.hessian), 2))
+    black = by_hand(reference, np.zeros_like(reference), prepared.tiles, zero)  # e is -f
+    light = prepared.light
+    assert_same_sums(light[:, [0, 1, 5, 4, 4]], black * [-1, -1, -1, 1, -1])
+    fx, fy = prepared.gradient.astype(float)
+    for column, product in enumerate((fx * fx, fx * fy, fy * fy)):
+        np.testing.assert_allclose(prepared.hessian[:, column], prepared.tiles.sums(product), 1e-4)
+
+
+def test_sums_in_place_are_those_of_numpy(prepared, reference, frame):
+    zero = np.zeros((len(prepared.hessian), 2))
+    found = as_columns(dic.tile_sums(prepared, frame))
+    assert_same_sums(found, by_hand(reference, frame, prepared.tiles, zero))
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.floats(-5, 5), st.floats(-5, 5), st.integers(0, 99))
+def test_moved_sums_are_those_of_numpy(prepared, reference, frame, u, v, seed):
+    # Five pixels keep the spline of a border tile within the picture.
+    spread = np.random.default_rng(seed).uniform(-1, 1, (len(prepared.hessian), 2))
+    flow = np.clip(np.array([u, v]) + spread, -5, 5)
+    found = as_columns(dic.tile_sums(prepared, frame, flow))
+    assert_same_sums(found, by_hand(reference, frame, prepared.tiles, flow))
+
+
+def test_in_place_and_moved_agree_at_zero_flow(prepared, frame):
+    still = dic.tile_sums(prepared, frame)
+    moved = dic.tile_sums(prepared, frame, np.zeros((len(prepared.hessian), 2)))
+    assert_same_sums(as_columns(moved), as_columns(still), 1e-5)
+
+
+@pytest.mark.parametrize("kind", [np.uint8, np.uint16, np.float32, np.float64])
+def test_the_type_of_a_pixel_does_not_matter(prepared, frame, kind):
+    frame = frame.clip(0, 255)
+    flow = np.full((len(prepared.hessian), 2), 0.3)
+    for given_flow in (None, flow):
+        found = as_columns(dic.tile_sums(prepared, frame.astype(kind), given_flow))
+        assert_same_sums(found, as_columns(dic.tile_sums(prepared, frame, given_flow)), 1e-6)
+
+
+@pytest.mark.parametrize("shift", [(0.25, -0.5), (-0.37, 0.11), (2.62, 3.4), (-4.5, 1.75)])
+def test_a_shift_below_a_pixel_is_recovered(prepared, pattern, shift):
+    frame = pattern.draw(shift)
+    flow = np.round(shift)
+    for _ in range(2):
+        moved = np.tile(flow, (len(prepared.hessian), 1))
+        flow = best_shift(prepared, dic.tile_sums(prepared, frame, moved))
+    np.testing.assert_allclose(flow, shift, atol=1e-3)  # px; measured 2e-4
+
+
+def test_flows_far_out_of_the_picture_do_no_harm(prepared, frame):
+    width = frame.shape[1]
+    for u, v in [(width - 1, 0), (-width + 1, 40), (0, width - 1), (-30, -width + 1)]:
+        sums = dic.tile_sums(prepared, frame, np.full((len(prepared.hessian), 2), (u, v), float))
+        assert np.isfinite(as_columns(sums)).all()
+
+
+def test_light_of_a_moved_reference_is_that_of_numpy(prepared, reference):
+    flow = np.random.default_rng(1).uniform(-3, 3, (len(prepared.hessian), 2))
+    black = np.zeros_like(reference)
+    by_spline = by_hand(reference, black, prepared.tiles, flow)  # e is -f
+    found = dic.tile_sums(prepared, black, flow).light
+    assert_same_sums(found[:, [0, 1, 5, 4, 4]], by_spline * [-1, -1, -1, 1, -1])
+    slopes = by_hand(reference, black, prepared.tiles, flow) - by_hand(
+        reference, black - 1, prepared.tiles, flow
+    )
+    assert_same_sums(found[:, [2, 3]], slopes[:, :2])
+
+
+def test_sums_keep_the_flow_they_were_taken_at(prepared, frame):
+    flow = np.random.default_rng(1).normal(0, 1, (len(prepared.hessian), 2))
+    np.testing.assert_array_equal(dic.tile_sums(prepared, frame, flow).flow, flow)
+    assert not dic.tile_sums(prepared, frame).flow.any()
+
+
+def refused(sentence, call, *args):
+    with pytest.raises(ValueError, match=sentence) as refusal:
+        call(*args)
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (lambda g: g[:-1], r"^picture is 190x149 px and the reference 190x150 px"),
+        (lambda g: np.dstack([g, g, g]), r"^picture must be grey, \(H, W\), got shape \(150, 190,"),
+        (lambda g: np.where(g == g.max(), np.nan, g), "^picture holds NaN"),
+        (lambda g: np.where(g == g.max(), np.inf, g), "^picture holds NaN or infinite"),
+    ],
+)
+def test_bad_pictures_are_refused_in_one_sentence(prepared, frame, change, sentence):
+    refused(sentence, dic.tile_sums, prepared, change(frame))
+
+
+@pytest.mark.parametrize(
+    ("flow", "sentence"),
+    [
+        (np.zeros((3, 2)), r"^flow must be \(80, 2\) px.* got shape \(3, 2\)"),
+        (np.full((80, 2), np.nan), "motions up to nan px"),
+        (np.full((80, 2), -500.0), "motions up to 500 px"),
+    ],
+)
+def test_bad_flows_are_refused_in_one_sentence(prepared, frame, flow, sentence):
+    refused(sentence, dic.tile_sums, prepared, frame, flow)
+
+
+@pytest.mark.parametrize(
+    ("image", "size", "sentence"),
+    [
+        (np.ones((40, 60)), 3, "^tile size must be 4 px or more .* got 3 px on 60x40 px"),
+        (np.ones((40, 60)), 32, "got 32 px on 60x40 px"),
+        (np.ones(60), 8, "^picture must be grey"),
+        (np.full((40, 60), np.nan), 8, "^picture holds NaN"),
+    ],
+)
+def test_bad_references_are_refused_in_one_sentence(image, size, sentence):
+    refused(sentence, dic.prepare_tiles, image, size)
