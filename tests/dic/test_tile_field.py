@@ -33,7 +33,7 @@ def test_a_shift_is_found(blocks, pattern):
 
 
 def test_a_field_is_found_at_its_place_in_the_frame(blocks, pattern):
-    shift, gradient = (0.2, 0.1), ((3e-3, 1e-3), (-2e-3, -4e-3))
+    shift, gradient = (0.2, 0.1), ((1e-3, 3e-4), (-6e-4, -1.2e-3))
     field = follow(blocks, pattern.draw(shift, gradient))
     start = field.xy.copy()
     for _ in range(3):  # the reference point that is seen at xy
