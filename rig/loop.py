@@ -21,6 +21,7 @@ from rig.view import View, look, marks, strain_map, true_marks
 
 PATIENCE = 5.0  # s without a frame after which the source is given up
 LATENCY = "capture to touches"
+DOUBT = 1e-12  # p-value below which touches cannot explain a frame; a clear view stays above 1e-5
 PACE = 60  # frames over which the running rate is measured
 
 
@@ -178,6 +179,9 @@ def _warm_up(chain: live.Chain, strain_chain: live.StrainChain | None, zero: liv
 
 
 def _sentence(estimate: Estimate) -> str:
+    said = estimate.result.value
     if estimate.result is Result.FOUND:
-        return "one touch" if estimate.count == 1 else f"{estimate.count} touches"
-    return estimate.result.value
+        said = "one touch" if estimate.count == 1 else f"{estimate.count} touches"
+    if estimate.p_value < DOUBT:
+        said += ", but the picture does not fit: is something in the way, or did the camera jump?"
+    return said

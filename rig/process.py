@@ -1,4 +1,4 @@
-"""Processes beside the loop: born deaf to Ctrl-C, which is the loop's to answer."""
+"""Ctrl-C and the processes beside the loop: they are born deaf to it, the loop answers."""
 
 import signal
 import threading
@@ -18,5 +18,29 @@ def deaf_to_interrupts() -> Iterator[None]:
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """Let Ctrl-C end what runs here as KeyboardInterrupt and nothing else.
+
+    Where it comes while compiled code is called, that code makes a SystemError of it.
+    """
+    asked = False
+
+    def interrupt(signum: int, frame: object) -> None:
+        nonlocal asked
+        asked = True
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGINT, interrupt)
+    try:
+        yield
+    except SystemError:
+        if asked:
+            raise KeyboardInterrupt from None
+        raise
     finally:
         signal.signal(signal.SIGINT, before)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rig.commands.output import console, emit, progress
+from rig.process import interruptible
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -41,9 +42,15 @@ def run(
     import rig
 
     bench_scene = rig.load(scene, rig.scene.parse_overrides(settings or []))
-    with ExitStack() as open_parts:
-        loop, sinks = _start(bench_scene, headless, open_parts)
-        _follow(loop, sinks, frames)
+    loop = None
+    try:
+        with interruptible(), ExitStack() as open_parts:
+            loop, sinks = _start(bench_scene, headless, open_parts)
+            _follow(loop, sinks, frames)
+    except KeyboardInterrupt:
+        if loop is None or not loop.frames:
+            raise
+        console().print("ended")
     summary = loop.summary()
     emit(_table(summary), summary, as_json)
 
@@ -87,16 +94,11 @@ def _open_sinks(scene: Scene, open_parts: ExitStack) -> list[Sink]:
 
 
 def _follow(loop: Loop, sinks: list[Sink], frames: int | None) -> None:
-    try:
-        for snapshot in islice(loop, frames):
-            if sinks:
-                with loop.watch.stage("show"):
-                    for sink in sinks:
-                        sink(snapshot)
-    except KeyboardInterrupt:
-        if not loop.frames:
-            raise
-        console().print("ended")
+    for snapshot in islice(loop, frames):
+        if sinks:
+            with loop.watch.stage("show"):
+                for sink in sinks:
+                    sink(snapshot)
 
 
 def _table(summary: dict[str, Any]) -> Table:

@@ -41,18 +41,12 @@ class PatternEstimator(Section):
 
     kind: Literal["pattern"] = Field(description="what touches are estimated from")
     modes: Count = Field(200, ge=10, le=2000, description="vibration modes that carry the field")
-    threshold: Ratio = Field(
-        20.0, gt=0, description="squared signal-to-noise ratio from which a touch is reported"
-    )
 
 
 class StrainEstimator(Section):
     """Touches from strain alone."""
 
     kind: Literal["strain"] = Field(description="what touches are estimated from")
-    threshold: Ratio = Field(
-        20.0, gt=0, description="squared signal-to-noise ratio from which a touch is reported"
-    )
 
 
 class NetEstimator(Section):

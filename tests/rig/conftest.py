@@ -13,6 +13,7 @@ from rig.source import Frame
 SMALL = {
     "plate.size": [254, 203],
     "camera.pixels": [384, 320],
+    "pattern.diameter": 3.5,  # mm; 5 px of this camera, as the shipped scene has
     "dic.tile": 8,
     "dic.subset": 25,
     "estimator.modes": 100,
