@@ -1,0 +1,206 @@
+"""The live loop on a source without a process: every frame counts, and each says what it must."""
+
+import json
+
+import numpy as np
+import pytest
+
+from rig import loop as module
+from rig.bench import build_bench
+from rig.loop import Loop
+from rig.source import Frame
+from rig.twin import build_twin
+
+
+@pytest.fixture
+def start(small, in_hand):
+    """Make a loop on chosen frames of the twin: `start(sequences, changes)`."""
+
+    def make(sequences, changes=(), with_truth=True, **options):
+        scene = small(changes)
+        source = in_hand(build_twin(scene), sequences, with_truth)
+        return Loop(build_bench(scene, lambda done, total: None), source, **options)
+
+    return make
+
+
+def run(loop, frames):
+    stream = iter(loop)
+    return [next(stream) for _ in range(frames)]
+
+
+def test_touches_are_found_and_scored_against_the_truth(start):
+    loop = start(range(1000), {"source.script": "random", "touches.force": ["2 N", "4 N"]})
+    shots = run(loop, 60)
+    assert [shot.sequence for shot in shots] == list(range(17, 77))
+    pattern, strain = loop.summary()["pattern"], loop.summary()["strain"]
+    for figures in (pattern, strain):
+        assert figures["frames"] == 60
+        assert figures["misses"] == figures["false_touches"] == 0
+        assert figures["scored"] == 47  # frames 30 to 76; before them nothing touches
+    assert pattern["position_median_mm"] < 2.5  # 1.4 measured: 384 × 320 px see a touch to 1.5
+    assert pattern["force_median_percent"] < 4  # 1.3
+    assert strain["position_median_mm"] < 4
+    assert strain["force_median_percent"] < 5
+
+
+@pytest.mark.parametrize("shift", [(0.0, 0.0), (0.3, 0.0)])
+def test_nobody_touches_and_nothing_is_found(start, shift):
+    loop = start(range(1000), {"source.script": "empty", "source.shift": list(shift)})
+    shots = run(loop, 100)
+    assert not any(shot.touches or shot.from_strain for shot in shots)
+    assert {shot.status for shot in shots} == {"no touch"}
+    summary = loop.summary()
+    assert summary["pattern"]["false_touches"] == summary["strain"]["false_touches"] == 0
+    assert summary["pattern"]["position_median_mm"] is None
+
+
+def test_a_camera_shift_changes_neither_places_nor_forces(start):
+    def figures(shift):
+        changes = {"source.script": "random", "touches.force": ["2 N", "4 N"]}
+        loop = start(range(1000), changes | {"source.shift": shift})
+        run(loop, 60)
+        return loop.summary()["pattern"]
+
+    still, shifted = figures([0.0, 0.0]), figures([0.3, 0.0])
+    assert shifted["misses"] == shifted["false_touches"] == 0
+    # 3.6 and 4.0 mm, 0.06 and 0.11 N: a few touches near the edges lie within a σ of 0.3 N.
+    assert shifted["position_rms_mm"] < 1.25 * still["position_rms_mm"]
+    assert shifted["force_median_n"] < 0.2
+
+
+def test_gaps_in_the_numbers_are_dropped_frames(start):
+    after_reference = [16, 20, 21, 25, 26]
+    loop = start([*range(0, 32, 2), *[k + 30 for k in after_reference]])
+    shots = run(loop, 4)
+    assert [shot.dropped for shot in shots] == [3, 3, 6, 6]
+    assert loop.summary()["dropped"] == 6
+
+
+def test_frames_lost_while_the_reference_is_prepared_are_not_dropped(start):
+    loop = start([*range(16), 40, 41, 42])
+    assert run(loop, 2)[-1].dropped == 0
+
+
+def test_a_source_that_stops_is_one_sentence(start):
+    loop = start(range(20))
+    with pytest.raises(OSError, match="the source gave no frame for 5 s; check that it is running"):
+        run(loop, 20)
+    assert loop.frames == 3
+
+
+def test_a_plate_that_is_touched_for_the_reference_is_refused(start):
+    loop = start(range(40, 1000))
+    with pytest.raises(ValueError, match="plate was touched while the reference was taken"):
+        run(loop, 1)
+
+
+def test_a_snapshot_holds_the_frame_its_touches_the_truth_and_the_errors(start):
+    loop = start([*range(16), 60, 75, 76])
+    *_, shot = run(loop, 2)
+    (mark,), (truth,), (from_strain,) = shot.touches, shot.truth, shot.from_strain
+    assert (truth.x, truth.y, truth.force) == pytest.approx((127.0, 101.5, 2.0))
+    assert np.hypot(mark.x - truth.x, mark.y - truth.y) == pytest.approx(shot.position_error)
+    assert abs(mark.force - truth.force) == pytest.approx(shot.force_error)
+    assert shot.position_error_median is not None
+    assert 0 < mark.sigma[1] <= mark.sigma[0] < 5
+    assert from_strain.sigma_force > mark.sigma_force > 0
+    assert shot.status == "one touch"
+    assert shot.image.shape == (320, 384)
+    assert shot.plate_size == (254.0, 203.0)
+    assert shot.noise == pytest.approx(2.08, rel=0.05)  # grey levels, rounding included
+    assert shot.strain.exx.shape == shot.strain.exy.shape == (38, 46)
+    assert shot.strain_reason == ""
+    assert {name for name, _, _ in shot.stages} >= {"correlate", "estimate", "strain"}
+
+
+def test_without_a_comparison_there_is_no_strain_and_the_reason_is_given(small, in_hand):
+    scene = small().model_copy(update={"comparison": None})
+    bench = build_bench(scene, lambda done, total: None)
+    loop = Loop(bench, in_hand(build_twin(scene), range(30)))
+    (shot,) = run(loop, 1)
+    assert shot.strain is None
+    assert shot.from_strain == ()
+    assert shot.strain_reason == "the scene names no [comparison] by strain"
+    assert loop.summary()["strain"] is None
+    assert "strain" not in loop.summary()["stages_ms"]
+
+
+def test_a_source_without_truth_is_not_scored(start):
+    loop = start([*range(16), 60, 61, 62], with_truth=False)
+    *_, shot = run(loop, 2)
+    assert len(shot.touches) == 1
+    assert shot.truth is None
+    assert shot.position_error is shot.position_error_median is None
+    assert loop.summary()["pattern"]["frames"] == 0
+
+
+class Ticks:
+    """A clock that goes on by a tenth of a second whenever it is looked at."""
+
+    def __init__(self):
+        self.now = 0.0
+
+    def __call__(self):
+        self.now += 0.1
+        return self.now
+
+
+def test_the_figures_are_taken_on_the_given_clock_and_are_json(start):
+    loop = start(range(40), clock=Ticks())
+    run(loop, 1)
+    assert loop.summary()["fps"] is None
+    text = json.dumps(loop.summary(), allow_nan=False)
+    assert json.loads(text)["frames"] == 1
+
+
+def test_the_rate_is_that_of_the_whole_run(start):
+    loop = start(range(40), clock=Ticks())
+    run(loop, 5)
+    looks = (loop._finished[-1] - loop._first) / 0.1 / 4  # a frame
+    assert loop.summary()["fps"] == pytest.approx(10.0 / looks)
+    assert loop.fps == pytest.approx(loop.summary()["fps"])
+
+
+def test_the_latency_counts_from_the_capture(start):
+    loop = start([*range(16), 17, 18, 19])
+    source, delay = loop._source, 0.25
+    grab = source.grab
+
+    def late(timeout):
+        frame = grab(timeout)
+        return Frame(frame.sequence, frame.captured - delay, frame.image, frame.truth)
+
+    source.grab = late
+    run(loop, 2)
+    median, slow = loop.watch.quantiles(module.LATENCY)
+    assert 1e3 * delay < median <= slow < 1e3 * (delay + 5)
+
+
+class Covered:
+    """A source before which a hand appears at frame 60."""
+
+    def __init__(self, source):
+        self._source = source
+
+    def grab(self, timeout):
+        frame = self._source.grab(timeout)
+        if frame and frame.sequence >= 60:
+            frame.image[100:200, 120:240] = 15
+        return frame
+
+
+def test_a_picture_that_touches_cannot_explain_says_so(start):
+    loop = start([*range(16), 17, 18, 60])
+    loop._source = Covered(loop._source)
+    clear, covered = run(loop, 2)
+    assert clear.status == "no touch"
+    assert "the picture does not fit: is something in the way" in covered.status
+    assert covered.from_strain == ()
+
+
+def test_two_touches_are_called_two(start):
+    loop = start([*range(16), 60, 500, 501, 502])  # two fingers press from 15.3 s on
+    *_, shot = run(loop, 3)
+    assert shot.status == "2 touches"
+    assert len(shot.truth) == 2

@@ -1,0 +1,258 @@
+"""`touchplate run`: one JSON object, a page of the real loop, and an end that leaves nothing."""
+
+import json
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import httpx
+import pytest
+from websockets.sync.client import connect
+
+PROGRAM = [sys.executable, "-c", "from rig.cli import main; main()"]
+READY = "the twin gets ready"
+
+
+@pytest.fixture
+def environment(live_cache):
+    return os.environ | {"TOUCHPLATE_CACHE": str(live_cache)}
+
+
+@pytest.fixture
+def touchplate(environment, small_settings):
+    """Run the small twin to its end."""
+
+    def call(*arguments, program=PROGRAM, **variables):
+        return subprocess.run(
+            [*program, "run", "twin", *small_settings, *arguments],
+            capture_output=True, text=True, check=False, env=environment | variables,
+        )  # fmt: skip
+
+    return call
+
+
+@pytest.fixture
+def started(environment, small_settings, session_of):
+    """Start the small twin in a session of its own; what is left of it in the end is killed."""
+    runs = []
+
+    def start(*arguments, **variables):
+        command = [*PROGRAM, "run", "twin", *small_settings, *arguments]
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+        run = subprocess.Popen(
+            command, **pipes, env=environment | variables, start_new_session=True
+        )
+        runs.append(run)
+        return run
+
+    yield start
+    for run in runs:
+        for pid in session_of(run.pid):
+            os.kill(pid, signal.SIGKILL)
+        run.communicate()
+
+
+def read_until(stream, text):
+    """Lines of a stream up to the one that holds `text`."""
+    lines = ""
+    while text not in lines:
+        line = stream.readline()
+        assert line, f"ended without {text!r}: {lines}"
+        lines += line
+    return lines
+
+
+def ask(client):
+    client.send("camera strain")
+    header = json.loads(client.recv(timeout=30))
+    return header, {name: client.recv(timeout=30) for name in header["parts"]}
+
+
+def test_json_is_one_object_with_figures_against_the_truth(touchplate):
+    done = touchplate(
+        "--frames=40", "--headless", "--json", "--set=source.script=random",
+        "--set=touches.force=[2, 4]", "--set=source.shift=[0.3, 0]",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("\n") == 1
+    said = json.loads(done.stdout)
+    assert said["frames"] == 40
+    assert said["dropped"] >= 0
+    assert said["fps"] > 0
+    assert 0 < said["latency_ms"]["median"] <= said["latency_ms"]["p95"]
+    assert said["stages_ms"].keys() == {"correlate", "estimate", "strain", "from strain"}
+    for way, bound in (("pattern", 4.0), ("strain", 6.0)):
+        assert said[way]["scored"] >= 20
+        assert said[way]["false_touches"] == 0
+        assert said[way]["position_median_mm"] < bound
+        assert said[way]["force_median_percent"] < 8
+    assert READY in done.stderr
+
+
+def test_nobody_touches_and_nothing_is_found(touchplate):
+    done = touchplate(
+        "--frames=40", "--headless", "--json", "--set=source.script=empty",
+        "--set=source.shift=[0.3, 0]",
+    )  # fmt: skip
+    said = json.loads(done.stdout)
+    for way in ("pattern", "strain"):
+        assert said[way]["false_touches"] == said[way]["scored"] == 0
+        assert said[way]["position_median_mm"] is None
+
+
+def test_without_json_the_figures_are_a_table(touchplate):
+    done = touchplate("--frames=1", "--headless")
+    assert done.returncode == 0
+    for text in ("1 frames", "frames a second", "–", "capture to touches", "position median mm"):
+        assert text in done.stdout
+
+
+def test_a_headless_run_imports_what_is_shown_and_no_more(touchplate):
+    code = (
+        "import sys\n"
+        "from rig.cli import main\n"
+        "try: main()\n"
+        "except SystemExit: pass\n"
+        "print(*{name.split('.')[0] for name in sys.modules})"
+    )
+    done = touchplate("--frames=2", "--headless", "--json", program=[sys.executable, "-c", code])
+    said, modules = done.stdout.splitlines()
+    assert json.loads(said)["frames"] == 2
+    left_out = "torch kornia skimage matplotlib h5py usb pygame starlette uvicorn websockets"
+    assert not set(modules.split()) & set(left_out.split())
+    assert {"dic", "numba", "fe", "synthetic", "models"} <= set(modules.split())
+
+
+def test_a_second_start_computes_nothing_and_a_damaged_file_stops_it(touchplate, tmp_path):
+    first, second = (
+        touchplate("--frames=1", "--headless", "--json", TOUCHPLATE_CACHE=str(tmp_path))
+        for _ in range(2)
+    )
+    assert first.returncode == second.returncode == 0
+    assert "plate modes" in first.stderr
+    assert "plate modes" not in second.stderr
+    kinds = sorted(path.parent.name for path in tmp_path.rglob("*.npz"))
+    assert kinds == ["modes", "sharp-pattern"]
+    (modes,) = (tmp_path / "modes").iterdir()
+    modes.write_bytes(modes.read_bytes()[:-50])
+    third = touchplate("--frames=1", "--headless", "--json", TOUCHPLATE_CACHE=str(tmp_path))
+    assert_one_sentence(third, "is damaged")
+
+
+def assert_one_sentence(done, text):
+    *before, last = done.stderr.splitlines()
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert last.startswith("touchplate: ")
+    assert text in last
+    assert not [line for line in before if "Traceback" in line or "touchplate:" in line]
+
+
+@pytest.mark.parametrize(
+    ("scene", "sentence"),
+    [("paper-one", "has no source of pictures; add [source]"), ("nothing", "no scene is called")],
+)
+def test_a_scene_that_cannot_run_is_one_sentence(environment, scene, sentence):
+    done = subprocess.run(
+        [*PROGRAM, "run", scene], capture_output=True, text=True, check=False, env=environment
+    )
+    assert_one_sentence(done, sentence)
+    assert done.stderr.count("\n") == 1
+
+
+def test_a_port_in_use_is_refused_before_anything_starts(touchplate):
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = other.getsockname()[1]
+        done = touchplate("--frames=1", f"--set=page.port={port}")
+    assert_one_sentence(done, f"port {port} on 127.0.0.1 is in use; choose another")
+    assert done.stderr.count("\n") == 1
+
+
+def test_the_page_shows_the_real_loop_and_ctrl_c_ends_both(
+    started, session_of, shared_memory, ended
+):
+    run = started("--json", "--set=page.port=0", "--set=source.script=random")
+    url = re.search(r"http://127\.0\.0\.1:\d+/", read_until(run.stderr, "page:")).group()
+    assert "touchplate" in httpx.get(url).text
+    with connect(f"ws{url.removeprefix('http')}stream", max_size=None) as client:
+        first, parts = ask(client)
+        later, _ = ask(client)
+        for _ in range(60):
+            if later["touches"]:
+                break
+            later, _ = ask(client)
+    assert first["size"] == [384, 320]
+    assert later["sequence"] > first["sequence"]
+    assert parts["camera"][:2] == b"\xff\xd8"
+    assert len(parts["strain"]) == 3 * 4 * 38 * 46
+    (true,), (found,) = later["truth"], later["touches"]
+    assert abs(found["x"] - true["x"]) + abs(found["y"] - true["y"]) < 40
+    said = interrupt(run, session_of, shared_memory, ended)
+    assert said["frames"] > 2
+    assert "show" in said["stages_ms"]
+    with pytest.raises(httpx.ConnectError):
+        httpx.get(url)
+
+
+def interrupt(run, session_of, shared_memory, ended):
+    """Press Ctrl-C in a running loop: figures on stdout, code 0, and nothing left."""
+    pids = session_of(run.pid)
+    assert len(pids) >= 2  # loop and twin
+    memory = set().union(*(shared_memory(pid) for pid in pids))
+    assert memory
+    os.killpg(run.pid, signal.SIGINT)
+    out, err = run.communicate(timeout=30)
+    assert run.returncode == 0, err
+    assert "Traceback" not in err
+    assert "Error" not in err
+    assert not ended(pids)
+    assert not [name for name in memory if Path(name).exists()]
+    return json.loads(out)
+
+
+def test_ctrl_c_while_it_runs_gives_the_figures(started, session_of, shared_memory, ended):
+    run = started("--headless", "--json")
+    read_until(run.stderr, READY)
+    time.sleep(4.0)
+    assert interrupt(run, session_of, shared_memory, ended)["frames"] > 0
+
+
+@pytest.mark.parametrize("cached", [True, False])
+def test_ctrl_c_while_it_starts_ends_quietly_with_130(
+    started, session_of, ended, live_cache, tmp_path, cached
+):
+    """Before the first frame there are no figures to give."""
+    cache = live_cache if cached else tmp_path
+    run = started("--json", "--set=page.port=0", TOUCHPLATE_CACHE=str(cache))
+    read_until(run.stderr, READY if cached else "page:")
+    time.sleep(0.05)
+    pids = session_of(run.pid)
+    os.killpg(run.pid, signal.SIGINT)
+    out, err = run.communicate(timeout=30)
+    assert run.returncode == 130, err
+    assert out == ""
+    assert "Traceback" not in err
+    assert "Error" not in err
+    assert not ended(pids)
+    assert not list(tmp_path.rglob("*.partial"))
+
+
+def test_a_twin_that_dies_ends_the_run_with_one_sentence(started, session_of, ended):
+    run = started("--headless", "--json")
+    read_until(run.stderr, READY)
+    time.sleep(3.0)
+    pids = session_of(run.pid)
+    twins = [p for p in pids if "spawn_main" in Path(f"/proc/{p}/cmdline").read_text()]
+    os.kill(twins[0], signal.SIGKILL)
+    out, err = run.communicate(timeout=30)
+    assert run.returncode == 2
+    assert out == ""
+    assert err.splitlines()[-1] == "touchplate: the twin's process has ended; start the run again"
+    assert not ended(pids)
