@@ -54,8 +54,8 @@ def gradient(spline: NDArray[np.float32]) -> tuple[NDArray[np.floating], NDArray
 def _weigh(spline: NDArray, down: list[float], across: list[float]) -> NDArray[np.float32]:
     import cv2
 
-    kernels = (np.array(taps[::-1], np.float32) for taps in (across, down))
-    return np.asarray(cv2.sepFilter2D(spline, cv2.CV_32F, *kernels))
+    x, y = (np.array(taps[::-1], np.float32) for taps in (across, down))
+    return np.asarray(cv2.sepFilter2D(spline, cv2.CV_32F, x, y), dtype=np.float32)
 
 
 def _cut(padded: NDArray[np.float32]) -> NDArray[np.float32]:

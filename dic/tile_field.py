@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from dic.displacement import DisplacementField, Status
 from dic.grid import Grid
-from dic.tiles import TileReference, TileSums
+from dic.tiles import TileReference, Tiles, TileSums
 
 LEAST_ZNCC = 0.6  # below, the pattern was not found again
 LEAST_SHARE = 0.02  # of the median Hessian: below, a block is too flat to follow
@@ -93,8 +93,7 @@ def tile_displacement(blocks: TileBlocks, sums: TileSums, noise: float) -> Displ
     Returns
     -------
     DisplacementField
-        Of order 0, on the grid of tile centres; a point is followed at its place in the *frame*,
-        which differs from that of the reference by the displacement itself.
+        Of order 0, on the grid of tile centres, of the material points that were there.
     """
     reference = blocks.reference
     known = (blocks.hessian @ sums.flow[..., None])[..., 0]
@@ -106,6 +105,7 @@ def tile_displacement(blocks: TileBlocks, sums: TileSums, noise: float) -> Displ
     bad = status != Status.OK
     sigma = noise * np.sqrt(blocks.inverse[:, [0, 1], [0, 1]])
     moved[bad], sigma[bad] = np.nan, np.nan
+    moved = _of_material(moved, reference.tiles)
     count = len(moved)
     return DisplacementField(
         xy=reference.tiles.xy,
@@ -122,6 +122,19 @@ def tile_displacement(blocks: TileBlocks, sums: TileSums, noise: float) -> Displ
         order=0,
         grid=blocks.grid,
     )
+
+
+def _of_material(moved: NDArray, tiles: Tiles) -> NDArray[np.float64]:
+    """Motion u(X) of the material at the tiles, from that of what the frame shows there, d(x).
+
+    d(x) = u(x - d), so u ≈ d + ∇d·d; where ∇d is not known the two are taken as one.
+    """
+    grid = moved.reshape(*tiles.shape, 2)
+    if min(tiles.shape) < 2:
+        return moved
+    along_x, along_y = (np.asarray(np.gradient(grid, tiles.size, axis=a)) for a in (1, 0))
+    turn = along_x * grid[..., :1] + along_y * grid[..., 1:]
+    return (grid + np.nan_to_num(turn)).reshape(-1, 2)
 
 
 def _of_light(light: NDArray, pixels: int, ef: NDArray, e: NDArray) -> NDArray[np.float64]:

@@ -48,16 +48,29 @@ class Motions:
     basis: NDArray[np.float32]
 
     def flow(self, amplitudes: NDArray) -> NDArray[np.float64]:
-        """Motion of every tile for given amplitudes (K + R,), (T, 2) px."""
-        return self.spread.over_tiles(self._coefficients(amplitudes).reshape(-1, 2))
+        """Motion of what each tile sees for given amplitudes (K + R,), (T, 2) px.
+
+        The field u is that of material points where they were; a tile at x sees the point that
+        came from x - d, so it reads d(x) = u(x - d) ≈ u - ∇u·u. Without the second term a camera
+        that shifts takes every touch along with it, twice as far as it moved itself.
+        """
+        coefficients = self._coefficients(amplitudes).reshape(-1, 2)
+        u = self.spread.over_tiles(coefficients)
+        along_x, along_y = self.spread.slopes(coefficients)
+        return u - (along_x * u[:, :1] + along_y * u[:, 1:]) / self.tiles.size
 
     def farthest(self, amplitudes: NDArray) -> float:
         """Bound of the motion of any tile for given amplitudes, px: the largest coefficient."""
         return float(np.abs(self._coefficients(amplitudes)).max())
 
-    def gather(self, gradient: NDArray) -> NDArray[np.float32]:
-        """Adjoint of `flow`: sums of the tiles (T, 2) for every mode and rigid motion, (K + R,)."""
-        return self.spread.gather(gradient).ravel().astype(np.float32) @ self.basis
+    def gather(self, gradient: NDArray, flow: NDArray) -> NDArray[np.float32]:
+        """Sum over the tiles what each says of each amplitude, at a flow: (T, 2) → (K + R,).
+
+        The adjoint of a small change of `flow`, but for the turn of u by its own gradient (1e-3).
+        """
+        along_x, along_y = (gradient * flow[:, [axis]] / self.tiles.size for axis in (0, 1))
+        total = self.spread.gather(gradient) - self.spread.gather_slopes(along_x, along_y)
+        return total.ravel().astype(np.float32) @ self.basis
 
     def of_tiles(self) -> NDArray[np.float64]:
         """Motion of every tile by a unit of every mode and rigid motion, (T, 2, K + R) px."""
@@ -134,7 +147,7 @@ class Pattern:
         moved : (K + R,) float64
             Amplitudes of modes and rigid motions by which the reference was moved.
         """
-        towards = -self.motions.gather(sums.gradient)
+        towards = -self.motions.gather(sums.gradient, sums.flow)
         left_over = np.concatenate([towards, [sums.ef.sum(), sums.e.sum()]])
         return left_over + self.normal[:, : len(moved)] @ moved
 
