@@ -16,7 +16,7 @@ TOP = PLATE.thickness / 2
 SENSOR = synthetic.Sensor(noise=0.0, bits=16)  # 16 bits as 0 … 255: pictures without rounding
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SmallBench:
     """What a test needs to press the plate, take a picture and find the touches in it."""
 
@@ -27,6 +27,11 @@ class SmallBench:
     reference: TileReference
     pattern: models.Pattern
     search: models.Search
+
+    @property
+    def height(self):
+        """Height of the touched face over the middle plane, mm."""
+        return TOP
 
     def picture(self, touches=(), shift=(0.0, 0.0), turn=0.0, grow=0.0):
         """Picture without noise, (H, W) float64, grey levels.
@@ -66,4 +71,5 @@ def bench():
     motions = models.see_motions(modes, camera, TOP, reference.tiles)
     pattern = models.see_pattern(motions, reference)
     search = models.prepare_search(pattern.forward(NOISE))
-    return SmallBench(camera, modes, fe.Linear(PLATE, modes.mesh), warper, reference, pattern, search)
+    solver = fe.Linear(PLATE, modes.mesh)
+    return SmallBench(camera, modes, solver, warper, reference, pattern, search)
