@@ -76,7 +76,7 @@ def spread_over(shape: tuple[int, int]) -> Spread:
 def _splines(count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Cubic B-splines at 0 … count - 1 and their derivatives, (count, number of splines) each."""
     degree = min(3, count - 1)
-    spans = max(1, round((count - 1) / TILES_A_KNOT))
+    spans = max(1, min(round((count - 1) / TILES_A_KNOT), count - degree))
     inner = np.linspace(0, max(count - 1, 1), spans + 1)
     knots = np.concatenate([np.full(degree, inner[0]), inner, np.full(degree, inner[-1])])
     splines = BSpline(knots, np.eye(len(knots) - degree - 1), degree)
