@@ -133,7 +133,8 @@ def shift_rows() -> Iterator[Row]:
     """Correlate rendered rigid shifts: bias without noise, scatter with it."""
     size = (127.0, 111.0)
     camera = synthetic.pinhole_above(size, pixels=(512, 448), margin=0.0)
-    pattern = synthetic.speckle(size, diameter=1.25, softness=0.6)
+    spots = rig.load("twin").pattern
+    pattern = synthetic.speckle(size, diameter=spots.diameter, softness=spots.softness)
     sensor = synthetic.Sensor(noise=2.0)
     rng = np.random.default_rng(2)
 
