@@ -21,6 +21,7 @@ import fe
 import models
 import rig
 import synthetic
+from dic.spline import coefficients, gradient
 from models.estimate import Estimate
 from rig import live
 from rig.bench import build_bench
@@ -160,7 +161,7 @@ def shift_rows() -> Iterator[Row]:
 
 def _floor(picture: np.ndarray, noise: float) -> float:
     """√2 σ / √SSSIG at subset 21, order 1, with the full 6 x 6 Hessian, px."""
-    fy, fx = np.gradient(picture)
+    fx, fy = gradient(coefficients(picture))
     half, step, variances = 10, 25, []
     eta, xi = np.mgrid[-half : half + 1, -half : half + 1]
     shape = np.stack([np.ones_like(xi), xi, eta]).reshape(3, -1)
