@@ -19,7 +19,7 @@ class Dic(Section):
         25, ge=5, description="side of the window that gives one displacement of the map, px, odd"
     )
     window: Count = Field(5, ge=3, description="side of the strain window, displacements, odd")
-    reference_frames: Count = Field(16, ge=1, description="pictures averaged into the reference")
+    reference_frames: Count = Field(16, ge=2, description="pictures averaged into the reference")
 
     @field_validator("subset", "window")
     @classmethod
