@@ -73,4 +73,4 @@ def _function(name: str) -> Callable[..., None]:
 
 
 def _not_asked() -> NoReturn:
-    raise NotImplementedError("only a command that was asked for is run")
+    raise RuntimeError("only a command that was asked for is run")
