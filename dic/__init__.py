@@ -47,8 +47,7 @@ _HOMES = {
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
 
 
-def __dir__() -> list[str]:
-    return sorted([*_HOME_OF, "export", "quality"])
+__all__ = sorted([*_HOME_OF, "export", "quality"])
 
 
 def __getattr__(name: str) -> Any:
