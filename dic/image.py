@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -37,7 +38,7 @@ def read_image(path: str | Path) -> NDArray:
     if not path.is_file():
         raise FileNotFoundError(f"image {path} does not exist; check the path")
     try:
-        with Image.open(path) as picture:
+        with warnings.catch_warnings(action="ignore"), Image.open(path) as picture:
             picture.load()
             mode, pixels = picture.mode, np.asarray(picture)
     except UnidentifiedImageError:

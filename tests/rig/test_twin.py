@@ -5,6 +5,7 @@ import pytest
 
 import dic
 import fe
+import synthetic
 from rig.twin import build_twin
 
 
@@ -54,8 +55,16 @@ def test_the_camera_shifts_after_the_first_second(small):
 
 def test_a_press_moves_the_picture_and_a_release_gives_it_back(small):
     twin = build_twin(small({"sensor.noise": 0}))
-    rest = twin.frame(40, ())
-    assert np.abs(twin.frame(40, PRESS).astype(float) - rest).max() > 3
+    rest, pressed = twin.frame(40, ()), twin.frame(40, PRESS)
+    camera, height = twin.warper.camera, twin.solver.plate.thickness / 2
+    points = np.random.default_rng(2).uniform((60, 60), (324, 260), (60, 2))
+    seen = dic.correlate(dic.prepare(rest, subset=31, points=points), pressed)
+    places = camera.on_plate(points, height)
+    moved = twin.solver.deflect(PRESS).displacement(places)
+    truth = synthetic.motion(camera, places, moved, height)
+    assert np.abs(truth).max() > 0.02
+    error = np.column_stack([seen.u, seen.v]) - truth
+    assert np.sqrt(np.mean(error**2)) < 0.1 * np.abs(truth).max()
     np.testing.assert_array_equal(twin.frame(40, ()), rest)
 
 
