@@ -13,7 +13,7 @@ from dic.displacement import DisplacementField
 from dic.grid import Grid
 
 Kind = Literal["small", "green-lagrange", "logarithmic"]
-_LEAST = 0.5  # share of a window that must be valid
+LEAST = 0.5  # share of a window that must be valid
 _NUDGE = 1e-5  # for differences of the strain measures: error 1e-10
 
 
@@ -80,7 +80,8 @@ def strain(disp: DisplacementField, window: int = 5, kind: Kind = "small") -> St
         gradient, variance = _of_subsets(disp)
         window, vsg = 1, disp.subset
     else:
-        _check_window(window, disp.grid)
+        check_window(window)
+        _check_fits(window, disp.grid)
         gradient, variance = _of_windows(disp, disp.grid, window)
         vsg = (window - 1) * disp.grid.step + disp.subset
     e, sigma = _measure_with_sigma(gradient, variance, kind)
@@ -98,9 +99,13 @@ def strain(disp: DisplacementField, window: int = 5, kind: Kind = "small") -> St
     )
 
 
-def _check_window(window: int, grid: Grid) -> None:
+def check_window(window: int) -> None:
+    """Refuse a strain window that has no middle or no slope; ValueError says which to use."""
     if window % 2 == 0 or window < 3:
         raise ValueError(f"strain window must be odd and at least 3 points, got {window}; use 5")
+
+
+def _check_fits(window: int, grid: Grid) -> None:
     if window > min(grid.shape):
         rows, columns = grid.shape
         raise ValueError(
@@ -132,7 +137,7 @@ def _of_windows(disp: DisplacementField, grid: Grid, window: int) -> tuple[NDArr
 def _fit(fields, valid, half, step, overlap, gradient, variance):
     """Fit planes; writes ∂(u, v)/∂(x, y) and their variances where a window holds enough points."""
     rows, columns = valid.shape
-    least = max(3.0, _LEAST * (2 * half + 1) ** 2)
+    least = max(3.0, LEAST * (2 * half + 1) ** 2)
     place = np.empty(((2 * half + 1) ** 2, 2), dtype=np.int64)
     for r in range(rows):
         for c in range(columns):

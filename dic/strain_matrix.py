@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 
-LEAST = 0.5  # share of a window that must be valid, as in `dic.strain`
+from dic.strain_field import LEAST, check_window
 
 
 def strain_operator(valid: NDArray[np.bool_], step: float, window: int) -> csr_array:
@@ -32,8 +32,7 @@ def strain_operator(valid: NDArray[np.bool_], step: float, window: int) -> csr_a
     ValueError
         If the window is even or less than 3.
     """
-    if window < 3 or window % 2 == 0:
-        raise ValueError(f"strain window must be odd and at least 3 points, got {window}; use 5")
+    check_window(window)
     slope_x, slope_y = _slopes(valid, step, window)
     count = valid.size
     point = 3 * np.arange(count)
