@@ -7,9 +7,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from models.answer import Answer as Answer
+    from models.answer import superpose as superpose
     from models.bound import cramer_rao as cramer_rao
     from models.bound import pixel_level as pixel_level
     from models.dataset import Dataset as Dataset
+    from models.dataset_file import write_dataset as write_dataset
     from models.estimate import Estimate as Estimate
     from models.estimate import Result as Result
     from models.forward import Forward as Forward
@@ -21,6 +24,11 @@ if TYPE_CHECKING:
     from models.pattern import Pattern as Pattern
     from models.pattern import see_motions as see_motions
     from models.pattern import see_pattern as see_pattern
+    from models.plan import Box as Box
+    from models.plan import Lattice as Lattice
+    from models.plan import Plan as Plan
+    from models.samples import Samples as Samples
+    from models.samples import read_dataset as read_dataset
     from models.score import position_error as position_error
     from models.search import Search as Search
     from models.search import prepare_search as prepare_search
@@ -30,13 +38,17 @@ if TYPE_CHECKING:
     from models.strain_map import see_strain as see_strain
 
 _HOMES = {
+    "answer": ("Answer", "superpose"),
     "bound": ("cramer_rao", "pixel_level"),
     "dataset": ("Dataset",),
+    "dataset_file": ("write_dataset",),
     "estimate": ("Estimate", "Result"),
     "forward": ("Forward", "gauges"),
     "matching": ("match",),
     "net": ("NetOptions", "predict"),
     "pattern": ("Motions", "Pattern", "see_motions", "see_pattern"),
+    "plan": ("Box", "Lattice", "Plan"),
+    "samples": ("Samples", "read_dataset"),
     "score": ("position_error",),
     "search": ("Search", "prepare_search"),
     "solver": ("find", "solve"),
