@@ -4,6 +4,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from synthetic.camera import Camera, pinhole_above
+from synthetic.distortion import Distortion
+from synthetic.pose import looking, turned
+from synthetic.telecentric import AnyCamera, Telecentric, telecentric_above
 from synthetic.view import motion, rigid, seen
 
 if TYPE_CHECKING:
@@ -13,11 +16,15 @@ if TYPE_CHECKING:
     from synthetic.warp import Warper, prepare_warp
 
 __all__ = [
+    "AnyCamera",
     "Camera",
+    "Distortion",
     "Pattern",
     "Sensor",
     "Speckle",
+    "Telecentric",
     "Warper",
+    "looking",
     "motion",
     "pinhole_above",
     "prepare_warp",
@@ -25,6 +32,8 @@ __all__ = [
     "rigid",
     "seen",
     "speckle",
+    "telecentric_above",
+    "turned",
 ]
 
 # An estimator needs the camera alone: what compiles kernels is imported when it is first asked for.

@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from synthetic.camera import Array, checked
+from synthetic.points import Array, checked
 
 # Spots differ in radius by this fraction either way, so that no ring of the spectrum is empty.
 SPREAD = 0.2

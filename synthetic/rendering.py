@@ -7,9 +7,10 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from synthetic.camera import Array, Camera, at_height
 from synthetic.pattern import Pattern
+from synthetic.points import Array, at_height
 from synthetic.sensor import Sensor
+from synthetic.telecentric import AnyCamera
 
 Displacement = Callable[[Array], Array]
 
@@ -26,7 +27,7 @@ STRIP_ROWS = 16
 
 def render(
     pattern: Pattern,
-    camera: Camera,
+    camera: AnyCamera,
     displacement: Displacement | None,
     sensor: Sensor | None,
     rng: Generator | None,
@@ -64,7 +65,7 @@ def render(
 
 def mean_light(
     pattern: Pattern,
-    camera: Camera,
+    camera: AnyCamera,
     displacement: Displacement | None,
     z: float,
     samples: int = 4,
@@ -99,7 +100,7 @@ def mean_light(
 
 def _mean_light(
     pattern: Pattern,
-    camera: Camera,
+    camera: AnyCamera,
     displacement: Displacement | None,
     pixels: Array,
     z: float,
@@ -118,7 +119,7 @@ def _mean_light(
     return light
 
 
-def check_in_picture(camera: Camera, size: tuple[float, float], z: float) -> None:
+def check_in_picture(camera: AnyCamera, size: tuple[float, float], z: float) -> None:
     """Raise ValueError when no part of the plate can be in the picture."""
     corners = np.array(list(product((0, size[0]), (0, size[1]))), dtype=np.float64)
     px = camera.project(at_height(corners, z))
@@ -132,7 +133,7 @@ def check_in_picture(camera: Camera, size: tuple[float, float], z: float) -> Non
 
 def _material_points(
     pattern: Pattern,
-    camera: Camera,
+    camera: AnyCamera,
     displacement: Displacement,
     px: Array,
     z: float,
@@ -158,7 +159,7 @@ def _material_points(
 
 
 def _check_unfolded(
-    camera: Camera, displacement: Displacement, size: tuple[float, float], z: float
+    camera: AnyCamera, displacement: Displacement, size: tuple[float, float], z: float
 ) -> None:
     """Raise ValueError when a part of the deformed face turns its back to the camera."""
     places = [np.linspace(0, length, FOLD_CELLS + 1) for length in size]
@@ -172,7 +173,7 @@ def _check_unfolded(
         )
 
 
-def _areas(camera: Camera, points: Array) -> Array:
+def _areas(camera: AnyCamera, points: Array) -> Array:
     """Signed areas of the cells of a square grid of points in the picture, px²."""
     px = camera.project(points).reshape(FOLD_CELLS + 1, FOLD_CELLS + 1, 2)
     (ux, uy), (vx, vy) = (px[1:, 1:] - px[:-1, :-1]).T, (px[1:, :-1] - px[:-1, 1:]).T

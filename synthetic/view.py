@@ -3,10 +3,11 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from synthetic.camera import Array, Camera, at_height, checked
+from synthetic.points import Array, at_height, checked
+from synthetic.telecentric import AnyCamera
 
 
-def motion(camera: Camera, points: ArrayLike, displacement: ArrayLike, z: float) -> Array:
+def motion(camera: AnyCamera, points: ArrayLike, displacement: ArrayLike, z: float) -> Array:
     """Image displacement of material points, exact for any size of displacement.
 
     Parameters
@@ -26,7 +27,7 @@ def motion(camera: Camera, points: ArrayLike, displacement: ArrayLike, z: float)
     return camera.project(start + moved) - camera.project(start)
 
 
-def seen(camera: Camera, px: ArrayLike, value: ArrayLike, slope: ArrayLike, z: float) -> Array:
+def seen(camera: AnyCamera, px: ArrayLike, value: ArrayLike, slope: ArrayLike, z: float) -> Array:
     """Image displacement per unit of each of K deflection fields, to first order.
 
     The face at height z of a thin plate moves by (−z w,x, −z w,y, w); the camera sees that
@@ -56,7 +57,7 @@ def seen(camera: Camera, px: ArrayLike, value: ArrayLike, slope: ArrayLike, z: f
     return J[:, :, 2:] * w[:, None, :] - z * bending
 
 
-def rigid(camera: Camera, px: ArrayLike) -> Array:
+def rigid(camera: AnyCamera, px: ArrayLike) -> Array:
     """Image displacement when the picture shifts, turns or grows about its middle.
 
     These four unknowns stand for a camera that moves a little during a measurement.

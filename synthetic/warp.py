@@ -9,11 +9,12 @@ from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import spline_filter
 
-from synthetic.camera import Array, Camera
 from synthetic.pattern import Pattern
+from synthetic.points import Array
 from synthetic.rendering import mean_light
 from synthetic.sampling import BORDER_PX, CONTROL_PX, moved_back, sample
 from synthetic.sensor import Sensor
+from synthetic.telecentric import AnyCamera
 from synthetic.view import motion
 
 # Points a side of a pixel of the sharp picture: off by 0.04 grey levels, less than the spline is.
@@ -40,7 +41,7 @@ class Warper:
     light : (H, W) float32, the frame in work; a warper serves one thread.
     """
 
-    camera: Camera
+    camera: AnyCamera
     z: float
     plate: tuple[float, float]
     sharp: NDArray[np.float32] = field(repr=False)
@@ -50,7 +51,7 @@ class Warper:
     light: NDArray[np.float32] = field(repr=False)
 
     @classmethod
-    def from_arrays(cls, camera: Camera, z: float, arrays: Mapping[str, NDArray]) -> "Warper":
+    def from_arrays(cls, camera: AnyCamera, z: float, arrays: Mapping[str, NDArray]) -> "Warper":
         """Make the warper of the same camera and height from what `arrays` gave."""
         a, b = (float(length) for length in arrays["plate"])
         columns, rows = (_controls(length) for length in camera.size)
@@ -125,7 +126,9 @@ class Warper:
         return backward
 
 
-def prepare_warp(pattern: Pattern, camera: Camera, z: float = 0.0, oversample: int = 2) -> Warper:
+def prepare_warp(
+    pattern: Pattern, camera: AnyCamera, z: float = 0.0, oversample: int = 2
+) -> Warper:
     """Render the plate at rest once, sharply enough to be sampled anywhere.
 
     The picture is the mean light over a pixel as a function of the place of the pixel, known at
@@ -153,7 +156,7 @@ def _controls(length: int) -> NDArray[np.float64]:
     return CONTROL_PX * np.arange(-1.0, (length - 1) // CONTROL_PX + 3)
 
 
-def _sharp_light(pattern: Pattern, camera: Camera, z: float, oversample: int) -> Array:
+def _sharp_light(pattern: Pattern, camera: AnyCamera, z: float, oversample: int) -> Array:
     """Mean light over a pixel, at `oversample` places a pixel, with a border on each side."""
     width, height = (length + 2 * BORDER_PX for length in camera.size)
     sharp = np.empty((height, oversample, width, oversample), np.float64)

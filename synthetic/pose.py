@@ -1,0 +1,114 @@
+"""Where a camera stands and looks: rigid transforms from the plate to the camera."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from synthetic.points import Array
+
+
+def looking(
+    position: ArrayLike, target: ArrayLike, up: tuple[float, float, float] = (0.0, 1.0, 0.0)
+) -> Array:
+    """Pose of a camera that looks from one point of the plate frame at another.
+
+    Parameters
+    ----------
+    position, target : (3,) float64, mm, plate frame.
+    up : direction that points up in the picture; picture rows run down.
+
+    Returns
+    -------
+    (4, 4) float64, T_cam_plate.
+
+    Raises
+    ------
+    ValueError
+        The points coincide, or `up` lies along the view.
+    """
+    eye = np.asarray(position, dtype=np.float64)
+    ahead = np.asarray(target, dtype=np.float64) - eye
+    right = np.cross(ahead, up)
+    lengths = np.linalg.norm(ahead), np.linalg.norm(right)
+    if not 0 < lengths[0] < np.inf or not lengths[1] > 1e-9 * lengths[0]:
+        raise ValueError(
+            f"a view needs a position apart from its target and from its line upwards, got "
+            f"{eye.tolist()} and {np.asarray(target).tolist()} mm with {tuple(up)} upwards"
+        )
+    z, x = ahead / lengths[0], right / lengths[1]
+    R = np.stack([x, np.cross(z, x), z])
+    return _transform(R, -R @ eye)
+
+
+def above(plate_size: tuple[float, float], stand_off: float) -> Array:
+    """Pose straight above the middle of a plate: plate x runs right and y up in the picture."""
+    if not all(0 < length < np.inf for length in plate_size):
+        raise ValueError(f"plate size must be positive, got {plate_size} mm")
+    if not 0 < stand_off < np.inf:
+        raise ValueError(f"stand-off must be positive, got {stand_off} mm")
+    x, y = plate_size[0] / 2, plate_size[1] / 2
+    return looking((x, y, stand_off), (x, y, 0.0))
+
+
+def fit(
+    plate_size: tuple[float, float], pixels: tuple[int, int], margin: float
+) -> tuple[float, tuple[float, float]]:
+    """Millimetres per pixel with which a plate fills the picture, and the middle of the picture.
+
+    Parameters
+    ----------
+    margin : fraction of the picture left free on each side in the tighter direction.
+    """
+    if not 0 <= margin < 0.5:
+        raise ValueError(f"margin must lie in 0 ≤ margin < 0.5, got {margin} of the picture")
+    (a, b), (width, height) = plate_size, pixels
+    if min(pixels) < 1:
+        raise ValueError(f"picture size must be positive, got {pixels} px")
+    scale = 1 / ((1 - 2 * margin) * min(width / a, height / b))
+    return scale, ((width - 1) / 2, (height - 1) / 2)
+
+
+def turned(T_cam_plate: ArrayLike, rotation: ArrayLike, about: tuple[float, float, float]) -> Array:
+    """Pose after the plate was turned under the camera.
+
+    Parameters
+    ----------
+    T_cam_plate : (4, 4) float64, the pose before.
+    rotation : (3,) float64, rad, axis times angle in the plate frame.
+    about : (x, y, z) of a point that stays, mm, plate frame.
+    """
+    axis = np.asarray(rotation, dtype=np.float64)
+    angle = np.linalg.norm(axis)
+    x, y, z = axis / angle if angle > 0 else axis
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    # Rodrigues' formula.
+    R = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    return np.asarray(T_cam_plate, dtype=np.float64) @ _transform(R, about - R @ about)
+
+
+def rigid_transform(pose: ArrayLike) -> Array:
+    """Return a read-only copy of a (4, 4) transform, or say that it is not rigid."""
+    pose = np.array(pose, dtype=np.float64)
+    if not _is_rigid(pose):
+        raise ValueError(
+            "T_cam_plate must be a rigid (4, 4) transform with a right-handed rotation, "
+            f"got {pose.tolist()}"
+        )
+    pose.flags.writeable = False
+    return pose
+
+
+def _transform(R: Array, t: Array) -> Array:
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = R, t
+    return pose
+
+
+def _is_rigid(pose: Array) -> bool:
+    if pose.shape != (4, 4) or not np.isfinite(pose).all():
+        return False
+    R = pose[:3, :3]
+    return bool(
+        np.allclose(R @ R.T, np.eye(3), atol=1e-9)
+        and np.linalg.det(R) > 0
+        and np.array_equal(pose[3], [0, 0, 0, 1])
+    )
