@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 import synthetic
 
@@ -44,28 +43,60 @@ def affine_points(camera, px, F, b, w0, g):
     return np.linalg.solve(A, np.tile(right, (len(px), 1))[..., None])[:, :2, 0]
 
 
+def tilted(tilt):
+    pose = synthetic.turned(CAMERA.T_cam_plate, tilt, (25.0, 18.0, 0.0))
+    return synthetic.Camera(CAMERA.size, 700.0, (100.0, 80.0), pose)
+
+
+def exactly(camera, F, b, w0, g):
+    """Picture of an affine displacement by its closed form, with 6 × 6 points a pixel."""
+    nodes, weights = np.polynomial.legendre.leggauss(6)
+    grid = np.stack(np.meshgrid(np.arange(208.0), np.arange(156.0)), axis=-1).reshape(-1, 2)
+    light = 0
+    for x, wx in zip(nodes / 2, weights / 2, strict=True):
+        for y, wy in zip(nodes / 2, weights / 2, strict=True):
+            points = affine_points(camera, grid + np.array([x, y]), F, b, w0, g)
+            light = light + 255 * wx * wy * PATTERN.intensity(points)
+    return light.reshape(156, 208)
+
+
+def turn(degrees):
+    angle = np.radians(degrees)
+    return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+
+
+BENT = np.array([[0.02, 0.01], [-0.015, 0.03]])
+STRETCHED = np.array([[0.5, 0.1], [-0.05, -0.3]])
+
+
 @pytest.mark.parametrize("tilt", [(0.0, 0.0, 0.0), (0.25, -0.15, 0.3)])
-def test_an_affine_displacement_shows_the_points_of_the_closed_form(tilt):
-    turn, middle = np.eye(4), np.array([25.0, 18.0, 0.0])
-    turn[:3, :3] = Rotation.from_rotvec(tilt).as_matrix()
-    turn[:3, 3] = middle - turn[:3, :3] @ middle
-    camera = synthetic.Camera(CAMERA.size, 700.0, (100.0, 80.0), CAMERA.T_cam_plate @ turn)
-    F, b = np.array([[0.02, 0.01], [-0.015, 0.03]]), np.array([0.3, -0.4])
-    w0, g = -0.5, np.array([0.02, -0.03])
+@pytest.mark.parametrize("F", [BENT, STRETCHED, turn(170) - np.eye(2), 1.5 * turn(-80) - np.eye(2)])
+def test_an_affine_displacement_shows_the_points_of_the_closed_form(tilt, F):
+    camera, middle, w0, g = tilted(tilt), np.array([25.0, 18.0]), -0.5, np.array([0.02, -0.03])
+    b = np.array([0.3, -0.4]) - F @ middle
 
     def displacement(points):
         return np.column_stack([points @ F.T + b, w0 + points @ g])
 
-    nodes, weights = np.polynomial.legendre.leggauss(6)
-    grid = np.stack(np.meshgrid(np.arange(208.0), np.arange(156.0)), axis=-1).reshape(-1, 2)
-    expected = 0
-    for x, wx in zip(nodes / 2, weights / 2, strict=True):
-        for y, wy in zip(nodes / 2, weights / 2, strict=True):
-            points = affine_points(camera, grid + np.array([x, y]), F, b, w0, g)
-            expected = expected + 255 * wx * wy * PATTERN.intensity(points)
-    found = picture(displacement, camera, samples=6)
-    # 1e-4 px at the steepest edge of a spot is 0.02 grey levels.
-    assert np.abs(found.ravel() - expected).max() < 0.01
+    expected = exactly(camera, F, b, w0, g)
+    # 1e-4 px at the steepest edge of a spot is 0.02 grey levels; measured 1e-5.
+    assert np.abs(picture(displacement, camera, samples=6) - expected).max() < 1e-3
+    # The pixels themselves: a spot that is pressed to 0.7 of its width needs 5 samples a side.
+    bias = tile_bias(expected, picture(displacement, camera, samples=5) - expected)
+    assert np.abs(bias).max() < 1e-4
+
+
+def tile_bias(exact, error, side=21):
+    """Displacement, px, that least squares on each tile with a pattern reads out of the error."""
+    slopes, found = np.stack(np.gradient(exact)[::-1], axis=-1), []
+    for top in range(10, exact.shape[0] - 10 - side, side):
+        for left in range(10, exact.shape[1] - 10 - side, side):
+            tile = np.s_[top : top + side, left : left + side]
+            if exact[tile].std() > 40:
+                A, b = slopes[tile].reshape(-1, 2), -error[tile].ravel()
+                found.append(np.linalg.lstsq(A, b, rcond=None)[0])
+    assert len(found) > 5
+    return np.array(found)
 
 
 def test_a_known_pixel_shows_the_point_that_moved_into_it():
@@ -122,7 +153,6 @@ def folded(points):
         (lambda: picture(lambda points: points), r"must return \(\d+, 3\) mm"),
         (lambda: picture(lambda points: np.full((len(points), 3), np.nan)), "must be finite"),
         (lambda: picture(folded), "folds the picture in"),
-        (lambda: picture(lambda p: np.column_stack([2.0 * p, 0 * p[:, 0]])), "in 60 steps"),
         (lambda: picture(lambda p: np.tile([0, 0, 300.0], (len(p), 1))), "in front of the camera"),
         (lambda: picture(camera=away(90.0)), "outside the picture"),
         (
