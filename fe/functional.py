@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from fe.hermite import Stencil, hermite
 from fe.mesh import Mesh
 from fe.recovery import recover
+from fe.window import mean
 
 
 class Functional(NamedTuple):
@@ -68,9 +69,8 @@ def derivative(mesh: Mesh, xy: NDArray[np.float64], p: int = 0, q: int = 0) -> F
     Functional
         K of them, in the unit of the function per mm^(p + q).
     """
-    (hx, hy), (nx, ny) = mesh.spacing, mesh.counts
-    x = Stencil(*hermite(xy[:, 0], hx, nx, p))
-    return Functional(x, Stencil(*hermite(xy[:, 1], hy, ny, q)))
+    along_x, along_y = mesh.lines
+    return Functional(hermite(xy[:, 0], along_x, p), hermite(xy[:, 1], along_y, q))
 
 
 def recovered(mesh: Mesh, xy: NDArray[np.float64], p: int, q: int) -> Functional:
@@ -78,8 +78,18 @@ def recovered(mesh: Mesh, xy: NDArray[np.float64], p: int, q: int) -> Functional
 
     Same arguments and result as `derivative`, orders 0 to 2.
     """
-    (hx, hy), (nx, ny) = mesh.spacing, mesh.counts
-    return Functional(recover(xy[:, 0], hx, nx, p), recover(xy[:, 1], hy, ny, q))
+    along_x, along_y = mesh.lines
+    return Functional(recover(xy[:, 0], along_x, p), recover(xy[:, 1], along_y, q))
+
+
+def averaged(mesh: Mesh, xy: NDArray[np.float64], length: float, p: int, q: int) -> Functional:
+    """Take the mean of a derivative over squares of a side about points.
+
+    Same arguments and result as `derivative`; `length` is the side in mm, and a square must lie on
+    the plate.
+    """
+    along_x, along_y = mesh.lines
+    return Functional(mean(xy[:, 0], length, along_x, p), mean(xy[:, 1], length, along_y, q))
 
 
 @njit(cache=True, nogil=True)

@@ -1,8 +1,8 @@
-"""Cubic Hermite functions on a uniform line of elements.
+"""Cubic Hermite functions on a line of elements.
 
 Along one axis a function is held by its value and its slope at each node, the slope times the
-element length h so that both have one unit: unknowns (v0, h v0', v1, h v1', ...). Products of two
-such lines are the rectangle of Bogner, Fox & Schmit (1965), C1 everywhere; all matrices and all
+mean element length u so that both have one unit: unknowns (v0, u v0', v1, u v1', ...). Products of
+two such lines are the rectangle of Bogner, Fox & Schmit (1965), C1 everywhere; all matrices and all
 evaluations on the plate are therefore products of what stands here.
 """
 
@@ -14,6 +14,8 @@ import numpy as np
 import scipy.sparse as sp
 from numba import njit
 from numpy.typing import NDArray
+
+from fe.line import Line
 
 
 class Stencil(NamedTuple):
@@ -39,56 +41,65 @@ for _order in (1, 2, 3):
     DERIVATIVES[_order, :, :3] = DERIVATIVES[_order - 1, :, 1:] * np.arange(1, 4)
 
 
-@njit(cache=True, nogil=True)
-def hermite(x: NDArray, spacing: float, count: int, order: int) -> tuple[NDArray, NDArray]:
-    """Stencil of the derivative of an order at points of a line.
+def hermite(x: NDArray[np.float64], line: Line, order: int) -> Stencil:
+    """Take the derivative of an order at points of a line.
 
     Parameters
     ----------
     x : (K,) float64, mm
-        Places on the line, 0 to `count * spacing`.
-    spacing : float, mm
-        Length of an element.
-    count : int
-        Number of elements.
+        Places on the line.
+    line : Line
     order : int
         0 to 3; the second derivative is exact to h², the lower ones to h⁴ and h³.
 
     Returns
     -------
-    start (K,) int64, weights (K, 4) float64 in mm^-order, the fields of a `Stencil`
+    Stencil
+        Windows of 4 unknowns, weights in mm^-order.
     """
+    return Stencil(*_hermite(x, line.nodes, line.unit, order))
+
+
+@njit(cache=True, nogil=True)
+def _hermite(x: NDArray, nodes: NDArray, unit: float, order: int) -> tuple[NDArray, NDArray]:
     start = np.empty(x.size, np.int64)
     weights = np.empty((x.size, 4))
-    unit = spacing**-order
     for k in range(x.size):
-        element = min(max(int(x[k] / spacing), 0), count - 1)
-        t = x[k] / spacing - element
+        element = np.searchsorted(nodes, x[k], side="right") - 1
+        element = min(max(element, 0), nodes.size - 2)
+        h = nodes[element + 1] - nodes[element]
+        t = (x[k] - nodes[element]) / h
         start[k] = 2 * element
         for i in range(4):
             c = DERIVATIVES[order, i]
-            weights[k, i] = unit * (c[0] + t * (c[1] + t * (c[2] + t * c[3])))
+            scale = h**-order if i % 2 == 0 else h**-order * (h / unit)
+            weights[k, i] = scale * (c[0] + t * (c[1] + t * (c[2] + t * c[3])))
     return start, weights
 
 
-def gram(spacing: float, count: int, p: int, q: int) -> sp.csr_array:
+def gram(line: Line, p: int, q: int, run: tuple[int, int] | None = None) -> sp.csr_array:
     """Integrals of products of derivatives of the Hermite functions of a line.
 
     Parameters
     ----------
-    spacing, count : float in mm, int
-        Length and number of the elements.
+    line : Line
     p, q : int
         Orders of derivative of the row's and of the column's function.
+    run : tuple of int, optional
+        First and last node of the part to integrate over; the whole line if left out.
 
     Returns
     -------
-    (2 count + 2, 2 count + 2) float64, mm^(1 - p - q)
+    (unknowns, unknowns) float64, mm^(1 - p - q)
     """
+    first, last = run or (0, line.count)
+    h = np.diff(line.nodes)[first:last, None, None]
     powers = np.arange(4)
     moments = 1.0 / (powers[:, None] + powers + 1)  # ∫ t^k t^l over the element
-    element = DERIVATIVES[p] @ moments @ DERIVATIVES[q].T * spacing ** (1 - p - q)
-    first = 2 * np.arange(count)[:, None, None]
-    rows, columns, values = np.broadcast_arrays(first + powers[:, None], first + powers, element)
-    shape = (2 * count + 2, 2 * count + 2)
+    slopes = (h / line.unit) ** (powers % 2)  # (elements, 1, 4)
+    unit_element = DERIVATIVES[p] @ moments @ DERIVATIVES[q].T
+    element = unit_element * h ** (1 - p - q) * slopes * slopes.swapaxes(1, 2)
+    start = 2 * np.arange(first, last)[:, None, None]
+    rows, columns, values = np.broadcast_arrays(start + powers[:, None], start + powers, element)
+    shape = (line.unknowns, line.unknowns)
     return sp.coo_array((values.ravel(), (rows.ravel(), columns.ravel())), shape=shape).tocsr()

@@ -8,41 +8,45 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fe.functional import derivative, recovered
-from fe.linear import CURVATURES, Linear
+from fe.adjoint import Adjoint, solve_adjoint
+from fe.functional import averaged, recovered
+from fe.linear import CURVATURES, Face, Linear, height
 from fe.mesh import Mesh, mesh_for
 from fe.plate import Plate
 from fe.storage import restore, store
 
-# Gauges a solve: enough to share the reading of the factors, few enough to show progress.
-_BLOCK = 8
-
 
 @dataclass(frozen=True, eq=False)
 class Influence:
-    """Strain of M gauges on the touched face for a touch of 1 N, as functions of its place.
+    """Strain of M gauges for a touch of 1 N, as functions of its place.
 
     Attributes
     ----------
-    plate : Plate
-    mesh : Mesh
+    adjoint : Adjoint
+        Of 3 M channels: exx, eyy, exy of the first gauge, then of the second, ...
     gauges : (M, 2) float64, mm, read only
-    values : (2 nx + 2, 2 ny + 2, 3 M) float64, strain per N, read only
-        Unknowns of these functions, for each gauge exx, eyy, exy.
     """
 
-    plate: Plate
-    mesh: Mesh
+    adjoint: Adjoint
     gauges: NDArray[np.float64]
-    values: NDArray[np.float64]
 
     def __post_init__(self) -> None:
         gauges = self.plate.points(self.gauges, "gauge").copy()
         gauges.flags.writeable = False
         object.__setattr__(self, "gauges", gauges)
-        object.__setattr__(self, "values", self.mesh.table(self.values, 3 * len(gauges)))
+        self.mesh.table(self.adjoint.values, 3 * len(gauges))
 
-    def strain(self, xy: ArrayLike) -> NDArray[np.float64]:
+    @property
+    def plate(self) -> Plate:
+        """The plate."""
+        return self.adjoint.plate
+
+    @property
+    def mesh(self) -> Mesh:
+        """The grid of its elements."""
+        return self.adjoint.mesh
+
+    def strain(self, xy: ArrayLike, radius: float = 0.0) -> NDArray[np.float64]:
         """Strain of every gauge for a touch of 1 N at each place (K, 2) mm.
 
         Returns
@@ -53,11 +57,12 @@ class Influence:
         Raises
         ------
         ValueError
-            A place lies outside the plate.
+            A place, or a disc of `radius` mm about it, lies outside the plate.
         """
-        return self._derivative(self.plate.points(xy, "touch"), 0, 0)
+        strain = self.adjoint.read(xy, radius)
+        return strain.reshape(len(strain), len(self.gauges), 3)
 
-    def gradient(self, xy: ArrayLike) -> NDArray[np.float64]:
+    def gradient(self, xy: ArrayLike, radius: float = 0.0) -> NDArray[np.float64]:
         """Exact derivative of `strain` by the place of the touch.
 
         Returns
@@ -65,16 +70,12 @@ class Influence:
         (K, M, 3, 2) float64, strain per N per mm
             Last axis d/dx, d/dy.
         """
-        xy = self.plate.points(xy, "touch")
-        return np.stack([self._derivative(xy, 1, 0), self._derivative(xy, 0, 1)], axis=-1)
-
-    def _derivative(self, xy: NDArray, p: int, q: int) -> NDArray[np.float64]:
-        strain = derivative(self.mesh, xy, p, q).of(self.values)
-        return strain.reshape(len(xy), len(self.gauges), 3)
+        gradient = self.adjoint.gradient(xy, radius)
+        return gradient.reshape(len(gradient), len(self.gauges), 3, 2)
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Return all of it as named arrays, for a file."""
-        return store(self.plate, self.mesh, gauges=self.gauges, values=self.values)
+        return store(self.plate, self.mesh, gauges=self.gauges, values=self.adjoint.values)
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, np.ndarray]) -> Influence:
@@ -86,7 +87,7 @@ class Influence:
             An array is missing or has the wrong shape.
         """
         plate, mesh, (gauges, values) = restore(arrays, "gauges", "values")
-        return cls(plate, mesh, gauges, values)
+        return cls(Adjoint(plate, mesh, values), gauges)
 
 
 def influence(
@@ -94,21 +95,25 @@ def influence(
     gauges: ArrayLike,
     mesh: Mesh | None = None,
     progress: Callable[[int, int], object] | None = None,
+    face: Face = "top",
+    length: float = 0.0,
 ) -> Influence:
-    """Solve once for each measurement, and know it for a touch anywhere.
-
-    A gauge reads bᵀ w of the plate's unknowns w = K⁻¹ f. Since K is symmetric that is aᵀ f with
-    K a = b, and for a touch f only evaluates a at its place: Maxwell's and Betti's reciprocity.
+    """Solve once for each strain of a gauge, and know it for a touch anywhere.
 
     Parameters
     ----------
     plate : Plate
     gauges : (M, 2) array_like, mm
-        Places on the touched face.
+        Places of the gauges.
     mesh : Mesh, optional
         `default_mesh(plate)` if left out.
     progress : callable, optional
-        Called with the gauges done and their number.
+        Called with the strains done and their number.
+    face : str
+        "top", the touched one, or "bottom".
+    length : float, mm
+        Side of the square over which a gauge averages, as a virtual strain gauge does; 0 for the
+        strain at a point.
 
     Returns
     -------
@@ -117,25 +122,55 @@ def influence(
     Raises
     ------
     ValueError
-        A gauge lies outside the plate, or the mesh has another size.
+        A gauge reaches outside the plate or over a change of thickness, or the mesh does not fit.
     """
     gauges = plate.points(gauges, "gauge")
     linear = Linear(plate, mesh_for(plate, mesh))
-    values = np.empty((*linear.mesh.shape, 3 * len(gauges)))
-    for first in range(0, len(gauges), _BLOCK):
-        last = min(first + _BLOCK, len(gauges))
-        values[:, :, 3 * first : 3 * last] = linear.solve(_strain_loads(linear, gauges[first:last]))
-        if progress is not None:
-            progress(last, len(gauges))
-    return Influence(plate, linear.mesh, gauges, values)
+    _check_windows(plate, gauges, length)
+    # Strain is -z times the curvature of w, and a touch of 1 N is -1 N along z.
+    lever = height(plate, gauges, face)
+
+    def add_loads(loads: NDArray, part: slice) -> None:
+        for component, (p, q) in enumerate(CURVATURES):
+            first = part.start + (component - part.start) % 3
+            channels = np.arange(first, part.stop, 3)
+            at = gauges[channels // 3]
+            if length > 0:
+                read = averaged(linear.mesh, at, length, p, q)
+            else:
+                read = recovered(linear.mesh, at, p, q)
+            read.add_to(loads, lever[channels // 3], channels - part.start)
+
+    return Influence(solve_adjoint(linear, 3 * len(gauges), add_loads, progress), gauges)
 
 
-def _strain_loads(linear: Linear, gauges: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Table of the functionals of gauges: strain for forces that press along -z."""
-    loads = np.zeros((*linear.mesh.shape, 3 * len(gauges)))
-    # Strain is -h/2 times the curvature of w, and a touch of 1 N is -1 N along z.
-    lever = np.full(len(gauges), 0.5 * linear.plate.thickness)
-    for component, (p, q) in enumerate(CURVATURES):
-        columns = 3 * np.arange(len(gauges)) + component
-        recovered(linear.mesh, gauges, p, q).add_to(loads, lever, columns)
-    return loads
+def _check_windows(plate: Plate, gauges: NDArray[np.float64], length: float) -> None:
+    if not length >= 0:
+        raise ValueError(f"gauge length must be 0 mm or more, got {length:g} mm; use 0 for a point")
+    corners = gauges + 0.5 * length * np.array([(-1, -1), (1, -1), (-1, 1), (1, 1)])[:, None]
+    room = (corners >= 0) & (corners <= np.array(plate.size))
+    if length > 0 and not room.all():
+        k = int(np.argmin(room.all(axis=(0, 2))))
+        raise ValueError(
+            f"gauge {k} of length {length:g} mm must lie on the plate, got its middle at "
+            f"({gauges[k, 0]:g}, {gauges[k, 1]:g}) mm; use a shorter one"
+        )
+    spans = _spans(plate, gauges, length)
+    if length > 0 and spans.any():
+        k = int(np.argmax(spans))
+        raise ValueError(
+            f"gauge {k} of length {length:g} mm must not reach over a change of thickness, got its "
+            f"middle at ({gauges[k, 0]:g}, {gauges[k, 1]:g}) mm; use a shorter one"
+        )
+
+
+def _spans(plate: Plate, gauges: NDArray[np.float64], length: float) -> NDArray[np.bool_]:
+    """Whether a border of a patch of other thickness runs through the window of each gauge."""
+    low, high = gauges - length / 2, gauges + length / 2
+    spans = np.zeros(len(gauges), dtype=bool)
+    for patch in plate.patches:
+        corner, end = np.array([patch.x, patch.y]).T
+        meets = ((low < end) & (high > corner)).all(axis=1)
+        inside = ((low >= corner) & (high <= end)).all(axis=1)
+        spans |= meets & ~inside
+    return spans

@@ -8,12 +8,12 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse.linalg import SuperLU, splu
 
-from fe.energy import CLAMPED, bending_stiffness
+from fe.energy import free, stiffness
+from fe.factor import Factor, factor
 from fe.functional import derivative, recovered
+from fe.load import spread
 from fe.mesh import Mesh, mesh_for
 from fe.plate import Plate, Touch
 
@@ -69,25 +69,42 @@ class State:
         ValueError
             The face is not "top", "middle" or "bottom", or a point is not on the plate.
         """
-        if face not in _HEIGHT:
-            raise ValueError(f"face must be one of {', '.join(_HEIGHT)}, got {face!r}")
-        z = _HEIGHT[face] * self.plate.thickness
-        return np.column_stack([-z * self.slope(xy), self.deflection(xy)])
+        xy = self.plate.points(xy)
+        z = height(self.plate, xy, face)
+        return np.column_stack([-z[:, None] * self.slope(xy), self.deflection(xy)])
 
-    def strain(self, xy: ArrayLike) -> NDArray[np.float64]:
-        """Small strain of the touched face at points (K, 2) mm, with an error of h⁴.
+    def strain(self, xy: ArrayLike, face: Face = "top") -> NDArray[np.float64]:
+        """Small strain of a face at points (K, 2) mm, with an error of h⁴.
 
         Returns
         -------
         (K, 3) float64, strain
             exx, eyy and the tensor component exy.
+
+        Raises
+        ------
+        ValueError
+            As for `displacement`.
         """
         xy = self.plate.points(xy)
         curvature = [recovered(self.mesh, xy, p, q).of(self.values)[:, 0] for p, q in CURVATURES]
-        return -0.5 * self.plate.thickness * np.stack(curvature, axis=1)
+        return -height(self.plate, xy, face)[:, None] * np.stack(curvature, axis=1)
 
     def _derivative(self, xy: NDArray, p: int, q: int) -> NDArray[np.float64]:
         return derivative(self.mesh, xy, p, q).of(self.values)[:, 0]
+
+
+def height(plate: Plate, xy: NDArray[np.float64], face: Face) -> NDArray[np.float64]:
+    """Height z of a face over the middle plane at points (K, 2) mm: (K,) float64, mm.
+
+    Raises
+    ------
+    ValueError
+        The face is not "top", "middle" or "bottom".
+    """
+    if face not in _HEIGHT:
+        raise ValueError(f"face must be one of {', '.join(_HEIGHT)}, got {face!r}")
+    return _HEIGHT[face] * plate.material(xy)[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,20 +125,21 @@ class Linear:
         mesh_for(self.plate, self.mesh)
 
     @cached_property
-    def factor(self) -> SuperLU:
-        """Factors of the stiffness of the unknowns that the edges leave free."""
+    def factor(self) -> Factor:
+        """Factors of the stiffness of the unknowns that the edges leave free.
 
-        def along(axis: int):
-            return lambda p, q: self.mesh.gram(axis, p, q)[CLAMPED, CLAMPED]
+        Raises
+        ------
+        ValueError
+            The edges or a patch are so soft that rounding would show in the result.
+        """
+        return factor(stiffness(self.plate, self.mesh))
 
-        stiffness = bending_stiffness(self.plate, along(0), along(1), sp.kron)
-        # Symmetric and positive: no pivoting, and minimum degree on the pattern itself.
-        return splu(
-            sp.csc_array(stiffness),
-            permc_spec="MMD_AT_PLUS_A",
-            diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True},
-        )
+    @cached_property
+    def free(self) -> tuple[NDArray, NDArray]:
+        """Index of the rows and columns of the table that the edges leave free."""
+        rows, columns = np.ix_(*free(self.plate, self.mesh))
+        return rows, columns
 
     def solve(self, loads: NDArray[np.float64]) -> NDArray[np.float64]:
         """Unknowns under generalised nodal loads.
@@ -135,10 +153,10 @@ class Linear:
         -------
         (2 nx + 2, 2 ny + 2, C) float64, mm
         """
-        free = loads[CLAMPED, CLAMPED]
+        right = loads[self.free]
         values = np.zeros(loads.shape)
-        solution = self.factor.solve(free.reshape(-1, free.shape[2]))
-        values[CLAMPED, CLAMPED] = solution.reshape(free.shape)
+        solution = self.factor.solve(right.reshape(-1, right.shape[2]))
+        values[self.free] = solution.reshape(right.shape)
         return values
 
     def deflect(self, touches: Sequence[Touch]) -> State:
@@ -149,10 +167,7 @@ class Linear:
         ValueError
             A touch lies outside the plate.
         """
-        places = np.array([(t.x, t.y) for t in touches], dtype=np.float64).reshape(-1, 2)
-        xy = self.plate.points(places, "touch")
-        # A force into the plate acts along -z.
-        along_z = np.array([-t.force for t in touches], dtype=np.float64)
+        xy, along_z, _ = spread(self.plate, self.mesh, touches)
         loads = np.zeros((*self.mesh.shape, 1))
         derivative(self.mesh, xy).add_to(loads, along_z, np.zeros(len(xy), dtype=np.int64))
         return State(self.plate, self.mesh, self.solve(loads))

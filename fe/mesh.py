@@ -3,26 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from fe.hermite import gram
+from fe.line import Line, divide
 from fe.plate import Plate
 
-# Recovery of curvature needs windows of six nodes; one element more leaves an inside.
+# Recovery of curvature needs five elements between breaks; one more leaves an inside.
 _FEWEST = 6
 _LONG_SIDE = 100
+
+Breaks = tuple[tuple[float, ...], tuple[float, ...]]
 
 
 @dataclass(frozen=True)
 class Mesh:
-    """A uniform grid of bicubic Hermite elements.
+    """A grid of bicubic Hermite elements, uniform between breaks.
 
     The unknowns form a table: row = unknown of the x line, column = unknown of the y line, where
-    each line holds (value, slope times element length) at each node. A node so has four of them:
-    w, h_y w,y, h_x w,x and h_x h_y w,xy.
+    each line holds (value, slope times mean element length) at each node. A node so has four of
+    them: w, u_y w,y, u_x w,x and u_x u_y w,xy.
 
     Attributes
     ----------
@@ -30,38 +32,66 @@ class Mesh:
         Sides (a, b), mm.
     counts : tuple of int
         Elements along x and y.
+    breaks : pair of tuples of float
+        Places along x and along y, mm, that must lie on lines of the grid: borders of patches.
 
     Raises
     ------
     ValueError
-        There are fewer than six elements along a side.
+        There are fewer than six elements along a side or between two breaks.
     """
 
     size: tuple[float, float]
     counts: tuple[int, int]
+    breaks: Breaks = ((), ())
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "size", tuple(float(v) for v in self.size))
         object.__setattr__(self, "counts", tuple(int(v) for v in self.counts))
-        if min(self.counts) < _FEWEST:
-            nx, ny = self.counts
-            raise ValueError(
-                f"mesh must have at least {_FEWEST} elements along each side, got {nx} by {ny}"
-            )
+        breaks = tuple(tuple(float(v) for v in places) for places in self.breaks)
+        object.__setattr__(self, "breaks", breaks)
+        for name, side, count, places in zip("xy", self.size, self.counts, breaks, strict=True):
+            if (np.diff([0.0, *places, side]) <= 0).any():
+                raise ValueError(
+                    f"breaks of a mesh along {name} must ascend between 0 and {side:g} mm, "
+                    f"got {places}"
+                )
+            least = _FEWEST * (len(places) + 1)
+            if count < least:
+                between = f" ({_FEWEST} between borders of patches)" if places else ""
+                raise ValueError(
+                    f"mesh must have at least {least} elements along {name}{between}, got {count}"
+                )
+
+    @cached_property
+    def lines(self) -> tuple[Line, Line]:
+        """Elements along x and along y."""
+        x, y = (
+            divide(side, count, places, _FEWEST)
+            for side, count, places in zip(self.size, self.counts, self.breaks, strict=True)
+        )
+        return x, y
 
     @property
-    def spacing(self) -> tuple[float, float]:
-        """Sides of an element, mm."""
-        return self.size[0] / self.counts[0], self.size[1] / self.counts[1]
+    def nodes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Places of the nodes along x (nx + 1,) and along y (ny + 1,), mm."""
+        return self.lines[0].nodes, self.lines[1].nodes
+
+    @property
+    def units(self) -> tuple[float, float]:
+        """Mean sides of an element, mm, by which unknowns of slope are scaled."""
+        return self.lines[0].unit, self.lines[1].unit
 
     @property
     def shape(self) -> tuple[int, int]:
         """Shape of the table of unknowns."""
-        return 2 * self.counts[0] + 2, 2 * self.counts[1] + 2
+        return self.lines[0].unknowns, self.lines[1].unknowns
 
-    def gram(self, axis: int, p: int, q: int) -> sp.csr_array:
-        """Integrals of products of derivatives along an axis (0 = x), see `fe.hermite.gram`."""
-        return gram(self.spacing[axis], self.counts[axis], p, q)
+    @property
+    def middles(self) -> NDArray[np.float64]:
+        """Middle of each element, (nx, ny, 2) float64, mm."""
+        x, y = (0.5 * (nodes[1:] + nodes[:-1]) for nodes in self.nodes)
+        return np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
 
     def table(self, values: ArrayLike, functions: int) -> NDArray[np.float64]:
         """Return the unknowns of some functions as a read-only array of the right shape.
@@ -81,15 +111,50 @@ class Mesh:
         return table
 
 
+def grid(plate: Plate, longer: int) -> Mesh:
+    """Return a mesh of nearly square elements, even in number, with lines along all patches.
+
+    Even counts put a line of nodes through the middle of a plate without patches.
+
+    Parameters
+    ----------
+    plate : Plate
+    longer : int
+        Elements along the longer side; more where patches need them.
+    """
+    side = max(plate.size)
+    breaks = borders(plate)
+    counts = tuple(
+        max(2 * round(longer / 2 * length / side), _FEWEST * (len(places) + 1))
+        for length, places in zip(plate.size, breaks, strict=True)
+    )
+    return Mesh(plate.size, (counts[0], counts[1]), breaks)
+
+
 def default_mesh(plate: Plate) -> Mesh:
-    """Return a grid of 100 elements along the longer side, nearly square and even in number.
+    """Return the `grid` of 100 elements along the longer side.
 
     On it the strains of the clamped square are exact to 1e-5 and the deflection under a touch
-    to 7e-5. Even counts put a line of nodes through the middle.
+    to 7e-5.
     """
-    longer = max(plate.size)
-    nx, ny = (max(2 * round(_LONG_SIDE / 2 * side / longer), _FEWEST) for side in plate.size)
-    return Mesh(plate.size, (nx, ny))
+    return grid(plate, _LONG_SIDE)
+
+
+def borders(plate: Plate) -> Breaks:
+    """Places inside the plate where a patch begins or ends, along x and along y, mm."""
+    along = [
+        tuple(
+            sorted({v for patch in plate.patches for v in (patch.x, patch.y)[axis]} - {0.0, side})
+        )
+        for axis, side in enumerate(plate.size)
+    ]
+    return along[0], along[1]
+
+
+def on_elements(plate: Plate, mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Thickness, mm, and Young's modulus, MPa, of each element: two (nx, ny) float64."""
+    thickness, young = plate.material(mesh.middles.reshape(-1, 2))
+    return thickness.reshape(mesh.counts), young.reshape(mesh.counts)
 
 
 def mesh_for(plate: Plate, mesh: Mesh | None) -> Mesh:
@@ -98,7 +163,7 @@ def mesh_for(plate: Plate, mesh: Mesh | None) -> Mesh:
     Raises
     ------
     ValueError
-        The mesh has another size than the plate.
+        The mesh has another size than the plate, or no lines along the borders of its patches.
     """
     if mesh is None:
         return default_mesh(plate)
@@ -107,4 +172,11 @@ def mesh_for(plate: Plate, mesh: Mesh | None) -> Mesh:
             f"mesh must have the size of the plate, {plate.size} mm, got {mesh.size} mm; "
             "use Mesh(plate.size, counts)"
         )
+    for name, wanted, nodes in zip("xy", borders(plate), mesh.nodes, strict=True):
+        missing = set(wanted) - set(nodes.tolist())
+        if missing:
+            raise ValueError(
+                f"mesh must have a line at each border of a patch, none at {name} = "
+                f"{min(missing):g} mm; use fe.grid(plate, longer) or give breaks"
+            )
     return mesh

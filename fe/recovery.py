@@ -2,7 +2,8 @@
 
 The second derivative of a cubic is exact only to h². The nodal values and slopes of the solution
 are better than that, so the curvature is taken from them by differences that use both, and carried
-from the nodes to any point by a cubic through four of them. All of it is linear, hence the strain
+from the nodes to any point by a cubic through four of them. Nothing reaches over a break of the
+line, where curvature may jump. All of it is linear, hence the strain
 of a gauge is a fixed functional and has an adjoint.
 """
 
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fe.hermite import Stencil, hermite
+from fe.line import Line
 
 # Weights of (v, h v') at successive nodes for h² v''. Inside, at nodes -1, 0, 1:
 # 2 δ²v - h δ(v')/2, error -h⁶/360 v⁽⁶⁾. At the end, from nodes 0, 1, 2: the second derivative of
@@ -24,17 +26,19 @@ _MIRROR = np.array([1.0, -1.0] * 3)
 
 # A cubic through four nodes whose curvatures reach one node further on each side: six nodes.
 _WINDOW = 12
+FEWEST = 5
+"""Elements that a run between two breaks needs at least for that window."""
 
 
-def recover(x: NDArray, spacing: float, count: int, order: int) -> Stencil:
+def recover(x: NDArray[np.float64], line: Line, order: int) -> Stencil:
     """Stencil of a derivative at points of a line, with an error of h⁴.
 
     Parameters
     ----------
     x : (K,) float64, mm
-        Places on the line, 0 to `count * spacing`.
-    spacing, count : float in mm, int
-        Length and number of the elements, at least six.
+        Places on the line.
+    line : Line
+        With at least `FEWEST` elements between breaks.
     order : int
         0, 1 or 2.
 
@@ -44,16 +48,30 @@ def recover(x: NDArray, spacing: float, count: int, order: int) -> Stencil:
         Windows of 4 unknowns for order 0 and of 12 for the others, weights in mm^-order.
     """
     if order == 0:
-        return Stencil(*hermite(x, spacing, count, 0))
-    s = x / spacing
+        return hermite(x, line, 0)
+    start = np.empty(x.size, dtype=np.int64)
+    weights = np.zeros((x.size, _WINDOW))
+    run = line.run_of(x)
+    for k, (first, last) in enumerate(line.runs):
+        here = run == k
+        length = (line.nodes[last] - line.nodes[first]) / (last - first)
+        s = (x[here] - line.nodes[first]) / length
+        start[here], weights[here] = _in_run(s, last - first, order)
+        start[here] += 2 * first
+        weights[here] /= length**order
+        weights[here, 1::2] *= length / line.unit
+    return Stencil(start, weights)
+
+
+def _in_run(s: NDArray, count: int, order: int) -> tuple[NDArray, NDArray]:
+    """Stencil at places s (K,) in elements from the first of `count` of unit length."""
     node = np.clip(np.floor(s).astype(np.int64) - 1, 0, count - 3)
     start = 2 * np.clip(node - 1, 0, count - 5)
-    at_nodes = _nodal(count, order) / spacing**order
     columns = start[:, None] + np.arange(_WINDOW)
-    weights = np.zeros((x.size, _WINDOW))
+    weights = np.zeros((s.size, _WINDOW))
     for j, share in enumerate(_cubic(s - node)):
-        weights += share[:, None] * at_nodes[(node + j)[:, None], columns]
-    return Stencil(start, weights)
+        weights += share[:, None] * _nodal(count, order)[(node + j)[:, None], columns]
+    return start, weights
 
 
 def _cubic(t: NDArray) -> list[NDArray]:

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import fe
-from fe.energy import bending_stiffness
+from fe.energy import bending_products
 from fe.functional import derivative, recovered
+from fe.hermite import gram
 
 SIZE, COUNTS = (3.0, 2.0), (9, 7)
 MESH = fe.Mesh(SIZE, COUNTS)
@@ -15,7 +16,7 @@ POINTS = np.random.default_rng(1).uniform((0, 0), SIZE, (40, 2))
 
 def table(mesh, f, dx, dy, dxy):
     """Unknowns of a function given with its derivatives."""
-    (hx, hy), (nx, ny) = mesh.spacing, mesh.counts
+    (hx, hy), (nx, ny) = mesh.units, mesh.counts
     x, y = np.meshgrid(
         np.linspace(0, mesh.size[0], nx + 1), np.linspace(0, mesh.size[1], ny + 1), indexing="ij"
     )
@@ -82,10 +83,10 @@ def test_recovered_curvature_converges_with_the_fourth_power_anywhere(p, q):
 
 
 def energy(values):
-    matrix = bending_stiffness(
-        PLATE,
-        lambda p, q: MESH.gram(0, p, q).toarray(),
-        lambda p, q: MESH.gram(1, p, q).toarray(),
+    matrix = PLATE.rigidity * bending_products(
+        PLATE.poisson,
+        lambda p, q: gram(MESH.lines[0], p, q).toarray(),
+        lambda p, q: gram(MESH.lines[1], p, q).toarray(),
         np.kron,
     )
     return values.ravel() @ matrix @ values.ravel()

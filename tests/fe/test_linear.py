@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fe
-from fe.energy import bending_stiffness
+from fe.energy import bending_products
+from fe.hermite import gram
 
 # Clamped square of side a under a load P: load and gauge in parts of the side, w D / (P a²) under
 # the load, and the curvatures w,xx w,yy w,xy D / P at the gauge for w along the load. Computed
@@ -243,10 +244,10 @@ def test_mirrored_touches_bend_the_plate_mirrored():
 def test_the_edges_carry_force_and_moments_of_the_touches():
     touches = [fe.Touch(31.0, 77.0, 3.0), fe.Touch(120.5, 20.2, -1.1)]
     mesh, values = SMALL.mesh, SMALL.deflect(touches).values
-    stiffness = bending_stiffness(
-        OBLONG,
-        lambda p, q: mesh.gram(0, p, q).toarray(),
-        lambda p, q: mesh.gram(1, p, q).toarray(),
+    stiffness = OBLONG.rigidity * bending_products(
+        OBLONG.poisson,
+        lambda p, q: gram(mesh.lines[0], p, q).toarray(),
+        lambda p, q: gram(mesh.lines[1], p, q).toarray(),
         np.kron,
     )
     reaction = (stiffness @ values.ravel()).reshape(mesh.shape)
@@ -254,9 +255,9 @@ def test_the_edges_carry_force_and_moments_of_the_touches():
     # Unknowns (value, slope times h) of 1, x and y along a line.
     one = [np.tile([1.0, 0.0], n + 1) for n in mesh.counts]
     ramp = [
-        np.repeat(np.arange(n + 1) * h, 2) for n, h in zip(mesh.counts, mesh.spacing, strict=True)
+        np.repeat(np.arange(n + 1) * h, 2) for n, h in zip(mesh.counts, mesh.units, strict=True)
     ]
-    for line, h in zip(ramp, mesh.spacing, strict=True):
+    for line, h in zip(ramp, mesh.units, strict=True):
         line[1::2] = h
     f, x, y = np.array([(t.force, t.x, t.y) for t in touches]).T
     assert one[0] @ reaction @ one[1] == pytest.approx(f.sum(), rel=1e-8)

@@ -1,0 +1,74 @@
+"""Factors of a stiffness, scaled so that soft and stiff parts keep their digits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse.linalg import LinearOperator, SuperLU, onenormest, splu
+
+# Rounding was seen to leave 4e-18 times the condition number in strains and deflections: here
+# 4e-5. Plates with held edges have 1e7 to 1e9 on 100 elements a side; a stiff part that only soft
+# ones hold has that times the ratio of their rigidities.
+_LARGEST_CONDITION = 1e13
+
+
+@dataclass(frozen=True, eq=False)
+class Factor:
+    """Factors of S K S with S = 1/√diag K, which brings all unknowns to one scale.
+
+    Attributes
+    ----------
+    factors : SuperLU
+    scale : (N,) float64
+        Diagonal of S.
+    condition : float
+        Estimate of the condition number of S K S in the 1-norm.
+    """
+
+    factors: SuperLU
+    scale: NDArray[np.float64]
+    condition: float
+
+    def solve(self, right: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Solve for right-hand sides (N, C) float64."""
+        scale = self.scale[:, None]
+        return scale * self.factors.solve(scale * right)
+
+
+def operator(size: int, apply: Callable[[NDArray], NDArray]) -> LinearOperator:
+    """Symmetric operator (size, size) that SciPy's iterations take, from what it does to vectors."""
+    make: Any = LinearOperator  # its constructor is not typed
+    return make((size, size), matvec=apply, rmatvec=apply, matmat=apply, dtype=np.float64)
+
+
+def factor(matrix: sp.csc_array) -> Factor:
+    """Factor a symmetric positive matrix (N, N).
+
+    Raises
+    ------
+    ValueError
+        Its condition number is so large that rounding would show.
+    """
+    scale = 1.0 / np.sqrt(matrix.diagonal())
+    scaled = sp.csc_array(sp.diags_array(scale) @ matrix @ sp.diags_array(scale))
+    # Symmetric and positive: no pivoting, and minimum degree on the pattern itself.
+    factors = splu(
+        scaled,
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
+    inverse = operator(len(scale), factors.solve)
+    condition = float(abs(scaled).sum(axis=0).max() * onenormest(inverse, t=1, itmax=3))
+    if condition > _LARGEST_CONDITION:
+        raise ValueError(
+            f"stiffness of the plate has condition number {condition:.0e}, more than "
+            f"{_LARGEST_CONDITION:.0e}: rounding would show in the strains; hold the edges more "
+            "firmly or bring the patches nearer to each other"
+        )
+    return Factor(factors, scale, condition)

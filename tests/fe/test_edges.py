@@ -1,0 +1,181 @@
+"""Edges of every kind against Lévy's series, strips that bend as beams, and limits of springs."""
+
+from math import inf, isinf
+
+import numpy as np
+import pytest
+
+import fe
+
+C, S, F = fe.Clamped(), fe.Supported(), fe.Free()
+SIZE = (100.0, 80.0)
+PAIRS = {
+    "supported": (S, S),
+    "clamped": (C, C),
+    "clamped and free": (C, F),
+    "supported and free": (S, F),
+    "free": (F, F),
+    "elastic": (fe.Elastic(3.0, 400.0), fe.Elastic(inf, 900.0)),
+    "clamped and elastic": (C, fe.Elastic(0.7, 0.0)),
+}
+
+
+def plate(south, north, size=SIZE, poisson=0.3):
+    return fe.Plate(size, 1.2, 3000.0, poisson, fe.Edges(S, S, south, north))
+
+
+def test_the_series_gives_the_known_supported_square():
+    square = plate(S, S, (100.0, 100.0))
+    w, _ = levy(square, (50.0, 50.0), (50.0, 50.0), terms=20000)
+    assert w * square.rigidity / 1e4 == pytest.approx(0.011600839772, rel=1e-9)
+
+
+def test_the_series_gives_the_known_clamped_half_plane():
+    # Other edges a thousand times as far away: w = P d² / 4πD under the load.
+    wide = plate(C, F, (2000.0, 1000.0))
+    w, _ = levy(wide, (1000.0, 1.0), (1000.0, 1.0), terms=400000)
+    assert w * wide.rigidity == pytest.approx(1 / (4 * np.pi), rel=1e-5)
+
+
+LOADS = ((50.0, 40.0), (23.0, 61.0))
+PLACES = np.array([(50.0, 0.0), (40.0, 10.0), (10.0, 80.0), (96.0, 75.0), (0.0, 20.0)])
+
+
+@pytest.mark.parametrize("edges", PAIRS.values(), ids=PAIRS)
+def test_every_kind_of_edge_meets_the_series(edges):
+    one = plate(*edges)
+    solver = fe.Linear(one, fe.Mesh(SIZE, (100, 80)))
+    for load in LOADS:
+        state = solver.deflect([fe.Touch(*load, 2.5)])
+        w, _ = levy(one, load, load, terms=20000)
+        assert state.deflection([load])[0] == pytest.approx(-2.5 * w, rel=1.2e-4)
+        truth = [levy(one, load, at) for at in PLACES]
+        deflection = -2.5 * np.array([w for w, _ in truth])
+        strain = 0.6 * 2.5 * np.array([curvature for _, curvature in truth])
+        np.testing.assert_allclose(state.deflection(PLACES), deflection, atol=1e-5 * 2.5 * w)
+        np.testing.assert_allclose(state.strain(PLACES), strain, atol=1e-5 * np.abs(strain).max())
+
+
+@pytest.mark.parametrize("kind", [C, S, F])
+def test_an_elastic_edge_with_springs_of_nothing_or_of_rock_is_the_plain_one(kind):
+    springs = [1e12 if isinf(k) else 0.0 for k in kind.springs]
+    plain, elastic = (plate(C, edge) for edge in (kind, fe.Elastic(*springs)))
+    mesh = fe.Mesh(SIZE, (20, 16))
+    one, other = (fe.deflect(p, [fe.Touch(41.0, 60.0, 1.0)], mesh) for p in (plain, elastic))
+    np.testing.assert_allclose(one.strain(PLACES), other.strain(PLACES), rtol=1e-7, atol=1e-12)
+
+
+@pytest.mark.parametrize("edges", [F, fe.Edges(S, F, F, F), fe.Elastic(0.0, 5.0)])
+def test_a_plate_that_nothing_holds_is_refused(edges):
+    with pytest.raises(ValueError, match=r"^plate edges must hold the plate, got west "):
+        fe.Plate(SIZE, 1.0, 3000.0, 0.3, edges)
+
+
+def test_an_edge_that_barely_holds_is_refused_before_rounding_shows():
+    barely = fe.Plate(SIZE, 1.2, 3000.0, 0.3, fe.Elastic(1e-13, 0.0))
+    with pytest.raises(ValueError, match=r"^stiffness of the plate has condition number .*e\+"):
+        fe.deflect(barely, [fe.Touch(50.0, 40.0, 1.0)])
+
+
+@pytest.mark.parametrize(
+    "edges",
+    [fe.Edges(C, F, F, F), fe.Edges(S, F, F, S), fe.Edges(S, fe.Elastic(0.0, 5.0), F, F)],
+)
+def test_one_clamped_edge_or_two_supported_ones_hold_it(edges):
+    fe.deflect(fe.Plate(SIZE, 1.0, 3000.0, 0.3, edges), [fe.Touch(50.0, 40.0, 1.0)])
+
+
+@pytest.mark.parametrize("spring", [-1.0, float("nan")])
+def test_a_spring_is_not_negative(spring):
+    with pytest.raises(ValueError, match=r"^rotation spring of an edge must be 0 or more, got"):
+        fe.Elastic(1.0, spring)
+
+
+def test_what_is_not_an_edge_is_refused():
+    with pytest.raises(ValueError, match=r"^east edge must be Clamped\(\), Supported\(\)"):
+        fe.Edges(C, "clamped", C, C)  # pyright: ignore[reportArgumentType]
+
+
+def levy(plate: fe.Plate, load, at, terms=4000):
+    """Deflection and curvatures at a point for 1 N along +z at another, Timoshenko's chapter 6.
+
+    Along x the solution is a sum of sines. For each, the line load on an infinite strip has the
+    closed form g(s) = (1 + α|s|) exp(-α|s|) / 4α³, and four exponentials that fall from the two
+    edges make it meet them. Returns w in mm and w,xx w,yy w,xy in 1/mm; terms fall as exp(-α|Δy|)
+    and as α⁻³ in w where load and point have one y.
+    """
+    (a, b), d, nu = plate.size, plate.rigidity, plate.poisson
+    (xi, eta), (x, y) = load, at
+    alpha = np.pi / a * np.arange(1, terms + 1)
+    south, north = (edge.springs for edge in plate.sides.along(1))
+    rows, right = [], []
+    for place, springs, outward in ((0.0, south, -1.0), (b, north, 1.0)):
+        waves = [wave(alpha, b, place, n) for n in range(4)]
+        line = [strip(alpha, place - eta, n) for n in range(4)]
+        for condition in conditions(alpha, d, nu, springs, outward):
+            rows.append(condition(waves))
+            right.append(-condition(line))
+    matrix = np.moveaxis(np.array(rows), 2, 0)  # (terms, 4, 4)
+    scale = np.abs(matrix).max(axis=2)
+    amplitude = np.linalg.solve(
+        matrix / scale[:, :, None], (np.array(right)[:, 0].T / scale)[..., None]
+    )[..., 0]
+    derivatives = [
+        strip(alpha, y - eta, n)[0] + (wave(alpha, b, y, n) * amplitude.T).sum(axis=0)
+        for n in range(3)
+    ]
+    part = 2 * np.sin(alpha * xi) / (a * d)
+    s, c = np.sin(alpha * x), np.cos(alpha * x)
+    return (
+        (part * derivatives[0] * s).sum(),
+        np.array(
+            [
+                (part * derivatives[0] * -(alpha**2) * s).sum(),
+                (part * derivatives[2] * s).sum(),
+                (part * derivatives[1] * alpha * c).sum(),
+            ]
+        ),
+    )
+
+
+def strip(alpha, s, n):
+    """Take derivative n of the line load's solution on an infinite strip, (1, terms)."""
+    t, e = alpha * abs(s), np.exp(-alpha * abs(s))
+    sign = np.sign(s)
+    return [
+        (1 + t) * e / (4 * alpha**3),
+        -sign * t * e / (4 * alpha**2),
+        -(1 - t) * e / (4 * alpha),
+        sign * (2 - t) * e / 4,
+    ][n][None]
+
+
+def wave(alpha, b, y, n):
+    """Take derivative n of the four solutions that fall from the edges, (4, terms)."""
+    t, u = alpha * y, alpha * (b - y)
+    down, up = np.exp(-t), np.exp(-u)
+    return alpha**n * np.array(
+        [
+            (-1) ** n * down,
+            (-1) ** n * (t - n) * down,
+            up,
+            (u - n) * up,
+        ]
+    )
+
+
+def conditions(alpha, d, nu, springs, outward):
+    """Return what an edge asks of derivatives 0 to 3 across it."""
+
+    def turn(f):
+        if isinf(springs.rotation):
+            return f[1]
+        return outward * d * (f[2] - nu * alpha**2 * f[0]) + springs.rotation * f[1]
+
+    def shift(f):
+        if isinf(springs.deflection):
+            return f[0]
+        shear = f[3] - (2 - nu) * alpha**2 * f[1]
+        return -outward * d * shear + springs.deflection * f[0]
+
+    return turn, shift
