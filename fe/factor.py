@@ -41,7 +41,7 @@ class Factor:
 
 
 def operator(size: int, apply: Callable[[NDArray], NDArray]) -> LinearOperator:
-    """Symmetric operator (size, size) that SciPy's iterations take, from what it does to vectors."""
+    """Make a symmetric operator for SciPy's iterations from what it does to vectors (size,)."""
     make: Any = LinearOperator  # its constructor is not typed
     return make((size, size), matvec=apply, rmatvec=apply, matmat=apply, dtype=np.float64)
 
