@@ -10,15 +10,36 @@ from synthetic.telecentric import AnyCamera, Telecentric, telecentric_above
 from synthetic.view import motion, rigid, seen
 
 if TYPE_CHECKING:
+    from synthetic.exposure import Exposure
+    from synthetic.hand import Hand
+    from synthetic.light import Light, polynomial_light, projected_discs
+    from synthetic.optics import Optics
     from synthetic.pattern import Pattern, Speckle, speckle
     from synthetic.rendering import render
     from synthetic.sensor import Sensor
     from synthetic.warp import Warper, prepare_warp
 
+# An estimator needs the camera alone: what compiles kernels is imported when it is first asked for.
+_HOMES = {
+    "exposure": ("Exposure",),
+    "hand": ("Hand",),
+    "light": ("Light", "polynomial_light", "projected_discs"),
+    "optics": ("Optics",),
+    "pattern": ("Pattern", "Speckle", "speckle"),
+    "rendering": ("render",),
+    "sensor": ("Sensor",),
+    "warp": ("Warper", "prepare_warp"),
+}
+_HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
+
 __all__ = [
     "AnyCamera",
     "Camera",
     "Distortion",
+    "Exposure",
+    "Hand",
+    "Light",
+    "Optics",
     "Pattern",
     "Sensor",
     "Speckle",
@@ -27,7 +48,9 @@ __all__ = [
     "looking",
     "motion",
     "pinhole_above",
+    "polynomial_light",
     "prepare_warp",
+    "projected_discs",
     "render",
     "rigid",
     "seen",
@@ -36,19 +59,8 @@ __all__ = [
     "turned",
 ]
 
-# An estimator needs the camera alone: what compiles kernels is imported when it is first asked for.
-_LATER = {
-    "Pattern": "pattern",
-    "Sensor": "sensor",
-    "Speckle": "pattern",
-    "Warper": "warp",
-    "prepare_warp": "warp",
-    "render": "rendering",
-    "speckle": "pattern",
-}
-
 
 def __getattr__(name: str):
-    if name not in _LATER:
+    if name not in _HOME_OF:
         raise AttributeError(f"module 'synthetic' has no attribute {name!r}")
-    return getattr(import_module(f"synthetic.{_LATER[name]}"), name)
+    return getattr(import_module(f"synthetic.{_HOME_OF[name]}"), name)

@@ -7,12 +7,16 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
+from synthetic.exposure import Exposure
 from synthetic.inverse import Displacement, invert
 from synthetic.pattern import Pattern
 from synthetic.points import Array, at_height
 from synthetic.sensor import Sensor
 from synthetic.telecentric import AnyCamera
 
+# A blurred picture is made of light at so many places a side of a pixel: off by 0.002 grey levels
+# of 255, by 0.016 at worst.
+BLUR_PLACES = 4
 # Arrays of this many rows stay in the cache of a core.
 STRIP_ROWS = 16
 
@@ -25,6 +29,7 @@ def render(
     rng: Generator | None,
     z: float = 0.0,
     samples: int = 4,
+    exposure: Exposure | None = None,
 ) -> NDArray:
     """Take a picture of the deformed plate.
 
@@ -39,7 +44,9 @@ def render(
     rng : source of the noise; None takes a picture without noise.
     z : height of the face over the plate's middle plane, mm; half the thickness.
     samples : points a side of a pixel. With 4 the pixels of the default speckle are off by 0.01
-        grey levels of 255 (standard deviation); edges of spots below 2 px need 5.
+        grey levels of 255 (standard deviation); edges of spots below 2 px need 5. Not used where
+        the exposure blurs.
+    exposure : blur, light and what stands before the plate; None for a sharp, evenly lit picture.
 
     Returns
     -------
@@ -51,7 +58,16 @@ def render(
         The plate lies outside the picture or is not before the camera, the displacement is of
         wrong shape, not finite or jumps, or the deformed plate hides parts of itself.
     """
-    light = mean_light(pattern, camera, displacement, z, samples)
+    optics = exposure.optics if exposure is not None else None
+    if optics is not None and optics.reach > 0:
+        border = optics.reach
+        fine = fine_light(pattern, camera, displacement, z, BLUR_PLACES, 1, border)
+        inside = slice(border * BLUR_PLACES, -border * BLUR_PLACES, BLUR_PLACES)
+        light = optics.blur(fine, BLUR_PLACES)[inside, inside]
+    else:
+        light = mean_light(pattern, camera, displacement, z, samples)
+    if exposure is not None:
+        light = exposure.apply(light, camera, z, rng)
     return 255 * light if sensor is None else sensor.capture(light, rng)
 
 
@@ -96,6 +112,33 @@ def mean_light(
             looked = inverse.follow(pixels[covered], offsets)
             light[strip][covered.reshape(x.shape)] = _mean(pattern, weights, looked)
     return light
+
+
+def fine_light(
+    pattern: Pattern,
+    camera: AnyCamera,
+    displacement: Displacement | None,
+    z: float,
+    places: int,
+    samples: int,
+    border: int,
+) -> Array:
+    """Light as a function of place, at `places` places a side of a pixel.
+
+    Parameters
+    ----------
+    samples : points a side, for the mean over a pixel around each place; 1 for the light there.
+
+    Returns
+    -------
+    ((H + 2 border) places, (W + 2 border) places) float64, 0 to 1.
+    """
+    width, height = (length + 2 * border for length in camera.size)
+    fine = np.empty((height, places, width, places))
+    for i, j in product(range(places), repeat=2):
+        offset = (j / places, i / places)
+        fine[:, i, :, j] = mean_light(pattern, camera, displacement, z, samples, offset, border)
+    return fine.reshape(height * places, width * places)
 
 
 def _samples(count: int) -> tuple[Array, Array]:

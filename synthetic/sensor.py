@@ -1,4 +1,4 @@
-"""From light to grey levels: exposure, read noise and quantisation."""
+"""From light to grey levels: gain, noise and quantisation."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -12,7 +12,7 @@ from scipy.special import ndtri
 
 @dataclass(frozen=True)
 class Sensor:
-    """An image sensor with Gaussian read noise.
+    """An image sensor with read noise and, where its electrons are counted, shot noise.
 
     Attributes
     ----------
@@ -20,17 +20,21 @@ class Sensor:
     bits : depth of a pixel, 8 to 16; pictures are uint8 at 8 bits and uint16 above.
     black, white : grey level of intensity 0 and 1 as fractions of full scale. The default leaves
         room for noise on both sides and gives the default speckle a spread of 50 to 56 levels.
+    full_well : electrons of the span from grey level 0 to the largest; the count of electrons of a
+        pixel has a variance as large as itself. None for a sensor without shot noise.
 
     Raises
     ------
     ValueError
-        Negative noise, a depth outside 8 to 16 bits, or not 0 ≤ black < white ≤ 1.
+        Negative noise, a depth outside 8 to 16 bits, a full well that is not positive, or not
+        0 ≤ black < white ≤ 1.
     """
 
     noise: float = 2.0
     bits: int = 8
     black: float = 0.2
     white: float = 0.72
+    full_well: float | None = None
 
     def __post_init__(self):
         if not 0 <= self.noise < np.inf:
@@ -42,6 +46,8 @@ class Sensor:
                 "black and white must satisfy 0 ≤ black < white ≤ 1 of full scale, "
                 f"got {self.black} and {self.white}"
             )
+        if self.full_well is not None and not 0 < self.full_well < np.inf:
+            raise ValueError(f"full well must be positive, got {self.full_well} electrons")
 
     @property
     def top(self) -> int:
@@ -60,7 +66,7 @@ class Sensor:
 
         Parameters
         ----------
-        intensity : (H, W) float, light on each pixel, 0 to 1.
+        intensity : (H, W) float, light on each pixel, 0 to 1; what is brighter may saturate.
         rng : source of the noise; None takes a picture without noise.
         out : (H, W) of the sensor's type, reused when given.
 
@@ -73,7 +79,8 @@ class Sensor:
         A frame draws 64 bits from `rng`; splitmix64 stretches them over the pixels, and 16 bits
         choose one of 65536 equally likely normal deviates. Mean 0 and variance 1 are exact, the
         largest deviate is 4.4; that is far below what rounding to a grey level can show, and
-        several times faster than a deviate by ziggurat.
+        several times faster than a deviate by ziggurat. Shot noise is drawn as normal too, with
+        the variance of the count; below some 50 electrons a count is not.
         """
         if out is None:
             out = np.empty(intensity.shape, self.dtype)
@@ -81,12 +88,13 @@ class Sensor:
             raise ValueError(
                 f"out must be {intensity.shape} {self.dtype.__name__}, got {out.shape} {out.dtype}"
             )
-        noise = self.noise if rng is not None else 0.0
+        read = self.noise if rng is not None else 0.0
+        shot = self.top / self.full_well if rng is not None and self.full_well else 0.0
         seed = rng.integers(2**64, dtype=np.uint64) if rng is not None else np.uint64(0)
         gain, offset = self.top * (self.white - self.black), self.top * self.black
         light = np.ascontiguousarray(intensity)
-        line = np.array([gain, offset, self.top], np.float32)
-        _digitise(light.ravel(), line, _deviates() * np.float32(noise), seed, out.reshape(-1))
+        line = np.array([gain, offset, self.top, read**2, shot], np.float32)
+        _digitise(light.ravel(), line, _deviates(), seed, out.reshape(-1))
         return out
 
 
@@ -101,13 +109,17 @@ def _deviates() -> NDArray[np.float32]:
 
 @njit(cache=True, nogil=True)
 def _digitise(light, line, deviates, seed, out):
-    gain, offset, top = line[0], line[1] + np.float32(0.5), line[2]
+    """`line` holds gain, offset, top, read variance and shot variance per level."""
+    gain, offset, top, read, shot = line
+    half = np.float32(0.5)
     for start in range(0, light.size, 4):
         word = seed + np.uint64(start + 1) * np.uint64(0x9E3779B97F4A7C15)
         word = (word ^ (word >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
         word = (word ^ (word >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
         word ^= word >> np.uint64(31)
         for i in range(start, min(start + 4, light.size)):
-            level = gain * np.float32(light[i]) + offset + deviates[word & np.uint64(0xFFFF)]
+            mean = gain * np.float32(light[i])
+            spread = np.sqrt(read + shot * max(mean, np.float32(0)))
+            level = mean + offset + half + spread * deviates[word & np.uint64(0xFFFF)]
             out[i] = np.uint16(min(max(level, np.float32(0)), top))
             word >>= np.uint64(16)

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from itertools import product
 
 import numpy as np
 from numpy.random import Generator
@@ -11,7 +10,7 @@ from scipy.ndimage import spline_filter
 
 from synthetic.pattern import Pattern
 from synthetic.points import Array
-from synthetic.rendering import mean_light
+from synthetic.rendering import fine_light
 from synthetic.sampling import BORDER_PX, CONTROL_PX, moved_back, sample
 from synthetic.sensor import Sensor
 from synthetic.telecentric import AnyCamera
@@ -146,21 +145,14 @@ def prepare_warp(
     """
     if oversample < 1:
         raise ValueError(f"oversample must be at least 1 sample a pixel, got {oversample}")
-    sharp = spline_filter(_sharp_light(pattern, camera, z, oversample)).astype(np.float32)
-    arrays = {"plate": np.array(pattern.speckle.size), "sharp": sharp}
+    sharp = fine_light(pattern, camera, None, z, oversample, SAMPLES, BORDER_PX)
+    arrays = {
+        "plate": np.array(pattern.speckle.size),
+        "sharp": spline_filter(sharp).astype(np.float32),
+    }
     return Warper.from_arrays(camera, z, arrays)
 
 
 def _controls(length: int) -> NDArray[np.float64]:
     """Control pixels along one side, one before the picture and two at or past its end."""
     return CONTROL_PX * np.arange(-1.0, (length - 1) // CONTROL_PX + 3)
-
-
-def _sharp_light(pattern: Pattern, camera: AnyCamera, z: float, oversample: int) -> Array:
-    """Mean light over a pixel, at `oversample` places a pixel, with a border on each side."""
-    width, height = (length + 2 * BORDER_PX for length in camera.size)
-    sharp = np.empty((height, oversample, width, oversample), np.float64)
-    for i, j in product(range(oversample), repeat=2):
-        offset = (j / oversample, i / oversample)
-        sharp[:, i, :, j] = mean_light(pattern, camera, None, z, SAMPLES, offset, BORDER_PX)
-    return sharp.reshape(height * oversample, width * oversample)

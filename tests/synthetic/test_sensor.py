@@ -48,6 +48,26 @@ def test_without_noise_light_is_rounded_to_the_nearest_level():
     assert np.abs(levels - 255 * (0.1 + 0.8 * light)).max() < 0.5 + 1e-4
 
 
+@pytest.mark.parametrize("light", [0.0, 0.2, 0.7, 1.0])
+def test_shot_noise_grows_as_the_root_of_the_light(light):
+    sensor = synthetic.Sensor(noise=3.0, bits=12, full_well=9000.0)
+    levels, mean = captured(sensor, light), 4095 * (0.2 + 0.52 * light)
+    electrons = 9000 * 0.52 * light
+    expected = np.sqrt(9 + electrons * (4095 / 9000) ** 2 + 1 / 12)
+    assert levels.std() == pytest.approx(expected, rel=0.01)
+    assert abs(levels.mean() - mean) < 4 * expected / np.sqrt(levels.size)
+
+
+@pytest.mark.parametrize("bits", [8, 10, 12, 16])
+def test_every_depth_uses_its_whole_range(bits):
+    sensor = synthetic.Sensor(noise=0.0, bits=bits, black=0.0, white=1.0)
+    levels = sensor.capture(np.array([[0.0, 0.5, 1.0]]), None)
+    assert levels.dtype == (np.uint8 if bits == 8 else np.uint16)
+    assert levels[0, 0] == 0
+    assert abs(int(levels[0, 1]) - (2**bits - 1) / 2) <= 0.5
+    assert levels[0, 2] == 2**bits - 1
+
+
 def test_light_beyond_full_scale_is_clipped():
     sensor = synthetic.Sensor(black=0.0, white=1.0, noise=30.0, bits=12)
     levels = sensor.capture(np.array([[-1.0, 0.0, 1.0, 2.0]]), np.random.default_rng(0))
@@ -61,6 +81,7 @@ def test_light_beyond_full_scale_is_clipped():
     [
         (lambda: synthetic.Sensor(noise=-1.0), "at least 0, got -1.0 grey levels"),
         (lambda: synthetic.Sensor(bits=7), "got 7 bits"),
+        (lambda: synthetic.Sensor(full_well=0.0), "full well must be positive, got 0.0 electrons"),
         (lambda: synthetic.Sensor(black=0.8, white=0.2), "black < white"),
         (
             lambda: synthetic.Sensor().capture(np.ones((2, 3)), None, np.empty((3, 2), np.uint8)),
