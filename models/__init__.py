@@ -12,7 +12,8 @@ if TYPE_CHECKING:
     from models.bound import cramer_rao as cramer_rao
     from models.bound import pixel_level as pixel_level
     from models.dataset import Dataset as Dataset
-    from models.dataset_file import write_dataset as write_dataset
+    from models.dataset_file import DatasetFile as DatasetFile
+    from models.dataset_file import begin_dataset as begin_dataset
     from models.estimate import Estimate as Estimate
     from models.estimate import Result as Result
     from models.forward import Forward as Forward
@@ -41,7 +42,7 @@ _HOMES = {
     "answer": ("Answer", "superpose"),
     "bound": ("cramer_rao", "pixel_level"),
     "dataset": ("Dataset",),
-    "dataset_file": ("write_dataset",),
+    "dataset_file": ("DatasetFile", "begin_dataset"),
     "estimate": ("Estimate", "Result"),
     "forward": ("Forward", "gauges"),
     "matching": ("match",),

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from models.dataset import StrainInfluence
+import fe
 
 __all__ = ["Answer", "superpose"]
 
@@ -19,11 +19,19 @@ Answer = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """From touches (n, k, 3), mm, mm, N, to strain (n, M, 3): exx, eyy, exy of M gauges."""
 
 
-def superpose(influence: StrainInfluence) -> Answer:
-    """Return the answer of linear theory: strains of single touches add, each times its force."""
+def superpose(influence: fe.Influence, radius: float = 0.0) -> Answer:
+    """Return the answer of linear theory: strains of single touches add, each times its force.
+
+    Parameters
+    ----------
+    influence
+        Of the gauges.
+    radius
+        Of the disc that a touch presses, mm; 0 for a point.
+    """
 
     def strain(touches: NDArray[np.float64]) -> NDArray[np.float64]:
-        single = influence.strain(touches[..., :2].reshape(-1, 2))
+        single = influence.strain(touches[..., :2].reshape(-1, 2), radius)
         single = single.reshape(*touches.shape[:2], -1, 3)
         return np.einsum("nk,nkmc->nmc", touches[..., 2], single)
 

@@ -8,7 +8,9 @@ at most and a file that is not whole says so.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,21 +22,80 @@ from models.flat_file import Place, lay_out
 from models.plan import BLOCK, Plan
 from models.samples import ARRAYS, FORMAT, VERSION, checksum, open_dataset
 
-__all__ = ["write_dataset"]
+__all__ = ["DatasetFile", "begin_dataset"]
 
 
-def write_dataset(
-    path: str | Path,
-    plan: Plan,
-    answer: Answer,
-    gauges: NDArray[np.float64],
-    about: Mapping[str, Any],
-    progress: Callable[[int, int], object] | None = None,
-) -> int:
-    """Write the samples of a plan, or those that an earlier run did not get to.
+@dataclass(frozen=True, eq=False)
+class DatasetFile:
+    """A data set that is begun, and may have blocks already.
 
-    The same arguments make the same bytes, whether the run was cut off or not, as long as NumPy and
-    HDF5 are the same.
+    Attributes
+    ----------
+    path : Path
+    plan : Plan
+    found : int
+        Rows that were there when it was opened.
+    places : dict of Place
+        Where its arrays lie.
+    """
+
+    path: Path
+    plan: Plan
+    found: int
+    places: Mapping[str, Place]
+
+    def fill(self, answer: Answer, progress: Callable[[int, int], object] | None = None) -> None:
+        """Write the blocks that are missing.
+
+        Parameters
+        ----------
+        answer
+            From touches to the strain of the gauges.
+        progress
+            Called with the rows done and their number.
+
+        Raises
+        ------
+        OSError
+            When the file cannot be written; the blocks before are kept.
+        ValueError
+            When the last block that is there would not come out again.
+        """
+        size = BLOCK * self.plan.copies
+        first = -(-self.found // size)
+        if first:
+            self._check_again(answer, first - 1)
+        with _sentence(self.path), self.path.open("r+b") as file:
+            for block in range(first, self.plan.blocks):
+                touches, strain = _compute(self.plan, answer, block)
+                rows = {
+                    "touches": (size * block, touches),
+                    "strain": (size * block, strain),
+                    "sums": (block, np.array([checksum(touches, strain)])),
+                }
+                for name, (row, values) in rows.items():
+                    self.places[name].put(file, row, values)
+                file.flush()
+                done = size * block + len(touches)
+                self.places["done"].put(file, 0, np.array([done]))
+                file.flush()
+                if progress is not None:
+                    progress(done, self.plan.rows)
+
+    def _check_again(self, answer: Answer, block: int) -> None:
+        """Refuse to go on where a block that is there would not come out again."""
+        there = self.places["sums"].map(self.path)[block]
+        if checksum(*_compute(self.plan, answer, block)) != there:
+            raise _other_version(self.path)
+
+
+def begin_dataset(
+    path: str | Path, plan: Plan, gauges: NDArray[np.float64], about: Mapping[str, Any]
+) -> DatasetFile:
+    """Lay out the file of a data set, or open the one that an earlier run began.
+
+    The same arguments and answers make the same bytes, whether a run was cut off or not, as long as
+    NumPy and HDF5 are the same.
 
     Parameters
     ----------
@@ -42,18 +103,10 @@ def write_dataset(
         Its folder is made where it is missing.
     plan
         Touches of each sample.
-    answer
-        From touches to strain.
     gauges
-        (M, 2) float64, mm, whose strain `answer` gives.
+        (M, 2) float64, mm, whose strain is to be kept.
     about
         Whatever names the bench and the plan, as plain values that JSON can hold.
-    progress
-        Called with the rows done and their number.
-
-    Returns
-    -------
-    Number of rows that were there already.
 
     Raises
     ------
@@ -62,25 +115,22 @@ def write_dataset(
     ValueError
         When there is a file of something else, or one begun with other values.
     """
-    path = Path(path)
-    head = {
-        "format": FORMAT,
-        "version": VERSION,
-        "rows_a_block": BLOCK * plan.copies,
-        "about": json.dumps(dict(about), sort_keys=True),
-    }
+    path, text = Path(path), json.dumps(dict(about), sort_keys=True)
     if path.is_dir():
         raise IsADirectoryError(f"data set {path} is a folder; give the name of a file in it")
-    try:
+    shapes = _shapes(plan, len(gauges))
+    with _sentence(path):
         if not path.exists():
+            head = {"format": FORMAT, "version": VERSION, "block": BLOCK * plan.copies}
             path.parent.mkdir(parents=True, exist_ok=True)
-            lay_out(path, head, _shapes(plan, len(gauges)))
-        return _fill(path, head, plan, answer, gauges, progress or (lambda done, rows: None))
-    except OSError as error:
-        raise OSError(
-            f"data set {path} cannot be written ({error.strerror or error}); free space there and "
-            "run again to go on, or choose another place"
-        ) from error
+            lay_out(path, head | {"about": text}, shapes)
+    head, places = open_dataset(path)
+    _check_same(path, json.loads(text), json.loads(head["about"]))
+    if any(places[name].shape != shape for name, (shape, _) in shapes.items()):
+        raise _other_version(path)
+    with _sentence(path), path.open("r+b") as file:
+        places["gauges"].put(file, 0, gauges)
+    return DatasetFile(path, plan, int(places["done"].map(path)[0]), places)
 
 
 def _shapes(plan: Plan, gauges: int) -> dict[str, tuple[tuple[int, ...], str]]:
@@ -94,35 +144,6 @@ def _shapes(plan: Plan, gauges: int) -> dict[str, tuple[tuple[int, ...], str]]:
     return dict(zip(ARRAYS, shapes, strict=True))
 
 
-def _fill(
-    path: Path,
-    head: Mapping[str, Any],
-    plan: Plan,
-    answer: Answer,
-    gauges: NDArray[np.float64],
-    progress: Callable[[int, int], object],
-) -> int:
-    """Write the blocks that are missing; return the rows that were not."""
-    found, places = open_dataset(path)
-    _check_same(path, json.loads(head["about"]), json.loads(found["about"]))
-    size = head["rows_a_block"]
-    before = int(places["done"].map(path)[0])
-    _check_last(path, plan, answer, places, -(-before // size))
-    with path.open("r+b") as file:
-        places["gauges"].put(file, 0, gauges)
-        for block in range(-(-before // size), plan.blocks):
-            touches, strain = _compute(plan, answer, block)
-            places["touches"].put(file, size * block, touches)
-            places["strain"].put(file, size * block, strain)
-            places["sums"].put(file, block, np.array([checksum(touches, strain)]))
-            file.flush()
-            done = size * block + len(touches)
-            places["done"].put(file, 0, np.array([done]))
-            file.flush()
-            progress(done, plan.rows)
-    return before
-
-
 def _compute(
     plan: Plan, answer: Answer, block: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
@@ -131,19 +152,23 @@ def _compute(
     return touches, np.asarray(answer(touches), np.float32)
 
 
-def _check_last(
-    path: Path, plan: Plan, answer: Answer, places: Mapping[str, Place], blocks: int
-) -> None:
-    """Refuse to go on where the last block written would not come out again."""
-    shapes = {name: shape for name, (shape, _) in _shapes(plan, places["gauges"].shape[0]).items()}
-    same = all(places[name].shape == shapes[name] for name in ARRAYS)
-    if same and blocks:
-        same = checksum(*_compute(plan, answer, blocks - 1)) == places["sums"].map(path)[blocks - 1]
-    if not same:
-        raise ValueError(
-            f"data set {path} was begun by another version of this program; delete it or choose "
-            "another place"
-        )
+@contextmanager
+def _sentence(path: Path) -> Iterator[None]:
+    """Turn what the system says inside into one sentence with the remedy."""
+    try:
+        yield
+    except OSError as error:
+        raise OSError(
+            f"data set {path} cannot be written ({error.strerror or error}); free space there and "
+            "run again to go on, or choose another place"
+        ) from error
+
+
+def _other_version(path: Path) -> ValueError:
+    return ValueError(
+        f"data set {path} was begun by another version of this program; delete it or choose "
+        "another place"
+    )
 
 
 def _check_same(path: Path, wanted: Any, found: Any, name: str = "") -> None:

@@ -19,7 +19,7 @@ __all__ = ["ARRAYS", "FORMAT", "VERSION", "Samples", "checksum", "open_dataset",
 FORMAT = "touchplate data set"
 VERSION = 1
 ARRAYS = ("strain", "touches", "gauges", "sums", "done")
-_HEAD = ("format", "version", "rows_a_block", "about")
+_HEAD = ("format", "version", "block", "about")
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class Samples:
         x, y in mm and force in N of k touches.
     gauges : (M, 2) float64, mm, read only
     about : dict
-        What names the bench and the plan, as it was given to `write_dataset`.
+        What names the bench and the plan, as it was given to `begin_dataset`.
     """
 
     strain: NDArray[np.float32]
@@ -63,7 +63,7 @@ class Samples:
 
 
 def read_dataset(path: str | Path) -> Samples:
-    """Open a data set that `write_dataset` finished, and check every byte of it.
+    """Open a data set that is finished, and check every byte of it.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def read_dataset(path: str | Path) -> Samples:
             "again, and it goes on from there"
         )
     strain, touches, gauges, sums = (places[name].map(path) for name in ARRAYS[:4])
-    size = int(head["rows_a_block"])
+    size = int(head["block"])
     for block, expected in enumerate(sums):
         here = slice(size * block, size * (block + 1))
         if checksum(touches[here], strain[here]) != expected:

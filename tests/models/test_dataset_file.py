@@ -10,7 +10,7 @@ import time
 import numpy as np
 import pytest
 
-from models import dataset_file, read_dataset, superpose, write_dataset
+from models import begin_dataset, dataset_file, read_dataset, superpose
 from models.dataset import grid
 from models.flat_file import locate
 from models.plan import BLOCK, Box, Lattice, Plan
@@ -24,7 +24,7 @@ ABOUT = {"scene": {"plate": {"thickness": 1.0}, "dataset": {"seed": 7}}}
 class Smooth:
     """Strain that is any smooth function of the place of a touch, per newton."""
 
-    def strain(self, xy):
+    def strain(self, xy, radius=0.0):
         away = xy[:, None] - GAUGES
         r2 = (away**2).sum(axis=2)
         return np.stack([np.exp(-r2 / 900), away[..., 0] / (50 + r2), away[..., 1] / 60], axis=2)
@@ -34,7 +34,9 @@ ANSWER = superpose(Smooth())
 
 
 def write(path, plan=PLAN, answer=ANSWER, about=ABOUT, progress=None):
-    return write_dataset(path, plan, answer, GAUGES, about, progress)
+    file = begin_dataset(path, plan, GAUGES, about)
+    file.fill(answer, progress)
+    return file.found
 
 
 @pytest.fixture(scope="module")
