@@ -10,11 +10,13 @@ from synthetic.telecentric import AnyCamera, Telecentric, telecentric_above
 from synthetic.view import motion, rigid, seen
 
 if TYPE_CHECKING:
+    from synthetic import formulas
     from synthetic.exposure import Exposure
     from synthetic.hand import Hand
     from synthetic.light import Light, polynomial_light, projected_discs
     from synthetic.optics import Optics
     from synthetic.pattern import Pattern, Speckle, speckle
+    from synthetic.printing import print_pattern
     from synthetic.rendering import render
     from synthetic.sensor import Sensor
     from synthetic.warp import Warper, prepare_warp
@@ -26,6 +28,7 @@ _HOMES = {
     "light": ("Light", "polynomial_light", "projected_discs"),
     "optics": ("Optics",),
     "pattern": ("Pattern", "Speckle", "speckle"),
+    "printing": ("print_pattern",),
     "rendering": ("render",),
     "sensor": ("Sensor",),
     "warp": ("Warper", "prepare_warp"),
@@ -45,11 +48,13 @@ __all__ = [
     "Speckle",
     "Telecentric",
     "Warper",
+    "formulas",
     "looking",
     "motion",
     "pinhole_above",
     "polynomial_light",
     "prepare_warp",
+    "print_pattern",
     "projected_discs",
     "render",
     "rigid",
@@ -61,6 +66,8 @@ __all__ = [
 
 
 def __getattr__(name: str):
+    if name == "formulas":
+        return import_module("synthetic.formulas")
     if name not in _HOME_OF:
         raise AttributeError(f"module 'synthetic' has no attribute {name!r}")
     return getattr(import_module(f"synthetic.{_HOME_OF[name]}"), name)
