@@ -1,6 +1,7 @@
 """Plate mechanics: plate and touches in; displacement and strain out."""
 
 from fe.adjoint import Adjoint
+from fe.compliance import compliance
 from fe.displacement_influence import DisplacementInfluence, displacement_influence
 from fe.edges import Clamped, Edge, Edges, Elastic, Free, Supported
 from fe.influence import Influence, influence
@@ -26,6 +27,7 @@ __all__ = [
     "State",
     "Supported",
     "Touch",
+    "compliance",
     "default_mesh",
     "deflect",
     "displacement_influence",

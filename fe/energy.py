@@ -49,12 +49,13 @@ def bending_products(
     return sum(factor * kron(along_x(*x), along_y(*y)) for factor, x, y in terms)
 
 
-def stiffness(plate: Plate, mesh: Mesh) -> sp.csc_array:
-    """Stiffness of the unknowns that the edges leave free, see `free`, N/mm.
+def stiffness(plate: Plate, mesh: Mesh, kept: Free | None = None) -> sp.csc_array:
+    """Stiffness of the unknowns in the kept rows and columns of the table, N/mm.
 
-    Bending of every part of one rigidity, and the springs of elastic edges.
+    Bending of every part of one rigidity, and the springs of elastic edges. Kept are those that
+    the edges leave `free` if left out.
     """
-    rows, columns = free(plate, mesh)
+    rows, columns = kept or free(plate, mesh)
 
     def along(axis: int, run: tuple[int, int], keep: NDArray):
         return lambda p, q: gram(mesh.lines[axis], p, q, run)[keep][:, keep]

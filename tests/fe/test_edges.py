@@ -48,6 +48,7 @@ def test_every_kind_of_edge_meets_the_series(edges):
     for load in LOADS:
         state = solver.deflect([fe.Touch(*load, 2.5)])
         w, _ = levy(one, load, load, terms=20000)
+        assert fe.compliance(solver, [load])[0] == pytest.approx(w, rel=5e-6)
         assert state.deflection([load])[0] == pytest.approx(-2.5 * w, rel=1.2e-4)
         truth = [levy(one, load, at) for at in PLACES]
         deflection = -2.5 * np.array([w for w, _ in truth])

@@ -58,6 +58,12 @@ def test_a_mesh_of_unlike_elements_meets_it_too(row):
     assert np.abs(strain).max() < 1e-4
 
 
+def test_compliance_meets_the_series_under_the_touch_itself(square):
+    places = SIDE * np.array([row[:2] for row in SQUARE])
+    truth = SIDE**2 / PLATE.rigidity * np.array([row[2] for row in SQUARE])
+    np.testing.assert_allclose(fe.compliance(square, places), truth, rtol=5e-6)  # 1.4e-6
+
+
 def test_strain_at_the_clamped_edge_is_that_of_the_edge_moment(square):
     strain = square.deflect([fe.Touch(50.0, 50.0, FORCE)]).strain([[50.0, 0.0], [100.0, 50.0]])
     truth = 0.5 * PLATE.thickness * EDGE_MOMENT * FORCE / PLATE.rigidity
