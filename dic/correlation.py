@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from dic import dense, frame_moments, seeds, verdict
+from dic import dense, frame_moments, seeds, shape, verdict
 from dic.displacement import DisplacementField, Status
 from dic.grid import Grid
 from dic.image import check_image, check_pair
@@ -23,7 +23,6 @@ from dic.reference import Reference
 from dic.spline import coefficients
 
 _TOGETHER = 10  # iterations of the whole field
-_ITERATIONS = 20  # of a point alone
 _FEW = 0.05  # share of points below which they iterate alone
 _SEED_SPACING = 40  # px
 
@@ -69,20 +68,21 @@ def correlate(
     if ref.grid is not None and usable.any():
         _together(ref, ref.grid, spline, points)
         good = verdict.found(ref, points)
-        _alone(ref, spline, points, good & ~points.still)
+        _alone(ref, spline, True, points, good & ~points.still)
     else:
-        _alone(ref, spline, points, usable)
+        _alone(ref, spline, True, points, usable)
     return verdict.field(ref, points)
 
 
 def _start(ref, image, guess, usable) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Motion (N, 6) to start from, and where it is known."""
-    motion = np.zeros((len(ref.xy), 6))
+    """Motion (N, 2, P) to start from, and where it is known."""
+    motion = np.zeros((len(ref.xy), 2, shape.count(ref.order)))
     if guess is None:
         places, known = _seed_places(ref, usable), np.zeros(len(usable), dtype=bool)
-        motion[places], known[places] = seeds.find(
+        motion[places, :, :3], known[places] = seeds.find(
             ref.image, image.astype(np.float32), ref.xy[places]
         )
+        motion[:, :, 1:] *= ref.order > 0
         return motion, known
     if isinstance(guess, DisplacementField):
         given = np.column_stack([guess.u, guess.v])
@@ -93,28 +93,34 @@ def _start(ref, image, guess, usable) -> tuple[NDArray[np.float64], NDArray[np.b
     known = np.isfinite(given.sum(axis=1))
     if not known.any():
         return _start(ref, image, None, usable)
-    motion[known, 0], motion[known, 3] = given[known].T
+    motion[known, :, 0] = given[known]
     if isinstance(guess, DisplacementField):
-        motion[known, 1:3], motion[known, 4:6] = guess.gradient[known, 0], guess.gradient[known, 1]
+        motion[known, :, 1:3] = guess.gradient[known] if ref.order else 0.0
     return motion, known
 
 
 def _seed_places(ref: Reference, usable: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Choose the points to search for: in each cell of the picture the one nearest its middle."""
+    """Choose the points to search for: in each cell of the picture the one nearest its middle.
+
+    Points whose subset is whole come first: a hole in a template is found in other holes.
+    """
     places = np.flatnonzero(usable)
     cell, offset = np.divmod(ref.xy[places], _SEED_SPACING)
-    nearest = np.argsort(np.abs(offset - _SEED_SPACING / 2).max(axis=1), kind="stable")
-    _, first = np.unique(cell[nearest], axis=0, return_index=True)
+    away = np.abs(offset - _SEED_SPACING / 2).max(axis=1)
+    away += _SEED_SPACING * (ref.light[places, 2] < ref.subset**2)
+    nearest = np.argsort(away, kind="stable")
+    _, first = np.unique(cell[nearest] @ (1.0, 1e5), return_index=True)
     return places[nearest[first]]
 
 
 def _together(ref: Reference, grid: Grid, spline: NDArray, points: Points) -> None:
     """Iterate a grid on the frame warped by its dense motion, until few points still move."""
-    held = -1
+    held, windows = -1, (grid.xs, grid.ys, ref.half)
+    sums = np.empty((*grid.shape, len(frame_moments.frame_plan(ref.order).sums)))
     for _ in range(_TOGETHER):
         net = dense.net(points.motion, grid)
-        sums = frame_moments.sums_on_grid(ref.texture, spline, net, grid.xs, grid.ys, ref.half)
-        points.step(ref, sums, slice(None))
+        frame_moments.sums_on_grid(ref.texture, spline, net, windows, ref.order, sums)
+        points.step(ref, sums.reshape(len(ref.xy), -1), net.base)
         good = verdict.found(ref, points)
         moving, count = np.count_nonzero(good & ~points.still), np.count_nonzero(good)
         if moving <= _FEW * count and count <= held:
@@ -123,20 +129,15 @@ def _together(ref: Reference, grid: Grid, spline: NDArray, points: Points) -> No
         points.motion, _ = dense.fill(ref.xy, points.motion, good)
 
 
-def _alone(ref: Reference, spline: NDArray, points: Points, waiting: NDArray) -> None:
+def _alone(
+    ref: Reference, frame: NDArray, filtered: bool, points: Points, waiting: NDArray
+) -> None:
     """Iterate the points `waiting` one by one; try those that are lost again beside those found.
 
     Alone, a point does not feel what a lost neighbour does to the dense motion.
     """
     while waiting.any():
-        for _ in range(_ITERATIONS):
-            here = np.flatnonzero(waiting & ~points.still)
-            if len(here) == 0:
-                break
-            sums = frame_moments.sums_at_points(
-                ref.texture, spline, ref.xy[here], ref.half, points.motion[here]
-            )
-            points.step(ref, sums, here)
+        points.alone(ref, frame, filtered, np.flatnonzero(waiting & ~points.still))
         good = verdict.found(ref, points)
         if not (good & waiting).any():
             return

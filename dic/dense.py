@@ -17,25 +17,27 @@ class Net:
     Attributes
     ----------
     motion : (2, R', C') float64, px
-        u and v, with enough rows and columns around the POIs for every pixel of every subset.
+        u and v less the base, with enough rows and columns around the POIs for every pixel of every
+        subset.
+    base : (2,) int, px
+        Whole part of the motion of the middle of the picture.
     origin : (2,) int, px
         Column and row of the first node.
     step : int, px
     """
 
     motion: NDArray[np.float64]
+    base: tuple[int, int]
     origin: tuple[int, int]
     step: int
 
-    def place(self, length: int, axis: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """First of the four nodes of each pixel along an axis (-1: none), and their weights.
+    def weights(self) -> NDArray[np.float64]:
+        """Weigh the four nodes around each pixel of a cell, (step, 4).
 
-        The weights (length, 4) are those of Catmull and Rom: cubic, local, exact for parabolas.
+        The weights are those of Catmull and Rom: cubic, local, exact for parabolas.
         """
-        nodes = self.motion.shape[2 - axis]
-        offset = np.arange(length) - self.origin[axis]
-        cell, t = offset // self.step, offset % self.step / self.step
-        weights = np.stack(
+        t = np.arange(self.step) / self.step
+        return np.stack(
             [
                 t * (-1 + t * (2 - t)) / 2,
                 1 + t * t * (-5 + 3 * t) / 2,
@@ -44,9 +46,6 @@ class Net:
             ],
             axis=1,
         )
-        first = cell - 1
-        first[(first < 0) | (first + 4 > nodes)] = -1
-        return first, weights
 
 
 def net(motion: NDArray[np.float64], grid: Grid) -> Net:
@@ -54,18 +53,21 @@ def net(motion: NDArray[np.float64], grid: Grid) -> Net:
 
     Parameters
     ----------
-    motion : (R·C, 6) float64
-        u, ∂u/∂x, ∂u/∂y, v, ∂v/∂x, ∂v/∂y at the POIs, px and px/px.
+    motion : (R·C, 2, P) float64
+        Coefficients of the shape function of each POI, those of 1, ξ, η first.
     """
     margin = grid.subset // 2 // grid.step + 2
     nodes = np.pad(
-        motion.reshape(*grid.shape, 6), ((margin, margin), (margin, margin), (0, 0)), mode="edge"
+        motion[:, :, :3].reshape(*grid.shape, 2, 3),
+        ((margin, margin), (margin, margin), (0, 0), (0, 0)),
+        mode="edge",
     )
     dy, dx = (grid.step * _beyond(n, margin) for n in grid.shape)
-    u = nodes[..., 0] + nodes[..., 1] * dx + nodes[..., 2] * dy[:, None]
-    v = nodes[..., 3] + nodes[..., 4] * dx + nodes[..., 5] * dy[:, None]
+    u = nodes[..., 0] + nodes[..., 1] * dx[:, None] + nodes[..., 2] * dy[:, None, None]
+    base = np.rint(np.median(motion[:, :, 0], axis=0)).astype(int)
     origin = int(grid.xs[0]) - margin * grid.step, int(grid.ys[0]) - margin * grid.step
-    return Net(np.stack([u, v]), origin, grid.step)
+    relative = np.ascontiguousarray(np.moveaxis(u - base, -1, 0))
+    return Net(relative, (int(base[0]), int(base[1])), origin, grid.step)
 
 
 def _beyond(count: int, margin: int) -> NDArray[np.int64]:
@@ -85,7 +87,7 @@ def fill(
     Parameters
     ----------
     xy : (N, 2) px
-    motion : (N, 6)
+    motion : (N, 2, P)
         As for `net`.
     good : (N,) bool
     reach : float, px
@@ -93,7 +95,7 @@ def fill(
 
     Returns
     -------
-    filled : (N, 6)
+    filled : (N, 2, P)
     given : (N,) bool
         Where a motion was given.
     """
@@ -108,6 +110,5 @@ def fill(
     source, filled = np.flatnonzero(good)[nearest[near]], motion.copy()
     away = xy[given] - xy[source]
     filled[given] = motion[source]
-    filled[given, 0] += np.einsum("nk,nk->n", motion[source, 1:3], away)
-    filled[given, 3] += np.einsum("nk,nk->n", motion[source, 4:6], away)
+    filled[given, :, 0] += np.einsum("nak,nk->na", motion[source, :, 1:3], away)
     return filled, given

@@ -1,10 +1,6 @@
-"""Sums over subsets, by running sums on a grid and one by one at scattered points.
+"""Sums over the subsets of the reference, taken once: what the normal equations are made of.
 
-A pixel contributes a row of terms; a row of pixels is summed under each subset and *lifted* by
-powers of y; rows are summed under each subset. On a grid both sums are differences of running sums,
-so the cost does not depend on the size of the subset. x and y are those of the picture.
-
-Here are the sums of the reference, taken once; those of a frame stand in `dic.frame_moments`.
+Here and in `dic.frame_moments` a grid is summed by running sums and scattered points one by one.
 """
 
 from __future__ import annotations
@@ -13,104 +9,99 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-_TERMS = 20  # of a pixel: products of (fx, fy, f, 1) and their moments along x
-# (term, power of y), appended to the sums in this order.
-_LIFT = np.array([(k, 1) for k in range(10)] + [(k, 2) for k in range(3)])
-_SUMS = _TERMS + len(_LIFT)
+from dic import shape
+from dic.window import Plan, add_row, along, close, plan, raise_powers, together
+
+_TERMS = 10
 
 
-@njit(cache=True, nogil=True, fastmath=True, inline="always")
-def _add_terms(pixel, x, total):
-    """Add (fx², fxfy, fy², fx f, fy f, fx, fy) · 1, x; the first three · x²; f², f, 1."""
-    fx, fy, f, weight = (
-        np.float64(pixel[0]),
-        np.float64(pixel[1]),
-        np.float64(pixel[2]),
-        np.float64(pixel[3]),
-    )
-    terms = (fx * fx, fx * fy, fy * fy, fx * f, fy * f, fx, fy)
-    for k in range(7):
-        total[k] += terms[k]
-        total[7 + k] += x * terms[k]
-    for k in range(3):
-        total[14 + k] += x * x * terms[k]
-    total[17] += f * f
-    total[18] += f
-    total[19] += weight
+def reference_plan(order: int) -> Plan:
+    """Sum fx², fxfy, fy² with monomials of twice the degree; fx f, fy f, fx, fy; f², f, n."""
+    degree = shape.degree(order)
+    return plan([2 * degree] * 3 + [degree] * 4 + [0] * 3)
 
 
-@njit(cache=True, nogil=True, fastmath=True)
-def add_row(running, y, xs, half, lift, total):
-    """Add one row under each column of subsets to `total` (C, K), from running sums (W + 1, k)."""
-    terms = running.shape[1]
-    for c in range(xs.shape[0]):
-        left, right = xs[c] - half, xs[c] + half + 1
-        for k in range(terms):
-            total[c, k] += running[right, k] - running[left, k]
-        for k in range(lift.shape[0]):
-            source = lift[k, 0]
-            factor = y if lift[k, 1] == 1 else y * y
-            total[c, terms + k] += factor * (running[right, source] - running[left, source])
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _fill_terms(texture, y, x, terms):
+    """Write the terms (10, n) of the pixels of a row, from column `x` on."""
+    n = terms.shape[1]
+    fx, fy = texture[0, y, x : x + n], texture[1, y, x : x + n]
+    f, weight = texture[2, y, x : x + n], texture[3, y, x : x + n]
+    for i in range(n):
+        terms[0, i], terms[1, i], terms[2, i] = fx[i] * fx[i], fx[i] * fy[i], fy[i] * fy[i]
+    for i in range(n):
+        terms[3, i], terms[4, i], terms[5, i], terms[6, i] = (
+            fx[i] * f[i],
+            fy[i] * f[i],
+            fx[i],
+            fy[i],
+        )
+    for i in range(n):
+        terms[7, i], terms[8, i], terms[9, i] = f[i] * f[i], f[i], weight[i]
 
 
-@njit(cache=True, nogil=True, fastmath=True)
-def _grid(texture, xs, ys, half, lift, out):
-    running = np.zeros((texture.shape[1] + 1, _TERMS))
-    total = np.zeros(out.shape[1:])
-    opened, closed = 0, 0
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _grid(texture, xs, ys, half, columns, sums, out):
+    left, side = xs[0] - half, 2 * half + 1
+    width, middle = xs[-1] + half + 1 - left, 0.5 * (ys[0] + ys[-1])
+    terms = np.empty((_TERMS, width), np.float32)
+    total = np.zeros((columns.shape[0], width))
+    ring = together(ys, side)
+    opened = np.empty((ring, columns.shape[0], width))
+    window = np.empty_like(total)
+    powers = np.empty((sums[:, 1].max() + 1, side))
+    raise_powers(float(half), powers)
+    first, last = 0, 0
     for y in range(ys[0] - half, ys[-1] + half + 1):
-        while opened < ys.shape[0] and ys[opened] - half == y:
-            out[opened] = -total
-            opened += 1
-        for x in range(texture.shape[1]):
-            running[x + 1] = running[x]
-            _add_terms(texture[y, x], float(x), running[x + 1])
-        add_row(running, float(y), xs, half, lift, total)
-        while closed < ys.shape[0] and ys[closed] + half == y:
-            out[closed] += total
-            closed += 1
+        while first < ys.shape[0] and ys[first] - half == y:
+            opened[first % ring] = total
+            first += 1
+        _fill_terms(texture, y, left, terms)
+        add_row(terms, y - middle, columns, total)
+        while last < ys.shape[0] and ys[last] + half == y:
+            close(total, opened[last % ring], ys[last] - middle, columns, window)
+            for c in range(xs.shape[0]):
+                along(window, xs[c] - half - left, powers, sums, out[last, c])
+            last += 1
 
 
-@njit(cache=True, nogil=True, fastmath=True)
-def _points(texture, centres, half, lift, out):
-    row = np.empty(_TERMS)
-    for n in range(centres.shape[0]):
-        for y in range(centres[n, 1] - half, centres[n, 1] + half + 1):
-            row[:] = 0
-            for x in range(centres[n, 0] - half, centres[n, 0] + half + 1):
-                _add_terms(texture[y, x], float(x), row)
-            lift_row(row, float(y), lift, out[n])
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _points(texture, xy, half, columns, sums, out):
+    side = 2 * half + 1
+    terms = np.empty((_TERMS, side), np.float32)
+    total = np.empty((columns.shape[0], side))
+    powers = np.empty((sums[:, 1].max() + 1, side))
+    for n in range(xy.shape[0]):
+        x, y = round(xy[n, 0]), round(xy[n, 1])
+        total[:] = 0.0
+        for row in range(y - half, y + half + 1):
+            _fill_terms(texture, row, x - half, terms)
+            add_row(terms, row - xy[n, 1], columns, total)
+        raise_powers(half + xy[n, 0] - x, powers)
+        along(total, 0, powers, sums, out[n])
 
 
-@njit(cache=True, nogil=True, fastmath=True)
-def lift_row(row, y, lift, total):
-    """Add the terms of a row at y to `total`, and behind them those lifted by powers of y."""
-    for k in range(row.shape[0]):
-        total[k] += row[k]
-    for k in range(lift.shape[0]):
-        factor = y if lift[k, 1] == 1 else y * y
-        total[row.shape[0] + k] += factor * row[lift[k, 0]]
-
-
-def sums_on_grid(texture, xs, ys, half) -> NDArray[np.float64]:
-    """Sum under each subset of a grid, (R·C, 33) float64.
+def sums_on_grid(texture, xs, ys, half: int, order: int) -> NDArray[np.float64]:
+    """Sum under each subset of a grid, (R·C, S) float64, in the order of `reference_plan`.
 
     Parameters
     ----------
-    texture : (H, W, 4) float32
+    texture : (4, H, W) float32
         fx, fy, f and weight (0 or 1) of each pixel, the first three zero where the weight is.
     xs : (C,) int, px
     ys : (R,) int, px
     half : int, px
         (subset - 1) / 2.
     """
-    out = np.empty((len(ys), len(xs), _SUMS))
-    _grid(texture, xs, ys, half, _LIFT, out)
-    return out.reshape(-1, _SUMS)
+    columns, sums = reference_plan(order)
+    out = np.empty((len(ys), len(xs), len(sums)))
+    _grid(texture, xs, ys, half, columns, sums, out)
+    return out.reshape(-1, len(sums))
 
 
-def sums_at_points(texture, centres, half) -> NDArray[np.float64]:
-    """Sum around each of `centres` (N, 2) int, px: (N, 33) float64."""
-    out = np.zeros((len(centres), _SUMS))
-    _points(texture, centres, half, _LIFT, out)
+def sums_at_points(texture, xy, half: int, order: int) -> NDArray[np.float64]:
+    """Sum around each of the points `xy` (N, 2) px: (N, S) float64."""
+    columns, sums = reference_plan(order)
+    out = np.empty((len(xy), len(sums)))
+    _points(texture, xy, half, columns, sums, out)
     return out

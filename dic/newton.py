@@ -1,4 +1,4 @@
-"""One Gauss-Newton step of every point, and the state between steps."""
+"""One Gauss-Newton step of a subset, the iteration of points one by one, and their state."""
 
 from __future__ import annotations
 
@@ -7,9 +7,12 @@ from numba import njit
 from numpy.typing import NDArray
 
 from dic.reference import Reference
+from dic.subset import correlate_with, lay_out, make_tools, warp
 
 STILL = 1e-4  # px, a fiftieth of the usual noise: a point that moves less stands still
 _STRIDE = 2.0  # px, longest step believed: half a speckle
+_ITERATIONS = 20  # of a point alone
+_NOWHERE = -1 << 40  # px, where no part of a frame lies
 
 
 class Points:
@@ -17,83 +20,139 @@ class Points:
 
     def __init__(self, motion: NDArray[np.float64]):
         count = len(motion)
-        self.motion = motion  # (N, 6) u, ∂u/∂x, ∂u/∂y, v, ∂v/∂x, ∂v/∂y
+        self.motion = motion  # (N, 2, P) coefficients of the shape function of u and of v
         self.change = np.full(count, np.nan)  # px, in the last iteration
         self.zncc = np.full(count, np.nan)
         self.residual = np.full(count, np.nan)  # variance, (grey levels of the reference)²
         self.iterations = np.zeros(count, dtype=np.int16)
         self.still = np.zeros(count, dtype=bool)
 
-    def step(self, ref: Reference, sums: NDArray, here) -> None:
-        """Take one Gauss-Newton step of the points `here`."""
-        self.iterations[here] += ~self.still[here]
-        self.motion[here], self.change[here], self.zncc[here], self.residual[here] = _solve(
-            sums, ref.xy[here], ref.inverse[here], ref.light[here], self.motion[here], ref.half
+    def step(self, ref: Reference, sums: NDArray, base: tuple[int, int]) -> None:
+        """Take one Gauss-Newton step of all points, from sums of motion less `base`."""
+        _step_all(sums, np.array(base, dtype=np.float64), _known(ref), self._state())
+
+    def alone(self, ref: Reference, frame: NDArray, filtered: bool, here: NDArray) -> None:
+        """Iterate the points `here` one by one until they stand still.
+
+        `frame` is the picture, of which the parts around the points are filtered, or, if
+        `filtered`, its coefficients.
+        """
+        _iterate(ref.texture, frame, filtered, ref.xy, here, _known(ref), self._state())
+
+    def _state(self):
+        return (
+            self.motion,
+            self.change,
+            self.zncc,
+            self.residual,
+            self.iterations,
+            self.still,
         )
-        self.still[here] = self.change[here] < STILL
 
 
-@njit(cache=True, nogil=True)
-def _solve(sums, xy, inverse, light, motion, half):
-    """One Gauss-Newton step of every point.
+def _known(ref: Reference):
+    return ref.inverse, ref.light, ref.half
 
-    Returns the motion, its change over the subset in px, ZNCC and residual variance.
-    """
-    count = sums.shape[0]
-    moved, change = motion.copy(), np.zeros(count)
-    zncc, residual = np.zeros(count), np.zeros(count)
-    towards, back, total = np.empty(8), np.empty(8), np.empty(8)
-    for n in range(count):
-        s, pixels = sums[n], max(light[n, 2], 1.0)
-        var_f = light[n, 0] - light[n, 1] ** 2 / pixels
-        var_g = s[12] - s[9] ** 2 / pixels
-        if var_f <= 0 or var_g <= 1e-9 * s[12]:
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _step_all(sums, base, known, state):
+    """Step every point from the sums of `dic.frame_moments`."""
+    motion, size = state[0], known[0].shape[1]
+    p = motion.shape[2]
+    towards, total = np.empty(size), np.empty(size)
+    for n in range(sums.shape[0]):
+        s = sums[n]
+        fg, g, fq, q, gg, gq, qq = s[4 * p : 4 * p + 7]
+        gain = _gain(n, fg, g, gg, known, state)
+        if gain == 0.0:
             continue
-        zncc[n] = (s[8] - light[n, 1] * s[9] / pixels) / np.sqrt(var_f * var_g)
-        # The gain only scales the step: the ratio of contrasts is good enough, and never negative.
-        gain = np.sqrt(var_g / var_f)
-        _project(s, xy[n], towards, back)
-        target = towards / gain - back
-        for i in range(8):
-            total[i] = 0.0
-            for k in range(8):
-                total[i] -= inverse[n, i, k] * target[k]
-        squares = s[12] / gain**2 - 2 * s[13] / gain + s[14] + np.dot(target, total)
-        residual[n] = squares / max(pixels - 8, 1.0)
-        change[n] = _advance(motion[n], total, half, moved[n])
-    return moved, change, zncc, residual
+        for k in range(2 * p):
+            towards[k] = s[k] / gain - s[2 * p + k]
+        towards[2 * p], towards[2 * p + 1] = fq - fg / gain, q - g / gain
+        squares = gg / gain**2 - 2 * gq / gain + qq
+        _answer(n, towards, squares, known, state, total)
+        for a in range(2):
+            total[a * p] += base[a]
+            for k in range(p):
+                total[a * p + k] -= motion[n, a, k]
+        _move(n, total, known, state)
 
 
-@njit(cache=True, nogil=True)
-def _project(s, place, towards, back):
-    """Jᵀg and Jᵀq of a subset, from sums whose x and y are those of the picture."""
-    x, y = place
-    for a in range(2):
-        k = 3 * a
-        towards[k], back[k] = s[a], s[2 + a]
-        towards[k + 1], back[k + 1] = s[4 + a] - x * s[a], s[6 + a] - x * s[2 + a]
-        towards[k + 2], back[k + 2] = s[15 + a] - y * s[a], s[17 + a] - y * s[2 + a]
-    towards[6], towards[7] = -s[8], -s[9]
-    back[6], back[7] = -s[10], -s[11]
+@njit(cache=True, nogil=True, error_model="numpy")
+def _iterate(texture, frame, filtered, xy, here, known, state):
+    motion, change, zncc, half, still = state[0], state[1], state[2], known[2], state[5]
+    size = known[0].shape[1]
+    tools = make_tools(2 * half + 1, motion.shape[2])
+    towards, total = np.empty(size), np.empty(size)
+    for n in here:
+        lay_out(texture, xy[n], half, tools)
+        tools[9][:] = _NOWHERE
+        for _ in range(_ITERATIONS):
+            if not warp(frame, filtered, xy[n], motion[n], half, tools):
+                change[n], zncc[n] = np.nan, 0.0
+                break
+            gg = correlate_with(tools, towards)
+            gain = _gain(n, -towards[size - 2], -towards[size - 1], gg, known, state)
+            if gain == 0.0:
+                break
+            for k in range(size):
+                towards[k] /= gain
+            _answer(n, towards, gg / gain**2, known, state, total)
+            _move(n, total, known, state)
+            if still[n]:
+                break
 
 
-@njit(cache=True, nogil=True)
-def _advance(old, total, half, new):
-    """Move from the old motion towards the total; returns the change in px.
+@njit(cache=True, nogil=True, error_model="numpy")
+def _gain(n, fg, g, gg, known, state):
+    """Write the ZNCC of a point and return the gain of its light; 0 where there is no contrast."""
+    light, (_, change, zncc, residual, iterations, still) = known[1], state
+    iterations[n] += not still[n]
+    pixels = max(light[n, 2], 1.0)
+    var_f = light[n, 0] - light[n, 1] ** 2 / pixels
+    var_g = gg - g**2 / pixels
+    if var_f <= 0 or var_g <= 1e-9 * gg:
+        change[n], zncc[n], residual[n], still[n] = 0.0, 0.0, 0.0, True
+        return 0.0
+    zncc[n] = (fg - light[n, 1] * g / pixels) / np.sqrt(var_f * var_g)
+    # The gain only scales the step: the ratio of contrasts is good enough, and never negative.
+    return np.sqrt(var_g / var_f)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _answer(n, towards, squares, known, state, total):
+    """Solve the normal equations of a point into `total` (K,), and write what they leave over."""
+    inverse, light = known[0], known[1]
+    for i in range(towards.shape[0]):
+        total[i] = 0.0
+        for k in range(towards.shape[0]):
+            total[i] -= inverse[n, i, k] * towards[k]
+        squares += towards[i] * total[i]
+    state[3][n] = squares / max(light[n, 2] - towards.shape[0], 1.0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _move(n, step, known, state):
+    """Move a point by the `step` of its shape function.
 
     The step was measured with ∇f in place of the gradient of the frame, so it is that of the
     inverse composition: the deformation gradient F = 1 + ∇U turns it into the additive one, and
     Newton's convergence is kept at large strain and rotation.
     """
-    du, dv = total[0] - old[0], total[3] - old[3]
-    reach = np.sqrt(du * du + dv * dv)
+    half, c, change, still = known[2], state[0][n], state[1], state[5]
+    p = c.shape[1]
+    reach = np.sqrt(step[0] ** 2 + step[p] ** 2)
     brake = _STRIDE / reach if reach > _STRIDE else 1.0
-    f11, f12, f21, f22 = 1 + old[1], old[2], old[4], 1 + old[5]
-    change = 0.0
-    for k in range(3):
-        a, b = brake * (total[k] - old[k]), brake * (total[3 + k] - old[3 + k])
-        step_u, step_v = f11 * a + f12 * b, f21 * a + f22 * b
-        new[k], new[3 + k] = old[k] + step_u, old[3 + k] + step_v
-        size = max(abs(step_u), abs(step_v)) * (half if k else 1)
-        change = max(change, size)
-    return change
+    f11, f12, f21, f22 = 1 + c[0, 1], c[0, 2], c[1, 1], 1 + c[1, 2]
+    moved, size = 0.0, 1.0
+    for k in range(p):
+        if k == 1 or k == 3:
+            size *= half
+        step_u = brake * (f11 * step[k] + f12 * step[p + k])
+        step_v = brake * (f21 * step[k] + f22 * step[p + k])
+        c[0, k] += step_u
+        c[1, k] += step_v
+        moved = max(moved, max(abs(step_u), abs(step_v)) * size)
+    # Where the steps shrink in proportion, the next one would be moved²/change.
+    still[n] = moved < STILL or moved * moved < STILL * change[n]
+    change[n] = moved

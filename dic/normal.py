@@ -1,76 +1,130 @@
-"""The normal equations of a subset: how it answers to motion and light."""
+"""The normal equations of the subsets: how each answers to motion and light.
+
+H = Σ JᵀJ with J = (fx·m, fy·m, -f, -1): the monomials m of the shape function for u and for v, and
+the gain and offset of the light.
+"""
 
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
+from dic import shape
 from dic.displacement import Status
 
 _FLAT = 1e-3  # least slope of a subset over the steepest, below which nothing can be solved
 _RIDGE = 1e-10  # of the diagonal: a degenerate pattern inverts, and its σ is huge as it should
+_BLOCK = 64  # points inverted side by side, so that the loops over them run on vectors
 
 
-def local(sums: NDArray, xy: NDArray) -> NDArray[np.float64]:
-    """Move the moments to each point, where x and y become ξ and η.
+def inverse(sums: NDArray, status: NDArray, order: int) -> NDArray[np.float64]:
+    """Invert over the unknowns of the order, (N, K, K); zero for what is held at zero.
 
     Parameters
     ----------
-    sums : (N, 33) float64
+    sums : (N, S) float64
         As from `dic.moments`.
-    xy : (N, 2) px
-
-    Returns
-    -------
-    (N, 8, 6) float64
-        fx², fxfy, fy² with 1, ξ, η, ξ², ξη, η²; fx f, fy f, fx, fy with 1, ξ, η; and Σf², Σf, n.
+    status : (N,) int8
+        The inverse is that of nothing where it is not OK.
     """
-    x, y = xy[:, :1], xy[:, 1:]
-    s, sx, sy = sums[:, 0:7], sums[:, 7:14], sums[:, 20:27]
-    local = np.zeros((len(sums), 7, 6))
-    local[..., 0], local[..., 1], local[..., 2] = s, sx - x * s, sy - y * s
-    s, sx, sy = s[:, :3], sx[:, :3], sy[:, :3]
-    local[:, :3, 3] = sums[:, 14:17] - 2 * x * sx + x * x * s
-    local[:, :3, 4] = sums[:, 27:30] - x * sy - y * sx + x * y * s
-    local[:, :3, 5] = sums[:, 30:33] - 2 * y * sy + y * y * s
-    light = np.zeros((len(sums), 1, 6))
-    light[:, 0, :3] = sums[:, 17:20]
-    return np.concatenate([local, light], axis=1)
+    places, unknowns = _places(order), shape.unknowns(order)
+    out = np.zeros((len(sums), len(places), len(places)))
+    _invert(sums, status != Status.OK, places, unknowns, out)
+    return out
 
 
-def hessian(local: NDArray) -> NDArray[np.float64]:
-    """Arrange local moments as Σ JᵀJ, (N, 8, 8) float64.
-
-    J = (fx·(1, ξ, η), fy·(1, ξ, η), -f, -1) for the motion and the light of the subset.
-    """
-    products = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
-    hessian = np.empty((len(local), 8, 8))
-    hessian[:, 0:3, 0:3] = local[:, 0][:, products]
-    hessian[:, 0:3, 3:6] = hessian[:, 3:6, 0:3] = local[:, 1][:, products]
-    hessian[:, 3:6, 3:6] = local[:, 2][:, products]
-    for column, (of_x, of_y) in ((6, (3, 4)), (7, (5, 6))):
-        hessian[:, 0:3, column] = hessian[:, column, 0:3] = -local[:, of_x, :3]
-        hessian[:, 3:6, column] = hessian[:, column, 3:6] = -local[:, of_y, :3]
-    hessian[:, 6, 6] = local[:, 7, 0]
-    hessian[:, 6, 7] = hessian[:, 7, 6] = local[:, 7, 1]
-    hessian[:, 7, 7] = local[:, 7, 2]
-    return hessian
+def _places(order: int) -> NDArray[np.int64]:
+    """Where each entry of H stands among the sums, (K, K): those of f and 1 with a minus sign."""
+    count, table = shape.count(order), shape.products(order)
+    squares = table.max() + 1
+    of_light = 3 * squares + count * np.arange(4)[:, None] + np.arange(count)  # fx f, fy f, fx, fy
+    alone = 3 * squares + 4 * count  # f², f, n
+    places = np.empty((2 * count + 2, 2 * count + 2), dtype=np.int64)
+    first, second = np.s_[:count], np.s_[count : 2 * count]
+    places[first, first], places[second, second] = table, 2 * squares + table
+    places[first, second] = places[second, first] = squares + table
+    for column, (of_x, of_y) in ((-2, of_light[:2]), (-1, of_light[2:])):
+        places[first, column] = places[column, first] = of_x
+        places[second, column] = places[column, second] = of_y
+    places[-2:, -2:] = alone + np.array([[0, 1], [1, 2]])
+    return places
 
 
-def inverse(hessian: NDArray, status: NDArray, order: int) -> NDArray[np.float64]:
-    """Invert over the unknowns of the order, (N, 8, 8); zero for what is held at zero."""
-    unknowns = np.arange(8) if order == 1 else np.array([0, 3, 6, 7])
-    part = hessian[:, unknowns[:, None], unknowns]
-    part[status != Status.OK] = np.eye(len(unknowns))
-    diagonal = np.arange(len(unknowns))
-    part[:, diagonal, diagonal] *= 1 + _RIDGE
-    inverse = np.zeros_like(hessian)
-    inverse[:, unknowns[:, None], unknowns] = np.linalg.inv(part)
-    return inverse
+@njit(cache=True, nogil=True, error_model="numpy")
+def _invert(sums, lost, places, unknowns, out):
+    """Invert by sweeping every pivot, without exchange: H is positive."""
+    size = unknowns.shape[0]
+    h, scale = np.empty((size, size, _BLOCK)), np.empty((size, _BLOCK))
+    pivot, factor = np.empty(_BLOCK), np.empty(_BLOCK)
+    for start in range(0, sums.shape[0], _BLOCK):
+        here = min(_BLOCK, sums.shape[0] - start)
+        _gather(sums[start : start + here], lost[start : start + here], places, unknowns, h)
+        _scale(h, scale)
+        for p in range(size):
+            _sweep(h, p, pivot, factor)
+        for i in range(size):
+            for k in range(i + 1):
+                a, b, value = unknowns[i], unknowns[k], h[i, k]
+                for n in range(here):
+                    out[start + n, a, b] = -value[n] * scale[i, n] * scale[k, n]
+                    out[start + n, b, a] = out[start + n, a, b]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _gather(sums, lost, places, unknowns, h):
+    """Arrange the sums as the lower halves of H, unity where a point is lost."""
+    light = places.shape[0] - 2
+    for i in range(unknowns.shape[0]):
+        for k in range(i + 1):
+            a, b, into = unknowns[i], unknowns[k], h[i, k]
+            place, sign = places[a, b], -1.0 if a >= light > b else 1.0
+            for n in range(_BLOCK):
+                into[n] = 1.0 if i == k else 0.0
+            for n in range(sums.shape[0]):
+                if not lost[n]:
+                    into[n] = sign * sums[n, place]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _scale(h, scale):
+    """Scale matrices (K, K, B) to a unit diagonal, by what is written into `scale` (K, B)."""
+    for i in range(h.shape[0]):
+        square, into = h[i, i], scale[i]
+        for n in range(_BLOCK):
+            into[n] = 1.0 / np.sqrt(square[n] * (1 + _RIDGE)) if square[n] > 0 else 1.0
+        for k in range(i):
+            row, other = h[i, k], scale[k]
+            for n in range(_BLOCK):
+                row[n] *= into[n] * other[n]
+        square[:] = 1.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _sweep(h, p, pivot, factor):
+    """Sweep one pivot of matrices (K, K, B) of which the lower half is kept."""
+    size, diagonal = h.shape[0], h[p, p]
+    for n in range(_BLOCK):
+        pivot[n] = 1.0 / diagonal[n]
+    for i in range(size):
+        if i == p:
+            continue
+        column = h[i, p] if i > p else h[p, i]
+        for n in range(_BLOCK):
+            factor[n] = column[n] * pivot[n]
+        for k in range(i + 1):
+            if k != p:
+                other, into = h[k, p] if k > p else h[p, k], h[i, k]
+                for n in range(_BLOCK):
+                    into[n] -= factor[n] * other[n]
+    for i in range(size):
+        column = h[i, p] if i >= p else h[p, i]
+        for n in range(_BLOCK):
+            column[n] = column[n] * pivot[n] if i != p else -pivot[n]
 
 
 def least_slope(
-    hessian: NDArray, pixels: NDArray, status: NDArray
+    sums: NDArray, status: NDArray, order: int
 ) -> tuple[NDArray[np.float64], NDArray[np.int8]]:
     """Find the direction in which each pattern is least steep, and name what is FLAT.
 
@@ -80,7 +134,9 @@ def least_slope(
         Root mean square of ∇f in that direction.
     status : (N,) int8
     """
-    xx, yy, xy = hessian[:, 0, 0], hessian[:, 3, 3], hessian[:, 0, 3]
+    places, count = _places(order), shape.count(order)
+    xx, yy, xy = (sums[:, places[i, k]] for i, k in ((0, 0), (count, count), (0, count)))
+    pixels = sums[:, -1]
     least = (xx + yy) / 2 - np.hypot((xx - yy) / 2, xy)
     slope = np.sqrt(np.maximum(least, 0) / np.maximum(pixels, 1))
     usable = status == Status.OK

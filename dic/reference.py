@@ -12,6 +12,7 @@ from dic.displacement import Status
 from dic.grid import Grid, grid_over
 from dic.image import check_image
 from dic.quality import box_sums, check_subset, lies_inside
+from dic.shape import ORDERS
 from dic.spline import coefficients, gradient
 
 _BARE = 0.02  # of the median mean square of ∇f: the inner half of a subset is without pattern
@@ -26,12 +27,13 @@ class Reference:
     Attributes
     ----------
     image : (H, W) float32, grey levels
-    texture : (H, W, 4) float32
+    texture : (4, H, W) float32
         ∂f/∂x, ∂f/∂y, f less its mean, and weight: 1 in the ROI; all four are 0 outside.
     xy : (N, 2) float64, px
         Points of interest.
-    inverse : (N, 8, 8) float64
-        Inverse of Σ JᵀJ, J = (fx·(1, ξ, η), fy·(1, ξ, η), -f, -1): motion and light of the subset.
+    inverse : (N, K, K) float64
+        Inverse of Σ JᵀJ, J = (fx·m, fy·m, -f, -1) with the monomials m of the shape function
+        (`dic.shape`): motion and light of the subset.
     light : (N, 3) float64
         Σf², Σf and the number of pixels of the subset.
     slope : (N,) float64, grey levels per px
@@ -77,8 +79,8 @@ def prepare(
         Side of the square subset, odd.
     step : int, px
         Distance of the points of the grid, which covers the picture wherever a whole subset fits.
-    order : {0, 1}
-        Shape function: 0 a shift, 1 affine.
+    order : {0, 1, 2}
+        Shape function: 0 a shift, 1 affine, 2 quadratic.
     roi : (H, W) bool, optional
         Pixels that may be used. Points whose centre lies outside are EXCLUDED; of the other subsets
         only the pixels inside count.
@@ -100,15 +102,14 @@ def prepare(
     status = _status(image, weight, centres, subset // 2)
     texture = _texture(image, _inner(weight))
     status = _without_bare(texture, centres, status, subset // 2)
-    sums = _sums(texture, centres, status, subset // 2, grid)
-    hessian = normal.hessian(normal.local(sums, xy))
-    slope, status = normal.least_slope(hessian, sums[:, 19], status)
+    sums = _sums(texture, xy, status, subset // 2, order, grid)
+    slope, status = normal.least_slope(sums, status, order)
     return Reference(
         image=image.astype(np.float32),
         texture=texture,
         xy=xy,
-        inverse=normal.inverse(hessian, status, order),
-        light=sums[:, 17:20].copy(),
+        inverse=normal.inverse(sums, status, order),
+        light=sums[:, -3:].copy(),
         slope=slope,
         status=status,
         subset=subset,
@@ -123,8 +124,8 @@ def _check_options(image: NDArray, subset: int, step: int, order: int) -> None:
         raise ValueError(
             f"step must be at least 1 px, got {step} px; a quarter of the subset is usual"
         )
-    if order not in (0, 1):
-        raise ValueError(f"order of the shape function must be 0 or 1, got {order}; use order=1")
+    if order not in ORDERS:
+        raise ValueError(f"order of the shape function must be 0, 1 or 2, got {order}; use order=1")
     if image.min() == image.max():
         raise ValueError(
             f"reference image is blank (grey level {image.min():g} everywhere); "
@@ -171,10 +172,9 @@ def _points(points: ArrayLike | None, shape: tuple[int, int]) -> NDArray[np.floa
 
 
 def _texture(image: NDArray, weight: NDArray[np.bool_]) -> NDArray[np.float32]:
-    grey = image - image.mean(dtype=np.float64)
-    return np.stack([*gradient(coefficients(grey)), grey, weight], axis=-1, dtype=np.float32) * (
-        weight[..., None].astype(np.float32)
-    )
+    grey = np.subtract(image, image.mean(dtype=np.float64), dtype=np.float32)
+    texture = np.stack([*gradient(coefficients(grey)), grey, weight], dtype=np.float32)
+    return texture if weight.all() else texture * weight
 
 
 def _status(
@@ -204,7 +204,7 @@ def _without_bare(
     usable = status == Status.OK
     if not usable.any():
         return status
-    steepness = np.square(texture[..., :2], dtype=np.float64).sum(axis=2)
+    steepness = np.square(texture[0]) + np.square(texture[1])
     own = box_sums(steepness, centres[usable], half // 2) / (2 * (half // 2) + 1) ** 2
     status = status.copy()
     status[np.flatnonzero(usable)[own < _BARE * np.median(own)]] = Status.FLAT
@@ -217,13 +217,11 @@ def _white(image: NDArray) -> int:
     return next((2**b - 1 for b in (8, 10, 12, 14) if brightest == 2**b - 1), 2**16 - 1)
 
 
-def _sums(
-    texture: NDArray, centres: NDArray, status: NDArray, half: int, grid: Grid | None
-) -> NDArray[np.float64]:
+def _sums(texture, xy, status, half, order, grid: Grid | None) -> NDArray[np.float64]:
     if grid is not None:
-        return moments.sums_on_grid(texture, grid.xs, grid.ys, half)
+        return moments.sums_on_grid(texture, grid.xs, grid.ys, half, order)
     inside = status != Status.OUTSIDE
-    found = moments.sums_at_points(texture, centres[inside], half)
-    sums = np.zeros((len(centres), found.shape[1]))
+    found = moments.sums_at_points(texture, xy[inside], half, order)
+    sums = np.zeros((len(xy), found.shape[1]))
     sums[inside] = found
     return sums

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 _TEMPLATE = 41  # px, large enough to be unique, small enough to survive 5° of rotation
-_REACH = (8, 24)  # px searched around what the neighbour says, then once more wider
+_REACH = (3, 10, 24)  # px searched around what the neighbour says, then wider
 _FOUND = 0.6  # ZNCC from which a match is believed
 _TRIES = 12  # blind searches over the whole picture before giving up
 _LINKS = 8  # neighbours of a seed
+_BESIDE = 3.0  # px, a neighbour farther than this from the plane of all is a false match
 
 
 def find(
@@ -30,12 +31,12 @@ def find(
 
     Returns
     -------
-    motion : (S, 6) float64
-        u, ∂u/∂x, ∂u/∂y, v, ∂v/∂x, ∂v/∂y: whole px, gradients from the neighbours.
+    motion : (S, 2, 3) float64
+        u, ∂u/∂x, ∂u/∂y and those of v: whole px, gradients from the neighbours.
     found : (S,) bool
     """
     if len(xy) == 0:
-        return np.zeros((0, 6)), np.zeros(0, dtype=bool)
+        return np.zeros((0, 2, 3)), np.zeros(0, dtype=bool)
     from scipy.spatial import KDTree
 
     links = KDTree(xy).query(xy, k=min(_LINKS + 1, len(xy)))[1].reshape(len(xy), -1)
@@ -48,7 +49,7 @@ def find(
             continue
         tries += 1
         guess = shift[found].mean(axis=0) if found.any() else np.zeros(2)
-        match = _search(reference, deformed, xy[start], guess, (_REACH[1], whole))
+        match = _search(reference, deformed, xy[start], guess, (_REACH[-1], whole))
         if match[1] >= _FOUND:
             shift[start], found[start], pending[start] = match[0], True, False
             _grow(reference, deformed, xy, links, (start, match[1]), (shift, found, pending))
@@ -75,31 +76,52 @@ def _search(reference, deformed, xy, guess, reaches) -> tuple[NDArray[np.float64
     """Best shift (2,) px around a guess and its ZNCC, widening the search until it is believed."""
     height, width = reference.shape
     size = min(_TEMPLATE, height, width)
-    left = int(np.clip(round(xy[0]) - size // 2, 0, width - size))
-    top = int(np.clip(round(xy[1]) - size // 2, 0, height - size))
+    left = _within(xy[0] - size // 2, width - size)
+    top = _within(xy[1] - size // 2, height - size)
     template = reference[top : top + size, left : left + size]
     place, score = np.asarray(guess, dtype=np.float64), -1.0
     for reach in reaches:
-        x0 = int(np.clip(round(left + guess[0]) - reach, 0, width - size))
-        y0 = int(np.clip(round(top + guess[1]) - reach, 0, height - size))
-        x1 = int(np.clip(round(left + guess[0]) + reach, 0, width - size)) + size
-        y1 = int(np.clip(round(top + guess[1]) + reach, 0, height - size)) + size
-        scores = cv2.matchTemplate(deformed[y0:y1, x0:x1], template, cv2.TM_CCOEFF_NORMED)
-        _, score, _, best = cv2.minMaxLoc(scores)
-        place = np.array([x0 + best[0] - left, y0 + best[1] - top], dtype=np.float64)
+        x0, x1 = (_within(left + guess[0] + side, width - size) for side in (-reach, reach))
+        y0, y1 = (_within(top + guess[1] + side, height - size) for side in (-reach, reach))
+        searched = deformed[y0 : y1 + size, x0 : x1 + size]
+        scores = cv2.matchTemplate(searched, template, cv2.TM_CCOEFF_NORMED)
+        _, score, _, (i, j) = cv2.minMaxLoc(scores)
+        place = np.array(
+            [x0 + i - left + _peak(scores[j], i), y0 + j - top + _peak(scores[:, i], j)]
+        )
         if score >= _FOUND:
             break
     return place, score
 
 
+def _within(place: float, last: int) -> int:
+    return min(max(round(place), 0), last)
+
+
+def _peak(scores: NDArray[np.float32], i: int) -> float:
+    """Fraction of a px by which the top of a parabola lies beside the best of a line of scores."""
+    if not 0 < i < len(scores) - 1:
+        return 0.0
+    before, here, after = (float(score) for score in scores[i - 1 : i + 2])
+    return (
+        (before - after) / (2 * (before - 2 * here + after)) if min(before, after) < here else 0.0
+    )
+
+
 def _with_gradients(xy, shift, found, links) -> NDArray[np.float64]:
-    """Motion (S, 6): the gradients are those of a plane through the neighbours that were found."""
-    motion = np.zeros((len(xy), 6))
-    motion[:, [0, 3]] = shift
-    for here in np.flatnonzero(found):
-        near = links[here][found[links[here]]]
-        if len(near) < 4:
-            continue
-        slopes = np.linalg.lstsq(xy[near] - xy[here], shift[near] - shift[here], rcond=0.1)[0]
-        motion[here, 1:3], motion[here, 4:6] = slopes.T
+    """Motion (S, 2, 3): the gradients are those of a plane through the neighbours found."""
+    motion = np.zeros((len(xy), 2, 3))
+    motion[:, :, 0] = shift
+    weight = (found[links] & found[:, None]).astype(np.float64)
+    away, apart = xy[links] - xy[:, None], shift[links] - shift[:, None]
+    spread = np.einsum("sn,sni,snj->sij", weight, away, away)
+    pull = np.einsum("sn,sni,sna->sai", weight, away, apart)
+    (xx, xy_), (_, yy) = spread.transpose(1, 2, 0)
+    determinant = xx * yy - xy_ * xy_
+    # Neighbours on a line, or fewer than three and the place itself, say nothing of a plane.
+    enough = (weight.sum(axis=1) >= 4) & (determinant > 0.01 * (xx + yy) ** 2)
+    slope = np.linalg.solve(spread[enough][:, None], pull[enough][..., None])[..., 0]
+    beside = apart[enough] - np.einsum("sai,sni->sna", slope, away[enough])
+    wrong = (weight[enough][..., None] * np.abs(beside)).max(axis=(1, 2)) > _BESIDE
+    motion[enough, :, 1:] = np.where(wrong[:, None, None], 0.0, slope)
     return motion

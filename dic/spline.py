@@ -13,7 +13,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-PAD = 3  # px of mirrored coefficients on each side, for the six taps at up to half a px outside
+from dic.warp import PAD, weights
+
 _POLES = (  # of the inverse of (1, 26, 66, 26, 1)/120
     math.sqrt(135 / 2 - math.sqrt(17745 / 4)) + math.sqrt(105 / 4) - 13 / 2,
     math.sqrt(135 / 2 + math.sqrt(17745 / 4)) - math.sqrt(105 / 4) - 13 / 2,
@@ -38,10 +39,15 @@ def coefficients(image: ArrayLike) -> NDArray[np.float32]:
     Unser, Aldroubi, Eden 1993, B-spline signal processing: part II, IEEE Trans. Signal Process. 41,
     834, equation 2.5.
     """
-    spline = np.array(image, dtype=np.float32, order="C")
-    _filter_rows(spline)
-    _filter_columns(spline)
-    return np.pad(spline, PAD, mode="reflect")
+    import cv2
+
+    lying = cv2.transpose(np.asarray(image, dtype=np.float32))
+    _filter(lying)
+    spline = cv2.transpose(lying)
+    _filter(spline)
+    spline *= np.float32(_GAIN * _GAIN)
+    padded = cv2.copyMakeBorder(spline, PAD, PAD, PAD, PAD, cv2.BORDER_REFLECT_101)
+    return np.asarray(padded, dtype=np.float32)
 
 
 def gradient(spline: NDArray[np.float32]) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
@@ -63,83 +69,48 @@ def _cut(padded: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def sample(spline, x, y):
-    """Value of the spline at (x, y) px; places off the picture are moved to its edge."""
-    height, width = spline.shape[0] - 2 * PAD, spline.shape[1] - 2 * PAD
-    x = min(max(x, -0.5), width - 0.5)
-    y = min(max(y, -0.5), height - 0.5)
-    column, row = math.floor(x), math.floor(y)
-    # The fraction is small, so single precision holds it; the place itself would lose 2e-4 px.
-    a = _weights(np.float32(x - column))
-    b = _weights(np.float32(y - row))
-    i, j = row + PAD - 2, column + PAD - 2
-    return (
-        b[0] * _along(spline[i], j, a) + b[1] * _along(spline[i + 1], j, a)
-        + b[2] * _along(spline[i + 2], j, a) + b[3] * _along(spline[i + 3], j, a)
-        + b[4] * _along(spline[i + 4], j, a) + b[5] * _along(spline[i + 5], j, a)
-    )  # fmt: skip
-
-
-@njit(cache=True, nogil=True, fastmath=True, inline="always")
-def _along(row, j, a):
-    return (
-        a[0] * row[j] + a[1] * row[j + 1] + a[2] * row[j + 2]
-        + a[3] * row[j + 3] + a[4] * row[j + 4] + a[5] * row[j + 5]
-    )  # fmt: skip
-
-
-@njit(cache=True, nogil=True, fastmath=True)
-def _weights(t):
-    """Weights of the knots -2 … 3 at the fraction t."""
-    scale, one = np.float32(1 / 120), np.float32(1)
-    s = one - t
-    w0 = scale * s * s * s * s * s
-    w5 = scale * t * t * t * t * t
-    w1 = _near_outer(s)
-    w4 = _near_outer(t)
-    w2 = scale * (
-        np.float32(66) - t * t * (np.float32(60) - t * t * (np.float32(30) - np.float32(10) * t))
-    )
-    return w0, w1, w2, one - w0 - w1 - w2 - w4 - w5, w4, w5
-
-
-@njit(cache=True, nogil=True, fastmath=True)
-def _near_outer(t):
-    five, ten = np.float32(5), np.float32(10)
-    return np.float32(1 / 120) * (
-        np.float32(1) + t * (five + t * (ten + t * (ten + t * (five - five * t))))
-    )
-
-
-@njit(cache=True, nogil=True)
-def _filter_rows(c):
-    for row in c:
-        last = row.shape[0] - 1
-        for pole in _POLES:
-            total = row[0]
-            for k in range(1, min(_HORIZON, last)):
-                total += pole**k * row[k]
-            row[0] = total
-            for k in range(1, last + 1):
-                row[k] += pole * row[k - 1]
-            row[last] = pole / (pole * pole - 1) * (row[last] + pole * row[last - 1])
-            for k in range(last - 1, -1, -1):
-                row[k] = pole * (row[k + 1] - row[k])
-        row *= _GAIN
-
-
-@njit(cache=True, nogil=True)
-def _filter_columns(c):
+def _filter(c):
+    """Filter along the first axis, all columns at a time; unscaled."""
     last = c.shape[0] - 1
     for pole in _POLES:
         for k in range(1, min(_HORIZON, last)):
-            c[0] += pole**k * c[k]
+            _add(c[0], np.float32(pole**k), c[k])
         for k in range(1, last + 1):
-            c[k] += pole * c[k - 1]
-        c[last] = pole / (pole * pole - 1) * (c[last] + pole * c[last - 1])
+            _add(c[k], np.float32(pole), c[k - 1])
+        _add(c[last], np.float32(pole), c[last - 1])
+        c[last] *= np.float32(pole / (pole * pole - 1))
         for k in range(last - 1, -1, -1):
-            c[k] = pole * (c[k + 1] - c[k])
-    c *= _GAIN
+            _turn(c[k], np.float32(pole), c[k + 1])
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def filter_square(pair):
+    """Turn the square picture pair[0] into its coefficients; pair[1] is scratch."""
+    first, second = pair[0], pair[1]
+    scale = np.float32(_GAIN * _GAIN)
+    _filter(first)
+    _lay(first, np.float32(1), second)
+    _filter(second)
+    _lay(second, scale, first)
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _lay(square, scale, out):
+    for i in range(square.shape[0]):
+        for j in range(square.shape[0]):
+            out[i, j] = scale * square[j, i]
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _add(row, factor, other):
+    for x in range(row.shape[0]):
+        row[x] += factor * other[x]
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _turn(row, factor, after):
+    for x in range(row.shape[0]):
+        row[x] = factor * (after[x] - row[x])
 
 
 @cache
@@ -153,7 +124,7 @@ def noise_power() -> tuple[float, float]:
     power = []
     for t in np.arange(8) / 8:
         response = sum(
-            w * np.exp(1j * omega * k) for k, w in enumerate(_weights.py_func(np.float32(t)))
+            w * np.exp(1j * omega * k) for k, w in enumerate(weights.py_func(np.float32(t)))
         )
         power.append(np.mean(np.abs(response / _prefilter(omega)) ** 2))
     harmonic = 2 * np.mean(power * np.cos(2 * np.pi * np.arange(8) / 8))

@@ -25,18 +25,20 @@ def field(ref: Reference, points: Points) -> DisplacementField:
     noise = np.sqrt(np.maximum(points.residual, 0) / _noise_gain(points.motion, ref.half))
     status = _status(ref, points, noise)
     lost = status != Status.OK
-    spread = noise[:, None] * np.sqrt(2 * np.diagonal(ref.inverse, axis1=1, axis2=2)[:, :6])
+    count = points.motion.shape[2]
+    variance = np.diagonal(ref.inverse, axis1=1, axis2=2)[:, : 2 * count].reshape(-1, 2, count)
+    spread = noise[:, None, None] * np.sqrt(2 * variance)
     motion = points.motion.copy()
     motion[lost], spread[lost] = np.nan, np.nan
     untried = ref.status != Status.OK
     return DisplacementField(
         xy=ref.xy,
-        u=motion[:, 0],
-        v=motion[:, 3],
-        sigma_u=spread[:, 0],
-        sigma_v=spread[:, 3],
-        gradient=motion[:, [[1, 2], [4, 5]]],
-        sigma_gradient=spread[:, [[1, 2], [4, 5]]],
+        u=motion[:, 0, 0],
+        v=motion[:, 1, 0],
+        sigma_u=spread[:, 0, 0],
+        sigma_v=spread[:, 1, 0],
+        gradient=motion[:, :, 1:3],
+        sigma_gradient=spread[:, :, 1:3],
         zncc=np.where(untried, np.nan, points.zncc),
         iterations=np.where(untried, 0, points.iterations).astype(np.int16),
         status=status,
@@ -54,7 +56,7 @@ def _noise_gain(motion: NDArray, half: int) -> NDArray[np.float64]:
     """
     mean, harmonic = noise_power()
     kept = np.ones(len(motion))
-    for shift, along_x, along_y in (motion[:, :3].T, motion[:, 3:].T):
+    for shift, along_x, along_y in motion[:, :, :3].transpose(1, 2, 0):
         swept = np.sinc(2 * half * along_x) * np.sinc(2 * half * along_y)
         kept *= mean + harmonic * np.cos(2 * np.pi * shift) * swept
     return 1 + kept
@@ -70,7 +72,7 @@ def _status(ref, points, noise) -> NDArray[np.int8]:
         (ref.slope < np.sqrt(2 * noise_slope()) * level, Status.FLAT),
         (leaves(ref, points.motion), Status.OUTSIDE),
         (~(points.zncc >= _FOUND), Status.LOW_CORRELATION),
-        (~(points.change <= _STOPPED), Status.NOT_CONVERGED),
+        (~(points.still | (points.change <= _STOPPED)), Status.NOT_CONVERGED),
     ):
         status[(status == Status.OK) & condition] = name
     return status
@@ -81,7 +83,7 @@ def leaves(ref: Reference, motion: NDArray) -> NDArray[np.bool_]:
     outside = np.zeros(len(motion), dtype=bool)
     height, width = ref.image.shape
     for axis, limit in ((0, width), (1, height)):
-        u, ux, uy = motion[:, 3 * axis : 3 * axis + 3].T
+        u, ux, uy = motion[:, axis, :3].T
         centre = np.rint(ref.xy[:, axis]) + u
         along, across = (ux, uy) if axis == 0 else (uy, ux)
         reach = ref.half * (np.abs(1 + along) + np.abs(across))

@@ -20,7 +20,7 @@ def refused(sentence):
             "subset of 201 px is larger than the picture of 190x150 px; use at most 149",
         ),
         ({"step": 0}, "step must be at least 1 px, got 0 px"),
-        ({"order": 2}, "order of the shape function must be 0 or 1, got 2"),
+        ({"order": 3}, "order of the shape function must be 0, 1 or 2, got 3"),
         ({"roi": np.zeros((150, 190), bool)}, "roi leaves no pixel"),
         ({"roi": np.ones((190, 150), bool)}, r"roi has shape \(190, 150\)"),
         ({"points": [[300.0, 5.0]]}, r"point \(300, 5\) px lies outside"),

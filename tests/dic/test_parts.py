@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy import ndimage
 
 import dic
-from dic import dense, frame_moments, moments, spline
+from dic import dense, moments, normal, shape, spline, warp
 from dic.grid import grid_over
 
 
@@ -20,7 +20,7 @@ def picture():
 
 
 def test_coefficients_are_those_of_scipy(picture):
-    ours = spline.coefficients(picture)[spline.PAD : -spline.PAD, spline.PAD : -spline.PAD]
+    ours = spline.coefficients(picture)[warp.PAD : -warp.PAD, warp.PAD : -warp.PAD]
     np.testing.assert_allclose(ours, ndimage.spline_filter(picture, 5, mode="mirror"), atol=1e-3)
 
 
@@ -29,15 +29,15 @@ def test_coefficients_are_those_of_scipy(picture):
 def test_sample_is_that_of_scipy(x, y):
     picture = np.random.default_rng(0).normal(100, 30, (37, 52))
     there = ndimage.map_coordinates(picture, [[y], [x]], order=5, mode="mirror")[0]
-    assert spline.sample(spline.coefficients(picture), x, y) == pytest.approx(there, abs=2e-3)
+    assert warp.sample(spline.coefficients(picture), x, y) == pytest.approx(there, abs=2e-3)
 
 
 def test_gradient_is_the_slope_of_the_sample(picture):
     c, h = spline.coefficients(picture), 1e-2
     gx, gy = spline.gradient(c)
     x, y = 23.0, 11.0
-    slope_x = (spline.sample(c, x + h, y) - spline.sample(c, x - h, y)) / (2 * h)
-    slope_y = (spline.sample(c, x, y + h) - spline.sample(c, x, y - h)) / (2 * h)
+    slope_x = (warp.sample(c, x + h, y) - warp.sample(c, x - h, y)) / (2 * h)
+    slope_y = (warp.sample(c, x, y + h) - warp.sample(c, x, y - h)) / (2 * h)
     assert (gx[11, 23], gy[11, 23]) == pytest.approx((slope_x, slope_y), abs=0.05)
 
 
@@ -56,46 +56,72 @@ def test_noise_slope_is_that_of_noise():
     assert (gx.var(), gy.var()) == pytest.approx((spline.noise_slope(),) * 2, rel=0.02)
 
 
+@pytest.mark.parametrize("stretch", [0.002, 0.2, -1.3])
+def test_row_is_warped_as_its_pixels_are_sampled(picture, stretch):
+    coefficients, x = spline.coefficients(picture), np.arange(30.0)
+    u, v = (0.4 + stretch * x).astype(np.float32), (-0.3 - 0.1 * stretch * x).astype(np.float32)
+    cells, taps, row = np.empty((2, 30), np.int32), np.empty((2, 6, 30), np.float32), np.empty(30)
+    warp.warp_row(coefficients, (7, 11), u, v, cells, taps, row)
+    there = [warp.sample(coefficients, 7 + i + u[i], 11 + v[i]) for i in range(30)]
+    np.testing.assert_allclose(row, there, atol=2e-3)
+
+
 def texture_of(picture):
     gx, gy = spline.gradient(spline.coefficients(picture))
     weight = np.ones_like(gx)
     weight[5:9, 20:31] = 0
-    return np.stack([gx, gy, picture, np.ones_like(gx)], axis=-1, dtype=np.float32) * weight[
-        ..., None
-    ].astype(np.float32)
+    return np.stack([gx, gy, picture, np.ones_like(gx)], dtype=np.float32) * weight.astype(
+        np.float32
+    )
 
 
-def test_running_sums_are_the_sums_one_by_one(picture):
+@pytest.mark.parametrize("order", [1, 2])
+def test_running_sums_are_the_sums_one_by_one(picture, order):
     texture, grid = texture_of(picture), grid_over(picture.shape, 9, 4)
-    centres = grid.xy.astype(np.int64)
-    together = moments.sums_on_grid(texture, grid.xs, grid.ys, 4)
-    alone = moments.sums_at_points(texture, centres, 4)
-    np.testing.assert_allclose(together, alone, rtol=1e-9, atol=1e-6 * np.abs(alone).max())
+    together = moments.sums_on_grid(texture, grid.xs, grid.ys, 4, order)
+    alone = moments.sums_at_points(texture, grid.xy, 4, order)
+    np.testing.assert_allclose(together, alone, rtol=1e-6, atol=1e-9 * np.abs(alone).max())
 
 
-def test_frame_sums_agree_where_the_motion_is_linear(picture):
-    texture, grid = texture_of(picture), grid_over(picture.shape, 9, 4)
-    motion = np.tile([0.3, 0.01, -0.02, -0.4, 0.005, 0.03], (len(grid.xy), 1))
-    away = grid.xy - grid.xy[0]
-    motion[:, 0] += away @ motion[0, 1:3]
-    motion[:, 3] += away @ motion[0, 4:6]
-    frame = spline.coefficients(picture[::-1])
-    net = dense.net(motion, grid)
-    together = frame_moments.sums_on_grid(texture, frame, net, grid.xs, grid.ys, 4)
-    alone = frame_moments.sums_at_points(texture, frame, grid.xy, 4, motion)
-    np.testing.assert_allclose(together, alone, rtol=1e-4, atol=1e-6 * np.abs(alone).max())
+@pytest.mark.parametrize("order", [1, 2])
+def test_inverse_is_that_of_the_normal_equations(picture, order):
+    texture, (x, y), half = texture_of(picture), (33.3, 17.6), 6
+    rows, columns = np.mgrid[18 - half : 19 + half, 33 - half : 34 + half]
+    fx, fy, f, weight = texture[:, rows, columns].astype(np.float64)
+    monomials = [
+        (columns - x) ** a * (rows - y) ** b for a, b in shape.monomials(shape.degree(order))
+    ]
+    parts = [g * m for g in (fx, fy) for m in monomials] + [-f, -weight]
+    jacobian = np.array([part.ravel() for part in parts])
+    sums = moments.sums_at_points(texture, np.array([[x, y]]), half, order)
+    inverse = normal.inverse(sums, np.zeros(1), order)[0]
+    np.testing.assert_allclose(inverse @ jacobian @ jacobian.T, np.eye(len(parts)), atol=1e-4)
+
+
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_grid_and_lone_points_stand_still_at_the_same_motion(speckle, order):
+    pattern = speckle((70, 90), seed=4)
+    first, second = pattern.draw(), pattern.draw((0.7, -0.4), ((0.01, 0.004), (0.0, -0.02)))
+    full = dic.correlate(dic.prepare(first, order=order), second)
+    lone = dic.correlate(dic.prepare(first, order=order, points=full.xy), second)
+    assert full.valid.all()
+    assert lone.valid.all()
+    np.testing.assert_allclose(lone.u, full.u, atol=8e-3)
+    np.testing.assert_allclose(lone.sigma_u, full.sigma_u, rtol=0.06, atol=1e-4)
 
 
 def test_dense_motion_is_exact_for_parabolas_inside_the_grid():
     grid = grid_over((61, 83), 9, 5)
     x, y = grid.xy.T
-    motion = np.zeros((len(x), 6))
-    motion[:, 0], motion[:, 3] = 1e-3 * x * x - 2e-3 * x * y, 3e-3 * y * y
+    motion = np.zeros((len(x), 2, 3))
+    motion[:, 0, 0], motion[:, 1, 0] = 1e-3 * x * x - 2e-3 * x * y, 3e-3 * y * y
     net = dense.net(motion, grid)
-    (columns, along), (rows, down) = net.place(83, 0), net.place(61, 1)
     px, py = 37, 29
-    window = net.motion[:, rows[py] : rows[py] + 4, columns[px] : columns[px] + 4]
-    u, v = np.einsum("aij,i,j->a", window, down[py], along[px])
+    (column, across), (row, down) = (
+        divmod(p - o, 5) for p, o in zip((px, py), net.origin, strict=True)
+    )
+    window = net.motion[:, row - 1 : row + 3, column - 1 : column + 3]
+    u, v = np.einsum("aij,i,j->a", window, net.weights()[down], net.weights()[across]) + net.base
     assert (u, v) == pytest.approx((1e-3 * px * px - 2e-3 * px * py, 3e-3 * py * py), abs=1e-9)
 
 
@@ -112,11 +138,11 @@ def test_every_subset_of_a_grid_lies_on_the_picture(height, width, subset, step)
 
 def test_fill_takes_the_nearest_within_reach():
     xy = np.array([[0.0, 0], [10, 0], [100, 0]])
-    motion = np.array([[1.0, 0.1, 0, 2.0, 0, 0], [9] * 6, [9] * 6])
+    motion = np.array([[[1.0, 0.1, 0], [2.0, 0, 0]], [[9] * 3] * 2, [[9] * 3] * 2])
     filled, given = dense.fill(xy, motion, np.array([True, False, False]), reach=20)
     assert list(given) == [False, True, False]
-    assert filled[1, 0] == pytest.approx(2.0)
-    assert filled[2, 0] == 9
+    assert filled[1, 0, 0] == pytest.approx(2.0)
+    assert filled[2, 0, 0] == 9
 
 
 def test_importing_and_correlating_loads_neither_torch_nor_what_draws():
