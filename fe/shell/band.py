@@ -1,0 +1,57 @@
+"""Cholesky factors of a matrix with a narrow band."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numba import njit
+from numpy.typing import NDArray
+from scipy.linalg import get_lapack_funcs
+
+_FACTOR, _SOLVE = get_lapack_funcs(("pbtrf", "pbtrs"), dtype=np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class Band:
+    """Factors L Lᵀ = S K S of a positive matrix, with S = 1/√diag K.
+
+    Attributes
+    ----------
+    lower : (width + 1, N) float64
+        Diagonals of L.
+    scale : (N,) float64
+        Diagonal of S.
+    """
+
+    lower: NDArray[np.float64]
+    scale: NDArray[np.float64]
+
+    def solve(self, right: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Solve for right-hand sides, (N,) or (N, C) float64."""
+        scale = self.scale if right.ndim == 1 else self.scale[:, None]
+        return scale * _SOLVE(self.lower, scale * right, lower=1)[0]
+
+
+def cholesky(matrix: sp.csr_array) -> Band | None:
+    """Factor a symmetric matrix (N, N); None where it is not positive definite."""
+    diagonal = matrix.diagonal()
+    if not (diagonal > 0).all():
+        return None
+    scale = 1.0 / np.sqrt(diagonal)
+    starts, columns, data = matrix.indptr, matrix.indices, matrix.data
+    rows = np.repeat(np.arange(len(diagonal)), np.diff(starts))
+    lower = np.zeros((int((rows - columns).max()) + 1, len(diagonal)), order="F")
+    _fill(starts, columns, data, scale, lower)
+    lower, failed = _FACTOR(lower, lower=1, overwrite_ab=1)
+    return None if failed else Band(lower, scale)
+
+
+@njit(cache=True, nogil=True)
+def _fill(starts: NDArray, columns: NDArray, data: NDArray, scale: NDArray, lower: NDArray) -> None:
+    for row in range(scale.size):
+        for k in range(starts[row], starts[row + 1]):
+            column = columns[k]
+            if column <= row:
+                lower[row - column, column] = scale[row] * data[k] * scale[column]

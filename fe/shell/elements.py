@@ -1,0 +1,59 @@
+"""Quadrature and sparse pattern of the shell on a mesh, made once."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fe.hermite import hermite
+from fe.line import Line
+from fe.mesh import Mesh, on_elements
+from fe.plate import Plate
+from fe.shell.kernel import Rule
+
+# Points of Gauss along each side of an element.
+_POINTS = 4
+
+
+def rule(plate: Plate, mesh: Mesh) -> Rule:
+    """Elements of a plate on a mesh with their quadrature."""
+    thickness, young = on_elements(plate, mesh)
+    membrane = young * thickness / (1.0 - plate.poisson**2)
+    (x, weight_x), (y, weight_y) = (_quadrature(line) for line in mesh.lines)
+    bending = membrane * thickness**2 / 12.0
+    return Rule(x, y, weight_x, weight_y, membrane, bending, plate.poisson)
+
+
+def _quadrature(line: Line) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the functions (n, G, 3, 4) of a line at points of Gauss, and the weights (n, G)."""
+    places, weights = np.polynomial.legendre.leggauss(_POINTS)
+    h = np.diff(line.nodes)[:, None]
+    x = line.nodes[:-1, None] + 0.5 * h * (1.0 + places)
+    orders = [hermite(x.ravel(), line, order).weights.reshape(*x.shape, 4) for order in range(3)]
+    return np.ascontiguousarray(np.stack(orders, axis=2)), 0.5 * h * weights
+
+
+def pattern(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
+    """Row starts and columns of the tangent: an unknown meets a rectangle of the table.
+
+    Returns
+    -------
+    starts : (N + 1,) int64
+    columns : (nonzeros,) int32
+    """
+    (low_x, end_x), (low_y, end_y) = (_reach(line) for line in mesh.lines)
+    counts = np.repeat(np.outer(end_x - low_x, end_y - low_y).ravel() * 3, 3)
+    starts = np.concatenate([[0], np.cumsum(counts)])
+    rows, offset = np.repeat(np.arange(len(counts)), counts), np.arange(starts[-1])
+    offset -= np.repeat(starts[:-1], counts)
+    row, column = np.divmod(rows // 3, mesh.shape[1])
+    width = 3 * (end_y - low_y)[column]
+    place = low_x[row] + offset // width
+    columns = 3 * (place * mesh.shape[1] + low_y[column]) + offset % width
+    return starts, columns.astype(np.int32)
+
+
+def _reach(line: Line) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """First and last + 1 of the unknowns that share an element with each unknown of a line."""
+    node = np.arange(line.unknowns) // 2
+    return np.maximum(2 * node - 2, 0), np.minimum(2 * node + 4, line.unknowns)

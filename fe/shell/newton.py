@@ -1,0 +1,143 @@
+"""Equilibrium of the shell by Newton's method, down to a stable one.
+
+Two things carry it. The tangent takes its membrane forces from the step before, linear in that
+step, and not from the place reached: full steps then stay long however thin the plate is (the
+mixed form of Magisano, Leonetti & Garcea, 2017, doi 10.1016/j.cma.2016.10.023). And the steps are
+searched for a lower potential, on a tangent made positive by a share of the mass where it is not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fe.shell.band import Band, cholesky
+from fe.shell.escape import escape
+from fe.shell.problem import TINY, Problem
+
+_MOST_ITERATIONS = 60
+# The step is the last one where the work that it can still do is this part of the energy: it
+# leaves 1e-14 of the displacement.
+_SETTLED = 1e-14
+# Below this part the potential itself is too coarse for a search.
+_ROUNDING = 1e-9
+# At a saddle the search would creep; from here on it leaves along the softest direction.
+_AT_SADDLE = 1e-4
+# A step is long enough where the potential falls by this part of what the tangent promises.
+_ENOUGH = 1e-4
+_SHORTEST = 1e-6
+# Shares of mass grow fourfold; a finite tangent needs far fewer of them.
+_MOST_SHARES = 60
+
+
+@dataclass(frozen=True, eq=False)
+class Equilibrium:
+    """Where the iteration ended.
+
+    Attributes
+    ----------
+    values : (N,) float64, mm
+        All unknowns.
+    converged : bool
+    iterations : int
+    escapes : int
+        How often an unstable equilibrium was left.
+    factor : Band
+        Factors of the last tangent of the free unknowns plus `shift` times their mass.
+    shift : float, N/mm³
+        0 where the tangent is positive.
+    """
+
+    values: NDArray[np.float64]
+    converged: bool
+    iterations: int
+    escapes: int
+    factor: Band
+    shift: float
+
+
+class _Step(NamedTuple):
+    """A step of all unknowns, twice the work it can do in parts of the energy, and its factors."""
+
+    move: NDArray[np.float64]
+    work: float
+    factor: Band
+    shift: float
+
+
+def equilibrium(problem: Problem, start: NDArray[np.float64], bold: bool = True) -> Equilibrium:
+    """Descend from a start (N,) mm to a stable equilibrium.
+
+    The start need not obey the support: the first step takes up the jump, on the tangent there.
+    Unless `bold`, it gives up at the first tangent that is not positive, where the branch of the
+    start may end.
+    """
+    system, (lift, free) = problem.system, problem.support
+    zero = np.zeros_like(start)
+    values, escapes, shift = start, 0, 0.0
+    jump = lift + free @ (free.T @ (start - lift)) - start
+    stress = system.stresses(values, zero)
+    iteration = 0
+    while True:
+        iteration += 1
+        step = _step(problem, values, stress, jump, shift)
+        shift = step.shift
+        work = np.inf if jump.any() else step.work
+        if work <= _SETTLED and shift == 0:
+            return Equilibrium(values + step.move, True, iteration, escapes, step.factor, shift)
+        if (shift > 0 and not bold) or iteration == _MOST_ITERATIONS:
+            return Equilibrium(values, False, iteration, escapes, step.factor, shift)
+        length = 1.0
+        if work <= _AT_SADDLE and shift > 0:
+            length, move, escapes = 0.0, escape(problem, values, step.factor), escapes + 1
+        else:
+            if _ROUNDING < work < np.inf:
+                length = _search(problem, values, step)
+            move = length * step.move
+        ahead = values + move
+        stress = system.stresses(values, move) if length == 1.0 else system.stresses(ahead, zero)
+        values, jump = ahead, zero
+
+
+def _step(
+    problem: Problem, values: NDArray, stress: NDArray, jump: NDArray, before: float
+) -> _Step:
+    """Newton step with these membrane forces in the tangent, after a jump of the support."""
+    system, free = problem.system, problem.support.free
+    energy, gradient, _ = system.forces(values)
+    tangent = system.tangent(values, stress)
+    right = -(free.T @ (gradient - problem.load + tangent @ jump))
+    factor, shift = _positive(problem, tangent, before)
+    inner = factor.solve(right)
+    work = float(right @ inner) / max(energy, TINY)
+    return _Step(jump + free @ inner, work, factor, shift)
+
+
+def _positive(problem: Problem, tangent: sp.csr_array, before: float) -> tuple[Band, float]:
+    """Factor the tangent of the free unknowns, with a share of the mass where it needs one."""
+    free, shift = problem.support.free, 0.0
+    for _ in range(_MOST_SHARES):
+        factor = cholesky(free.T @ (tangent + shift * problem.system.mass) @ free)
+        if factor is not None:
+            return factor, shift
+        shift = max(4.0 * shift, before / 4.0, problem.unit)
+    raise ArithmeticError("tangent of the shell must be finite; no share of mass makes it positive")
+
+
+def _search(problem: Problem, values: NDArray, step: _Step) -> float:
+    """Length of a step, 1 or less, that lowers the potential enough; by parabolas."""
+    energy = problem.system.forces(values)[0]
+    potential, work = energy - float(problem.load @ values), step.work * max(energy, TINY)
+    length = 1.0
+    while length > _SHORTEST:
+        rise = problem.potential(values + length * step.move) - potential
+        if rise <= -_ENOUGH * length * work:
+            break
+        curved = rise + length * work
+        best = 0.5 * length**2 * work / curved if np.isfinite(curved) else 0.0
+        length = min(max(best, 0.1 * length), 0.5 * length)
+    return length

@@ -1,0 +1,234 @@
+"""The large deformation of a plate: its base, then touches."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fe.functional import derivative
+from fe.mesh import Mesh, grid, mesh_for
+from fe.plate import Plate, Touch
+from fe.shell.band import cholesky
+from fe.shell.base import Base, bow, check_base
+from fe.shell.newton import Equilibrium, equilibrium
+from fe.shell.problem import Problem
+from fe.shell.stability import Stability, judge, smallest
+from fe.shell.state import ShellState
+from fe.shell.support import Support, support
+from fe.shell.system import System
+
+# Elements along the longer side: of the default mesh, and of the one on which a base is bent
+# before the finer mesh takes over its shape.
+_LONG_SIDE = 40
+_COARSE = 20
+
+# A path is followed in steps halved down to this part of it.
+_FINEST_STEP = 1 / 32
+
+
+@dataclass(frozen=True, eq=False)
+class Shell:
+    """A plate ready for large deformation on one mesh.
+
+    Attributes
+    ----------
+    plate : Plate
+    mesh : Mesh
+        Of the size of the plate.
+    """
+
+    plate: Plate
+    mesh: Mesh
+
+    def __post_init__(self) -> None:
+        mesh_for(self.plate, self.mesh)
+        _check_held_in_plane(self.plate)
+
+    @cached_property
+    def system(self) -> System:
+        """Its energy."""
+        return System(self.plate, self.mesh)
+
+    @cached_property
+    def rest(self) -> ShellState:
+        """The flat plate."""
+        zero = np.zeros((*self.mesh.shape, 3))
+        stability = Stability(judge(True, 1.0, 0), 0.0, 0, 1.0, 0)
+        return ShellState(self, Base(), zero, zero, stability)
+
+    @cached_property
+    def unit(self) -> float:
+        """Smallest eigenvalue of the flat plate at rest, N/mm³.
+
+        Raises
+        ------
+        ValueError
+            Springs or patches are so soft that the plate is not held but for rounding.
+        """
+        free = self.support(Base()).free
+        tangent = free.T @ self.system.tangent(self.rest.values.ravel()) @ free
+        factor = cholesky(tangent)
+        if factor is None:
+            raise ValueError(
+                "stiffness of the plate must hold it by more than rounding, got springs of "
+                f"{self.plate.sides} edges or patches too soft for it; hold the edges more firmly"
+            )
+        return smallest(tangent, free.T @ self.system.mass @ free, factor, 0.0)
+
+    def at(self, base: Base) -> ShellState:
+        """Bend and twist the plate by its clamps.
+
+        Raises
+        ------
+        ValueError
+            West and east are not clamped, south or north is held, or the bend folds the plate.
+        """
+        check_base(self.plate, base)
+        if base.flat:
+            return self.rest
+        coarse = Shell(self.plate, grid(self.plate, _COARSE))
+        if coarse.mesh.counts[0] >= self.mesh.counts[0]:
+            return self._bent(base)
+        shape = coarse._bent(base)
+        start = _refined(coarse.mesh, shape.values, self.mesh).ravel()
+        found = equilibrium(self._problem(base, np.zeros_like(start)), start)
+        return self._state(base, found, self.rest.loads, shape.stability)
+
+    def loaded(self, state: ShellState, further: NDArray[np.float64]) -> ShellState:
+        """State under further dead loads (2 nx + 2, 2 ny + 2, 3) N, see `ShellState.load`."""
+        before, loads = state.loads.ravel(), state.loads + further
+        held = self.support(state.base)
+
+        def problem(share: float) -> Problem:
+            return Problem(self.system, held, before + share * further.ravel(), self.unit)
+
+        found = _follow(problem, state.values.ravel())
+        return self._state(state.base, found, loads, state.stability)
+
+    def _bent(self, base: Base) -> ShellState:
+        """Bend first, in one go from a shape that is nearly right, then twist step by step."""
+        nothing = np.zeros(self.rest.values.size)
+        start = bow(self.plate, self.mesh, base.bend).ravel() if base.bend else nothing
+        bent = Base(base.bend, 0.0)
+        first = equilibrium(self._problem(bent, nothing), start)
+        state = self._state(bent, first, self.rest.loads, self.rest.stability)
+        if base.twist == 0:
+            return state
+
+        def problem(share: float) -> Problem:
+            return self._problem(Base(base.bend, share * base.twist), nothing)
+
+        found = _follow(problem, first.values)
+        return self._state(base, found, self.rest.loads, state.stability)
+
+    def _problem(self, base: Base, load: NDArray) -> Problem:
+        return Problem(self.system, self.support(base), load, self.unit)
+
+    def support(self, base: Base) -> Support:
+        """Constrain the unknowns to what the edges hold when the clamps have moved."""
+        return support(self.plate, self.mesh, *base.clamps(self.plate))
+
+    def _state(
+        self, base: Base, found: Equilibrium, loads: NDArray, before: Stability
+    ) -> ShellState:
+        """State of an equilibrium, with the iterations and escapes before it counted in."""
+        free = self.support(base).free
+        tangent = free.T @ self.system.tangent(found.values) @ free
+        mass = free.T @ self.system.mass @ free
+        eigenvalue = smallest(tangent, mass, found.factor, found.shift) / self.unit
+        escapes = before.escapes + found.escapes
+        stability = Stability(
+            judge(found.converged and before.converged, eigenvalue, escapes),
+            self._problem(base, loads.ravel()).residual(found.values),
+            before.iterations + found.iterations,
+            eigenvalue,
+            escapes,
+        )
+        return ShellState(self, base, self.system.table(found.values), loads, stability)
+
+
+def solve(
+    plate: Plate,
+    touches: Sequence[Touch],
+    base: Base | None = None,
+    mesh: Mesh | None = None,
+) -> ShellState:
+    """Bend a plate by its base and by touches, however far.
+
+    Parameters
+    ----------
+    plate : Plate
+    touches : sequence of Touch
+        Each presses against the normal of the base at its place.
+    base : Base, optional
+        Movement of the clamps before the touch; none if left out.
+    mesh : Mesh, optional
+        `shell_mesh(plate)` if left out. For many loads keep a `Shell` or the state of its base.
+
+    Returns
+    -------
+    ShellState
+        Its `stability` says whether an equilibrium was found.
+
+    Raises
+    ------
+    ValueError
+        A touch lies outside the plate, the mesh has another size, or the plate cannot take the
+        base.
+    """
+    shell = Shell(plate, shell_mesh(plate) if mesh is None else mesh)
+    state = shell.at(base or Base())
+    return state.touch(touches) if touches else state
+
+
+def shell_mesh(plate: Plate) -> Mesh:
+    """Return the default grid of the shell: 40 elements along the longer side."""
+    return grid(plate, _LONG_SIDE)
+
+
+def _check_held_in_plane(plate: Plate) -> None:
+    edges = plate.sides
+    if not any(edge.springs.membrane > 0 for axis in (0, 1) for edge in edges.along(axis)):
+        raise ValueError(
+            f"plate edges must hold a plate that bends far in its plane too, got {edges}; "
+            "clamp or support one or give an elastic one a membrane spring"
+        )
+
+
+def _follow(problem: Callable[[float], Problem], start: NDArray) -> Equilibrium:
+    """Follow equilibria of a path, share 0 to 1, from one at its start.
+
+    A step in which the tangent stays positive keeps to the branch; others are halved. The
+    shortest ones are taken all the same, and go down to the branch that is stable there.
+    """
+    share, step, iterations, escapes = 0.0, 1.0, 0, 0
+    while True:
+        last = step <= _FINEST_STEP
+        found = equilibrium(problem(share + step), start, bold=last)
+        iterations, escapes = iterations + found.iterations, escapes + found.escapes
+        if found.converged:
+            start, share = found.values, share + step
+            step = min(2.0 * step, 1.0 - share)
+        elif last:
+            break
+        else:
+            step /= 2.0
+        if share >= 1.0:
+            break
+    return replace(found, iterations=iterations, escapes=escapes)
+
+
+def _refined(coarse: Mesh, values: NDArray, fine: Mesh) -> NDArray[np.float64]:
+    """Unknowns on a finer mesh of the functions on a coarse one."""
+    x, y = np.meshgrid(*fine.nodes, indexing="ij")
+    xy, table = np.column_stack([x.ravel(), y.ravel()]), np.empty((*fine.shape, 3))
+    for p in (0, 1):
+        for q in (0, 1):
+            scale = fine.units[0] ** p * fine.units[1] ** q
+            read = derivative(coarse, xy, p, q).of(values)
+            table[p::2, q::2] = scale * read.reshape(*x.shape, 3)
+    return table

@@ -1,0 +1,97 @@
+"""Whether an equilibrium is one, and how far from losing its hold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import LinearOperator, eigsh
+
+from fe.shell.band import Band
+
+# A stiffness against snapping that has fallen to this part of the flat plate's is called near.
+NEAR = 0.02
+
+
+class Verdict(Enum):
+    """What a state is worth; the value is the sentence to show."""
+
+    STABLE = "the equilibrium is stable"
+    NEAR_LIMIT = (
+        "the equilibrium is stable but near a limit: a small touch may snap the plate to another "
+        "shape"
+    )
+    OTHER_BRANCH = (
+        "the shape that was followed became unstable and the plate went over to another one, "
+        "which is stable"
+    )
+    NOT_CONVERGED = "no equilibrium was found: the values are those of the last iteration"
+
+
+@dataclass(frozen=True)
+class Stability:
+    """How good an equilibrium is.
+
+    Attributes
+    ----------
+    verdict : Verdict
+    residual : float
+        Forces left over, in parts of the element forces that cancel in them.
+    iterations : int
+        Newton iterations on the way, all of them.
+    eigenvalue : float
+        Smallest eigenvalue of the tangent against the mass, in parts of that of the flat plate at
+        rest: the square of the lowest natural frequency in parts of the flat one's. It does not
+        depend on the mesh; 1 at rest, 0 at a limit point or a branching.
+    escapes : int
+        How often an unstable equilibrium was left on the way.
+    """
+
+    verdict: Verdict
+    residual: float
+    iterations: int
+    eigenvalue: float
+    escapes: int
+
+    @property
+    def converged(self) -> bool:
+        """Whether this is an equilibrium."""
+        return self.verdict is not Verdict.NOT_CONVERGED
+
+
+def judge(converged: bool, eigenvalue: float, escapes: int) -> Verdict:
+    """Put the worst that is known into a verdict."""
+    if not converged:
+        return Verdict.NOT_CONVERGED
+    if eigenvalue < NEAR:
+        return Verdict.NEAR_LIMIT
+    return Verdict.OTHER_BRANCH if escapes else Verdict.STABLE
+
+
+def smallest(tangent: sp.csr_array, mass: sp.csr_array, factor: Band, shift: float) -> float:
+    """Smallest eigenvalue of tangent - λ mass, by Lanczos on the inverse.
+
+    Parameters
+    ----------
+    tangent, mass : (Z, Z) sparse
+    factor : Band
+        Of tangent + shift mass.
+    shift : float
+        So large that this is positive.
+    """
+    inverse = LinearOperator(tangent.shape, matvec=factor.solve)  # pyright: ignore[reportCallIssue]
+    start = np.random.default_rng(0).standard_normal(len(factor.scale))
+    found = eigsh(
+        tangent,
+        k=1,
+        M=mass,
+        sigma=-shift,
+        OPinv=inverse,
+        v0=start,
+        tol=1e-6,  # pyright: ignore[reportArgumentType]
+        ncv=12,
+        return_eigenvectors=False,
+    )
+    return float(found[0])

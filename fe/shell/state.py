@@ -1,0 +1,157 @@
+"""A bent shell in equilibrium, and what can be read from it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fe.functional import derivative, recovered
+from fe.linear import Face, height
+from fe.load import spread
+from fe.mesh import Mesh
+from fe.plate import Plate, Touch
+from fe.shell.base import Base
+from fe.shell.measure import derivatives, strain, surface
+from fe.shell.stability import Stability
+
+if TYPE_CHECKING:
+    from fe.shell.influence import ShellInfluence
+    from fe.shell.shell import Shell
+
+
+@dataclass(frozen=True, eq=False)
+class ShellState:
+    """A plate bent far.
+
+    Attributes
+    ----------
+    shell : Shell
+    base : Base
+        Where the clamps are.
+    values : (2 nx + 2, 2 ny + 2, 3) float64, mm, read only
+        Unknowns of the displacement u, v, w of the middle surface.
+    loads : (2 nx + 2, 2 ny + 2, 3) float64, N, read only
+        Dead loads on them.
+    stability : Stability
+        Whether this is an equilibrium, and how far from a limit. Look at it before anything else.
+    """
+
+    shell: Shell
+    base: Base
+    values: NDArray[np.float64]
+    loads: NDArray[np.float64]
+    stability: Stability
+
+    def __post_init__(self) -> None:
+        for name in ("values", "loads"):
+            object.__setattr__(self, name, self.mesh.table(getattr(self, name), 3))
+
+    @property
+    def plate(self) -> Plate:
+        """The plate."""
+        return self.shell.plate
+
+    @property
+    def mesh(self) -> Mesh:
+        """Its grid."""
+        return self.shell.mesh
+
+    def deflection(self, xy: ArrayLike) -> NDArray[np.float64]:
+        """Deflection w at points (K, 2) mm: (K,) float64, mm along +z, negative under a press."""
+        return derivative(self.mesh, self.plate.points(xy)).of(self.values)[:, 2]
+
+    def normal(self, xy: ArrayLike) -> NDArray[np.float64]:
+        """Return the normals (K, 3) out of the touched face at points (K, 2) mm of the flat plate."""
+        return surface(self._derivatives(self.plate.points(xy), derivative)).normal
+
+    def displacement(self, xy: ArrayLike, face: Face = "top") -> NDArray[np.float64]:
+        """Displacement of a face at points (K, 2) mm of the flat plate.
+
+        The middle surface moves by U and its normal turns from N to n: U + z (n - N).
+
+        Returns
+        -------
+        (K, 3) float64, mm
+            u, v, w.
+
+        Raises
+        ------
+        ValueError
+            The face is not "top", "middle" or "bottom", or a point is not on the plate.
+        """
+        xy = self.plate.points(xy)
+        z = height(self.plate, xy, face)[:, None]
+        middle = derivative(self.mesh, xy).of(self.values)
+        return middle + z * (self.normal(xy) - [0.0, 0.0, 1.0])
+
+    def strain(self, xy: ArrayLike, face: Face = "top") -> NDArray[np.float64]:
+        """Green-Lagrange strain of a face at points (K, 2) mm of the flat plate.
+
+        The strain of the `displacement` of that face, of stretch and of bending.
+
+        Returns
+        -------
+        (K, 3) float64, strain
+            exx, eyy and the tensor component exy, in the axes of the flat plate.
+
+        Raises
+        ------
+        ValueError
+            As for `displacement`.
+        """
+        xy = self.plate.points(xy)
+        return strain(self._derivatives(xy, recovered), height(self.plate, xy, face))
+
+    def touch(self, touches: Sequence[Touch]) -> ShellState:
+        """Press further: the state with these touches beside the loads that are there.
+
+        Each force presses against the normal that this state has at its place, and keeps that
+        direction while the plate yields.
+
+        Raises
+        ------
+        ValueError
+            A touch lies outside the plate.
+        """
+        xy, along_z, _ = spread(self.plate, self.mesh, touches)
+        loads = np.zeros(self.loads.shape)
+        here, normal = derivative(self.mesh, xy), self.normal(xy)
+        for c in range(3):
+            one = np.full(len(xy), c, dtype=np.int64)
+            here.add_to(loads, along_z * normal[:, c], one)
+        return self.load(loads)
+
+    def load(self, loads: NDArray[np.float64]) -> ShellState:
+        """Add dead loads: the state with these beside the ones that are there.
+
+        Parameters
+        ----------
+        loads : (2 nx + 2, 2 ny + 2, 3) float64, N
+            Work of the load on each unknown. What the edges hold is not read.
+        """
+        return self.shell.loaded(self, self.mesh.table(loads, 3))
+
+    def influence(self, gauges: ArrayLike, face: Face = "top") -> ShellInfluence:
+        """Strain of gauges for a small further touch at any place; see `ShellInfluence`.
+
+        Parameters
+        ----------
+        gauges : (M, 2) array_like, mm
+        face : str
+            Of the gauges; touches press on the top.
+
+        Raises
+        ------
+        ValueError
+            A gauge lies outside the plate, or the state is not a stable equilibrium.
+        """
+        from fe.shell.influence import influence
+
+        return influence(self, gauges, face)
+
+    def _derivatives(self, xy: NDArray, reading) -> NDArray[np.float64]:
+        return derivatives(self.mesh, self.values, xy, reading)

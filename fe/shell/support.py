@@ -1,0 +1,114 @@
+"""What the edges hold: all unknowns from the free ones, and the springs of elastic edges."""
+
+from __future__ import annotations
+
+from math import isinf
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fe.hermite import gram, hermite
+from fe.mesh import Mesh
+from fe.plate import Plate
+
+
+class Motion(NamedTuple):
+    """Rigid motion of a clamp: X goes to turn X + shift.
+
+    Attributes
+    ----------
+    turn : (3, 3) float64
+        Rotation matrix.
+    shift : (3,) float64, mm
+    """
+
+    turn: NDArray[np.float64]
+    shift: NDArray[np.float64]
+
+
+REST = Motion(np.eye(3), np.zeros(3))
+
+
+class Support(NamedTuple):
+    """Constraint full = lift + free z on the flattened table of unknowns (2 nx + 2, 2 ny + 2, 3).
+
+    Attributes
+    ----------
+    lift : (N,) float64, mm
+    free : (N, Z) sparse
+        Orthonormal columns, node after node along the shorter side, so that a matrix of z has a
+        narrow band.
+    """
+
+    lift: NDArray[np.float64]
+    free: sp.csr_array
+
+
+def support(plate: Plate, mesh: Mesh, west: Motion = REST, east: Motion = REST) -> Support:
+    """Hold the edges, the west and the east one after rigid motions of their clamps.
+
+    A clamp holds place and normal. The slope across it may stretch and shear in the tangent plane,
+    so of each slope across the edge and of each twist the part along the turned normal is held.
+    """
+    held = _held(plate, mesh)
+    lift = np.zeros(held.shape)
+    axes = np.zeros((*held.shape, 3))
+    axes[:] = np.eye(3)
+    (ux, uy), y = mesh.units, mesh.nodes[1]
+    for first, x, motion in ((0, 0.0, west), (mesh.shape[0] - 2, plate.size[0], east)):
+        change = motion.turn - np.eye(3)
+        edge = np.column_stack([np.full(len(y), x), y, np.zeros(len(y))])
+        lift[first, 0::2] = edge @ change.T + motion.shift
+        lift[first, 1::2] = uy * change[:, 1]
+        lift[first + 1, 0::2] = ux * change[:, 0]
+        axes[first + 1] = motion.turn
+    size, order = held.size, _by_nodes(mesh)
+    blocks = sp.bsr_array(
+        (axes.reshape(-1, 3, 3), np.arange(size // 3), np.arange(size // 3 + 1)), shape=(size, size)
+    )
+    kept = order[~held.ravel()[order]]
+    return Support(lift.ravel(), sp.csr_array(blocks.tocsc()[:, kept]))
+
+
+def _held(plate: Plate, mesh: Mesh) -> NDArray[np.bool_]:
+    """Unknowns (2 nx + 2, 2 ny + 2, 3) that rigid springs hold, in the axes of their edge."""
+    held = np.zeros((*mesh.shape, 3), dtype=bool)
+    for axis in (0, 1):
+        table = held.swapaxes(0, axis)
+        for edge, value in zip(plate.sides.along(axis), (0, mesh.shape[axis] - 2), strict=True):
+            table[value, :, :2] |= isinf(edge.springs.membrane)
+            table[value, :, 2] |= isinf(edge.springs.deflection)
+            table[value + 1, :, 2] |= isinf(edge.springs.rotation)
+    return held
+
+
+def _by_nodes(mesh: Mesh) -> NDArray[np.int64]:
+    """Flattened unknowns in the order of their nodes, those along the shorter side together."""
+    index = np.arange(mesh.shape[0] * mesh.shape[1] * 3)
+    nodes = index.reshape(mesh.shape[0] // 2, 2, mesh.shape[1] // 2, 2, 3)
+    slow, fast = (0, 2) if mesh.counts[0] >= mesh.counts[1] else (2, 0)
+    return nodes.transpose(slow, fast, 1, 3, 4).ravel()
+
+
+def springs(plate: Plate, mesh: Mesh) -> sp.csr_array:
+    """Stiffness (N, N) of the elastic edges in N/mm: on deflection, slope across and membrane.
+
+    They act along and across the axes of the flat plate.
+    """
+    size = mesh.shape[0] * mesh.shape[1] * 3
+    matrix = sp.csr_array((size, size))
+    for axis, line in enumerate(mesh.lines):
+        along = gram(mesh.lines[1 - axis], 0, 0)
+        for end, edge in enumerate(plate.sides.along(axis)):
+            deflection, rotation, membrane = (0 if isinf(s) else s for s in edge.springs)
+            for order, each in ((0, (membrane, membrane, deflection)), (1, (0, 0, rotation))):
+                start, weights = hermite(line.nodes[[-end]], line, order)
+                row = np.zeros((1, line.unknowns))
+                row[0, start[0] : start[0] + 4] = weights
+                across = sp.csr_array(row.T @ row)
+                pair = (across, along) if axis == 0 else (along, across)
+                if any(each):
+                    matrix = matrix + sp.kron(sp.kron(*pair), sp.diags_array(np.array(each, float)))
+    return sp.csr_array(matrix)

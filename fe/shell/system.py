@@ -1,0 +1,80 @@
+"""The energy of a plate with its edges, and its equilibrium under dead loads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fe.hermite import gram
+from fe.mesh import Mesh
+from fe.plate import Plate
+from fe.shell.elements import pattern, rule
+from fe.shell.kernel import Rule, forces, stresses, tangent
+from fe.shell.support import springs
+
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """Strain energy of a plate and its elastic edges as a function of all unknowns.
+
+    Attributes
+    ----------
+    plate : Plate
+    mesh : Mesh
+    """
+
+    plate: Plate
+    mesh: Mesh
+
+    @cached_property
+    def rule(self) -> Rule:
+        """Elements with their quadrature."""
+        return rule(self.plate, self.mesh)
+
+    @cached_property
+    def pattern(self) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
+        """Row starts and columns of the tangent."""
+        return pattern(self.mesh)
+
+    @cached_property
+    def springs(self) -> sp.csr_array:
+        """Stiffness of the elastic edges, (N, N), N/mm."""
+        return springs(self.plate, self.mesh)
+
+    @cached_property
+    def mass(self) -> sp.csr_array:
+        """Mass of a plate of 1 per area: ∫ U·U dA = Uᵀ mass U, (N, N), mm²."""
+        along_x, along_y = (gram(line, 0, 0) for line in self.mesh.lines)
+        return sp.csr_array(sp.kron(sp.kron(along_x, along_y), sp.eye_array(3)))
+
+    def forces(self, values: NDArray) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
+        """Energy in N mm, its gradient (N,) in N, and the size of what adds up to it (N,) in N."""
+        energy, gradient, size = forces(self.table(values), self.rule)
+        pull = self.springs @ values
+        energy += 0.5 * float(values @ pull)
+        return energy, gradient.ravel() + pull, size.ravel() + np.abs(pull)
+
+    def stresses(self, values: NDArray, step: NDArray) -> NDArray[np.float64]:
+        """Membrane forces at the points, linear in a step from the values."""
+        return stresses(self.table(values), self.table(step), self.rule)
+
+    def tangent(self, values: NDArray, stress: NDArray | None = None) -> sp.csr_array:
+        """Second derivative (N, N) of the energy, N/mm, with the membrane forces of the values.
+
+        With other forces it is the tangent of `fe.shell.newton`.
+        """
+        starts, columns = self.pattern
+        data = np.zeros(len(columns))
+        if stress is None:
+            stress = self.stresses(values, np.zeros_like(values))
+        tangent(self.table(values), stress, self.rule, starts, data)
+        shape = (len(values), len(values))
+        return sp.csr_array((data, columns, starts), shape=shape) + self.springs
+
+    def table(self, values: NDArray) -> NDArray[np.float64]:
+        """All unknowns (N,) as their table (2 nx + 2, 2 ny + 2, 3)."""
+        return values.reshape(*self.mesh.shape, 3)
