@@ -11,6 +11,7 @@ from matplotlib.image import imread
 
 import fe
 from fe.picture import draw
+from fe.shell import solve
 from fe.vtu import write_vtu
 
 PATCH = fe.Patch((30.0, 60.0), (0.0, 40.0), 1.5, 3000.0)
@@ -93,6 +94,18 @@ def test_a_plate_without_touches_is_a_file_of_its_surface_alone(state, tmp_path)
     vtu = read(tmp_path / "plate.vtu")
     assert (vtu["types"] == 9).all()
     assert not vtu["force"].any()
+
+
+def test_a_large_touch_is_seen_like_a_small_one(tmp_path):
+    plate = fe.Plate((90.0, 60.0), 1.0, 3000.0, 0.38)
+    touch = fe.Touch(40.0, 25.0, 20.0)
+    state = solve(plate, [touch], mesh=fe.grid(plate, 12))
+    write_vtu(tmp_path / "plate.vtu", state, [touch])
+    draw(state, [touch], tmp_path / "plate.png")
+    points, moved = (read(tmp_path / "plate.vtu")[name][-1] for name in ("points", "displacement"))
+    assert moved[2] < -0.5
+    np.testing.assert_allclose(moved, state.displacement([(40.0, 25.0)])[0], atol=1e-14)
+    np.testing.assert_allclose(points - moved, [40.0, 25.0, 0.5], atol=1e-13)
 
 
 @pytest.mark.parametrize("name", ["plate.png", "plate.PDF", "plate.svg"])
