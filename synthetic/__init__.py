@@ -11,6 +11,7 @@ from synthetic.view import motion, rigid, seen
 
 if TYPE_CHECKING:
     from synthetic import formulas
+    from synthetic.batch import BatchWarper, prepare_batch
     from synthetic.exposure import Exposure
     from synthetic.hand import Hand
     from synthetic.light import Light, polynomial_light, projected_discs
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 # An estimator needs the camera alone: what compiles kernels is imported when it is first asked for.
 _HOMES = {
+    "batch": ("BatchWarper", "prepare_batch"),
     "exposure": ("Exposure",),
     "hand": ("Hand",),
     "light": ("Light", "polynomial_light", "projected_discs"),
@@ -37,6 +39,7 @@ _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
 
 __all__ = [
     "AnyCamera",
+    "BatchWarper",
     "Camera",
     "Distortion",
     "Exposure",
@@ -53,6 +56,7 @@ __all__ = [
     "motion",
     "pinhole_above",
     "polynomial_light",
+    "prepare_batch",
     "prepare_warp",
     "print_pattern",
     "projected_discs",

@@ -18,8 +18,8 @@ from synthetic.view import motion
 
 # Points a side of a pixel of the sharp picture: off by 0.04 grey levels, less than the spline is.
 SAMPLES = 3
-# The control displacement is turned from forward to backward in this many steps. A step gains
-# the slope of the displacement, 1e-2 at most for a plate that bends.
+# The control displacement D is turned backward, d(x) = D(x − d(x)), in this many steps. A step
+# gains the slope of the displacement, 1e-2 at most for a plate that bends.
 INVERSION_STEPS = 2
 
 
@@ -100,14 +100,28 @@ class Warper:
         ValueError
             A displacement of wrong shape, not finite or larger than the picture.
         """
-        oversample = self.sharp.shape[1] // (self.camera.size[0] + 2 * BORDER_PX)
-        sample(self.sharp, self._backward(displacement, shift), oversample, self.light)
+        backward = forward = self.forward(displacement, shift).astype(np.float32)
+        for _ in range(INVERSION_STEPS):
+            backward = moved_back(forward, backward)
+        sample(self.sharp, backward, self.oversample, self.light)
         if sensor is None:
             return 255 * self.light.astype(np.float64)
         return sensor.capture(self.light, rng, out)
 
-    def _backward(self, displacement: ArrayLike, shift: tuple[float, float]) -> NDArray[np.float32]:
-        """Displacement, px, of what is seen at the control pixels: d(x) = D(x − d(x))."""
+    @property
+    def oversample(self) -> int:
+        """Samples of the sharp picture a pixel, in each direction."""
+        return self.sharp.shape[1] // (self.camera.size[0] + 2 * BORDER_PX)
+
+    def forward(self, displacement: ArrayLike, shift: tuple[float, float] = (0.0, 0.0)) -> Array:
+        """Displacement in the picture of what is seen at rest at the control pixels.
+
+        Parameters and errors as of `render`.
+
+        Returns
+        -------
+        (rows, cols, 2) float64, px.
+        """
         forward = motion(self.camera, self.points, displacement, self.z)
         count = self.grid[0] * self.grid[1]
         # Past the edge the field goes on as its point reflection, with equal value and slope.
@@ -119,10 +133,7 @@ class Warper:
                 f"displacement and shift must be smaller than the picture, {allowed} px, "
                 f"got {largest:.6g} px"
             )
-        backward = forward = forward.reshape(*self.grid, 2).astype(np.float32)
-        for _ in range(INVERSION_STEPS):
-            backward = moved_back(forward, backward)
-        return backward
+        return forward.reshape(*self.grid, 2)
 
 
 def prepare_warp(

@@ -1,0 +1,214 @@
+"""Many pictures at once on torch, for training: one sharp picture, warped by smooth fields."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from synthetic.sampling import BORDER_PX, CONTROL_PX
+from synthetic.warp import Warper
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+# Steps from forward to backward displacement; each gains the slope of the field.
+_INVERSION_STEPS = 8
+# Spline coefficients beyond the controls on each side: there the field goes on as a straight line.
+_RIM = 2
+
+
+@dataclass(frozen=True, eq=False)
+class BatchWarper:
+    """A plate at rest on a torch device, ready to be seen under many displacements at once.
+
+    Displacements are given at control pixels, every 8 px from −8 to past the picture, and are
+    bicubic splines through those values in between.
+
+    Attributes
+    ----------
+    size : (width, height) of the picture, px.
+    controls : (rows, cols, 2) float64, px, the control pixels (x, y).
+    oversample : samples of the sharp picture a pixel.
+    sharp : (1, 1, H', W') float32 tensor, cubic spline coefficients of the picture at rest.
+    down, along : float32 tensors (rows + 4, rows) and (cols + 4, cols) that turn values at the
+        controls into spline coefficients there and beyond.
+    """
+
+    size: tuple[int, int]
+    controls: np.ndarray = field(repr=False)
+    oversample: int
+    sharp: Tensor = field(repr=False)
+    down: Tensor = field(repr=False)
+    along: Tensor = field(repr=False)
+
+    def render(self, forward: ArrayLike | Tensor) -> Tensor:
+        """Take one picture for each displacement, without noise.
+
+        Parameters
+        ----------
+        forward : (B, rows, cols, 2), px, displacement of what is seen at rest at the controls;
+            `Warper.forward` gives it for a displacement of the plate.
+
+        Returns
+        -------
+        (B, 1, H, W) float32 tensor on the device, 255 × light. Gradients flow to `forward`.
+
+        Raises
+        ------
+        ValueError
+            A field of wrong shape, not finite or larger than the picture.
+        """
+        spline = self._spline(forward)
+        x, y = self._places(self.controls)
+        backward = _bicubic(spline, x, y)
+        for _ in range(_INVERSION_STEPS):
+            u, v = backward.unbind(1)
+            backward = _bicubic(spline, x - u / CONTROL_PX, y - v / CONTROL_PX)
+        u, v = _bicubic(self._filter(backward), *self._places(self._pixels())).unbind(1)
+        px = self.sharp.new_tensor(self._pixels() + BORDER_PX)
+        light = _bicubic(
+            self.sharp, (px[..., 0] - u) * self.oversample, (px[..., 1] - v) * self.oversample
+        )
+        return 255 * light
+
+    def displacement(self, forward: ArrayLike | Tensor) -> Tensor:
+        """Displacement of what each pixel sees at rest: the truth of a correlation.
+
+        Parameters and errors as of `render`.
+
+        Returns
+        -------
+        (B, 2, H, W) float32 tensor, px, u along columns and v along rows.
+        """
+        return _bicubic(self._spline(forward), *self._places(self._pixels()))
+
+    def _spline(self, forward: ArrayLike | Tensor) -> Tensor:
+        """Coefficients (B, 2, rows + 4, cols + 4) of checked fields."""
+        import torch
+
+        values = torch.as_tensor(forward, dtype=torch.float32, device=self.sharp.device)
+        if values.ndim != 4 or values.shape[1:] != self.controls.shape:
+            rows, columns, _ = self.controls.shape
+            raise ValueError(
+                f"displacements must have shape (B, {rows}, {columns}, 2) in px, "
+                f"got {tuple(values.shape)}"
+            )
+        largest, allowed = (
+            float(values.detach().abs().max()) if len(values) else 0.0,
+            max(self.size),
+        )
+        if not largest <= allowed:
+            raise ValueError(
+                f"displacements must be smaller than the picture, {allowed} px, "
+                f"got {largest:.6g} px"
+            )
+        return self._filter(values.permute(0, 3, 1, 2))
+
+    def _filter(self, values: Tensor) -> Tensor:
+        return self.down @ values @ self.along.T
+
+    def _pixels(self) -> np.ndarray:
+        return np.stack(np.meshgrid(*(np.arange(float(n)) for n in self.size)), axis=-1)
+
+    def _places(self, pixels: np.ndarray) -> tuple[Tensor, Tensor]:
+        """Column and row, each (1, h, w), of pixels (h, w, 2) among the coefficients."""
+        x, y = self.sharp.new_tensor(pixels / CONTROL_PX + 1 + _RIM).unbind(-1)
+        return x[None], y[None]
+
+
+def prepare_batch(warper: Warper, device: str = "cpu") -> BatchWarper:
+    """Bring the sharp picture of a warper to a torch device.
+
+    Parameters
+    ----------
+    warper : as from `prepare_warp`; its oversampling decides the error.
+    device : "cpu", "cuda", ...
+
+    Raises
+    ------
+    ValueError
+        torch or kornia is not installed, or the device is not there.
+    """
+    missing = [name for name in ("torch", "kornia") if find_spec(name) is None]
+    if missing:
+        raise ValueError(
+            f"a batch of pictures needs {' and '.join(missing)}, not installed here; run "
+            "'make torch' or render one by one with `Warper`"
+        )
+    import torch
+
+    try:
+        sharp = torch.as_tensor(warper.sharp, device=device)[None, None]
+    except (RuntimeError, AssertionError) as error:
+        reason = str(error).splitlines()[0]
+        raise ValueError(f"device {device!r} cannot be used ({reason}); use 'cpu'") from None
+    rows, columns = warper.grid
+    lines = (CONTROL_PX * np.arange(-1.0, count - 1) for count in (columns, rows))
+    return BatchWarper(
+        size=warper.camera.size,
+        controls=np.stack(np.meshgrid(*lines), axis=-1),
+        oversample=warper.oversample,
+        sharp=sharp,
+        down=sharp.new_tensor(_prefilter(rows)),
+        along=sharp.new_tensor(_prefilter(columns)),
+    )
+
+
+def _prefilter(count: int) -> np.ndarray:
+    """Matrix from values to the coefficients of a cubic spline without curvature at its ends."""
+    spline = (np.diag(np.full(count, 4.0)) + np.eye(count, k=1) + np.eye(count, k=-1)) / 6
+    spline[0], spline[-1] = np.eye(count)[0], np.eye(count)[-1]
+    inner, beyond = np.linalg.inv(spline), np.arange(1, _RIM + 1)[:, None]
+    before = inner[0] + beyond[::-1] * (inner[0] - inner[1])
+    after = inner[-1] + beyond * (inner[-1] - inner[-2])
+    return np.vstack([before, inner, after])
+
+
+def _bicubic(coefficients: Tensor, x: Tensor, y: Tensor) -> Tensor:
+    """Bicubic splines at places, by four bilinear lookups between pairs of coefficients.
+
+    A sum w0 c0 + w1 c1 is (w0 + w1) times the value at w1/(w0 + w1) on the line from c0 to c1, and
+    bilinear lookup is what devices do fastest (Sigg and Hadwiger 2005, GPU Gems 2, chapter 20).
+
+    Parameters
+    ----------
+    coefficients : (B or 1, C, h, w)
+    x, y : (B or 1, H, W), columns and rows; those outside are moved to the rim.
+
+    Returns
+    -------
+    (B, C, H, W)
+    """
+    from kornia.geometry.transform import remap
+
+    batch = max(len(coefficients), len(x))
+    coefficients = coefficients.expand(batch, -1, -1, -1)
+    (x0, x1, gx), (y0, y1, gy) = _pairs(x, coefficients.shape[3]), _pairs(y, coefficients.shape[2])
+
+    def look(column: Tensor, row: Tensor) -> Tensor:
+        places = column.expand(batch, -1, -1), row.expand(batch, -1, -1)
+        return remap(coefficients, *places, padding_mode="border", align_corners=True)
+
+    gx, gy = gx[:, None], gy[:, None]
+    above = (1 - gx) * look(x0, y0) + gx * look(x1, y0)
+    below = (1 - gx) * look(x0, y1) + gx * look(x1, y1)
+    return (1 - gy) * above + gy * below
+
+
+def _pairs(x: Tensor, count: int) -> tuple[Tensor, Tensor, Tensor]:
+    """Places between the first and between the last two of the four coefficients around x.
+
+    The third tensor is the weight of the last two.
+    """
+    x = x.clamp(1, count - 2)
+    left = x.detach().floor()
+    t = x - left
+    s = 1 - t
+    w1, w3 = 2 / 3 - t * t * (1 - t / 2), t * t * t / 6
+    w2 = 2 / 3 - s * s * (1 - s / 2)
+    last = w2 + w3
+    return left - 1 + w1 / (1 - last), left + 1 + w3 / last, last
