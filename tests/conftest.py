@@ -16,7 +16,7 @@ def pytest_configure():
     numba looks at the file of a kernel alone, not at those of the kernels that it calls.
     """
     sources = sorted(
-        path for room in ("dic", "fe", "synthetic") for path in (ROOT / room).glob("*.py")
+        path for room in ("dic", "fe", "synthetic") for path in (ROOT / room).rglob("*.py")
     )
     key = hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()[:16]
     os.environ["NUMBA_CACHE_DIR"] = str(Path(tempfile.gettempdir()) / f"touchplate-kernels-{key}")

@@ -65,7 +65,7 @@ class ShellState:
         return derivative(self.mesh, self.plate.points(xy)).of(self.values)[:, 2]
 
     def normal(self, xy: ArrayLike) -> NDArray[np.float64]:
-        """Return the normals (K, 3) out of the touched face at points (K, 2) mm of the flat plate."""
+        """Return the normals (K, 3) of the touched face at points (K, 2) mm of the flat plate."""
         return surface(self._derivatives(self.plate.points(xy), derivative)).normal
 
     def displacement(self, xy: ArrayLike, face: Face = "top") -> NDArray[np.float64]:
