@@ -1,0 +1,99 @@
+"""Few shapes and stresses that hold the states of a plate, found in states of the whole plate.
+
+Proper orthogonal decomposition: of all sets of so many functions, the one that leaves the least
+energy of the states outside.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fe.hermite import gram
+from fe.mesh import Mesh
+from fe.reduced.karman import Karman
+from fe.reduced.training import Parts, Snapshots
+
+# Shapes of w from linear answers, which couple one touch to another, and from what touches leave;
+# stresses; displacements in the plane.
+_LINEAR, _REST, _STRESSES, _DRIFTS = 16, 28, 140, 44
+
+
+class Basis(NamedTuple):
+    """What the reduced plate is made of, besides the functions that move with the touch.
+
+    Attributes
+    ----------
+    shapes : (2 nx + 2, 2 ny + 2, n) float64
+        Shapes of w, orthonormal in bending energy.
+    stresses : (3, gx, gy, M) float64
+        Stresses in the plane in balance, orthonormal in their energy.
+    drifts : (2, 2 nx + 2, 2 ny + 2, U) float64
+        Displacements u, v in the plane, orthonormal over the area.
+    """
+
+    shapes: NDArray[np.float64]
+    stresses: NDArray[np.float64]
+    drifts: NDArray[np.float64]
+
+
+def basis(karman: Karman, states: Snapshots, parts: Parts) -> Basis:
+    """Find the basis of some states and of the parts of their deflections."""
+    return Basis(_shapes(karman, parts), _stresses(karman, states), _drifts(karman, states))
+
+
+def _shapes(karman: Karman, parts: Parts) -> NDArray[np.float64]:
+    stiffness, free = karman.stiffness, karman.linear.free
+    linear = parts.linear @ leading(parts.linear.T @ (stiffness @ parts.linear), _LINEAR)
+    rest = parts.rest - linear @ (linear.T @ (stiffness @ parts.rest))
+    rest = rest @ leading(rest.T @ (stiffness @ rest), _REST)
+    flat = np.concatenate([linear, rest], axis=1)
+    shapes = np.zeros((*karman.mesh.shape, flat.shape[1]))
+    shapes[free] = flat.reshape(*shapes[free].shape)
+    return shapes
+
+
+def _stresses(karman: Karman, states: Snapshots) -> NDArray[np.float64]:
+    energy = karman.membrane.work(states.stress, karman.membrane.stretching(states.values))
+    return states.stress @ _balanced(0.5 * (energy + energy.T), _STRESSES)
+
+
+def _drifts(karman: Karman, states: Snapshots) -> NDArray[np.float64]:
+    forces = np.stack([spread_out(karman.mesh, component) for component in states.plane])
+    product = np.tensordot(states.plane, forces, ((0, 1, 2), (0, 1, 2)))
+    return states.plane @ _balanced(product, _DRIFTS)
+
+
+def spread_out(mesh: Mesh, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Compute the loads ∫ f u dA, for every f, of functions u: (2 nx + 2, 2 ny + 2, C) both."""
+    along_x, along_y = (gram(line, 0, 0).toarray() for line in mesh.lines)
+    return along_y @ np.tensordot(along_x, values, 1)
+
+
+def _balanced(product: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """Like `leading`, with every state of the same weight."""
+    scale = 1.0 / np.sqrt(np.diag(product))
+    return scale[:, None] * leading(scale[:, None] * product * scale, count)
+
+
+def leading(product: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """Mixtures of S functions that are orthonormal and hold most of them.
+
+    Parameters
+    ----------
+    product : (S, S) float64
+        Inner products of the functions.
+    count : int
+
+    Returns
+    -------
+    (S, C) float64
+        C at most `count`, fewer where the functions have no more to give.
+    """
+    share, vectors = np.linalg.eigh(product)
+    share, vectors = share[::-1][:count], vectors[:, ::-1][:, :count]
+    # Below this share of the largest, rounding has mixed into the product.
+    there = share > 1e-12 * share[0]
+    return vectors[:, there] / np.sqrt(share[there])

@@ -1,0 +1,171 @@
+"""Balance of the reduced plate under touches, and how it moves with them.
+
+The deflection is w = Σ_t [F_t g_t + Σ_k c_tk h_tk] + Σ_j q_j φ_j. Its energy less the work of the
+touches is, but for a constant, Π = ½ yᵀ A y + ½ |s|² of the unknowns y = (q, c): the load has gone,
+because the linear answers g balance it. s_m = ½ zᵀ B_m z with z = (q, F, c).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fe.reduced.assembly import Assembled
+from fe.reduced.forms import Forms
+
+_Parts = tuple[NDArray, NDArray, NDArray]  # fixed, mixed and local forms
+
+_ITERATIONS = 30
+# Residual, in parts of the force that the linear answer puts on the fixed shapes.
+_SETTLED = 1e-11
+
+
+class Balance(NamedTuple):
+    """State of the reduced plate, and its derivatives by x, y, F of each touch in turn.
+
+    Attributes
+    ----------
+    weights : (n + t,) float64
+        z: q, then F and c of each touch.
+    stress : (M,) float64
+    drift : (U,) float64
+    weights_by, stress_by, drift_by : (n + t, 3 T), (M, 3 T), (U, 3 T) float64
+    converged : bool
+    """
+
+    weights: NDArray[np.float64]
+    stress: NDArray[np.float64]
+    drift: NDArray[np.float64]
+    weights_by: NDArray[np.float64]
+    stress_by: NDArray[np.float64]
+    drift_by: NDArray[np.float64]
+    converged: bool
+
+
+class _Point(NamedTuple):
+    """Energy at one z, with its derivatives by all of z."""
+
+    weights: NDArray[np.float64]
+    stress: NDArray[np.float64]
+    slope: NDArray[np.float64]
+    gradient: NDArray[np.float64]
+    hessian: NDArray[np.float64]
+
+
+def balance(forms: Forms, assembled: Assembled, force: NDArray[np.float64]) -> Balance:
+    """Find the balance under forces (T,) N by Newton's method, and its derivatives."""
+    n, split = forms.fixed.shape[1], forms.stresses
+    pushed = n + assembled.functions * np.arange(len(force))
+    free = np.setdiff1d(np.arange(n + assembled.local.shape[1]), pushed)
+    point, converged = _descend(forms, assembled, force, pushed, free)
+    drifting = _parts(forms, assembled, slice(1 + split, None))
+    drift_slope = _apply(drifting, point.weights)
+    # First what changes at fixed weights, then the weights follow and keep the balance.
+    direct, out = _moved(assembled, point, pushed)
+    out[:, 2::3] = point.hessian[:, pushed]
+    weights_by = np.zeros_like(out)
+    weights_by[pushed, 2 + 3 * np.arange(len(force))] = 1.0
+    weights_by[free] = -np.linalg.solve(point.hessian[np.ix_(free, free)], out[free])
+    values_by = direct + np.concatenate([point.slope, drift_slope]) @ weights_by
+    drift = 0.5 * drift_slope @ point.weights
+    by = weights_by, values_by[:split], values_by[split:]
+    return Balance(point.weights, point.stress, drift, *by, converged)
+
+
+def _descend(
+    forms: Forms, assembled: Assembled, force: NDArray, pushed: NDArray, free: NDArray
+) -> tuple[_Point, bool]:
+    """Point of balance, and whether it is one."""
+    bending = _bending(assembled, pushed)
+    parts = _parts(forms, assembled, slice(1, 1 + forms.stresses))
+    size = np.linalg.norm(assembled.mixed[0][:, pushed - forms.fixed.shape[1]] @ force)
+    point = _at(parts, bending, _first(forms, assembled, pushed, force))
+    for _ in range(_ITERATIONS):
+        if np.linalg.norm(point.gradient[free]) <= _SETTLED * size:
+            return point, True
+        weights = point.weights.copy()
+        weights[free] -= np.linalg.solve(point.hessian[np.ix_(free, free)], point.gradient[free])
+        point = _at(parts, bending, weights)
+    return point, False
+
+
+def _at(parts: _Parts, bending: NDArray, weights: NDArray) -> _Point:
+    slope = _apply(parts, weights)
+    stress = 0.5 * slope @ weights
+    gradient = bending @ weights + stress @ slope
+    fixed, mixed, local = (
+        (stress @ part.reshape(len(stress), -1)).reshape(part.shape[1:]) for part in parts
+    )
+    tense = np.block([[fixed, mixed], [mixed.T, local]])
+    return _Point(weights, stress, slope, gradient, bending + tense + slope.T @ slope)
+
+
+def _parts(forms: Forms, assembled: Assembled, which: slice) -> _Parts:
+    return forms.fixed[which], assembled.mixed[which], assembled.local[which]
+
+
+def _apply(parts: _Parts, weights: NDArray) -> NDArray[np.float64]:
+    """B_m z of each form, (M, n + t)."""
+    fixed, mixed, local = parts
+    count, n = fixed.shape[:2]
+    q, tau = np.split(weights, [n])
+    rows = (fixed.reshape(-1, n) @ q).reshape(count, n) + mixed @ tau
+    return np.concatenate([rows, q @ mixed + local @ tau], axis=1)
+
+
+def _bending(assembled: Assembled, pushed: NDArray) -> NDArray[np.float64]:
+    """Bending energy on (n + t) weights, without the forces, whose part balances the load."""
+    mixed, local = assembled.mixed[0], assembled.local[0]
+    matrix = np.block([[np.eye(len(mixed)), mixed], [mixed.T, local]])
+    matrix[pushed] = matrix[:, pushed] = 0.0
+    return matrix
+
+
+def _first(
+    forms: Forms, assembled: Assembled, pushed: NDArray, force: NDArray
+) -> NDArray[np.float64]:
+    """Linear answer w times the t of least energy U (t²/2 - t) + S t⁴/2, on the fixed shapes."""
+    n = forms.fixed.shape[1]
+    linear = np.zeros(assembled.local.shape[1])
+    linear[pushed - n] = force
+    products = 0.5 * assembled.local @ linear @ linear
+    work, stretching = 2.0 * products[0], np.sum(products[1 : 1 + forms.stresses] ** 2)
+    roots = np.roots([2.0 * stretching, 0.0, work, -work]) if work > 0 else np.ones(1)
+    share = float(roots[np.abs(roots.imag).argmin()].real)
+    return np.concatenate([(share - 1.0) * (assembled.mixed[0] @ linear), linear])
+
+
+def _moved(
+    assembled: Assembled, point: _Point, pushed: NDArray
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Change with the places of touches, at fixed weights.
+
+    Returns
+    -------
+    values : (M + U, 3 T) float64
+        Of the stresses and drifts; nothing in the columns of forces.
+    gradient : (n + t, 3 T) float64
+        Of the gradient of the energy.
+    """
+    n, (touches, _, count) = assembled.mixed.shape[1], assembled.mixed_by.shape[:3]
+    q, tau = np.split(point.weights, [n])
+    stresses = len(point.stress)
+    slopes = _slopes_by(assembled.mixed_by, assembled.local_by, q, tau)
+    changes = 0.5 * slopes[:, :, 1:] @ point.weights
+    tense = tau.copy()
+    tense[pushed - n] = 0.0
+    bent = _slopes_by(assembled.mixed_by[:, :, 0], assembled.local_by[:, :, 0], q, tense)
+    bent[:, :, pushed] = 0.0
+    stressed = point.stress @ slopes[:, :, 1 : 1 + stresses] + changes[..., :stresses] @ point.slope
+    values = np.zeros((count - 1, touches, 3))
+    values[..., :2] = np.moveaxis(changes, 2, 0)
+    gradient = np.zeros((len(point.weights), touches, 3))
+    gradient[..., :2] = np.moveaxis(bent + stressed, 2, 0)
+    return values.reshape(count - 1, -1), gradient.reshape(len(point.weights), -1)
+
+
+def _slopes_by(mixed: NDArray, local: NDArray, q: NDArray, tau: NDArray) -> NDArray[np.float64]:
+    """Differentiate B z by the places of touches, (T, 2, ..., n + t)."""
+    return np.concatenate([mixed @ tau, q @ mixed + local @ tau], axis=-1)

@@ -1,0 +1,143 @@
+"""Bilinear forms of the deflection, all that the reduced plate knows of the plate.
+
+Form 0 is the bending energy (v, w) -> vᵀ K w. The next M give the stress: s_m = B_m(w, w) / 2 with
+B_m(v, w) = ∫ N^m_ab v,a w,b dA for the stresses N^m of the basis. The last U give the displacement
+in the plane the same way: the part of u along U_k is work of the force U_k, hence of a stress too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fe.mesh import Mesh
+from fe.reduced.basis import Basis, spread_out
+from fe.reduced.karman import Karman
+from fe.reduced.membrane import pull, stretch
+from fe.reduced.spline import Table, table
+from fe.reduced.touch_shape import TouchShapes
+
+# Elements between neighbouring places of the table: the forms are smooth in the place.
+_STRIDE = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Forms:
+    """F = 1 + M + U forms on n fixed shapes and on the A functions that move with a touch.
+
+    Attributes
+    ----------
+    stresses : int
+        M.
+    fixed : (F, n, n) float64
+        Both arguments fixed shapes.
+    moving : Table
+        Of F (n A + A (A + 1) / 2) functions of the place of a touch: one argument moving, then
+        both.
+    """
+
+    stresses: int
+    fixed: NDArray[np.float64]
+    moving: Table
+
+    @property
+    def functions(self) -> int:
+        """A."""
+        width, n = self.moving.coefficients.shape[2] // len(self.fixed), self.fixed.shape[1]
+        return next(a for a in range(1, width + 1) if n * a + a * (a + 1) // 2 == width)
+
+    def at(
+        self, xy: NDArray[np.float64], share: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Forms at a place, mean over points (Q, 2) mm by shares (Q,).
+
+        Returns
+        -------
+        mixed : (3, F, n, A) float64
+            A fixed and a moving function; first axis value, d/dx, d/dy.
+        local : (3, F, A, A) float64
+            Two functions that move with the same touch.
+        """
+        (count, n), functions = self.fixed.shape[:2], self.functions
+        found = self.moving.at(xy, share).reshape(3, count, -1)
+        mixed = found[:, :, : n * functions].reshape(3, count, n, functions)
+        local = np.empty((3, count, functions, functions))
+        left, right = np.triu_indices(functions)
+        local[..., left, right] = local[..., right, left] = found[:, :, n * functions :]
+        return mixed, local
+
+
+def forms(
+    shapes: TouchShapes, basis: Basis, progress: Callable[[int, int], object] | None = None
+) -> Forms:
+    """Compute the forms of a plate for a basis."""
+    karman, stresses = shapes.karman, _all_stresses(shapes.karman, basis)
+    n = basis.shapes.shape[2]
+    left = _left(karman, basis.shapes, stresses)
+    flat = basis.shapes[karman.linear.free].reshape(-1, n)
+    fixed = (left.reshape(-1, left.shape[2]) @ flat).reshape(-1, n, n)
+    fixed = 0.5 * (fixed + fixed.swapaxes(1, 2))
+    fixed[0] = np.eye(n)
+    weighed = karman.membrane.weigh(stresses)
+    x, y = (_places(karman.mesh, axis) for axis in (0, 1))
+    rows = []
+    for done, place in enumerate(x, start=1):
+        rows.append(_row(shapes, left, weighed, np.column_stack([np.full(len(y), place), y])))
+        if progress is not None:
+            progress(done, len(x))
+    return Forms(basis.stresses.shape[-1], fixed, table(karman.plate.size, np.stack(rows)))
+
+
+def _places(mesh: Mesh, axis: int) -> NDArray[np.float64]:
+    return np.linspace(0.0, mesh.size[axis], max(mesh.counts[axis] // _STRIDE, 5) + 1)
+
+
+def _all_stresses(karman: Karman, basis: Basis) -> NDArray[np.float64]:
+    """Stresses of forms 1 to F - 1, (3, gx, gy, M + U) float64."""
+    forces = np.stack([spread_out(karman.mesh, component) for component in basis.drifts])
+    membrane = karman.membrane
+    drifting = membrane.stress(membrane.strain(membrane.solve(forces)))
+    return np.concatenate([basis.stresses, -drifting], axis=-1)
+
+
+def _left(karman: Karman, fixed: NDArray, stresses: NDArray) -> NDArray[np.float32]:
+    """Compute the loads that a deflection takes up as form f with fixed shape j, (F, n, N) float32.
+
+    Single precision, for they are many and the reduced plate errs by more than 1e-4.
+    """
+    free, gauss = karman.linear.free, karman.membrane.gauss
+    n, slopes = fixed.shape[2], gauss.slopes(fixed)
+    bent = karman.bend(fixed)[free].reshape(-1, n).T
+    left = np.empty((1 + stresses.shape[-1], *bent.shape), dtype=np.float32)
+    left[0] = bent
+    for f in range(stresses.shape[-1]):
+        left[1 + f] = gauss.loads(*pull(stresses[..., f, None], slopes))[free].reshape(-1, n).T
+    return left
+
+
+def _row(
+    shapes: TouchShapes, left: NDArray, weighed: NDArray, xy: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Forms at P places, (P, F (n A + A (A + 1) / 2)) float64."""
+    karman = shapes.karman
+    moving = np.concatenate([shapes.at(place[None], np.ones(1)) for place in xy], axis=2)
+    flat = moving[karman.linear.free].reshape(left.shape[2], -1)
+    count, functions = len(left), moving.shape[2] // len(xy)
+    mixed = left.reshape(-1, left.shape[2]) @ flat.astype(np.float32)
+    mixed = mixed.reshape(count, -1, len(xy), functions)
+    a, b = np.triu_indices(functions)
+    along, across = (
+        part.reshape(*part.shape[:2], len(xy), functions)
+        for part in karman.membrane.gauss.slopes(moving)
+    )
+    pairs = 2.0 * stretch((along[..., a], across[..., a]), (along[..., b], across[..., b]))
+    bent = (karman.stiffness @ flat).reshape(-1, len(xy), functions)
+    energy = np.einsum("npk,npk->pk", flat.reshape(bent.shape)[..., a], bent[..., b])
+    stretched = weighed @ pairs.reshape(weighed.shape[1], -1)
+    local = np.concatenate([energy[None], stretched.reshape(count - 1, len(xy), -1)])
+    mixed = mixed.transpose(2, 0, 1, 3).reshape(len(xy), count, -1)
+    both = np.concatenate([mixed, local.transpose(1, 0, 2)], axis=2)
+    return both.reshape(len(xy), -1).astype(np.float64)

@@ -1,0 +1,163 @@
+"""The whole plate of von Kármán on its mesh: the truth that the reduced plate is made from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse.linalg import LinearOperator, cg
+
+from fe.energy import rigidities, stiffness
+from fe.factor import factor
+from fe.linear import Linear
+from fe.mesh import Mesh
+from fe.plate import Plate
+from fe.reduced.membrane import Membrane, Stretched, pull, stretch
+
+_ITERATIONS = 30
+_INNER = 200  # of the conjugate gradients in a step; some ten are usual
+
+
+class Deflected(NamedTuple):
+    """A state of the plate.
+
+    Attributes
+    ----------
+    values : (2 nx + 2, 2 ny + 2, 1) float64, mm
+        Unknowns of the deflection w along +z.
+    plane : Stretched
+        Stress and displacement in the plane.
+    residual : float
+        Norm of what is out of balance, over that of the load.
+    iterations : int
+    """
+
+    values: NDArray[np.float64]
+    plane: Stretched
+    residual: float
+    iterations: int
+
+
+@dataclass(frozen=True, eq=False)
+class Karman:
+    """A plate ready for large loads on its whole mesh.
+
+    Attributes
+    ----------
+    plate : Plate
+    mesh : Mesh
+    """
+
+    plate: Plate
+    mesh: Mesh
+
+    @cached_property
+    def linear(self) -> Linear:
+        """The plate without stretching."""
+        return Linear(self.plate, self.mesh)
+
+    @cached_property
+    def membrane(self) -> Membrane:
+        """The plate in its plane."""
+        return Membrane(self.plate, self.mesh)
+
+    @cached_property
+    def stiffness(self) -> sp.csc_array:
+        """Bending stiffness of the free unknowns, N/mm."""
+        return stiffness(self.plate, self.mesh)
+
+    @cached_property
+    def rigidities(self) -> NDArray[np.float64]:
+        """Bending rigidity of each element, (nx, ny) float64, N mm."""
+        return rigidities(self.plate, self.mesh)
+
+    def bend(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Multiply deflections by K, the bending alone: tables (2 nx + 2, 2 ny + 2, C), N."""
+        forces = np.zeros(values.shape)
+        free = values[self.linear.free]
+        product = self.stiffness @ free.reshape(-1, free.shape[2])
+        forces[self.linear.free] = product.reshape(free.shape)
+        return forces
+
+    def tension(self, stress: NDArray[np.float64]) -> sp.csc_array:
+        """Compute the stiffness of the free unknowns from stress (3, gx, gy) in the plane, N/mm."""
+        along, across = self.membrane.slopes
+        free = np.zeros(self.mesh.shape, dtype=bool)
+        free[self.linear.free] = True
+        along, across = along[:, free.ravel()], across[:, free.ravel()]
+        xx, yy, xy = (
+            sp.diags_array((self.membrane.gauss.weights * part).ravel()) for part in stress
+        )
+        mixed = along.T @ (xy @ across)
+        return sp.csc_array(along.T @ (xx @ along) + across.T @ (yy @ across) + mixed + mixed.T)
+
+    def solve(self, loads: NDArray[np.float64], tolerance: float = 1e-9) -> Deflected:
+        """Newton's method from the linear answer cut back to least energy.
+
+        Each step is solved by conjugate gradients; the matrix without the stress that the step
+        itself brings is their preconditioner.
+
+        Parameters
+        ----------
+        loads : (2 nx + 2, 2 ny + 2, 1) float64, N
+        tolerance : float
+            Of the residual.
+        """
+        values = self._first(loads)
+        for iteration in range(_ITERATIONS):
+            state, left = self._state(values, loads, iteration)
+            if state.residual <= tolerance:
+                return state
+            values = values + self._step(state, left, min(0.1, state.residual))
+        return self._state(values, loads, _ITERATIONS)[0]
+
+    def _state(
+        self, values: NDArray, loads: NDArray, iterations: int
+    ) -> tuple[Deflected, NDArray[np.float64]]:
+        """State of a deflection, and the free forces that are out of balance, (N,)."""
+        free, gauss = self.linear.free, self.membrane.gauss
+        plane = self.membrane.relax(self.membrane.stretching(values))
+        forces = self.bend(values) + gauss.loads(*pull(plane.stress, gauss.slopes(values)))
+        left = (loads - forces)[free].ravel()
+        residual = float(np.linalg.norm(left) / np.linalg.norm(loads[free]))
+        return Deflected(values, plane, residual, iterations), left
+
+    def _first(self, loads: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Linear answer times the factor t of least energy: A t - A + 2 S t³ = 0."""
+        values = self.linear.solve(loads)
+        bending = float(np.vdot(values, loads))
+        strain = self.membrane.stretching(values)
+        stretching = float(self.membrane.work(self.membrane.relax(strain).stress, strain)[0, 0])
+        roots = np.roots([2 * stretching, 0.0, bending, -bending])
+        return values * float(roots[np.abs(roots.imag).argmin()].real)
+
+    def _step(self, state: Deflected, left: NDArray, tolerance: float) -> NDArray[np.float64]:
+        """Newton step from what is out of balance, to a part of it."""
+        gauss, free, stress = self.membrane.gauss, self.linear.free, state.plane.stress
+        slopes = gauss.slopes(state.values)
+        ready = factor(self.stiffness + self.tension(stress[..., 0]))
+
+        def table(vector: NDArray) -> NDArray:
+            values = np.zeros(state.values.shape)
+            values[free] = vector.reshape(values[free].shape)
+            return values
+
+        def tangent(vector: NDArray) -> NDArray:
+            along = gauss.slopes(table(vector))
+            more = self.membrane.relax(2.0 * stretch(slopes, along)).stress
+            pulls = np.add(pull(stress, along), pull(more, slopes))
+            return self.stiffness @ vector.ravel() + gauss.loads(*pulls)[free].ravel()
+
+        def before(vector: NDArray) -> NDArray:
+            return ready.solve(vector.reshape(-1, 1))[:, 0]
+
+        matrix, preconditioner = (
+            LinearOperator(self.stiffness.shape, matvec=product)  # pyright: ignore[reportCallIssue]
+            for product in (tangent, before)
+        )
+        found, _ = cg(matrix, left, rtol=tolerance, maxiter=_INNER, M=preconditioner)
+        return table(found)

@@ -1,0 +1,116 @@
+"""The plate under large touches, as the reduced plate finds it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fe.functional import derivative
+from fe.linear import Face, State
+from fe.mesh import Mesh
+from fe.plate import Plate
+from fe.reduced.interpolation import between
+from fe.reduced.result import Trust
+
+
+@dataclass(frozen=True, eq=False)
+class LargeState:
+    """A plate that bends and stretches.
+
+    Attributes
+    ----------
+    bent : State
+        Its deflection.
+    plane : (2, 2 nx + 2, 2 ny + 2, 1) float64, mm
+        Unknowns of u and v of the middle surface.
+    stress : (nx + 1, ny + 1, 3, 1) float64, N/mm
+        Nxx, Nyy, Nxy in the plane at the nodes.
+    result : Trust
+    """
+
+    bent: State
+    plane: NDArray[np.float64]
+    stress: NDArray[np.float64]
+    result: Trust
+
+    @property
+    def plate(self) -> Plate:
+        """The plate."""
+        return self.bent.plate
+
+    @property
+    def mesh(self) -> Mesh:
+        """The grid of its elements."""
+        return self.bent.mesh
+
+    @property
+    def converged(self) -> bool:
+        """Whether a balance was found."""
+        return self.result is not Trust.NOT_CONVERGED
+
+    def deflection(self, xy: ArrayLike) -> NDArray[np.float64]:
+        """Deflection w at points (K, 2) mm: (K,) float64, mm along +z, negative under a press."""
+        return self.bent.deflection(xy)
+
+    def displacement(self, xy: ArrayLike, face: Face = "top") -> NDArray[np.float64]:
+        """Displacement u, v, w of a face at points (K, 2) mm of the flat plate: (K, 3) float64, mm.
+
+        The middle surface moves in the plane as it stretches, and normals turn by the slopes.
+
+        Raises
+        ------
+        ValueError
+            The face is not "top", "middle" or "bottom", or a point is not on the plate.
+        """
+        moved = self.bent.displacement(xy, face)
+        moved[:, :2] += drift_at(self.mesh, self.plane, self.plate.points(xy))[:, :, 0]
+        return moved
+
+    def strain(self, xy: ArrayLike, face: Face = "top") -> NDArray[np.float64]:
+        """Green-Lagrange strain of a face at points (K, 2) mm, to von Kármán's order.
+
+        Returns
+        -------
+        (K, 3) float64, strain
+            exx, eyy and the tensor component exy.
+
+        Raises
+        ------
+        ValueError
+            As for `displacement`.
+        """
+        xy = self.plate.points(xy)
+        middle = middle_strain(self.plate, self.mesh, self.stress, xy)
+        return self.bent.strain(xy, face) + middle[:, :, 0]
+
+
+def drift_at(mesh: Mesh, plane: NDArray, xy: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Displacements u, v of C states (2, 2 nx + 2, 2 ny + 2, C) mm at points: (K, 2, C)."""
+    read = derivative(mesh, xy)
+    return np.stack([read.of(np.ascontiguousarray(part)) for part in plane], axis=1)
+
+
+def middle_strain(
+    plate: Plate, mesh: Mesh, stress: NDArray, xy: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Strain exx, eyy, exy of the middle surface from C stresses at the nodes.
+
+    Parameters
+    ----------
+    plate : Plate
+    mesh : Mesh
+    stress : (nx + 1, ny + 1, 3, C) float64, N/mm
+    xy : (K, 2) float64, mm
+
+    Returns
+    -------
+    (K, 3, C) float64
+    """
+    x, y = (between(nodes, xy[:, axis]) for axis, nodes in enumerate(mesh.nodes))
+    along = np.tensordot(x, stress, 1)
+    xx, yy, xy_ = np.einsum("kj,kjcm->ckm", y, along)
+    thickness, young = plate.material(xy)
+    nu, soft = plate.poisson, 1.0 / (young * thickness)[:, None]
+    return np.stack([soft * (xx - nu * yy), soft * (yy - nu * xx), soft * (1 + nu) * xy_], axis=1)

@@ -1,0 +1,88 @@
+"""What a unit touch does to the plate, without and with tension: functions that move with it.
+
+g is the linear answer of the plate, and carries what is singular under the touch. Under large
+loads the plate around the touch is stretched, and the answer narrows to the length √(D/T) of its
+tension T. That moves with the touch, so that no few fixed shapes hold it; the differences between
+the answers of a plate under even tension and of the plate without do.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fe.factor import Factor, factor
+from fe.functional import derivative
+from fe.reduced.karman import Karman
+
+# Tensions times b²/D of the shorter side b: the answer narrows to b/8 and b/26. Between one
+# deflection and ten thicknesses they cover what the middle of a held plate carries.
+_TENSIONS = (66.0, 664.0)
+
+
+@dataclass(frozen=True, eq=False)
+class TouchShapes:
+    """The A functions that move with a touch: g, and h_k of each tension.
+
+    Attributes
+    ----------
+    karman : Karman
+    tensions : (A - 1,) float64, N/mm
+    factors : tuple of Factor
+        Of the stiffness under no tension and under each of them.
+    """
+
+    karman: Karman
+    tensions: NDArray[np.float64]
+    factors: tuple[Factor, ...]
+
+    def solve(self, loads: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Answers g, h_1, ... to generalised loads.
+
+        The operator is symmetric, so that the same solves read a functional of all of them for a
+        touch at any place.
+
+        Parameters
+        ----------
+        loads : (2 nx + 2, 2 ny + 2, C) float64, N
+
+        Returns
+        -------
+        (2 nx + 2, 2 ny + 2, C, A) float64, mm
+        """
+        free = self.karman.linear.free
+        right = loads[free]
+        plain, *tense = (f.solve(right.reshape(-1, right.shape[2])) for f in self.factors)
+        values = np.zeros((*loads.shape, len(self.factors)))
+        answers = np.stack([plain, *(answer - plain for answer in tense)], axis=-1)
+        values[free] = answers.reshape(*right.shape, -1)
+        return values
+
+    def at(self, xy: NDArray[np.float64], share: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Functions for 1 N into the plate, spread over points by shares.
+
+        Parameters
+        ----------
+        xy : (Q, 2) float64, mm
+        share : (Q,) float64
+
+        Returns
+        -------
+        (2 nx + 2, 2 ny + 2, A) float64, mm
+        """
+        loads = np.zeros((*self.karman.mesh.shape, 1))
+        derivative(self.karman.mesh, xy).add_to(loads, -share, np.zeros(len(xy), dtype=np.int64))
+        return self.solve(loads)[:, :, 0]
+
+
+def touch_shapes(karman: Karman) -> TouchShapes:
+    """Factor the plate under each tension."""
+    even = np.zeros((3, *karman.membrane.stiffness.shape))
+    even[:2] = 1.0
+    rigidity = np.median(karman.rigidities)
+    tensions = np.array(_TENSIONS) * rigidity / min(karman.plate.size) ** 2
+    pull = karman.tension(even)
+    stiffened = (factor(karman.stiffness + tension * pull) for tension in tensions)
+    return TouchShapes(karman, tensions, (karman.linear.factor, *stiffened))

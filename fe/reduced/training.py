@@ -1,0 +1,140 @@
+"""States of the whole plate to learn from: touches that sample it, and what it does under them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fe.functional import derivative
+from fe.plate import Plate, Touch
+from fe.reduced.karman import Karman
+from fe.reduced.touch_shape import TouchShapes
+
+MARGIN = 0.05
+"""Touches nearer than this to an edge, in parts of the shorter side, are not trained."""
+
+# One touch and two touches. Twice as many lower the worst error by a fifth.
+_ONE, _TWO = 120, 50
+# Smallest force, in parts of the largest. Below it the plate is nearly linear, which is exact.
+_SOFTEST = 0.06
+# Residual at which a state is good enough to learn from; the reduced plate errs by 1e-3.
+_RESIDUAL = 1e-5
+
+
+class Snapshots(NamedTuple):
+    """S states of the plate.
+
+    Attributes
+    ----------
+    touches : list of tuple of Touch
+        What presses, one or two each.
+    values : (2 nx + 2, 2 ny + 2, S) float64, mm
+        Unknowns of w.
+    stress : (3, gx, gy, S) float64, N/mm
+    plane : (2, 2 nx + 2, 2 ny + 2, S) float64, mm
+        Unknowns of u and v.
+    """
+
+    touches: list[tuple[Touch, ...]]
+    values: NDArray[np.float64]
+    stress: NDArray[np.float64]
+    plane: NDArray[np.float64]
+
+
+class Parts(NamedTuple):
+    """Deflections that make up S states with R touches in all, free unknowns.
+
+    Attributes
+    ----------
+    linear : (N, R) float64, mm
+        Linear answer to 1 N at the place of each touch.
+    rest : (N, S) float64
+        What the functions that move with the touches leave of each state, in parts of the root of
+        twice the bending energy of the state less its linear part.
+    """
+
+    linear: NDArray[np.float64]
+    rest: NDArray[np.float64]
+
+
+def sample(plate: Plate, force: float) -> list[tuple[Touch, ...]]:
+    """Spread single touches and pairs evenly over the plate and over forces up to the largest."""
+    one, two = _evenly(_ONE, 3), _evenly(_TWO, 6).reshape(-1, 2, 3)
+    return [
+        *((_touch(plate, force, part),) for part in one),
+        *((_touch(plate, force, a), _touch(plate, force, b)) for a, b in two),
+    ]
+
+
+def _evenly(count: int, dimensions: int) -> NDArray[np.float64]:
+    """Points (count, dimensions) that fill the unit cube evenly, always the same ones.
+
+    The k-th is k times a vector of powers of the root of g^(d + 1) = g + 1, modulo 1: for one
+    dimension the golden ratio.
+    """
+    ratio = 1.5
+    for _ in range(50):
+        ratio = (1.0 + ratio) ** (1.0 / (dimensions + 1))
+    steps = ratio ** -np.arange(1.0, dimensions + 1)
+    return np.mod(0.5 + np.arange(1, count + 1)[:, None] * steps, 1.0)
+
+
+def _touch(plate: Plate, force: float, part: NDArray[np.float64]) -> Touch:
+    margin = MARGIN * min(plate.size)
+    x, y = (margin + part[axis] * (plate.size[axis] - 2 * margin) for axis in (0, 1))
+    return Touch(float(x), float(y), force * _SOFTEST ** float(1.0 - part[2]))
+
+
+def snapshots(
+    karman: Karman,
+    touches: list[tuple[Touch, ...]],
+    progress: Callable[[int, int], object] | None = None,
+) -> Snapshots:
+    """Solve the whole plate under each set of touches."""
+    count = len(touches)
+    values = np.empty((*karman.mesh.shape, count))
+    stress = np.empty((3, *karman.membrane.stiffness.shape, count))
+    plane = np.empty((2, *karman.mesh.shape, count))
+    for k, pressed in enumerate(touches):
+        state = karman.solve(pressure(karman, pressed), _RESIDUAL)
+        values[:, :, k] = state.values[:, :, 0]
+        stress[..., k] = state.plane.stress[..., 0]
+        plane[..., k] = state.plane.values[..., 0]
+        if progress is not None:
+            progress(k + 1, count)
+    return Snapshots(touches, values, stress, plane)
+
+
+def pressure(karman: Karman, touches: tuple[Touch, ...]) -> NDArray[np.float64]:
+    """Generalised loads of point touches, (2 nx + 2, 2 ny + 2, 1) float64, N."""
+    xy = np.array([(t.x, t.y) for t in touches])
+    loads = np.zeros((*karman.mesh.shape, 1))
+    along_z = np.array([-t.force for t in touches])
+    derivative(karman.mesh, xy).add_to(loads, along_z, np.zeros(len(xy), dtype=np.int64))
+    return loads
+
+
+def split(shapes: TouchShapes, states: Snapshots) -> Parts:
+    """Take from the states what the shapes that move with the touches hold of them.
+
+    That is the linear part, and of the tense shapes as much as brings the bending energy of the
+    rest to its least.
+    """
+    free, stiffness = shapes.karman.linear.free, shapes.karman.stiffness
+    linear, rest = [], []
+    for k, touches in enumerate(states.touches):
+        moving = [shapes.at(np.array([[t.x, t.y]]), np.ones(1))[free] for t in touches]
+        moving = np.stack([part.reshape(-1, part.shape[2]) for part in moving], axis=1)
+        linear.append(moving[:, :, 0])
+        left = states.values[:, :, k][free].ravel() - linear[-1] @ np.array(
+            [t.force for t in touches]
+        )
+        size = np.sqrt(left @ (stiffness @ left))
+        tense = moving[:, :, 1:].reshape(len(left), -1)
+        bent = stiffness @ tense
+        left = left - tense @ np.linalg.lstsq(tense.T @ bent, bent.T @ left, rcond=1e-10)[0]
+        rest.append(left / size)
+    return Parts(np.concatenate(linear, axis=1), np.stack(rest, axis=1))

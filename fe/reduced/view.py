@@ -1,0 +1,95 @@
+"""What fixed places of the plate measure under large touches, with derivatives, at a live pace."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fe.adjoint import Adjoint
+from fe.plate import Plate
+from fe.reduced.result import Trust
+
+if TYPE_CHECKING:
+    from fe.reduced.reduced import Reduced
+
+
+class Reading(NamedTuple):
+    """What M places measure under T touches.
+
+    Attributes
+    ----------
+    values : (M, 3) float64
+        Strain exx, eyy, exy, or displacement u, v, w in mm.
+    jacobian : (M, 3, T, 3) float64
+        Their derivatives by x, y in mm and F in N of each touch.
+    result : Trust
+    """
+
+    values: NDArray[np.float64]
+    jacobian: NDArray[np.float64]
+    result: Trust
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """M fixed places of a reduced plate, ready to be read.
+
+    Each of 3 M channels is linear in all that makes up a state.
+
+    Attributes
+    ----------
+    reduced : Reduced
+    moving : Adjoint
+        Of 3 M times A channels: each channel for each function that moves with a touch.
+    fixed : (3 M, n) float64
+        Channels of the fixed shapes.
+    plane : (3 M, M' + U) float64
+        Channels of the stresses and of the displacements in the plane.
+    """
+
+    reduced: Reduced
+    moving: Adjoint
+    fixed: NDArray[np.float64]
+    plane: NDArray[np.float64]
+
+    @property
+    def plate(self) -> Plate:
+        """The plate."""
+        return self.reduced.plate
+
+    def read(self, xy: ArrayLike, force: ArrayLike, radius: float = 0.0) -> Reading:
+        """Measure under touches.
+
+        Parameters
+        ----------
+        xy : (T, 2) array_like, mm
+            Places of the touches.
+        force : (T,) array_like, N
+            Positive into the plate.
+        radius : float, mm
+            Of their discs; 0 for points.
+
+        Raises
+        ------
+        ValueError
+            A touch, or a part of its disc, lies outside the plate.
+        """
+        xy = self.plate.points(xy, "touch")
+        force = np.asarray(force, dtype=np.float64).reshape(len(xy))
+        state = self.reduced.balance(xy, force, np.full(len(xy), radius))
+        n, channels = self.fixed.shape[1], len(self.fixed)
+        moving = self.moving.read(xy, radius).reshape(len(xy), channels, -1)
+        slopes = self.moving.gradient(xy, radius).reshape(*moving.shape, 2)
+        weights = state.weights[n:].reshape(len(xy), -1)
+        by_weights = np.concatenate([self.fixed, *moving], axis=1)
+        plane = np.concatenate([state.stress, state.drift])
+        plane_by = np.concatenate([state.stress_by, state.drift_by])
+        values = by_weights @ state.weights + self.plane @ plane
+        jacobian = by_weights @ state.weights_by + self.plane @ plane_by
+        jacobian = jacobian.reshape(channels, len(xy), 3)
+        jacobian[:, :, :2] += np.einsum("tcad,ta->ctd", slopes, weights)
+        result = self.reduced.trust(xy, state)
+        return Reading(values.reshape(-1, 3), jacobian.reshape(-1, 3, len(xy), 3), result)
