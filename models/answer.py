@@ -11,28 +11,29 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-import fe
-
 __all__ = ["Answer", "superpose"]
 
 Answer = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """From touches (n, k, 3), mm, mm, N, to strain (n, M, 3): exx, eyy, exy of M gauges."""
 
 
-def superpose(influence: fe.Influence, radius: float = 0.0) -> Answer:
+def superpose(
+    unit: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    before: NDArray[np.float64] | float = 0.0,
+) -> Answer:
     """Return the answer of linear theory: strains of single touches add, each times its force.
 
     Parameters
     ----------
-    influence
-        Of the gauges.
-    radius
-        Of the disc that a touch presses, mm; 0 for a point.
+    unit
+        Strain per newton (K, M, 3) of touches at places (K, 2) mm: `strain` of an influence.
+    before
+        (M, 3) float64, strain of the plate before any touch, where its base is bent.
     """
 
     def strain(touches: NDArray[np.float64]) -> NDArray[np.float64]:
-        single = influence.strain(touches[..., :2].reshape(-1, 2), radius)
+        single = unit(touches[..., :2].reshape(-1, 2))
         single = single.reshape(*touches.shape[:2], -1, 3)
-        return np.einsum("nk,nkmc->nmc", touches[..., 2], single)
+        return before + np.einsum("nk,nkmc->nmc", touches[..., 2], single)
 
     return strain

@@ -13,8 +13,10 @@ from dic.tiles import lay_tiles
 from models.pattern import Motions, see_motions
 from rig import cache, live
 from rig.scene import Scene
-from rig.scene.bench import Pinhole, Plate
+from rig.scene.bench import Pinhole
+from rig.scene.plate import Plate
 from rig.scene.sensing import Dic, PatternEstimator, StrainEstimator
+from rig.scene.theory import Theory, require_linear
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +39,8 @@ class Bench:
         Weakest touch that counts in the scores.
     strain : bool
         Whether touches are estimated from strain as well.
+    theory : rig.scene.theory.Theory
+        Linear theory, and what it costs here.
     """
 
     plate: fe.Plate
@@ -47,6 +51,7 @@ class Bench:
     most: int
     least_force: float
     strain: bool
+    theory: Theory
 
     @property
     def reference_frames(self) -> int:
@@ -80,7 +85,8 @@ def build_bench(scene: Scene, report: Callable[[int, int], None]) -> Bench:
     Raises
     ------
     ValueError
-        If the scene lacks what the live loop needs, or compares with what it cannot run.
+        If the scene lacks what the live loop needs, compares with what it cannot run, or expects
+        forces that linear theory is not good for and does not insist on it.
     """
     if not isinstance(scene.comparison, StrainEstimator | None):
         raise ValueError(
@@ -100,6 +106,8 @@ def build_bench(scene: Scene, report: Callable[[int, int], None]) -> Bench:
                 f"scene '{scene.title}' cannot run live; it needs [plate], [camera], [dic] and an"
                 " [estimator] of kind 'pattern', as twin has them"
             )
+    force = scene.touches.force[1] if scene.touches else None
+    theory = require_linear(scene, plate, force, "the live loop")
     view, height = camera.build(plate), flat.thickness / 2
     tiles = lay_tiles((view.size[1], view.size[0]), dic.tile)
     modes = plate_modes(flat, estimator.modes, report)
@@ -112,6 +120,7 @@ def build_bench(scene: Scene, report: Callable[[int, int], None]) -> Bench:
         most=scene.touches.most if scene.touches else 1,
         least_force=scene.touches.force[0] if scene.touches else 0.0,
         strain=scene.comparison is not None,
+        theory=theory,
     )
 
 

@@ -16,6 +16,7 @@ COMMANDS = {
     "show": "Say what a scene contains, what it leaves out and why.",
     "correlate": "Correlate two pictures: displacement, strain and their uncertainty.",
     "run": "Run the live loop of a scene.",
+    "dataset": "Write a data set of simulated touches.",
     "train": "Train the net of a scene on simulated touches.",
     "score": "Repeat the test of a trained net.",
 }

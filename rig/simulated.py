@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rig import cache
-from rig.scene.bench import Plate, Ring
+from rig.scene.bench import Ring
+from rig.scene.plate import Plate
 from rig.scene.scene import Scene
 from rig.scene.sensing import NetEstimator, Training
+from rig.scene.theory import require_linear
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -47,7 +49,7 @@ def lesson(scene: Scene) -> Lesson:
     Raises
     ------
     ValueError
-        When the scene has no net to train.
+        When the scene has no net to train, or a plate that linear theory does not serve.
     """
     match scene:
         case Scene(
@@ -56,6 +58,7 @@ def lesson(scene: Scene) -> Lesson:
             training=Training() as training,
             estimator=NetEstimator() as net,
         ):
+            require_linear(scene, plate, None, "training")
             return Lesson(plate, gauges, training, net)
         case _:
             raise ValueError(

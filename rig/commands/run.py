@@ -66,6 +66,8 @@ def _start(scene: Scene, headless: bool, open_parts: ExitStack) -> tuple[Loop, l
 
     with progress("plate modes") as report:
         bench = build_bench(scene, report)
+    if bench.theory.against:
+        console().print(bench.theory.sentence)
     console().print("the twin gets ready; then the reference is taken …")
     return Loop(bench, source), sinks
 

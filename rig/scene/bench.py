@@ -1,4 +1,4 @@
-"""Sections for the things that stand on the bench: plate, touches, camera, pattern, sensor."""
+"""Sections for the things that look at the plate: camera, pattern, sensor, gauges."""
 
 from __future__ import annotations
 
@@ -6,61 +6,14 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
-from rig.scene.quantity import Count, Force, Grey, Length, Rate, Ratio, Stress
+from rig.scene.quantity import Count, Grey, Length, Rate, Ratio
 from rig.scene.section import Section
 
 if TYPE_CHECKING:
     import numpy as np
 
-    import fe
     import synthetic
-
-Positive = Field(gt=0)
-
-
-class Edges(Section):
-    """How the plate is held."""
-
-    kind: Literal["clamped"] = Field(description="support of all four edges")
-
-    def build(self) -> fe.Clamped:
-        """Return the support that `fe` knows."""
-        import fe
-
-        return fe.Clamped()
-
-
-class Plate(Section):
-    """The plate that is touched."""
-
-    size: tuple[Annotated[Length, Positive], Annotated[Length, Positive]] = Field(
-        description="sides along x and y, mm"
-    )
-    thickness: Length = Field(gt=0, description="thickness, mm")
-    young: Stress = Field(gt=0, description="Young's modulus, MPa")
-    poisson: Ratio = Field(gt=-1, lt=0.5, description="Poisson's ratio")
-    edges: Edges = Field(description="how the plate is held")
-
-    def build(self) -> fe.Plate:
-        """Return the plate that `fe` knows."""
-        import fe
-
-        return fe.Plate(
-            size=self.size,
-            thickness=self.thickness,
-            young=self.young,
-            poisson=self.poisson,
-            edges=self.edges.build(),
-        )
-
-
-class Touches(Section):
-    """The touches that are expected."""
-
-    most: Count = Field(1, ge=1, le=4, description="largest number of touches at one time")
-    force: tuple[Annotated[Force, Positive], Annotated[Force, Positive]] = Field(
-        description="smallest and largest force, N"
-    )
+    from rig.scene.plate import Plate
 
 
 class Pinhole(Section):

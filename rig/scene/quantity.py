@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass
+from math import degrees
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
@@ -11,6 +12,8 @@ UNITS: dict[str, dict[str, float]] = {
     "mm": {"m": 1e3, "cm": 10.0, "mm": 1.0, "um": 1e-3, "µm": 1e-3, "in": 25.4},
     "MPa": {"GPa": 1e3, "MPa": 1.0, "N/mm2": 1.0, "N/mm²": 1.0, "kPa": 1e-3, "Pa": 1e-6},
     "N": {"kN": 1e3, "N": 1.0, "mN": 1e-3},
+    "N/mm²": {"N/mm²": 1.0, "N/mm2": 1.0, "N/m²": 1e-6, "N/m2": 1e-6},
+    "deg": {"deg": 1.0, "°": 1.0, "rad": degrees(1.0)},
     "fps": {"fps": 1.0, "Hz": 1.0},
     "px": {"px": 1.0},
     "grey levels": {"grey levels": 1.0},
@@ -58,6 +61,8 @@ class Quantity:
 Length = Annotated[float, BeforeValidator(Quantity("mm"))]
 Stress = Annotated[float, BeforeValidator(Quantity("MPa"))]
 Force = Annotated[float, BeforeValidator(Quantity("N"))]
+LineStiffness = Annotated[float, BeforeValidator(Quantity("N/mm²"))]
+Angle = Annotated[float, BeforeValidator(Quantity("deg"))]
 Rate = Annotated[float, BeforeValidator(Quantity("fps"))]
 Pixels = Annotated[float, BeforeValidator(Quantity("px"))]
 Grey = Annotated[float, BeforeValidator(Quantity("grey levels"))]

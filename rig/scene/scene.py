@@ -5,12 +5,15 @@ from __future__ import annotations
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from rig.scene.bench import Pattern, Pinhole, Plate, Ring, Sensor, Touches
+from rig.scene.bench import Pattern, Pinhole, Ring, Sensor
+from rig.scene.dataset import Dataset
 from rig.scene.loop import Page, Projector, Twin
+from rig.scene.plate import Base, Plate, Touches
 from rig.scene.section import Section
 from rig.scene.sensing import Dic, Estimator, Training
 
 NEEDS = {
+    "base": ("plate",),
     "touches": ("plate",),
     "camera": ("plate",),
     "pattern": ("plate",),
@@ -19,6 +22,7 @@ NEEDS = {
     "dic": ("camera", "pattern"),
     "source": ("plate", "camera", "pattern", "sensor"),
     "training": ("gauges",),
+    "dataset": ("gauges",),
     "comparison": ("estimator",),
 }
 """Sections that make no sense without others."""
@@ -42,6 +46,7 @@ class Scene(Section):
 
     title: str = Field(description="one line that says what the scene is")
     plate: Plate | None = Field(None, description="the plate that is touched")
+    base: Base | None = Field(None, description="how the plate is bent before any touch")
     touches: Touches | None = Field(None, description="the touches that are expected")
     camera: Pinhole | None = Field(None, description="the camera")
     pattern: Pattern | None = Field(None, description="the speckle pattern")
@@ -53,6 +58,7 @@ class Scene(Section):
         None, description="a second estimator, shown beside the first"
     )
     training: Training | None = Field(None, description="training and test touches")
+    dataset: Dataset | None = Field(None, description="samples of touches on disk")
     source: Twin | None = Field(None, description="where pictures come from")
     page: Page | None = Field(None, description="the operator page")
     projector: Projector | None = Field(None, description="the projector window")

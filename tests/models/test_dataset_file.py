@@ -21,16 +21,14 @@ PLAN = Plan(Lattice(PLACES, np.arange(1.0, 6.0)), 2, 3 * BLOCK + 1000, seed=7)
 ABOUT = {"scene": {"plate": {"thickness": 1.0}, "dataset": {"seed": 7}}}
 
 
-class Smooth:
+def unit(xy):
     """Strain that is any smooth function of the place of a touch, per newton."""
-
-    def strain(self, xy, radius=0.0):
-        away = xy[:, None] - GAUGES
-        r2 = (away**2).sum(axis=2)
-        return np.stack([np.exp(-r2 / 900), away[..., 0] / (50 + r2), away[..., 1] / 60], axis=2)
+    away = xy[:, None] - GAUGES
+    r2 = (away**2).sum(axis=2)
+    return np.stack([np.exp(-r2 / 900), away[..., 0] / (50 + r2), away[..., 1] / 60], axis=2)
 
 
-ANSWER = superpose(Smooth())
+ANSWER = superpose(unit)
 
 
 def write(path, plan=PLAN, answer=ANSWER, about=ABOUT, progress=None):
@@ -63,9 +61,7 @@ def test_what_is_read_is_what_the_plan_and_the_plate_say(whole):
     np.testing.assert_array_equal(got.gauges, GAUGES)
     assert got.about == ABOUT
     assert got.strain.dtype == np.float32
-    expected = sum(
-        touches[:, k, 2, None, None] * Smooth().strain(touches[:, k, :2]) for k in (0, 1)
-    )
+    expected = sum(touches[:, k, 2, None, None] * unit(touches[:, k, :2]) for k in (0, 1))
     np.testing.assert_allclose(got.strain, expected, rtol=1e-7, atol=1e-7)
 
 
@@ -121,6 +117,13 @@ def test_a_run_that_was_killed_goes_on_to_the_same_bytes(whole, tmp_path, delay)
     write(path)
     assert path.read_bytes() == whole.read_bytes()
     assert len(read_dataset(path)) == PLAN.rows
+
+
+def test_the_strain_before_any_touch_is_added_to_each_sample():
+    before = np.arange(12.0).reshape(4, 3)
+    touches = PLAN.block(0)[:5]
+    added = superpose(unit, before)(touches) - ANSWER(touches)
+    np.testing.assert_allclose(added, np.tile(before, (5, 1, 1)), atol=1e-12)
 
 
 def test_batches_hold_every_row_once_in_random_order(whole):

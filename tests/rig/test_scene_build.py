@@ -1,9 +1,37 @@
 """The sections of a scene build the parts that the rooms below know."""
 
+import json
+import math
+
 import numpy as np
 import pytest
 
+import fe
 import rig
+from rig.twin import build_twin
+
+MIXED = """
+title = "a plate held in four ways"
+[plate]
+size = ["254 mm", "200 mm"]
+thickness = "2 mm"
+young = "3 GPa"
+poisson = 0.38
+[plate.edges]
+kind = "mixed"
+west = { kind = "clamped" }
+east = { kind = "free" }
+south = { kind = "supported" }
+north = { kind = "elastic", deflection = "2000 N/m²", rotation = "5 kN", membrane = inf }
+[[plate.patches]]
+x = [10, 20]
+y = ["3 cm", "6 cm"]
+thickness = "4 mm"
+[[plate.patches]]
+x = [50, 60]
+y = [30, 60]
+young = "10 MPa"
+"""
 
 
 @pytest.fixture
@@ -24,6 +52,64 @@ def test_the_plate_is_that_of_the_file(scene):
     assert plate.size == (120.0, 80.0)
     assert plate.edges.kind == "clamped"
     assert plate.rigidity == pytest.approx(3000 * 2**3 / (12 * (1 - 0.38**2)))
+
+
+@pytest.mark.parametrize("kind", ["clamped", "supported"])
+def test_edges_are_alike_unless_they_are_mixed(kind):
+    plate = rig.load("twin", {"plate.edges.kind": kind}).plate
+    assert plate is not None
+    sides = plate.build().sides
+    assert {side.kind for axis in (0, 1) for side in sides.along(axis)} == {kind}
+
+
+def test_each_edge_of_a_mixed_plate_is_where_its_name_says(tmp_path):
+    path = tmp_path / "mixed.toml"
+    path.write_text(MIXED, encoding="utf-8")
+    plate = rig.load(path).plate
+    assert plate is not None
+    sides = plate.build().sides
+    assert (sides.west, sides.east) == (fe.Clamped(), fe.Free())
+    assert sides.south == fe.Supported()
+    assert sides.north == fe.Elastic(deflection=0.002, rotation=5000.0, membrane=math.inf)
+
+
+def test_patches_take_what_they_do_not_say_from_the_plate(tmp_path):
+    path = tmp_path / "mixed.toml"
+    path.write_text(MIXED, encoding="utf-8")
+    plate = rig.load(path).plate
+    assert plate is not None
+    stiff, soft = plate.build().patches
+    assert stiff == fe.Patch((10.0, 20.0), (30.0, 60.0), 4.0, 3000.0)
+    assert soft == fe.Patch((50.0, 60.0), (30.0, 60.0), 2.0, 10.0)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "sentence"),
+    [
+        ({"plate.edges": {"kind": "free"}}, "plate edges must hold the plate, got west free"),
+        ({"plate.patches": [{"x": [0, 300], "y": [0, 9]}]}, "x from 0 to 254 mm, got 0 to 300 mm"),
+        ({"plate.patches": [{"x": [9, 9], "y": [0, 9]}]}, "from a smaller to a larger x, got 9"),
+    ],
+)
+def test_a_plate_that_cannot_be_is_refused_with_the_sentence_of_mechanics(overrides, sentence):
+    plate = rig.load("twin", overrides).plate
+    assert plate is not None
+    with pytest.raises(ValueError, match=sentence):
+        plate.build()
+
+
+def test_a_scene_with_springs_survives_json(tmp_path):
+    path = tmp_path / "mixed.toml"
+    path.write_text(MIXED, encoding="utf-8")
+    scene = rig.load(path)
+    stored = json.loads(json.dumps(scene.model_dump(mode="json")))
+    assert rig.Scene.model_validate(stored) == scene
+
+
+def test_the_twin_presses_discs_where_touches_have_a_radius(small):
+    twin = build_twin(small({"touches.radius": "4 mm"}))
+    pressed = [twin.touches(sequence) for sequence in range(120)]
+    assert {touch.radius for touches in pressed for touch in touches} == {4.0}
 
 
 def test_the_camera_sees_the_whole_plate(scene):

@@ -5,6 +5,8 @@ import pytest
 import rig
 
 NET = {"kind": "net"}
+KINDS = "'clamped', 'supported', 'free', 'elastic'"
+MIXED = {side: {"kind": "clamped"} for side in ("west", "east", "south")} | {"kind": "mixed"}
 LENGTHS = "m, cm, um, µm, in"
 
 REFUSALS = [
@@ -28,11 +30,42 @@ REFUSALS = [
     ({"plate.size": [254]}, "plate.size is [254]; give a list of 2 values"),
     ({"plate.size": [1, 2, 3]}, "plate.size is [1, 2, 3]; give a list of 2 values"),
     ({"plate.size": [254, -1]}, "plate.size[1] is -1 mm; give more than 0 mm"),
-    ({"plate.edges.kind": "free"}, "plate.edges.kind is 'free'; give 'clamped'"),
+    ({"plate.edges.kind": "glued"}, f"plate.edges.kind is 'glued'; give one of {KINDS}, 'mixed'"),
+    ({"plate.edges": {}}, "plate.edges.kind is missing; say which kind of edges it is"),
     (
-        {"plate.edges": {}},
-        "plate.edges.kind is missing; add it to [plate.edges] (support of all four edges)",
+        {"plate.edges.west.kind": "free"},
+        "edges of kind 'clamped' are alike, so 'west' contradicts them; set the kind to 'mixed' and"
+        " give west, east, south and north a kind each",
     ),
+    (
+        {"plate.edges": MIXED | {"north": {"kind": "mixed"}}},
+        f"plate.edges.north.kind is 'mixed'; give one of {KINDS}",
+    ),
+    (
+        {"plate.edges": MIXED},
+        "plate.edges.north is missing; add it to [plate.edges] (edge at y = b)",
+    ),
+    (
+        {"plate.edges.rotation": 3},
+        "unknown key 'rotation' in [plate.edges]; known are kind",
+    ),
+    (
+        {"plate.edges": {"kind": "elastic", "deflection": -1, "rotation": 3}},
+        "plate.edges.deflection is -1 N/mm²; give at least 0 N/mm²",
+    ),
+    (
+        {"plate.edges": {"kind": "elastic", "deflection": "5 N", "rotation": 3}},
+        "plate.edges.deflection is '5 N'; give a number in N/mm² or a text with its unit (N/mm2,"
+        " N/m², N/m2)",
+    ),
+    (
+        {"plate.patches": [{"x": [1, 2]}]},
+        "plate.patches[0].y is missing; add it to [plate.patches[0]] (from and to along y, mm)",
+    ),
+    ({"plate.theory": "small"}, "plate.theory is 'small'; give 'linear' or 'large'"),
+    ({"touches.radius": -1}, "touches.radius is -1 mm; give at least 0 mm"),
+    ({"dataset.touches": 4, "gauges.reading": "B"}, "dataset.touches is 4; give at most 3"),
+    ({"dataset.touches": 1}, "[dataset] needs [gauges]; add [gauges] or leave [dataset] out"),
     ({"plate": 3}, "plate is 3; give a table of keys"),
     ({"title": 3}, "title is 3; give a text"),
     (

@@ -2,13 +2,31 @@ import json
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 import rig
 from rig import cli
 from rig.scene import shipped
-from rig.scene.account import account, linear_error, relative_deflection
+from rig.scene.account import account
+
+MIXED = {
+    "kind": "mixed",
+    "west": {"kind": "clamped"},
+    "east": {"kind": "free"},
+    "south": {"kind": "supported"},
+    "north": {"kind": "elastic", "deflection": float("inf"), "rotation": 3.0},
+}
+PLAIN = """
+title = "a plate"
+[plate]
+size = [120, 250]
+thickness = 2
+young = 3000
+poisson = 0.38
+edges.kind = "clamped"
+"""
 
 
 def show(*arguments):
@@ -36,52 +54,84 @@ def test_the_tables_name_parts_and_reasons():
 
 
 def test_json_is_one_object():
-    done = show("twin", "--json")
-    said = json.loads(done.stdout)
-    assert {"title", "parts", "left_out", "relative_deflection"} == said.keys()
+    said = json.loads(show("twin", "--json").stdout)
+    assert {"title", "parts", "left_out", "theory", "regime"} == said.keys()
+    assert said["regime"]["force"] == 4.0
 
 
-def test_show_imports_no_part_that_it_speaks_of():
+@pytest.mark.parametrize(("scene", "parts"), [("twin", {"fe"}), ("paper-plain", set())])
+def test_show_imports_no_part_but_the_plate_where_forces_are_expected(scene, parts, tmp_path):
+    plain = tmp_path / "paper-plain.toml"
+    plain.write_text(PLAIN, encoding="utf-8")
+    scene = str(plain) if scene == "paper-plain" else scene
     code = (
-        "import sys; sys.argv = ['touchplate', 'show', 'twin', '--json']\n"
+        f"import sys; sys.argv = ['touchplate', 'show', {scene!r}, '--json']\n"
         "from rig.cli import main\n"
         "try: main()\n"
         "except SystemExit: pass\n"
-        "print({'torch', 'numba', 'dic', 'fe', 'synthetic', 'models'} & set(sys.modules))"
+        "print({'torch', 'dic', 'fe', 'synthetic', 'models'} & set(sys.modules))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.endswith("set()\n")
-
-
-def test_the_deflection_is_that_of_linear_theory():
-    import fe
-
-    scene = rig.load("twin", {"plate.size": [254, 203.2]})
-    assert scene.plate is not None
-    assert scene.touches is not None
-    plate = scene.plate.build()
-    force = scene.touches.force[1]
-    state = fe.deflect(plate, [fe.Touch(127.0, 101.6, force)])
-    depth = abs(float(state.deflection([[127.0, 101.6]])[0]))
-    estimate = relative_deflection(scene.plate, scene.touches)
-    assert estimate == pytest.approx(depth / plate.thickness, rel=0.01)
+    assert done.stdout.endswith(f"{parts}\n")
 
 
 def test_the_costs_are_those_of_the_parts():
     import fe
     from dic.tiles import MARGIN
-    from rig.scene.account import ELEMENTS, TILE_MARGIN
+    from fe.energy import free
+    from rig.scene.parts import TILE_MARGIN, TWIN_ELEMENTS
+    from rig.twin import ELEMENTS
 
-    scene = rig.load("twin", {"plate.size": [254, 127]})
+    scene = rig.load("twin", {"plate.size": [254, 127], "plate.edges": MIXED})
     assert scene.plate is not None
-    assert max(fe.default_mesh(scene.plate.build()).counts) == ELEMENTS
-    assert TILE_MARGIN == MARGIN
+    mesh = fe.default_mesh(scene.plate.build())
+    unknowns = [int(np.sum(free)) for free in free(scene.plate.build(), mesh)]
+    said = {part.name: part for part in account(scene).parts}["plate"]
+    assert "west clamped, east free, south supported, north elastic" in said.what
+    assert f"{mesh.counts[0]} × {mesh.counts[1]} elements" in said.cost
+    assert f" {unknowns[0] * unknowns[1]} unknowns" in said.cost
+    assert (TILE_MARGIN, TWIN_ELEMENTS) == (MARGIN, ELEMENTS)
 
 
-def test_a_thin_plate_is_said_to_bend_too_far_for_linear_theory():
-    thick = account(rig.load("twin", {"plate.thickness": 6}))
-    thin = account(rig.load("twin", {"plate.thickness": 1}))
-    why = {part.name: part.why for part in thin.left_out}["nonlinear shell"]
-    assert "more than 10 %" in why
-    assert thick.relative_deflection is not None
-    assert "1 %" in linear_error(thick.relative_deflection)
+def test_patches_are_told_with_the_elements_that_they_need():
+    import fe
+
+    patch = {"x": [10, 12], "y": ["5 cm", "80 mm"], "thickness": "5 mm"}
+    scene = rig.load("twin", {"plate.patches": [patch]})
+    assert scene.plate is not None
+    columns, rows = fe.default_mesh(scene.plate.build()).counts
+    said = {part.name: part for part in account(scene).parts}["plate"]
+    assert "1 patch" in said.what
+    assert f"{columns} × {rows} elements" in said.cost
+
+
+def left_out(name, overrides):
+    return {part.name: part.why for part in account(rig.load(name, overrides)).left_out}
+
+
+def test_the_theory_is_the_one_that_the_forces_need():
+    free = {"plate": rig.load("twin").model_dump()["plate"] | {"theory": None, "thickness": 6}}
+    thick = account(rig.load("twin", free))
+    assert thick.theory == "linear"
+    assert thick.regime is not None
+    assert thick.regime.error < 0.01
+    why = left_out("twin", free)["large deflection"]
+    assert why.startswith("linear theory: w/h is up to 0.0038 under 4 N at (127, 127) mm, where")
+    thin = account(rig.load("twin", free | {"plate.thickness": 1}))
+    assert thin.theory == "large"
+    why = left_out("twin", free | {"plate.thickness": 1})["linear theory"]
+    assert why.startswith("theory of large deflection: w/h is up to")
+
+
+def test_a_scene_that_insists_is_told_the_cost():
+    why = left_out("twin", {"plate.thickness": 1})["large deflection"]
+    assert why.startswith("linear theory, as the scene insists: w/h is up to")
+    assert "linear theory is off by more than 100 %" in why
+    assert "as the scene insists" in left_out("twin", {"plate.theory": "large"})["linear theory"]
+
+
+def test_without_forces_small_ones_are_taken(tmp_path):
+    plain = tmp_path / "plain.toml"
+    plain.write_text(PLAIN, encoding="utf-8")
+    why = left_out(plain, {})["large deflection"]
+    assert why == "linear theory: the scene names no forces, so small ones are taken"

@@ -1,0 +1,143 @@
+"""`touchplate dataset SCENE`: write the samples of a scene, or go on where a run was cut off."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from rig.commands.output import Report, console, emit, progress
+from rig.scene import Scene, load, parse_overrides
+from rig.scene.bench import Ring
+from rig.scene.dataset import Dataset
+from rig.scene.plate import Base, Plate
+from rig.scene.theory import require_linear
+from rig.simulated import influence
+
+if TYPE_CHECKING:
+    import numpy as np
+    from rich.table import Table
+
+    from models import Answer
+
+
+def dataset(
+    scene: Annotated[str, typer.Argument(help="Name of a shipped scene, or path of a TOML file.")],
+    out: Annotated[
+        Path | None, typer.Option(help="HDF5 file; results/SCENE/dataset.h5 by default.")
+    ] = None,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", help="Replace a value: section.key=value.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Write the samples of a scene to disk; a run that was cut off goes on where it ended."""
+    import models
+
+    task = _task(load(scene, parse_overrides(settings or [])))
+    plan = task.samples.build(task.plate)
+    gauges = task.gauges.build(task.plate)
+    path = out or Path("results") / Path(scene).stem / "dataset.h5"
+    file = models.begin_dataset(path, plan, gauges, _about(task))
+    if file.found:
+        console().print(f"{file.found} of {plan.rows} samples are there already")
+    with progress("influence") as report:
+        answer = _answer(task, gauges, report)
+    began = time.monotonic()
+    with progress("samples") as report:
+        file.fill(answer, report)
+    seconds = time.monotonic() - began
+    data = models.read_dataset(path)
+    figures = {
+        "dataset": str(path),
+        "samples": len(data),
+        "touches": plan.touches,
+        "gauges": len(gauges),
+        "bytes": path.stat().st_size,
+        "found": file.found,
+        "seconds": seconds,
+    }
+    emit(_table(task.title, figures), figures, as_json)
+
+
+@dataclass(frozen=True)
+class Task:
+    """The sections of a scene that a data set is made from."""
+
+    title: str
+    plate: Plate
+    base: Base | None
+    gauges: Ring
+    samples: Dataset
+    radius: float
+
+
+def _task(scene: Scene) -> Task:
+    """Return what a data set is made from; say what linear theory costs where the scene insists."""
+    match scene:
+        case Scene(plate=Plate() as plate, gauges=Ring() as gauges, dataset=Dataset() as samples):
+            pass
+        case _:
+            raise ValueError(
+                f"scene '{scene.title}' has no data set; add [dataset] and [gauges], as"
+                " paper-two-magnitudes has them"
+            )
+    radius = scene.touches.radius if scene.touches else 0.0
+    if scene.base:
+        _check_base(plate, scene.base, radius)
+    elif (theory := require_linear(scene, plate, samples.largest, "a data set")).against:
+        console().print(theory.sentence)
+    return Task(scene.title, plate, scene.base, gauges, samples, radius)
+
+
+def _check_base(plate: Plate, base: Base, radius: float) -> None:
+    from fe.shell.base import check_base
+
+    check_base(plate.build(), base.build())
+    if radius:
+        raise ValueError(
+            f"touches on a bent plate are points, got a radius of {radius:g} mm; set touches.radius"
+            " to 0 or leave [base] out"
+        )
+
+
+def _answer(task: Task, gauges: np.ndarray, report: Report) -> Answer:
+    """Return what gives the strains of touches; a flat plate's come from the cache if there."""
+    import models
+
+    plate = task.plate.build()
+    if task.base is None:
+        flat = influence(plate, gauges, report)
+        return models.superpose(partial(flat.strain, radius=task.radius))
+    from fe.shell import Shell, shell_mesh
+
+    bent = Shell(plate, shell_mesh(plate)).at(task.base.build())
+    console().print(f"bent by its base: {bent.stability.verdict.value}")
+    return models.superpose(bent.influence(gauges).strain, before=bent.strain(gauges))
+
+
+def _about(task: Task) -> dict[str, Any]:
+    sections = {
+        "plate": task.plate,
+        "base": task.base,
+        "gauges": task.gauges,
+        "dataset": task.samples,
+    }
+    named = {name: part.model_dump(mode="json") for name, part in sections.items() if part}
+    return named | {"touches": {"radius": task.radius}}
+
+
+def _table(title: str, figures: dict[str, Any]) -> Table:
+    from rich.table import Table
+
+    table = Table("figure", "value", title=title)
+    table.add_row("file", figures["dataset"])
+    table.add_row("samples", f"{figures['samples']} of {figures['touches']} touches")
+    table.add_row("strains", f"exx, eyy, exy of {figures['gauges']} gauges")
+    table.add_row("size", f"{figures['bytes'] / 1e6:.1f} MB")
+    table.add_row("written in", f"{figures['seconds']:.2f} s")
+    return table

@@ -1,0 +1,75 @@
+"""Section for a data set on disk: which touches its samples have."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from pydantic import Field
+
+from rig.scene.quantity import Count, Force, Length
+from rig.scene.section import Section
+
+if TYPE_CHECKING:
+    import models
+    from rig.scene.plate import Plate
+
+
+class Dataset(Section):
+    """Samples of touches and what the gauges read for them, without noise.
+
+    The grid is that of the paper, and so are the places between; `models.dataset` says where they
+    lie. Magnitudes are steps of the force there, and anything from 1 to as many times the force
+    for random places.
+    """
+
+    touches: Count = Field(1, ge=1, le=3, description="touches of a sample")
+    places: Literal["grid", "between", "random"] = Field("grid", description="where they press")
+    spacing: Length = Field(5.0, gt=0, description="distance of neighbours on the grid, mm")
+    margin: Length = Field(10.0, ge=0, description="distance kept from the edges, mm")
+    side: Count = Field(14, ge=2, description="places a side between those of the grid")
+    force: Force = Field(1.0, gt=0, description="the smallest force, N")
+    magnitudes: Count = Field(1, ge=1, description="the largest force in units of the smallest")
+    samples: Count | None = Field(
+        None, ge=1, description="number of samples [every combination on the grid once]"
+    )
+    order: Literal["canonical", "doubled"] = Field(
+        "canonical", description="touches sorted by x, then y; or each sample twice, swapped too"
+    )
+    seed: Count = Field(0, ge=0, description="seed of what is drawn")
+
+    @property
+    def largest(self) -> float:
+        """Sum of the forces of the hardest sample, N."""
+        return self.touches * self.magnitudes * self.force
+
+    def build(self, plate: Plate) -> models.Plan:
+        """Return the plan of the samples on `plate`.
+
+        Raises
+        ------
+        ValueError
+            When the grid does not fit, or has not so many combinations.
+        """
+        import models
+
+        source = self._box(plate) if self.places == "random" else self._lattice(plate)
+        return models.Plan(source, self.touches, self.samples, self.seed, self.order)
+
+    def _lattice(self, plate: Plate) -> models.Lattice:
+        import numpy as np
+
+        import models
+        from models import dataset
+
+        places = dataset.grid(plate.size, self.spacing, self.margin)
+        if self.places == "between":
+            places = dataset.midpoints(plate.size, self.spacing, self.margin, self.side)
+        return models.Lattice(places, self.force * np.arange(1.0, self.magnitudes + 1))
+
+    def _box(self, plate: Plate) -> models.Box:
+        import models
+
+        a, b = plate.size
+        low = (self.margin, self.margin, self.force)
+        high = (a - self.margin, b - self.margin, self.magnitudes * self.force)
+        return models.Box(low, high)

@@ -1,0 +1,214 @@
+"""The parts of a scene: what each is, what it costs and what it imports.
+
+Everything is counted from the file alone; nothing is built.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import comb, isinf
+
+from rig.scene.bench import Pattern, Pinhole, Ring, Sensor
+from rig.scene.dataset import Dataset
+from rig.scene.loop import Page, Projector, Twin
+from rig.scene.plate import SIDES, Base, Edges, Elastic, Mixed, Plate, Touches
+from rig.scene.scene import Scene
+from rig.scene.section import Section
+from rig.scene.sensing import Dic, NetEstimator, PatternEstimator, StrainEstimator, Training
+
+ELEMENTS, FEWEST = 100, 6
+"""Elements along the longer side and the fewest between borders of patches, as in `fe.grid`."""
+
+TWIN_ELEMENTS = 64
+"""Elements of the twin along the longer side, as in `rig.twin`."""
+
+SHELL_ELEMENTS = 40
+"""Elements of the shell along the longer side, as in `fe.shell`."""
+
+TILE_MARGIN = 8
+"""Border that tiles leave free, px, as in `dic.tiles`."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part that is in: its section, what it is, what it costs, what it imports."""
+
+    name: str
+    what: str
+    cost: str
+    imports: tuple[str, ...]
+
+
+def describe(name: str, section: Section, scene: Scene) -> Part:
+    """Return the part that a section of a scene stands for."""
+    match section:
+        case Plate() | Base() | Touches() | Ring() | Dataset():
+            return _mechanics(name, section, scene)
+        case Pinhole() | Pattern() | Sensor():
+            return _optics(name, section, scene)
+        case PatternEstimator() | StrainEstimator() | NetEstimator() | Training() | Dic():
+            return _sensing(name, section, scene)
+        case Twin():
+            what = f"rendered pictures, script '{section.script}', seed {section.seed}"
+            columns, rows = _elements(scene.plate, TWIN_ELEMENTS)
+            cost = f"{columns} × {rows} elements solved and one picture a frame, in its own process"
+            return Part(name, what, cost, ("fe", "synthetic"))
+        case Page():
+            what = f"http://127.0.0.1:{section.port}" if section.port else "any free port"
+            return Part(name, what, "one JPEG a frame and viewer", ("starlette", "uvicorn"))
+        case Projector():
+            width, height = section.size
+            what = f"{width} × {height} px on display {section.display}"
+            return Part(name, what, "one window, in its own process", ("pygame",))
+    raise TypeError(f"no account of a {type(section).__name__}")
+
+
+def _mechanics(name: str, section: Plate | Base | Touches | Ring | Dataset, scene: Scene) -> Part:
+    match section:
+        case Plate():
+            columns, rows = _elements(section, ELEMENTS)
+            cost = f"{columns} × {rows} elements, {_unknowns(section)} unknowns"
+            return Part(name, _plate(section), cost, ("fe",))
+        case Base(bend=bend, twist=twist):
+            what = f"clamps {bend:g} mm nearer and turned by {twist:g}° before any touch"
+            columns, rows = _elements(scene.plate, SHELL_ELEMENTS)
+            return Part(name, what, f"shell on {columns} × {rows} elements", ("fe",))
+        case Touches(most=most, force=(low, high), radius=radius):
+            noun = "touch" if most == 1 else "touches"
+            over = f" over a radius of {radius:g} mm" if radius else ""
+            return Part(name, f"up to {most} {noun} of {low:g} to {high:g} N{over}", "", ())
+        case Ring():
+            count = _gauge_count(section, scene.plate)
+            what = f"ring of {count} gauges, reading {section.reading}"
+            cost = f"one factoring and {3 * count} solves, kept in the cache"
+            return Part(name, what, cost, ("fe",))
+        case Dataset():
+            return _dataset(name, section, scene)
+
+
+def _plate(plate: Plate) -> str:
+    (a, b), edges = plate.size, plate.edges
+    held = f"{edges.kind} edges"
+    if isinstance(edges, Mixed):
+        held = ", ".join(f"{side} {getattr(edges, side).kind}" for side in SIDES)
+    noun = "patch" if len(plate.patches) == 1 else "patches"
+    patches = f", {len(plate.patches)} {noun}" if plate.patches else ""
+    return (
+        f"{a:g} × {b:g} × {plate.thickness:g} mm, E {plate.young:g} MPa, ν {plate.poisson:g},"
+        f" {held}{patches}"
+    )
+
+
+def _dataset(name: str, section: Dataset, scene: Scene) -> Part:
+    noun = "touch" if section.touches == 1 else "touches"
+    where = {"grid": "on a grid", "between": "between a grid", "random": "at random places"}
+    samples = section.samples or _combinations(section, scene.plate)
+    rows = samples * (2 if section.order == "doubled" else 1)
+    magnitudes = f", {section.magnitudes} magnitudes" if section.magnitudes > 1 else ""
+    what = f"{rows} samples of {section.touches} {noun} {where[section.places]}{magnitudes}"
+    gauges = _gauge_count(scene.gauges, scene.plate) if scene.gauges else 0
+    size = rows * 4 * (3 * gauges + 6 * section.touches)
+    return Part(name, what, f"{size / 1e6:.3g} MB on disk", ("fe", "models", "h5py"))
+
+
+def _optics(name: str, section: Pinhole | Pattern | Sensor, scene: Scene) -> Part:
+    match section:
+        case Pinhole(pixels=(width, height)):
+            what = f"{section.kind}, {width} × {height} px at {section.stand_off:g} mm"
+            cost = f"{width * height / 1e6 * section.rate:.3g} million pixels a second"
+            return Part(name, what, cost, ("synthetic",))
+        case Pattern():
+            what = f"speckles of {section.diameter:g} mm over {section.density:.0%} of the face"
+            return Part(name, what, "drawn once, kept in the cache", ("synthetic",))
+        case Sensor():
+            what = f"noise {section.noise:g} grey levels, {section.bits} bit"
+            return Part(name, what, "", ("synthetic",))
+
+
+def _sensing(
+    name: str,
+    section: PatternEstimator | StrainEstimator | NetEstimator | Training | Dic,
+    scene: Scene,
+) -> Part:
+    match section:
+        case Dic(tile=tile, reference_frames=frames):
+            what = f"sums over tiles of {tile} px; reference of {frames} pictures"
+            return Part(name, what, f"{tiles(section, scene)} tiles a frame", ("dic", "numba"))
+        case PatternEstimator(modes=modes):
+            what = "touches from the whole pattern, rigid motion of the camera free"
+            return Part(name, what, f"{modes} modes, kept in the cache", ("models",))
+        case StrainEstimator():
+            return _strain(name, scene)
+        case NetEstimator(layers=layers):
+            what = f"net of {' × '.join(map(str, layers))}, {section.activation}"
+            return Part(name, what, f"{section.epochs} epochs", ("models", "torch"))
+        case Training():
+            counts = _training_counts(section, scene)
+            what = "{} training, {} validation and {} test touches".format(*counts)
+            return Part(name, what, "", ("models",))
+
+
+def _strain(name: str, scene: Scene) -> Part:
+    if scene.dic is None:
+        return Part(name, "touches from strain alone", "", ("models",))
+    block, window = scene.dic.block, scene.dic.window
+    what = (
+        f"touches from strain alone: blocks of {block} × {block} tiles, windows of"
+        f" {window} × {window} blocks"
+    )
+    return Part(name, what, f"strain at {tiles(scene.dic, scene)} places a frame", ("models",))
+
+
+def _elements(plate: Plate | None, longer: int) -> tuple[int, int]:
+    """Elements along x and y, as in `fe.grid`."""
+    sides = plate.size if plate else (1.0, 1.0)
+    patches = plate.patches if plate else ()
+    borders = (
+        {v for patch in patches for v in (patch.x, patch.y)[axis]} - {0.0, side}
+        for axis, side in enumerate(sides)
+    )
+    columns, rows = (
+        max(2 * round(longer / 2 * side / max(sides)), FEWEST * (len(between) + 1))
+        for side, between in zip(sides, borders, strict=True)
+    )
+    return columns, rows
+
+
+def _unknowns(plate: Plate) -> int:
+    """Deflection, slopes and twist at each node, less those that the edges hold."""
+    columns, rows = _elements(plate, ELEMENTS)
+    west, east, south, north = (_held(plate.edges, side) for side in SIDES)
+    return (2 * columns + 2 - west - east) * (2 * rows + 2 - south - north)
+
+
+def _held(edges: Edges, side: str) -> int:
+    """Of deflection and rotation, how many an edge holds."""
+    edge = getattr(edges, side) if isinstance(edges, Mixed) else edges
+    if isinstance(edge, Elastic):
+        return isinf(edge.deflection) + isinf(edge.rotation)
+    return {"clamped": 2, "supported": 1, "free": 0}[edge.kind]
+
+
+def tiles(dic: Dic, scene: Scene) -> int:
+    """Return the number of tiles on a picture of the scene's camera."""
+    width, height = scene.camera.pixels if scene.camera else (0, 0)
+    return ((width - 2 * TILE_MARGIN) // dic.tile) * ((height - 2 * TILE_MARGIN) // dic.tile)
+
+
+def _gauge_count(ring: Ring, plate: Plate | None) -> int:
+    sides = plate.size if plate else (0.0, 0.0)
+    return 2 * sum(round((side - 2 * ring.margin) / ring.spacing) for side in sides)
+
+
+def _training_counts(training: Training, scene: Scene) -> tuple[int, int, int]:
+    sides = scene.plate.size if scene.plate else (0.0, 0.0)
+    along = [round((side - 2 * training.margin) / training.spacing) + 1 for side in sides]
+    return along[0] * along[1], training.validation**2, training.test
+
+
+def _combinations(section: Dataset, plate: Plate | None) -> int:
+    sides = plate.size if plate else (0.0, 0.0)
+    steps = (round((side - 2 * section.margin) / section.spacing) + 1 for side in sides)
+    along = (section.side, section.side) if section.places == "between" else tuple(steps)
+    choices = comb(along[0] * along[1], section.touches)
+    return choices * section.magnitudes**section.touches

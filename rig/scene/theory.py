@@ -1,0 +1,96 @@
+"""Which theory of deflection a scene is computed with, and what that costs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+from rig.scene.plate import Plate
+from rig.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from fe.regime import Regime
+
+
+@dataclass(frozen=True)
+class Theory:
+    """The theory that a plate is computed with.
+
+    Attributes
+    ----------
+    name : {"linear", "large"}
+    regime : Regime or None
+        What the largest force does to the flat plate; None where that does not decide.
+    sentence : str
+        What is taken, why, and how far linear theory is off, for the user.
+    """
+
+    name: Literal["linear", "large"]
+    regime: Regime | None
+    sentence: str
+
+    @property
+    def against(self) -> bool:
+        """Whether linear theory is taken where it does not hold."""
+        return self.name == "linear" and self.regime is not None and self.regime.theory == "large"
+
+
+def choose(scene: Scene, plate: Plate, force: float | None) -> Theory:
+    """Choose the theory for forces up to `force` N, unless the scene insists on one.
+
+    Raises
+    ------
+    ValueError
+        If the edges do not hold the plate, or a patch leaves it.
+    """
+    if scene.base:
+        return Theory("large", None, "theory of large deflection: the plate is bent by its base")
+    regime = None
+    if force is not None:
+        from fe.regime import regime as judge
+
+        regime = judge(plate.build(), force)
+    name = plate.theory or (regime.theory if regime else "linear")
+    return Theory(name, regime, _why(name, plate.theory is not None, regime))
+
+
+def _why(name: str, insisted: bool, regime: Regime | None) -> str:
+    taken = {"linear": "linear theory", "large": "theory of large deflection"}[name]
+    if insisted:
+        taken += ", as the scene insists"
+    if regime:
+        return f"{taken}: {regime.sentence}"
+    small = "" if insisted else ", so small ones are taken"
+    return f"{taken}: the scene names no forces{small}"
+
+
+def largest_force(scene: Scene) -> float | None:
+    """Return the largest force that a scene expects at one place, N; None where it says nothing."""
+    forces = [scene.touches.force[1]] if scene.touches else []
+    if scene.dataset:
+        forces.append(scene.dataset.largest)
+    return max(forces, default=None)
+
+
+def require_linear(scene: Scene, plate: Plate, force: float | None, what: str) -> Theory:
+    """Return the theory of a scene for something that knows no other than the linear one.
+
+    Raises
+    ------
+    ValueError
+        If the plate is bent before it is touched, or linear theory is off by too much and the scene
+        does not insist on it.
+    """
+    theory = choose(scene, plate, force)
+    if scene.base:
+        raise ValueError(
+            f"scene '{scene.title}' has a bent plate, and {what} takes it as flat; leave [base] out"
+        )
+    if theory.name == "large":
+        cost = f" ({theory.regime.sentence})" if theory.regime else ""
+        raise ValueError(
+            f"scene '{scene.title}' needs the theory of large deflection{cost}, and {what} has"
+            " only the linear one; expect smaller forces, or set plate.theory to 'linear' and"
+            " accept the error"
+        )
+    return theory
