@@ -8,10 +8,16 @@ from fe.influence import Influence, influence
 from fe.linear import Linear, State, deflect
 from fe.mesh import Mesh, default_mesh, grid
 from fe.modes import Modes, modes
+from fe.picture import draw
 from fe.plate import Patch, Plate, Touch
+from fe.reduced import LargeState, Reduced, Trust, reduce
+from fe.regime import Regime, regime
+from fe.shell import Base, Shell, ShellState, Stability, Verdict, solve
+from fe.vtu import write_vtu
 
 __all__ = [
     "Adjoint",
+    "Base",
     "Clamped",
     "DisplacementInfluence",
     "Edge",
@@ -19,19 +25,32 @@ __all__ = [
     "Elastic",
     "Free",
     "Influence",
+    "LargeState",
     "Linear",
     "Mesh",
     "Modes",
     "Patch",
     "Plate",
+    "Reduced",
+    "Regime",
+    "Shell",
+    "ShellState",
+    "Stability",
     "State",
     "Supported",
     "Touch",
+    "Trust",
+    "Verdict",
     "compliance",
     "default_mesh",
     "deflect",
     "displacement_influence",
+    "draw",
     "grid",
     "influence",
     "modes",
+    "reduce",
+    "regime",
+    "solve",
+    "write_vtu",
 ]

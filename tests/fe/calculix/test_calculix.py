@@ -6,7 +6,7 @@ import pytest
 import fe
 from fe.shell import solve
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.calculix]
 
 SIDE = 100.0
 PAPER = fe.Plate((SIDE, SIDE), 1.0, 3000.0, 0.3)
