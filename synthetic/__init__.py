@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from synthetic import formulas
     from synthetic.batch import BatchWarper, prepare_batch
     from synthetic.exposure import Exposure
+    from synthetic.gauges import Gauges, displacement_gauges, strain_gauges, texture_at
     from synthetic.hand import Hand
     from synthetic.light import Light, polynomial_light, projected_discs
     from synthetic.optics import Optics
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "batch": ("BatchWarper", "prepare_batch"),
     "exposure": ("Exposure",),
+    "gauges": ("Gauges", "displacement_gauges", "strain_gauges", "texture_at"),
     "hand": ("Hand",),
     "light": ("Light", "polynomial_light", "projected_discs"),
     "optics": ("Optics",),
@@ -43,6 +45,7 @@ __all__ = [
     "Camera",
     "Distortion",
     "Exposure",
+    "Gauges",
     "Hand",
     "Light",
     "Optics",
@@ -51,6 +54,7 @@ __all__ = [
     "Speckle",
     "Telecentric",
     "Warper",
+    "displacement_gauges",
     "formulas",
     "looking",
     "motion",
@@ -64,7 +68,9 @@ __all__ = [
     "rigid",
     "seen",
     "speckle",
+    "strain_gauges",
     "telecentric_above",
+    "texture_at",
     "turned",
 ]
 
