@@ -88,8 +88,8 @@ def regime(plate: Plate, force: float) -> Regime:
     Returns
     -------
     Regime
-        Its error is an estimate. Against the shell, over seven ways of holding a plate, it is within
-        2 % of itself up to w/h = 0.35, 11 % at 1 and 27 % at 2 (`benchmarks/regime.py`).
+        Its error is an estimate. Against the shell, over seven ways of holding a plate, it is
+        within 2 % of itself up to w/h = 0.35, 11 % at 1 and 27 % at 2 (`benchmarks/regime.py`).
 
     Raises
     ------

@@ -29,7 +29,7 @@ _ROUNDING = 1e-9
 _AT_SADDLE = 1e-4
 # A step is long enough where the potential falls by this part of what the tangent promises.
 _ENOUGH = 1e-4
-_SHORTEST = 1e-6
+_SHORTEST = 1e-12
 # Shares of mass grow fourfold; a finite tangent needs far fewer of them.
 _MOST_SHARES = 60
 
@@ -61,10 +61,11 @@ class Equilibrium:
 
 
 class _Step(NamedTuple):
-    """A step of all unknowns, twice the work it can do in parts of the energy, and its factors."""
+    """A step of all unknowns, twice the work it can do in N mm, and its factors."""
 
     move: NDArray[np.float64]
     work: float
+    energy: float
     factor: Band
     shift: float
 
@@ -86,7 +87,8 @@ def equilibrium(problem: Problem, start: NDArray[np.float64], bold: bool = True)
         iteration += 1
         step = _step(problem, values, stress, jump, shift)
         shift = step.shift
-        work = np.inf if jump.any() else step.work
+        jumped = jump.any()
+        work = np.inf if jumped else step.work / max(step.energy, TINY)
         if work <= _SETTLED and shift == 0:
             return Equilibrium(values + step.move, True, iteration, escapes, step.factor, shift)
         if (shift > 0 and not bold) or iteration == _MOST_ITERATIONS:
@@ -95,7 +97,7 @@ def equilibrium(problem: Problem, start: NDArray[np.float64], bold: bool = True)
         if work <= _AT_SADDLE and shift > 0:
             length, move, escapes = 0.0, escape(problem, values, step.factor), escapes + 1
         else:
-            if _ROUNDING < work < np.inf:
+            if work > _ROUNDING and not jumped:
                 length = _search(problem, values, step)
             move = length * step.move
         ahead = values + move
@@ -113,8 +115,7 @@ def _step(
     right = -(free.T @ (gradient - problem.load + tangent @ jump))
     factor, shift = _positive(problem, tangent, before)
     inner = factor.solve(right)
-    work = float(right @ inner) / max(energy, TINY)
-    return _Step(jump + free @ inner, work, factor, shift)
+    return _Step(jump + free @ inner, float(right @ inner), energy, factor, shift)
 
 
 def _positive(problem: Problem, tangent: sp.csr_array, before: float) -> tuple[Band, float]:
@@ -129,15 +130,23 @@ def _positive(problem: Problem, tangent: sp.csr_array, before: float) -> tuple[B
 
 
 def _search(problem: Problem, values: NDArray, step: _Step) -> float:
-    """Length of a step, 1 or less, that lowers the potential enough; by parabolas."""
-    energy = problem.system.forces(values)[0]
-    potential, work = energy - float(problem.load @ values), step.work * max(energy, TINY)
+    """Length of a step, 1 or less, that lowers the potential enough.
+
+    Where it rises, the model is work (-t + t² / 2) + c t⁴: stretch by deflection adds the last.
+    """
+    potential, work = step.energy - float(problem.load @ values), step.work
     length = 1.0
     while length > _SHORTEST:
         rise = problem.potential(values + length * step.move) - potential
         if rise <= -_ENOUGH * length * work:
             break
-        curved = rise + length * work
-        best = 0.5 * length**2 * work / curved if np.isfinite(curved) else 0.0
-        length = min(max(best, 0.1 * length), 0.5 * length)
+        quartic = (rise / work + length - 0.5 * length**2) / length**4
+        best = _lowest(quartic) if np.isfinite(quartic) else 0.1 * length
+        length = min(best, 0.5 * length)
     return length
+
+
+def _lowest(quartic: float) -> float:
+    """Where -t + t² / 2 + quartic t⁴ is lowest, for a positive quartic."""
+    roots = np.roots([4.0 * quartic, 0.0, 1.0, -1.0])
+    return float(roots[np.argmin(abs(roots.imag))].real)

@@ -1,0 +1,143 @@
+"""Touches that bend a plate far: limits, symmetry, stability, and influence at a state."""
+
+import numpy as np
+import pytest
+
+import fe
+from fe.shell import Shell, Verdict, shell_mesh, solve
+
+PVC = fe.Plate((254.0, 200.0), 1.0, 3000.0, 0.38)
+MESH = fe.grid(PVC, 20)
+XY = np.random.default_rng(1).uniform(0, 1, (40, 2)) * PVC.size
+TWO = fe.Edges(fe.Clamped(), fe.Clamped(), fe.Free(), fe.Free())
+MIXED = fe.Edges(fe.Clamped(), fe.Supported(), fe.Elastic(2.0, 50.0, 3.0), fe.Free())
+
+
+@pytest.mark.parametrize("edges", [fe.Clamped(), fe.Supported(), TWO, MIXED])
+def test_a_tiny_touch_bends_as_in_linear_theory(edges):
+    plate = fe.Plate(PVC.size, PVC.thickness, PVC.young, PVC.poisson, edges)
+    touches = [fe.Touch(100.0, 90.0, 1e-6)]
+    state, linear = solve(plate, touches, mesh=MESH), fe.deflect(plate, touches, MESH)
+    for quantity in ("deflection", "displacement", "strain"):
+        large, small = getattr(state, quantity)(XY), getattr(linear, quantity)(XY)
+        assert np.abs(large - small).max() < 1e-6 * np.abs(small).max(), quantity
+
+
+def test_patches_and_discs_bend_as_in_linear_theory():
+    patch = fe.Patch((60.0, 130.0), (40.0, 90.0), 2.5, 200.0)
+    plate = fe.Plate(PVC.size, 1.0, 3000.0, 0.38, patches=(patch,))
+    mesh, touches = fe.grid(plate, 24), [fe.Touch(100.0, 90.0, 1e-6, radius=8.0)]
+    state, linear = solve(plate, touches, mesh=mesh), fe.deflect(plate, touches, mesh)
+    large, small = state.strain(XY), linear.strain(XY)
+    assert np.abs(large - small).max() < 1e-6 * np.abs(small).max()
+
+
+def test_a_touch_stretches_the_plate_and_so_meets_more_resistance():
+    shell = Shell(PVC, MESH)
+    one, five = (shell.rest.touch([fe.Touch(100.0, 90.0, f)]) for f in (1e-3, 5.0))
+    at = [[100.0, 90.0]]
+    assert five.deflection(at)[0] < 0
+    assert five.deflection(at)[0] > 0.5 * 5000 * one.deflection(at)[0]
+    assert five.stability.verdict is Verdict.STABLE
+    assert five.stability.iterations <= 8
+    assert five.stability.residual < 1e-12
+    assert five.stability.eigenvalue > 2.0
+    assert one.stability.eigenvalue == pytest.approx(1.0, abs=1e-4)
+
+
+def test_two_touches_press_one_after_the_other_or_together_alike():
+    first, second = fe.Touch(100.0, 90.0, 1.0), fe.Touch(180.0, 50.0, 0.7)
+    shell = Shell(PVC, MESH)
+    together = shell.rest.touch([first, second])
+    straight = shell.rest.touch([first]).load(together.loads - shell.rest.touch([first]).loads)
+    np.testing.assert_allclose(straight.values, together.values, atol=1e-9)
+
+
+def test_a_touch_in_the_middle_bends_the_plate_evenly():
+    state = solve(PVC, [fe.Touch(127.0, 100.0, 3.0)], mesh=MESH)
+    mirrored = np.array(PVC.size) * [1, 0] + XY * [-1, 1]
+    turned = np.array(PVC.size) - XY
+    np.testing.assert_allclose(
+        state.displacement(mirrored) * [-1, 1, 1], state.displacement(XY), atol=1e-9
+    )
+    np.testing.assert_allclose(state.strain(turned), state.strain(XY), atol=1e-12)
+
+
+def test_strain_converges():
+    plate, touches = PVC, [fe.Touch(100.0, 90.0, 3.0)]
+    ring = np.array([[20.0, 30.0], [20.0, 120.0], [200.0, 180.0], [127.0, 20.0]])
+    coarse, middle, fine = (
+        solve(plate, touches, mesh=fe.grid(plate, n)).strain(ring) for n in (12, 24, 36)
+    )
+    scale = np.abs(fine).max()
+    assert np.abs(middle - fine).max() < 2e-3 * scale
+    assert np.abs(middle - fine).max() < 0.3 * np.abs(coarse - fine).max()
+
+
+@pytest.mark.parametrize("thinness", [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6])
+def test_plates_of_any_thickness_find_their_equilibrium_from_rest(thinness):
+    thickness = thinness * 200.0
+    plate = fe.Plate(PVC.size, thickness, 3000.0, 0.38)
+    # As much force as stretches every one of them to the same strain, or bends the thick ones.
+    force = 1e-3 * plate.young * thickness**2 + 1e-6 * plate.young * thickness * 200.0
+    state = solve(plate, [fe.Touch(100.0, 90.0, force)], mesh=fe.grid(plate, 16))
+    assert state.stability.verdict is Verdict.STABLE
+    assert state.stability.iterations <= 12
+    assert state.stability.residual < 1e-8
+
+
+def test_influence_at_a_state_is_the_change_by_a_small_further_touch():
+    state = solve(PVC, [fe.Touch(90.0, 80.0, 2.0)], mesh=fe.grid(PVC, 16))
+    gauges, at, force = XY[:6], np.array([[150.0, 60.0], [60.0, 150.0]]), 1e-3
+    influence = state.influence(gauges)
+    for k, (x, y) in enumerate(at):
+        more, less = (state.touch([fe.Touch(x, y, s * force)]).strain(gauges) for s in (1, -1))
+        truth = (more - less) / (2 * force)
+        assert np.abs(influence.strain(at)[k] - truth).max() < 1e-6 * np.abs(truth).max()
+
+
+def test_influence_of_the_flat_plate_is_that_of_linear_theory():
+    flat = Shell(PVC, MESH).rest.influence(XY[:5], face="bottom")
+    linear = fe.influence(PVC, XY[:5], MESH, face="bottom")
+    scale = np.abs(linear.strain(XY)).max()
+    np.testing.assert_allclose(flat.strain(XY), linear.strain(XY), atol=1e-8 * scale)
+    np.testing.assert_allclose(flat.gradient(XY), linear.gradient(XY), atol=1e-8 * scale)
+
+
+def test_gradient_of_the_influence_is_exact():
+    state = solve(PVC, [fe.Touch(90.0, 80.0, 2.0)], mesh=fe.grid(PVC, 12))
+    influence, at, e = state.influence(XY[:4]), XY[5:15].clip(1, 199), 1e-4
+    for axis, way in enumerate(e * np.eye(2)):
+        truth = (influence.strain(at + way) - influence.strain(at - way)) / (2 * e)
+        found = influence.gradient(at)[..., axis]
+        assert np.abs(found - truth).max() < 1e-6 * np.abs(truth).max()
+
+
+def test_work_of_a_touch_is_the_energy_it_leaves():
+    # dW/dF = F dw/dF for the exact minimum, by differences over the force.
+    shell, at = Shell(PVC, fe.grid(PVC, 12)), [[100.0, 90.0]]
+    states = [shell.rest.touch([fe.Touch(100.0, 90.0, f)]) for f in (1.99, 2.0, 2.01)]
+    energy = [shell.system.forces(s.values.ravel())[0] for s in states]
+    w = [-s.deflection(at)[0] for s in states]
+    assert energy[2] - energy[0] == pytest.approx(2.0 * (w[2] - w[0]), rel=1e-4)
+
+
+def test_default_mesh_has_forty_elements_along_the_longer_side():
+    assert shell_mesh(PVC).counts == (40, 32)
+
+
+def test_plates_that_float_in_their_plane_are_refused():
+    held = fe.Elastic(deflection=np.inf, rotation=0.0)
+    plate = fe.Plate(PVC.size, 1.0, 3000.0, 0.38, held)
+    with pytest.raises(ValueError, match=r"in its plane too.*membrane spring"):
+        solve(plate, [fe.Touch(100.0, 90.0, 1.0)])
+
+
+def test_touches_outside_are_refused():
+    with pytest.raises(ValueError, match="touch 0 must lie on the plate"):
+        solve(PVC, [fe.Touch(300.0, 90.0, 1.0)], mesh=MESH)
+
+
+def test_states_are_read_only():
+    with pytest.raises(ValueError, match="read-only"):
+        Shell(PVC, MESH).rest.values[0, 0, 0] = 1.0
