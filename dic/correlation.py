@@ -23,6 +23,7 @@ from dic.reference import Reference
 from dic.spline import coefficients
 
 _TOGETHER = 10  # iterations of the whole field
+_PART = 2500  # px filtered for one point, in the time that the whole picture takes
 _FEW = 0.05  # share of points below which they iterate alone
 _SEED_SPACING = 40  # px
 
@@ -63,13 +64,16 @@ def correlate(
     check_pair(ref.image.shape, image.shape)
     usable = ref.status == Status.OK
     motion, known = _start(ref, image, guess, usable)
-    spline = coefficients(image - image.mean(dtype=np.float64))
     points = Points(dense.fill(ref.xy, motion, known)[0])
-    if ref.grid is not None and usable.any():
-        _together(ref, ref.grid, spline, points)
-        good = verdict.found(ref, points)
-        _alone(ref, spline, True, points, good & ~points.still)
-    else:
+    if ref.grid is None and len(points.motion) * _PART < image.size:
+        frame = image if image.dtype == np.uint8 else image.astype(np.float32)
+        _alone(ref, frame, False, points, usable)
+        usable &= np.isnan(points.change)
+    if usable.any():
+        spline = coefficients(np.subtract(image, image.mean(dtype=np.float64), dtype=np.float32))
+        if ref.grid is not None:
+            _together(ref, ref.grid, spline, points)
+            usable = verdict.found(ref, points) & ~points.still
         _alone(ref, spline, True, points, usable)
     return verdict.field(ref, points)
 

@@ -7,7 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from dic.reference import Reference
-from dic.subset import correlate_with, lay_out, make_tools, warp
+from dic.subset import LOST, SHIFTED, correlate_with, gather, lay_out, make_tools, warp
 
 STILL = 1e-4  # px, a fiftieth of the usual noise: a point that moves less stands still
 _STRIDE = 2.0  # px, longest step believed: half a speckle
@@ -37,7 +37,11 @@ class Points:
         `frame` is the picture, of which the parts around the points are filtered, or, if
         `filtered`, its coefficients.
         """
-        _iterate(ref.texture, frame, filtered, ref.xy, here, _known(ref), self._state())
+        if ref.subsets is None:
+            subsets = gather(ref.texture, ref.xy[here], ref.half)
+        else:
+            subsets = ref.subsets if len(here) == len(ref.xy) else ref.subsets[here]
+        _iterate(subsets, frame, filtered, ref.xy, here, _known(ref), self._state())
 
     def _state(self):
         return (
@@ -79,28 +83,40 @@ def _step_all(sums, base, known, state):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _iterate(texture, frame, filtered, xy, here, known, state):
+def _iterate(subsets, frame, filtered, xy, here, known, state):
     motion, change, zncc, half, still = state[0], state[1], state[2], known[2], state[5]
     size = known[0].shape[1]
-    tools = make_tools(2 * half + 1, motion.shape[2])
+    tools = make_tools(half, motion.shape[2])
     towards, total = np.empty(size), np.empty(size)
-    for n in here:
-        lay_out(texture, xy[n], half, tools)
+    for m in range(here.shape[0]):
+        n, pixels = here[m], subsets[m]
+        lay_out(pixels, xy[n], tools)
         tools[9][:] = _NOWHERE
         for _ in range(_ITERATIONS):
-            if not warp(frame, filtered, xy[n], motion[n], half, tools):
+            done = warp(frame, filtered, xy[n], motion[n], half, tools)
+            if done == LOST:
                 change[n], zncc[n] = np.nan, 0.0
                 break
-            gg = correlate_with(tools, towards)
+            gg = correlate_with(pixels, tools, towards)
             gain = _gain(n, -towards[size - 2], -towards[size - 1], gg, known, state)
             if gain == 0.0:
                 break
             for k in range(size):
                 towards[k] /= gain
             _answer(n, towards, gg / gain**2, known, state, total)
+            if done == SHIFTED:
+                _less_shape(motion[n], total)
             _move(n, total, known, state)
             if still[n]:
                 break
+
+
+@njit(cache=True, nogil=True)
+def _less_shape(c, total):
+    """Take off all of the motion but the shift, which the subset was not warped by."""
+    for a in range(2):
+        for k in range(1, c.shape[1]):
+            total[a * c.shape[1] + k] -= c[a, k]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -14,6 +14,7 @@ from dic.image import check_image
 from dic.quality import box_sums, check_subset, lies_inside
 from dic.shape import ORDERS
 from dic.spline import coefficients, gradient
+from dic.subset import gather
 
 _BARE = 0.02  # of the median mean square of ∇f: the inner half of a subset is without pattern
 _CLIPPED = 2 / 3  # share of a subset at black or at white from which it cannot be trusted
@@ -43,6 +44,8 @@ class Reference:
     subset : int, px
     order : int
     grid : Grid or None
+    subsets : (N, 4, ·) float32 or None
+        The texture of each scattered point side by side; None on a grid.
     """
 
     image: NDArray[np.float32]
@@ -55,6 +58,7 @@ class Reference:
     subset: int
     order: int
     grid: Grid | None
+    subsets: NDArray[np.float32] | None
 
     @property
     def half(self) -> int:
@@ -115,6 +119,7 @@ def prepare(
         subset=subset,
         order=order,
         grid=grid,
+        subsets=gather(texture, xy, subset // 2) if grid is None else None,
     )
 
 

@@ -84,21 +84,20 @@ def _filter(c):
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def filter_square(pair):
-    """Turn the square picture pair[0] into its coefficients; pair[1] is scratch."""
-    first, second = pair[0], pair[1]
-    scale = np.float32(_GAIN * _GAIN)
-    _filter(first)
-    _lay(first, np.float32(1), second)
-    _filter(second)
-    _lay(second, scale, first)
+def filter_square(square, scratch):
+    """Turn a square picture (n, n) float32 into its coefficients."""
+    _filter(square)
+    _lay(square, np.float32(1), scratch)
+    _filter(scratch)
+    _lay(scratch, np.float32(_GAIN * _GAIN), square)
 
 
 @njit(cache=True, nogil=True, fastmath=True)
 def _lay(square, scale, out):
     for i in range(square.shape[0]):
+        row = out[i]
         for j in range(square.shape[0]):
-            out[i, j] = scale * square[j, i]
+            row[j] = scale * square[j, i]
 
 
 @njit(cache=True, nogil=True, fastmath=True)

@@ -19,52 +19,71 @@ from dic.warp import PAD, TAPS, sample, weights
 _SPREAD = 2  # px by which the whole part of the motion may differ within a subset
 _SPARE = TAPS - 1 + _SPREAD  # columns of a block beyond the side of its subset
 _RIM = 7  # px around a block in which the recursive filter forgets its border: 0.43^7 = 0.3 %
-_DRIFT = 2  # px that a block may move before its part of the frame is filtered again
+_VECTOR = 32  # px, loops over whole multiples of it leave no remainder
+_GENTLE = 0.03  # px by which a subset may deform and still be warped as if it did not
+LOST, SHIFTED, WARPED = 0, 1, 2  # what `warp` did
 _BLOCKS = 6  # whole parts of the motion in one subset, above which pixels are sampled one by one
 _PARENT = (0, 0, 0, 1, 1, 2)  # a monomial is its parent times ξ (0) or η (1)
 _FACTOR = (0, 0, 1, 0, 1, 1)
 
 
 @njit(cache=True, nogil=True)
-def make_tools(side, count):
+def gather(texture, xy, half):
+    """Copy fx, fy, f and weight of the subsets around `xy` (N, 2) px, (N, 4, pixels) float32.
+
+    Points whose subset leaves the picture are left at zero.
+    """
+    side, (height, width) = 2 * half + 1, texture.shape[1:]
+    out = np.zeros((xy.shape[0], 4, side * (side + _SPARE)), np.float32)
+    for n in range(xy.shape[0]):
+        left, top = round(xy[n, 0]) - half, round(xy[n, 1]) - half
+        if min(left, top) < 0 or left + side > width or top + side > height:
+            continue
+        for a in range(4):
+            for j in range(side):
+                line = j * (side + _SPARE)
+                for i in range(side):
+                    out[n, a, line + i] = texture[a, top + j, left + i]
+    return out
+
+
+@njit(cache=True, nogil=True)
+def make_tools(half, count):
     """Make the arrays in which one subset is worked on, for `count` coefficients a component."""
+    side = 2 * half + 1
     width = side + _SPARE
-    part, pixels = width + 2 * (_RIM + _DRIFT), side * width
+    part, pixels = (width + 2 * _RIM) // _VECTOR * _VECTOR + _VECTOR, side * width
+    middle = np.empty((2, pixels), np.float32)
+    for n in range(pixels):
+        # The columns beyond the side weigh nothing; they move with the last one.
+        middle[0, n], middle[1, n] = min(n % width, side - 1) - half, n // width - half
     return (
         np.empty((2, pixels), np.float32),  # ξ, η
-        np.empty((2, pixels), np.float32),  # f, weight
+        middle,  # ξ, η about the middle of the subset
         np.empty((2 * count, pixels), np.float32),  # fx·m, fy·m
         np.empty((2, pixels), np.float32),  # motion
         np.empty((2, pixels), np.int32),  # its whole part
         np.empty((2, TAPS, pixels), np.float32),  # weights of its fraction
         np.empty((2, pixels), np.float32),  # g, and g of one block
-        np.zeros(width * width + 2 * _SPARE, np.float32),  # block
+        np.zeros((2, width * width + 2 * _SPARE), np.float32),  # block, and it weighed along x
         np.empty((2, part, part), np.float32),  # part of the frame
         np.zeros(2, np.int64),  # its corner, px
     )
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def lay_out(texture, place, half, tools):
-    """Write what the reference says of the subset around `place` (x, y)."""
-    arm, light, jacobian = tools[0], tools[1], tools[2]
-    side, count = 2 * half + 1, jacobian.shape[0] // 2
-    width = side + _SPARE
-    x, y = round(place[0]), round(place[1])
-    light[:] = np.float32(0)
-    jacobian[:] = np.float32(0)
-    for j in range(side):
-        line, row = j * width, y - half + j
-        for i in range(width):
-            # The columns beyond the side weigh nothing; they move with the last one.
-            arm[0, line + i] = np.float32(min(x - half + i, x + half) - place[0])
-            arm[1, line + i] = np.float32(row - place[1])
-        for i in range(side):
-            light[0, line + i] = texture[2, row, x - half + i]
-            light[1, line + i] = texture[3, row, x - half + i]
-            jacobian[0, line + i] = texture[0, row, x - half + i]
-            jacobian[count, line + i] = texture[1, row, x - half + i]
+def lay_out(pixels, place, tools):
+    """Write ξ, η and fx·m, fy·m of the subset (4, pixels) around `place` (x, y)."""
+    arm, middle, jacobian = tools[0], tools[1], tools[2]
+    count = jacobian.shape[0] // 2
     for a in range(2):
+        aside = np.float32(round(place[a]) - place[a])
+        for n in range(arm.shape[1]):
+            arm[a, n] = middle[a, n] + aside
+    for a in range(2):
+        first = jacobian[a * count]
+        for n in range(first.shape[0]):
+            first[n] = pixels[a, n]
         for k in range(1, count):
             lower, factor = jacobian[a * count + _PARENT[k]], arm[_FACTOR[k]]
             into = jacobian[a * count + k]
@@ -74,32 +93,79 @@ def lay_out(texture, place, half, tools):
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def warp(frame, filtered, place, c, half, tools):
-    """Write g(x + u) for the motion c (2, P); False where the frame must be filtered as a whole.
+    """Write g(x + u) for the motion c (2, P) of a subset.
 
     `frame` is the picture itself, of which a part is filtered here, or, if `filtered`, its
     coefficients.
+
+    Returns
+    -------
+    int
+        WARPED; or SHIFTED by u at the place alone, where the subset deforms so little that ∇f holds
+        for what is left, an error of the order of `_GENTLE`² that no bias shows; or LOST, where the
+        subset deforms so much that it needs the frame filtered as a whole.
     """
     arm, motion, whole = tools[0], tools[3], tools[4]
     left, top = round(place[0]) - half, round(place[1]) - half
+    if _is_gentle(c, half):
+        _shift(frame, filtered, left, top, c[0, 0], c[1, 0], 2 * half + 1, tools)
+        return SHIFTED
     for a in range(2):
         _move(c[a], arm[0], arm[1], motion[a])
         _split(motion[a], whole[a], tools[5][a])
-    low_x, many_x = _range(whole[0])
-    low_y, many_y = _range(whole[1])
+    low_x, many_x = _range(motion[0])
+    low_y, many_y = _range(motion[1])
     blocks = many_x * many_y
     if max(many_x, many_y) > _SPREAD + 1 or blocks > _BLOCKS:
         if filtered:
             _one_by_one(frame, left, top, 2 * half + 1, motion, tools[6][0])
-        return filtered
-    if filtered:
-        _read(frame, left + low_x - 2 + PAD, top + low_y - 2 + PAD, 2 * half + 1, tools[7])
-    else:
-        _read_part(frame, left + low_x - 2, top + low_y - 2, 2 * half + 1, tools)
+            return WARPED
+        return LOST
+    _fetch(frame, filtered, left + low_x, top + low_y, 2 * half + 1, tools)
     for dy in range(many_y):
         for dx in range(many_x):
-            _interpolate(tools[7], dx, dy, 2 * half + 1 + _SPARE, tools[5], tools[6][1])
+            _interpolate(tools[7][0], dx, dy, 2 * half + 1 + _SPARE, tools[5], tools[6][1])
             _keep(whole, low_x + dx, low_y + dy, tools[6][1], tools[6][0])
-    return True
+    return WARPED
+
+
+@njit(cache=True, nogil=True)
+def _is_gentle(c, half):
+    reach = 0.0
+    for a in range(2):
+        reach = max(reach, half * (abs(c[a, 1]) + abs(c[a, 2])))
+        if c.shape[1] > 3:
+            reach += half * half * (abs(c[a, 3]) + abs(c[a, 4]) + abs(c[a, 5]))
+    return reach < _GENTLE
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _shift(frame, filtered, left, top, u, v, side, tools):
+    """Interpolate along x and then along y: one fraction for the whole subset."""
+    column, row = math.floor(u), math.floor(v)
+    _fetch(frame, filtered, left + column, top + row, side, tools)
+    block, across, out = tools[7][0], tools[7][1], tools[6][0]
+    a0, a1, a2, a3, a4, a5 = weights(np.float32(u - column))
+    for n in range(block.shape[0] - TAPS):
+        across[n] = (
+            a0 * block[n] + a1 * block[n + 1] + a2 * block[n + 2]
+            + a3 * block[n + 3] + a4 * block[n + 4] + a5 * block[n + 5]
+        )  # fmt: skip
+    width = side + _SPARE
+    b0, b1, b2, b3, b4, b5 = weights(np.float32(v - row))
+    r0, r1, r2 = across, across[width:], across[2 * width :]
+    r3, r4, r5 = across[3 * width :], across[4 * width :], across[5 * width :]
+    for n in range(out.shape[0]):
+        out[n] = b0 * r0[n] + b1 * r1[n] + b2 * r2[n] + b3 * r3[n] + b4 * r4[n] + b5 * r5[n]
+
+
+@njit(cache=True, nogil=True)
+def _fetch(frame, filtered, x, y, side, tools):
+    """Copy the block of coefficients for the pixels from (x, y) on."""
+    if filtered:
+        _read(frame, x - 2 + PAD, y - 2 + PAD, side, tools[7][0])
+    else:
+        _read_part(frame, x - 2, y - 2, side, tools)
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -123,12 +189,14 @@ def _split(motion, whole, taps):
         w0[n], w1[n], w2[n], w3[n], w4[n], w5[n] = weights(motion[n] - np.float32(floor))
 
 
-@njit(cache=True, nogil=True)
-def _range(whole):
-    low, high = whole[0], whole[0]
-    for n in range(whole.shape[0]):
-        low, high = min(low, whole[n]), max(high, whole[n])
-    return np.int64(low), np.int64(high) - np.int64(low) + 1
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _range(motion):
+    """Least whole part of a motion, and how many there are."""
+    low, high = motion[0], motion[0]
+    for n in range(motion.shape[0]):
+        low, high = min(low, motion[n]), max(high, motion[n])
+    first = math.floor(low)
+    return first, math.floor(high) - first + 1
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -181,13 +249,14 @@ def _read(plane, x, y, side, block):
 def _read_part(image, x, y, side, tools):
     """Copy a block from the filtered part of the frame, which is filtered anew if it must move."""
     part, corner = tools[8], tools[9]
+    spare = part.shape[1] - side - _SPARE
     away_x, away_y = x - corner[0], y - corner[1]
-    if min(away_x, away_y) < _RIM or max(away_x, away_y) > _RIM + 2 * _DRIFT:
-        corner[0], corner[1] = x - _RIM - _DRIFT, y - _RIM - _DRIFT
+    if min(away_x, away_y) < _RIM or max(away_x, away_y) > spare - _RIM:
+        away_x = away_y = spare // 2
+        corner[0], corner[1] = x - away_x, y - away_y
         _cut(image, corner[0], corner[1], part[0])
-        filter_square(part)
-        away_x = away_y = _RIM + _DRIFT
-    _read(part[0], away_x, away_y, side, tools[7])
+        filter_square(part[0], part[1])
+    _read(part[0], away_x, away_y, side, tools[7][0])
 
 
 @njit(cache=True, nogil=True)
@@ -216,9 +285,9 @@ def _mirror(i, count):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def correlate_with(tools, sums):
+def correlate_with(pixels, tools, sums):
     """Sum Jᵀg into `sums`: fx·m, fy·m, then -f and -1 as in `dic.normal`; and return Σg²."""
-    g, f, weight, jacobian = tools[6][0], tools[1][0], tools[1][1], tools[2]
+    g, f, weight, jacobian = tools[6][0], pixels[2], pixels[3], tools[2]
     gg, fg, total = 0.0, 0.0, 0.0
     for n in range(g.shape[0]):
         value = np.float64(g[n] * weight[n])

@@ -80,12 +80,12 @@ def _status(ref, points, noise) -> NDArray[np.int8]:
 
 def leaves(ref: Reference, motion: NDArray) -> NDArray[np.bool_]:
     """Tell where a corner of the moved subset lies off the area of the picture, (N,) bool."""
-    outside = np.zeros(len(motion), dtype=bool)
+    inside = np.ones(len(motion), dtype=bool)
     height, width = ref.image.shape
     for axis, limit in ((0, width), (1, height)):
         u, ux, uy = motion[:, axis, :3].T
         centre = np.rint(ref.xy[:, axis]) + u
         along, across = (ux, uy) if axis == 0 else (uy, ux)
         reach = ref.half * (np.abs(1 + along) + np.abs(across))
-        outside |= (centre - reach < -0.5) | (centre + reach > limit - 0.5)
-    return outside
+        inside &= (centre - reach >= -0.5) & (centre + reach <= limit - 0.5)
+    return ~inside
