@@ -1,0 +1,170 @@
+"""A camera that always drains its device: the newest picture wins, what it replaces is counted."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    from rig.camera.controls import Setting
+    from rig.camera.device import Device
+    from rig.source import Frame
+
+SLICE = 0.1  # s that one wait for a picture takes: so soon does the thread see that it shall end
+SILENCE = 1.0  # s without a picture after which the device is opened anew
+RETRY = 0.25  # s between attempts to open a device that has gone
+END = 2.0  # s that the thread gets to end; a driver that hangs is left behind
+
+
+class Camera:
+    """A `rig.source.Source` on a device, with a thread that reads every picture at once.
+
+    A driver queues pictures that nobody takes: after a pause of 0.5 s the next two would be half a
+    second old. Where the device goes (unplugged, frozen) it is opened again until it comes back.
+    Numbers go on over such a gap.
+
+    Parameters
+    ----------
+    open_device : callable
+        Opens the device and holds its controls; called again after an outage.
+    clock : callable
+        Monotonic time, s; the same that stamps the frames.
+
+    Attributes
+    ----------
+    status : str
+        One sentence for the user.
+    settings : tuple of Setting
+        What became of the controls when the device was last opened.
+    dropped : int
+        Pictures that the device numbered and `grab` never gave.
+    refused : int
+        Pictures of another size than the first, which nobody gets.
+    outages : int
+        Times that the device has gone or fallen silent.
+
+    Raises
+    ------
+    OSError
+        If the device cannot be opened.
+    """
+
+    def __init__(
+        self, open_device: Callable[[], Device], clock: Callable[[], float] = time.monotonic
+    ):
+        self._open, self._clock = open_device, clock
+        self.dropped = self.refused = self.outages = 0
+        self._newest: Frame | None = None
+        self._given = -1
+        self._offset: int | None = None
+        self._shape: tuple[int, ...] | None = None
+        self._news = threading.Condition()
+        self._ending = threading.Event()
+        self._ended = False
+        self._device: Device | None = open_device()
+        self.settings: tuple[Setting, ...] = self._device.settings
+        self.status = f"{self._device.name} is open"
+        self._thread = threading.Thread(target=self._drain, name="camera", daemon=True)
+        self._thread.start()
+
+    def __enter__(self) -> Camera:
+        """Leave the camera open for the block."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Close the camera."""
+        self.close()
+
+    def grab(self, timeout: float) -> Frame | None:
+        """See `Source.grab`; None at once where the source has an end and it was reached."""
+        with self._news:
+            self._news.wait_for(lambda: self._has_news() or self._ended, timeout)
+            if not self._has_news() or self._newest is None:
+                return None
+            self.dropped += self._newest.sequence - self._given - 1
+            self._given = self._newest.sequence
+            return self._newest
+
+    def close(self) -> None:
+        """End the thread and let the device go."""
+        self._ending.set()
+        self._thread.join(END)
+
+    def _has_news(self) -> bool:
+        return self._newest is not None and self._newest.sequence > self._given
+
+    def _drain(self) -> None:
+        """Body of the thread."""
+        heard = self._clock()
+        while not self._ending.is_set():
+            try:
+                if self._device is None:
+                    self._reopen()
+                    heard = self._clock()
+                if frame := self._device.read(SLICE) if self._device else None:
+                    heard = self._clock()
+                    self._take(frame)
+                elif self._device and self._clock() - heard > SILENCE:
+                    raise OSError(f"{self._device.name} gives no pictures; it is opened anew")
+            except EOFError as error:
+                self._end(str(error))
+            except OSError as error:
+                self._lose(str(error))
+        self._release()
+
+    def _take(self, frame: Frame) -> None:
+        """Make a picture the newest one."""
+        image = frame.image
+        self._shape = self._shape or image.shape
+        if image.shape != self._shape:
+            self.refused += 1
+            (rows, columns), (high, wide) = image.shape, self._shape
+            self.status = (
+                f"a picture of {columns} × {rows} px came instead of {wide} × {high} px; it is"
+                " left out"
+            )
+            return
+        with self._news:
+            last = -1 if self._newest is None else self._newest.sequence
+            if self._offset is None:  # a device that was opened anew counts anew
+                self._offset = last + 1 - frame.sequence
+            self._newest = replace(frame, sequence=frame.sequence + self._offset)
+            self._news.notify_all()
+
+    def _reopen(self) -> None:
+        """Try to open the device; wait a little where that fails."""
+        try:
+            self._device = self._open()
+        except OSError as error:
+            self.status = str(error)
+            self._ending.wait(RETRY)
+            return
+        self._offset = None
+        self.settings = self._device.settings
+        self.status = f"{self._device.name} is open again"
+
+    def _lose(self, why: str) -> None:
+        self.outages += 1
+        self.status = why
+        self._release()
+
+    def _end(self, why: str) -> None:
+        with self._news:
+            self.status, self._ended = why, True
+            self._news.notify_all()
+        self._ending.set()
+
+    def _release(self) -> None:
+        if self._device is not None:
+            self._device.close()
+            self._device = None

@@ -1,0 +1,182 @@
+"""A camera through OpenCV, which reads what any UVC camera sends: grey, YUYV or JPEG.
+
+OpenCV hides the frame numbers of the driver, so what the driver loses is not counted; where that
+matters take `rig.camera.v4l2`.
+"""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import struct
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.camera.controls import Controls, Knob, Setting, hold
+from rig.camera.device import stamp
+from rig.camera.reasons import refusal, unsupported
+from rig.source import Frame
+
+FORMATS = ("GREY", "YUYV", "MJPG")
+"""From exact to compressed: grey and YUYV hold the brightness of each pixel as it was measured."""
+MANUAL_EXPOSURE = 1  # V4L2_EXPOSURE_MANUAL
+UVC_EXPOSURE = 1e-4  # s a step
+QUERY_CAPABILITIES, REQUEST_BUFFERS = 0x80685600, 0xC0145608  # VIDIOC_QUERYCAP, VIDIOC_REQBUFS
+NO_BUFFERS = struct.pack("<IIIII", 0, 1, 1, 0, 0)  # none, of mapped memory, for capture
+VALUES = {
+    Knob.EXPOSURE: cv2.CAP_PROP_EXPOSURE,
+    Knob.GAIN: cv2.CAP_PROP_GAIN,
+    Knob.FOCUS: cv2.CAP_PROP_FOCUS,
+    Knob.WHITE_BALANCE: cv2.CAP_PROP_WB_TEMPERATURE,
+}
+AUTOMATICS = {
+    Knob.EXPOSURE: (cv2.CAP_PROP_AUTO_EXPOSURE, MANUAL_EXPOSURE),
+    Knob.FOCUS: (cv2.CAP_PROP_AUTOFOCUS, 0),
+    Knob.WHITE_BALANCE: (cv2.CAP_PROP_AUTO_WB, 0),
+}
+"""Property that sets each knob by itself, and its value when it does not."""
+STEPS = {Knob.EXPOSURE: UVC_EXPOSURE}
+
+
+class OpenCvCamera:
+    """A `Device` on an open capture; use `open_camera`."""
+
+    def __init__(
+        self, name: str, capture: cv2.VideoCapture, settings: tuple[Setting, ...], code: str
+    ):
+        self.name, self.settings = name, settings
+        self._capture, self._code = capture, code
+        self._count = 0
+
+    def read(self, timeout: float) -> Frame | None:
+        """See `Device.read`; the driver decides how long it waits."""
+        there, raw = self._capture.read()
+        now = time.monotonic()
+        if not there:
+            if not Path(self.name).exists():
+                raise refusal(self.name, OSError(errno.ENODEV, "gone"))
+            return None
+        captured = stamp(self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1e3, now)
+        image = _grey(raw, self._code)
+        if image is None:  # half a JPEG
+            return None
+        self._count += 1
+        return Frame(self._count - 1, captured, image)
+
+    def close(self) -> None:
+        """See `Device.close`."""
+        self._capture.release()
+
+
+def open_camera(name: str, size: tuple[int, int], rate: float, controls: Controls) -> OpenCvCamera:
+    """Open a camera and hold its controls.
+
+    Parameters
+    ----------
+    name : str
+        Device node such as ``/dev/video0``.
+    size : (int, int), px
+        Width and height.
+    rate : float, frames a second
+    controls : Controls
+
+    Raises
+    ------
+    OSError
+        If there is no such camera, it is in use, may not be used or has no such pictures.
+    """
+    _probe(name)
+    with _quiet():
+        capture = cv2.VideoCapture(name, cv2.CAP_V4L2)
+        if not capture.isOpened():
+            raise refusal(name, OSError(errno.EIO, "OpenCV gives no reason"))
+        code = _choose(capture, name, size)
+        capture.set(cv2.CAP_PROP_FPS, rate)
+        capture.set(cv2.CAP_PROP_CONVERT_RGB, 0)
+        settings = hold(OpenCvPort(capture), controls)
+    return OpenCvCamera(name, capture, settings, code)
+
+
+class OpenCvPort:
+    """Controls of an open capture; see `rig.camera.controls.Port`."""
+
+    def __init__(self, capture: cv2.VideoCapture):
+        self._capture = capture
+
+    def manual(self, knob: Knob) -> bool:
+        """See `Port.manual`."""
+        if knob not in AUTOMATICS:
+            return True
+        automatic, off = AUTOMATICS[knob]
+        if self._capture.get(automatic) < 0:  # there is none
+            return True
+        self._capture.set(automatic, off)
+        return self._capture.get(automatic) == off
+
+    def read(self, knob: Knob) -> float | None:
+        """See `Port.read`."""
+        value = self._capture.get(VALUES[knob])
+        return None if value < 0 else value * STEPS.get(knob, 1.0)
+
+    def write(self, knob: Knob, value: float) -> bool:
+        """See `Port.write`."""
+        return self._capture.set(VALUES[knob], round(value / STEPS.get(knob, 1.0)))
+
+
+def _probe(name: str) -> None:
+    """Ask the system itself, because OpenCV does not say why it does not open a camera."""
+    try:
+        with Path(name).open("rb+", buffering=0) as node:
+            fcntl.ioctl(node, QUERY_CAPABILITIES, bytearray(104))
+            fcntl.ioctl(node, REQUEST_BUFFERS, bytearray(NO_BUFFERS))
+    except OSError as error:
+        raise refusal(name, error) from None
+
+
+def _choose(capture: cv2.VideoCapture, name: str, size: tuple[int, int]) -> str:
+    """Set the first format that the camera has in this size."""
+    offered = set()
+    for code in FORMATS:
+        capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*code))
+        capture.set(cv2.CAP_PROP_FRAME_WIDTH, size[0])
+        capture.set(cv2.CAP_PROP_FRAME_HEIGHT, size[1])
+        got = _format(capture)
+        if got == (code, *size):
+            return code
+        offered.add("{} {} × {} px".format(*got))
+    capture.release()
+    wanted = f"{size[0]} × {size[1]} px in {', '.join(FORMATS)}"
+    raise unsupported(name, wanted, " and ".join(sorted(offered)))
+
+
+def _format(capture: cv2.VideoCapture) -> tuple[str, int, int]:
+    number = int(capture.get(cv2.CAP_PROP_FOURCC))
+    code = number.to_bytes(4, "little").decode("ascii", "replace")
+    width, height = (
+        int(capture.get(side)) for side in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)
+    )
+    return code, width, height
+
+
+def _grey(raw: NDArray, code: str) -> NDArray | None:
+    """Brightness (H, W) of a picture as the camera sent it; None where it cannot be decoded."""
+    if code == "MJPG":
+        return cv2.imdecode(raw.reshape(-1), cv2.IMREAD_GRAYSCALE)
+    return np.ascontiguousarray(raw[..., 0]) if raw.ndim == 3 else raw
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep OpenCV from writing on stderr what we say in a sentence."""
+    before = cv2.utils.logging.getLogLevel()
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    try:
+        yield
+    finally:
+        cv2.utils.logging.setLogLevel(before)

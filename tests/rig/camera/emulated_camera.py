@@ -1,0 +1,383 @@
+"""A camera at /dev/video0 for real V4L2 clients, where there is none.
+
+Run by Debian's Python, which has the bindings of umockdev:
+
+    umockdev-wrapper /usr/bin/python3 emulated_camera.py WIDTH HEIGHT RATE
+
+It prints the folder that clients must be given as UMOCKDEV_DIR, then obeys words on stdin and
+answers each with "done". Pixel (x, y) of frame n is (x + 3 y + 7 n) mod 256.
+"""
+
+import errno
+import os
+import struct
+import sys
+import time
+
+import gi
+
+gi.require_version("UMockdev", "1.0")
+from gi.repository import GLib, UMockdev  # noqa: E402  (only after its version is required)
+
+WIDTH, HEIGHT, RATE = int(sys.argv[1]), int(sys.argv[2]), float(sys.argv[3])
+PATIENCE = 200  # ms that a client waits for a frame before it may ask again
+BUFFERS = 4
+ROOM = -(-2 * WIDTH * HEIGHT // 4096) * 4096
+NODE = "/dev/video0"
+PLACE = "/devices/pci0000:00/0000:00:14.0/usb1/1-4/1-4:1.0/video4linux/video0"
+FORMATS = ((b"GREY", b"8-bit Greyscale", 1), (b"YUYV", b"YUYV 4:2:2", 2))
+TAPE = (
+    f"P: {PLACE}\nN: video0=00\nE: DEVNAME={NODE}\nE: MAJOR=81\nE: MINOR=0\n"
+    "E: SUBSYSTEM=video4linux\nE: ID_V4L_CAPABILITIES=:capture:\nA: name=Speckle Eye\\n\n"
+    "A: index=0\\n\nA: dev=81:0\\n\n\n"
+)
+INTEGER, SWITCH, MENU = 1, 2, 3
+EXPOSURE_BY, EXPOSURE = 0x009A0901, 0x009A0902
+WHITE_BY, WHITE = 0x0098090C, 0x0098091A
+FOCUS_BY, FOCUS = 0x009A090C, 0x009A090A
+GAIN = 0x00980913
+OWNERS = {EXPOSURE: (EXPOSURE_BY, 1), WHITE: (WHITE_BY, 0), FOCUS: (FOCUS_BY, 0)}
+"""Control that must have this value before the other one may be set."""
+
+
+def controls():
+    """Type, name, least, most, step and value of each."""
+    return {
+        WHITE_BY: [SWITCH, b"White Balance, Automatic", 0, 1, 1, 1],
+        GAIN: [INTEGER, b"Gain", 0, 255, 1, 16],
+        WHITE: [INTEGER, b"White Balance Temperature", 2000, 6500, 1, 4600],
+        EXPOSURE_BY: [MENU, b"Auto Exposure", 0, 3, 1, 3],
+        EXPOSURE: [INTEGER, b"Exposure Time, Absolute", 3, 2047, 1, 250],
+        FOCUS: [INTEGER, b"Focus, Absolute", 0, 250, 5, 30],
+        FOCUS_BY: [SWITCH, b"Focus, Automatic Continuous", 0, 1, 1, 1],
+    }
+
+
+def tell(word):
+    sys.stdout.write(word + "\n")
+    sys.stdout.flush()
+
+
+def text(characters, size):
+    return characters.ljust(size, b"\0")
+
+
+def picture(number, bytes_a_pixel):
+    row = bytes(range(256)) * (WIDTH // 256 + 2)
+    starts = ((3 * y + 7 * number) % 256 for y in range(HEIGHT))
+    grey = b"".join(row[start : start + WIDTH] for start in starts)
+    if bytes_a_pixel == 1:
+        return grey
+    pairs = bytearray(b"\x80" * (2 * len(grey)))
+    pairs[::2] = grey
+    return bytes(pairs)
+
+
+class Request:
+    """One ioctl: its structure, and the answer to the client that waits."""
+
+    def __init__(self, client):
+        code = client.get_request() & 0xFFFFFFFF
+        self.number, self.letter, self.size = (
+            code & 0xFF,
+            chr(code >> 8 & 0xFF),
+            code >> 16 & 0x3FFF,
+        )
+        self.client = client
+        self.structure = client.get_arg().resolve(0, self.size) if self.size else None
+
+    def words(self, count, start=0):
+        return struct.unpack_from(f"<{count}I", bytes(self.structure.retrieve()), start)
+
+    def put(self, start, content):
+        self.structure.update(start, list(content))
+
+    def answer(self, error=0):
+        self.client.complete(-1 if error else 0, error)
+
+
+class EmulatedCamera:
+    """State of the camera and its answers, an errno each; None is answered later."""
+
+    def __init__(self, testbed):
+        self.testbed = testbed
+        self.handler = UMockdev.IoctlBase()
+        self.handler.connect("handle-ioctl", self.on_ioctl)
+        self.gone = self.frozen = self.busy = self.torn = False
+        self.skip = 0
+        self.plug()
+        self.answers = {
+            0: self.capabilities, 2: self.one_format, 4: self.get_format, 5: self.set_format,
+            8: self.request_buffers, 9: self.query_buffer, 15: self.queue_buffer,
+            17: self.dequeue_buffer, 18: self.stream_on, 19: self.stream_off, 21: self.rate,
+            22: self.rate, 26: self.one_input, 27: self.get_control, 28: self.set_control,
+            36: self.query_control, 38: self.which_input, 39: self.which_input,
+            64: self.get_format, 71: self.get_controls, 72: self.set_controls, 74: self.one_size,
+            75: self.one_rate, 103: self.query_long_control,
+        }  # fmt: skip
+
+    def plug(self):
+        self.testbed.add_from_string(TAPE)
+        self.testbed.attach_ioctl(NODE, self.handler)
+        self.memory = os.open(self.testbed.get_root_dir() + NODE, os.O_RDWR)
+        os.ftruncate(self.memory, ROOM * BUFFERS)
+        self.controls = controls()
+        self.format, self.number = FORMATS[0], 0
+        self.gone = self.streaming = False
+        self.empty, self.full, self.waiting = [], [], None
+
+    def unplug(self):
+        self.gone = True
+        self.testbed.detach_ioctl(NODE)
+        self.testbed.uevent("/sys" + PLACE, "remove")
+        self.testbed.remove_device("/sys" + PLACE)
+
+    def tick(self):
+        """Time for another frame."""
+        if not self.streaming or self.frozen or self.gone:
+            return True
+        self.number += 1
+        if self.skip:
+            self.skip -= 1
+        elif self.empty:
+            index = self.empty.pop(0)
+            os.pwrite(self.memory, picture(self.number, self.format[2]), index * ROOM)
+            self.full.append((index, self.number, time.clock_gettime(time.CLOCK_MONOTONIC)))
+            if self.waiting:
+                waiting, self.waiting = self.waiting, None
+                waiting.answer(self.dequeue_buffer(waiting))
+        return True
+
+    def on_ioctl(self, base, client):
+        request = Request(client)
+        if request.letter != "V":
+            return False
+        answer = self.answers.get(request.number, lambda request: errno.ENOTTY)
+        error = errno.ENODEV if self.gone else answer(request)
+        if error is not None:
+            request.answer(error)
+        return True
+
+    # what it is and what it has
+
+    def capabilities(self, request):
+        can = 0x04200001  # capture, streaming
+        names = text(b"uvcvideo", 16) + text(b"Speckle Eye", 32) + text(b"usb-0000:00:14.0-4", 32)
+        request.put(0, names + struct.pack("<III", 0x060000, can | 0x80000000, can))
+        return 0
+
+    def one_format(self, request):
+        index, kind = request.words(2)
+        if kind != 1 or index >= len(FORMATS):
+            return errno.EINVAL
+        code, name, _ = FORMATS[index]
+        request.put(8, struct.pack("<I", 0) + text(name, 32) + code)
+        return 0
+
+    def get_format(self, request):
+        if request.words(1) != (1,):
+            return errno.EINVAL
+        line = WIDTH * self.format[2]
+        sizes = struct.pack("<II", WIDTH, HEIGHT) + self.format[0]
+        request.put(8, sizes + struct.pack("<IIIII", 1, line, line * HEIGHT, 8, 0))
+        return 0
+
+    def set_format(self, request):
+        if self.busy:
+            return errno.EBUSY
+        wanted = struct.pack("<I", request.words(1, 16)[0])
+        self.format = next((known for known in FORMATS if known[0] == wanted), self.format)
+        return self.get_format(request)
+
+    def one_size(self, request):
+        if request.words(1) != (0,):
+            return errno.EINVAL
+        request.put(8, struct.pack("<III", 1, WIDTH, HEIGHT))
+        return 0
+
+    def one_rate(self, request):
+        if request.words(1) != (0,):
+            return errno.EINVAL
+        request.put(16, struct.pack("<III", 1, 1, int(RATE)))
+        return 0
+
+    def rate(self, request):
+        request.put(0, struct.pack("<IIIIIII", 1, 0x1000, 0, 1, int(RATE), 0, BUFFERS))
+        return 0
+
+    def one_input(self, request):
+        if request.words(1) != (0,):
+            return errno.EINVAL
+        request.put(0, struct.pack("<I", 0) + text(b"Camera 1", 32) + struct.pack("<I", 2))
+        return 0
+
+    def which_input(self, request):
+        request.put(0, struct.pack("<i", 0))
+        return 0
+
+    # pictures
+
+    def request_buffers(self, request):
+        count, kind, memory = request.words(3)
+        if kind != 1 or memory != 1:
+            return errno.EINVAL
+        if self.busy:
+            return errno.EBUSY
+        if not count:
+            self.empty, self.full = [], []
+        request.put(0, struct.pack("<I", min(count, BUFFERS)))
+        return 0
+
+    def buffer(self, request, index, used, flags, number=0, taken=0.0):
+        seconds, rest = divmod(taken, 1)
+        head = struct.pack("<IIIIIxxxx", index, 1, used, flags, 1)
+        when = struct.pack("<qq16x", int(seconds), int(rest * 1e6))
+        request.put(0, head + when + struct.pack("<IIIxxxxI", number, 1, index * ROOM, ROOM))
+        return 0
+
+    def query_buffer(self, request):
+        (index,) = request.words(1)
+        return self.buffer(request, index, 0, 0x2000) if index < BUFFERS else errno.EINVAL
+
+    def queue_buffer(self, request):
+        (index,) = request.words(1)
+        self.empty.append(index)
+        return self.buffer(request, index, 0, 0x2003)
+
+    def dequeue_buffer(self, request):
+        if not self.full:
+            if self.waiting or not self.streaming:
+                return errno.EAGAIN if self.waiting else errno.EINVAL
+            self.waiting = request
+            GLib.timeout_add(PATIENCE, self.give_up, request)
+            return None
+        index, number, taken = self.full.pop(0)
+        used, flags = WIDTH * HEIGHT * self.format[2], 0x2005
+        if self.torn:
+            used, flags, self.torn = used // 2, flags | 0x40, False
+        return self.buffer(request, index, used, flags, number, taken)
+
+    def give_up(self, request):
+        if self.waiting is request:
+            self.waiting = None
+            request.answer(errno.ENODEV if self.gone else errno.EAGAIN)
+        return False
+
+    def stream_on(self, request):
+        self.streaming = True
+        return 0
+
+    def stream_off(self, request):
+        self.streaming, self.empty, self.full = False, [], []
+        return 0
+
+    # controls
+
+    def query_control(self, request):
+        name = self.named(request.words(1)[0])
+        if name is None:
+            return errno.EINVAL
+        kind, label, least, most, step, value = self.controls[name]
+        numbers = struct.pack("<iiiiI", least, most, step, value, 0)
+        request.put(0, struct.pack("<II", name, kind) + text(label, 32) + numbers)
+        return 0
+
+    def query_long_control(self, request):
+        name = self.named(request.words(1)[0])
+        if name is None:
+            return errno.EINVAL
+        kind, label, least, most, step, value = self.controls[name]
+        numbers = struct.pack("<qqQqIIII", least, most, step, value, 0, 4, 1, 0)
+        request.put(0, struct.pack("<II", name, kind) + text(label, 32) + numbers)
+        return 0
+
+    def named(self, asked):
+        """Control that is asked for by its number, or as the next one after it."""
+        if asked & 0xC0000000:
+            return min((name for name in self.controls if name > asked & 0x0FFFFFFF), default=None)
+        return asked if asked in self.controls else None
+
+    def get_control(self, request):
+        name, _ = request.words(2)
+        if name not in self.controls:
+            return errno.EINVAL
+        request.put(4, struct.pack("<i", self.controls[name][-1]))
+        return 0
+
+    def set_control(self, request):
+        name, value = request.words(2)
+        return self.change(name, value)
+
+    def change(self, name, value):
+        if name not in self.controls:
+            return errno.EINVAL
+        owner, free = OWNERS.get(name, (name, self.controls[name][-1]))
+        if self.controls[owner][-1] != free:
+            return errno.EACCES  # the automatic that owns it is on
+        least, most = self.controls[name][2:4]
+        if not least <= value <= most:
+            return errno.ERANGE
+        self.controls[name][-1] = value
+        return 0
+
+    def get_controls(self, request):
+        return self.each_control(request, lambda name, value: (0, self.controls[name][-1]))
+
+    def set_controls(self, request):
+        return self.each_control(request, lambda name, value: (self.change(name, value), value))
+
+    def each_control(self, request, act):
+        count = request.words(2)[1]
+        if not count:
+            return 0
+        entries = request.structure.resolve(24, 20 * count)
+        content = bytes(entries.retrieve())
+        for index in range(count):
+            name, _, _, value = struct.unpack_from("<IIIi", content, 20 * index)
+            if name not in self.controls:
+                return errno.EINVAL
+            error, value = act(name, value)
+            if error:
+                return error
+            entries.update(20 * index + 12, list(struct.pack("<i", value)))
+        return 0
+
+    # what goes wrong
+
+    def obey(self, word):
+        match word:
+            case "unplug":
+                self.unplug()
+            case "plug":
+                self.plug()
+            case "freeze" | "thaw":
+                self.frozen = word == "freeze"
+            case "busy" | "free":
+                self.busy = word == "busy"
+            case "tear":
+                self.torn = True
+            case "skip":
+                self.skip = 5
+
+
+def main():
+    testbed = UMockdev.Testbed.new()
+    camera = EmulatedCamera(testbed)
+    GLib.timeout_add(int(1000 / RATE), camera.tick)
+    loop = GLib.MainLoop()
+
+    def on_words(stdin, condition):
+        words = os.read(stdin, 4096).decode().split()
+        if not words:
+            loop.quit()
+        for word in words:
+            camera.obey(word)
+            tell("done")
+        return bool(words)
+
+    GLib.unix_fd_add_full(0, 0, GLib.IOCondition.IN | GLib.IOCondition.HUP, on_words)
+    tell(testbed.get_root_dir())
+    loop.run()
+
+
+main()
