@@ -1,0 +1,130 @@
+"""A folder of pictures or a video in the place of a camera, one picture after the other."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+import dic
+from rig.camera.controls import Setting
+from rig.source import Frame
+
+SUFFIXES = {".png", ".tif", ".tiff", ".bmp", ".jpg", ".jpeg", ".pgm"}
+
+
+class Pictures:
+    """A `Device` that gives grey pictures in order, at a pace or as fast as they are read.
+
+    Parameters
+    ----------
+    name : str
+        What the user knows the source by.
+    pictures : iterator of (H, W) uint8
+    rate : float or None, frames a second
+        Pictures that come late keep their number and their turn; None waits for nothing.
+    """
+
+    settings: tuple[Setting, ...] = ()
+
+    def __init__(self, name: str, pictures: Iterator[NDArray[np.uint8]], rate: float | None):
+        self.name = name
+        self._pictures = pictures
+        self._period = 1.0 / rate if rate else 0.0
+        self._start: float | None = None
+        self._number = 0
+
+    def read(self, timeout: float) -> Frame | None:
+        """See `Device.read`."""
+        now = time.monotonic()
+        self._start = now if self._start is None else self._start
+        wait = self._start + self._number * self._period - now
+        if wait > timeout:
+            time.sleep(timeout)
+            return None
+        time.sleep(max(0.0, wait))
+        image = next(self._pictures, None)
+        if image is None:
+            raise EOFError(f"{self.name} has ended after {self._number} pictures")
+        self._number += 1
+        return Frame(self._number - 1, time.monotonic(), image)
+
+    def close(self) -> None:
+        """See `Device.close`."""
+
+
+def open_folder(folder: str | Path, rate: float | None = None) -> Pictures:
+    """Open the pictures of a folder, in the order of the numbers in their names.
+
+    Parameters
+    ----------
+    folder : str or Path
+        With grey pictures of 8 bit.
+    rate : float or None, frames a second
+        Pace; None gives each picture as soon as it is asked for.
+
+    Raises
+    ------
+    OSError
+        If there is no such folder, or no picture in it; later, if a picture is damaged.
+    ValueError
+        If the rate is not positive.
+    """
+    _check_rate(rate)
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise OSError(f"folder {folder} does not exist; check the path")
+    paths = sorted((p for p in folder.iterdir() if p.suffix.lower() in SUFFIXES), key=_in_order)
+    if not paths:
+        raise OSError(f"folder {folder} holds no pictures; PNG, TIFF, BMP and JPEG are read")
+    return Pictures(str(folder), map(_read_grey, paths), rate)
+
+
+def open_video(path: str | Path, rate: float | None = None) -> Pictures:
+    """Open a video file; its colours become brightness. Parameters as in `open_folder`.
+
+    Raises
+    ------
+    OSError
+        If the file does not exist or holds no video that OpenCV reads.
+    ValueError
+        If the rate is not positive.
+    """
+    import cv2
+
+    _check_rate(rate)
+    if not Path(path).is_file():
+        raise OSError(f"video {path} does not exist; check the path")
+    capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+    if not capture.isOpened():
+        raise OSError(f"{path} is no video that can be read; convert it to AVI or MP4")
+
+    def pictures() -> Iterator[NDArray[np.uint8]]:
+        while True:
+            there, picture = capture.read()
+            if not there:
+                return capture.release()
+            yield np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.uint8)
+
+    return Pictures(str(path), pictures(), rate)
+
+
+def _check_rate(rate: float | None) -> None:
+    if rate is not None and not rate > 0:
+        raise ValueError(f"rate must be positive, got {rate:g} frames a second; give 30 or None")
+
+
+def _in_order(path: Path) -> list[str | int]:
+    """Sorting key: frame 9 comes before frame 10."""
+    return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", path.name)]
+
+
+def _read_grey(path: Path) -> NDArray[np.uint8]:
+    image = dic.read_image(path)
+    if image.dtype != np.uint8:
+        raise OSError(f"picture {path} has {image.dtype} values; convert it to 8 bit")
+    return image

@@ -1,0 +1,163 @@
+"""The grab thread, on devices that the test plays."""
+
+import threading
+import time
+from queue import Empty, Queue
+
+import numpy as np
+import pytest
+
+from rig.camera import Camera, InOrder
+from rig.source import Frame
+
+SECONDS = 10.0
+
+
+class Played:
+    """A device that reads what the test puts into its queue: frames, and errors to raise."""
+
+    name = "played"
+    settings = ()
+
+    def __init__(self):
+        self.queue = Queue()
+        self.closed = False
+
+    def put(self, number, shape=(4, 6)):
+        self.queue.put(Frame(number, time.monotonic(), np.full(shape, number % 256, np.uint8)))
+
+    def read(self, timeout):
+        try:
+            item = self.queue.get(timeout=timeout)
+        except Empty:
+            return None
+        if isinstance(item, Exception):
+            raise item
+        return item
+
+    def close(self):
+        self.closed = True
+
+
+def wait_for(condition):
+    end = time.monotonic() + SECONDS
+    while not condition():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.005)
+
+
+def test_each_grab_gives_a_frame_that_was_not_given_before():
+    device = Played()
+    with Camera(lambda: device) as camera:
+        device.put(0)
+        assert camera.grab(SECONDS).sequence == 0
+        assert camera.grab(0.05) is None
+        device.put(1)
+        assert camera.grab(SECONDS).sequence == 1
+    assert device.closed
+
+
+def test_what_the_device_lost_and_what_came_too_fast_both_count_as_dropped():
+    device = Played()
+    with Camera(lambda: device) as camera:
+        device.put(10)
+        camera.grab(SECONDS)
+        for number in (11, 12, 15):  # 13 and 14 were lost before they came here
+            device.put(number)
+        wait_for(lambda: device.queue.empty())
+        time.sleep(0.05)
+        assert camera.grab(SECONDS).sequence == 5
+        assert camera.dropped == 4
+
+
+def test_a_picture_of_another_size_is_left_out_and_said():
+    device = Played()
+    with Camera(lambda: device) as camera:
+        device.put(0)
+        device.put(1, shape=(6, 4))
+        wait_for(lambda: camera.refused == 1)
+        assert camera.status == ("a picture of 4 × 6 px came instead of 6 × 4 px; it is left out")
+        device.put(2)
+        wait_for(lambda: camera.grab(0.1) is not None)
+
+
+def test_numbers_go_on_when_the_device_comes_back():
+    devices = [Played(), Played()]
+    first, second = devices
+    with Camera(lambda: devices.pop(0)) as camera:
+        first.put(7)
+        first.put(8)
+        wait_for(lambda: first.queue.empty())
+        first.queue.put(OSError("the cable is out"))
+        wait_for(lambda: camera.outages == 1)
+        second.put(0)
+        wait_for(lambda: camera.status == "played is open again")
+        time.sleep(0.05)
+        assert camera.grab(SECONDS).sequence == 2
+        assert first.closed
+
+
+def test_the_reason_why_it_does_not_open_again_is_the_status():
+    device = Played()
+    opened = iter([device])
+
+    def opening():
+        for it in opened:
+            return it
+        raise OSError("there is no camera any more")
+
+    with Camera(opening) as camera:
+        device.queue.put(OSError("the cable is out"))
+        wait_for(lambda: camera.status == "there is no camera any more")
+        assert camera.outages == 1
+
+
+def test_a_camera_that_does_not_open_at_first_is_an_error():
+    def opening():
+        raise OSError("no camera at /dev/video0")
+
+    with pytest.raises(OSError, match="no camera at /dev/video0"):
+        Camera(opening)
+
+
+def test_a_silent_device_is_opened_anew_by_the_clock():
+    seconds = [0.0]
+    devices = [Played(), Played()]
+    first, second = devices
+    with Camera(lambda: devices.pop(0), lambda: seconds[0]) as camera:
+        first.put(0)
+        assert camera.grab(SECONDS) is not None
+        seconds[0] = 1.5
+        wait_for(lambda: camera.outages == 1)
+        assert first.closed
+        second.put(0)
+        assert camera.grab(SECONDS).sequence == 1
+
+
+def test_the_end_of_a_source_ends_the_wait():
+    device = Played()
+    device.put(0)
+    device.queue.put(EOFError("the film is over"))
+    with Camera(lambda: device) as camera:
+        wait_for(lambda: camera.status == "the film is over")
+        assert camera.grab(SECONDS).sequence == 0
+        before = time.monotonic()
+        assert camera.grab(SECONDS) is None
+        assert time.monotonic() - before < SECONDS / 2
+
+
+def test_closing_ends_the_thread():
+    camera = Camera(Played)
+    assert any(thread.name == "camera" for thread in threading.enumerate())
+    camera.close()
+    assert not any(thread.name == "camera" for thread in threading.enumerate())
+
+
+def test_in_order_leaves_nothing_out():
+    device = Played()
+    for number in range(3):
+        device.put(number)
+    device.queue.put(EOFError("over"))
+    source = InOrder(device)
+    assert [source.grab(1.0).sequence for _ in range(3)] == [0, 1, 2]
+    assert source.grab(1.0) is None

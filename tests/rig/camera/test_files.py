@@ -1,0 +1,79 @@
+import time
+
+import cv2
+import numpy as np
+import pytest
+from PIL import Image
+
+from rig.camera import Camera, InOrder
+from rig.camera.files import open_folder, open_video
+
+SHAPE = (32, 48)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Pictures 8 to 11, whose grey level is their number."""
+    for number in range(8, 12):
+        Image.fromarray(np.full(SHAPE, number, np.uint8)).save(tmp_path / f"frame_{number}.png")
+    (tmp_path / "notes.txt").write_text("no picture")
+    return tmp_path
+
+
+def test_pictures_come_in_the_order_of_their_numbers_and_end(folder):
+    source = InOrder(open_folder(folder))
+    frames = [source.grab(1.0) for _ in range(4)]
+    assert [frame.image[0, 0] for frame in frames] == [8, 9, 10, 11]
+    assert [frame.sequence for frame in frames] == [0, 1, 2, 3]
+    assert frames[0].image.shape == SHAPE
+    assert source.grab(1.0) is None
+
+
+def test_a_folder_plays_as_a_camera_at_its_rate(folder):
+    with Camera(lambda: open_folder(folder, rate=20)) as camera:
+        frames = []
+        while frame := camera.grab(5.0):
+            frames.append(frame)
+        assert camera.status == f"{folder} has ended after 4 pictures"
+    assert frames[-1].captured - frames[0].captured == pytest.approx(0.15, abs=0.1)
+
+
+def test_a_picture_that_is_not_due_is_waited_for_no_longer_than_asked(folder):
+    pictures = open_folder(folder, rate=0.1)
+    assert pictures.read(0.1) is not None
+    before = time.monotonic()
+    assert pictures.read(0.05) is None
+    assert time.monotonic() - before < 2
+
+
+def test_a_video_gives_its_frames_in_grey(tmp_path):
+    path = tmp_path / "film.avi"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"FFV1"), 25.0, SHAPE[::-1])
+    for number in range(5):
+        writer.write(np.full((*SHAPE, 3), 40 * number, np.uint8))
+    writer.release()
+    source = InOrder(open_video(path))
+    frames = [source.grab(1.0) for _ in range(5)]
+    assert [frame.image[5, 5] for frame in frames] == pytest.approx([0, 40, 80, 120, 160], abs=1)
+    assert frames[0].image.shape == SHAPE
+    assert source.grab(1.0) is None
+
+
+def test_what_is_not_there_or_no_picture_is_one_sentence(tmp_path):
+    with pytest.raises(OSError, match=r"nowhere does not exist; check the path"):
+        open_folder(tmp_path / "nowhere")
+    with pytest.raises(OSError, match="holds no pictures"):
+        open_folder(tmp_path)
+    with pytest.raises(OSError, match=r"video .* does not exist"):
+        open_video(tmp_path / "film.avi")
+    (tmp_path / "text.avi").write_text("no video")
+    with pytest.raises(OSError, match="is no video that can be read"):
+        open_video(tmp_path / "text.avi")
+    with pytest.raises(ValueError, match="rate must be positive, got 0 frames a second"):
+        open_folder(tmp_path, rate=0)
+
+
+def test_a_picture_of_16_bit_is_one_sentence(tmp_path):
+    Image.fromarray(np.zeros(SHAPE, np.uint16)).save(tmp_path / "deep.png")
+    with pytest.raises(OSError, match="has uint16 values; convert it to 8 bit"):
+        open_folder(tmp_path).read(1.0)
