@@ -1,0 +1,172 @@
+"""Controls of a UVC camera by class requests, for one that no driver of the system holds.
+
+While the kernel's driver streams it owns the camera, and controls are set through it
+(`rig.camera.opencv`, `rig.camera.v4l2`). Here the driver is detached, which stops the pictures:
+for cameras with a driver of their own, and to set one up before the system sees it. Numbers are
+those of the USB Device Class Definition for Video Devices 1.5, tables A-12, A-13 and section 4.2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import usb.core
+import usb.util
+from usb.backend import IBackend
+
+from rig.camera.controls import Knob
+from rig.usb.devices import VIDEO, Opened, UsbDevice, find_device
+from rig.usb.faults import faults
+
+CONTROL_SUBCLASS = 1
+CLASS_SPECIFIC = 0x24  # descriptor of an interface's own class
+INPUT_TERMINAL, PROCESSING_UNIT = 2, 5
+CAMERA_TERMINAL = 0x0201
+SET, GET = 0x01, 0x81  # SET_CUR, GET_CUR
+OUT, IN = 0x21, 0xA1  # class request to an interface
+PATIENCE = 500  # ms
+MANUAL_MODE = 1
+
+
+@dataclass(frozen=True)
+class Control:
+    """A control: whether the processing unit has it (else the camera), selector and bytes."""
+
+    processing: bool
+    selector: int
+    size: int
+    step: float = 1.0
+
+
+VALUES = {
+    Knob.EXPOSURE: Control(False, 0x04, 4, 1e-4),
+    Knob.GAIN: Control(True, 0x04, 2),
+    Knob.FOCUS: Control(False, 0x06, 2),
+    Knob.WHITE_BALANCE: Control(True, 0x0A, 2),
+}
+AUTOMATICS = {
+    Knob.EXPOSURE: (Control(False, 0x02, 1), MANUAL_MODE),
+    Knob.FOCUS: (Control(False, 0x08, 1), 0),
+    Knob.WHITE_BALANCE: (Control(True, 0x0B, 1), 0),
+}
+"""Control that sets each knob by itself, and its value when it does not."""
+
+
+class UvcPort:
+    """Controls of a detached camera; see `rig.camera.controls.Port`."""
+
+    def __init__(self, device: Opened, interface: int, camera: int, processing: int):
+        self._device = device
+        self._interface = interface
+        self._units = {False: camera, True: processing}
+
+    def manual(self, knob: Knob) -> bool:
+        """See `Port.manual`."""
+        if knob not in AUTOMATICS:
+            return True
+        automatic, off = AUTOMATICS[knob]
+        if self._get(automatic) is None:
+            return True
+        self._set(automatic, off)
+        return self._get(automatic) == off
+
+    def read(self, knob: Knob) -> float | None:
+        """See `Port.read`."""
+        value = self._get(VALUES[knob])
+        return None if value is None else value * VALUES[knob].step
+
+    def write(self, knob: Knob, value: float) -> bool:
+        """See `Port.write`."""
+        return self._set(VALUES[knob], round(value / VALUES[knob].step))
+
+    def _address(self, control: Control) -> tuple[int, int]:
+        """Return wValue and wIndex of a request."""
+        return control.selector << 8, self._units[control.processing] << 8 | self._interface
+
+    def _get(self, control: Control) -> int | None:
+        try:
+            answer = self._device.ctrl_transfer(
+                IN, GET, *self._address(control), control.size, PATIENCE
+            )
+        except usb.core.USBError:  # it stalls what it does not have
+            return None
+        return int.from_bytes(bytes(answer), "little")
+
+    def _set(self, control: Control, value: int) -> bool:
+        try:
+            data = value.to_bytes(control.size, "little")
+            self._device.ctrl_transfer(OUT, SET, *self._address(control), data, PATIENCE)
+        except (usb.core.USBError, OverflowError):  # stalled, or more than it has bytes for
+            return False
+        return True
+
+
+@contextmanager
+def open_uvc(device: UsbDevice, backend: IBackend | None = None) -> Iterator[UvcPort]:
+    """Take a camera from its driver and give its controls; the driver has it back afterwards.
+
+    Raises
+    ------
+    OSError
+        If it is not there, may not be used, is in use or is no UVC camera.
+    """
+    found = find_device(device, backend)
+    with faults(device.label):
+        interface = _control_interface(found)
+    if interface is None:
+        raise OSError(f"{device.label} is no UVC camera; name one that 'touchplate doctor' lists")
+    number = interface.bInterfaceNumber
+    with faults(device.label):
+        detached = _has_driver(found, number)
+        if detached:
+            found.detach_kernel_driver(number)
+        usb.util.claim_interface(found, number)
+    try:
+        yield UvcPort(found, number, *_units(bytes(interface.extra_descriptors)))
+    finally:
+        usb.util.dispose_resources(found)
+        if detached:
+            _give_back(found, number)
+
+
+def _control_interface(found: Opened) -> Any:
+    """Interface that takes the controls of a camera; None if it has none."""
+    for configuration in found:
+        for interface in configuration:
+            kind = (interface.bInterfaceClass, interface.bInterfaceSubClass)
+            if kind == (VIDEO, CONTROL_SUBCLASS):
+                return interface
+    return None
+
+
+def _units(descriptors: bytes) -> tuple[int, int]:
+    """Numbers of camera terminal and processing unit; 0, which nothing has, where absent."""
+    camera = processing = start = 0
+    while start + 3 < len(descriptors):
+        length, kind, subtype, number = descriptors[start : start + 4]
+        if kind == CLASS_SPECIFIC and subtype == PROCESSING_UNIT:
+            processing = number
+        if kind == CLASS_SPECIFIC and subtype == INPUT_TERMINAL:
+            terminal = int.from_bytes(descriptors[start + 4 : start + 6], "little")
+            camera = number if terminal == CAMERA_TERMINAL else camera
+        start += max(1, length)
+    return camera, processing
+
+
+def _has_driver(found: Opened, interface: int) -> bool:
+    try:
+        return bool(found.is_kernel_driver_active(interface))
+    except NotImplementedError:  # systems whose kernel lets nobody ask
+        return False
+
+
+def _give_back(found: Opened, interface: int) -> None:
+    try:
+        found.attach_kernel_driver(interface)
+    except usb.core.USBError:  # unplugged meanwhile: the driver finds it when it comes back
+        pass
+    finally:
+        usb.util.dispose_resources(found)

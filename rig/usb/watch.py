@@ -1,0 +1,119 @@
+"""Plugging in and out, seen by looking again: libusb tells pyusb nothing by itself."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Literal
+
+import usb.util
+from usb.backend import IBackend
+
+from rig.usb.devices import UsbDevice, find_device, list_devices
+from rig.usb.faults import faults
+
+Look = Callable[[], tuple[UsbDevice, ...]]
+PAUSE = 0.1  # s between looks; one takes about a millisecond
+
+
+@dataclass(frozen=True)
+class Change:
+    """A device that came or went."""
+
+    kind: Literal["plugged", "unplugged"]
+    device: UsbDevice
+
+    @property
+    def sentence(self) -> str:
+        """What happened, for the user."""
+        return f"{self.device.label} was {'plugged in' if self.kind == 'plugged' else 'unplugged'}"
+
+
+class Watch:
+    """Remembers what was there at the last look.
+
+    Parameters
+    ----------
+    look : callable
+        Lists the devices; the first look is taken at once.
+    """
+
+    def __init__(self, look: Look = list_devices):
+        self._look = look
+        self._seen = set(look())
+
+    def changes(self) -> tuple[Change, ...]:
+        """Look again; what went comes before what came.
+
+        A device that was out and in again between two looks has a new address and shows as both.
+        """
+        now = set(self._look())
+        gone, come = self._seen - now, now - self._seen
+        self._seen = now
+        return (
+            *(Change("unplugged", device) for device in sorted(gone, key=_by_place)),
+            *(Change("plugged", device) for device in sorted(come, key=_by_place)),
+        )
+
+
+def wait_for(
+    vendor: int, product: int, timeout: float, look: Look = list_devices, serial: str | None = None
+) -> UsbDevice:
+    """Wait until a device is there.
+
+    Parameters
+    ----------
+    vendor, product : int
+    timeout : float, s
+    look : callable
+    serial : str or None
+        Of one of several; None takes the first.
+
+    Raises
+    ------
+    OSError
+        If it does not come in time.
+    """
+    end = time.monotonic() + timeout
+    while True:
+        for device in look():
+            if (device.vendor, device.product) == (vendor, product) and (
+                serial is None or device.serial == serial
+            ):
+                return device
+        if time.monotonic() > end:
+            raise OSError(
+                f"no device {vendor:04x}:{product:04x} came within {timeout:g} s; plug it in"
+            )
+        time.sleep(PAUSE)
+
+
+def reset(device: UsbDevice, timeout: float = 5.0, backend: IBackend | None = None) -> UsbDevice:
+    """Reset a device that hangs, as if it were plugged out and in; gives it as it came back.
+
+    Parameters
+    ----------
+    device : UsbDevice
+    timeout : float, s
+        That it gets to come back.
+    backend : usb.backend.IBackend or None
+
+    Raises
+    ------
+    OSError
+        If it may not be reset, was unplugged or does not come back.
+    """
+    found = find_device(device, backend)
+    with faults(device.label):
+        try:
+            found.reset()
+        finally:
+            usb.util.dispose_resources(found)
+    look = partial(list_devices, backend)
+    return wait_for(device.vendor, device.product, timeout, look, device.serial)
+
+
+def _by_place(device: UsbDevice) -> tuple[int, tuple[int, ...]]:
+    return device.bus, device.ports

@@ -1,0 +1,226 @@
+"""A bus of devices that are written in Python, for the real pyusb."""
+
+import array
+import errno
+import struct
+from types import SimpleNamespace
+
+import pytest
+import usb.backend
+import usb.core
+
+STALL, GONE, DENIED, BUSY = errno.EPIPE, errno.ENODEV, errno.EACCES, errno.EBUSY
+
+
+def failure(number):
+    return usb.core.USBError(errno.errorcode[number], None, number)
+
+
+class Toy:
+    """A device: numbers, texts, interfaces of (class, subclass, extra descriptors), and answers.
+
+    `control(kind, request, value, index, data)` gets the bytes that are sent, or the number that
+    is asked for, and returns bytes; None stalls.
+    """
+
+    def __init__(
+        self, vendor=0x1209, product=1, serial="S1", name="Toy", ports=(4,), interfaces=()
+    ):
+        self.vendor, self.product, self.ports = vendor, product, ports
+        self.texts = {1: name, 2: serial}
+        self.interfaces = interfaces or ((0xFF, 0, b""),)
+        self.address, self.bus = 5, 1
+        self.denied = self.hangs = False
+        self.driver = set()
+        self.claimed = set()
+        self.resets = 0
+
+    def control(self, kind, request, value, index, data):
+        return None
+
+    def answer(self, kind, request, value, index, data):
+        if (kind, request, value >> 8) == (0x80, 6, 3):  # a text of the device
+            if not value & 0xFF:
+                return b"\4\3\x09\4"
+            text = self.texts[value & 0xFF].encode("utf-16-le")
+            return bytes([len(text) + 2, 3]) + text
+        return self.control(kind, request, value, index, data)
+
+
+class Bus(usb.backend.IBackend):
+    """What pyusb asks a system for, answered by toys that can be plugged in and out."""
+
+    def __init__(self, *toys):
+        self.toys = list(toys)
+
+    def enumerate_devices(self):
+        return iter(list(self.toys))
+
+    def get_parent(self, dev):
+        return None
+
+    def get_device_descriptor(self, dev):
+        return SimpleNamespace(
+            bLength=18, bDescriptorType=1, bcdUSB=0x200, bDeviceClass=0, bDeviceSubClass=0,
+            bDeviceProtocol=0, bMaxPacketSize0=64, idVendor=dev.vendor, idProduct=dev.product,
+            bcdDevice=0x100, iManufacturer=0, iProduct=1, iSerialNumber=2, bNumConfigurations=1,
+            address=dev.address, bus=dev.bus, port_number=dev.ports[-1], port_numbers=dev.ports,
+            speed=3,
+        )  # fmt: skip
+
+    def get_configuration_descriptor(self, dev, config):
+        return SimpleNamespace(
+            bLength=9, bDescriptorType=2, wTotalLength=9, bNumInterfaces=len(dev.interfaces),
+            bConfigurationValue=1, iConfiguration=0, bmAttributes=0x80, bMaxPower=50,
+            extra_descriptors=[],
+        )  # fmt: skip
+
+    def get_interface_descriptor(self, dev, intf, alt, config):
+        if alt:
+            raise IndexError(alt)
+        code, subclass, extra = dev.interfaces[intf]
+        return SimpleNamespace(
+            bLength=9, bDescriptorType=4, bInterfaceNumber=intf, bAlternateSetting=0,
+            bNumEndpoints=0, bInterfaceClass=code, bInterfaceSubClass=subclass,
+            bInterfaceProtocol=0, iInterface=0, extra_descriptors=list(extra),
+        )  # fmt: skip
+
+    def open_device(self, dev):
+        self.require(dev)
+        if dev.denied:
+            raise failure(DENIED)
+        return dev
+
+    def close_device(self, dev_handle):
+        pass
+
+    def get_configuration(self, dev_handle):
+        return 1
+
+    def claim_interface(self, dev_handle, intf):
+        if intf in dev_handle.driver:
+            raise failure(BUSY)
+        dev_handle.claimed.add(intf)
+
+    def release_interface(self, dev_handle, intf):
+        dev_handle.claimed.discard(intf)
+
+    def is_kernel_driver_active(self, dev_handle, intf):
+        return intf in dev_handle.driver
+
+    def detach_kernel_driver(self, dev_handle, intf):
+        dev_handle.driver.discard(intf)
+
+    def attach_kernel_driver(self, dev_handle, intf):
+        self.require(dev_handle)
+        dev_handle.driver.add(intf)
+
+    def reset_device(self, dev_handle):
+        self.require(dev_handle)
+        dev_handle.resets += 1
+        dev_handle.hangs = False
+        dev_handle.address += 1
+
+    def ctrl_transfer(self, dev_handle, bmRequestType, bRequest, wValue, wIndex, data, timeout):
+        self.require(dev_handle)
+        if dev_handle.hangs:
+            raise usb.core.USBTimeoutError("timed out", None, errno.ETIMEDOUT)
+        sent = bytes(data) if bmRequestType < 0x80 else len(data)
+        answer = dev_handle.answer(bmRequestType, bRequest, wValue, wIndex, sent)
+        if answer is None:
+            raise failure(STALL)
+        if bmRequestType < 0x80:
+            return len(data)
+        answer = answer[: len(data)]
+        data[: len(answer)] = array.array("B", answer)
+        return len(answer)
+
+    def require(self, toy):
+        if toy not in self.toys:
+            raise failure(GONE)
+
+
+class Light(Toy):
+    """A board that speaks the protocol of `rig.usb.board`, with three outputs."""
+
+    def __init__(self, **options):
+        super().__init__(name="Light", **options)
+        self.levels, self.strobes, self.triggers = {}, {}, {}
+        self.given, self.version = 0, 1
+
+    def control(self, kind, request, value, index, data):
+        match kind, request:
+            case 0xC0, 1:
+                return struct.pack("<3sBB3x", b"TPB", self.version, 3)
+            case 0xC0, 5:
+                return struct.pack("<III", self.given, 2, 1_500_000)
+            case 0x40, 2:
+                self.levels[index] = value
+            case 0x40, 3:
+                self.strobes[index] = struct.unpack("<II", data)
+            case 0x40, 4:
+                self.triggers[index] = struct.unpack("<III", data)
+            case 0x40, 6:
+                self.levels, self.strobes, self.triggers = {}, {}, {}
+            case _:
+                return None
+        return b""
+
+
+class Webcam(Toy):
+    """A UVC camera whose controls are those of the class definition: selector to size and value."""
+
+    TERMINAL, PROCESSING = 7, 9
+
+    def __init__(self, **options):
+        header = bytes([13, 0x24, 1, 0x10, 1, 40, 0, 0, 0, 0, 0, 1, 1])
+        terminal = bytes([18, 0x24, 2, self.TERMINAL, 1, 2, 0, 0, *(0,) * 6, 3, 0x2A, 0, 2])
+        processing = bytes([11, 0x24, 5, self.PROCESSING, self.TERMINAL, 0, 0, 2, 0x40, 0x12, 0])
+        interfaces = ((0x0E, 1, header + terminal + processing), (0x0E, 2, b""))
+        super().__init__(name="Eye", interfaces=interfaces, **options)
+        self.driver = {0, 1}
+        self.controls = {
+            (7, 2): [1, 8], (7, 4): [4, 250], (7, 6): [2, 30], (7, 8): [1, 1],
+            (9, 4): [2, 16], (9, 10): [2, 4600], (9, 11): [1, 1],
+        }  # fmt: skip
+
+    def control(self, kind, request, value, index, data):
+        control = self.controls.get((index >> 8, value >> 8))
+        if control is None or index & 0xFF != 0:
+            return None
+        if (kind, request) == (0xA1, 0x81):
+            return control[1].to_bytes(control[0], "little")
+        if (
+            (kind, request) != (0x21, 1)
+            or len(data) != control[0]
+            or self.locked(value >> 8, index)
+        ):
+            return None
+        control[1] = int.from_bytes(data, "little")
+        return b""
+
+    def locked(self, selector, index):
+        """Whether the automatic that owns a control is on."""
+        owners = {(7, 4): ((7, 2), 1), (7, 6): ((7, 8), 0), (9, 10): ((9, 11), 0)}
+        owner, free = owners.get((index >> 8, selector), (None, None))
+        return owner is not None and self.controls[owner][1] != free
+
+
+@pytest.fixture
+def make_bus():
+    return Bus
+
+
+@pytest.fixture
+def toy():
+    return Toy
+
+
+@pytest.fixture
+def light():
+    return Light()
+
+
+@pytest.fixture
+def webcam():
+    return Webcam(ports=(2, 3), serial="E7")
