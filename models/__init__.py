@@ -14,10 +14,13 @@ if TYPE_CHECKING:
     from models.dataset import Dataset as Dataset
     from models.dataset_file import DatasetFile as DatasetFile
     from models.dataset_file import begin_dataset as begin_dataset
+    from models.descent import covariance as covariance
     from models.estimate import Estimate as Estimate
     from models.estimate import Result as Result
     from models.forward import Forward as Forward
-    from models.forward import gauges as gauges
+    from models.forward import LinearForward as LinearForward
+    from models.knowledge import Prior as Prior
+    from models.knowledge import prior as prior
     from models.matching import match as match
     from models.net import NetOptions as NetOptions
     from models.net import predict as predict
@@ -35,6 +38,7 @@ if TYPE_CHECKING:
     from models.search import prepare_search as prepare_search
     from models.solver import find as find
     from models.solver import solve as solve
+    from models.strain_gauges import gauges as gauges
     from models.strain_map import StrainMap as StrainMap
     from models.strain_map import see_strain as see_strain
 
@@ -43,8 +47,11 @@ _HOMES = {
     "bound": ("cramer_rao", "pixel_level"),
     "dataset": ("Dataset",),
     "dataset_file": ("DatasetFile", "begin_dataset"),
+    "descent": ("covariance",),
     "estimate": ("Estimate", "Result"),
-    "forward": ("Forward", "gauges"),
+    "forward": ("Forward", "LinearForward"),
+    "strain_gauges": ("gauges",),
+    "knowledge": ("Prior", "prior"),
     "matching": ("match",),
     "net": ("NetOptions", "predict"),
     "pattern": ("Motions", "Pattern", "see_motions", "see_pattern"),

@@ -47,4 +47,5 @@ def cramer_rao(pattern: Pattern, touches: NDArray, noise: float) -> NDArray[np.f
     -------
     (3n, 3n) float64, mm and N
     """
-    return covariance(pattern.forward(noise), np.asarray(touches, dtype=np.float64))
+    touches = np.asarray(touches, dtype=np.float64)
+    return covariance(pattern.forward(noise).read(touches)[1])

@@ -1,39 +1,51 @@
 """Least squares on a forward model: Levenberg-Marquardt on x, y, F of every touch.
 
-After Marquardt (1963), with the exact Jacobian; places stay on the plate and forces push.
+After Marquardt (1963), with the exact Jacobian; places stay on the plate and forces push. One loop
+serves all forward models: compiled for those that are linear in force, as it stands for others.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
+from numba import njit
+from numba.extending import overload
 from numpy.typing import NDArray
 
-from models.forward import Forward
+from models.forward import Forward, LinearForward
+from models.knowledge import FLAT, Prior
+from models.table import read_touches
 
 STEPS = 100  # at most; five are usual
 SETTLED = 1e-6  # fall of χ² below which a fit has settled: a thousandth of a standard deviation
 SINGULAR = 1e-14  # of the Fisher matrix of unit diagonal: less is what rounding leaves
 
 
-def predict(forward: Forward, touches: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Measurement under touches (n, 3), (m,), and its derivative in x1, y1, F1, x2, …, (m, 3n)."""
-    response = forward.response(touches[:, :2])
-    gradient = forward.gradient(touches[:, :2]) * touches[:, 2, None, None]
-    columns = np.concatenate([gradient, response[:, :, None]], axis=2)  # (n, m, 3)
-    jacobian = columns.transpose(1, 0, 2).reshape(response.shape[1], touches.size)
-    return touches[:, 2] @ response, jacobian
+class Fit(NamedTuple):
+    """Touches and what they leave of a measurement.
 
+    Attributes
+    ----------
+    touches : (n, 3) float64, mm, mm, N
+    residual : (m,) float64
+        Whitened measurement less what the touches explain.
+    jacobian : (3n, m) float64
+        Derivatives of the measurement in x1, y1, F1, x2, …
+    chi2 : float
+        Sum of squares of the residual and of what priors pull.
+    """
 
-def chi2(measured: NDArray, forward: Forward, touches: NDArray) -> float:
-    """Sum of squares that touches (n, 3) leave of a whitened measurement (m,)."""
-    left = measured - touches[:, 2] @ forward.response(touches[:, :2])
-    return float(left @ left)
+    touches: NDArray[np.float64]
+    residual: NDArray[np.float64]
+    jacobian: NDArray[np.float64]
+    chi2: float
 
 
 def descend(
-    measured: NDArray, forward: Forward, touches: NDArray, bounds: NDArray
-) -> NDArray[np.float64]:
-    """Touches (n, 3) of least χ² that lie downhill of `touches`.
+    measured: NDArray, forward: Forward, touches: NDArray, bounds: NDArray, prior: Prior = FLAT
+) -> Fit:
+    """Touches of least χ² that lie downhill of `touches`.
 
     Parameters
     ----------
@@ -44,18 +56,69 @@ def descend(
         x, y, F to start from.
     bounds : (2, 2) float64, mm
         Lower and upper corner of the places that a touch may take; forces stay 0 or more.
+    prior : Prior
     """
-    damping, (predicted, jacobian) = 1e-4, predict(forward, touches)
+    low, high = np.append(bounds[0], 0.0), np.append(bounds[1], np.inf)
+    begun = np.clip(touches, low, high)
+    if isinstance(forward, LinearForward):
+        return Fit(*_compiled(forward.table, measured, begun, low, high, *prior))
+    return Fit(*_descend(forward, measured, begun, low, high, *prior))
+
+
+def covariance(jacobian: NDArray, precision: NDArray = FLAT.precision) -> NDArray[np.float64]:
+    """Inverse Fisher matrix of x, y, F of each touch, (3n, 3n) mm and N.
+
+    Where the measurement says nothing the variance is finite and huge, so that the other touches
+    keep theirs.
+
+    Parameters
+    ----------
+    jacobian : (3n, m) float64
+        Of the whitened measurement.
+    precision : (3,) float64
+        Of the prior.
+    """
+    return _inverse_fisher(jacobian, precision)
+
+
+def _read(model: Forward, touches: NDArray) -> tuple[NDArray, NDArray]:
+    return model.read(touches)
+
+
+@overload(_read)
+def _compile_read(model, touches):
+    """In compiled code the model is a `Table`."""
+    return lambda model, touches: read_touches(model, touches)
+
+
+def _descend(
+    model, measured: NDArray, touches: NDArray, low: NDArray, high: NDArray, mean, precision
+):
+    """Run the loop; in the part of NumPy that numba compiles. `model` is a Forward or a Table."""
+    damping = 1e-4
+    predicted, jacobian = _read(model, touches)
     residual = measured - predicted
+    away = mean - touches
+    cost = residual @ residual + (precision * away**2).sum()
+    stiff = np.zeros_like(touches)
+    stiff += precision
+    stiff = stiff.ravel()
     for _ in range(STEPS):
-        normal, slope = jacobian.T @ jacobian, jacobian.T @ residual
-        ridge = np.diag(damping * np.diag(normal).clip(1e-300))
-        trial = touches + np.linalg.solve(normal + ridge, slope).reshape(-1, 3)
-        trial[:, :2] = np.clip(trial[:, :2], *bounds)
-        trial[:, 2] = trial[:, 2].clip(0.0)
-        predicted, trial_jacobian = predict(forward, trial)
-        left = measured - predicted
-        fall = residual @ residual - left @ left
+        normal = jacobian @ jacobian.T + np.diag(stiff)
+        slope = jacobian @ residual + (precision * away).ravel()
+        diagonal = np.diag(normal)
+        ridge = np.diag(damping * np.where(diagonal > 0, diagonal, 1.0))
+        step = np.linalg.solve(normal + ridge, slope)
+        trial = np.minimum(np.maximum(touches + step.reshape(touches.shape), low), high)
+        if damping < 1.0 and step @ slope < SETTLED:
+            # The last step is so short that what it leaves need not be read again.
+            residual = residual - (trial - touches).ravel() @ jacobian
+            touches = trial
+            break
+        predicted, trial_jacobian = _read(model, trial)
+        left, trial_away = measured - predicted, mean - trial
+        trial_cost = left @ left + (precision * trial_away**2).sum()
+        fall = cost - trial_cost
         if fall < 0:
             damping *= 10.0
             if damping > 1e8:
@@ -63,20 +126,48 @@ def descend(
             continue
         settled = fall < SETTLED and damping < 1.0  # a step that is held back falls little anyway
         touches, residual, jacobian = trial, left, trial_jacobian
+        away, cost = trial_away, trial_cost
         damping = max(damping / 10.0, 1e-12)
         if settled:
             break
-    return touches
+    return touches, residual, jacobian, cost
 
 
-def covariance(forward: Forward, touches: NDArray) -> NDArray[np.float64]:
-    """Inverse Fisher matrix of x, y, F of each touch, (3n, 3n) mm and N.
+_compiled = njit(cache=True, nogil=True)(_descend)
 
-    Where the measurement says nothing the variance is finite and huge, so that the other touches
-    keep theirs.
-    """
-    jacobian = predict(forward, touches)[1]
-    fisher = jacobian.T @ jacobian
-    scale = np.sqrt(np.diag(fisher).clip(1e-200))
+
+@njit(cache=True, nogil=True)
+def _inverse_fisher(jacobian: NDArray, precision: NDArray) -> NDArray:
+    count = len(jacobian)
+    fisher = jacobian @ jacobian.T
+    for k in range(count):
+        fisher[k, k] += precision[k % 3]
+    scale = np.sqrt(np.maximum(np.diag(fisher), 1e-200))
     values, vectors = np.linalg.eigh(fisher / np.outer(scale, scale))
-    return (vectors / values.clip(SINGULAR)) @ vectors.T / np.outer(scale, scale)
+    return (vectors / np.maximum(values, SINGULAR)) @ vectors.T / np.outer(scale, scale)
+
+
+@njit(cache=True, nogil=True)
+def least_apart(touches: NDArray, spread: NDArray) -> tuple[int, int, float]:
+    """Two touches (of n, 3) whose places differ least, by their covariance (3n, 3n).
+
+    Returns
+    -------
+    i, j : int
+        Their indices, i < j.
+    squared : float
+        Squared number of standard deviations between them; infinite for less than two touches.
+    """
+    first, second, least = 0, 0, np.inf
+    for j in range(len(touches)):
+        for i in range(j):
+            a, b = 3 * i, 3 * j
+            dx, dy = touches[i, 0] - touches[j, 0], touches[i, 1] - touches[j, 1]
+            xx = spread[a, a] + spread[b, b] - 2 * spread[a, b]
+            yy = spread[a + 1, a + 1] + spread[b + 1, b + 1] - 2 * spread[a + 1, b + 1]
+            xy = spread[a, a + 1] + spread[b, b + 1] - spread[a, b + 1] - spread[a + 1, b]
+            squared = yy * dx**2 - 2 * xy * dx * dy + xx * dy**2
+            squared /= max(xx * yy - xy**2, 1e-300)
+            if squared < least:
+                first, second, least = i, j, squared
+    return first, second, least

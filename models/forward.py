@@ -1,135 +1,159 @@
-"""Forward models: what a unit touch does to a measurement whose noise is white with variance 1.
+"""Forward models: what touches do to a measurement whose noise is white with variance 1.
 
-A solver asks a forward model for the response and its gradient in the touch's place and does not
-know what was measured or which theory of plates answers.
+A solver asks a forward model for the measurement and its derivatives and does not know what was
+measured or which theory of plates answers.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 import fe
+from models.table import Table, read_touches, responses
 
 
 class Forward(Protocol):
-    """Whitened linear response of m measurements to touches of 1 N."""
+    """Whitened measurement of m numbers as a function of touches."""
 
     @property
     def plate(self) -> fe.Plate:
         """The plate that is touched."""
         ...
 
-    def response(self, xy: NDArray) -> NDArray[np.float64]:
-        """Whitened response to a touch of 1 N at each place, (n, 2) mm → (n, m) per N."""
+    @property
+    def freedom(self) -> int:
+        """Numbers that were measured, less those that patterns of unknown size use up."""
         ...
+
+    def response(self, xy: NDArray) -> NDArray[np.float64]:
+        """Measurement per N under a light touch at each place, (n, 2) mm → (n, m)."""
+        ...
+
+    def read(self, touches: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Measurement (m,) under touches x, y, F, (n, 3), and its exact derivatives (3n, m)."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class LinearForward:
+    """A measurement that is linear in the forces.
+
+    Attributes
+    ----------
+    plate : fe.Plate
+    table : Table
+    """
+
+    plate: fe.Plate
+    table: Table
+
+    @property
+    def freedom(self) -> int:
+        """See `Forward.freedom`."""
+        return int(self.table.whitening.any(axis=2).sum()) - len(self.table.aside)
+
+    def response(self, xy: NDArray) -> NDArray[np.float64]:
+        """See `Forward.response`; the same at any force."""
+        return responses(self.table, np.asarray(xy, dtype=np.float64))[:, 0]
 
     def gradient(self, xy: NDArray) -> NDArray[np.float64]:
         """Exact derivative of `response` in x and y, (n, 2) mm → (n, m, 2) per N per mm."""
-        ...
+        return responses(self.table, np.asarray(xy, dtype=np.float64))[:, 1:].transpose(0, 2, 1)
+
+    def read(self, touches: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """See `Forward.read`."""
+        return read_touches(self.table, touches)
+
+    def whiten(self, measured: NDArray) -> NDArray[np.float64]:
+        """Measurement (M, c) in units of its noise, less what lies along patterns set aside, (m,).
+
+        What is missing may be NaN; it comes out as 0.
+        """
+        whitening = self.table.whitening
+        there = np.where(whitening.any(axis=1), measured.reshape(-1, whitening.shape[2]), 0.0)
+        white = np.einsum("gdc,gc->gd", whitening, there).ravel()
+        return white - (self.table.aside @ white) @ self.table.aside
+
+    def setting_aside(self, patterns: NDArray) -> LinearForward:
+        """Let patterns of unknown size lie over the measurement: bending of the base, say.
+
+        Parameters
+        ----------
+        patterns : (k, M, c) float64
+            In units of the measurement.
+
+        Raises
+        ------
+        ValueError
+            The patterns have another shape, or some are combinations of others.
+        """
+        whitening = self.table.whitening
+        groups, _, channels = whitening.shape
+        given = np.asarray(patterns, dtype=np.float64)
+        if given.ndim < 2 or given[0].size != groups * channels:
+            raise ValueError(
+                f"patterns set aside must be (k, {groups}, {channels}) as the measurement, "
+                f"got {given.shape}"
+            )
+        white = np.einsum("gdc,kgc->kgd", whitening, given.reshape(-1, groups, channels))
+        columns = np.concatenate([self.table.aside, white.reshape(len(given), -1)]).T
+        scale = np.linalg.norm(columns, axis=0)
+        values = np.linalg.svd(columns / np.where(scale > 0, scale, 1.0), compute_uv=False)
+        if values[-1] <= 1e-9 * values[0]:
+            raise ValueError(
+                f"{len(given)} patterns set aside must differ from one another in what is "
+                "measured; leave out those that others make up"
+            )
+        aside = np.linalg.qr(columns)[0].T
+        return replace(self, table=self.table._replace(aside=np.ascontiguousarray(aside)))
+
+    def weighted(self, weight: NDArray) -> LinearForward:
+        """Trust each measurement by a factor (m,): 0 leaves it out."""
+        groups, numbers, _ = self.table.whitening.shape
+        whitening = self.table.whitening * weight.reshape(groups, numbers, 1)
+        aside = self.table.aside
+        if len(aside):
+            aside = np.ascontiguousarray(np.linalg.qr((aside * weight).T)[0].T)
+        return replace(self, table=self.table._replace(whitening=whitening, aside=aside))
 
 
-@dataclass(frozen=True, eq=False)
-class Gauges:
-    """Strain at gauges, each channel with its own noise.
-
-    Attributes
-    ----------
-    influence : fe.Influence
-        Strain at M gauges for a unit touch anywhere.
-    weight : (M, 3) float64
-        1/σ of exx, eyy, exy; zero for a channel that is missing. The m channels that are there
-        are the measurements.
-    """
-
-    influence: fe.Influence
-    weight: NDArray[np.float64]
-
-    @property
-    def plate(self) -> fe.Plate:
-        """The plate that is touched."""
-        return self.influence.plate
-
-    def response(self, xy: NDArray) -> NDArray[np.float64]:
-        """See `Forward.response`."""
-        return self._there(self.influence.strain(xy) * self.weight)
-
-    def gradient(self, xy: NDArray) -> NDArray[np.float64]:
-        """See `Forward.gradient`."""
-        return self._there(self.influence.gradient(xy) * self.weight[:, :, None])
-
-    def whiten(self, strain: NDArray) -> NDArray[np.float64]:
-        """Strain (M, 3) in units of its noise, (m,)."""
-        return self._there(strain[None])[0] * self.weight[self.weight > 0]
-
-    def _there(self, channels: NDArray) -> NDArray[np.float64]:
-        """Channels that are not missing, (n, M, 3, ...) → (n, m, ...)."""
-        return channels[:, self.weight > 0]
-
-
-def gauges(influence: fe.Influence, sigma: ArrayLike, missing: ArrayLike | None = None) -> Gauges:
-    """Forward model of strain gauges, or of strain that DIC measures on a plate seen flat.
+def linear(plate: fe.Plate, mesh: fe.Mesh, values: NDArray, whitening: NDArray) -> LinearForward:
+    """Forward model of channels that are functions of the place of a touch.
 
     Parameters
     ----------
-    influence : fe.Influence
-        For M gauges.
-    sigma : float, (M,) or (M, 3) array, strain
-        Standard deviation of each channel; infinite for one that is missing.
-    missing : (M, 3) bool, optional
-        Further channels that are missing.
-
-    Raises
-    ------
-    ValueError
-        If a sigma is zero, negative or NaN, has the wrong shape, or no channel is left.
+    values : (2 nx + 2, 2 ny + 2, M c) float64, per N
+        Unknowns on the mesh.
+    whitening : (M, d, c) float64
     """
-    gauges_count = len(influence.gauges)
-    given = np.asarray(sigma, dtype=np.float64)
-    if given.ndim == 1:
-        given = given[:, None]
-    try:
-        spread = np.broadcast_to(given, (gauges_count, 3))
-    except ValueError:
-        raise ValueError(
-            f"sigma has shape {np.shape(sigma)} for {gauges_count} gauges; "
-            f"give one number, ({gauges_count},) or ({gauges_count}, 3)"
-        ) from None
-    if not (spread > 0).all():
-        raise ValueError(f"sigma of strain must be positive, got {spread.min():g}; give its noise")
-    weight = np.where(False if missing is None else missing, 0.0, 1.0 / spread)
-    if not weight.any():
-        raise ValueError("every strain channel is missing; give one that was measured")
-    return Gauges(influence, weight)
+    x, y = mesh.nodes
+    count = whitening.shape[0] * whitening.shape[1]
+    table = Table(
+        values,
+        np.ascontiguousarray(x, dtype=np.float64),
+        np.ascontiguousarray(y, dtype=np.float64),
+        np.array(mesh.units, dtype=np.float64),
+        np.ascontiguousarray(whitening),
+        np.empty((0, count)),
+    )
+    return LinearForward(plate, table)
 
 
-@dataclass(frozen=True, eq=False)
-class Modal:
-    """A measurement reduced to one number a plate mode, whitened by a factor.
+def modal(modes: fe.Modes, factor: NDArray) -> LinearForward:
+    """Forward model of a measurement that was reduced to one number a plate mode, and whitened.
 
-    Attributes
+    Parameters
     ----------
     modes : fe.Modes
         K modes of the plate.
-    factor : (K, K) float64
+    factor : (K, m) float64
         F with response(xy) = modes.response(xy) @ F.
     """
-
-    modes: fe.Modes
-    factor: NDArray[np.float64]
-
-    @property
-    def plate(self) -> fe.Plate:
-        """The plate that is touched."""
-        return self.modes.plate
-
-    def response(self, xy: NDArray) -> NDArray[np.float64]:
-        """See `Forward.response`; m = K."""
-        return self.modes.response(xy) @ self.factor
-
-    def gradient(self, xy: NDArray) -> NDArray[np.float64]:
-        """See `Forward.gradient`; m = K."""
-        return np.moveaxis(np.moveaxis(self.modes.gradient(xy), 2, 1) @ self.factor, 1, 2)
+    # modes.response(xy) = -φ(xy) / λ
+    return linear(
+        modes.plate, modes.mesh, modes.values, (factor / -modes.stiffness[:, None]).T[None]
+    )

@@ -4,8 +4,8 @@ A frame differs from the reference by e = -∇f·d + α f + β + noise. The moti
 plate modes as the camera sees them and of R rigid motions of the camera (shift, rotation, scale);
 α and β are a gain and an offset of the light. All are linear, so the tile sums Σ∇f∇fᵀ and Σ∇f·e
 give normal equations for them, which lose nothing of what the pixels know. Camera and light are
-eliminated (Schur complement); what is left is whitened by its Cholesky factor and is a `Modal`
-forward model.
+eliminated (Schur complement); what is left is whitened by its Cholesky factor and is a
+forward model that is linear in the forces.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import fe
 import synthetic
 from dic.tiles import TileReference, Tiles, TileSums
 from models.estimate import Estimate
-from models.forward import Modal
+from models.forward import LinearForward, modal
 from models.spread import Spread, spread_over
 
 LIGHT = 2  # gain and offset
@@ -133,9 +133,9 @@ class Pattern:
         """Number of plate modes, K."""
         return len(self.factor)
 
-    def forward(self, noise: float) -> Modal:
+    def forward(self, noise: float) -> LinearForward:
         """Forward model of `whiten`ed frames with a noise of `noise` grey levels."""
-        return Modal(self.motions.modes, self.factor / noise)
+        return modal(self.motions.modes, self.factor / noise)
 
     def right_side(self, sums: TileSums, moved: NDArray) -> NDArray[np.float64]:
         """Right-hand side of the normal equations for all that moved, (K + R + 2,).

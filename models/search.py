@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from models.forward import Forward
+from models.forward import Forward, LinearForward
 
 EDGE = 0.02  # of a side: closer to a clamped edge a touch leaves no trace
+# A candidate that the tangent explains to so much cannot be told from a touch that is there.
+ALIKE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +31,7 @@ class Search:
     xy: NDArray[np.float64]
     response: NDArray[np.float64]
 
-    @property
+    @cached_property
     def bounds(self) -> NDArray[np.float64]:
         """Lower and upper corner of the places that a touch may take, (2, 2) mm."""
         size = np.asarray(self.forward.plate.size)
@@ -40,8 +43,8 @@ class Search:
         Parameters
         ----------
         residual : (m,) float64
-        tangent : (m, k) float64
-            Columns that are free already (derivatives of the touches found so far).
+        tangent : (k, m) float64
+            Rows that are free already (derivatives of the touches found so far).
 
         Returns
         -------
@@ -49,15 +52,7 @@ class Search:
         gain : float
             Decrease of χ² by a touch of positive force at that candidate, other touches free.
         """
-        basis = np.linalg.qr(tangent)[0]
-        inside = self.response @ basis
-        left = np.einsum("gm,gm->g", self.response, self.response)
-        free = left - np.einsum("gk,gk->g", inside, inside)
-        along = self.response @ (residual - basis @ (basis.T @ residual))
-        # A candidate that the tangent explains to 1e-6 cannot be told from a touch that is there.
-        gain = np.where((along > 0) & (free > 1e-6 * left), along, 0.0) ** 2 / free.clip(1e-300)
-        index = int(np.argmax(gain))
-        return index, float(gain[index])
+        return _best(self.response, self._energy, residual, tangent)
 
     def best_pair(self, residual: NDArray, tangent: NDArray) -> tuple[list[int], NDArray]:
         """Two candidates that together explain most of a residual, by trying all pairs.
@@ -73,27 +68,26 @@ class Search:
         force : (2,) float64, N
             Of these two; both zero where no pair of positive forces explains anything.
         """
-        basis = np.linalg.qr(tangent)[0]
-        inside = self.response @ basis
-        gram = self._gram - inside @ inside.T
-        along = self.response @ (residual - basis @ (basis.T @ residual))
-        free = np.diag(gram)
-        determinant = np.outer(free, free) - gram**2
-        force = along[:, None] * free - gram * along  # of the first of each pair, times determinant
-        told = determinant > 1e-6 * np.outer(np.diag(self._gram), np.diag(self._gram))
-        gain = np.where(told & (force > 0) & (force.T > 0), force * along[:, None], 0.0)
-        gain = (gain + gain.T) / np.where(told, determinant, 1.0)
-        i, j = (int(k) for k in np.unravel_index(np.argmax(gain), gain.shape))
-        if gain[i, j] <= 0:
-            return [i, j], np.zeros(2)
-        return [i, j], np.array([force[i, j], force[j, i]]) / determinant[i, j]
+        i, j, *force = _best_pair(self.response, self._gram, residual, tangent)
+        return [i, j], np.array(force)
+
+    def weighted(self, weight: NDArray) -> Search:
+        """Trust each measurement by a factor (m,), in a forward model that is linear."""
+        if not isinstance(self.forward, LinearForward):
+            raise TypeError("weights need a forward model that is linear in the forces")
+        forward = self.forward.weighted(weight)
+        return replace(self, forward=forward, response=forward.response(self.xy))
+
+    @cached_property
+    def _energy(self) -> NDArray[np.float64]:
+        return np.einsum("gm,gm->g", self.response, self.response)
 
     @cached_property
     def _gram(self) -> NDArray[np.float64]:
         return self.response @ self.response.T
 
 
-def prepare_search(forward: Forward, count: int = 32) -> Search:
+def prepare_search(forward: Forward, count: int = 24) -> Search:
     """Lay `count` candidates along the longer side of the plate and as dense along the other."""
     width, height = forward.plate.size
     spacing = (1 - 2 * EDGE) * max(width, height) / count
@@ -102,4 +96,63 @@ def prepare_search(forward: Forward, count: int = 32) -> Search:
         for side in (width, height)
     )
     xy = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    return Search(forward, xy, forward.response(xy))
+    return Search(forward, xy, np.ascontiguousarray(forward.response(xy)))
+
+
+@njit(cache=True, nogil=True)
+def _orthonormal(tangent: NDArray) -> NDArray:
+    """Orthonormal rows that span what k rows (k, m) span, to rounding."""
+    normal = tangent @ tangent.T
+    scale = np.sqrt(np.maximum(np.diag(normal), 1e-200))
+    values, vectors = np.linalg.eigh(normal / np.outer(scale, scale))
+    # Below this only rounding tells the rows apart.
+    factor = np.where(values > 1e-13, 1.0, 0.0) / np.sqrt(np.maximum(values, 1e-13))
+    return np.ascontiguousarray((vectors * factor).T / scale) @ tangent
+
+
+@njit(cache=True, nogil=True)
+def _best(
+    response: NDArray, energy: NDArray, residual: NDArray, tangent: NDArray
+) -> tuple[int, float]:
+    along, free = response @ residual, energy.copy()
+    if len(tangent):
+        basis = _orthonormal(tangent)
+        inside = response @ basis.T
+        along -= inside @ (basis @ residual)
+        for g in range(len(free)):
+            for k in range(len(basis)):
+                free[g] -= inside[g, k] ** 2
+    best, most = 0, 0.0
+    for g in range(len(free)):
+        if along[g] > 0 and free[g] > ALIKE * energy[g]:
+            gain = along[g] ** 2 / free[g]
+            if gain > most:
+                best, most = g, gain
+    return best, most
+
+
+@njit(cache=True, nogil=True)
+def _best_pair(
+    response: NDArray, gram: NDArray, residual: NDArray, tangent: NDArray
+) -> tuple[int, int, float, float]:
+    along, left = response @ residual, gram.copy()
+    if len(tangent):
+        basis = _orthonormal(tangent)
+        inside = response @ basis.T
+        along -= inside @ (basis @ residual)
+        left -= inside @ inside.T
+    best, most = (0, 0, 0.0, 0.0), 0.0
+    for i in range(len(along)):
+        for j in range(i + 1, len(along)):
+            determinant = left[i, i] * left[j, j] - left[i, j] ** 2
+            if determinant <= ALIKE * gram[i, i] * gram[j, j]:
+                continue
+            # Forces times the determinant.
+            first = along[i] * left[j, j] - left[i, j] * along[j]
+            second = along[j] * left[i, i] - left[i, j] * along[i]
+            if first <= 0 or second <= 0:
+                continue
+            gain = (first * along[i] + second * along[j]) / determinant
+            if gain > most:
+                best, most = (i, j, first / determinant, second / determinant), gain
+    return best

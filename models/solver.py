@@ -7,6 +7,8 @@ looked for again, pair by pair, and a fit that followed the last frame is then b
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -14,24 +16,28 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import chdtrc
 
 import fe
-from models.descent import chi2, covariance, descend, predict
+from models.descent import Fit, covariance, descend, least_apart
 from models.estimate import Estimate, Result
-from models.forward import gauges
+from models.knowledge import FLAT, Prior
 from models.search import Search, prepare_search
+from models.strain_gauges import gauges
 
 # Fall of χ² that a touch must bring. Noise alone brought 19 at most in 3000 measurements; rendered
 # frames, whose model is right to half a percent, 22 in 200.
 GAIN = 25.0
 CLEAR = 10.0  # times `GAIN`: no doubt that a touch is there
+APART = 3.0  # standard deviations between two places that are told apart
 UNUSUAL = 6.0  # standard deviations of χ² above its mean: the fit does not explain the measurement
 
 
 def solve(
     strain: NDArray,
     influence: fe.Influence,
-    sigma: ArrayLike,
+    sigma: ArrayLike | None = None,
     count: int | None = None,
     most: int = 4,
+    covariance: ArrayLike | None = None,
+    prior: Prior = FLAT,
 ) -> Estimate:
     """Find touches from strain at gauges.
 
@@ -46,11 +52,16 @@ def solve(
         Number of touches where it is known; found from the data otherwise.
     most : int
         Largest number of touches looked for.
+    covariance : (M, 3, 3) or (3M, 3M), strain²
+        Instead of sigma, where the noise of channels is correlated.
+    prior : Prior
+        What is known of every touch beforehand.
 
     Raises
     ------
     ValueError
-        If strain or sigma do not fit the gauges, nothing is measured, or a count is negative.
+        If strain, sigma or covariance do not fit the gauges, nothing is measured, or a count is
+        negative.
     """
     strain = np.asarray(strain, dtype=np.float64)
     expected = (len(influence.gauges), 3)
@@ -58,8 +69,9 @@ def solve(
         raise ValueError(
             f"strain must have shape {expected}, exx, eyy, exy of each gauge, got {strain.shape}"
         )
-    forward = gauges(influence, sigma, missing=~np.isfinite(strain))
-    return find(forward.whiten(strain), prepare_search(forward), count=count, most=most)
+    forward = gauges(influence, sigma, ~np.isfinite(strain), covariance)
+    search = prepare_search(forward)
+    return find(forward.whiten(strain), search, count=count, most=most, prior=prior)
 
 
 def find(
@@ -69,6 +81,7 @@ def find(
     start: ArrayLike = (),
     count: int | None = None,
     most: int = 4,
+    prior: Prior = FLAT,
 ) -> Estimate:
     """Find touches from a whitened measurement.
 
@@ -84,6 +97,8 @@ def find(
         Number of touches where it is known.
     most : int
         Largest number of touches looked for.
+    prior : Prior
+        What is known of every touch beforehand.
 
     Returns
     -------
@@ -97,16 +112,42 @@ def find(
     """
     limit = most if count is None else count
     _check(measured, search, limit)
+    task = _Task(measured, search, prior, limit, 0.0 if count is not None else GAIN)
     begun = np.array(start, dtype=np.float64).reshape(-1, 3)[:limit]
-    touches = _follow(measured, search, begun, limit, count)
-    usual = len(touches) == len(begun) and _explains(measured, search, touches)
-    if len(begun) and not usual:
-        afresh = _follow(measured, search, begun[:0], limit, count)
-        touches = min(touches, afresh, key=lambda found: _cost(measured, search, found))
-    needed = _without_idle(measured, search, touches)
-    if count is None:
-        touches = needed
-    return _describe(measured, search, touches, len(needed) == (count or len(touches)))
+    fit = _follow(task, begun)
+    if len(begun) and not (len(fit.touches) == len(begun) and task.explained(fit)):
+        fit = min(fit, _follow(task, begun[:0]), key=_cost)
+    needed = _without_idle(task, fit)
+    return _describe(task, needed if count is None else fit, len(needed.touches))
+
+
+@dataclass(frozen=True, eq=False)
+class _Task:
+    """What is to be explained, by what, and how much a touch must bring to count."""
+
+    measured: NDArray[np.float64]
+    search: Search
+    prior: Prior
+    limit: int
+    least: float
+
+    def fit(self, touches: NDArray) -> Fit:
+        """Touches of least χ² downhill of some."""
+        if not len(touches):
+            chi2 = float(self.measured @ self.measured)
+            return Fit(touches, self.measured, np.empty((0, len(self.measured))), chi2)
+        return descend(self.measured, self.search.forward, touches, self.search.bounds, self.prior)
+
+    def freedom(self, fit: Fit) -> int:
+        unknowns = (3 - self.prior.known) * len(fit.touches)
+        return max(self.search.forward.freedom - unknowns, 1)
+
+    def explained(self, fit: Fit) -> bool:
+        """Whether touches leave no more than noise; else the fit may be a local minimum."""
+        freedom = self.freedom(fit)
+        if fit.chi2 > freedom + UNUSUAL * np.sqrt(2.0 * freedom):
+            return False
+        return self.search.best(fit.residual, fit.jacobian)[1] < GAIN
 
 
 def _check(measured: NDArray, search: Search, limit: int) -> None:
@@ -121,134 +162,115 @@ def _check(measured: NDArray, search: Search, limit: int) -> None:
         raise ValueError(f"number of touches must be 0 or more, got {limit}; use 1")
 
 
-def _fit(measured: NDArray, search: Search, touches: NDArray) -> NDArray[np.float64]:
-    return descend(measured, search.forward, touches, search.bounds) if len(touches) else touches
-
-
-def _freedom(measured: NDArray, touches: NDArray) -> int:
-    return max(len(measured) - 3 * len(touches), 1)
-
-
-def _explains(measured: NDArray, search: Search, touches: NDArray) -> bool:
-    """Whether touches leave no more than noise; else the fit may be a local minimum."""
-    dof = _freedom(measured, touches)
-    return chi2(measured, search.forward, touches) < dof + UNUSUAL * np.sqrt(2.0 * dof)
-
-
-def _cost(measured: NDArray, search: Search, touches: NDArray) -> float:
+def _cost(fit: Fit) -> float:
     """χ², and `GAIN` for every touch, which must earn its place."""
-    return chi2(measured, search.forward, touches) + GAIN * len(touches)
+    return fit.chi2 + GAIN * len(fit.touches)
 
 
-def _follow(
-    measured: NDArray, search: Search, begun: NDArray, limit: int, count: int | None
-) -> NDArray[np.float64]:
+def _follow(task: _Task, begun: NDArray) -> Fit:
     """Fit the touches begun with, drop those that idle, and add those that are missing."""
-    touches = begun.copy()
-    touches[:, :2] = np.clip(touches[:, :2], *search.bounds)
-    touches = _fit(measured, search, touches)
-    if count is None:
-        touches = _without_idle(measured, search, touches)
-    grown = _grow(measured, search, touches, limit, GAIN if count is None else 0.0)
-    return grown if grown is touches else _pairs_anew(measured, search, grown)
+    fit = task.fit(begun)
+    if task.least > 0:
+        fit = _without_idle(task, fit)
+    grown = _grow(task, fit)
+    if grown is fit or task.explained(grown):
+        return grown
+    return min(grown, _grow(task, fit, _pairs_anew), key=_cost)
 
 
-def _grow(
-    measured: NDArray, search: Search, touches: NDArray, limit: int, least: float
-) -> NDArray[np.float64]:
-    """Add touches one by one up to `limit`, as long as each lets χ² fall by more than `least`."""
-    while len(touches) < limit:
-        grown = _one_more(measured, search, touches, least)
+def _grow(task: _Task, fit: Fit, mend: Callable[[_Task, Fit], Fit] = lambda task, fit: fit) -> Fit:
+    """Add touches one by one, mending all after each, while χ² falls by more than it must."""
+    while len(fit.touches) < task.limit:
+        grown = _one_more(task, fit)
         if grown is None:
             break
-        touches = grown
-    return touches
+        fit = mend(task, grown)
+    return fit
 
 
-def _one_more(
-    measured: NDArray, search: Search, touches: NDArray, least: float
-) -> NDArray[np.float64] | None:
-    """One touch more, where it explains most of what is left; None if χ² falls by `least` or less.
+def _one_more(task: _Task, fit: Fit) -> Fit | None:
+    """One touch more, where it explains most of what is left; None if χ² falls by too little.
 
     A candidate of the grid that promises less than half of that is not worth a fit: between the
     candidates a touch is worth little more than on the best of them.
     """
-    predicted, tangent = predict(search.forward, touches)
-    residual = measured - predicted
-    index, gain = search.best(residual, tangent)
-    if gain <= 0.5 * least:
+    index, gain = task.search.best(fit.residual, fit.jacobian)
+    if gain <= 0.5 * task.least:
         return None
-    response = search.response[index]
-    force = max(residual @ response / (response @ response), 0.0)
-    grown = _fit(measured, search, np.vstack([touches, [*search.xy[index], force]]))
-    fall = residual @ residual - chi2(measured, search.forward, grown)
-    return grown if fall > least else None
+    response = task.search.response[index]
+    force = max(fit.residual @ response / (response @ response), 0.0)
+    grown = task.fit(np.vstack([fit.touches, [*task.search.xy[index], force]]))
+    return grown if fit.chi2 - grown.chi2 > task.least else None
 
 
-def _pairs_anew(measured: NDArray, search: Search, touches: NDArray) -> NDArray[np.float64]:
+def _pairs_anew(task: _Task, fit: Fit) -> Fit:
     """Look for each pair of touches again among all pairs of candidates, until all is explained.
 
     Twice, since a pair that moved makes way for others.
     """
-    for pair in 2 * list(combinations(range(len(touches)), 2)):
-        if _explains(measured, search, touches):
+    for pair in 2 * list(combinations(range(len(fit.touches)), 2)):
+        if task.explained(fit):
             break
-        others = np.delete(touches, pair, axis=0)
-        predicted, tangent = predict(search.forward, others)
-        places, force = search.best_pair(measured - predicted, tangent)
-        again = np.vstack([others, np.column_stack([search.xy[places], force])])
-        again = _fit(measured, search, again)
-        touches = min(touches, again, key=lambda found: chi2(measured, search.forward, found))
-    return touches
+        others = np.delete(fit.touches, pair, axis=0)
+        predicted, tangent = task.search.forward.read(others)
+        places, force = task.search.best_pair(task.measured - predicted, tangent)
+        again = np.vstack([others, np.column_stack([task.search.xy[places], force])])
+        fit = min(fit, task.fit(again), key=_cost)
+    return fit
 
 
-def _without_idle(measured: NDArray, search: Search, touches: NDArray) -> NDArray[np.float64]:
-    """Drop, weakest first, the touches without which χ² rises by less than `GAIN`.
+def _without_idle(task: _Task, fit: Fit) -> Fit:
+    """Leave out touches, one by one, without which χ² rises by less than `GAIN`."""
+    while len(fit.touches):
+        spread = covariance(fit.jacobian, task.prior.precision)
+        tried = [task.fit(fewer) for fewer in _with_one_less(fit.touches, spread)]
+        fewer = min(tried, key=_cost, default=fit)
+        if _cost(fewer) >= _cost(fit):
+            break
+        fit = fewer
+    return fit
 
-    A touch whose force stands far out of its own noise needs no second fit to be kept.
+
+def _with_one_less(touches: NDArray, spread: NDArray) -> Iterator[NDArray[np.float64]]:
+    """Touches without the weakest, or with the two merged that are least apart.
+
+    A touch whose force stands far out of its own noise, and two that stand well apart, need no
+    second fit to be kept.
     """
-    while len(touches):
-        variances = np.diag(covariance(search.forward, touches))[2::3]
-        evidence = touches[:, 2] ** 2 / variances
-        weakest = int(np.argmin(evidence))
-        if evidence[weakest] > CLEAR * GAIN:
-            break
-        fewer = _fit(measured, search, np.delete(touches, weakest, axis=0))
-        rise = chi2(measured, search.forward, fewer) - chi2(measured, search.forward, touches)
-        if rise >= GAIN:
-            break
-        touches = fewer
-    return touches
+    evidence = touches[:, 2] ** 2 / np.diag(spread)[2::3]
+    weakest = int(np.argmin(evidence))
+    if evidence[weakest] <= CLEAR * GAIN:
+        yield np.delete(touches, weakest, axis=0)
+    i, j, apart = least_apart(touches, spread)
+    if apart <= CLEAR * GAIN:
+        merged = np.delete(touches, j, axis=0)
+        force = touches[i, 2] + touches[j, 2]
+        if force > 0:
+            merged[i] = (touches[i] * touches[i, 2] + touches[j] * touches[j, 2]) / force
+        merged[i, 2] = force
+        yield merged
 
 
-def _describe(measured: NDArray, search: Search, touches: NDArray, needed: bool) -> Estimate:
-    touches = touches[np.lexsort((touches[:, 1], touches[:, 0]))]
-    left = chi2(measured, search.forward, touches)
-    dof = _freedom(measured, touches)
-    spread = covariance(search.forward, touches)
+def _describe(task: _Task, fit: Fit, needed: int) -> Estimate:
+    order = np.lexsort((fit.touches[:, 1], fit.touches[:, 0]))
+    touches = fit.touches[order]
+    rows = (3 * order[:, None] + np.arange(3)).ravel()
+    spread = covariance(fit.jacobian, task.prior.precision)[np.ix_(rows, rows)]
+    freedom = task.freedom(fit)
     return Estimate(
         xy=touches[:, :2],
         force=touches[:, 2],
         covariance=spread,
-        chi2=left,
-        dof=dof,
-        p_value=float(chdtrc(dof, left)),
-        result=_judge(touches, spread, needed),
+        chi2=fit.chi2,
+        dof=freedom,
+        p_value=float(chdtrc(freedom, fit.chi2)),
+        result=_judge(touches, spread, needed == len(touches)),
     )
 
 
-def _judge(touches: NDArray, covariance: NDArray, needed: bool) -> Result:
+def _judge(touches: NDArray, spread: NDArray, needed: bool) -> Result:
     if not len(touches):
         return Result.NO_TOUCH
-    pairs = combinations(range(len(touches)), 2)
-    if needed and all(_apart(touches, covariance, *pair) for pair in pairs):
+    if needed and least_apart(touches, spread)[2] >= APART**2:
         return Result.FOUND
     return Result.UNRESOLVABLE
-
-
-def _apart(touches: NDArray, covariance: NDArray, i: int, j: int) -> bool:
-    """Whether the places of two touches differ by three standard deviations or more."""
-    a, b = slice(3 * i, 3 * i + 2), slice(3 * j, 3 * j + 2)
-    between = touches[i, :2] - touches[j, :2]
-    spread = covariance[a, a] + covariance[b, b] - covariance[a, b] - covariance[b, a]
-    return bool(between @ np.linalg.solve(spread, between) >= 9.0)

@@ -19,7 +19,7 @@ import synthetic
 from dic.displacement import DisplacementField, Status
 from dic.strain_matrix import strain_operator
 from dic.tile_field import TileBlocks
-from models.forward import Modal
+from models.forward import LinearForward, modal
 from models.pattern import Pattern
 
 
@@ -47,9 +47,9 @@ class StrainMap:
     towards: NDArray[np.float32]
     factor: NDArray[np.float64]
 
-    def forward(self, noise: float) -> Modal:
+    def forward(self, noise: float) -> LinearForward:
         """Forward model of `whiten`ed maps with a noise of `noise` grey levels."""
-        return Modal(self.modes, self.factor / noise)
+        return modal(self.modes, self.factor / noise)
 
     def strain(self, field: DisplacementField) -> NDArray[np.float64]:
         """Strain of a displacement field, (T, 3); NaN where there is none."""

@@ -17,11 +17,12 @@ INFLUENCE = fe.influence(
 FORWARD = models.gauges(INFLUENCE, 1e-6)
 SEARCH = models.prepare_search(FORWARD, count=9)
 MEASURED = RNG.normal(0, 30, 27)
-TANGENTS = {"alone": np.empty((27, 0)), "beside others": RNG.normal(0, 1, (27, 3))}
+TANGENTS = {"alone": np.empty((0, 27)), "beside others": RNG.normal(0, 1, (3, 27))}
 
 
 def fall(columns, tangent):
     """Fall of χ² by some columns whose factors come out positive, the tangent free; else 0."""
+    tangent = tangent.T
     with_them = np.column_stack([columns.T, tangent])
     factors, *_ = np.linalg.lstsq(with_them, MEASURED, rcond=None)
     without = MEASURED - tangent @ np.linalg.lstsq(tangent, MEASURED, rcond=None)[0]
@@ -68,14 +69,14 @@ def test_what_only_pulls_has_no_candidate():
     pull = -SEARCH.response.sum(axis=0)
     one = models.Search(FORWARD, SEARCH.xy[:1], SEARCH.response[:1])
     residual = -SEARCH.response[0]
-    assert one.best(residual, np.empty((27, 0)))[1] == 0.0
-    assert np.isfinite(SEARCH.best(pull, np.empty((27, 0)))[1])
+    assert one.best(residual, np.empty((0, 27)))[1] == 0.0
+    assert np.isfinite(SEARCH.best(pull, np.empty((0, 27)))[1])
     two = models.Search(FORWARD, SEARCH.xy[:2], SEARCH.response[:2])
-    force = two.best_pair(-SEARCH.response[:2].sum(axis=0), np.empty((27, 0)))[1]
+    force = two.best_pair(-SEARCH.response[:2].sum(axis=0), np.empty((0, 27)))[1]
     np.testing.assert_array_equal(force, 0.0)
 
 
 def test_a_candidate_that_is_free_already_gains_nothing():
-    tangent = SEARCH.response[[20]].T
+    tangent = SEARCH.response[[20]]
     gains = [SEARCH.best(SEARCH.response[20], tangent)[1]]
     assert max(gains) < 1e-12 * (SEARCH.response[20] @ SEARCH.response[20])

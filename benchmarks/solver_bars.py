@@ -1,0 +1,168 @@
+"""Print what the solver reaches on strains at 72 gauges, each figure beside its bar.
+
+Usage: ``python benchmarks/solver_bars.py [--quick] [PART ...]``; parts are exact, noise, count,
+robust and time, all of them if none is named. ``--quick`` draws a twentieth of the scenes.
+"""
+
+import sys
+import time
+from collections.abc import Iterator
+
+import numpy as np
+
+import fe
+import models
+from models.matching import match
+from models.ring import inside_edges
+
+PLATE = fe.Plate((100.0, 100.0), 1.0, 3000.0, 0.3)
+MARGIN = 10.0  # mm, between the touches and the edges
+APART = 5.0  # mm
+FORCE = (1.0, 10.0)  # N
+INFLUENCE = fe.influence(PLATE, inside_edges(PLATE.size))
+LATTICE = np.stack(np.meshgrid(*2 * [np.arange(10.0, 91.0, 5.0)]), axis=-1).reshape(-1, 2)
+UNIT = np.sqrt(np.mean(INFLUENCE.strain(LATTICE) ** 2))  # rms strain of a touch of 1 N
+
+Row = tuple[str, str, str]
+
+
+def draw(rng, count):
+    """Touches x, y, F (count, 3), `APART` mm or more from one another."""
+    while True:
+        places = rng.uniform(MARGIN, 100.0 - MARGIN, (count, 2))
+        apart = np.linalg.norm(places[:, None] - places, axis=2)[np.triu_indices(count, 1)]
+        if count < 2 or apart.min() >= APART:
+            return np.column_stack([places, rng.uniform(*FORCE, count)])
+
+
+def prepared(noise):
+    """Search at a noise of `noise` times the rms strain of a touch of 1 N."""
+    return models.prepare_search(models.gauges(INFLUENCE, noise * UNIT))
+
+
+def measured(forward, touches, rng=None):
+    """Whitened strains, with noise of 1 where a generator is given."""
+    exact = forward.read(touches)[0]
+    return exact if rng is None else exact + rng.normal(size=exact.shape)
+
+
+def errors(estimate, touches):
+    """Distances, mm, and force errors, N, of touches that were paired."""
+    place, force, _ = match(estimate, tuple(fe.Touch(*touch) for touch in touches))
+    return place, force
+
+
+def bound(forward, touches):
+    """Cramér-Rao bound of each place, mm."""
+    variances = np.diag(models.covariance(forward.read(touches)[1]))
+    return np.sqrt(variances[0::3] + variances[1::3])
+
+
+def exact_rows(share) -> Iterator[Row]:
+    """No noise: the touches that were pressed, count unknown."""
+    search, scenes = prepared(1e-8), int(1000 * share)
+    for count in (1, 2, 3, 4):
+        rng, worst, right = np.random.default_rng(count), 0.0, 0
+        for _ in range(scenes):
+            touches = draw(rng, count)
+            estimate = models.find(measured(search.forward, touches), search)
+            error = max(np.abs(part).max() for part in errors(estimate, touches))
+            found = estimate.count == count and error <= 1e-6
+            right, worst = right + found, max(worst, error if found else 0.0)
+        figure = f"{worst:.1e} mm or N, {right} of {scenes}"
+        yield f"no noise, {count} touches: error, found", figure, "≤ 1e-6, ≥ 99.9 %"
+
+
+def noise_rows(share) -> Iterator[Row]:
+    """Root mean square of the places over the bound, and whether the covariance says so."""
+    scenes, inside = int(1000 * share), []
+    for noise in (0.001, 0.01, 0.05, 0.1):
+        search = prepared(noise)
+        for count in (1, 2, 3, 4):
+            rng, places, limits = np.random.default_rng(count), [], []
+            while len(places) < scenes:
+                touches = draw(rng, count)
+                limit = bound(search.forward, touches)
+                if count > 1 and limit.max() >= 0.5:
+                    continue
+                estimate = models.find(measured(search.forward, touches, rng), search, count=count)
+                places.append(errors(estimate, touches)[0])
+                limits.append(limit)
+                if estimate.result is models.Result.FOUND:
+                    inside.append(_deviations(estimate, touches))
+            ratio = np.sqrt(np.mean(np.square(places)) / np.mean(np.square(limits)))
+            figure = f"{np.sqrt(np.mean(np.square(places))):.4f} mm = {ratio:.3f} bounds"
+            bar = "≤ 1.05" if count == 1 else "≤ 1.10"
+            yield f"noise {noise:.1%}, {count} touches: RMS", figure, bar
+    deviations = np.abs(np.concatenate(inside))
+    for sigmas, bar in ((1, "68 ± 3 %"), (2, "95 ± 2 %")):
+        yield f"stated σ: share inside {sigmas} σ", f"{np.mean(deviations < sigmas):.1%}", bar
+
+
+def _deviations(estimate, touches):
+    """Errors of x, y, F of all touches over their stated standard deviations."""
+    nearest = np.linalg.norm(estimate.xy[:, None] - touches[:, :2], axis=2).argmin(axis=1)
+    found = np.column_stack([estimate.xy, estimate.force])
+    return (found - touches[nearest]).ravel() / np.sqrt(np.diag(estimate.covariance))
+
+
+def count_rows(share) -> Iterator[Row]:
+    """Count from the data where every place is bounded by 1 mm."""
+    scenes = int(1000 * share)
+    for noise in (0.001, 0.01, 0.05):
+        search = prepared(noise)
+        for count in range(6):
+            rng, right, tried = np.random.default_rng(count), 0, 0
+            while tried < scenes:
+                touches = draw(rng, count)
+                if count and bound(search.forward, touches).max() >= 1.0:
+                    continue
+                tried += 1
+                exact = np.zeros(search.response.shape[1])
+                if count:
+                    exact = measured(search.forward, touches)
+                noisy = exact + rng.normal(size=exact.shape)
+                right += models.find(noisy, search, most=6).count == count
+            figure = f"{right / tried:.1%} of {tried}"
+            yield f"noise {noise:.1%}, {count} touches: count right", figure, "≥ 99 %"
+
+
+def time_rows(share) -> Iterator[Row]:
+    """Wall time of a frame, median over scenes."""
+    search = prepared(0.01)
+    for count, cold_bar, bar in ((1, "≤ 0.2 ms", "≤ 0.05 ms"), (4, "≤ 1 ms", "≤ 0.1 ms")):
+        rng, cold, tracked = np.random.default_rng(count), [], []
+        for _ in range(int(1000 * share) + 20):
+            touches = draw(rng, count)
+            white = measured(search.forward, touches, rng)
+            start = touches + rng.normal(0, (0.3, 0.3, 0.05), touches.shape)
+            cold.append(_seconds(lambda white=white: models.find(white, search)))
+            tracked.append(
+                _seconds(lambda white=white, start=start: models.find(white, search, start=start))
+            )
+        for name, times, limit in (("cold", cold, cold_bar), ("tracked", tracked, bar)):
+            low, middle, high = 1e3 * np.percentile(times[20:], (5, 50, 95))
+            figure = f"{middle:.3f} ms ({low:.3f} to {high:.3f})"
+            yield f"{name} frame, {count} touches", figure, limit
+
+
+def _seconds(work):
+    start = time.perf_counter()
+    work()
+    return time.perf_counter() - start
+
+
+PARTS = {"exact": exact_rows, "noise": noise_rows, "count": count_rows, "time": time_rows}
+
+
+def main(*arguments: str) -> None:
+    """Print the rows of the parts asked for."""
+    share = 0.05 if "--quick" in arguments else 1.0
+    wanted = [name for name in arguments if not name.startswith("--")] or list(PARTS)
+    for name in wanted:
+        for what, figure, bar in PARTS[name](share):
+            print(f"{what:52s} {figure:>34s}   bar {bar}", flush=True)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,119 @@
+"""Measurements that are linear in force, as tables over the plate, read by compiled code.
+
+A channel is a bicubic Hermite function of the place of a touch (see `fe.Adjoint`); channels come in
+groups, each with a matrix that makes its noise white, and a few known patterns are set aside.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from fe.hermite import DERIVATIVES
+
+
+class Table(NamedTuple):
+    """Everything that is needed to read m whitened measurements; all arrays are contiguous.
+
+    Attributes
+    ----------
+    values : (2 nx + 2, 2 ny + 2, M c) float64
+        Unknowns of M groups of c channels, per N.
+    x, y : (nx + 1,), (ny + 1,) float64, mm
+        Nodes.
+    units : (2,) float64, mm
+        Lengths by which the unknowns of slope are scaled.
+    whitening : (M, d, c) float64
+        From the channels of each group to d numbers of white noise, m = M d; rows of zeros for
+        what is missing.
+    aside : (k, m) float64
+        Orthonormal rows: patterns of unknown size that may lie over the measurement.
+    """
+
+    values: NDArray[np.float64]
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    units: NDArray[np.float64]
+    whitening: NDArray[np.float64]
+    aside: NDArray[np.float64]
+
+
+@njit(cache=True, nogil=True)
+def responses(table: Table, places: NDArray) -> NDArray:
+    """Whitened response to 1 N at each place (n, 2), and its derivatives in x and y: (n, 3, m)."""
+    groups, numbers, channels = table.whitening.shape
+    found = np.empty((len(places), 3, groups * numbers))
+    raw = np.empty((3, groups * channels))
+    for n in range(len(places)):
+        _read_channels(table, places[n, 0], places[n, 1], raw)
+        if groups == 1:
+            found[n] = raw @ table.whitening[0].T
+        else:
+            _whiten_groups(table.whitening, raw, found[n])
+        if len(table.aside):
+            found[n] -= (found[n] @ table.aside.T) @ table.aside
+    return found
+
+
+@njit(cache=True, nogil=True)
+def read_touches(table: Table, touches: NDArray) -> tuple[NDArray, NDArray]:
+    """Measurement (m,) under touches x, y, F, (n, 3), and its derivatives in them, (3 n, m)."""
+    found = responses(table, touches[:, :2])
+    predicted = np.zeros(found.shape[2])
+    jacobian = np.empty((3 * len(touches), found.shape[2]))
+    for n in range(len(touches)):
+        force = touches[n, 2]
+        predicted += force * found[n, 0]
+        jacobian[3 * n] = force * found[n, 1]
+        jacobian[3 * n + 1] = force * found[n, 2]
+        jacobian[3 * n + 2] = found[n, 0]
+    return predicted, jacobian
+
+
+@njit(cache=True, nogil=True)
+def _weights(place: float, nodes: NDArray, unit: float, weights: NDArray) -> int:
+    """Fill weights of value and slope (2, 4); return the first unknown that they stand for."""
+    element = np.searchsorted(nodes, place, side="right") - 1
+    element = int(min(max(element, 0), nodes.size - 2))
+    h = nodes[element + 1] - nodes[element]
+    t = (place - nodes[element]) / h
+    for order in range(2):
+        for i in range(4):
+            c = DERIVATIVES[order, i]
+            scale = 1.0 if i % 2 == 0 else h / unit
+            scale = scale / h if order == 1 else scale
+            weights[order, i] = scale * (c[0] + t * (c[1] + t * (c[2] + t * c[3])))
+    return 2 * element
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _read_channels(table: Table, x: float, y: float, raw: NDArray) -> None:
+    """Fill value and slopes along x and y of all channels at a place, (3, M c)."""
+    across, down = np.empty((2, 4)), np.empty((2, 4))
+    first = _weights(x, table.x, table.units[0], across)
+    start = _weights(y, table.y, table.units[1], down)
+    raw[:] = 0.0
+    for i in range(4):
+        for j in range(4):
+            value = across[0, i] * down[0, j]
+            along_x, along_y = across[1, i] * down[0, j], across[0, i] * down[1, j]
+            unknown = table.values[first + i, start + j]
+            for k in range(unknown.size):
+                raw[0, k] += value * unknown[k]
+                raw[1, k] += along_x * unknown[k]
+                raw[2, k] += along_y * unknown[k]
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _whiten_groups(whitening: NDArray, raw: NDArray, white: NDArray) -> None:
+    groups, numbers, channels = whitening.shape
+    for part in range(3):
+        for g in range(groups):
+            for d in range(numbers):
+                total = 0.0
+                for c in range(channels):
+                    total += whitening[g, d, c] * raw[part, g * channels + c]
+                white[part, g * numbers + d] = total
