@@ -75,11 +75,14 @@ class Optics:
     def _transfer(self, fx: NDArray, fy: NDArray) -> NDArray:
         """Spectrum at fx, fy periods per px of the spot that a point makes on square pixels."""
         pixel = np.sinc(fx) * np.sinc(fy)
-        f = np.pi * np.hypot(fx, fy)
-        soft = np.exp(-2 * (self.gaussian * f) ** 2)
-        a = np.where(f > 0, self.disc * f, 0)
-        disc = np.where(a > 1e-6, 2 * j1(a) / np.where(a > 1e-6, a, 1), 1)
-        return pixel * soft * disc * np.sinc(self.streak[0] * fx + self.streak[1] * fy)
+        soft = np.exp(-2 * (np.pi * self.gaussian * fy) ** 2)
+        spot = pixel * soft * np.exp(-2 * (np.pi * self.gaussian * fx) ** 2)
+        if self.disc > 0:
+            a = np.maximum(np.pi * self.disc * np.hypot(fx, fy), 1e-6)
+            spot *= 2 * j1(a) / a
+        if any(self.streak):
+            spot *= np.sinc(self.streak[0] * fx + self.streak[1] * fy)
+        return spot
 
     def falloff(self, size: tuple[int, int]) -> Array:
         """Share of the light that is left in each pixel of a picture (width, height): (H, W)."""

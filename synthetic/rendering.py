@@ -1,6 +1,5 @@
 """Exact pictures of a deformed plate: every sample is looked up on the plate, none in a picture."""
 
-from collections.abc import Iterable
 from itertools import product
 
 import numpy as np
@@ -61,7 +60,7 @@ def render(
     optics = exposure.optics if exposure is not None else None
     if optics is not None and optics.reach > 0:
         border = optics.reach
-        fine = fine_light(pattern, camera, displacement, z, BLUR_PLACES, 1, border)
+        fine = mean_light(pattern, camera, displacement, z, 1, BLUR_PLACES, border)
         inside = slice(border * BLUR_PLACES, -border * BLUR_PLACES, BLUR_PLACES)
         light = optics.blur(fine, BLUR_PLACES)[inside, inside]
     else:
@@ -76,81 +75,60 @@ def mean_light(
     camera: AnyCamera,
     displacement: Displacement | None,
     z: float,
-    samples: int = 4,
-    offset: tuple[float, float] = (0.0, 0.0),
+    samples: int,
+    places: int = 1,
     border: int = 0,
 ) -> Array:
-    """Mean light over pixels, as `render` sees it.
+    """Mean light over pixels, as `render` sees it, and over the same squares between pixels.
 
     Parameters
     ----------
-    offset : moves all pixels by (x, y) px.
+    samples : points a side of the square; 1 for the light in its middle.
+    places : squares for each pixel in each direction, from its own middle on.
     border : pixels added on each side of the picture.
-
-    Returns
-    -------
-    (H + 2 border, W + 2 border) float64, 0 to 1.
-    """
-    check_in_picture(camera, pattern.speckle.size, z)
-    inverse = None
-    if displacement is not None:
-        inverse = invert(camera, displacement, pattern.speckle.size, z, border)
-    width, height = camera.size
-    columns, rows = np.arange(-border, width + border), np.arange(-border, height + border)
-    weights, offsets = _samples(samples)
-    offsets = offsets + offset
-    light = np.ones((len(rows), len(columns)))  # the bare ground
-    for first in range(0, len(rows), STRIP_ROWS):
-        strip = slice(first, first + STRIP_ROWS)
-        x, y = np.meshgrid(columns, rows[strip])
-        pixels = np.column_stack([x.ravel(), y.ravel()]).astype(np.float64)
-        if inverse is None:
-            looked = (camera.on_plate(pixels + o, z) for o in offsets)
-            light[strip] = _mean(pattern, weights, looked).reshape(x.shape)
-        else:
-            covered = inverse.covers(pixels)
-            looked = inverse.follow(pixels[covered], offsets)
-            light[strip][covered.reshape(x.shape)] = _mean(pattern, weights, looked)
-    return light
-
-
-def fine_light(
-    pattern: Pattern,
-    camera: AnyCamera,
-    displacement: Displacement | None,
-    z: float,
-    places: int,
-    samples: int,
-    border: int,
-) -> Array:
-    """Light as a function of place, at `places` places a side of a pixel.
-
-    Parameters
-    ----------
-    samples : points a side, for the mean over a pixel around each place; 1 for the light there.
 
     Returns
     -------
     ((H + 2 border) places, (W + 2 border) places) float64, 0 to 1.
     """
+    check_in_picture(camera, pattern.speckle.size, z)
+    inverse = None
+    if displacement is not None:
+        inverse = invert(camera, displacement, pattern.speckle.size, z, border)
     width, height = (length + 2 * border for length in camera.size)
-    fine = np.empty((height, places, width, places))
-    for i, j in product(range(places), repeat=2):
-        offset = (j / places, i / places)
-        fine[:, i, :, j] = mean_light(pattern, camera, displacement, z, samples, offset, border)
-    return fine.reshape(height * places, width * places)
+    weights, offsets = _samples(samples, places)
+    light = np.ones((height, places, width, places))  # the bare ground
+    for first in range(0, height, STRIP_ROWS):
+        strip = light[first : first + STRIP_ROWS]
+        y, x = (part.ravel() - border for part in np.indices((len(strip), width)))
+        pixels = np.column_stack([x, y + first]).astype(np.float64)
+        if inverse is None:
+            covered = np.ones(len(pixels), dtype=bool)
+            looked = (camera.on_plate(pixels + offset, z) for offset in offsets)
+        else:
+            covered = inverse.covers(pixels)
+            looked = inverse.follow(pixels[covered], offsets)
+        mean = _mean(weights, [pattern.intensity(points) for points in looked])
+        inside = covered.reshape(len(strip), width)
+        strip.transpose(1, 3, 0, 2)[:, :, inside] = mean.reshape(places, places, -1)
+    return light.reshape(height * places, width * places)
 
 
-def _samples(count: int) -> tuple[Array, Array]:
-    """Weights (count²,) and offsets (count², 2) px of the Gauss-Legendre points of a pixel."""
-    places, weights = np.polynomial.legendre.leggauss(count)
-    y, x = np.meshgrid(places / 2, places / 2, indexing="ij")
-    return np.outer(weights, weights).ravel() / 4, np.column_stack([x.ravel(), y.ravel()])
+def _samples(count: int, places: int) -> tuple[Array, Array]:
+    """Weights (count²,) and offsets (places² count², 2) px of the Gauss-Legendre points."""
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    within, between = (
+        np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
+        for line in (nodes / 2, np.arange(places) / places)
+    )
+    offsets = between[:, None] + within
+    return np.outer(weights, weights).ravel() / 4, offsets.reshape(-1, 2)
 
 
-def _mean(pattern: Pattern, weights: Array, looked: Iterable[Array]) -> Array:
-    light = [w * pattern.intensity(points) for w, points in zip(weights, looked, strict=True)]
-    return np.sum(light, axis=0)
+def _mean(weights: Array, light: list[Array]) -> Array:
+    """Mean of groups of pictures (K,) by weights: (groups, K)."""
+    groups = [light[first : first + len(weights)] for first in range(0, len(light), len(weights))]
+    return np.array([weights @ np.array(group) for group in groups])
 
 
 def check_in_picture(camera: AnyCamera, size: tuple[float, float], z: float) -> None:

@@ -10,7 +10,7 @@ from scipy.ndimage import spline_filter
 
 from synthetic.pattern import Pattern
 from synthetic.points import Array
-from synthetic.rendering import fine_light
+from synthetic.rendering import mean_light
 from synthetic.sampling import BORDER_PX, CONTROL_PX, moved_back, sample
 from synthetic.sensor import Sensor
 from synthetic.telecentric import AnyCamera
@@ -156,7 +156,7 @@ def prepare_warp(
     """
     if oversample < 1:
         raise ValueError(f"oversample must be at least 1 sample a pixel, got {oversample}")
-    sharp = fine_light(pattern, camera, None, z, oversample, SAMPLES, BORDER_PX)
+    sharp = mean_light(pattern, camera, None, z, SAMPLES, oversample, BORDER_PX)
     arrays = {
         "plate": np.array(pattern.speckle.size),
         "sharp": spline_filter(sharp).astype(np.float32),

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import synthetic
-from synthetic.rendering import mean_light
 
 PLATE = (50.0, 36.0)
 Z = 0.5
@@ -29,8 +28,9 @@ def blurred(nodes, weights, displacement=None):
     """Weighted mean of exact pictures, each moved by a node of the spot, px."""
     total = 0.0
     for place, weight in zip(nodes, weights, strict=True):
-        total = total + weight * mean_light(PATTERN, NEAR, displacement, Z, 4, tuple(place))
-    return 255 * total
+        aside = synthetic.Camera(NEAR.size, NEAR.focal, NEAR.centre - place, NEAR.T_cam_plate)
+        total = total + weight * picture(None, aside, displacement)
+    return total
 
 
 def gaussian(sigma):
