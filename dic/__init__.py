@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from dic.quality import sssig as sssig
     from dic.reference import Reference as Reference
     from dic.reference import prepare as prepare
+    from dic.sequence import compose as compose
+    from dic.sequence import follow as follow
     from dic.strain_field import StrainField as StrainField
     from dic.strain_field import strain as strain
     from dic.strain_matrix import strain_operator as strain_operator
@@ -39,6 +41,7 @@ _HOMES = {
     "image": ("read_image",),
     "quality": ("noise_floor", "sssig"),
     "reference": ("Reference", "prepare"),
+    "sequence": ("compose", "follow"),
     "strain_field": ("StrainField", "strain"),
     "strain_matrix": ("strain_operator",),
     "tile_field": ("TileBlocks", "prepare_blocks", "tile_displacement"),

@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from dic import dense, frame_moments, seeds, shape, verdict
+from dic import dense, features, frame_moments, seeds, shape, verdict
 from dic.displacement import DisplacementField, Status
 from dic.grid import Grid
 from dic.image import check_image, check_pair
@@ -26,6 +26,7 @@ _TOGETHER = 10  # iterations of the whole field
 _PART = 2500  # px filtered for one point, in the time that the whole picture takes
 _FEW = 0.05  # share of points below which they iterate alone
 _SEED_SPACING = 40  # px
+_ENOUGH = 0.5  # share of the seeds found, below which the picture may have turned
 
 
 def correlate(
@@ -83,9 +84,7 @@ def _start(ref, image, guess, usable) -> tuple[NDArray[np.float64], NDArray[np.b
     motion = np.zeros((len(ref.xy), 2, shape.count(ref.order)))
     if guess is None:
         places, known = _seed_places(ref, usable), np.zeros(len(usable), dtype=bool)
-        motion[places, :, :3], known[places] = seeds.find(
-            ref.image, image.astype(np.float32), ref.xy[places]
-        )
+        motion[places, :, :3], known[places] = _search(ref, image.astype(np.float32), places)
         motion[:, :, 1:] *= ref.order > 0
         return motion, known
     if isinstance(guess, DisplacementField):
@@ -101,6 +100,21 @@ def _start(ref, image, guess, usable) -> tuple[NDArray[np.float64], NDArray[np.b
     if isinstance(guess, DisplacementField):
         motion[known, :, 1:3] = guess.gradient[known] if ref.order else 0.0
     return motion, known
+
+
+def _search(ref: Reference, image: NDArray, places: NDArray) -> tuple[NDArray, NDArray[np.bool_]]:
+    """Find points (S,) of a reference in a picture that moved, or that turned as well."""
+    xy = ref.xy[places]
+    motion, found = seeds.find(ref.image, image, xy)
+    if found.mean() >= _ENOUGH:
+        return motion, found
+    turn = features.affine(ref.image, image)
+    if turn is None:
+        return motion, found
+    rest, found_turned = seeds.find(ref.image, features.straighten(image, turn), xy)
+    if np.count_nonzero(found_turned) <= np.count_nonzero(found):
+        return motion, found
+    return features.follow(xy, turn, rest), found_turned
 
 
 def _seed_places(ref: Reference, usable: NDArray[np.bool_]) -> NDArray[np.int64]:

@@ -64,6 +64,7 @@ def _step_all(sums, base, known, state):
     motion, size = state[0], known[0].shape[1]
     p = motion.shape[2]
     towards, total = np.empty(size), np.empty(size)
+    dense, aside = np.empty(size), np.empty(size)
     for n in range(sums.shape[0]):
         s = sums[n]
         fg, g, fq, q, gg, gq, qq = s[4 * p : 4 * p + 7]
@@ -71,15 +72,18 @@ def _step_all(sums, base, known, state):
         if gain == 0.0:
             continue
         for k in range(2 * p):
-            towards[k] = s[k] / gain - s[2 * p + k]
+            dense[k] = -s[2 * p + k]
+            towards[k] = s[k] / gain + dense[k]
+        dense[2 * p], dense[2 * p + 1] = fq, q
         towards[2 * p], towards[2 * p + 1] = fq - fg / gain, q - g / gain
-        squares = gg / gain**2 - 2 * gq / gain + qq
-        _answer(n, towards, squares, known, state, total)
-        for a in range(2):
-            total[a * p] += base[a]
-            for k in range(p):
-                total[a * p + k] -= motion[n, a, k]
-        _move(n, total, known, state)
+        _answer(n, towards, gg / gain**2 - 2 * gq / gain + qq, known, state, total)
+        _solve(n, dense, known, aside)
+        for k in range(2 * p):
+            total[k] -= aside[k]
+            aside[k] -= motion[n, k // p, k % p]
+        aside[0] += base[0]
+        aside[p] += base[1]
+        _move(n, total, aside, known, state)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -87,7 +91,7 @@ def _iterate(subsets, frame, filtered, xy, here, known, state):
     motion, change, zncc, half, still = state[0], state[1], state[2], known[2], state[5]
     size = known[0].shape[1]
     tools = make_tools(half, motion.shape[2])
-    towards, total = np.empty(size), np.empty(size)
+    towards, total, aside = np.empty(size), np.empty(size), np.zeros(size)
     for m in range(here.shape[0]):
         n, pixels = here[m], subsets[m]
         lay_out(pixels, xy[n], tools)
@@ -104,19 +108,18 @@ def _iterate(subsets, frame, filtered, xy, here, known, state):
             for k in range(size):
                 towards[k] /= gain
             _answer(n, towards, gg / gain**2, known, state, total)
-            if done == SHIFTED:
-                _less_shape(motion[n], total)
-            _move(n, total, known, state)
+            _set_aside(motion[n], done == SHIFTED, aside)
+            _move(n, total, aside, known, state)
             if still[n]:
                 break
 
 
 @njit(cache=True, nogil=True)
-def _less_shape(c, total):
-    """Take off all of the motion but the shift, which the subset was not warped by."""
+def _set_aside(c, shifted, aside):
+    """Take off all of the motion but the shift, if the subset was warped by its shift alone."""
     for a in range(2):
         for k in range(1, c.shape[1]):
-            total[a * c.shape[1] + k] -= c[a, k]
+            aside[a * c.shape[1] + k] = -c[a, k] if shifted else 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -138,18 +141,25 @@ def _gain(n, fg, g, gg, known, state):
 @njit(cache=True, nogil=True, error_model="numpy")
 def _answer(n, towards, squares, known, state, total):
     """Solve the normal equations of a point into `total` (K,), and write what they leave over."""
-    inverse, light = known[0], known[1]
+    light = known[1]
+    _solve(n, towards, known, total)
     for i in range(towards.shape[0]):
-        total[i] = 0.0
-        for k in range(towards.shape[0]):
-            total[i] -= inverse[n, i, k] * towards[k]
         squares += towards[i] * total[i]
     state[3][n] = squares / max(light[n, 2] - towards.shape[0], 1.0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _move(n, step, known, state):
-    """Move a point by the `step` of its shape function.
+def _solve(n, towards, known, total):
+    inverse = known[0]
+    for i in range(towards.shape[0]):
+        total[i] = 0.0
+        for k in range(towards.shape[0]):
+            total[i] -= inverse[n, i, k] * towards[k]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _move(n, step, aside, known, state):
+    """Move a point by the `step` of its shape function, and by what the warp was `aside` of it.
 
     The step was measured with ∇f in place of the gradient of the frame, so it is that of the
     inverse composition: the deformation gradient F = 1 + ∇U turns it into the additive one, and
@@ -157,15 +167,15 @@ def _move(n, step, known, state):
     """
     half, c, change, still = known[2], state[0][n], state[1], state[5]
     p = c.shape[1]
-    reach = np.sqrt(step[0] ** 2 + step[p] ** 2)
+    reach = np.sqrt((step[0] + aside[0]) ** 2 + (step[p] + aside[p]) ** 2)
     brake = _STRIDE / reach if reach > _STRIDE else 1.0
     f11, f12, f21, f22 = 1 + c[0, 1], c[0, 2], c[1, 1], 1 + c[1, 2]
     moved, size = 0.0, 1.0
     for k in range(p):
         if k == 1 or k == 3:
             size *= half
-        step_u = brake * (f11 * step[k] + f12 * step[p + k])
-        step_v = brake * (f21 * step[k] + f22 * step[p + k])
+        step_u = brake * (f11 * step[k] + f12 * step[p + k] + aside[k])
+        step_v = brake * (f21 * step[k] + f22 * step[p + k] + aside[p + k])
         c[0, k] += step_u
         c[1, k] += step_v
         moved = max(moved, max(abs(step_u), abs(step_v)) * size)
