@@ -1,0 +1,70 @@
+"""Touches as a stream of the Lab Streaming Layer, beside EEG and the like (extra "lsl")."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from importlib import import_module
+from math import nan
+
+from rig.camera.extra import need
+from rig.snapshot import Mark
+
+FIELDS = (
+    ("id", "none"), ("x", "mm"), ("y", "mm"), ("force", "N"),
+    ("sigma_x", "mm"), ("sigma_y", "mm"), ("sigma_force", "N"),
+)  # fmt: skip
+"""Channels of each touch; `sigma_x` and `sigma_y` are the semi-axes of the ellipse."""
+
+
+class LslOutlet:
+    """Sends one sample a frame: the fields of `most` touches, NaN where there is none.
+
+    Parameters
+    ----------
+    most : int
+        Touches in a sample; the hardest pressed are sent.
+    name : str
+        Name under which clients find the stream; its type is ``Touch``.
+
+    Raises
+    ------
+    OSError
+        If pylsl is not installed.
+    ValueError
+        If no touch has room.
+    """
+
+    def __init__(self, most: int, name: str = "touchplate"):
+        if most < 1:
+            raise ValueError(f"an LSL sample must have room for 1 touch or more, got {most}")
+        need("pylsl", "lsl")
+        self._lsl = import_module("pylsl")
+        self._most = most
+        info = self._lsl.StreamInfo(
+            name, "Touch", most * len(FIELDS), self._lsl.IRREGULAR_RATE, "float32", name
+        )
+        channels = info.desc().append_child("channels")
+        for number in range(1, most + 1):
+            for field, unit in FIELDS:
+                channel = channels.append_child("channel")
+                channel.append_child_value("label", f"{field}_{number}")
+                channel.append_child_value("unit", unit)
+        self._outlet = self._lsl.StreamOutlet(info)
+
+    def __call__(self, marks: Sequence[Mark], captured: float) -> None:
+        """Send the touches of a frame, stamped with its capture time (s, monotonic)."""
+        age = time.monotonic() - captured
+        self._outlet.push_sample(sample(marks, self._most), self._lsl.local_clock() - age)
+
+
+def sample(marks: Sequence[Mark], most: int) -> list[float]:
+    """Numbers of a sample, touch after touch."""
+    hardest = sorted(marks, key=lambda mark: -mark.force)[:most]
+    rows = [
+        (nan if mark.identity is None else mark.identity, mark.x, mark.y, mark.force,
+         *mark.sigma[:2], mark.sigma_force)
+        for mark in hardest
+    ]  # fmt: skip
+    rows += [(nan,) * len(FIELDS)] * (most - len(rows))
+    return [float(value) for row in rows for value in row]

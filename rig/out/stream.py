@@ -1,0 +1,106 @@
+"""Touches as JSON over a websocket: one text a frame, to whoever listens on this machine.
+
+A text is an object: `sequence`, `captured` (s, on the clock of the frames), `plate` (mm, mm),
+`status`, and `touches`, each with `id`, `x`, `y` (mm), `force` (N), `sigma` (semi-axes in mm, angle
+in rad) and `sigma_force` (N). A client that is slow gets fewer frames, always the newest.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from starlette.applications import Starlette
+from starlette.middleware import Middleware
+from starlette.routing import WebSocketRoute
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from rig.page.guard import Guard
+from rig.serving import GOING_AWAY, HOST, Newest, listen, serving
+from rig.snapshot import Mark, Snapshot
+
+PORT = 8766
+PATH = "/touches"
+
+
+class TouchStream:
+    """Where the live loop leaves the touches of a frame; use `serve_touches`.
+
+    Attributes
+    ----------
+    url : str
+        Address that clients connect to.
+    """
+
+    def __init__(self, port: int):
+        self.url = f"ws://{HOST}:{port}{PATH}"
+        self.snapshots: Newest[Snapshot] = Newest()
+
+    def __call__(self, snapshot: Snapshot) -> None:
+        """Send the touches of a frame; takes microseconds, whoever listens."""
+        self.snapshots.put(snapshot)
+
+
+@contextmanager
+def serve_touches(port: int = PORT) -> Iterator[TouchStream]:
+    """Serve the stream on a loopback port while the block runs; 0 takes a free one.
+
+    Raises
+    ------
+    ValueError
+        If the port is outside 0..65535.
+    OSError
+        If the port cannot be had; raised before anything is started.
+    """
+    with listen(port, "stream.port") as listener:
+        stream = TouchStream(listener.getsockname()[1])
+        with serving(_application(stream), listener, "touches"):
+            try:
+                yield stream
+            finally:
+                stream.snapshots.close()
+
+
+def text(snapshot: Snapshot) -> str:
+    """JSON of a frame."""
+    frame = {
+        "sequence": snapshot.sequence,
+        "captured": snapshot.captured,
+        "plate": snapshot.plate_size,
+        "status": snapshot.status,
+        "touches": [_touch(mark) for mark in snapshot.touches],
+    }
+    return json.dumps(frame, allow_nan=False)
+
+
+def _touch(mark: Mark) -> dict[str, Any]:
+    return {
+        "id": mark.identity,
+        "x": _finite(mark.x),
+        "y": _finite(mark.y),
+        "force": _finite(mark.force),
+        "sigma": [_finite(value) for value in mark.sigma],
+        "sigma_force": _finite(mark.sigma_force),
+    }
+
+
+def _finite(value: float) -> float | None:
+    """Return a number as JSON knows it; null where it is none."""
+    return float(value) if math.isfinite(value) else None
+
+
+def _application(stream: TouchStream) -> Starlette:
+    async def send(websocket: WebSocket) -> None:
+        await websocket.accept()
+        shown = None
+        try:
+            while (shown := await stream.snapshots.newer(shown)) is not None:
+                await websocket.send_text(text(shown))
+            await websocket.close(GOING_AWAY)
+        except WebSocketDisconnect:
+            pass  # the client went while its text was on the way
+
+    return Starlette(routes=[WebSocketRoute(PATH, send)], middleware=[Middleware(Guard)])

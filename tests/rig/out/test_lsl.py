@@ -1,0 +1,44 @@
+"""Touches through the real Lab Streaming Layer: an outlet, and an inlet that finds it."""
+
+import time
+from math import isnan
+
+import pylsl
+import pytest
+
+from rig.out.lsl import FIELDS, LslOutlet, sample
+from rig.snapshot import Mark
+
+HARD = Mark(120.0, 80.0, 2.25, (1.5, 0.5, 0.25), 0.125, 7)
+SOFT = Mark(30.0, 40.0, 1.0)
+
+
+def test_the_hardest_touches_come_first_and_the_rest_is_no_number():
+    assert sample([SOFT, HARD], 1) == [7.0, 120.0, 80.0, 2.25, 1.5, 0.5, 0.125]
+    values = sample([SOFT, HARD], 3)
+    assert values[:7] == sample([HARD], 1)
+    assert isnan(values[7])  # it is not tracked
+    assert values[8:11] == [30.0, 40.0, 1.0]
+    assert all(map(isnan, values[14:]))
+
+
+def test_an_inlet_finds_the_stream_its_channels_and_the_capture_time():
+    outlet = LslOutlet(2, "touchplate-test")
+    (info,) = pylsl.resolve_byprop("name", "touchplate-test", timeout=10)
+    inlet = pylsl.StreamInlet(info)
+    labels = inlet.info().get_channel_labels()
+    assert labels[:3] == ["id_1", "x_1", "y_1"]
+    assert len(labels) == 2 * len(FIELDS)
+    inlet.open_stream(timeout=10)
+    captured = time.monotonic() - 0.5
+    outlet([HARD], captured)
+    values, stamp = inlet.pull_sample(timeout=10)
+    age = pylsl.local_clock() - stamp
+    assert values[:4] == [7.0, 120.0, 80.0, 2.25]
+    assert all(map(isnan, values[7:]))
+    assert age == pytest.approx(time.monotonic() - captured, abs=0.05)
+
+
+def test_room_for_no_touch_is_refused():
+    with pytest.raises(ValueError, match="room for 1 touch or more, got 0"):
+        LslOutlet(0)
