@@ -73,8 +73,8 @@ class Gauges:
     def covariance(self, texture: ArrayLike, noise: float) -> Array:
         """Covariance of all readings from the noise of the pixels.
 
-        Two gauges share the noise of the pixels that they share. That the light is free costs a
-        few per cent more, which are not in it.
+        Two gauges share the noise of the pixels that they share. That the light is free costs one
+        to two per cent of σ more, which are not in it.
 
         Parameters
         ----------

@@ -20,6 +20,8 @@ class Sensor:
     bits : depth of a pixel, 8 to 16; pictures are uint8 at 8 bits and uint16 above.
     black, white : grey level of intensity 0 and 1 as fractions of full scale. The default leaves
         room for noise on both sides and gives the default speckle a spread of 50 to 56 levels.
+        What is at `black` does not change with the light: spots that shall get brighter with the
+        lamp take a contrast below 1 and a small `black`.
     full_well : electrons of the span from grey level 0 to the largest; the count of electrons of a
         pixel has a variance as large as itself. None for a sensor without shot noise.
 

@@ -125,6 +125,18 @@ def test_a_parallel_view_of_a_plate_reads_the_influence_of_a_touch():
     assert np.allclose(found, expected * [1, 1, -1], atol=0.01 * np.abs(expected).max())
 
 
+def test_gauges_compose_with_the_influence_of_a_touch_at_any_place():
+    gauges, touch = synthetic.strain_gauges([[180.0, 140.0]]), fe.Touch(80.0, 60.0, 1e-4)
+    points, mesh = CAMERA.on_plate(gauges.px, TOP), fe.grid(PLATE, 24)
+    influence = fe.displacement_influence(PLATE, points, mesh=mesh)
+    J = CAMERA.jacobian(np.column_stack([points, np.full(len(points), TOP)]))
+    per_newton = np.einsum("qab,kqb->qak", J, influence.displacement([[80.0, 60.0], [30.0, 40.0]]))
+    found = gauges.read(per_newton)[0, :, 0]
+    moved = fe.deflect(PLATE, [touch], mesh).displacement(points)
+    exact = gauges.read(synthetic.motion(CAMERA, points, moved, TOP))[0] / touch.force
+    assert np.allclose(found, exact, rtol=1e-5)
+
+
 @pytest.mark.slow
 def test_hundreds_of_small_touches_agree_with_pictures_within_the_predicted_noise(bench):
     warper, rest, modes = bench
