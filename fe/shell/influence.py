@@ -88,9 +88,9 @@ def influence(state: ShellState, gauges: ArrayLike, face: Face = "top") -> Shell
         factor = cholesky(free.T @ shell.system.tangent(state.values.ravel()) @ free)
     if factor is None:
         raise ValueError(
-            "influence needs a stable equilibrium, got a state with smallest eigenvalue "
-            f"{state.stability.eigenvalue:.2g} of the flat plate's and residual "
-            f"{state.stability.residual:.2g}; use a smaller load or base"
+            "influence needs a stable equilibrium, got a state of residual "
+            f"{state.stability.residual:.2g} and smallest eigenvalue "
+            f"{state.stability.eigenvalue:.2g} of the flat plate's; use a smaller load or base"
         )
     g = derivatives(mesh, state.values, gauges, recovered)
     variation = strain_variation(g, height(state.plate, gauges, face))

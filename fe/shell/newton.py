@@ -1,9 +1,10 @@
 """Equilibrium of the shell by Newton's method, down to a stable one.
 
 Two things carry it. The tangent takes its membrane forces from the step before, linear in that
-step, and not from the place reached: full steps then stay long however thin the plate is (the
-mixed form of Magisano, Leonetti & Garcea, 2017, doi 10.1016/j.cma.2016.10.023). And the steps are
-searched for a lower potential, on a tangent made positive by a share of the mass where it is not.
+step, and not from the place reached: full steps then converge however thin the plate is (the
+mixed form of Magisano, Leonetti & Garcea, 2017, doi 10.1016/j.cma.2016.10.023). And a step is
+searched for a lower potential where it leads far, or once the tangent was not positive and had to
+be made so by a share of the mass.
 """
 
 from __future__ import annotations
@@ -23,8 +24,13 @@ _MOST_ITERATIONS = 60
 # The step is the last one where the work that it can still do is this part of the energy: it
 # leaves 1e-14 of the displacement.
 _SETTLED = 1e-14
-# Below this part the potential itself is too coarse for a search.
+# Below this part the potential itself is too coarse for a search. Where stiff parts round off, the
+# work falls no further from there on: it stays above that part of the work before.
 _ROUNDING = 1e-9
+_STAYS = 0.25
+# Steps that can do more work than so many times the energy lead far; of others a rise of the
+# potential says little, for it is that of stretch which the next step takes away.
+_FAR = 4.0
 # At a saddle the search would creep; from here on it leaves along the softest direction.
 _AT_SADDLE = 1e-4
 # A step is long enough where the potential falls by this part of what the tangent promises.
@@ -47,9 +53,7 @@ class Equilibrium:
     escapes : int
         How often an unstable equilibrium was left.
     factor : Band
-        Factors of the last tangent of the free unknowns plus `shift` times their mass.
-    shift : float, N/mm³
-        0 where the tangent is positive.
+        Factors of the last tangent of the free unknowns; not of itself where it is not positive.
     """
 
     values: NDArray[np.float64]
@@ -57,7 +61,6 @@ class Equilibrium:
     iterations: int
     escapes: int
     factor: Band
-    shift: float
 
 
 class _Step(NamedTuple):
@@ -79,25 +82,27 @@ def equilibrium(problem: Problem, start: NDArray[np.float64], bold: bool = True)
     """
     system, (lift, free) = problem.system, problem.support
     zero = np.zeros_like(start)
-    values, escapes, shift = start, 0, 0.0
+    values, escapes, shift, work, far = start, 0, 0.0, np.inf, _FAR
     jump = lift + free @ (free.T @ (start - lift)) - start
     stress = system.stresses(values, zero)
     iteration = 0
     while True:
         iteration += 1
         step = _step(problem, values, stress, jump, shift)
-        shift = step.shift
-        jumped = jump.any()
+        shift, before, jumped = step.shift, work, jump.any()
         work = np.inf if jumped else step.work / max(step.energy, TINY)
-        if work <= _SETTLED and shift == 0:
-            return Equilibrium(values + step.move, True, iteration, escapes, step.factor, shift)
+        settled = work <= _SETTLED or _STAYS * before < work <= _ROUNDING
+        if settled and shift == 0:
+            return Equilibrium(values + step.move, True, iteration, escapes, step.factor)
         if (shift > 0 and not bold) or iteration == _MOST_ITERATIONS:
-            return Equilibrium(values, False, iteration, escapes, step.factor, shift)
+            return Equilibrium(values, False, iteration, escapes, step.factor)
         length = 1.0
+        if shift > 0:
+            far = _ROUNDING
         if work <= _AT_SADDLE and shift > 0:
             length, move, escapes = 0.0, escape(problem, values, step.factor), escapes + 1
         else:
-            if work > _ROUNDING and not jumped:
+            if work > far and not jumped:
                 length = _search(problem, values, step)
             move = length * step.move
         ahead = values + move

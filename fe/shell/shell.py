@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import nan
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fe.functional import derivative
+from fe.load import spread
 from fe.mesh import Mesh, grid, mesh_for
 from fe.plate import Plate, Touch
 from fe.shell.band import cholesky
@@ -25,6 +27,9 @@ from fe.shell.system import System
 # before the finer mesh takes over its shape.
 _LONG_SIDE = 40
 _COARSE = 20
+
+# Patches stiffer than 1e9 times the rest round off so much that the digits run out.
+_MOST_RESIDUAL = 1e-6
 
 # A path is followed in steps halved down to this part of it.
 _FINEST_STEP = 1 / 32
@@ -77,7 +82,7 @@ class Shell:
                 "stiffness of the plate must hold it by more than rounding, got springs of "
                 f"{self.plate.sides} edges or patches too soft for it; hold the edges more firmly"
             )
-        return smallest(tangent, free.T @ self.system.mass @ free, factor, 0.0)
+        return smallest(tangent, free.T @ self.system.mass @ free, factor)
 
     def at(self, base: Base) -> ShellState:
         """Bend and twist the plate by its clamps.
@@ -136,14 +141,17 @@ class Shell:
         self, base: Base, found: Equilibrium, loads: NDArray, before: Stability
     ) -> ShellState:
         """State of an equilibrium, with the iterations and escapes before it counted in."""
-        free = self.support(base).free
-        tangent = free.T @ self.system.tangent(found.values) @ free
-        mass = free.T @ self.system.mass @ free
-        eigenvalue = smallest(tangent, mass, found.factor, found.shift) / self.unit
+        free, eigenvalue = self.support(base).free, nan
+        residual = self._problem(base, loads.ravel()).residual(found.values)
+        converged = found.converged and before.converged and residual <= _MOST_RESIDUAL
+        if converged:
+            tangent = free.T @ self.system.tangent(found.values) @ free
+            mass = free.T @ self.system.mass @ free
+            eigenvalue = smallest(tangent, mass, found.factor) / self.unit
         escapes = before.escapes + found.escapes
         stability = Stability(
-            judge(found.converged and before.converged, eigenvalue, escapes),
-            self._problem(base, loads.ravel()).residual(found.values),
+            judge(converged, eigenvalue, escapes),
+            residual,
             before.iterations + found.iterations,
             eigenvalue,
             escapes,
@@ -181,6 +189,8 @@ def solve(
         base.
     """
     shell = Shell(plate, shell_mesh(plate) if mesh is None else mesh)
+    # Refuses touches outside before the base takes its time.
+    spread(plate, shell.mesh, touches)
     state = shell.at(base or Base())
     return state.touch(touches) if touches else state
 

@@ -44,7 +44,8 @@ class Stability:
     eigenvalue : float
         Smallest eigenvalue of the tangent against the mass, in parts of that of the flat plate at
         rest: the square of the lowest natural frequency in parts of the flat one's. It does not
-        depend on the mesh; 1 at rest, 0 at a limit point or a branching.
+        depend on the mesh; 1 at rest, 0 at a limit point or a branching; NaN where no equilibrium
+        was found.
     escapes : int
         How often an unstable equilibrium was left on the way.
     """
@@ -70,16 +71,15 @@ def judge(converged: bool, eigenvalue: float, escapes: int) -> Verdict:
     return Verdict.OTHER_BRANCH if escapes else Verdict.STABLE
 
 
-def smallest(tangent: sp.csr_array, mass: sp.csr_array, factor: Band, shift: float) -> float:
+def smallest(tangent: sp.csr_array, mass: sp.csr_array, factor: Band) -> float:
     """Smallest eigenvalue of tangent - λ mass, by Lanczos on the inverse.
 
     Parameters
     ----------
     tangent, mass : (Z, Z) sparse
+        Both positive.
     factor : Band
-        Of tangent + shift mass.
-    shift : float
-        So large that this is positive.
+        Of the tangent.
     """
     inverse = LinearOperator(tangent.shape, matvec=factor.solve)  # pyright: ignore[reportCallIssue]
     start = np.random.default_rng(0).standard_normal(len(factor.scale))
@@ -87,7 +87,7 @@ def smallest(tangent: sp.csr_array, mass: sp.csr_array, factor: Band, shift: flo
         tangent,
         k=1,
         M=mass,
-        sigma=-shift,
+        sigma=0.0,
         OPinv=inverse,
         v0=start,
         tol=1e-6,  # pyright: ignore[reportArgumentType]
