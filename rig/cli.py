@@ -19,6 +19,7 @@ COMMANDS = {
     "dataset": "Write a data set of simulated touches.",
     "train": "Train the net of a scene on simulated touches.",
     "score": "Repeat the test of a trained net.",
+    "doctor": "Say what this machine has for a bench, what it lacks, and how to mend it.",
 }
 TRACEBACK = "--traceback"
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")

@@ -31,6 +31,7 @@ from rig.usb.faults import faults
 IDENTIFY, LEVEL, STROBE, TRIGGER, STATE, OFF = range(1, 7)
 OUT, IN = 0x40, 0xC0  # vendor request to the device, from the host and to it
 MAGIC, VERSION = b"TPB", 1
+TRIAL_BOARD = (0x1209, 0x0001)  # VID and PID that pid.codes gives to all trials
 PATIENCE = 500  # ms for an answer
 FULL = 1000  # per mille
 LONGEST = 2**32 * 1e-6  # s

@@ -1,0 +1,37 @@
+"""One thing that was looked at."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class State(StrEnum):
+    """How bad it is."""
+
+    GOOD = "good"
+    ABSENT = "absent"  # not there, and only some benches need it
+    WRONG = "wrong"  # the bench will not run as it should
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What was found about a topic, and what to do where it is not good."""
+
+    topic: str
+    state: State
+    text: str
+    remedy: str = ""
+
+
+def good(topic: str, text: str) -> Finding:
+    """Make a finding that needs nothing."""
+    return Finding(topic, State.GOOD, text)
+
+
+def absent(topic: str, text: str, remedy: str = "") -> Finding:
+    """Make a finding about what only some benches need."""
+    return Finding(topic, State.ABSENT, text, remedy)
+
+
+def wrong(topic: str, text: str, remedy: str) -> Finding:
+    """Make a finding that must be mended."""
+    return Finding(topic, State.WRONG, text, remedy)
