@@ -20,8 +20,10 @@ from fe.reduced.membrane import pull, stretch
 from fe.reduced.spline import Table, table
 from fe.reduced.touch_shape import TouchShapes
 
-# Elements between neighbouring places of the table: the forms are smooth in the place.
+# Elements between neighbouring places of the table, and the fewest steps between places along a
+# side. One element instead of two changes nothing in 1e4; 15 mm on a plate of 90 mm, 5 %.
 _STRIDE = 2
+_FEWEST = 10
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +94,7 @@ def forms(
 
 
 def _places(mesh: Mesh, axis: int) -> NDArray[np.float64]:
-    return np.linspace(0.0, mesh.size[axis], max(mesh.counts[axis] // _STRIDE, 5) + 1)
+    return np.linspace(0.0, mesh.size[axis], max(mesh.counts[axis] // _STRIDE, _FEWEST) + 1)
 
 
 def _all_stresses(karman: Karman, basis: Basis) -> NDArray[np.float64]:

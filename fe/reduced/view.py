@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -75,11 +76,12 @@ class View:
         Raises
         ------
         ValueError
-            A touch, or a part of its disc, lies outside the plate.
+            A touch, or a part of its disc, lies outside the plate, there is none, or it has no
+            force or radius that makes sense.
         """
         xy = self.plate.points(xy, "touch")
-        force = np.asarray(force, dtype=np.float64).reshape(len(xy))
-        state = self.reduced.balance(xy, force, np.full(len(xy), radius))
+        force, radii = _checked(force, len(xy)), np.full(len(xy), _radius(radius))
+        state = self.reduced.balance(xy, force, radii)
         n, channels = self.fixed.shape[1], len(self.fixed)
         moving = self.moving.read(xy, radius).reshape(len(xy), channels, -1)
         slopes = self.moving.gradient(xy, radius).reshape(*moving.shape, 2)
@@ -93,3 +95,25 @@ class View:
         jacobian[:, :, :2] += np.einsum("tcad,ta->ctd", slopes, weights)
         result = self.reduced.trust(xy, state)
         return Reading(values.reshape(-1, 3), jacobian.reshape(-1, 3, len(xy), 3), result)
+
+
+def _checked(force: ArrayLike, touches: int) -> NDArray[np.float64]:
+    """Forces (T,) N, one for each touch."""
+    force = np.asarray(force, dtype=np.float64)
+    if force.shape != (touches,) or touches == 0:
+        raise ValueError(
+            f"touches must be one or more, each with a force in N, got {touches} places and forces "
+            f"of shape {force.shape}"
+        )
+    if not np.isfinite(force).all():
+        k = int(np.argmin(np.isfinite(force)))
+        raise ValueError(f"force of touch {k} must be finite, got {force[k]} N")
+    return force
+
+
+def _radius(radius: float) -> float:
+    if not 0.0 <= radius < inf:
+        raise ValueError(
+            f"touch radius must be 0 mm or more and finite, got {radius:g} mm; write 0 for a point"
+        )
+    return radius
