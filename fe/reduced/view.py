@@ -98,7 +98,7 @@ class View:
 
 
 def _checked(force: ArrayLike, touches: int) -> NDArray[np.float64]:
-    """Forces (T,) N, one for each touch."""
+    """Check forces (T,) N, one for each touch."""
     force = np.asarray(force, dtype=np.float64)
     if force.shape != (touches,) or touches == 0:
         raise ValueError(
