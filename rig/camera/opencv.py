@@ -71,7 +71,8 @@ class OpenCvCamera:
 
     def close(self) -> None:
         """See `Device.close`."""
-        self._capture.release()
+        with _quiet():
+            self._capture.release()
 
 
 def open_camera(name: str, size: tuple[int, int], rate: float, controls: Controls) -> OpenCvCamera:

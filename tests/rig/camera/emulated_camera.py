@@ -24,13 +24,49 @@ PATIENCE = 200  # ms that a client waits for a frame before it may ask again
 BUFFERS = 4
 ROOM = -(-2 * WIDTH * HEIGHT // 4096) * 4096
 NODE = "/dev/video0"
-PLACE = "/devices/pci0000:00/0000:00:14.0/usb1/1-4/1-4:1.0/video4linux/video0"
+HUB_CLASS, VIDEO_CLASS = 9, 0x0E
+HUB = "/devices/pci0000:00/0000:00:14.0/usb1"
+SOCKET = HUB + "/1-4"
+INTERFACE = SOCKET + "/1-4:1.0"
+PLACE = INTERFACE + "/video4linux/video0"
 FORMATS = ((b"GREY", b"8-bit Greyscale", 1), (b"YUYV", b"YUYV 4:2:2", 2))
+
+
+def usb_tape(place, node, descriptors, attributes):
+    """Describe a USB device to umockdev: what the kernel shows of it in /sys and /dev."""
+    bus, address = (int(number) for number in node.split("/")[-2:])
+    lines = [
+        f"P: {place}", f"N: {node}={descriptors}", f"E: DEVNAME=/dev/{node}",
+        "E: DEVTYPE=usb_device", "E: DRIVER=usb", "E: MAJOR=189", f"E: MINOR={address - 1}",
+        f"E: BUSNUM={bus:03}", f"E: DEVNUM={address:03}", "E: SUBSYSTEM=usb",
+        "A: bConfigurationValue=1", f"A: busnum={bus}", f"A: devnum={address}", "A: speed=480",
+        *(f"A: {name}={value}" for name, value in attributes.items()),
+        f"H: descriptors={descriptors}",
+    ]  # fmt: skip
+    return "\n".join(lines) + "\n\n"
+
+
+def descriptors(vendor, product, code, subclass):
+    """Device, configuration and interface descriptor, as hexadecimal digits."""
+    of_device = code if code == HUB_CLASS else 0  # others leave it to their interfaces
+    head = struct.pack("<BBHBBBB", 18, 1, 0x200, of_device, 0, 0, 64)
+    device = head + struct.pack("<HHHBBBB", vendor, product, 1, 0, 0, 0, 1)
+    interface = bytes([9, 4, 0, 0, 0, code, subclass, 0, 0])
+    configuration = struct.pack("<BBHBBBBB", 9, 2, 9 + len(interface), 1, 1, 0, 0x80, 50)
+    return (device + configuration + interface).hex().upper()
+
+
+HUB_TAPE = usb_tape(HUB, "bus/usb/001/001", descriptors(0x1D6B, 2, HUB_CLASS, 0), {"devpath": "0"})
 TAPE = (
-    f"P: {PLACE}\nN: video0=00\nE: DEVNAME={NODE}\nE: MAJOR=81\nE: MINOR=0\n"
+    usb_tape(
+        SOCKET, "bus/usb/001/002", descriptors(0x1209, 2, VIDEO_CLASS, 1),
+        {"devpath": "4", "product": "Speckle Eye", "serial": "E7"},
+    )
+    + f"P: {INTERFACE}\nE: DEVTYPE=usb_interface\nE: DRIVER=uvcvideo\nE: SUBSYSTEM=usb\n\n"
+    + f"P: {PLACE}\nN: video0=00\nE: DEVNAME={NODE}\nE: MAJOR=81\nE: MINOR=0\n"
     "E: SUBSYSTEM=video4linux\nE: ID_V4L_CAPABILITIES=:capture:\nA: name=Speckle Eye\\n\n"
     "A: index=0\\n\nA: dev=81:0\\n\n\n"
-)
+)  # fmt: skip
 INTEGER, SWITCH, MENU = 1, 2, 3
 EXPOSURE_BY, EXPOSURE = 0x009A0901, 0x009A0902
 WHITE_BY, WHITE = 0x0098090C, 0x0098091A
@@ -129,8 +165,9 @@ class EmulatedCamera:
     def unplug(self):
         self.gone = True
         self.testbed.detach_ioctl(NODE)
-        self.testbed.uevent("/sys" + PLACE, "remove")
-        self.testbed.remove_device("/sys" + PLACE)
+        for place in (PLACE, INTERFACE, SOCKET):
+            self.testbed.uevent("/sys" + place, "remove")
+            self.testbed.remove_device("/sys" + place)
 
     def tick(self):
         """Time for another frame."""
@@ -362,6 +399,7 @@ class EmulatedCamera:
 
 def main():
     testbed = UMockdev.Testbed.new()
+    testbed.add_from_string(HUB_TAPE)
     camera = EmulatedCamera(testbed)
     GLib.timeout_add(int(1000 / RATE), camera.tick)
     loop = GLib.MainLoop()
