@@ -106,7 +106,7 @@ def _search(ref: Reference, image: NDArray, places: NDArray) -> tuple[NDArray, N
     """Find points (S,) of a reference in a picture that moved, or that turned as well."""
     xy = ref.xy[places]
     motion, found = seeds.find(ref.image, image, xy)
-    if found.mean() >= _ENOUGH:
+    if np.count_nonzero(found) >= _ENOUGH * len(places):
         return motion, found
     turn = features.affine(ref.image, image)
     if turn is None:
