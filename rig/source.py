@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
+if TYPE_CHECKING:  # a camera must not wait for plates
+    import numpy as np
+    from numpy.typing import NDArray
 
-import fe
+    import fe
 
 
 @dataclass(frozen=True, eq=False)
