@@ -16,15 +16,13 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from rig.camera.controls import Controls, Knob, Setting, hold
 from rig.camera.device import stamp
+from rig.camera.pixels import FORMATS, brightness, name_of
 from rig.camera.reasons import refusal, unsupported
 from rig.source import Frame
 
-FORMATS = ("GREY", "YUYV", "MJPG")
-"""From exact to compressed: grey and YUYV hold the brightness of each pixel as it was measured."""
 MANUAL_EXPOSURE = 1  # V4L2_EXPOSURE_MANUAL
 UVC_EXPOSURE = 1e-4  # s a step
 QUERY_CAPABILITIES, REQUEST_BUFFERS = 0x80685600, 0xC0145608  # VIDIOC_QUERYCAP, VIDIOC_REQBUFS
@@ -48,10 +46,15 @@ class OpenCvCamera:
     """A `Device` on an open capture; use `open_camera`."""
 
     def __init__(
-        self, name: str, capture: cv2.VideoCapture, settings: tuple[Setting, ...], code: str
+        self,
+        name: str,
+        capture: cv2.VideoCapture,
+        layout: tuple[str, tuple[int, int]],
+        settings: tuple[Setting, ...],
     ):
         self.name, self.settings = name, settings
-        self._capture, self._code = capture, code
+        self._capture = capture
+        self._code, self._size = layout
         self._count = 0
 
     def read(self, timeout: float) -> Frame | None:
@@ -63,11 +66,9 @@ class OpenCvCamera:
                 raise refusal(self.name, OSError(errno.ENODEV, "gone"))
             return None
         captured = stamp(self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1e3, now)
-        image = _grey(raw, self._code)
-        if image is None:  # half a JPEG
-            return None
         self._count += 1
-        return Frame(self._count - 1, captured, image)
+        image = brightness(np.asarray(raw, np.uint8), self._code, self._size)
+        return None if image is None else Frame(self._count - 1, captured, image)
 
     def close(self) -> None:
         """See `Device.close`."""
@@ -101,7 +102,7 @@ def open_camera(name: str, size: tuple[int, int], rate: float, controls: Control
         capture.set(cv2.CAP_PROP_FPS, rate)
         capture.set(cv2.CAP_PROP_CONVERT_RGB, 0)
         settings = hold(OpenCvPort(capture), controls)
-    return OpenCvCamera(name, capture, settings, code)
+    return OpenCvCamera(name, capture, (code, size), settings)
 
 
 class OpenCvPort:
@@ -157,19 +158,11 @@ def _choose(capture: cv2.VideoCapture, name: str, size: tuple[int, int]) -> str:
 
 
 def _format(capture: cv2.VideoCapture) -> tuple[str, int, int]:
-    number = int(capture.get(cv2.CAP_PROP_FOURCC))
-    code = number.to_bytes(4, "little").decode("ascii", "replace")
+    code = name_of(int(capture.get(cv2.CAP_PROP_FOURCC)))
     width, height = (
         int(capture.get(side)) for side in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)
     )
     return code, width, height
-
-
-def _grey(raw: NDArray, code: str) -> NDArray | None:
-    """Brightness (H, W) of a picture as the camera sent it; None where it cannot be decoded."""
-    if code == "MJPG":
-        return cv2.imdecode(raw.reshape(-1), cv2.IMREAD_GRAYSCALE)
-    return np.ascontiguousarray(raw[..., 0]) if raw.ndim == 3 else raw
 
 
 @contextmanager

@@ -19,12 +19,11 @@ import numpy as np
 from rig.camera.controls import Controls, Knob, Setting, hold
 from rig.camera.device import stamp
 from rig.camera.extra import need
+from rig.camera.pixels import FORMATS, brightness, name_of
 from rig.camera.reasons import refusal, unsupported
 from rig.source import Frame
 
 BUFFERS = 4
-BYTES = {"GREY": 1, "YUYV": 2}
-"""Bytes a pixel of the formats that need no decoder; brightness is the first."""
 PAUSE = 0.002  # s before a driver that was ready and gave nothing is asked again
 USER, CAMERA = 0x00980900, 0x009A0900  # V4L2_CID_BASE, V4L2_CID_CAMERA_CLASS_BASE
 VALUES = {
@@ -49,9 +48,9 @@ class V4l2Camera:
         self.name, self.settings = name, settings
         self._video, self._handle = video, handle
         self._kind, self._memory = video.BufferType.VIDEO_CAPTURE, video.Memory.MMAP
-        layout = video.get_format(handle, self._kind)
-        self._shape = (layout.height, layout.width, layout.bytes_per_line)
-        self._deep = BYTES[layout.pixel_format.name]
+        layout = video.get_raw_format(handle, self._kind).fmt.pix
+        self._code = name_of(layout.pixelformat)
+        self._size, self._line = (layout.width, layout.height), layout.bytesperline
         self._buffers: list[mmap.mmap] = video.create_mmap_buffers(
             handle, self._kind, self._memory, BUFFERS
         )
@@ -84,17 +83,17 @@ class V4l2Camera:
 
     def _frame(self, buffer: Any) -> Frame | None:
         """Copy a picture out of its buffer, and give the buffer back; None if it is damaged."""
-        high, wide, line = self._shape
-        frame = None
-        if buffer.bytesused >= high * line and not buffer.flags & self._video.BufferFlag.ERROR:
-            raw = np.frombuffer(self._buffers[buffer.index], np.uint8, high * line)
-            rows = raw.reshape(high, line)[:, : wide * self._deep]
-            taken = buffer.timestamp.secs + buffer.timestamp.usecs * 1e-6
-            image = rows[:, :: self._deep].copy()
-            frame = Frame(buffer.sequence, stamp(taken, time.monotonic()), image)
-            del raw, rows  # the buffer cannot be closed while an array looks at it
+        image = None
+        if not buffer.flags & self._video.BufferFlag.ERROR:
+            raw = np.frombuffer(self._buffers[buffer.index], np.uint8, buffer.bytesused)
+            image = brightness(raw, self._code, self._size, self._line)
+            del raw  # the buffer cannot be closed while an array looks at it
+        taken = buffer.timestamp.secs + buffer.timestamp.usecs * 1e-6
+        number = buffer.sequence
         self._video.enqueue_buffer_raw(self._handle, buffer)  # overwrites what it said
-        return frame
+        if image is None:
+            return None
+        return Frame(number, stamp(taken, time.monotonic()), image)
 
 
 def open_camera(name: str, size: tuple[int, int], rate: float, controls: Controls) -> V4l2Camera:
@@ -162,13 +161,13 @@ class V4l2Port:
 def _choose(video: Any, name: str, handle: int, size: tuple[int, int]) -> None:
     """Set the first of our formats that the camera has in this size."""
     kind, offered = video.BufferType.VIDEO_CAPTURE, set()
-    for code in BYTES:
+    for code in FORMATS:
         video.set_format(handle, kind, *size, code)
-        got = video.get_format(handle, kind)
-        if (got.pixel_format.name, got.width, got.height) == (code, *size):
+        got = video.get_raw_format(handle, kind).fmt.pix
+        if (name_of(got.pixelformat), got.width, got.height) == (code, *size):
             return
-        offered.add(f"{got.pixel_format.name} {got.width} × {got.height} px")
-    wanted = f"{size[0]} × {size[1]} px in {' or '.join(BYTES)}"
+        offered.add(f"{name_of(got.pixelformat)} {got.width} × {got.height} px")
+    wanted = f"{size[0]} × {size[1]} px in {', '.join(FORMATS)}"
     raise unsupported(name, wanted, " and ".join(sorted(offered)))
 
 

@@ -4,9 +4,12 @@ import json
 import os
 import subprocess
 import sys
+from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 
 collect_ignore = [] if find_spec("pypylon") and find_spec("genicam") else ["test_machine_vision.py"]
@@ -43,14 +46,30 @@ class Emulation:
             return json.loads(client.communicate(timeout=SECONDS)[0])
 
 
-@pytest.fixture
-def emulation():
-    command = [WRAPPER, "/usr/bin/python3", EMULATED, *map(str, SIZE), str(RATE)]
+@contextmanager
+def emulate(*options):
+    command = [WRAPPER, "/usr/bin/python3", EMULATED, *map(str, SIZE), str(RATE), *options]
     with subprocess.Popen(
         command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     ) as process:
         yield Emulation(process)
         process.stdin.close()
+
+
+@pytest.fixture
+def emulation():
+    with emulate() as camera:
+        yield camera
+
+
+@pytest.fixture
+def compressing(tmp_path):
+    """Give a camera that sends one JPEG over and over, and the path of that."""
+    path = tmp_path / "sent.jpg"
+    x, y = np.meshgrid(np.arange(SIZE[0]), np.arange(SIZE[1]))
+    cv2.imwrite(str(path), (120 + 80 * np.sin(x / 7) * np.cos(y / 5)).astype(np.uint8))
+    with emulate(path) as camera:
+        yield camera, path
 
 
 def pytest_configure(config):

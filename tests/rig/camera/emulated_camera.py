@@ -2,10 +2,11 @@
 
 Run by Debian's Python, which has the bindings of umockdev:
 
-    umockdev-wrapper /usr/bin/python3 emulated_camera.py WIDTH HEIGHT RATE
+    umockdev-wrapper /usr/bin/python3 emulated_camera.py WIDTH HEIGHT RATE [JPEG]
 
 It prints the folder that clients must be given as UMOCKDEV_DIR, then obeys words on stdin and
-answers each with "done". Pixel (x, y) of frame n is (x + 3 y + 7 n) mod 256.
+answers each with "done". Pixel (x, y) of frame n is (x + 3 y + 7 n) mod 256; a camera that is given
+a JPEG file sends nothing else.
 """
 
 import errno
@@ -13,6 +14,7 @@ import os
 import struct
 import sys
 import time
+from pathlib import Path
 
 import gi
 
@@ -30,6 +32,9 @@ SOCKET = HUB + "/1-4"
 INTERFACE = SOCKET + "/1-4:1.0"
 PLACE = INTERFACE + "/video4linux/video0"
 FORMATS = ((b"GREY", b"8-bit Greyscale", 1), (b"YUYV", b"YUYV 4:2:2", 2))
+COMPRESSED = Path(sys.argv[4]).read_bytes() if len(sys.argv) > 4 else b""
+if COMPRESSED:
+    FORMATS = ((b"MJPG", b"Motion-JPEG", 0),)
 
 
 def usb_tape(place, node, descriptors, attributes):
@@ -99,6 +104,8 @@ def text(characters, size):
 
 
 def picture(number, bytes_a_pixel):
+    if COMPRESSED:
+        return COMPRESSED
     row = bytes(range(256)) * (WIDTH // 256 + 2)
     starts = ((3 * y + 7 * number) % 256 for y in range(HEIGHT))
     grey = b"".join(row[start : start + WIDTH] for start in starts)
@@ -216,8 +223,12 @@ class EmulatedCamera:
             return errno.EINVAL
         line = WIDTH * self.format[2]
         sizes = struct.pack("<II", WIDTH, HEIGHT) + self.format[0]
-        request.put(8, sizes + struct.pack("<IIIII", 1, line, line * HEIGHT, 8, 0))
+        request.put(8, sizes + struct.pack("<IIIII", 1, line, self.length(), 8, 0))
         return 0
+
+    def length(self):
+        """Bytes of a picture."""
+        return len(COMPRESSED) or WIDTH * HEIGHT * self.format[2]
 
     def set_format(self, request):
         if self.busy:
@@ -289,7 +300,7 @@ class EmulatedCamera:
             GLib.timeout_add(PATIENCE, self.give_up, request)
             return None
         index, number, taken = self.full.pop(0)
-        used, flags = WIDTH * HEIGHT * self.format[2], 0x2005
+        used, flags = self.length(), 0x2005
         if self.torn:
             used, flags, self.torn = used // 2, flags | 0x40, False
         return self.buffer(request, index, used, flags, number, taken)

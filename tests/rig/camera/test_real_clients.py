@@ -184,6 +184,29 @@ def test_frames_that_the_driver_lost_or_damaged_are_counted_where_it_numbers_the
     assert said["whole"]
 
 
+@KINDS
+def test_jpegs_are_decoded_and_one_that_is_cut_off_is_left_out(compressing, kind):
+    camera, path = compressing
+    body = f"""
+    import cv2
+    with Camera(device) as camera:
+        camera.grab(5.0)
+        say(ready=True)
+        sys.stdin.readline()
+        frames = [camera.grab(5.0) for _ in range(15)]
+        sent = cv2.imread({str(path)!r}, cv2.IMREAD_GRAYSCALE)
+        say(same=all((f.image == sent).all() for f in frames), dropped=camera.dropped)
+    """
+    with camera.client(script(kind, body)) as client:
+        client.stdout.readline()
+        camera.say("tear")
+        client.stdin.write("\n")
+        client.stdin.flush()
+        said = json.loads(client.stdout.readline())
+    assert said["same"]
+    assert said["dropped"] == 1
+
+
 REFUSED = """
 try:
     device()
