@@ -9,6 +9,7 @@ from collections import deque
 from typing import Any, Protocol
 
 from rig.camera.controls import Controls, Knob, Setting, hold
+from rig.camera.panel import Panel
 from rig.camera.reasons import unsupported
 
 FORMAT = "Mono8"
@@ -16,9 +17,13 @@ VALUES = {
     Knob.EXPOSURE: ("ExposureTime", "ExposureTimeAbs"),
     Knob.GAIN: ("Gain", "GainRaw"),
     Knob.FOCUS: ("FocusPos",),
-    Knob.WHITE_BALANCE: (),  # ratios of the channels, of which a grey camera has one
 }
-AUTOMATICS = {Knob.EXPOSURE: "ExposureAuto", Knob.GAIN: "GainAuto", Knob.FOCUS: "FocusAuto"}
+AUTOMATICS = {
+    Knob.EXPOSURE: (("ExposureAuto",), "Off"),
+    Knob.GAIN: (("GainAuto",), "Off"),
+    Knob.FOCUS: (("FocusAuto",), "Off"),
+}
+"""White balance is a ratio of channels, and a grey picture has one."""
 STEPS = {Knob.EXPOSURE: 1e-6}  # s
 RATES = ("AcquisitionFrameRate", "AcquisitionFrameRateAbs")
 RECENT = (
@@ -36,32 +41,6 @@ class Nodes(Protocol):
     def set(self, name: str, value: Any) -> bool:
         """Set a value; whether the camera accepted it."""
         ...
-
-
-class NodePort:
-    """Controls of a GenICam camera; see `rig.camera.controls.Port`."""
-
-    def __init__(self, nodes: Nodes):
-        self._nodes = nodes
-
-    def manual(self, knob: Knob) -> bool:
-        """See `Port.manual`."""
-        automatic = AUTOMATICS.get(knob)
-        if automatic is None or self._nodes.get(automatic) is None:
-            return True
-        self._nodes.set(automatic, "Off")
-        return self._nodes.get(automatic) == "Off"
-
-    def read(self, knob: Knob) -> float | None:
-        """See `Port.read`."""
-        values = (self._nodes.get(name) for name in VALUES[knob])
-        value = next((value for value in values if value is not None), None)
-        return None if value is None else float(value) * STEPS.get(knob, 1.0)
-
-    def write(self, knob: Knob, value: float) -> bool:
-        """See `Port.write`."""
-        steps = value / STEPS.get(knob, 1.0)
-        return any(self._nodes.set(name, steps) for name in VALUES[knob])
 
 
 def set_up(
@@ -83,7 +62,7 @@ def set_up(
         raise unsupported(name, f"{size[0]} × {size[1]} px in {FORMAT}", offered)
     nodes.set("AcquisitionFrameRateEnable", True)
     any(nodes.set(feature, float(rate)) for feature in RATES)
-    return hold(NodePort(nodes), controls)
+    return hold(_panel(nodes), controls)
 
 
 class DeviceClock:
@@ -102,3 +81,16 @@ class DeviceClock:
             return now
         self._apart.append(now - theirs)
         return theirs + min(self._apart)
+
+
+def _panel(nodes: Nodes) -> Panel[tuple[str, ...]]:
+    """Make the panel of a camera, where each control has one of several names."""
+
+    def get(names: tuple[str, ...]) -> Any:
+        found = (nodes.get(name) for name in names)
+        return next((value for value in found if value is not None), None)
+
+    def put(names: tuple[str, ...], value: Any) -> bool:
+        return any(nodes.set(name, value) for name in names)
+
+    return Panel(VALUES, AUTOMATICS, STEPS, get, put)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import errno
 import fcntl
+import os
 import struct
 import time
 from collections.abc import Iterator
@@ -19,10 +20,13 @@ import numpy as np
 
 from rig.camera.controls import Controls, Knob, Setting, hold
 from rig.camera.device import stamp
+from rig.camera.panel import Panel
 from rig.camera.pixels import FORMATS, brightness, name_of
 from rig.camera.reasons import refusal, unsupported
 from rig.source import Frame
 
+PATIENCE = ("OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT", "1")
+"""Seconds that OpenCV waits for a frame, else 10; it looks there before its first frame."""
 MANUAL_EXPOSURE = 1  # V4L2_EXPOSURE_MANUAL
 UVC_EXPOSURE = 1e-4  # s a step
 QUERY_CAPABILITIES, REQUEST_BUFFERS = 0x80685600, 0xC0145608  # VIDIOC_QUERYCAP, VIDIOC_REQBUFS
@@ -94,6 +98,7 @@ def open_camera(name: str, size: tuple[int, int], rate: float, controls: Control
         If there is no such camera, it is in use, may not be used or has no such pictures.
     """
     _probe(name)
+    os.environ.setdefault(*PATIENCE)
     with _quiet():
         capture = cv2.VideoCapture(name, cv2.CAP_V4L2)
         if not capture.isOpened():
@@ -101,34 +106,19 @@ def open_camera(name: str, size: tuple[int, int], rate: float, controls: Control
         code = _choose(capture, name, size)
         capture.set(cv2.CAP_PROP_FPS, rate)
         capture.set(cv2.CAP_PROP_CONVERT_RGB, 0)
-        settings = hold(OpenCvPort(capture), controls)
+        settings = hold(_panel(capture), controls)
     return OpenCvCamera(name, capture, (code, size), settings)
 
 
-class OpenCvPort:
-    """Controls of an open capture; see `rig.camera.controls.Port`."""
+def _panel(capture: cv2.VideoCapture) -> Panel[int]:
+    def get(control: int) -> float | None:
+        value = capture.get(control)
+        return None if value < 0 else value
 
-    def __init__(self, capture: cv2.VideoCapture):
-        self._capture = capture
+    def put(control: int, value: float) -> bool:
+        return capture.set(control, round(value))
 
-    def manual(self, knob: Knob) -> bool:
-        """See `Port.manual`."""
-        if knob not in AUTOMATICS:
-            return True
-        automatic, off = AUTOMATICS[knob]
-        if self._capture.get(automatic) < 0:  # there is none
-            return True
-        self._capture.set(automatic, off)
-        return self._capture.get(automatic) == off
-
-    def read(self, knob: Knob) -> float | None:
-        """See `Port.read`."""
-        value = self._capture.get(VALUES[knob])
-        return None if value < 0 else value * STEPS.get(knob, 1.0)
-
-    def write(self, knob: Knob, value: float) -> bool:
-        """See `Port.write`."""
-        return self._capture.set(VALUES[knob], round(value / STEPS.get(knob, 1.0)))
+    return Panel(VALUES, AUTOMATICS, STEPS, get, put)
 
 
 def _probe(name: str) -> None:

@@ -19,6 +19,7 @@ import numpy as np
 from rig.camera.controls import Controls, Knob, Setting, hold
 from rig.camera.device import stamp
 from rig.camera.extra import need
+from rig.camera.panel import Panel
 from rig.camera.pixels import FORMATS, brightness, name_of
 from rig.camera.reasons import refusal, unsupported
 from rig.source import Frame
@@ -111,7 +112,7 @@ def open_camera(name: str, size: tuple[int, int], rate: float, controls: Control
         handle = os.open(name, os.O_RDWR | os.O_NONBLOCK)
         _choose(video, name, handle, size)
         _set_rate(video, handle, rate)
-        settings = hold(V4l2Port(video, handle), controls)
+        settings = hold(_panel(video, handle), controls)
         return V4l2Camera(video, name, handle, settings)
     except OSError as error:
         if handle >= 0:
@@ -119,43 +120,21 @@ def open_camera(name: str, size: tuple[int, int], rate: float, controls: Control
         raise (refusal(name, error) if error.errno else error) from None
 
 
-class V4l2Port:
-    """Controls of an open node; see `rig.camera.controls.Port`."""
-
-    def __init__(self, video: Any, handle: int):
-        self._video, self._handle = video, handle
-
-    def manual(self, knob: Knob) -> bool:
-        """See `Port.manual`."""
-        if knob not in AUTOMATICS:
-            return True
-        automatic, off = AUTOMATICS[knob]
-        if self._get(automatic) is None:
-            return True
-        self._set(automatic, off)
-        return self._get(automatic) == off
-
-    def read(self, knob: Knob) -> float | None:
-        """See `Port.read`."""
-        value = self._get(VALUES[knob])
-        return None if value is None else value * STEPS.get(knob, 1.0)
-
-    def write(self, knob: Knob, value: float) -> bool:
-        """See `Port.write`."""
-        return self._set(VALUES[knob], round(value / STEPS.get(knob, 1.0)))
-
-    def _get(self, control: int) -> int | None:
+def _panel(video: Any, handle: int) -> Panel[int]:
+    def get(control: int) -> int | None:
         try:
-            return self._video.get_control(self._handle, control)
+            return video.get_control(handle, control)
         except OSError:
             return None
 
-    def _set(self, control: int, value: int) -> bool:
+    def put(control: int, value: float) -> bool:
         try:
-            self._video.set_control(self._handle, control, value)
+            video.set_control(handle, control, round(value))
         except OSError:
             return False
         return True
+
+    return Panel(VALUES, AUTOMATICS, STEPS, get, put)
 
 
 def _choose(video: Any, name: str, handle: int, size: tuple[int, int]) -> None:

@@ -18,6 +18,7 @@ import usb.util
 from usb.backend import IBackend
 
 from rig.camera.controls import Knob
+from rig.camera.panel import Panel
 from rig.usb.devices import VIDEO, Opened, UsbDevice, find_device
 from rig.usb.faults import faults
 
@@ -38,11 +39,10 @@ class Control:
     processing: bool
     selector: int
     size: int
-    step: float = 1.0
 
 
 VALUES = {
-    Knob.EXPOSURE: Control(False, 0x04, 4, 1e-4),
+    Knob.EXPOSURE: Control(False, 0x04, 4),
     Knob.GAIN: Control(True, 0x04, 2),
     Knob.FOCUS: Control(False, 0x06, 2),
     Knob.WHITE_BALANCE: Control(True, 0x0A, 2),
@@ -53,59 +53,11 @@ AUTOMATICS = {
     Knob.WHITE_BALANCE: (Control(True, 0x0B, 1), 0),
 }
 """Control that sets each knob by itself, and its value when it does not."""
-
-
-class UvcPort:
-    """Controls of a detached camera; see `rig.camera.controls.Port`."""
-
-    def __init__(self, device: Opened, interface: int, camera: int, processing: int):
-        self._device = device
-        self._interface = interface
-        self._units = {False: camera, True: processing}
-
-    def manual(self, knob: Knob) -> bool:
-        """See `Port.manual`."""
-        if knob not in AUTOMATICS:
-            return True
-        automatic, off = AUTOMATICS[knob]
-        if self._get(automatic) is None:
-            return True
-        self._set(automatic, off)
-        return self._get(automatic) == off
-
-    def read(self, knob: Knob) -> float | None:
-        """See `Port.read`."""
-        value = self._get(VALUES[knob])
-        return None if value is None else value * VALUES[knob].step
-
-    def write(self, knob: Knob, value: float) -> bool:
-        """See `Port.write`."""
-        return self._set(VALUES[knob], round(value / VALUES[knob].step))
-
-    def _address(self, control: Control) -> tuple[int, int]:
-        """Return wValue and wIndex of a request."""
-        return control.selector << 8, self._units[control.processing] << 8 | self._interface
-
-    def _get(self, control: Control) -> int | None:
-        try:
-            answer = self._device.ctrl_transfer(
-                IN, GET, *self._address(control), control.size, PATIENCE
-            )
-        except usb.core.USBError:  # it stalls what it does not have
-            return None
-        return int.from_bytes(bytes(answer), "little")
-
-    def _set(self, control: Control, value: int) -> bool:
-        try:
-            data = value.to_bytes(control.size, "little")
-            self._device.ctrl_transfer(OUT, SET, *self._address(control), data, PATIENCE)
-        except (usb.core.USBError, OverflowError):  # stalled, or more than it has bytes for
-            return False
-        return True
+STEPS = {Knob.EXPOSURE: 1e-4}  # s
 
 
 @contextmanager
-def open_uvc(device: UsbDevice, backend: IBackend | None = None) -> Iterator[UvcPort]:
+def open_uvc(device: UsbDevice, backend: IBackend | None = None) -> Iterator[Panel[Control]]:
     """Take a camera from its driver and give its controls; the driver has it back afterwards.
 
     Raises
@@ -125,11 +77,34 @@ def open_uvc(device: UsbDevice, backend: IBackend | None = None) -> Iterator[Uvc
             found.detach_kernel_driver(number)
         usb.util.claim_interface(found, number)
     try:
-        yield UvcPort(found, number, *_units(bytes(interface.extra_descriptors)))
+        yield _panel(found, number, *_units(bytes(interface.extra_descriptors)))
     finally:
         usb.util.dispose_resources(found)
         if detached:
             _give_back(found, number)
+
+
+def _panel(device: Opened, interface: int, camera: int, processing: int) -> Panel[Control]:
+    def address(control: Control) -> tuple[int, int]:
+        unit = processing if control.processing else camera
+        return control.selector << 8, unit << 8 | interface  # wValue, wIndex
+
+    def get(control: Control) -> int | None:
+        try:
+            answer = device.ctrl_transfer(IN, GET, *address(control), control.size, PATIENCE)
+        except usb.core.USBError:  # it stalls what it does not have
+            return None
+        return int.from_bytes(bytes(answer), "little")
+
+    def put(control: Control, value: float) -> bool:
+        try:
+            data = round(value).to_bytes(control.size, "little")
+            device.ctrl_transfer(OUT, SET, *address(control), data, PATIENCE)
+        except (usb.core.USBError, OverflowError):  # stalled, or more than it has bytes for
+            return False
+        return True
+
+    return Panel(VALUES, AUTOMATICS, STEPS, get, put)
 
 
 def _control_interface(found: Opened) -> Any:
