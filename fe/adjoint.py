@@ -14,8 +14,9 @@ from fe.load import disc
 from fe.mesh import Mesh
 from fe.plate import Plate
 
-# Measurements a solve: enough to share the reading of the factors, few enough to show progress.
-_BLOCK = 24
+# Measurements a solve: enough to share the reading of the factors. With more than four BLAS may
+# start threads for each small product, which was four times slower.
+_BLOCK = 4
 
 
 @dataclass(frozen=True, eq=False)

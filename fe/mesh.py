@@ -13,7 +13,9 @@ from fe.plate import Plate
 
 # Recovery of curvature needs five elements between breaks; one more leaves an inside.
 _FEWEST = 6
-_LONG_SIDE = 100
+# Strains near a touch need it: five millimetres from one, on a plate of 100, 100 elements leave
+# 1.6e-4 of the largest strain and 120 leave 8e-5. On round sides it also puts nodes on round places.
+_LONG_SIDE = 120
 
 Breaks = tuple[tuple[float, ...], tuple[float, ...]]
 
@@ -132,10 +134,10 @@ def grid(plate: Plate, longer: int) -> Mesh:
 
 
 def default_mesh(plate: Plate) -> Mesh:
-    """Return the `grid` of 100 elements along the longer side.
+    """Return the `grid` of 120 elements along the longer side.
 
-    On it the strains of the clamped square are exact to 1e-5 and the deflection under a touch
-    to 7e-5.
+    On it the strains of the clamped square are exact to 1e-5, or 1e-4 at a twentieth of the side
+    from a touch, and the deflection under a touch to 5e-5.
     """
     return grid(plate, _LONG_SIDE)
 

@@ -81,13 +81,13 @@ def test_a_mesh_fits_its_plate():
 @pytest.mark.parametrize(
     ("size", "counts"),
     [
-        ((100.0, 100.0), (100, 100)),
-        ((254.0, 100.0), (100, 40)),
-        ((80.0, 120.0), (66, 100)),
-        ((1.0, 50.0), (6, 100)),
+        ((100.0, 100.0), (120, 120)),
+        ((254.0, 100.0), (120, 48)),
+        ((80.0, 120.0), (80, 120)),
+        ((1.0, 50.0), (6, 120)),
     ],
 )
-def test_the_default_mesh_has_a_hundred_nearly_square_elements_along_the_longer_side(size, counts):
+def test_the_default_mesh_has_120_nearly_square_elements_along_the_longer_side(size, counts):
     assert fe.default_mesh(plate(size=size)).counts == counts
 
 
