@@ -16,7 +16,7 @@ from rig.scene.scene import Scene
 from rig.scene.section import Section
 from rig.scene.sensing import Dic, NetEstimator, PatternEstimator, StrainEstimator, Training
 
-ELEMENTS, FEWEST = 100, 6
+ELEMENTS, FEWEST = 120, 6
 """Elements along the longer side and the fewest between borders of patches, as in `fe.grid`."""
 
 TWIN_ELEMENTS = 64
