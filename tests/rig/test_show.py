@@ -49,7 +49,7 @@ def test_every_section_is_either_in_or_left_out(name):
 def test_the_tables_name_parts_and_reasons():
     done = show("twin")
     assert done.exit_code == 0
-    for text in ("plate", "39204 unknowns", "pinhole", "torch", "no net in this scene"):
+    for text in ("plate", "56644 unknowns", "pinhole", "torch", "no net in this scene"):
         assert text in done.output
 
 
