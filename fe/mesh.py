@@ -165,7 +165,7 @@ def mesh_for(plate: Plate, mesh: Mesh | None) -> Mesh:
     Raises
     ------
     ValueError
-        The mesh has another size than the plate, or no lines along the borders of its patches.
+        The mesh has another size than the plate, or no breaks at the borders of its patches.
     """
     if mesh is None:
         return default_mesh(plate)
@@ -174,11 +174,11 @@ def mesh_for(plate: Plate, mesh: Mesh | None) -> Mesh:
             f"mesh must have the size of the plate, {plate.size} mm, got {mesh.size} mm; "
             "use Mesh(plate.size, counts)"
         )
-    for name, wanted, nodes in zip("xy", borders(plate), mesh.nodes, strict=True):
-        missing = set(wanted) - set(nodes.tolist())
+    for name, wanted, breaks in zip("xy", borders(plate), mesh.breaks, strict=True):
+        missing = set(wanted) - set(breaks)
         if missing:
             raise ValueError(
-                f"mesh must have a line at each border of a patch, none at {name} = "
-                f"{min(missing):g} mm; use fe.grid(plate, longer) or give breaks"
+                f"mesh must have a break at each border of a patch, none at {name} = "
+                f"{min(missing):g} mm; use fe.grid(plate, longer)"
             )
     return mesh
