@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from models.plan import Box as Box
     from models.plan import Lattice as Lattice
     from models.plan import Plan as Plan
+    from models.robust import find_robust as find_robust
     from models.samples import Samples as Samples
     from models.samples import read_dataset as read_dataset
     from models.score import position_error as position_error
@@ -56,6 +57,7 @@ _HOMES = {
     "net": ("NetOptions", "predict"),
     "pattern": ("Motions", "Pattern", "see_motions", "see_pattern"),
     "plan": ("Box", "Lattice", "Plan"),
+    "robust": ("find_robust",),
     "samples": ("Samples", "read_dataset"),
     "score": ("position_error",),
     "search": ("Search", "prepare_search"),

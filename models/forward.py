@@ -58,7 +58,8 @@ class LinearForward:
 
     def response(self, xy: NDArray) -> NDArray[np.float64]:
         """See `Forward.response`; the same at any force."""
-        return responses(self.table, np.asarray(xy, dtype=np.float64))[:, 0]
+        found = responses(self.table, np.asarray(xy, dtype=np.float64))
+        return np.ascontiguousarray(found[:, 0])
 
     def gradient(self, xy: NDArray) -> NDArray[np.float64]:
         """Exact derivative of `response` in x and y, (n, 2) mm → (n, m, 2) per N per mm."""

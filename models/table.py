@@ -95,21 +95,27 @@ def _read_channels(table: Table, x: float, y: float, raw: NDArray) -> None:
     across, down = np.empty((2, 4)), np.empty((2, 4))
     first = _weights(x, table.x, table.units[0], across)
     start = _weights(y, table.y, table.units[1], down)
+    a, b, c, d = down[0, 0], down[0, 1], down[0, 2], down[0, 3]
+    slope_a, slope_b, slope_c, slope_d = down[1, 0], down[1, 1], down[1, 2], down[1, 3]
     raw[:] = 0.0
     for i in range(4):
-        for j in range(4):
-            value = across[0, i] * down[0, j]
-            along_x, along_y = across[1, i] * down[0, j], across[0, i] * down[1, j]
-            unknown = table.values[first + i, start + j]
-            for k in range(unknown.size):
-                raw[0, k] += value * unknown[k]
-                raw[1, k] += along_x * unknown[k]
-                raw[2, k] += along_y * unknown[k]
+        value_x, slope_x = across[0, i], across[1, i]
+        unknown = table.values[first + i, start : start + 4]
+        for k in range(raw.shape[1]):
+            t, u, v, w = unknown[0, k], unknown[1, k], unknown[2, k], unknown[3, k]
+            value = a * t + b * u + c * v + d * w
+            slope = slope_a * t + slope_b * u + slope_c * v + slope_d * w
+            raw[0, k] += value_x * value
+            raw[1, k] += slope_x * value
+            raw[2, k] += value_x * slope
 
 
 @njit(cache=True, nogil=True, fastmath=True)
 def _whiten_groups(whitening: NDArray, raw: NDArray, white: NDArray) -> None:
     groups, numbers, channels = whitening.shape
+    if numbers == channels == 1:
+        white[:] = raw * whitening[:, 0, 0]
+        return
     for part in range(3):
         for g in range(groups):
             for d in range(numbers):

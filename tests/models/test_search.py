@@ -40,7 +40,8 @@ def test_candidates_lie_evenly_up_to_the_edge_zone():
 
 
 def test_bounds_hold_all_candidates_and_lie_on_the_plate():
-    low, high = SEARCH.bounds
+    (low, high), forces = SEARCH.bounds[:, :2], SEARCH.bounds[:, 2]
+    np.testing.assert_array_equal(forces, [0, np.inf])
     assert (SEARCH.xy > low).all()
     assert (SEARCH.xy < high).all()
     assert (low > 0).all()

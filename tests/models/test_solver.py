@@ -261,3 +261,73 @@ def test_bad_input_is_refused_in_one_sentence(change, sentence):
 def test_a_measurement_that_does_not_fit_is_refused(measured, sentence):
     with pytest.raises(ValueError, match=sentence):
         find(measured, SEARCH)
+
+
+def test_a_touch_is_not_split_in_two():
+    # Two touches in nearly one place explain these as well as one does.
+    exact = models.gauges(INFLUENCE, 1e-13)
+    search = models.prepare_search(exact)
+    for seed in range(20):
+        touches = draw(np.random.default_rng(seed), 3, apart=8.0)
+        estimate = find(exact.read(touches)[0], search)
+        assert (estimate.count, estimate.result) == (3, Result.FOUND)
+        np.testing.assert_allclose(found(estimate), touches, atol=1e-6)
+
+
+def test_a_prior_draws_an_estimate_by_the_share_of_its_information():
+    touches = [(60.0, 40.0, 2.0)]
+    plain = models.solve(strain(touches), INFLUENCE, 10 * SIGMA)
+    known = models.prior(force=2.2, force_sigma=0.01)
+    drawn = models.solve(strain(touches), INFLUENCE, 10 * SIGMA, prior=known)
+    information = np.linalg.inv(plain.covariance) + np.diag(known.precision)
+    np.testing.assert_allclose(drawn.covariance, np.linalg.inv(information), rtol=0.05)
+    truth = np.linalg.solve(information, [0, 0, 0.2 * known.precision[2]])
+    error = (found(drawn) - touches)[0]
+    np.testing.assert_allclose(error, truth, rtol=0.05, atol=1e-3 * np.abs(truth).max())
+    assert drawn.dof == plain.dof + 1
+
+
+def test_a_prior_on_the_place_holds_where_the_noise_is_large():
+    known, noise = models.prior(place=(60.0, 40.0), place_sigma=0.5), 2e-5
+    rng = np.random.default_rng(13)
+    measured = strain([(60.0, 40.0, 1.0)]) + rng.normal(0, noise, (len(RING), 3))
+    free = models.solve(measured, INFLUENCE, noise, count=1)
+    held = models.solve(measured, INFLUENCE, noise, count=1, prior=known)
+    assert (np.diag(held.covariance)[:2] < 0.5**2).all()
+    assert (np.diag(free.covariance)[:2] > 4 * 0.5**2).all()
+    np.testing.assert_allclose(held.xy, [[60.0, 40.0]], atol=1.5)
+
+
+def test_a_prior_without_spread_is_refused():
+    with pytest.raises(ValueError, match=r"^sigma of the force expected must be positive, got 0 N"):
+        models.prior(force=1.0, force_sigma=0.0)
+
+
+def test_bending_and_twist_of_the_base_cost_little_and_mislead_nobody():
+    middle = RING - np.array(PLATE.size) / 2
+    bend, twist = np.zeros((2, len(RING), 3))
+    bend[:, 0], twist[:, 2] = 1e-5, 1e-7 * (middle[:, 0] + middle[:, 1])
+    forward = FORWARD.setting_aside(np.stack([bend, twist]))
+    touches = [(60.0, 40.0, 2.0)]
+    bent = forward.whiten(strain(touches) + 3 * bend - 2 * twist)
+    estimate = find(bent, models.prepare_search(forward))
+    np.testing.assert_allclose(found(estimate), touches, atol=1e-6)
+    assert estimate.dof == 3 * len(RING) - 2 - 3
+    flat = models.solve(strain(touches), INFLUENCE, SIGMA)
+    growth = np.sqrt(np.diag(estimate.covariance) / np.diag(flat.covariance))
+    assert (growth > 1.0).all()
+    assert (growth < 1.2).all()
+
+
+def test_correlated_noise_is_weighed_as_such():
+    rng = np.random.default_rng(12)
+    block = SIGMA**2 * np.array([[1.0, 0.8, 0.0], [0.8, 1.0, 0.3], [0.0, 0.3, 2.0]])
+    root, touches, squares = np.linalg.cholesky(block), np.array([[60.0, 40.0, 2.0]]), []
+    for _ in range(100):
+        noisy = strain(touches) + rng.normal(size=(len(RING), 3)) @ root.T
+        estimate = models.solve(
+            noisy, INFLUENCE, covariance=np.broadcast_to(block, (len(RING), 3, 3)), count=1
+        )
+        error = (found(estimate) - touches)[0]
+        squares.append(error @ np.linalg.solve(estimate.covariance, error))
+    assert np.mean(squares) == pytest.approx(3.0, abs=4 * np.sqrt(6 / 100))
