@@ -25,7 +25,8 @@ from dic.spline import coefficients
 _TOGETHER = 10  # iterations of the whole field
 _PART = 2500  # px filtered for one point, in the time that the whole picture takes
 _FEW = 0.05  # share of points below which they iterate alone
-_SEED_SPACING = 40  # px
+_SEED_SPACING = 60  # px
+_BESIDE = 40  # px, how far a motion is carried to points that were lost
 _ENOUGH = 0.5  # share of the seeds found, below which the picture may have turned
 
 
@@ -159,7 +160,7 @@ def _alone(
         good = verdict.found(ref, points)
         if not (good & waiting).any():
             return
-        motion, given = dense.fill(ref.xy, points.motion, good, _SEED_SPACING)
+        motion, given = dense.fill(ref.xy, points.motion, good, _BESIDE)
         waiting = (
             given & (ref.status == Status.OK) & ~verdict.leaves(ref, motion) & ~(waiting & good)
         )

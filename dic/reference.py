@@ -178,8 +178,12 @@ def _points(points: ArrayLike | None, shape: tuple[int, int]) -> NDArray[np.floa
 
 def _texture(image: NDArray, weight: NDArray[np.bool_]) -> NDArray[np.float32]:
     grey = np.subtract(image, image.mean(dtype=np.float64), dtype=np.float32)
-    texture = np.stack([*gradient(coefficients(grey)), grey, weight], dtype=np.float32)
-    return texture if weight.all() else texture * weight
+    texture = np.empty((4, *grey.shape), dtype=np.float32)
+    texture[0], texture[1] = gradient(coefficients(grey))
+    texture[2], texture[3] = grey, weight
+    if not weight.all():
+        texture *= weight
+    return texture
 
 
 def _status(
@@ -192,8 +196,11 @@ def _status(
     area = (2 * half + 1) ** 2
     if np.issubdtype(image.dtype, np.integer):  # the range of a float picture is not known
         for level, name in ((0, Status.DARK), (_white(image), Status.SATURATED)):
-            found[box_sums(image == level, kept, half) > _CLIPPED * area] = name
-    found[box_sums(weight, kept, half) < area / 2] = Status.EXCLUDED
+            clipped = image == level
+            if np.count_nonzero(clipped) > _CLIPPED * area:
+                found[box_sums(clipped, kept, half) > _CLIPPED * area] = name
+    if not weight.all():
+        found[box_sums(weight, kept, half) < area / 2] = Status.EXCLUDED
     status[inside], status[~inside] = found, Status.OUTSIDE
     status[~weight[centres[:, 1], centres[:, 0]]] = Status.EXCLUDED
     return status

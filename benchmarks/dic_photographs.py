@@ -1,0 +1,147 @@
+"""Photographs and drawings of others: an open hole, a rotation of 170°, star 5."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+import dic
+
+HOLE = (145.0, 472.0, 52.0)  # px, place and radius of the hole
+PERIODS = np.array((10, 16, 22, 28, 34, 40, 48, 56, 66, 78, 92, 108, 126, 148, 174, 204, 240, 300))
+
+
+def report_photographs(folder, row):
+    """Print all three, through `row(figure, value, bar, met)`."""
+    report_open_hole(folder / "open_hole", row)
+    report_rotation(folder / "rotation", row)
+    report_star(folder / "star5", row)
+
+
+@dataclass(frozen=True)
+class OpenHole:
+    """How our displacements compare with those of another code (order 1, radius 16).
+
+    `valid` is the share of all its points, `on_plate` of those that do not lie in the hole.
+    """
+
+    points: int
+    valid: float
+    on_plate: float
+    rms_u: float
+    rms_v: float
+
+
+def compare_open_hole(folder):
+    """Compare a real tensile test of a plate with a hole, at subset 33, step 2."""
+    pair = [dic.read_image(folder / f"oht_cfrp_{n}.bmp") for n in (0, 4)]
+    other = np.genfromtxt(
+        folder / "oht_cfrp_4_fftcc_icgn1_r16.csv", delimiter=",", names=True, dtype=float
+    )
+    disp = dic.correlate(dic.prepare(pair[0], subset=33, step=2), pair[1])
+    here = {(x, y): n for n, (x, y) in enumerate(disp.xy.astype(int))}
+    place = np.array([here[int(x), int(y)] for x, y in zip(other["x"], other["y"], strict=True)])
+    plate = np.hypot(*(disp.xy[place] - HOLE[:2]).T) > HOLE[2]
+    ours = disp.valid[place]
+    both = ours & (other["convergence"] <= 1e-3)
+    rms = [np.sqrt(np.mean((getattr(disp, k)[place] - other[k])[both] ** 2)) for k in "uv"]
+    return OpenHole(len(place), ours.mean(), ours[plate].mean(), *rms)
+
+
+def report_open_hole(folder, row):
+    hole = compare_open_hole(folder)
+    share = hole.on_plate
+    row("open hole, valid of those on the plate", f"{share:.2%}", "≥ 99 %", share >= 0.99)
+    for part, rms in (("u", hole.rms_u), ("v", hole.rms_v)):
+        row(f"open hole, rms of {part} less the other", f"{rms:.4f} px", "≤ 0.01 px", rms <= 0.01)
+
+
+def report_rotation(folder, row):
+    """Compare with the affine motion that the field itself follows: the picture only turns."""
+    pair = [dic.read_image(folder / f"rotation_{n}.tif") for n in ("000", "170")]
+    for order in (1, 2):
+        disp = dic.correlate(dic.prepare(pair[0], order=order), pair[1])
+        known = np.column_stack([disp.xy, np.ones(len(disp.xy))])
+        moved = disp.xy + np.column_stack([disp.u, disp.v])
+        turn = np.linalg.lstsq(known[disp.valid], moved[disp.valid], rcond=None)[0]
+        reach = disp.subset // 2 * np.abs(turn[:2]).sum(axis=0)
+        limit = np.array(pair[1].shape[::-1]) - 0.5 - reach
+        seen = np.all((known @ turn >= reach - 0.5) & (known @ turn <= limit), axis=1)
+        angle = np.degrees(np.arctan2(turn[0, 1], turn[0, 0]))
+        share, off = disp.valid[seen].mean(), (moved - known @ turn)[disp.valid]
+        rms = np.sqrt(np.mean(off**2))
+        row(
+            f"rotation, order {order}: valid of those seen",
+            f"{share:.2%}, angle {angle:.5f}°",
+            "≥ 99 %",
+            share >= 0.99,
+        )
+        row(f"rotation, order {order}: rms", f"{rms:.4f} px", "≤ 0.01 px", rms <= 0.01)
+
+
+@dataclass(frozen=True)
+class Star:
+    """Error of v against the closed form; bands of period: low, high, rms error, rms σ, px."""
+
+    valid: float
+    bands: tuple[tuple[int, int, float, float], ...]
+    rms: float
+
+
+def compare_star(folder):
+    """Compare star 5 of the DIC Challenge 2.0 with its truth, subset 21, order 1, step 5."""
+    disp, period, wave = _star(folder, 21, 1)
+    error, bands = disp.v - wave, []
+    for low, high in pairwise((10, 20, 30, 40, 60, 80, 120, 200, 300)):
+        some = disp.valid & (period >= low) & (period < high)
+        bands.append((low, high, *(np.sqrt(np.mean(a[some] ** 2)) for a in (error, disp.sigma_v))))
+    return Star(disp.valid.mean(), tuple(bands), np.sqrt(np.mean(error[disp.valid] ** 2)))
+
+
+def _star(folder, subset, order, step=5):
+    """Field, period and true v at its points: v = 0.5 cos(2π (y - 250)/p) (Reu et al. 2022)."""
+    pair = [dic.read_image(folder / f"DIC_Challenge_Star_Noise_{n}.tiff") for n in ("Ref", "Def")]
+    disp = dic.correlate(dic.prepare(pair[0], subset, step, order), pair[1])
+    x, y = disp.xy.T
+    period = 10 + 290 / 4000 * x
+    return disp, period, 0.5 * np.cos(2 * np.pi * (y - 250) / period)
+
+
+@dataclass(frozen=True)
+class Efficiency:
+    """Metrological efficiency: noise, px, period at 10 % loss, px."""
+
+    noise: float
+    period: float
+
+    @property
+    def mei(self):
+        return self.noise * self.period
+
+
+def measure_star(folder, subset, order):
+    """Period at which the crest of the wave keeps 90 %, and the noise of the crest beyond it."""
+    disp, period, wave = _star(folder, subset, order)
+    crest = disp.valid & (np.abs(disp.xy[:, 1] - 250) <= 2.5)
+    middle, kept = [], []
+    for low, high in pairwise(PERIODS):
+        some = crest & (period >= low) & (period < high)
+        middle.append(period[some].mean())
+        kept.append(disp.v[some].mean() / wave[some].mean())
+    after = np.flatnonzero(np.array(kept) < 0.9).max() + 1
+    limit = np.interp(0.9, kept[after - 1 : after + 1], middle[after - 1 : after + 1])
+    far = crest & (period > 1.3 * limit)
+    smooth = np.polynomial.Polynomial.fit(period[far] ** -2, disp.v[far], 2)
+    return Efficiency(float(np.std(disp.v[far] - smooth(period[far] ** -2))), float(limit))
+
+
+def report_star(folder, row):
+    """Print noise × period at 10 % loss, lower is better, at the settings of the peers."""
+    for subset, order in ((21, 1), (21, 2), (31, 2), (41, 2)):
+        star = measure_star(folder, subset, order)
+        row(
+            f"star 5, subset {subset}, order {order}: MEI",
+            f"{star.mei:.3f} = {1e3 * star.noise:.2f} mpx × {star.period:.1f} px",
+            "≤ 0.34",
+            star.mei <= 0.34,
+        )
