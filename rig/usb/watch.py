@@ -42,20 +42,25 @@ class Watch:
 
     def __init__(self, look: Look = list_devices):
         self._look = look
-        self._seen = set(look())
+        self._seen = self._now()
 
     def changes(self) -> tuple[Change, ...]:
         """Look again; what went comes before what came.
 
         A device that was out and in again between two looks has a new address and shows as both.
         """
-        now = set(self._look())
-        gone, come = self._seen - now, now - self._seen
+        before, now = self._seen, self._now()
         self._seen = now
         return (
-            *(Change("unplugged", device) for device in sorted(gone, key=_by_place)),
-            *(Change("plugged", device) for device in sorted(come, key=_by_place)),
+            *(Change("unplugged", before[one]) for one in sorted(before.keys() - now)),
+            *(Change("plugged", now[one]) for one in sorted(now.keys() - before)),
         )
+
+    def _now(self) -> dict[tuple, UsbDevice]:
+        """Devices by what stays the same while one is in; names and nodes come a little later."""
+        return {
+            (one.bus, one.ports, one.address, one.vendor, one.product): one for one in self._look()
+        }
 
 
 def wait_for(
@@ -113,7 +118,3 @@ def reset(device: UsbDevice, timeout: float = 5.0, backend: IBackend | None = No
             usb.util.dispose_resources(found)
     look = partial(list_devices, backend)
     return wait_for(device.vendor, device.product, timeout, look, device.serial)
-
-
-def _by_place(device: UsbDevice) -> tuple[int, tuple[int, ...]]:
-    return device.bus, device.ports

@@ -5,6 +5,8 @@ import textwrap
 
 import pytest
 
+from tests.rig.emulation.clients import nudge
+
 SIZE, RATE = (96, 64), 50
 
 KINDS = pytest.mark.parametrize("kind", ["opencv", "v4l2"])
@@ -118,17 +120,13 @@ def test_a_camera_that_is_plugged_in_again_goes_on_and_is_set_up_again(emulation
     with emulation.client(script(kind, body, controls="exposure=0.01")) as client:
         client.stdout.readline()
         emulation.say("unplug")
-        client.stdin.write("\n")
-        client.stdin.flush()
-        gone = json.loads(client.stdout.readline())
+        gone = nudge(client)
         assert gone["status"] == (
             "no camera at /dev/video0 (there is none at all); plug it in or name another"
         )
         assert gone["outages"] == 1
         emulation.say("plug")
-        client.stdin.write("\n")
-        client.stdin.flush()
-        back = json.loads(client.stdout.readline())
+        back = nudge(client)
     assert back["status"] == "/dev/video0 is open again"
     assert back["held"]
     assert back["later"]
@@ -152,13 +150,9 @@ def test_a_camera_that_falls_silent_is_opened_anew(emulation, kind):
     with emulation.client(script(kind, body)) as client:
         client.stdout.readline()
         emulation.say("freeze")
-        client.stdin.write("\n")
-        client.stdin.flush()
-        assert "/dev/video0" in json.loads(client.stdout.readline())["status"]
+        assert "/dev/video0" in nudge(client)["status"]
         emulation.say("thaw")
-        client.stdin.write("\n")
-        client.stdin.flush()
-        assert json.loads(client.stdout.readline())["came"]
+        assert nudge(client)["came"]
 
 
 def test_frames_that_the_driver_lost_or_damaged_are_counted_where_it_numbers_them(emulation):
@@ -177,9 +171,7 @@ def test_frames_that_the_driver_lost_or_damaged_are_counted_where_it_numbers_the
         assert json.loads(client.stdout.readline())["dropped"] == 0
         emulation.say("skip")
         emulation.say("tear")
-        client.stdin.write("\n")
-        client.stdin.flush()
-        said = json.loads(client.stdout.readline())
+        said = nudge(client)
     assert said["dropped"] == 6  # five that the driver lost, one that was torn
     assert said["whole"]
 
@@ -200,9 +192,7 @@ def test_jpegs_are_decoded_and_one_that_is_cut_off_is_left_out(compressing, kind
     with camera.client(script(kind, body)) as client:
         client.stdout.readline()
         camera.say("tear")
-        client.stdin.write("\n")
-        client.stdin.flush()
-        said = json.loads(client.stdout.readline())
+        said = nudge(client)
     assert said["same"]
     assert said["dropped"] == 1
 

@@ -2,12 +2,13 @@
 
 import array
 import errno
-import struct
 from types import SimpleNamespace
 
 import pytest
 import usb.backend
 import usb.core
+
+from tests.rig.emulation.light import Light
 
 STALL, GONE, DENIED, BUSY = errno.EPIPE, errno.ENODEV, errno.EACCES, errno.EBUSY
 
@@ -140,31 +141,13 @@ class Bus(usb.backend.IBackend):
             raise failure(GONE)
 
 
-class Light(Toy):
-    """A board that speaks the protocol of `rig.usb.board`, with three outputs."""
+class Board(Toy):
+    """A toy with the firmware of `tests/rig/emulation/light.py`."""
 
     def __init__(self, **options):
         super().__init__(name="Light", **options)
-        self.levels, self.strobes, self.triggers = {}, {}, {}
-        self.given, self.version = 0, 1
-
-    def control(self, kind, request, value, index, data):
-        match kind, request:
-            case 0xC0, 1:
-                return struct.pack("<3sBB3x", b"TPB", self.version, 3)
-            case 0xC0, 5:
-                return struct.pack("<III", self.given, 2, 1_500_000)
-            case 0x40, 2:
-                self.levels[index] = value
-            case 0x40, 3:
-                self.strobes[index] = struct.unpack("<II", data)
-            case 0x40, 4:
-                self.triggers[index] = struct.unpack("<III", data)
-            case 0x40, 6:
-                self.levels, self.strobes, self.triggers = {}, {}, {}
-            case _:
-                return None
-        return b""
+        self.firmware = Light()
+        self.control = self.firmware.control
 
 
 class Webcam(Toy):
@@ -218,9 +201,15 @@ def toy():
 
 @pytest.fixture
 def light():
-    return Light()
+    return Board()
 
 
 @pytest.fixture
 def webcam():
     return Webcam(ports=(2, 3), serial="E7")
+
+
+def pytest_configure(config):
+    config.addinivalue_line(
+        "markers", "devices: needs Debian's umockdev and python3-gi (`make system-deps`)"
+    )

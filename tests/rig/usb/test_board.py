@@ -17,13 +17,13 @@ def test_light_strobe_and_trigger_arrive_in_the_units_of_the_board(opened, light
         board.light(0, 0.25)
         board.strobe(1, delay=0.0005, width=0.002)
         board.trigger(2, period=1 / 30, width=0.001, count=90)
-        assert light.levels == {0: 250}
-        assert light.strobes == {1: (500, 2000)}
-        assert light.triggers == {2: (33333, 1000, 90)}
+        assert light.firmware.levels == {0: 250}
+        assert light.firmware.strobes == {1: (500, 2000)}
+        assert light.firmware.triggers == {2: (33333, 1000, 90)}
 
 
 def test_the_board_says_what_it_has_done(opened, light):
-    light.given = 42
+    light.firmware.given = 42
     with open_board(*opened) as board:
         state = board.state()
     assert (state.given, state.missed, state.time) == (42, 2, 1.5)
@@ -33,12 +33,12 @@ def test_everything_is_off_when_the_block_ends_even_by_an_error(opened, light):
     def light_and_fail():
         with open_board(*opened) as board:
             board.light(0, 1.0)
-            assert light.levels == {0: 1000}
+            assert light.firmware.levels == {0: 1000}
             board.light(0, 7.0)
 
     with pytest.raises(ValueError, match="level"):
         light_and_fail()
-    assert light.levels == {}
+    assert light.firmware.levels == {}
 
 
 def test_what_does_not_fit_the_board_is_refused_before_it_is_sent(opened, light):
@@ -51,13 +51,13 @@ def test_what_does_not_fit_the_board_is_refused_before_it_is_sent(opened, light)
             board.strobe(0, 0, 5000)
         with pytest.raises(ValueError, match="trigger width must lie between 0 and its period"):
             board.trigger(0, 0.01, 0.02)
-    assert light.levels == light.strobes == light.triggers == {}
+    assert light.firmware.levels == light.firmware.strobes == light.firmware.triggers == {}
 
 
 def test_another_device_or_another_version_is_no_board(make_bus, toy, light, tmp_path):
     bus = make_bus(light, toy(ports=(9,)))
     board, other = list_devices(bus, tmp_path)
-    light.version = 2
+    light.firmware.version = 2
     with pytest.raises(OSError, match="is no board of protocol version 1"), open_board(board, bus):
         pass
     with pytest.raises(OSError, match="refused the request"), open_board(other, bus):

@@ -1,8 +1,6 @@
 """A camera at /dev/video0 for real V4L2 clients, where there is none.
 
-Run by Debian's Python, which has the bindings of umockdev:
-
-    umockdev-wrapper /usr/bin/python3 emulated_camera.py WIDTH HEIGHT RATE [JPEG]
+    umockdev-wrapper /usr/bin/python3 camera.py WIDTH HEIGHT RATE [JPEG]
 
 It prints the folder that clients must be given as UMOCKDEV_DIR, then obeys words on stdin and
 answers each with "done". Pixel (x, y) of frame n is (x + 3 y + 7 n) mod 256; a camera that is given
@@ -16,18 +14,14 @@ import sys
 import time
 from pathlib import Path
 
-import gi
-
-gi.require_version("UMockdev", "1.0")
-from gi.repository import GLib, UMockdev  # noqa: E402  (only after its version is required)
+from bench import HUB, GLib, descriptors, handler, run, start, usb_tape
 
 WIDTH, HEIGHT, RATE = int(sys.argv[1]), int(sys.argv[2]), float(sys.argv[3])
 PATIENCE = 200  # ms that a client waits for a frame before it may ask again
 BUFFERS = 4
 ROOM = -(-2 * WIDTH * HEIGHT // 4096) * 4096
 NODE = "/dev/video0"
-HUB_CLASS, VIDEO_CLASS = 9, 0x0E
-HUB = "/devices/pci0000:00/0000:00:14.0/usb1"
+VIDEO_CLASS = 0x0E
 SOCKET = HUB + "/1-4"
 INTERFACE = SOCKET + "/1-4:1.0"
 PLACE = INTERFACE + "/video4linux/video0"
@@ -35,33 +29,6 @@ FORMATS = ((b"GREY", b"8-bit Greyscale", 1), (b"YUYV", b"YUYV 4:2:2", 2))
 COMPRESSED = Path(sys.argv[4]).read_bytes() if len(sys.argv) > 4 else b""
 if COMPRESSED:
     FORMATS = ((b"MJPG", b"Motion-JPEG", 0),)
-
-
-def usb_tape(place, node, descriptors, attributes):
-    """Describe a USB device to umockdev: what the kernel shows of it in /sys and /dev."""
-    bus, address = (int(number) for number in node.split("/")[-2:])
-    lines = [
-        f"P: {place}", f"N: {node}={descriptors}", f"E: DEVNAME=/dev/{node}",
-        "E: DEVTYPE=usb_device", "E: DRIVER=usb", "E: MAJOR=189", f"E: MINOR={address - 1}",
-        f"E: BUSNUM={bus:03}", f"E: DEVNUM={address:03}", "E: SUBSYSTEM=usb",
-        "A: bConfigurationValue=1", f"A: busnum={bus}", f"A: devnum={address}", "A: speed=480",
-        *(f"A: {name}={value}" for name, value in attributes.items()),
-        f"H: descriptors={descriptors}",
-    ]  # fmt: skip
-    return "\n".join(lines) + "\n\n"
-
-
-def descriptors(vendor, product, code, subclass):
-    """Device, configuration and interface descriptor, as hexadecimal digits."""
-    of_device = code if code == HUB_CLASS else 0  # others leave it to their interfaces
-    head = struct.pack("<BBHBBBB", 18, 1, 0x200, of_device, 0, 0, 64)
-    device = head + struct.pack("<HHHBBBB", vendor, product, 1, 0, 0, 0, 1)
-    interface = bytes([9, 4, 0, 0, 0, code, subclass, 0, 0])
-    configuration = struct.pack("<BBHBBBBB", 9, 2, 9 + len(interface), 1, 1, 0, 0x80, 50)
-    return (device + configuration + interface).hex().upper()
-
-
-HUB_TAPE = usb_tape(HUB, "bus/usb/001/001", descriptors(0x1D6B, 2, HUB_CLASS, 0), {"devpath": "0"})
 TAPE = (
     usb_tape(
         SOCKET, "bus/usb/001/002", descriptors(0x1209, 2, VIDEO_CLASS, 1),
@@ -94,11 +61,6 @@ def controls():
     }
 
 
-def tell(word):
-    sys.stdout.write(word + "\n")
-    sys.stdout.flush()
-
-
 def text(characters, size):
     return characters.ljust(size, b"\0")
 
@@ -116,36 +78,12 @@ def picture(number, bytes_a_pixel):
     return bytes(pairs)
 
 
-class Request:
-    """One ioctl: its structure, and the answer to the client that waits."""
-
-    def __init__(self, client):
-        code = client.get_request() & 0xFFFFFFFF
-        self.number, self.letter, self.size = (
-            code & 0xFF,
-            chr(code >> 8 & 0xFF),
-            code >> 16 & 0x3FFF,
-        )
-        self.client = client
-        self.structure = client.get_arg().resolve(0, self.size) if self.size else None
-
-    def words(self, count, start=0):
-        return struct.unpack_from(f"<{count}I", bytes(self.structure.retrieve()), start)
-
-    def put(self, start, content):
-        self.structure.update(start, list(content))
-
-    def answer(self, error=0):
-        self.client.complete(-1 if error else 0, error)
-
-
 class EmulatedCamera:
     """State of the camera and its answers, an errno each; None is answered later."""
 
     def __init__(self, testbed):
         self.testbed = testbed
-        self.handler = UMockdev.IoctlBase()
-        self.handler.connect("handle-ioctl", self.on_ioctl)
+        self.handler = handler("V", self.answer)
         self.gone = self.frozen = self.busy = self.torn = False
         self.skip = 0
         self.plug()
@@ -192,15 +130,10 @@ class EmulatedCamera:
                 waiting.answer(self.dequeue_buffer(waiting))
         return True
 
-    def on_ioctl(self, base, client):
-        request = Request(client)
-        if request.letter != "V":
-            return False
-        answer = self.answers.get(request.number, lambda request: errno.ENOTTY)
-        error = errno.ENODEV if self.gone else answer(request)
-        if error is not None:
-            request.answer(error)
-        return True
+    def answer(self, request):
+        if self.gone:
+            return errno.ENODEV
+        return self.answers.get(request.number, lambda request: errno.ENOTTY)(request)
 
     # what it is and what it has
 
@@ -406,27 +339,14 @@ class EmulatedCamera:
                 self.torn = True
             case "skip":
                 self.skip = 5
+        return "done"
 
 
 def main():
-    testbed = UMockdev.Testbed.new()
-    testbed.add_from_string(HUB_TAPE)
+    testbed = start()
     camera = EmulatedCamera(testbed)
     GLib.timeout_add(int(1000 / RATE), camera.tick)
-    loop = GLib.MainLoop()
-
-    def on_words(stdin, condition):
-        words = os.read(stdin, 4096).decode().split()
-        if not words:
-            loop.quit()
-        for word in words:
-            camera.obey(word)
-            tell("done")
-        return bool(words)
-
-    GLib.unix_fd_add_full(0, 0, GLib.IOCondition.IN | GLib.IOCondition.HUP, on_words)
-    tell(testbed.get_root_dir())
-    loop.run()
+    run(testbed, camera.obey)
 
 
 main()
