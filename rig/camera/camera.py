@@ -34,6 +34,9 @@ class Camera:
         Opens the device and holds its controls; called again after an outage.
     clock : callable
         Monotonic time, s; the same that stamps the frames.
+    rescue : callable or None
+        Called before the device is opened for the second time without a picture in between:
+        `rig.usb.watch.reset` with the device that has the node.
 
     Attributes
     ----------
@@ -55,12 +58,16 @@ class Camera:
     """
 
     def __init__(
-        self, open_device: Callable[[], Device], clock: Callable[[], float] = time.monotonic
+        self,
+        open_device: Callable[[], Device],
+        clock: Callable[[], float] = time.monotonic,
+        rescue: Callable[[], object] | None = None,
     ):
-        self._open, self._clock = open_device, clock
+        self._open, self._clock, self._rescue = open_device, clock, rescue
         self.dropped = self.refused = self.outages = 0
         self._newest: Frame | None = None
         self._given = -1
+        self._silences = 0  # in a row
         self._offset: int | None = None
         self._shape: tuple[int, ...] | None = None
         self._news = threading.Condition()
@@ -115,6 +122,7 @@ class Camera:
                     heard = self._clock()
                     self._take(frame)
                 elif self._device and self._clock() - heard > SILENCE:
+                    self._silences += 1
                     raise OSError(f"{self._device.name} gives no pictures; it is opened anew")
             except EOFError as error:
                 self._end(str(error))
@@ -124,6 +132,7 @@ class Camera:
 
     def _take(self, frame: Frame) -> None:
         """Make a picture the newest one."""
+        self._silences = 0
         image = frame.image
         self._shape = self._shape or image.shape
         if image.shape != self._shape:
@@ -144,6 +153,8 @@ class Camera:
     def _reopen(self) -> None:
         """Try to open the device; wait a little where that fails."""
         try:
+            if self._silences > 1 and self._rescue:
+                self._rescue()
             self._device = self._open()
         except OSError as error:
             self.status = str(error)

@@ -88,6 +88,20 @@ def list_devices(backend: IBackend | None = None, system: Path = SYSTEM) -> tupl
     return tuple(sorted(devices, key=lambda device: (device.bus, device.ports)))
 
 
+def owner_of(node: str, backend: IBackend | None = None, system: Path = SYSTEM) -> UsbDevice:
+    """Find the device that the kernel made a node for.
+
+    Raises
+    ------
+    OSError
+        If no device on the bus has it, or the bus cannot be read.
+    """
+    for device in list_devices(backend, system):
+        if node in device.nodes:
+            return device
+    raise OSError(f"no USB device has the node {node}; 'touchplate doctor' lists those that have")
+
+
 def find_device(device: UsbDevice, backend: IBackend | None = None) -> Opened:
     """Find the device of pyusb that sits on the same socket.
 

@@ -46,6 +46,16 @@ def wait_for(condition):
         time.sleep(0.005)
 
 
+def let_time_pass(seconds, condition):
+    """Let the clock of a camera run quickly until something has happened."""
+
+    def later():
+        seconds[0] += 0.3
+        return condition()
+
+    wait_for(later)
+
+
 def test_each_grab_gives_a_frame_that_was_not_given_before():
     device = Played()
     with Camera(lambda: device) as camera:
@@ -132,6 +142,37 @@ def test_a_silent_device_is_opened_anew_by_the_clock():
         assert first.closed
         second.put(0)
         assert camera.grab(SECONDS).sequence == 1
+
+
+def test_a_device_that_stays_silent_is_rescued_before_it_is_opened_again():
+    seconds, rescued = [0.0], []
+    devices = [Played(), Played(), Played()]
+    last = devices[-1]
+
+    def rescue():
+        rescued.append(len(devices))
+
+    with Camera(lambda: devices.pop(0), lambda: seconds[0], rescue) as camera:
+        let_time_pass(seconds, lambda: len(devices) == 1)
+        assert rescued == []  # opening it anew is tried first
+        let_time_pass(seconds, lambda: not devices)
+        assert rescued == [1]
+        last.put(0)
+        assert camera.grab(SECONDS) is not None
+
+
+def test_a_rescue_that_fails_is_said_and_tried_again():
+    seconds, tries = [0.0], []
+    devices = [Played(), Played()]
+
+    def rescue():
+        tries.append(1)
+        raise OSError("no permission to reset it")
+
+    with Camera(lambda: devices.pop(0), lambda: seconds[0], rescue) as camera:
+        let_time_pass(seconds, lambda: camera.status == "no permission to reset it")
+        wait_for(lambda: len(tries) > 1)
+        assert not devices
 
 
 def test_the_end_of_a_source_ends_the_wait():

@@ -1,7 +1,7 @@
 import pytest
 
 from rig.usb import Watch, list_devices
-from rig.usb.devices import find_device
+from rig.usb.devices import find_device, owner_of
 from rig.usb.watch import reset, wait_for
 
 
@@ -26,6 +26,14 @@ def test_devices_are_listed_with_numbers_names_place_and_nodes(make_bus, webcam,
     assert board.label == "Light 1209:0001 at 1-4"
     assert not board.camera
     assert board.nodes == ()
+
+
+def test_a_node_leads_to_its_device(make_bus, webcam, light, system):
+    bus = make_bus(light, webcam)
+    assert owner_of("/dev/video3", bus, system).code == "1209:0001"
+    assert owner_of("/dev/video3", bus, system).serial == "E7"
+    with pytest.raises(OSError, match="no USB device has the node /dev/video9"):
+        owner_of("/dev/video9", bus, system)
 
 
 def test_a_device_that_we_may_not_open_is_listed_without_its_names(make_bus, toy, tmp_path):
