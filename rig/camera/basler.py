@@ -7,8 +7,8 @@ from importlib import import_module
 from typing import Any
 
 from rig.camera.controls import Controls, Setting
-from rig.camera.extra import need
 from rig.camera.nodes import DeviceClock, set_up
+from rig.extra import need
 from rig.source import Frame
 
 TICKS = 1e9  # a second, of USB3 cameras; GigE cameras say theirs

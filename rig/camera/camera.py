@@ -75,7 +75,7 @@ class Camera:
         self._ended = False
         self._device: Device | None = open_device()
         self.settings: tuple[Setting, ...] = self._device.settings
-        self.status = f"{self._device.name} is open"
+        self.status = self._sound = f"{self._device.name} is open"
         self._thread = threading.Thread(target=self._drain, name="camera", daemon=True)
         self._thread.start()
 
@@ -143,6 +143,7 @@ class Camera:
                 " left out"
             )
             return
+        self.status = self._sound
         with self._news:
             last = -1 if self._newest is None else self._newest.sequence
             if self._offset is None:  # a device that was opened anew counts anew
@@ -162,7 +163,7 @@ class Camera:
             return
         self._offset = None
         self.settings = self._device.settings
-        self.status = f"{self._device.name} is open again"
+        self.status = self._sound = f"{self._device.name} is open again"
 
     def _lose(self, why: str) -> None:
         self.outages += 1

@@ -124,7 +124,10 @@ def _in_order(path: Path) -> list[str | int]:
 
 
 def _read_grey(path: Path) -> NDArray[np.uint8]:
-    image = dic.read_image(path)
+    try:
+        image = dic.read_image(path)
+    except ValueError as error:  # in colour, say
+        raise OSError(str(error)) from None
     if image.dtype != np.uint8:
         raise OSError(f"picture {path} has {image.dtype} values; convert it to 8 bit")
     return image

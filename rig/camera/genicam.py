@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from rig.camera.controls import Controls, Setting
-from rig.camera.extra import need
 from rig.camera.nodes import DeviceClock, set_up
+from rig.extra import need
 from rig.source import Frame
 
 NANOSECOND = 1e-9

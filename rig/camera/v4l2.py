@@ -18,10 +18,10 @@ import numpy as np
 
 from rig.camera.controls import Controls, Knob, Setting, hold
 from rig.camera.device import stamp
-from rig.camera.extra import need
 from rig.camera.panel import Panel
 from rig.camera.pixels import FORMATS, brightness, name_of
 from rig.camera.reasons import refusal, unsupported
+from rig.extra import need
 from rig.source import Frame
 
 BUFFERS = 4

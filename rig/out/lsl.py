@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from importlib import import_module
 from math import nan
 
-from rig.camera.extra import need
+from rig.extra import need
 from rig.snapshot import Mark
 
 FIELDS = (

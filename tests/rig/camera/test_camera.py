@@ -88,7 +88,7 @@ def test_a_picture_of_another_size_is_left_out_and_said():
         wait_for(lambda: camera.refused == 1)
         assert camera.status == ("a picture of 4 × 6 px came instead of 6 × 4 px; it is left out")
         device.put(2)
-        wait_for(lambda: camera.grab(0.1) is not None)
+        wait_for(lambda: camera.status == "played is open")
 
 
 def test_numbers_go_on_when_the_device_comes_back():

@@ -73,6 +73,12 @@ def test_what_is_not_there_or_no_picture_is_one_sentence(tmp_path):
         open_folder(tmp_path, rate=0)
 
 
+def test_a_picture_in_colour_is_one_sentence(tmp_path):
+    Image.fromarray(np.arange(36, dtype=np.uint8).reshape(3, 4, 3)).save(tmp_path / "red.png")
+    with pytest.raises(OSError, match="is not grey"):
+        open_folder(tmp_path).read(1.0)
+
+
 def test_a_picture_of_16_bit_is_one_sentence(tmp_path):
     Image.fromarray(np.zeros(SHAPE, np.uint16)).save(tmp_path / "deep.png")
     with pytest.raises(OSError, match="has uint16 values; convert it to 8 bit"):

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from rig.camera.extra import need
 from rig.camera.nodes import DeviceClock
+from rig.extra import need
 
 
 def test_a_package_that_is_not_installed_is_named_with_its_command():

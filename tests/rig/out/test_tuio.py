@@ -1,6 +1,8 @@
 """TUIO as receivers that others wrote understand it: python-osc, and python-tuio on top of it."""
 
+import select
 import socket
+import subprocess
 
 import pytest
 from pythonosc.osc_bundle import OscBundle
@@ -136,6 +138,26 @@ def test_a_tuio_client_sees_fingers_come_move_and_go(client):
         ("update", 2, pytest.approx((0.76, 0.25))),
         ("remove", 1),
         ("remove", 2),
+    ]
+
+
+@pytest.mark.devices
+def test_liblo_reads_every_frame(receiver):
+    port = receiver.getsockname()[1]
+    receiver.close()  # its port is free for another program now
+    with subprocess.Popen(["oscdump", "-L", str(port)], stdout=subprocess.PIPE, text=True) as other:
+        with Tuio(across_plate(PLATE), port=port) as tuio:
+            while not select.select([other.stdout], [], [], 0.05)[0]:
+                tuio([], 0.0)  # nobody was listening yet
+            tuio([Mark(50, 25, 1.0, identity=1)], 1.0)
+            tuio([Mark(60, 25, 1.0, identity=1)], 1.1)
+        lines = (line.split(" ", 1)[1].strip() for line in other.stdout)
+        sets = [next(line for line in lines if '"set"' in line) for _ in range(2)]
+        assert next(line for line in lines if '"alive"' in line) == '/tuio/2Dcur s "alive"'
+        other.terminate()
+    assert sets == [
+        '/tuio/2Dcur sifffff "set" 1 0.250000 0.750000 0.000000 0.000000 0.000000',
+        '/tuio/2Dcur sifffff "set" 1 0.300000 0.750000 0.500000 0.000000 5.000000',
     ]
 
 

@@ -1,4 +1,4 @@
-"""Packages that only some cameras need: asked for when such a camera is, and not before."""
+"""Packages that only some benches need: asked for when such a part is, and not before."""
 
 from importlib.util import find_spec
 
@@ -13,6 +13,6 @@ def need(package: str, extra: str) -> None:
     """
     if find_spec(package) is None:
         raise OSError(
-            f"{package} is not installed and this device needs it; run"
+            f"{package} is not installed and this part needs it; run"
             f" pip install 'touchplate[{extra}]'"
         )
