@@ -41,13 +41,17 @@ def assemble(
 ) -> Assembled:
     """Put the forms of T touches (T, 2) mm, discs of radius (T,) mm or points, together."""
     (count, n), functions, touches = forms.fixed.shape[:2], forms.functions, len(xy)
+    found = [_one(plate, mesh, forms, *touch) for touch in zip(xy, radius, strict=True)]
+    if touches == 1:
+        # The usual case, and the one that must be fastest: nothing is copied.
+        ((mixed, local),) = found
+        return Assembled(mixed[0], local[0], mixed[None, 1:], local[None, 1:])
     total = touches * functions
     local = np.empty((count, total, total))
     mixed_by = np.zeros((touches, 2, count, n, total))
     local_by = np.zeros((touches, 2, count, total, total))
-    found = [_one(plate, mesh, forms, *touch) for touch in zip(xy, radius, strict=True)]
     own = [slice(i * functions, (i + 1) * functions) for i in range(touches)]
-    reach = [forms.fixed @ mixed[0, 0] for mixed, _ in found]
+    reach = [forms.reach(mixed[0, 0]) for mixed, _ in found]
     for i, (mixed, here) in enumerate(found):
         mixed_by[i, ..., own[i]] = mixed[1:]
         local[:, own[i], own[i]] = here[0]
@@ -75,7 +79,7 @@ def _one(
         return mixed, local
     spread, _ = forms.at(*disc(plate, mesh, place[None], radius))
     for sign, part in ((1.0, spread), (-1.0, mixed)):
-        cross = sign * _cross(part, part[0], forms.fixed @ part[0, 0])
+        cross = sign * _cross(part, part[0], forms.reach(part[0, 0]))
         local[0] += cross[0]
         local[1:] += cross[1:] + cross[1:].swapaxes(2, 3)
     return spread, local

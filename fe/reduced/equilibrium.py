@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from fe.reduced.assembly import Assembled
 from fe.reduced.forms import Forms
+from fe.reduced.kernel import slopes, stretch
 
 _Parts = tuple[NDArray, NDArray, NDArray]  # fixed, mixed and local forms
 
@@ -58,24 +59,22 @@ def balance(forms: Forms, assembled: Assembled, force: NDArray[np.float64]) -> B
     """Find the balance under forces (T,) N by Newton's method, and its derivatives."""
     n, split = forms.fixed.shape[1], forms.stresses
     pushed = n + assembled.functions * np.arange(len(force))
-    free = np.setdiff1d(np.arange(n + assembled.local.shape[1]), pushed)
-    point, converged = _descend(forms, assembled, force, pushed, free)
-    drifting = _parts(forms, assembled, slice(1 + split, None))
-    drift_slope = _apply(drifting, point.weights)
+    point, converged = _descend(forms, assembled, force, pushed)
+    drift_slope = slopes(*_parts(forms, assembled, slice(1 + split, None)), point.weights)
+    drift = 0.5 * drift_slope @ point.weights
     # First what changes at fixed weights, then the weights follow and keep the balance.
     direct, out = _moved(assembled, point, pushed)
     out[:, 2::3] = point.hessian[:, pushed]
-    weights_by = np.zeros_like(out)
-    weights_by[pushed, 2 + 3 * np.arange(len(force))] = 1.0
-    weights_by[free] = -np.linalg.solve(point.hessian[np.ix_(free, free)], out[free])
+    out[pushed] = 0.0
+    out[pushed, 2 + 3 * np.arange(len(force))] = -1.0
+    weights_by = np.asarray(np.linalg.solve(_held(point.hessian, pushed), -out), dtype=np.float64)
     values_by = direct + np.concatenate([point.slope, drift_slope]) @ weights_by
-    drift = 0.5 * drift_slope @ point.weights
     by = weights_by, values_by[:split], values_by[split:]
     return Balance(point.weights, point.stress, drift, *by, converged)
 
 
 def _descend(
-    forms: Forms, assembled: Assembled, force: NDArray, pushed: NDArray, free: NDArray
+    forms: Forms, assembled: Assembled, force: NDArray, pushed: NDArray
 ) -> tuple[_Point, bool]:
     """Point of balance, and whether it is one."""
     bending = _bending(assembled, pushed)
@@ -83,42 +82,40 @@ def _descend(
     size = np.linalg.norm(assembled.mixed[0][:, pushed - forms.fixed.shape[1]] @ force)
     point = _at(parts, bending, _first(forms, assembled, pushed, force))
     for _ in range(_ITERATIONS):
-        if np.linalg.norm(point.gradient[free]) <= _SETTLED * size:
+        left = point.gradient.copy()
+        left[pushed] = 0.0
+        if np.linalg.norm(left) <= _SETTLED * size:
             return point, True
-        weights = point.weights.copy()
-        weights[free] -= np.linalg.solve(point.hessian[np.ix_(free, free)], point.gradient[free])
+        weights = point.weights - np.linalg.solve(_held(point.hessian, pushed), left)
         point = _at(parts, bending, weights)
     return point, False
 
 
 def _at(parts: _Parts, bending: NDArray, weights: NDArray) -> _Point:
-    slope = _apply(parts, weights)
-    stress = 0.5 * slope @ weights
+    slope, stress, tense = stretch(*parts, weights)
     gradient = bending @ weights + stress @ slope
-    fixed, mixed, local = (
-        (stress @ part.reshape(len(stress), -1)).reshape(part.shape[1:]) for part in parts
-    )
-    tense = np.block([[fixed, mixed], [mixed.T, local]])
     return _Point(weights, stress, slope, gradient, bending + tense + slope.T @ slope)
 
 
+def _held(hessian: NDArray, pushed: NDArray) -> NDArray[np.float64]:
+    """Hessian that leaves the forces as they are."""
+    held = hessian.copy()
+    held[pushed] = held[:, pushed] = 0.0
+    held[pushed, pushed] = 1.0
+    return held
+
+
 def _parts(forms: Forms, assembled: Assembled, which: slice) -> _Parts:
-    return forms.fixed[which], assembled.mixed[which], assembled.local[which]
-
-
-def _apply(parts: _Parts, weights: NDArray) -> NDArray[np.float64]:
-    """B_m z of each form, (M, n + t)."""
-    fixed, mixed, local = parts
-    count, n = fixed.shape[:2]
-    q, tau = np.split(weights, [n])
-    rows = (fixed.reshape(-1, n) @ q).reshape(count, n) + mixed @ tau
-    return np.concatenate([rows, q @ mixed + local @ tau], axis=1)
+    mixed = np.ascontiguousarray(assembled.mixed[which].swapaxes(1, 2))
+    return forms.fixed[which], mixed, assembled.local[which]
 
 
 def _bending(assembled: Assembled, pushed: NDArray) -> NDArray[np.float64]:
     """Bending energy on (n + t) weights, without the forces, whose part balances the load."""
     mixed, local = assembled.mixed[0], assembled.local[0]
-    matrix = np.block([[np.eye(len(mixed)), mixed], [mixed.T, local]])
+    n, t = mixed.shape
+    matrix = np.eye(n + t)
+    matrix[:n, n:], matrix[n:, :n], matrix[n:, n:] = mixed, mixed.T, local
     matrix[pushed] = matrix[:, pushed] = 0.0
     return matrix
 
@@ -132,8 +129,11 @@ def _first(
     linear[pushed - n] = force
     products = 0.5 * assembled.local @ linear @ linear
     work, stretching = 2.0 * products[0], np.sum(products[1 : 1 + forms.stresses] ** 2)
-    roots = np.roots([2.0 * stretching, 0.0, work, -work]) if work > 0 else np.ones(1)
-    share = float(roots[np.abs(roots.imag).argmin()].real)
+    share = 1.0
+    if work > 0 and stretching > 0:
+        # U (t - 1) + 2 S t³ = 0.
+        p = np.sqrt(work / (6.0 * stretching))
+        share = 2.0 * p * np.sinh(np.arcsinh(1.5 / p) / 3.0)
     return np.concatenate([(share - 1.0) * (assembled.mixed[0] @ linear), linear])
 
 
@@ -152,13 +152,13 @@ def _moved(
     n, (touches, _, count) = assembled.mixed.shape[1], assembled.mixed_by.shape[:3]
     q, tau = np.split(point.weights, [n])
     stresses = len(point.stress)
-    slopes = _slopes_by(assembled.mixed_by, assembled.local_by, q, tau)
-    changes = 0.5 * slopes[:, :, 1:] @ point.weights
+    moved = _slopes_by(assembled.mixed_by, assembled.local_by, q, tau)
+    changes = 0.5 * moved[:, :, 1:] @ point.weights
     tense = tau.copy()
     tense[pushed - n] = 0.0
     bent = _slopes_by(assembled.mixed_by[:, :, 0], assembled.local_by[:, :, 0], q, tense)
     bent[:, :, pushed] = 0.0
-    stressed = point.stress @ slopes[:, :, 1 : 1 + stresses] + changes[..., :stresses] @ point.slope
+    stressed = point.stress @ moved[:, :, 1 : 1 + stresses] + changes[..., :stresses] @ point.slope
     values = np.zeros((count - 1, touches, 3))
     values[..., :2] = np.moveaxis(changes, 2, 0)
     gradient = np.zeros((len(point.weights), touches, 3))

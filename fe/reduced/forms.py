@@ -34,15 +34,15 @@ class Forms:
     ----------
     stresses : int
         M.
-    fixed : (F, n, n) float64
-        Both arguments fixed shapes.
+    fixed : (F, n, n) float32
+        Both arguments fixed shapes. Single precision, as in the table, halves what is read.
     moving : Table
         Of F (n A + A (A + 1) / 2) functions of the place of a touch: one argument moving, then
         both.
     """
 
     stresses: int
-    fixed: NDArray[np.float64]
+    fixed: NDArray[np.float32]
     moving: Table
 
     @property
@@ -50,6 +50,11 @@ class Forms:
         """A."""
         width, n = self.moving.coefficients.shape[2] // len(self.fixed), self.fixed.shape[1]
         return next(a for a in range(1, width + 1) if n * a + a * (a + 1) // 2 == width)
+
+    def reach(self, mixtures: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Forms of each fixed shape and of mixtures (n, C) of them: (F, n, C) float64."""
+        count, n = self.fixed.shape[:2]
+        return (self.fixed.reshape(-1, n) @ mixtures).reshape(count, n, -1)
 
     def at(
         self, xy: NDArray[np.float64], share: NDArray[np.float64]
@@ -90,7 +95,8 @@ def forms(
         rows.append(_row(shapes, left, weighed, np.column_stack([np.full(len(y), place), y])))
         if progress is not None:
             progress(done, len(x))
-    return Forms(basis.stresses.shape[-1], fixed, table(karman.plate.size, np.stack(rows)))
+    tabled = table(karman.plate.size, np.stack(rows))
+    return Forms(basis.stresses.shape[-1], fixed.astype(np.float32), tabled)
 
 
 def _places(mesh: Mesh, axis: int) -> NDArray[np.float64]:
