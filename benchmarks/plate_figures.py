@@ -1,0 +1,301 @@
+"""Write docs/plate-figures.md: error of plates against run time, and what they do at extremes.
+
+Usage: ``python benchmarks/plate_figures.py``; about five minutes. CPU times are of one thread and
+the median of some runs; the machine is named in the page.
+"""
+
+import os
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import platform
+import time
+from collections.abc import Callable, Iterator
+from math import inf
+from pathlib import Path
+
+import numpy as np
+import scipy.sparse.linalg as sla
+from numpy.typing import NDArray
+
+import fe
+from fe.energy import stiffness
+from fe.functional import derivative
+from models.ring import inside_edges, on_edges
+from tests.fe.levy import levy
+from tests.fe.stepped import cantilever, line_load, stepped
+
+PAGE = Path(__file__).parent.parent / "docs" / "plate-figures.md"
+PAPER = fe.Plate((100.0, 100.0), thickness=1.0, young=3000.0, poisson=0.3)
+LOADS = ((50.0, 50.0), (30.0, 20.0), (10.0, 50.0), (20.0, 10.0))
+RING = np.concatenate([on_edges(PAPER.size), inside_edges(PAPER.size)])
+MESHES, TRUTH = (20, 40, 80, 100, 120, 160), 400
+PVC = fe.Plate((254.0, 254.0), thickness=1.0, young=3000.0, poisson=0.38)
+PRESSES = ((127.0, 127.0), (60.0, 90.0), (100.0, 200.0), (40.0, 45.0))
+FORCES = (0.05, 0.5, 5.0)
+GAUGES = 25.0 + inside_edges((204.0, 204.0), 17.0, 0.0)
+C, S, F = fe.Clamped(), fe.Supported(), fe.Free()
+Line = tuple[str, ...]
+
+
+def main() -> None:
+    """Measure and write the page."""
+    parts = [
+        "# Plates: error against run time, and extremes",
+        f"Written by `python benchmarks/plate_figures.py` on {machine()}, one thread.",
+        "## Linear plate: mesh and recovery",
+        "Clamped plate of the paper, four loads, 144 gauges of both rings. Worst error in parts of "
+        f"the largest strain of a load, against {TRUTH} × {TRUTH} elements.",
+        table(
+            "elements|strain, recovered|strain, second derivative|first load|each further load",
+            mesh_lines(),
+        ),
+        "## Linear solver",
+        "The same stiffness at 120 × 120 elements. Error of all unknowns against the factored one.",
+        table("solver|first load|each further load|relative error", solver_lines()),
+        "## Small or large: linear, reduced, shell",
+        f"PVC, {PVC.size[0]:g} × {PVC.size[1]:g} × {PVC.thickness:g} mm, clamped, four presses. "
+        "Error in deflection under the touch and strain of a ring 25 mm inside, median and worst "
+        "of the presses, against the shell on 60 × 60 elements; time of one press after what is "
+        "prepared once.",
+        table("theory|once|force|w/h|deflection|ring strain|each press", theory_lines()),
+        "## Stiff and extreme",
+        "Digits: of the deflection under the touch, from the relative error against the truth "
+        "named. What is refused is refused with the sentence quoted.",
+        table("case|truth|digits right|what is said", extreme_lines()),
+    ]
+    PAGE.write_text("\n\n".join(parts) + "\n")
+
+
+def machine() -> str:
+    """Name processor and versions."""
+    known = Path("/proc/cpuinfo")
+    lines = known.read_text().splitlines() if known.exists() else []
+    names = [line.split(":")[1].strip() for line in lines if line.startswith("model name")]
+    cpu = names[0] if names else platform.processor()
+    return f"{cpu}, Python {platform.python_version()}, NumPy {np.__version__}"
+
+
+def table(head: str, lines: Iterator[Line]) -> str:
+    """Make a Markdown table, and print each line as it comes."""
+    columns = head.split("|")
+    rows = [head, "|".join("---" for _ in columns)]
+    for line in lines:
+        print(" | ".join(line), flush=True)
+        rows.append("|".join(line))
+    return "\n".join(f"| {row.replace('|', ' | ')} |" for row in rows)
+
+
+def timed(run: Callable[[], object], times: int = 1) -> float:
+    """Median CPU time of some runs, s."""
+    taken = []
+    for _ in range(times):
+        began = time.process_time()
+        run()
+        taken.append(time.process_time() - began)
+    return float(np.median(taken))
+
+
+def mesh_lines() -> Iterator[Line]:
+    """Strain and time of the linear plate by mesh."""
+    truth = [state.strain(RING) for state in states(linear(TRUTH))]
+    for count in MESHES:
+        solver = linear(count)
+        first = timed(lambda: solver.deflect([fe.Touch(*LOADS[0], 1.0)]))  # noqa: B023
+        further = timed(lambda: solver.deflect([fe.Touch(*LOADS[1], 1.0)]), 5)  # noqa: B023
+        found = states(solver)
+        recovered = worst([state.strain(RING) for state in found], truth)
+        plain = worst([plain_strain(state) for state in found], truth)
+        name = f"{count} × {count}" + (" (default)" if count == 120 else "")
+        yield name, f"{recovered:.1e}", f"{plain:.1e}", f"{first:.2f} s", f"{1e3 * further:.0f} ms"
+
+
+def linear(count: int) -> fe.Linear:
+    """Make the paper's plate ready on so many elements a side."""
+    return fe.Linear(PAPER, fe.Mesh(PAPER.size, (count, count)))
+
+
+def states(solver: fe.Linear) -> list[fe.State]:
+    """Bend it by each load."""
+    return [solver.deflect([fe.Touch(*place, 1.0)]) for place in LOADS]
+
+
+def plain_strain(state: fe.State) -> NDArray[np.float64]:
+    """Strain (K, 3) from the second derivatives of the elements, without recovery."""
+    curvatures = [
+        derivative(state.mesh, RING, p, q).of(state.values)[:, 0]
+        for p, q in ((2, 0), (0, 2), (1, 1))
+    ]
+    return -0.5 * state.plate.thickness * np.stack(curvatures, axis=1)
+
+
+def worst(found: list[NDArray], truth: list[NDArray]) -> float:
+    """Largest error in parts of the largest value of its load."""
+    pairs = zip(found, truth, strict=True)
+    return max(float(np.abs(f - t).max() / np.abs(t).max()) for f, t in pairs)
+
+
+def solver_lines() -> Iterator[Line]:
+    """Factors in float64 and float32, and conjugate gradients."""
+    matrix = stiffness(PAPER, fe.default_mesh(PAPER))
+    scale = 1.0 / np.sqrt(matrix.diagonal())
+    scaled = matrix * scale[:, None] * scale
+    right = np.random.default_rng(0).standard_normal(len(scale))
+    exact = np.zeros(0)
+    for name, dtype in (("SuperLU, float64 (ours)", np.float64), ("SuperLU, float32", np.float32)):
+        began = time.process_time()
+        factors = sla.splu(
+            scaled.astype(dtype).tocsc(),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        )
+        x = factors.solve(right.astype(dtype))
+        first = time.process_time() - began
+        again = timed(lambda: factors.solve(right.astype(dtype)), 5)  # noqa: B023
+        exact = x if not exact.size else exact
+        off = np.linalg.norm(x - exact) / np.linalg.norm(exact)
+        yield name, f"{first:.2f} s", f"{1e3 * again:.0f} ms", f"{off:.0e}"
+    began = time.process_time()
+    x, stopped = sla.cg(scaled, right, rtol=1e-6, maxiter=20000)
+    spent = time.process_time() - began
+    off = np.linalg.norm(x - exact) / np.linalg.norm(exact)
+    end = f"{off:.0e}" + (" (did not converge)" if stopped else "")
+    yield "conjugate gradients, residual 1e-6", f"{spent:.1f} s", f"{spent:.1f} s", end
+
+
+def theory_lines() -> Iterator[Line]:
+    """Error of each theory against a fine shell, and its time."""
+    fine = fe.Shell(PVC, fe.grid(PVC, 60))
+    truth = {
+        force: [fine.rest.touch([fe.Touch(*place, force)]) for place in PRESSES] for force in FORCES
+    }
+    for name, prepare in THEORIES.items():
+        began = time.process_time()
+        press = prepare()
+        press((10.0, 10.0), 1e-3)
+        once = time.process_time() - began
+        for force, true in truth.items():
+            yield name, f"{once:.1f} s", f"{force:g} N", *compared(press, force, true)
+
+
+def compared(press, force: float, true: list[fe.ShellState]) -> Line:
+    """Ratio w/h, errors of deflection and ring strain, and time of one press."""
+    ratios, of_w, of_strain, spent = [], [], [], []
+    for place, fine in zip(PRESSES, true, strict=True):
+        began = time.process_time()
+        state = press(place, force)
+        strain = state.strain(GAUGES)
+        spent.append(time.process_time() - began)
+        deep, right = fine.deflection([place])[0], fine.strain(GAUGES)
+        ratios.append(-deep / PVC.thickness)
+        of_w.append(abs(state.deflection([place])[0] / deep - 1))
+        of_strain.append(np.linalg.norm(strain - right) / np.linalg.norm(right))
+    return (
+        f"{min(ratios):.2f} to {max(ratios):.2f}",
+        f"{100 * np.median(of_w):.2f} %, {100 * max(of_w):.2f} %",
+        f"{100 * np.median(of_strain):.2f} %, {100 * max(of_strain):.2f} %",
+        f"{1e3 * np.median(spent):.0f} ms",
+    )
+
+
+def _by_linear():
+    solver = fe.Linear(PVC, fe.default_mesh(PVC))
+    return lambda place, force: solver.deflect([fe.Touch(*place, force)])
+
+
+def _by_reduced():
+    plate = fe.reduce(PVC)
+    return lambda place, force: plate.solve([fe.Touch(*place, force)])
+
+
+def _by_shell(count: int):
+    def prepare():
+        shell = fe.Shell(PVC, fe.grid(PVC, count))
+        return lambda place, force: shell.rest.touch([fe.Touch(*place, force)])
+
+    return prepare
+
+
+THEORIES = {
+    "linear, 120 × 120": _by_linear,
+    "reduced": _by_reduced,
+    "shell, 20 × 20": _by_shell(20),
+    "shell, 40 × 40 (default)": _by_shell(40),
+}
+
+
+def extreme_lines() -> Iterator[Line]:
+    """Cases of the linear plate; those of the shell are in shell_bars.py."""
+    square = 0.005612024020
+    for thinness in (1e-1, 1e-3, 1e-6):
+        plate = fe.Plate(PAPER.size, 100.0 * thinness, 3000.0, 0.3)
+        yield case(f"thickness/side {thinness:.0e}", "series", plate, square)
+    for poisson in (-0.9, 0.0, 0.49, 0.499):
+        plate = fe.Plate(PAPER.size, 1.0, 3000.0, poisson)
+        yield case(f"Poisson's ratio {poisson:g}", "series", plate, square)
+    for spring in (0.0, 1e-6, 1.0, 1e3, 1e6, 1e15):
+        yield sprung(f"rotation spring {spring:g} N", fe.Elastic(inf, spring))
+    for spring in (1e-12, 1e-6, 1e-3, 1.0, 1e6, 1e15):
+        yield sprung(f"deflection spring {spring:g} N/mm²", fe.Elastic(spring, 0.0))
+    for contrast in (1e-12, 1e-6, 1e-3, 1e3, 1e6, 1e9, 1e12):
+        yield patched(contrast)
+    for place in ((1.0, 50.0), (50.0, 1.0), (1.0, 1.0), (0.0, 50.0)):
+        yield near(place)
+
+
+def case(name: str, source: str, plate: fe.Plate, truth: float) -> Line:
+    """Compare w D/(P a²) under a touch in the middle."""
+    solver = fe.Linear(plate, fe.default_mesh(plate))
+    w = fe.compliance(solver, [(50.0, 50.0)])[0] * plate.rigidity / plate.size[0] ** 2
+    return name, source, digits(w / truth - 1), "-"
+
+
+def sprung(name: str, edge: fe.Elastic) -> Line:
+    """South and north elastic, west and east supported: Lévy's series."""
+    plate = fe.Plate(PAPER.size, 1.0, 3000.0, 0.3, fe.Edges(S, S, edge, edge))
+    truth, _ = levy(plate, (50.0, 40.0), (50.0, 40.0), terms=20000)
+    return attempt(
+        name,
+        "Lévy's series",
+        lambda: fe.compliance(fe.Linear(plate, fe.default_mesh(plate)), [(50.0, 40.0)])[0] / truth,
+    )
+
+
+def patched(contrast: float) -> Line:
+    """Cantilever whose outer part is stiffer or softer: a stepped beam."""
+    plate = stepped(1.0, 3000.0 * contrast)
+
+    def ratio() -> float:
+        state = fe.deflect(plate, line_load(120.0), fe.grid(plate, 40))
+        return state.deflection([[120.0, 20.0]])[0] / -cantilever(plate, 120.0)
+
+    return attempt(f"patch {contrast:.0e} times as stiff, held by the rest", "beam", ratio)
+
+
+def near(place: tuple[float, float]) -> Line:
+    """Touch within 1 % of an edge or a corner, against twice as many elements."""
+    coarse, fine = (
+        fe.compliance(fe.Linear(PAPER, fe.Mesh(PAPER.size, (n, n))), [place])[0] for n in (120, 240)
+    )
+    if fine == 0.0:
+        return f"touch on a clamped edge {place} mm", "0", "exact", "-"
+    return f"touch at {place} mm, clamped", "240 × 240", digits(coarse / fine - 1), "-"
+
+
+def attempt(name: str, source: str, ratio: Callable[[], float]) -> Line:
+    """Digits of a ratio that should be 1, or the sentence that refuses it."""
+    try:
+        return name, source, digits(ratio() - 1), "-"
+    except ValueError as refusal:
+        return name, source, "refused", f"“{refusal}”"
+
+
+def digits(error: float) -> str:
+    """Digits that a relative error leaves right."""
+    return f"{-np.log10(max(abs(error), 1e-16)):.1f}"
+
+
+if __name__ == "__main__":
+    main()
