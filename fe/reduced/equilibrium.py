@@ -19,8 +19,9 @@ from fe.reduced.kernel import slopes, stretch
 _Parts = tuple[NDArray, NDArray, NDArray]  # fixed, mixed and local forms
 
 _ITERATIONS = 30
-# Residual, in parts of the force that the linear answer puts on the fixed shapes.
-_SETTLED = 1e-11
+# Residual, in parts of the force that the linear answer puts on the fixed shapes. One more step
+# leaves its square, and derivatives are off by this much.
+_SETTLED = 1e-7
 
 
 class Balance(NamedTuple):
@@ -46,7 +47,7 @@ class Balance(NamedTuple):
 
 
 class _Point(NamedTuple):
-    """Energy at one z, with its derivatives by all of z."""
+    """Energy at one z, with its derivatives; the gradient is by all but the forces."""
 
     weights: NDArray[np.float64]
     stress: NDArray[np.float64]
@@ -60,17 +61,20 @@ def balance(forms: Forms, assembled: Assembled, force: NDArray[np.float64]) -> B
     n, split = forms.fixed.shape[1], forms.stresses
     pushed = n + assembled.functions * np.arange(len(force))
     point, converged = _descend(forms, assembled, force, pushed)
-    drift_slope = slopes(*_parts(forms, assembled, slice(1 + split, None)), point.weights)
-    drift = 0.5 * drift_slope @ point.weights
     # First what changes at fixed weights, then the weights follow and keep the balance.
     direct, out = _moved(assembled, point, pushed)
     out[:, 2::3] = point.hessian[:, pushed]
     out[pushed] = 0.0
     out[pushed, 2 + 3 * np.arange(len(force))] = -1.0
-    weights_by = np.asarray(np.linalg.solve(_held(point.hessian, pushed), -out), dtype=np.float64)
+    # The last step is solved beside them, and changes the stress along its slope.
+    right = np.column_stack([out, point.gradient])
+    solved = np.asarray(np.linalg.solve(_held(point.hessian, pushed), -right), dtype=np.float64)
+    weights_by, step = solved[:, :-1], solved[:, -1]
+    weights, stress = point.weights + step, point.stress + point.slope @ step
+    drift_slope = slopes(*_parts(forms, assembled, slice(1 + split, None)), weights)
     values_by = direct + np.concatenate([point.slope, drift_slope]) @ weights_by
     by = weights_by, values_by[:split], values_by[split:]
-    return Balance(point.weights, point.stress, drift, *by, converged)
+    return Balance(weights, stress, 0.5 * drift_slope @ weights, *by, converged)
 
 
 def _descend(
@@ -80,20 +84,20 @@ def _descend(
     bending = _bending(assembled, pushed)
     parts = _parts(forms, assembled, slice(1, 1 + forms.stresses))
     size = np.linalg.norm(assembled.mixed[0][:, pushed - forms.fixed.shape[1]] @ force)
-    point = _at(parts, bending, _first(forms, assembled, pushed, force))
+    point = _at(parts, bending, pushed, _first(forms, assembled, pushed, force))
     for _ in range(_ITERATIONS):
-        left = point.gradient.copy()
-        left[pushed] = 0.0
+        left = point.gradient
         if np.linalg.norm(left) <= _SETTLED * size:
             return point, True
         weights = point.weights - np.linalg.solve(_held(point.hessian, pushed), left)
-        point = _at(parts, bending, weights)
+        point = _at(parts, bending, pushed, weights)
     return point, False
 
 
-def _at(parts: _Parts, bending: NDArray, weights: NDArray) -> _Point:
+def _at(parts: _Parts, bending: NDArray, pushed: NDArray, weights: NDArray) -> _Point:
     slope, stress, tense = stretch(*parts, weights)
     gradient = bending @ weights + stress @ slope
+    gradient[pushed] = 0.0
     return _Point(weights, stress, slope, gradient, bending + tense + slope.T @ slope)
 
 
