@@ -50,7 +50,8 @@ class Noise:
 def measure_noise(camera: Camera, frames: int = FRAMES) -> Noise:
     """Grab frames of a still scene and say how they differ.
 
-    The sums are kept and not the pictures, so that any number of frames fits into memory.
+    Mean and squares run along with the frames (Welford, Technometrics 4, 1962), so that any number
+    of them fits into memory.
 
     Raises
     ------
@@ -61,32 +62,28 @@ def measure_noise(camera: Camera, frames: int = FRAMES) -> Noise:
     """
     if frames < 2:
         raise ValueError(f"noise needs 2 frames or more, got {frames}; take {FRAMES}")
-    first = np.zeros(0)
-    total = squares = np.zeros(0)
+    mean = squares = np.zeros(())
     levels, ages, times = [], [], []
-    for index in range(frames):
+    for count in range(1, frames + 1):
         frame = camera.grab(PATIENCE)
         if frame is None:
             raise OSError(f"{camera.status}; no picture came for {PATIENCE:g} s")
         ages.append(time.monotonic() - frame.captured)
         times.append(frame.captured)
         levels.append(float(frame.image.mean()))
-        image = frame.image.astype(np.float64) - levels[-1]
-        if index == 0:
-            first, total, squares = image, np.zeros_like(image), np.zeros_like(image)
-        image = image - first  # small numbers: the squares of large ones would lose the noise
-        total += image
-        squares += image * image
-    mean = first + total / frames + np.mean(levels)
-    variance = (squares - total * total / frames) / (frames - 1)
+        image = frame.image - levels[-1]
+        change = image - mean
+        mean = mean + change / count
+        squares = squares + change * (image - mean)
+    brightness = mean + np.mean(levels)
     return Noise(
         frames=frames,
         dropped=camera.dropped,
         rate=(frames - 1) / (times[-1] - times[0]),
         mean=float(np.mean(levels)),
-        sigma=float(np.sqrt(variance.mean())),
+        sigma=float(np.sqrt(squares.mean() / (frames - 1))),
         flicker=float(np.std(levels, ddof=1) / max(np.mean(levels), 1e-9)),
-        contrast=float(mean.std()),
-        clipped=float(np.mean((mean > SATURATED) | (mean < DARK))),
+        contrast=float(brightness.std()),
+        clipped=float(np.mean((brightness > SATURATED) | (brightness < DARK))),
         age=float(np.median(ages)),
     )
