@@ -24,7 +24,7 @@ for epoch in (0, 100, 999):
     learnt, watched = trained.history[epoch]
     print(f"epoch {epoch}: loss {learnt:.2f} mm, between the touches {watched:.2f} mm")
 
-error = models.position_error(test.xy, models.predict(trained.net, test.strain))
+error = models.position_error(test.targets, models.predict(trained.net, test.strain))
 print(f"net: mean error {error.mean():.2f} mm, largest {error.max():.2f} mm, {len(error)} touches")
 
 # The same strains, by least squares on the influence: no training, and the force is free.
@@ -32,5 +32,5 @@ solved = [
     models.solve(strain.reshape(-1, 3), influence, sigma=1e-7, count=1).xy[0]
     for strain in test.strain
 ]
-error = models.position_error(test.xy, np.array(solved))
+error = models.position_error(test.targets, np.array(solved))
 print(f"solver: mean error {error.mean():.1e} mm")

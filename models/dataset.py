@@ -7,7 +7,7 @@ import numpy as np
 
 from models.ring import even_steps
 
-__all__ = ["Dataset", "grid", "midpoints", "random_places", "simulate"]
+__all__ = ["Dataset", "flatten", "grid", "midpoints", "random_places", "simulate"]
 
 
 class StrainInfluence(Protocol):
@@ -20,24 +20,49 @@ class StrainInfluence(Protocol):
 
 @dataclass(frozen=True)
 class Dataset:
-    """N touches of one newton.
+    """N samples: what the gauges read, and what is to be told from it.
 
     Attributes
     ----------
     strain
-        (N, 3 M) float64, strain at M gauges: exx, eyy, exy of the first, then of the second, ...
-    xy
-        (N, 2) float64, mm, places of the touches.
+        (N, 3 M) float, strain at M gauges: exx, eyy, exy of the first, then of the second, ...
+    targets
+        (N, D) float: x, y of each touch, mm, then whatever else is asked for, as magnitudes.
     """
 
     strain: np.ndarray
-    xy: np.ndarray
+    targets: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.targets)
 
 
 def simulate(influence: StrainInfluence, xy: np.ndarray) -> Dataset:
     """Return the data set of unit touches at `xy` (N, 2) mm, section 2.1 of the paper."""
     xy = np.asarray(xy, dtype=float)
     return Dataset(influence.strain(xy).reshape(len(xy), -1), xy)
+
+
+def flatten(strain: np.ndarray, touches: np.ndarray, unit: float | None = None) -> Dataset:
+    """Return samples of several touches as a net learns them, section 2.3 of the paper.
+
+    Parameters
+    ----------
+    strain
+        (N, M, 3) float, strain at M gauges.
+    touches
+        (N, k, 3) float64, x, y in mm and force in N of k touches.
+    unit
+        Force of magnitude 1, N, where magnitudes are asked for; the forces are known otherwise.
+
+    Returns
+    -------
+    Targets (N, 2 k): x1, y1, x2, ..., or (N, 3 k): x1, y1, x2, ..., m1, m2, ...
+    """
+    targets = touches[..., :2].reshape(len(touches), -1)
+    if unit is not None:
+        targets = np.column_stack([targets, touches[..., 2] / unit])
+    return Dataset(strain.reshape(len(strain), -1), targets)
 
 
 def grid(size: tuple[float, float], spacing: float, margin: float) -> np.ndarray:

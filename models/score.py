@@ -1,10 +1,11 @@
 """Scores: how far predicted touches lie from the true ones."""
 
 from dataclasses import dataclass
+from itertools import permutations
 
 import numpy as np
 
-__all__ = ["Score", "position_error", "score"]
+__all__ = ["Score", "matched_error", "position_error", "score"]
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,38 @@ def position_error(true: np.ndarray, predicted: np.ndarray) -> np.ndarray:
             f"{predicted.shape}; pair them first"
         )
     return np.hypot(*(predicted - true).T)
+
+
+def matched_error(true: np.ndarray, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the distances of several touches, paired so that their sum is the least.
+
+    Parameters
+    ----------
+    true, predicted
+        (N, k, 2), mm.
+
+    Returns
+    -------
+    error
+        (N, k) float64, mm, of each true touch.
+    order
+        (N, k) int, which predicted touch was paired with each true one.
+
+    Raises
+    ------
+    ValueError
+        When the shapes differ or are not (N, k, 2).
+    """
+    true, predicted = np.asarray(true, dtype=float), np.asarray(predicted, dtype=float)
+    if true.ndim != 3 or true.shape[2] != 2 or true.shape != predicted.shape:
+        raise ValueError(
+            f"true and predicted touches must both be (N, k, 2), got {true.shape} and "
+            f"{predicted.shape}; give x and y of as many touches"
+        )
+    orders = np.array(list(permutations(range(true.shape[1]))))
+    errors = np.linalg.norm(predicted[:, orders] - true[:, None], axis=3)
+    best = errors.sum(axis=2).argmin(axis=1)
+    return errors[np.arange(len(true)), best], orders[best]
 
 
 def score(error: np.ndarray, limit: float = 0.5) -> Score:

@@ -100,8 +100,8 @@ def load(path: str | Path) -> tuple[Trained, dict[str, Any]]:
     if head.get("checksum") != _checksum(arrays, text):
         raise ValueError(f"model file {path} is damaged; delete it and train the model again")
     options = json.loads(text)
-    layers, activation = options["net"]["layers"], options["net"]["activation"]
-    return _from_arrays(arrays, NetOptions(tuple(layers), activation)), options["about"]
+    named = options["net"] | {"layers": tuple(options["net"]["layers"])}
+    return _from_arrays(arrays, NetOptions(**named)), options["about"]
 
 
 def _write(path: Path, arrays: Mapping[str, np.ndarray], text: str) -> None:
@@ -154,6 +154,8 @@ def _to_arrays(trained: Trained) -> dict[str, np.ndarray]:
         "scale": net.scaling.scale,
         "history": trained.history,
     }
+    if net.scaling.knee is not None:
+        arrays["knee"] = np.array(net.scaling.knee)
     for number, (weights, biases) in enumerate(net.layers):
         arrays |= {f"weights{number}": weights, f"biases{number}": biases}
     return arrays
@@ -164,5 +166,6 @@ def _from_arrays(arrays: Mapping[str, np.ndarray], options: NetOptions) -> Train
         (arrays[f"weights{number}"], arrays[f"biases{number}"])
         for number in range(len(options.layers) + 1)
     )
-    net = Net(options, Scaling(arrays["centre"], arrays["scale"]), layers)
+    knee = float(arrays["knee"]) if "knee" in arrays else None
+    net = Net(options, Scaling(arrays["centre"], arrays["scale"], knee), layers)
     return Trained(net, arrays["history"])

@@ -44,7 +44,7 @@ def figures(net: Net, sets: Sets) -> dict[str, dict[str, float]]:
 
     named = {field.name: getattr(sets, field.name) for field in fields(sets)}
     return {
-        name: asdict(judge(position_error(data.xy, predict(net, data.strain))))
+        name: asdict(judge(position_error(data.targets, predict(net, data.strain))))
         for name, data in named.items()
     }
 

@@ -19,7 +19,7 @@ def test_columns_run_exx_eyy_exy_of_the_first_gauge_then_of_the_next():
     data = dataset.simulate(influence, PLACES)
     strain = influence.strain(PLACES)
     assert data.strain.shape == (len(PLACES), 3 * len(GAUGES))
-    np.testing.assert_array_equal(data.xy, PLACES)
+    np.testing.assert_array_equal(data.targets, PLACES)
     for gauge in (0, 3, len(GAUGES) - 1):
         np.testing.assert_array_equal(data.strain[:, 3 * gauge : 3 * gauge + 3], strain[:, gauge])
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from models.score import position_error, score
+from models.score import matched_error, position_error, score
 
 
 def test_position_error_is_the_distance_of_each_pair():
@@ -32,3 +32,15 @@ def test_places_that_do_not_pair_and_empty_sets_are_refused():
         position_error(np.zeros((3, 2)), np.zeros((2, 2)))
     with pytest.raises(ValueError, match="at least 1 touch, got 0"):
         score(np.empty(0))
+
+
+def test_touches_are_paired_before_they_are_measured():
+    true = np.array([[[10.0, 10.0], [50.0, 20.0], [30.0, 80.0]]])
+    error, order = matched_error(true, true[:, [2, 0, 1]] + [0.3, 0.4])
+    np.testing.assert_allclose(error, 0.5)
+    np.testing.assert_array_equal(order, [[1, 2, 0]])
+
+
+def test_other_numbers_of_touches_cannot_be_paired():
+    with pytest.raises(ValueError, match="give x and y of as many touches"):
+        matched_error(np.zeros((4, 2, 2)), np.zeros((4, 3, 2)))

@@ -35,7 +35,7 @@ def trained(epochs=400, options=TANH, seed=0, **more):
 @pytest.mark.parametrize("activation", ["relu", "tanh", "silu"])
 def test_a_net_learns_to_place_touches_that_it_has_not_seen(activation):
     result = trained(1500, NetOptions((16, 16), activation))
-    error = position_error(VALIDATION.xy, predict(result.net, VALIDATION.strain))
+    error = position_error(VALIDATION.targets, predict(result.net, VALIDATION.strain))
     assert error.mean() < 1.0  # measured 0.2 to 0.6 mm; a guess at the middle is off by 17 mm
     assert error.max() < 4.0
 
@@ -43,7 +43,7 @@ def test_a_net_learns_to_place_touches_that_it_has_not_seen(activation):
 def test_the_history_is_the_loss_of_equation_1_on_both_sets():
     result = trained(200, learning_rate=1e-9)
     for column, data in enumerate([TRAINING, VALIDATION]):
-        loss = position_error(data.xy, predict(result.net, data.strain)).mean()
+        loss = position_error(data.targets, predict(result.net, data.strain)).mean()
         assert result.history.shape == (200, 2)
         assert result.history[-1, column] == pytest.approx(loss, rel=1e-5)
 
@@ -59,7 +59,7 @@ def test_the_same_generator_gives_the_same_net_and_another_another():
 
 
 def test_the_force_of_the_training_touches_does_not_matter():
-    strong = dataset.Dataset(1000.0 * TRAINING.strain, TRAINING.xy)
+    strong = dataset.Dataset(1000.0 * TRAINING.strain, TRAINING.targets)
     result = train(strong, strong, NetOptions((8,)), Recipe(50), np.random.default_rng(0))
     plain = train(TRAINING, TRAINING, NetOptions((8,)), Recipe(50), np.random.default_rng(0))
     np.testing.assert_allclose(

@@ -1,0 +1,90 @@
+"""Figures of the paper's systems: kept as CSV, shown as one table with the paper's own beside."""
+
+import csv
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+RAW = Path("docs/paper.csv")
+PAGE = Path("docs/paper.md")
+NOTES = Path("benchmarks/paper_notes.md")
+
+
+class Figure(NamedTuple):
+    """One figure of one training.
+
+    Attributes
+    ----------
+    system, what
+        Which of the paper's systems, and which quantity with its unit.
+    paper
+        The paper's own figure, as it prints it; empty where it has none.
+    epochs
+        Steps of Adam; 0 where nothing was trained.
+    seed, value
+        Of this training.
+    """
+
+    system: str
+    what: str
+    paper: str
+    epochs: int
+    seed: int
+    value: float
+
+
+def store(figures: list[Figure]) -> None:
+    """Add figures to those kept; of one system, quantity, effort and seed the last one stays."""
+    known = {(kept.system, kept.what, kept.epochs, kept.seed): kept for kept in read()}
+    known |= {(new.system, new.what, new.epochs, new.seed): new for new in figures}
+    with RAW.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(Figure._fields)
+        writer.writerows(kept._replace(value=f"{kept.value:.6g}") for kept in known.values())
+
+
+def read() -> list[Figure]:
+    """Return the figures kept."""
+    if not RAW.exists():
+        return []
+    with RAW.open(newline="", encoding="utf-8") as file:
+        return [
+            Figure(
+                row["system"],
+                row["what"],
+                row["paper"],
+                int(row["epochs"]),
+                int(row["seed"]),
+                float(row["value"]),
+            )
+            for row in csv.DictReader(file)
+        ]
+
+
+def write() -> None:
+    """Write the table of the figures kept, those of the most epochs of each."""
+    groups: dict[tuple[str, str], list[Figure]] = {}
+    for figure in read():
+        groups.setdefault((figure.system, figure.what), []).append(figure)
+    lines = ["| system | figure | paper | here | seeds | epochs |", "|---|---|---|---|---|---|"]
+    before = ""
+    for (system, what), figures in groups.items():
+        epochs = max(figure.epochs for figure in figures)
+        values = [figure.value for figure in figures if figure.epochs == epochs]
+        shown = "" if system == before else system
+        before = system
+        lines.append(
+            f"| {shown} | {what} | {figures[0].paper} | {_spread(values)} | {len(values)} | "
+            f"{epochs or ''} |"
+        )
+    notes = NOTES.read_text(encoding="utf-8")
+    PAGE.write_text(notes.replace("TABLE\n", "\n".join(lines) + "\n"), encoding="utf-8")
+
+
+def _spread(values: list[float]) -> str:
+    """Median, and least and largest of several."""
+    middle = f"{np.median(values):.3g}"
+    if len(values) == 1:
+        return middle
+    return f"{middle} ({min(values):.3g} to {max(values):.3g})"

@@ -1,0 +1,55 @@
+"""Batches that a net learns from: drawn from a set, superposed as they are needed, with noise."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from models.dataset import Dataset
+
+__all__ = ["noisy", "shuffled", "superposed"]
+
+
+def shuffled(data: Dataset, size: int, rng: np.random.Generator) -> Iterator[Dataset]:
+    """Go through `data` in random order again and again, `size` samples at a time.
+
+    A rest that does not fill a batch is left out; the next round has another one.
+    """
+    size = min(size, len(data))
+    while True:
+        order = rng.permutation(len(data))
+        for first in range(0, len(order) - size + 1, size):
+            rows = order[first : first + size]
+            yield Dataset(data.strain[rows], data.targets[rows])
+
+
+def superposed(
+    single: Dataset, touches: int, size: int, rng: np.random.Generator
+) -> Iterator[Dataset]:
+    """Press several of the touches of `single` at a time: linear theory, equal forces.
+
+    Parameters
+    ----------
+    single
+        Unit touches, those of a sample are drawn from.
+    touches
+        Of a sample, sorted by x, then y.
+    size
+        Samples of a batch.
+    rng
+        Source of the draw.
+    """
+    rank = np.lexsort(single.targets[:, 1::-1].T)
+    strain, places = single.strain[rank], single.targets[rank]
+    while True:
+        rows = np.sort(rng.integers(0, len(places), (size, touches)), axis=1)
+        total = strain[rows[:, 0]]
+        for column in rows.T[1:]:
+            total = total + strain[column]
+        yield Dataset(total, places[rows].reshape(size, -1))
+
+
+def noisy(batches: Iterator[Dataset], sigma: float, rng: np.random.Generator) -> Iterator[Dataset]:
+    """Add noise of deviation `sigma`, strain, to every channel."""
+    for batch in batches:
+        noise = sigma * rng.standard_normal(batch.strain.shape, dtype=np.float32)
+        yield Dataset(batch.strain + noise, batch.targets)
