@@ -27,6 +27,7 @@ from rig import live
 from rig.bench import build_bench
 from rig.stopwatch import Stopwatch
 from rig.twin import Twin, build_twin
+from rig.zero import take_zero
 
 INSET = 25.0  # mm from an edge
 FORCE = (2.0, 4.0)  # N
@@ -102,7 +103,7 @@ def _random_touches(bench, twin, bound, count) -> tuple[np.ndarray, np.ndarray]:
 def _estimates(bench, twin: Twin, script) -> Iterator[Estimate]:
     """Take the reference, then estimate a frame for each entry of the script."""
     images = [twin.frame(n, ()) for n in range(REFERENCE)]
-    chain, _ = bench.prepare(live.take_zero(images))
+    chain, _ = bench.prepare(take_zero(images))
     state, watch = live.at_rest(chain), Stopwatch(lambda: 0.0)
     for n, touches in enumerate(script):
         image = twin.frame(1000 + n, touches)

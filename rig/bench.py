@@ -17,6 +17,7 @@ from rig.scene.bench import Pinhole
 from rig.scene.plate import Plate
 from rig.scene.sensing import Dic, PatternEstimator, StrainEstimator
 from rig.scene.theory import Theory, require_linear
+from rig.zero import Zero
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +59,7 @@ class Bench:
         """Frames averaged into the reference."""
         return self.dic.reference_frames
 
-    def prepare(self, zero: live.Zero) -> tuple[live.Chain, live.StrainChain | None]:
+    def prepare(self, zero: Zero) -> tuple[live.Chain, live.StrainChain | None]:
         """Prepare the chain, and that of strain where the scene wants it.
 
         Raises

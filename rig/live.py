@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,40 +16,10 @@ from models.search import Search, prepare_search
 from models.solver import find
 from models.strain_map import StrainMap, see_strain
 from rig.stopwatch import Stopwatch
+from rig.zero import Zero, fits, settle
 
-LEAST_NOISE = 0.05  # grey levels: less than the rounding of an 8-bit picture
 STALE = 0.1  # px: a reference that was moved wrongly by more is moved again within the frame
 PASSES = 3  # at most so often
-
-
-@dataclass(frozen=True, eq=False)
-class Zero:
-    """The plate at rest: the mean of several frames, and the noise of a frame against it."""
-
-    image: NDArray[np.float32]
-    noise: float
-
-
-def take_zero(frames: Sequence[NDArray]) -> Zero:
-    """Average frames of the untouched plate, two or more, and measure their noise.
-
-    The noise is that of a frame less the mean of N others, σ √(1 + 1/N), grey levels.
-
-    Raises
-    ------
-    ValueError
-        If there are fewer than two frames.
-    """
-    if len(frames) < 2:
-        raise ValueError(
-            f"reference needs 2 frames or more to know their noise, got {len(frames)}; set"
-            " dic.reference_frames to 16"
-        )
-    mean = np.asarray(np.mean(frames, axis=0), dtype=np.float32)
-    count = len(frames)
-    squares = sum(float(np.square(frame - mean).sum(dtype=np.float64)) for frame in frames)
-    variance = squares / (mean.size * (count - 1))
-    return Zero(mean, max(float(np.sqrt(variance * (1 + 1 / count))), LEAST_NOISE))
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,21 +72,66 @@ def prepare_strain(chain: Chain, camera: synthetic.Camera, block: int, window: i
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """What the next frame starts from: amplitudes of the motion, and x, y, F of the touches."""
+    """What the next frame starts from.
+
+    Attributes
+    ----------
+    motion : (K + R,) float64
+        Amplitudes of the plate's modes and of the camera's rigid motions.
+    rest : (K,) float64
+        Those of the modes while nothing touches: what the plate has crept to since the reference.
+    touches : (n, 3) float64, mm, mm, N
+        x, y, F.
+    from_strain : (n, 3) float64, mm, mm, N
+        Those that strain alone shows.
+    """
 
     motion: NDArray[np.float64]
+    rest: NDArray[np.float64]
     touches: NDArray[np.float64]
+    from_strain: NDArray[np.float64]
 
 
 def at_rest(chain: Chain) -> State:
     """Nothing moved and nothing touches."""
-    return State(chain.pattern.still(), np.empty((0, 3)))
+    none = np.empty((0, 3))
+    return State(chain.pattern.still(), np.zeros(chain.pattern.count), none, none)
+
+
+@dataclass(frozen=True, eq=False)
+class Sensed:
+    """What one frame says.
+
+    Attributes
+    ----------
+    estimate : Estimate
+        From the whole pattern.
+    sums : TileSums
+        Of the last pass.
+    strain : (T, 3) float64, or None where the scene wants none
+    from_strain : Estimate or None
+        None where a part of the strain map is lost in this frame, by a hand for instance.
+    state : State
+        To start the next frame from.
+    """
+
+    estimate: Estimate
+    sums: TileSums
+    strain: NDArray[np.float64] | None
+    from_strain: Estimate | None
+    state: State
 
 
 def sense(
-    chain: Chain, image: NDArray, state: State, watch: Stopwatch
+    chain: Chain, image: NDArray, state: State, watch: Stopwatch, settling: float = 0.0
 ) -> tuple[Estimate, TileSums, State]:
     """Find the touches in one frame.
+
+    Parameters
+    ----------
+    settling : float
+        Part of what the frame shows that becomes the state of rest if nothing touches, from
+        `zero.share`; 0 leaves it as it is.
 
     Returns
     -------
@@ -128,31 +142,34 @@ def sense(
         To start the next frame from.
     """
     for _ in range(PASSES - 1):
-        estimate, sums, after = _pass(chain, image, state, watch)
+        estimate, sums, after = _pass(chain, image, state, watch, settling)
         if chain.pattern.motions.farthest(after.motion - state.motion) <= STALE:
             return estimate, sums, after
-        state = after
-    return _pass(chain, image, state, watch)
+        state = replace(after, rest=state.rest)
+    return _pass(chain, image, state, watch, settling)
 
 
 def _pass(
-    chain: Chain, image: NDArray, state: State, watch: Stopwatch
+    chain: Chain, image: NDArray, state: State, watch: Stopwatch, settling: float
 ) -> tuple[Estimate, TileSums, State]:
-    pattern = chain.pattern
+    pattern, rest = chain.pattern, state.rest
     with watch.stage("correlate"):
         sums = tile_sums(chain.reference, image, pattern.motions.flow(state.motion))
     with watch.stage("estimate"):
-        right = pattern.right_side(sums, state.motion)
+        right = pattern.right_side(sums, state.motion) - pattern.normal[:, : len(rest)] @ rest
         measured = pattern.whiten(right, chain.noise)
         estimate = find(measured, chain.search, start=state.touches, most=chain.most)
         motion = pattern.amplitudes(estimate, right)
-    return estimate, sums, State(motion, np.column_stack([estimate.xy, estimate.force]))
+        motion[: len(rest)] += rest
+        if settling and not estimate.count and fits(estimate):
+            rest = settle(rest, pattern, measured, chain.noise, settling)
+    return estimate, sums, replace(state, motion=motion, rest=rest, touches=_places(estimate))
 
 
 def sense_strain(
-    chain: StrainChain, sums: TileSums, last: Estimate | None, watch: Stopwatch
+    chain: StrainChain, sums: TileSums, start: NDArray, watch: Stopwatch
 ) -> tuple[NDArray[np.float64], Estimate | None]:
-    """Strain of one frame, (T, 3), and the touches that it shows.
+    """Strain of one frame, (T, 3), and the touches that it shows, begun from `start` (n, 3).
 
     The touches are None where a part of the map is lost in this frame, by a hand for instance.
     """
@@ -163,5 +180,23 @@ def sense_strain(
         measured = chain.map.whiten(strain, chain.noise)
         if measured is None:
             return strain, None
-        start = np.empty((0, 3)) if last is None else np.column_stack([last.xy, last.force])
         return strain, find(measured, chain.search, start=start, most=chain.most)
+
+
+def with_strain(
+    strain_chain: StrainChain | None,
+    sensed: tuple[Estimate, TileSums, State],
+    watch: Stopwatch,
+) -> Sensed:
+    """Add what strain says, where it is wanted, to what `sense` found in a frame."""
+    estimate, sums, after = sensed
+    if strain_chain is None:
+        return Sensed(estimate, sums, None, None, after)
+    strain, found = sense_strain(strain_chain, sums, after.from_strain, watch)
+    start = np.empty((0, 3)) if found is None else _places(found)
+    return Sensed(estimate, sums, strain, found, replace(after, from_strain=start))
+
+
+def _places(estimate: Estimate) -> NDArray[np.float64]:
+    """x, y, F of each touch, (n, 3)."""
+    return np.column_stack([estimate.xy, estimate.force])

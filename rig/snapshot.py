@@ -1,9 +1,15 @@
 """What the live loop shows to people after a frame: plain data, made once and never changed."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from rig.track import Event
 
 
 @dataclass(frozen=True)
@@ -101,6 +107,8 @@ class Snapshot:
         Standard deviation of the picture's noise, grey levels.
     strain_reason : str
         Why `strain` is None, as a sentence for the user.
+    events : tuple of Event
+        What appeared, moved and left in this frame.
     """
 
     sequence: int
@@ -124,3 +132,4 @@ class Snapshot:
     latency: tuple[float, float]
     noise: float
     strain_reason: str = ""
+    events: tuple[Event, ...] = ()

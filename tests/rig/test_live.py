@@ -10,6 +10,7 @@ from rig import live
 from rig.bench import build_bench
 from rig.stopwatch import Stopwatch
 from rig.twin import build_twin
+from rig.zero import LEAST_NOISE, take_zero
 
 PRESS = (fe.Touch(90.0, 120.0, 3.0),)
 
@@ -21,7 +22,7 @@ class Rig:
         self.twin = build_twin(scene)
         frames = [self.twin.frame(k, ()) for k in range(16)]
         self.chain, self.strain = build_bench(scene, lambda done, total: None).prepare(
-            live.take_zero(frames)
+            take_zero(frames)
         )
         self.state = live.at_rest(self.chain)
         self.watch = Stopwatch(time.monotonic)
@@ -49,19 +50,19 @@ def test_the_reference_is_the_mean_of_its_frames_and_knows_the_noise_of_one():
     rng = np.random.default_rng(0)
     truth = rng.uniform(50, 200, (60, 80))
     frames = [truth + rng.normal(0, 3.0, truth.shape) for _ in range(8)]
-    zero = live.take_zero(frames)
+    zero = take_zero(frames)
     np.testing.assert_allclose(zero.image, np.mean(frames, axis=0), rtol=1e-6)
     assert zero.image.dtype == np.float32
     assert zero.noise == pytest.approx(3.0 * np.sqrt(1 + 1 / 8), rel=0.02)
 
 
 def test_frames_without_noise_leave_the_noise_of_rounding():
-    assert live.take_zero([np.full((20, 30), 7, np.uint8)] * 4).noise == live.LEAST_NOISE
+    assert take_zero([np.full((20, 30), 7, np.uint8)] * 4).noise == LEAST_NOISE
 
 
 def test_one_frame_is_no_reference():
     with pytest.raises(ValueError, match=r"2 frames or more.*got 1; set dic\.reference_frames"):
-        live.take_zero([np.zeros((20, 30), np.uint8)])
+        take_zero([np.zeros((20, 30), np.uint8)])
 
 
 def test_nothing_is_found_on_an_untouched_plate(rig):
@@ -115,20 +116,22 @@ def test_only_a_jump_takes_more_passes_than_one(small):
 
 def test_strain_tells_the_same_touch(rig):
     estimate, sums = rig.sense(20, PRESS)
-    strain, found = live.sense_strain(rig.strain, sums, None, rig.watch)
+    strain, found = live.sense_strain(rig.strain, sums, np.empty((0, 3)), rig.watch)
     assert strain.shape == (len(sums.e), 3)
     assert found is not None
     assert found.count == 1
     assert (np.abs(deviation(found, PRESS[0])) < 4.5).all()
     assert np.linalg.norm(found.xy[0] - estimate.xy[0]) < 4.0
-    again = live.sense_strain(rig.strain, sums, found, rig.watch)[1]
+    again = live.sense_strain(
+        rig.strain, sums, np.column_stack([found.xy, found.force]), rig.watch
+    )[1]
     assert again is not None
     np.testing.assert_allclose(again.xy, found.xy, atol=0.1)
 
 
 def test_under_a_hand_there_is_no_strain_and_no_touch_from_it(rig):
     _, sums = rig.sense(20, (), hand=np.s_[100:180, 120:200])
-    strain, found = live.sense_strain(rig.strain, sums, None, rig.watch)
+    strain, found = live.sense_strain(rig.strain, sums, np.empty((0, 3)), rig.watch)
     tiles = rig.chain.reference.tiles.xy
     covered = ((tiles > (130, 110)) & (tiles < (190, 170))).all(axis=1)
     assert np.isnan(strain[covered]).all()
@@ -140,6 +143,6 @@ def test_under_a_hand_there_is_no_strain_and_no_touch_from_it(rig):
 
 def test_each_stage_is_timed(rig):
     _, sums = rig.sense(20, PRESS)
-    live.sense_strain(rig.strain, sums, None, rig.watch)
+    live.sense_strain(rig.strain, sums, np.empty((0, 3)), rig.watch)
     names = [name for name, _, _ in rig.watch.table()]
     assert names == ["correlate", "estimate", "strain", "from strain"]

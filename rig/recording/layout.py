@@ -1,0 +1,135 @@
+"""What stands where in a recording.
+
+=====================  =====================  =====================================================
+/reference             (H, W) float32         mean of the reference frames; attribute `noise`
+/frames/image          (N, H, W) uint8        pictures
+/frames/sequence       (N,) int64             numbers that the source gave them; written last
+/frames/captured       (N,) float64, s        monotonic clock
+/frames/truth          (N, 10, 4) float64     x, y mm, force N, radius mm of what pressed
+/frames/truth_known    (N,) uint8             whether the source knew what pressed
+/frames/sums           (N, R, C, 5) float32   Σfx e, Σfy e, Σe, Σe², Σe f of the tiles
+/frames/strain         (N, R, C, 3) float32   exx, eyy, exy on the same tiles; none without strain
+/touches/place         (N, n, 3) float64      x, y mm, force N of what was found
+/touches/covariance    (N, n, 3, 3) float64   of x, y, force
+/touches/identity      (N, n) int64           the same for a touch that goes on; -1 where none is
+/touches/from_strain   (N, n, 3) float64      as place, from strain alone
+/start/motion          (N, K + R) float64     state of the loop before the frame, see `live.State`
+/start/rest            (N, K) float64
+/start/touches         (N, n, 3) float64
+/start/from_strain     (N, n, 3) float64
+=====================  =====================  =====================================================
+
+Rows of touches that are not there are NaN. Attributes of the file: `format`, `version`, `started`
+(UTC), `scene` and `calibration` (JSON).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.estimate import Estimate
+from rig.live import Chain, State
+from rig.recording.shot import Shot
+
+FORMAT, VERSION = "touchplate session", 1
+FINGERS = 10
+PICTURES = ("frames/image", "frames/sums", "frames/strain")
+"""Large arrays, compressed frame by frame."""
+
+LAST = "frames/sequence"
+"""Written after all others: as many frames are whole as it has numbers."""
+
+Shapes = Mapping[str, tuple[tuple[int, ...], str]]
+
+
+def shapes(chain: Chain, strain: bool) -> Shapes:
+    """Shape of a frame's part and type of number of every array."""
+    height, width = chain.reference.image.shape
+    tiles, most = chain.reference.tiles.shape, chain.most
+    motions, modes = len(chain.pattern.still()), chain.pattern.count
+    touches = (most, 3)
+    found = {
+        "frames/image": ((height, width), "u1"),
+        "frames/captured": ((), "f8"),
+        "frames/truth": ((FINGERS, 4), "f8"),
+        "frames/truth_known": ((), "u1"),
+        "frames/sums": ((*tiles, 5), "f4"),
+        "touches/place": (touches, "f8"),
+        "touches/covariance": ((most, 3, 3), "f8"),
+        "touches/identity": ((most,), "i8"),
+        "start/motion": ((motions,), "f8"),
+        "start/rest": ((modes,), "f8"),
+        "start/touches": (touches, "f8"),
+        "start/from_strain": (touches, "f8"),
+    }
+    if strain:
+        found |= {
+            "frames/strain": ((*tiles, 3), "f4"),
+            "touches/from_strain": (touches, "f8"),
+        }
+    return found | {LAST: ((), "i8")}
+
+
+def rows(shot: Shot, layout: Shapes) -> dict[str, NDArray]:
+    """Arrays of one shot, in the shapes of the layout."""
+    estimate, sums, frame = shot.sensed.estimate, shot.sensed.sums, shot.frame
+    fingers = [(t.x, t.y, t.force, t.radius) for t in frame.truth or ()][:FINGERS]
+    found = {
+        "frames/image": frame.image,
+        "frames/captured": frame.captured,
+        "frames/truth": fingers,
+        "frames/truth_known": frame.truth is not None,
+        "frames/sums": np.column_stack([sums.gradient, sums.e, sums.ee, sums.ef]),
+        "frames/strain": shot.sensed.strain,
+        "touches/place": places(estimate),
+        "touches/covariance": covariances(estimate),
+        "touches/identity": shot.identities,
+        "touches/from_strain": places(shot.sensed.from_strain),
+        "start/motion": shot.before.motion,
+        "start/rest": shot.before.rest,
+        "start/touches": shot.before.touches,
+        "start/from_strain": shot.before.from_strain,
+        LAST: frame.sequence,
+    }
+    return {name: _fill(found[name], *layout[name]) for name in layout}
+
+
+def places(estimate: Estimate | None) -> NDArray[np.float64]:
+    """x, y, F of each touch, (n, 3)."""
+    if estimate is None:
+        return np.empty((0, 3))
+    return np.column_stack([estimate.xy, estimate.force])
+
+
+def covariances(estimate: Estimate) -> NDArray[np.float64]:
+    """Covariance of x, y, F of each touch, (n, 3, 3)."""
+    blocks = [estimate.touch_covariance(index) for index in range(estimate.count)]
+    return np.array(blocks).reshape(-1, 3, 3)
+
+
+def state(row: Mapping[str, NDArray]) -> State:
+    """State of the loop before a frame."""
+    return State(
+        row["start/motion"],
+        row["start/rest"],
+        there(row["start/touches"]),
+        there(row["start/from_strain"]),
+    )
+
+
+def there(padded: NDArray) -> NDArray:
+    """Rows before those of NaN."""
+    return padded[~np.isnan(padded.reshape(len(padded), -1)[:, 0])]
+
+
+def _fill(values, shape: tuple[int, ...], kind: str) -> NDArray:
+    """Put values into an array of a shape, as many rows as they have; the rest stays empty."""
+    given = np.asarray(values)
+    if given.size == np.prod(shape):
+        return np.ascontiguousarray(given.reshape(shape), dtype=kind)
+    filled = np.full(shape, np.nan if kind[0] == "f" else -1, dtype=kind)
+    filled[: len(given)] = given
+    return filled

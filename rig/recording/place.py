@@ -1,0 +1,44 @@
+"""Where a recording may lie: a new file in a folder that is there."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+SUFFIX = ".h5"
+_NAME = re.compile(r"\w[\w .+-]{0,99}", re.ASCII)
+
+
+def named(folder: Path, name: str) -> Path:
+    """Return the file of a name that someone else gave, inside `folder`.
+
+    Raises
+    ------
+    ValueError
+        If the name could lead out of the folder or holds what a file system may not like.
+    """
+    if not _NAME.fullmatch(name) or ".." in name:
+        raise ValueError(
+            f"recording cannot be called {name!r}; use up to 100 letters, digits, spaces and"
+            " . + - _ without folders"
+        )
+    return folder / (name if name.endswith(SUFFIX) else name + SUFFIX)
+
+
+def require_new(path: Path) -> Path:
+    """Return the path of a recording that may be written.
+
+    Raises
+    ------
+    OSError
+        If there is such a file already, or no such folder.
+    ValueError
+        If its name does not end in .h5.
+    """
+    if path.suffix != SUFFIX:
+        raise ValueError(f"recording must be a file *{SUFFIX}, got '{path}'; name it so")
+    if path.exists():
+        raise OSError(f"recording '{path}' is there already; choose another name")
+    if not path.parent.is_dir():
+        raise OSError(f"folder '{path.parent}' of the recording does not exist; make it first")
+    return path

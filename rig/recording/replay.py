@@ -1,0 +1,48 @@
+"""The loop once more on a recording: the same pictures, from the same states, the same touches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from rig import live
+from rig.bench import Bench
+from rig.recording.layout import covariances, places, state, there
+from rig.recording.session import Session, frame
+from rig.source import Frame
+from rig.stopwatch import Stopwatch
+
+
+@dataclass(frozen=True, eq=False)
+class Replayed:
+    """One frame, what is found in it now, and whether that is what was found then, bit for bit."""
+
+    frame: Frame
+    sensed: live.Sensed
+    same: bool
+
+
+def replay(session: Session, bench: Bench, watch: Stopwatch) -> Iterator[Replayed]:
+    """Find the touches of every whole frame again.
+
+    A frame starts from the state that was recorded with it and not from what the last one gives, so
+    that frames which are not in the file make no difference.
+
+    Raises
+    ------
+    OSError
+        If the file is damaged.
+    """
+    chain, strain_chain = bench.prepare(session.zero)
+    for index in range(session.frames):
+        row = session.row(index)
+        shot = frame(row)
+        found = live.sense(chain, shot.image, state(row), watch)
+        sensed = live.with_strain(strain_chain, found, watch)
+        same = np.array_equal(places(sensed.estimate), there(row["touches/place"]))
+        same &= np.array_equal(covariances(sensed.estimate), there(row["touches/covariance"]))
+        if strain_chain:
+            same &= np.array_equal(places(sensed.from_strain), there(row["touches/from_strain"]))
+        yield Replayed(shot, sensed, same)

@@ -1,0 +1,127 @@
+"""Reads a recording, also one that is still written or was cut off by a crash."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+import fe
+from rig.recording.layout import FORMAT, LAST, VERSION, there
+from rig.scene import Scene
+from rig.source import Frame
+from rig.zero import Zero
+
+if TYPE_CHECKING:
+    import h5py
+
+
+@dataclass(frozen=True, eq=False)
+class Session:
+    """An open recording; use `open_session`.
+
+    Attributes
+    ----------
+    path : Path
+    scene : Scene
+    calibration : str
+        JSON, empty where there was none.
+    zero : Zero
+    frames : int
+        Whole frames that it holds.
+    """
+
+    path: Path
+    scene: Scene
+    calibration: str
+    zero: Zero
+    frames: int
+    arrays: Mapping[str, h5py.Dataset]
+
+    def row(self, index: int) -> dict[str, NDArray]:
+        """Arrays of one frame.
+
+        Raises
+        ------
+        OSError
+            If that part of the file is damaged.
+        """
+        try:
+            return {name: array[index] for name, array in self.arrays.items()}
+        except (OSError, ValueError, IndexError) as error:
+            raise OSError(
+                f"frame {index} of recording '{self.path}' is damaged ({_reason(error)}); use the"
+                " frames before it"
+            ) from error
+
+    def column(self, name: str) -> NDArray:
+        """One array of all whole frames."""
+        return self.arrays[name][: self.frames]
+
+
+def frame(row: Mapping[str, NDArray]) -> Frame:
+    """Picture with its number, time and truth."""
+    truth = None
+    if row["frames/truth_known"]:
+        truth = tuple(fe.Touch(*finger.tolist()) for finger in there(row["frames/truth"]))
+    return Frame(int(row[LAST]), float(row["frames/captured"]), row["frames/image"], truth)
+
+
+@contextmanager
+def open_session(path: Path) -> Iterator[Session]:
+    """Open a recording.
+
+    Raises
+    ------
+    OSError
+        If there is no such file, it is no recording, or it is damaged.
+    """
+    import h5py
+
+    if not path.is_file():
+        raise OSError(f"recording '{path}' does not exist; check the path")
+    try:
+        # As a reader beside a writer: so a file that a killed process left open can be read.
+        file = h5py.File(path, "r", libver="latest", swmr=True)
+    except OSError as error:
+        raise OSError(
+            f"recording '{path}' cannot be read ({_reason(error)}); it is cut off or no recording"
+        ) from error
+    with file:
+        yield _read(path, file)
+
+
+def _read(path: Path, file: h5py.File) -> Session:
+    if file.attrs.get("format") != FORMAT:
+        raise OSError(f"'{path}' is no recording of touchplate; give one that `record` has written")
+    if file.attrs["version"] != VERSION:
+        raise OSError(
+            f"recording '{path}' has version {file.attrs['version']} and this program reads"
+            f" {VERSION}; use the program that wrote it"
+        )
+    arrays: dict[str, h5py.Dataset] = {}
+    file.visititems(lambda name, item: _collect(arrays, name, item))
+    reference = arrays.pop("reference")
+    noise = float(np.asarray(reference.attrs["noise"], dtype=np.float64))
+    return Session(
+        path=path,
+        scene=Scene.model_validate_json(str(file.attrs["scene"])),
+        calibration=str(file.attrs.get("calibration", "")),
+        zero=Zero(np.asarray(reference[()]), noise),
+        frames=min(len(array) for array in arrays.values()),
+        arrays=arrays,
+    )
+
+
+def _collect(arrays: dict[str, h5py.Dataset], name: str, item: object) -> None:
+    if hasattr(item, "shape"):
+        arrays[name] = item  # pyright: ignore[reportArgumentType]
+
+
+def _reason(error: Exception) -> str:
+    return " ".join(str(error).split())

@@ -1,0 +1,93 @@
+"""Writes a recording: after each frame the file on disk is whole, whatever happens next."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.recording.layout import FORMAT, LAST, PICTURES, VERSION, Shapes
+from rig.zero import Zero
+
+if TYPE_CHECKING:
+    import h5py
+
+MANY = 64  # frames whose small numbers share a chunk
+
+
+class Writer:
+    """Appends frames to a new file, in HDF5's mode of a single writer and many readers (SWMR).
+
+    A chunk of pictures is deflated here, where Python's lock is free meanwhile, and handed to HDF5
+    as it is; runs of equal bytes are all that is looked for, since noise has no other patterns.
+
+    Parameters
+    ----------
+    path : Path
+    texts : mapping
+        Attributes of the file.
+    zero : Zero
+    layout : Shapes
+
+    Raises
+    ------
+    OSError
+        If the file exists or cannot be made.
+    """
+
+    def __init__(self, path: Path, texts: Mapping[str, str], zero: Zero, layout: Shapes):
+        import h5py
+
+        self._file = h5py.File(path, "x", libver="latest")
+        self._file.attrs.update({"format": FORMAT, "version": VERSION, **texts})
+        reference = self._file.create_dataset("reference", data=zero.image)
+        reference.attrs["noise"] = zero.noise
+        self._arrays = {name: _create(self._file, name, *layout[name]) for name in layout}
+        self._file.swmr_mode = True
+        self.frames = 0
+
+    def append(self, rows: Mapping[str, NDArray]) -> None:
+        """Write one frame and hand it to the system.
+
+        Raises
+        ------
+        OSError
+            If it does not fit.
+        """
+        for name, array in self._arrays.items():
+            if name == LAST:  # the others are on their way before a frame counts as whole
+                self._file.flush()
+            array.resize(self.frames + 1, axis=0)
+            if name in PICTURES:
+                start = (self.frames, *[0] * (array.ndim - 1))
+                array.id.write_direct_chunk(start, _deflate(rows[name]))
+            else:
+                array[self.frames] = rows[name]
+        self._file.flush()
+        self.frames += 1
+
+    def close(self) -> None:
+        """End the file; other programs open it without further ado from now on."""
+        self._file.close()
+
+
+def _create(file: h5py.File, name: str, shape: tuple[int, ...], kind: str) -> h5py.Dataset:
+    picture = name in PICTURES
+    return file.create_dataset(
+        name,
+        shape=(0, *shape),
+        maxshape=(None, *shape),
+        chunks=(1 if picture else MANY, *shape),
+        dtype=kind,
+        compression="gzip" if picture else None,
+        fillvalue=np.nan if kind[0] == "f" else None,
+    )
+
+
+def _deflate(picture: NDArray) -> bytes:
+    packer = zlib.compressobj(1, zlib.DEFLATED, zlib.MAX_WBITS, 9, zlib.Z_RLE)
+    return packer.compress(picture.data) + packer.flush()
