@@ -4,7 +4,7 @@
 
 It prints the folder that clients must be given as UMOCKDEV_DIR, then obeys words on stdin and
 answers each with "done". Pixel (x, y) of frame n is (x + 3 y + 7 n) mod 256; a camera that is given
-a JPEG file sends nothing else.
+a JPEG file sends nothing else, and after "show:FOLDER" it sends the files *.raw there in turn.
 """
 
 import errno
@@ -86,6 +86,7 @@ class EmulatedCamera:
         self.handler = handler("V", self.answer)
         self.gone = self.frozen = self.busy = self.torn = False
         self.skip = 0
+        self.shown = []
         self.plug()
         self.answers = {
             0: self.capabilities, 2: self.one_format, 4: self.get_format, 5: self.set_format,
@@ -123,12 +124,17 @@ class EmulatedCamera:
             self.skip -= 1
         elif self.empty:
             index = self.empty.pop(0)
-            os.pwrite(self.memory, picture(self.number, self.format[2]), index * ROOM)
+            os.pwrite(self.memory, self.picture(), index * ROOM)
             self.full.append((index, self.number, time.clock_gettime(time.CLOCK_MONOTONIC)))
             if self.waiting:
                 waiting, self.waiting = self.waiting, None
                 waiting.answer(self.dequeue_buffer(waiting))
         return True
+
+    def picture(self):
+        if self.shown:
+            return self.shown[self.number % len(self.shown)]
+        return picture(self.number, self.format[2])
 
     def answer(self, request):
         if self.gone:
@@ -339,6 +345,9 @@ class EmulatedCamera:
                 self.torn = True
             case "skip":
                 self.skip = 5
+            case _ if word.startswith("show:"):
+                files = sorted(Path(word.partition(":")[2]).glob("*.raw"))
+                self.shown = [file.read_bytes() for file in files]
         return "done"
 
 
