@@ -44,6 +44,7 @@ def pictures(tmp_path, small):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(600)  # the client may have to compile every kernel first
 def test_a_press_that_a_camera_sees_is_found(pictures):
     size = SMALL["camera.pixels"]
     script = LOOP.format(overrides=json.dumps(SMALL))

@@ -1,8 +1,15 @@
 import numpy as np
 import pytest
 
+from rig.camera.device import stamp
 from rig.camera.nodes import DeviceClock
 from rig.extra import need
+
+
+@pytest.mark.parametrize("jump", [-3600.0, -2.5, 0.5, 3600.0])
+def test_a_stamp_of_another_clock_gives_way_to_the_time_of_arrival(jump):
+    assert stamp(100.0 + jump, 100.0) == 100.0
+    assert stamp(99.98, 100.0) == 99.98
 
 
 def test_a_package_that_is_not_installed_is_named_with_its_command():
