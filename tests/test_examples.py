@@ -1,5 +1,6 @@
 """The examples run as they are, and the figures that they print are right."""
 
+import math
 import os
 import re
 import subprocess
@@ -133,3 +134,28 @@ def test_small_net(example):
     assert largest < 6.0
     assert touches == 100
     assert printed.line("solver: mean error")[0] < 1e-6
+
+
+def test_large_touches(example, tmp_path):
+    printed = example(8)
+    ratio, force, *_, off = printed.line("w/h is up to")
+    (linear,) = printed.line("deflection by linear theory:")
+    (shell,) = printed.line("deflection of the shell:")
+    assert force == 5.0
+    assert ratio == pytest.approx(-shell, abs=0.05)  # 1 mm thick, pressed 15 mm from the middle
+    assert 100 * (linear / shell - 1) == pytest.approx(off, abs=8)
+    assert "the equilibrium is stable" in printed
+    # A point nearer to the east edge is pulled towards the touch, west of it.
+    u, _, w = printed.line("the face at (100, 45): u")
+    assert u < 0
+    assert w < 0
+    (bow,) = printed.line("the bent base bows to")
+    # A clamped strip that is shortened by Δ bows to about (2/π) √(L Δ).
+    assert bow == pytest.approx(2 / math.pi * math.sqrt(150.0 * 5.0), rel=0.02)
+    eigenvalues = [line[-1] for name in ("base:", "touched:") for line in printed.lines(name)]
+    assert len(eigenvalues) == 2
+    assert min(eigenvalues) > 0
+    assert {path.name for path in (tmp_path / "results").iterdir()} == {
+        "large-touch.png",
+        "bent-base.vtu",
+    }
