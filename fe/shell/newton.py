@@ -51,7 +51,8 @@ class Equilibrium:
     converged : bool
     iterations : int
     escapes : int
-        How often an unstable equilibrium was left.
+        How often the tangent ceased to be positive, where the branch of the start may have ended.
+        At the start itself, which may be a guess, it does not count.
     factor : Band
         Factors of the last tangent of the free unknowns; not of itself where it is not positive.
     """
@@ -89,6 +90,7 @@ def equilibrium(problem: Problem, start: NDArray[np.float64], bold: bool = True)
     while True:
         iteration += 1
         step = _step(problem, values, stress, jump, shift)
+        escapes += iteration > 1 and step.shift > 0 and shift == 0
         shift, before, jumped = step.shift, work, jump.any()
         work = np.inf if jumped else step.work / max(step.energy, TINY)
         settled = work <= _SETTLED or _STAYS * before < work <= _ROUNDING
@@ -100,7 +102,7 @@ def equilibrium(problem: Problem, start: NDArray[np.float64], bold: bool = True)
         if shift > 0:
             far = _ROUNDING
         if work <= _AT_SADDLE and shift > 0:
-            length, move, escapes = 0.0, escape(problem, values, step.factor), escapes + 1
+            length, move = 0.0, escape(problem, values, step.factor)
         else:
             if work > far and not jumped:
                 length = _search(problem, values, step)

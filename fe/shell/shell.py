@@ -219,7 +219,9 @@ def _follow(problem: Callable[[float], Problem], start: NDArray) -> Equilibrium:
     while True:
         last = step <= _FINEST_STEP
         found = equilibrium(problem(share + step), start, bold=last)
-        iterations, escapes = iterations + found.iterations, escapes + found.escapes
+        iterations += found.iterations
+        # The others gave up where they would have left the branch.
+        escapes += found.escapes if last else 0
         if found.converged:
             start, share = found.values, share + step
             step = min(2.0 * step, 1.0 - share)

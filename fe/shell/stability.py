@@ -24,8 +24,8 @@ class Verdict(Enum):
         "shape"
     )
     OTHER_BRANCH = (
-        "the shape that was followed became unstable and the plate went over to another one, "
-        "which is stable"
+        "the shape that was followed became unstable and the plate went over to another one or "
+        "back to it; it is stable there"
     )
     NOT_CONVERGED = "no equilibrium was found: the values are those of the last iteration"
 
@@ -47,7 +47,8 @@ class Stability:
         depend on the mesh; 1 at rest, 0 at a limit point or a branching; NaN where no equilibrium
         was found.
     escapes : int
-        How often an unstable equilibrium was left on the way.
+        How often the tangent ceased to be positive on the way, where the shape that was followed
+        may have ended.
     """
 
     verdict: Verdict

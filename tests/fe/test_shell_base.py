@@ -141,10 +141,18 @@ def test_a_disc_on_a_base_presses_against_the_normal_at_each_of_its_points():
     assert np.abs(change - mean).max() < 1e-3 * np.abs(mean).max()
 
 
-def test_pressing_an_arch_hard_snaps_it_and_says_so():
-    arch = Shell(PAPER, fe.grid(PAPER, 12)).at(Base(2.0))
+def test_an_arch_keeps_its_shape_up_to_its_limit():
+    pressed = bent(2.0).touch([fe.Touch(50.0, 50.0, 32.0)])
+    assert pressed.deflection([[50.0, 50.0]])[0] > 5.0
+    assert pressed.stability.verdict is Verdict.STABLE
+    assert pressed.stability.eigenvalue < 0.5 * bent(2.0).stability.eigenvalue
+
+
+@pytest.mark.parametrize(("x", "force"), [(50.0, 60.0), (30.0, 64.0), (30.0, 128.0)])
+def test_pressing_an_arch_hard_snaps_it_and_says_so(x, force):
+    arch = bent(2.0)
     assert arch.deflection([[50.0, 50.0]])[0] > 5.0
-    snapped = arch.touch([fe.Touch(50.0, 50.0, 60.0)])
+    snapped = arch.touch([fe.Touch(x, 50.0, force)])
     assert snapped.deflection([[50.0, 50.0]])[0] < -5.0
     assert snapped.stability.converged
     assert snapped.stability.verdict is Verdict.OTHER_BRANCH
