@@ -21,12 +21,16 @@ if TYPE_CHECKING:
     from models.forward import LinearForward as LinearForward
     from models.knowledge import Prior as Prior
     from models.knowledge import prior as prior
+    from models.large import LargeForward as LargeForward
+    from models.large import LargePlate as LargePlate
+    from models.large import large_gauges as large_gauges
+    from models.large import large_plate as large_plate
     from models.matching import match as match
+    from models.motions import Motions as Motions
+    from models.motions import see_motions as see_motions
     from models.net import NetOptions as NetOptions
     from models.net import predict as predict
-    from models.pattern import Motions as Motions
     from models.pattern import Pattern as Pattern
-    from models.pattern import see_motions as see_motions
     from models.pattern import see_pattern as see_pattern
     from models.plan import Box as Box
     from models.plan import Lattice as Lattice
@@ -53,9 +57,11 @@ _HOMES = {
     "forward": ("Forward", "LinearForward"),
     "strain_gauges": ("gauges",),
     "knowledge": ("Prior", "prior"),
+    "large": ("LargeForward", "LargePlate", "large_gauges", "large_plate"),
     "matching": ("match",),
     "net": ("NetOptions", "predict"),
-    "pattern": ("Motions", "Pattern", "see_motions", "see_pattern"),
+    "motions": ("Motions", "see_motions"),
+    "pattern": ("Pattern", "see_pattern"),
     "plan": ("Box", "Lattice", "Plan"),
     "robust": ("find_robust",),
     "samples": ("Samples", "read_dataset"),

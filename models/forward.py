@@ -29,6 +29,11 @@ class Forward(Protocol):
         """Numbers that were measured, less those that patterns of unknown size use up."""
         ...
 
+    @property
+    def doubt(self) -> float:
+        """Error of the model itself, a share of what is measured."""
+        ...
+
     def response(self, xy: NDArray) -> NDArray[np.float64]:
         """Measurement per N under a light touch at each place, (n, 2) mm → (n, m)."""
         ...
@@ -46,10 +51,13 @@ class LinearForward:
     ----------
     plate : fe.Plate
     table : Table
+    doubt : float
+        See `Forward.doubt`.
     """
 
     plate: fe.Plate
     table: Table
+    doubt: float = 0.0
 
     @property
     def freedom(self) -> int:

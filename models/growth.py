@@ -9,12 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
 from models.descent import Fit, covariance, descend, least_apart
+from models.forward import LinearForward
 from models.knowledge import Prior
 from models.search import Search
 
@@ -29,13 +31,28 @@ UNUSUAL = 6.0  # standard deviations of χ² above its mean: the fit does not ex
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """What is to be explained, by what, and how much a touch must bring to count."""
+    """What is to be explained, by what, and by how many touches; `known` if just so many."""
 
     measured: NDArray[np.float64]
     search: Search
     prior: Prior
     limit: int
-    least: float
+    known: bool
+
+    @cached_property
+    def gain(self) -> float:
+        """Fall of χ² that a touch must bring: more than noise and the model's own errors do."""
+        doubt = self.search.forward.doubt
+        return GAIN + float(doubt**2 * (self.measured @ self.measured))
+
+    @property
+    def least(self) -> float:
+        """Fall of χ² that a further touch must bring."""
+        return 0.0 if self.known else self.gain
+
+    def cost(self, fit: Fit) -> float:
+        """χ², and `gain` for every touch, which must earn its place."""
+        return fit.chi2 + self.gain * len(fit.touches)
 
     def fit(self, touches: NDArray, share: float = 0.0) -> Fit:
         """Touches of least χ² downhill of some; see `descend`."""
@@ -53,30 +70,28 @@ class Task:
     def explained(self, fit: Fit) -> bool:
         """Whether touches leave no more than noise; else the fit may be a local minimum."""
         freedom = self.freedom(fit)
-        if fit.chi2 > freedom + UNUSUAL * np.sqrt(2.0 * freedom):
+        if fit.chi2 > freedom + UNUSUAL * np.sqrt(2.0 * freedom) + self.gain - GAIN:
             return False
-        return self.search.best(fit.residual, fit.jacobian)[1] <= HOPE * GAIN
-
-
-def _cost(fit: Fit) -> float:
-    """χ², and `GAIN` for every touch, which must earn its place."""
-    return fit.chi2 + GAIN * len(fit.touches)
+        return self.search.best(fit.residual, fit.jacobian)[1] <= HOPE * self.gain
 
 
 def look(task: Task, begun: Fit) -> Fit:
     """Find touches from those of the last frame on, and afresh where these mislead."""
-    fit = _follow(task, begun if task.least == 0 else without_idle(task, begun))
+    fit = _follow(task, begun if task.known else without_idle(task, begun))
     if not len(begun.touches) or (len(fit.touches) == len(begun.touches) and task.explained(fit)):
         return fit
-    return min(fit, _follow(task, task.fit(begun.touches[:0])), key=_cost)
+    return min(fit, _follow(task, task.fit(begun.touches[:0])), key=task.cost)
 
 
 def _follow(task: Task, fit: Fit) -> Fit:
-    """Add touches that are missing: greedily, and with all pairs looked for again if need be."""
+    """Add touches that are missing: greedily, and with all pairs looked for again if need be.
+
+    What a pair does is the sum of what two touches do where forces superpose, and only there.
+    """
     grown = _grow(task, fit, lambda fit: fit)
-    if task.explained(grown):
+    if not isinstance(task.search.forward, LinearForward) or task.explained(grown):
         return grown
-    return min(grown, _grow(task, fit, lambda fit: _pairs_anew(task, fit)), key=_cost)
+    return min(grown, _grow(task, fit, lambda fit: _pairs_anew(task, fit)), key=task.cost)
 
 
 def _grow(task: Task, fit: Fit, mend: Callable[[Fit], Fit]) -> Fit:
@@ -116,23 +131,23 @@ def _pairs_anew(task: Task, fit: Fit) -> Fit:
         predicted, tangent = task.search.forward.read(others)
         places, force = task.search.best_pair(task.measured - predicted, tangent)
         again = np.vstack([others, np.column_stack([task.search.xy[places], force])])
-        fit = min(fit, task.fit(again, COARSE), key=_cost)
+        fit = min(fit, task.fit(again, COARSE), key=task.cost)
     return fit
 
 
 def without_idle(task: Task, fit: Fit) -> Fit:
-    """Leave out touches, one by one, without which χ² rises by less than `GAIN`."""
+    """Leave out touches, one by one, without which χ² rises by less than a touch must bring."""
     while len(fit.touches):
         spread = covariance(fit.jacobian, task.prior.precision)
-        tried = [task.fit(fewer) for fewer in _with_one_less(fit.touches, spread)]
-        fewer = min(tried, key=_cost, default=fit)
-        if _cost(fewer) >= _cost(fit):
+        tried = [task.fit(fewer) for fewer in _with_one_less(fit.touches, spread, task.gain)]
+        fewer = min(tried, key=task.cost, default=fit)
+        if task.cost(fewer) >= task.cost(fit):
             break
         fit = fewer
     return fit
 
 
-def _with_one_less(touches: NDArray, spread: NDArray) -> Iterator[NDArray[np.float64]]:
+def _with_one_less(touches: NDArray, spread: NDArray, gain: float) -> Iterator[NDArray[np.float64]]:
     """Touches without the weakest, or with the two merged that are least apart.
 
     A touch whose force stands far out of its own noise, and two that stand well apart, need no
@@ -140,10 +155,10 @@ def _with_one_less(touches: NDArray, spread: NDArray) -> Iterator[NDArray[np.flo
     """
     evidence = touches[:, 2] ** 2 / np.diag(spread)[2::3]
     weakest = int(np.argmin(evidence))
-    if evidence[weakest] <= CLEAR * GAIN:
+    if evidence[weakest] <= CLEAR * gain:
         yield np.delete(touches, weakest, axis=0)
     i, j, apart = least_apart(touches, spread)
-    if apart <= CLEAR * GAIN:
+    if apart <= CLEAR * gain:
         merged = np.delete(touches, j, axis=0)
         force = touches[i, 2] + touches[j, 2]
         if force > 0:

@@ -10,101 +10,19 @@ forward model that is linear in the forces.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-import fe
-import synthetic
 from dic.tiles import TileReference, Tiles, TileSums
 from models.estimate import Estimate
-from models.forward import LinearForward, modal
-from models.spread import Spread, spread_over
+from models.forward import Forward, modal
+from models.motions import Motions as Motions
+from models.motions import see_motions as see_motions
 
 LIGHT = 2  # gain and offset
-
-
-@dataclass(frozen=True, eq=False)
-class Motions:
-    """How the picture of every tile moves with the plate and the camera, whatever is on it.
-
-    Attributes
-    ----------
-    modes : fe.Modes
-        K modes of the plate.
-    tiles : Tiles
-    spread : Spread
-        From the coefficients of a motion to the motion of every tile.
-    basis : (2C, K + R) float32, px
-        Coefficients of the motion, x then y of each, by a unit of every mode and rigid motion.
-    """
-
-    modes: fe.Modes
-    tiles: Tiles
-    spread: Spread
-    basis: NDArray[np.float32]
-
-    def flow(self, amplitudes: NDArray) -> NDArray[np.float64]:
-        """Motion of what each tile sees for given amplitudes (K + R,), (T, 2) px.
-
-        The field u is that of material points where they were; a tile at x sees the point that
-        came from x - d, so it reads d(x) = u(x - d) ≈ u - ∇u·u. Without the second term a camera
-        that shifts takes every touch along with it, twice as far as it moved itself.
-        """
-        coefficients = self._coefficients(amplitudes).reshape(-1, 2)
-        u = self.spread.over_tiles(coefficients)
-        along_x, along_y = self.spread.slopes(coefficients)
-        return u - (along_x * u[:, :1] + along_y * u[:, 1:]) / self.tiles.size
-
-    def farthest(self, amplitudes: NDArray) -> float:
-        """Bound of the motion of any tile for given amplitudes, px: the largest coefficient."""
-        return float(np.abs(self._coefficients(amplitudes)).max())
-
-    def gather(self, gradient: NDArray, flow: NDArray) -> NDArray[np.float32]:
-        """Sum over the tiles what each says of each amplitude, at a flow: (T, 2) → (K + R,).
-
-        The adjoint of a small change of `flow`, but for the turn of u by its own gradient (1e-3).
-        """
-        along_x, along_y = (gradient * flow[:, [axis]] / self.tiles.size for axis in (0, 1))
-        total = self.spread.gather(gradient) - self.spread.gather_slopes(along_x, along_y)
-        return total.ravel().astype(np.float32) @ self.basis
-
-    def of_tiles(self) -> NDArray[np.float64]:
-        """Motion of every tile by a unit of every mode and rigid motion, (T, 2, K + R) px."""
-        count = self.basis.shape[1]
-        wide = self.basis.astype(np.float64).reshape(-1, 2 * count)
-        return self.spread.over_tiles(wide).reshape(-1, 2, count)
-
-    def _coefficients(self, amplitudes: NDArray) -> NDArray[np.float32]:
-        return self.basis @ amplitudes.astype(np.float32)
-
-
-def see_motions(modes: fe.Modes, camera: synthetic.Camera, height: float, tiles: Tiles) -> Motions:
-    """See plate modes and camera motion on every tile, as means over the tile.
-
-    Parameters
-    ----------
-    modes : fe.Modes
-        Enough of them carry a touch's field: 200 to 0.2 %.
-    camera : synthetic.Camera
-    height : float, mm
-        Height of the seen face over the plate's middle plane.
-    tiles : Tiles
-    """
-    spread = spread_over(tiles.shape)
-    motions = np.concatenate(
-        [
-            _tile_mean(tiles, lambda px: _modes_seen(modes, camera, height, px)),
-            _tile_mean(tiles, lambda px: synthetic.rigid(camera, px)),
-        ],
-        axis=2,
-    )
-    coefficients = spread.fit(motions.reshape(len(motions), -1))
-    basis = coefficients.reshape(-1, motions.shape[2]).astype(np.float32)
-    return Motions(modes, tiles, spread, basis)
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,11 +48,14 @@ class Pattern:
 
     @property
     def count(self) -> int:
-        """Number of plate modes, K."""
+        """Number of fields of the plate, K."""
         return len(self.factor)
 
-    def forward(self, noise: float) -> LinearForward:
+    def forward(self, noise: float) -> Forward:
         """Forward model of `whiten`ed frames with a noise of `noise` grey levels."""
+        large = self.motions.large
+        if large is not None:
+            return large.forward(self.factor / noise)
         return modal(self.motions.modes, self.factor / noise)
 
     def right_side(self, sums: TileSums, moved: NDArray) -> NDArray[np.float64]:
@@ -161,9 +82,7 @@ class Pattern:
 
         With the touches known, what is left of the right-hand side is the motion of the camera.
         """
-        modal = np.zeros(self.count)
-        if estimate.count:
-            modal = estimate.force @ self.motions.modes.response(estimate.xy)
+        modal = self.motions.pressed(estimate.xy, estimate.force)
         rest = right[self.count :] - self.normal[self.count :, : self.count] @ modal
         nuisance = np.linalg.solve(self.normal[self.count :, self.count :], rest)
         return np.concatenate([modal, np.asarray(nuisance[:-LIGHT], dtype=np.float64)])
@@ -186,7 +105,7 @@ def see_pattern(motions: Motions, reference: TileReference) -> Pattern:
             f"reference has {reference.tiles} and the motions {motions.tiles}; use the same tiles"
         )
     normal = _normal(reference, motions.of_tiles())
-    count = len(motions.modes.stiffness)
+    count = motions.fields
     modal, mixed, rest = normal[:count, :count], normal[:count, count:], normal[count:, count:]
     share = np.asarray(np.linalg.solve(rest, mixed.T).T, dtype=np.float64)
     factor = np.asarray(np.linalg.cholesky(modal - share @ mixed.T), dtype=np.float64)
@@ -196,32 +115,6 @@ def see_pattern(motions: Motions, reference: TileReference) -> Pattern:
 def noise_of(sums: TileSums, tiles: Tiles) -> float:
     """Noise of a frame, grey levels: the median tile, which a hand or a new touch hardly moves."""
     return float(np.sqrt(np.median(sums.ee)) / tiles.size)
-
-
-def _modes_seen(
-    modes: fe.Modes, camera: synthetic.Camera, height: float, px: NDArray
-) -> NDArray[np.float64]:
-    """Image motion of every mode at pixels, (N, 2, K) px; zero beside the plate."""
-    places = camera.on_plate(px, height)
-    inside = ((places >= 0) & (places <= np.asarray(modes.plate.size))).all(axis=1)
-    seen = np.zeros((len(px), 2, len(modes.stiffness)))
-    places = places[inside]
-    seen[inside] = synthetic.seen(
-        camera, px[inside], modes.value(places), modes.slope(places), height
-    )
-    return seen
-
-
-def _tile_mean(
-    tiles: Tiles, field: Callable[[NDArray], NDArray[np.float64]]
-) -> NDArray[np.float64]:
-    """Mean of a field over each tile by 2 x 2 Gauss points, (T, 2, k)."""
-    step = 0.5 * tiles.size / np.sqrt(3.0)
-    corners = [(-step, -step), (step, -step), (-step, step), (step, step)]
-    total = field(tiles.xy + corners[0])
-    for corner in corners[1:]:
-        total += field(tiles.xy + corner)
-    return total / len(corners)
 
 
 def _normal(reference: TileReference, basis: NDArray) -> NDArray[np.float64]:

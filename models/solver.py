@@ -9,7 +9,7 @@ from scipy.special import chdtrc
 import fe
 from models.descent import Fit, covariance, least_apart
 from models.estimate import Estimate, Result
-from models.growth import GAIN, Task, look, without_idle
+from models.growth import Task, look, without_idle
 from models.knowledge import FLAT, Prior
 from models.search import Search, prepare_search
 from models.strain_gauges import gauges
@@ -99,7 +99,7 @@ def find(
     """
     limit = most if count is None else count
     _check(measured, search, limit)
-    task = Task(measured, search, prior, limit, 0.0 if count is not None else GAIN)
+    task = Task(measured, search, prior, limit, count is not None)
     begun = np.array(start, dtype=np.float64).reshape(-1, 3)[:limit]
     fit = task.fit(begun)
     if not len(begun) or not task.explained(fit):

@@ -1,0 +1,124 @@
+"""Large touches: the solver on the reduced plate, from strain and from the whole pattern."""
+
+import numpy as np
+import pytest
+
+import fe
+import models
+import synthetic
+from dic.tiles import prepare_tiles, tile_sums
+from models import Result
+
+PLATE = fe.Plate((110.0, 90.0), 1.0, 3000.0, 0.38)
+RING = np.array([(x, y) for x in (8.0, 40.0, 70.0, 102.0) for y in (7.0, 45.0, 83.0)])
+SIGMA = 1e-6  # strain; 8 N give 6e-4
+ONE = np.array([[45.0, 52.0, 8.0]])  # bends by 0.9 thicknesses
+TWO = np.array([[40.0, 52.0, 7.0], [78.0, 40.0, 9.0]])
+NOISE = 2.0  # grey levels
+SENSOR = synthetic.Sensor(noise=0.0, bits=16)  # 16 bits as 0 … 255: pictures without rounding
+
+
+@pytest.fixture(scope="module")
+def reduced():
+    return fe.reduce(PLATE, fe.Mesh(PLATE.size, (14, 12)), force=12.0)
+
+
+@pytest.fixture(scope="module")
+def gauges(reduced):
+    return models.large_gauges(reduced, RING, SIGMA)
+
+
+@pytest.fixture(scope="module")
+def large(reduced):
+    return models.large_plate(reduced, 42)
+
+
+def found(estimate):
+    return np.column_stack([estimate.xy, estimate.force])
+
+
+def test_derivatives_are_those_of_the_measurement(gauges):
+    jacobian = gauges.read(TWO)[1]
+    for k in range(6):
+        step = 1e-4 * np.eye(6)[k].reshape(2, 3)
+        slope = (gauges.read(TWO + step)[0] - gauges.read(TWO - step)[0]) / 2e-4
+        np.testing.assert_allclose(jacobian[k], slope, atol=2e-5 * np.abs(jacobian).max())
+
+
+@pytest.mark.parametrize("touches", [ONE, TWO])
+def test_strain_of_large_touches_gives_them_back(gauges, touches):
+    search = models.prepare_search(gauges, 8)
+    estimate = models.find(gauges.read(touches)[0], search, count=len(touches))
+    np.testing.assert_allclose(found(estimate), touches, atol=1e-4)  # mm and N
+
+
+def test_linear_theory_is_led_astray_by_large_touches(gauges, reduced):
+    measured = gauges.read(ONE)[0]
+    linear = models.gauges(fe.influence(PLATE, RING, reduced.mesh), SIGMA)
+    estimate = models.find(measured, models.prepare_search(linear), count=1)
+    assert abs(estimate.force[0] - 8.0) > 1.0
+    assert estimate.p_value < 1e-12
+
+
+def test_light_touches_are_those_of_linear_theory(gauges, reduced):
+    light = np.array([[45.0, 52.0, 1e-3]])
+    linear = models.gauges(fe.influence(PLATE, RING, reduced.mesh), SIGMA).read(light)
+    for one, other in zip(gauges.read(light), linear, strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-3 * np.abs(other).max())
+
+
+def test_scatter_is_the_covariance_that_is_stated(gauges):
+    search, rng, squares = models.prepare_search(gauges, 8), np.random.default_rng(1), []
+    exact = gauges.read(ONE)[0]
+    for _ in range(40):
+        estimate = models.find(exact + rng.normal(size=exact.shape), search, start=ONE, count=1)
+        error = (found(estimate) - ONE)[0]
+        squares.append(error @ np.linalg.solve(estimate.covariance, error))
+    assert np.mean(squares) == pytest.approx(3.0, abs=4 * np.sqrt(6 / 40))
+
+
+def test_a_touch_beyond_what_was_reduced_says_so(gauges):
+    assert gauges.trust(ONE) is fe.Trust.TRAINED
+    assert gauges.trust(np.array([[50.0, 45.0, 60.0]])) is fe.Trust.BEYOND
+
+
+def test_amplitudes_are_those_of_the_displacement(large, reduced):
+    places = np.array([[30.0, 40.0], [47.0, 50.0], [80.0, 20.0]])
+    amplitudes = large.amplitudes(TWO[:, :2], TWO[:, 2])
+    state = reduced.solve([fe.Touch(*touch) for touch in TWO])
+    moved = state.displacement(places, "middle")
+    modal, plane = amplitudes[:42], amplitudes[42:]
+    np.testing.assert_allclose(
+        large.modes.value(places) @ modal, moved[:, 2], rtol=0.02
+    )  # 42 modes
+    np.testing.assert_allclose(large.drift(places) @ plane, moved[:, :2], atol=1e-9)
+
+
+@pytest.mark.parametrize("touches", [ONE, TWO])
+def test_large_touches_are_found_in_the_picture(large, reduced, touches):
+    camera = synthetic.pinhole_above(PLATE.size, 200.0, (320, 272))
+    speckle = synthetic.speckle(PLATE.size, diameter=1.7, softness=0.6)
+    warper = synthetic.prepare_warp(speckle, camera, PLATE.thickness / 2)
+    still, bent = (
+        warper.render(moved, SENSOR, None) / 257.0
+        for moved in (
+            np.zeros((len(warper.points), 3)),
+            reduced.solve([fe.Touch(*touch) for touch in touches]).displacement(warper.points),
+        )
+    )
+    reference = prepare_tiles(still, size=8)
+    motions = models.see_motions(large.modes, camera, 0.5, reference.tiles, large)
+    pattern = models.see_pattern(motions, reference)
+    search, motion, start = models.prepare_search(pattern.forward(NOISE), 8), pattern.still(), ()
+    for _ in range(4):
+        right = pattern.right_side(tile_sums(reference, bent, motions.flow(motion)), motion)
+        estimate = models.find(pattern.whiten(right, NOISE), search, start=start, most=3)
+        start, motion = found(estimate), pattern.amplitudes(estimate, right)
+    assert (estimate.result, estimate.count) == (Result.FOUND, len(touches))
+    np.testing.assert_allclose(estimate.xy, touches[:, :2], atol=0.3)  # mm
+    np.testing.assert_allclose(estimate.force, touches[:, 2], rtol=0.02)
+
+
+def test_noise_must_be_positive(reduced):
+    with pytest.raises(ValueError, match="^sigma of strain must be positive, got 0"):
+        models.large_gauges(reduced, RING, 0.0)
