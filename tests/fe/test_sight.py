@@ -5,6 +5,7 @@ import sys
 from base64 import b64decode
 from xml.etree import ElementTree as ET
 
+import meshio
 import numpy as np
 import pytest
 from matplotlib.image import imread
@@ -61,6 +62,18 @@ def test_every_point_of_the_file_tells_displacement_and_strain_of_its_place(vtu,
     np.testing.assert_allclose(vtu["displacement"], state.displacement(xy), atol=1e-13)
     strain = np.column_stack([vtu["exx"], vtu["eyy"], vtu["exy"]])
     np.testing.assert_allclose(strain, state.strain(xy), atol=1e-13)
+
+
+def test_meshio_reads_it_too(vtu, state, tmp_path):
+    write_vtu(tmp_path / "again.vtu", state, TOUCHES)
+    found = meshio.read(tmp_path / "again.vtu")
+    np.testing.assert_array_equal(found.points, vtu["points"])
+    assert {block.type: len(block.data) for block in found.cells} == {
+        "quad": np.prod(state.mesh.counts),
+        "vertex": len(TOUCHES),
+    }
+    for name in ("displacement", "exx", "eyy", "exy", "thickness", "force", "radius"):
+        np.testing.assert_array_equal(found.point_data[name], vtu[name])
 
 
 def test_the_surface_is_the_touched_face_in_its_bent_shape(vtu):
