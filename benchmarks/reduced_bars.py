@@ -89,7 +89,7 @@ def print_accuracy(reduced, elements, states):
             rows[len(touches)].append(found)
         else:
             print(f"the shell found no stable state under {touches}")
-    print("touches  w/h         states  ring strain median, worst  w median, worst  plane worst")
+    print("at once  w/h         states  ring strain median, worst  w median, worst  plane worst")
     for touches, found in rows.items():
         table = np.array(found).reshape(-1, 4)
         for low, high in itertools.pairwise(RATIOS):
@@ -117,7 +117,7 @@ def print_times(reduced, times):
                 taken.append((time.process_time_ns() - began) * 1e-6)
             low, middle, high = np.percentile(taken[2:], [5, 50, 95])
             print(
-                f"solve and Jacobian, {count} touches of {force:g} N: {middle:.2f} ms "
+                f"solve and Jacobian, {count} at once of {force:g} N: {middle:.2f} ms "
                 f"({low:.2f} to {high:.2f} in nine of ten)"
             )
 

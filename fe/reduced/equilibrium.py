@@ -21,7 +21,7 @@ _Parts = tuple[NDArray, NDArray, NDArray]  # fixed, mixed and local forms
 _ITERATIONS = 30
 # Residual, in parts of the force that the linear answer puts on the fixed shapes. One more step
 # leaves its square, and derivatives are off by this much.
-_SETTLED = 1e-7
+_SETTLED = 1e-8
 
 
 class Balance(NamedTuple):

@@ -42,13 +42,7 @@ class Table:
         (3, L) float64
             Value, d/dx and d/dy.
         """
-        mx, my = (count - 2 for count in self.coefficients.shape[:2])
-        x, y = _spread(xy[:, 0], self.size[0], mx), _spread(xy[:, 1], self.size[1], my)
-        x[0] *= share[:, None]
-        x[1] *= share[:, None]
-        patch = np.stack([x[0].T @ y[0], x[1].T @ y[0], x[0].T @ y[1]], axis=-1)
-        rows, columns = np.nonzero(np.abs(patch).max(axis=-1))
-        return _mix(self.coefficients, rows, columns, patch[rows, columns])
+        return _mix(self.coefficients, _patch(self.coefficients.shape[:2], self.size, xy, share))
 
 
 def table(size: tuple[float, float], values: NDArray[np.float64]) -> Table:
@@ -67,30 +61,47 @@ def _interpolation(count: int) -> NDArray[np.float64]:
     return np.ascontiguousarray(np.linalg.inv(matrix)[:, :count], dtype=np.float64)
 
 
-def _spread(x: NDArray, side: float, count: int) -> NDArray[np.float64]:
-    """Weights (2, Q, m + 2) of the coefficients for value and slope at Q places."""
-    step = side / (count - 1)
-    cell = np.clip((x / step).astype(np.int64), 0, count - 2)
-    t = x / step - cell
+@njit(cache=True, nogil=True)
+def _patch(shape: tuple[int, int], size: tuple[float, float], xy: NDArray, share: NDArray):
+    """Weights (mx + 2, my + 2, 3) of the coefficients for value, d/dx and d/dy of the mean."""
+    patch = np.zeros((shape[0], shape[1], 3))
+    step_x, step_y = size[0] / (shape[0] - 3), size[1] / (shape[1] - 3)
+    for q in range(len(xy)):
+        x, y = xy[q, 0] / step_x, xy[q, 1] / step_y
+        row = min(max(int(x), 0), shape[0] - 4)
+        column = min(max(int(y), 0), shape[1] - 4)
+        value_x, slope_x = _cubics(x - row)
+        value_y, slope_y = _cubics(y - column)
+        for i in range(4):
+            for j in range(4):
+                weights = patch[row + i, column + j]
+                weights[0] += share[q] * value_x[i] * value_y[j]
+                weights[1] += share[q] * slope_x[i] * value_y[j] / step_x
+                weights[2] += share[q] * value_x[i] * slope_y[j] / step_y
+    return patch
+
+
+@njit(cache=True, nogil=True)
+def _cubics(t: float):
+    """Values and slopes of the four B-splines that are there, at t from 0 to 1 between knots."""
     s = 1.0 - t
-    value = np.stack([s**3, 4 - 3 * t * t * (1 + s), 4 - 3 * s * s * (1 + t), t**3], axis=1) / 6
-    slope = np.stack([-s * s, t * (3 * t - 4), s * (4 - 3 * s), t * t], axis=1) / (2 * step)
-    weights = np.zeros((2, len(x), count + 2))
-    place = np.arange(len(x))[:, None], cell[:, None] + np.arange(4)
-    weights[0][place], weights[1][place] = value, slope
-    return weights
+    value = (s**3 / 6, (4 - 3 * t * t * (1 + s)) / 6, (4 - 3 * s * s * (1 + t)) / 6, t**3 / 6)
+    slope = (-s * s / 2, t * (3 * t - 4) / 2, s * (4 - 3 * s) / 2, t * t / 2)
+    return value, slope
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _mix(coefficients: NDArray, rows: NDArray, columns: NDArray, weights: NDArray) -> NDArray:
+def _mix(coefficients: NDArray, patch: NDArray) -> NDArray:
+    """Sum coefficients (mx + 2, my + 2, L) by three sets of weights: (3, L)."""
     total = coefficients.shape[2]
+    rows, columns = np.nonzero(patch[:, :, 0])
     out = np.zeros((3, total))
     for first in range(0, total, _CHUNK):
         last = min(first + _CHUNK, total)
         value, along_x, along_y = out[0, first:last], out[1, first:last], out[2, first:last]
         for j in range(rows.size):
             row = coefficients[rows[j], columns[j], first:last]
-            a, b, c = weights[j]
+            a, b, c = patch[rows[j], columns[j]]
             for k in range(last - first):
                 value[k] += a * row[k]
                 along_x[k] += b * row[k]
