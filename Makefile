@@ -56,9 +56,10 @@ format: $(STAMP)  ## put the code into its form
 bench: $(STAMP)  ## print the figures of the README
 	$(BIN)/python benchmarks/whole_way.py $(DATA)
 
-system-deps:  ## Debian packages that the browser, display and CalculiX tests need (run as root)
+system-deps:  ## Debian packages that the tests of browser, display, devices and CalculiX need (as root)
 	apt-get update -qq
-	apt-get install -y -qq --no-install-recommends chromium xvfb calculix-ccx
+	apt-get install -y -qq --no-install-recommends chromium xvfb calculix-ccx \
+		umockdev gir1.2-umockdev-1.0 python3-gi libusb-1.0-0 liblo-tools
 
 clean:  ## remove the virtual environment and caches of the tools
 	rm -rf $(VENV) .pytest_cache .ruff_cache .import_linter_cache build dist

@@ -27,9 +27,3 @@ def compressing(tmp_path):
     cv2.imwrite(str(path), (120 + 80 * np.sin(x / 7) * np.cos(y / 5)).astype(np.uint8))
     with emulate("camera", *SIZE, RATE, path) as camera:
         yield camera, path
-
-
-def pytest_configure(config):
-    config.addinivalue_line(
-        "markers", "devices: needs Debian's umockdev and python3-gi (`make system-deps`)"
-    )

@@ -207,9 +207,3 @@ def light():
 @pytest.fixture
 def webcam():
     return Webcam(ports=(2, 3), serial="E7")
-
-
-def pytest_configure(config):
-    config.addinivalue_line(
-        "markers", "devices: needs Debian's umockdev and python3-gi (`make system-deps`)"
-    )
