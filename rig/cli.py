@@ -16,8 +16,12 @@ COMMANDS = {
     "show": "Say what a scene contains, what it leaves out and why.",
     "correlate": "Correlate two pictures: displacement, strain and their uncertainty.",
     "run": "Run the live loop of a scene.",
+    "record": "Run the live loop and keep all that it sees and says.",
+    "replay": "Find the touches of a recording again.",
+    "export": "Write a recording as pictures, tables, surfaces or a video.",
     "dataset": "Write a data set of simulated touches.",
     "train": "Train the net of a scene on simulated touches.",
+    "tune": "Search over layers and sizes of the net of a scene.",
     "score": "Repeat the test of a trained net.",
     "doctor": "Say what this machine has for a bench, what it lacks, and how to mend it.",
 }

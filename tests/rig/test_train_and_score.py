@@ -141,3 +141,14 @@ def test_the_first_model_of_the_paper_is_reproduced(bench):
     assert figures["test"]["mean"] < 0.38
     assert figures["test"]["share"] > 0.75
     assert figures["test"]["max"] < 4.0
+
+
+def test_a_search_prints_its_candidates_and_goes_on(bench):
+    short = ["oblong.toml", "--json", "--set", "estimator.epochs=20"]
+    for trials in (2, 3):
+        done = bench[1]("tune", *short, "--trials", str(trials))
+        assert done.returncode == 0, done.stderr
+        candidates = json.loads(done.stdout)["candidates"]
+        assert len(candidates) == trials
+        assert candidates[0]["loss"] == min(each["loss"] for each in candidates)
+    assert (bench[0] / "results" / "oblong" / "search.db").is_file()

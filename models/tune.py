@@ -1,0 +1,132 @@
+"""Search over layers and their sizes: the paper's third step, its Table S1 (optuna lives here)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import optuna
+
+__all__ = ["DEPTHS", "WIDTHS", "Candidate", "tune"]
+
+DEPTHS = (1, 2, 4)
+"""Hidden layers of the models in Table S1."""
+
+WIDTHS = (4, 8, 16, 24, 32, 48, 64, 128)
+"""Neurons of the layers in Table S1."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An architecture that was tried.
+
+    Attributes
+    ----------
+    layers
+        Neurons of each hidden layer.
+    loss
+        What the search makes small.
+    """
+
+    layers: tuple[int, ...]
+    loss: float
+
+
+def tune(
+    judge: Callable[[tuple[int, ...]], float],
+    trials: int,
+    storage: str | None = None,
+    name: str = "touchplate",
+    seed: int = 0,
+    on_trial: Callable[[int, Candidate], None] | None = None,
+) -> list[Candidate]:
+    """Try random architectures until `trials` of them are done, those of earlier runs counted.
+
+    Several processes with one storage share the work. A trial whose process was killed is not
+    counted, and another takes its place.
+
+    Parameters
+    ----------
+    judge
+        Trains a net with these hidden layers and returns its validation loss.
+    trials
+        Architectures in all.
+    storage
+        Address of optuna's data base, "sqlite:///search.db"; None keeps nothing.
+    name
+        Of the study in the data base.
+    seed
+        Of the draw; another run with it goes on with other architectures.
+    on_trial
+        Called with the number of trials done and the latest one.
+
+    Returns
+    -------
+    All candidates, the best first.
+
+    Raises
+    ------
+    ValueError
+        When `trials` is below 1 or optuna is not installed.
+    OSError
+        When the storage cannot be opened.
+    """
+    if trials < 1:
+        raise ValueError(f"number of trials must be at least 1, got {trials}; use 50")
+    study = _study(storage, name, seed)
+
+    def objective(trial: optuna.Trial) -> float:
+        depth = trial.suggest_categorical("depth", DEPTHS)
+        return judge(tuple(trial.suggest_categorical(_layer(n), WIDTHS) for n in range(depth)))
+
+    while len(done := _candidates(study)) < trials:
+        study.optimize(objective, n_trials=1)
+        if on_trial:
+            on_trial(len(done) + 1, _candidates(study)[-1])
+    return sorted(done, key=lambda candidate: candidate.loss)
+
+
+def _study(storage: str | None, name: str, seed: int) -> optuna.Study:
+    if find_spec("optuna") is None:
+        raise ValueError(
+            "optuna is not installed and the search needs it; run 'pip install optuna'"
+        )
+    import optuna
+
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
+    # Each data base has errors of its own.
+    try:
+        study = optuna.create_study(storage=storage, study_name=name, load_if_exists=True)
+    except Exception as error:
+        raise OSError(
+            f"storage {storage} of the search cannot be opened ({_first_line(error)}); give an "
+            "address such as sqlite:///search.db in a folder that exists"
+        ) from error
+    # A run that goes on must not draw again what the last one drew.
+    study.sampler = optuna.samplers.RandomSampler(seed + 1_000_003 * len(study.trials))
+    return study
+
+
+def _candidates(study: optuna.Study) -> Sequence[Candidate]:
+    """Trials that were finished, in their order."""
+    import optuna
+
+    finished = study.get_trials(deepcopy=False, states=[optuna.trial.TrialState.COMPLETE])
+    return [
+        Candidate(
+            tuple(trial.params[_layer(number)] for number in range(trial.params["depth"])),
+            float(trial.value or 0.0),
+        )
+        for trial in finished
+    ]
+
+
+def _layer(number: int) -> str:
+    return f"layer-{number + 1}"
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).splitlines()[0] if str(error) else type(error).__name__

@@ -1,0 +1,89 @@
+"""`touchplate tune SCENE`: search over layers and their sizes, as the paper's Table S1."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+import typer
+
+from rig.commands.output import emit, progress
+from rig.scene import load, parse_overrides
+from rig.simulated import Lesson, Sets, lesson, simulate
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from models.tune import Candidate
+
+
+def tune(
+    scene: Annotated[str, typer.Argument(help="Name of a shipped scene, or path of a TOML file.")],
+    trials: Annotated[int, typer.Option(help="Architectures in all, earlier runs counted.")] = 50,
+    storage: Annotated[
+        str | None,
+        typer.Option(help="Data base of the search; sqlite:///results/SCENE/search.db by default."),
+    ] = None,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", help="Replace a value: section.key=value.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Train nets of random sizes; a search that was cut off goes on where it ended."""
+    from models import tune as search
+
+    bench = load(scene, parse_overrides(settings or []))
+    taught = lesson(bench)
+    with progress("influence") as report:
+        sets = simulate(taught, report)
+    if storage is None:
+        home = Path("results") / Path(scene).stem
+        home.mkdir(parents=True, exist_ok=True)
+        storage = f"sqlite:///{home / 'search.db'}"
+    with progress("search") as report:
+        found = search.tune(
+            lambda layers: _loss(taught, sets, layers),
+            trials,
+            storage,
+            _study(taught),
+            taught.net.seed,
+            lambda done, last: report(done, trials, f"{list(last.layers)}: {last.loss:.3f} mm"),
+        )
+    rows = [{"loss": each.loss, "layers": list(each.layers)} for each in found]
+    emit(_table(bench.title, found), {"storage": storage, "candidates": rows}, as_json)
+
+
+def _loss(taught: Lesson, sets: Sets, layers: tuple[int, ...]) -> float:
+    """Train a net with these layers by the recipe of the scene; return its validation loss."""
+    from models.net import NetOptions, predict
+    from models.score import position_error
+    from models.train import Recipe, train
+
+    net = taught.net
+    trained = train(
+        sets.training,
+        sets.validation,
+        NetOptions(layers, net.activation),
+        Recipe(net.epochs, net.learning_rate, check=net.epochs),
+        np.random.default_rng(net.seed),
+    ).net
+    watched = sets.validation
+    return float(position_error(watched.targets, predict(trained, watched.strain)).mean())
+
+
+def _study(taught: Lesson) -> str:
+    """Name a study by all that its losses depend on, so that no two kinds mix."""
+    from rig.cache import key
+
+    sections = (taught.plate, taught.gauges, taught.training, taught.net)
+    return key("search", [part.model_dump(mode="json") for part in sections])[:16]
+
+
+def _table(title: str, found: list[Candidate]) -> Table:
+    from rich.table import Table
+
+    shown = Table("rank", "loss mm", "layers", title=title)
+    for rank, each in enumerate(found, 1):
+        shown.add_row(f"{rank}", f"{each.loss:.3f}", " ".join(map(str, each.layers)))
+    return shown
