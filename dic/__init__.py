@@ -15,6 +15,11 @@ if TYPE_CHECKING:
     from dic.displacement import Status as Status
     from dic.grid import Grid as Grid
     from dic.image import read_image as read_image
+    from dic.pattern import Advice as Advice
+    from dic.pattern import choose as choose
+    from dic.pattern import mean_intensity_gradient as mean_intensity_gradient
+    from dic.pattern import speckle_size as speckle_size
+    from dic.pattern import sub_pixel_bias as sub_pixel_bias
     from dic.quality import noise_floor as noise_floor
     from dic.quality import sssig as sssig
     from dic.reference import Reference as Reference
@@ -39,6 +44,7 @@ _HOMES = {
     "displacement": ("DisplacementField", "Status"),
     "grid": ("Grid",),
     "image": ("read_image",),
+    "pattern": ("Advice", "choose", "mean_intensity_gradient", "speckle_size", "sub_pixel_bias"),
     "quality": ("noise_floor", "sssig"),
     "reference": ("Reference", "prepare"),
     "sequence": ("compose", "follow"),

@@ -25,9 +25,9 @@ from dic.spline import coefficients
 _TOGETHER = 10  # iterations of the whole field
 _PART = 2500  # px filtered for one point, in the time that the whole picture takes
 _FEW = 0.05  # share of points below which they iterate alone
-_SEED_SPACING = 60  # px
+_SEED_SPACINGS = 60, 30  # px, the second where holes or lost parts leave too few
 _BESIDE = 40  # px, how far a motion is carried to points that were lost
-_ENOUGH = 0.5  # share of the seeds found, below which the picture may have turned
+_ENOUGH = 0.5  # share of the seeds found from which they are enough
 
 
 def correlate(
@@ -60,7 +60,8 @@ def correlate(
     σ: where both pictures carry noise σ, the residual of a subset has the variance (1 + κ)σ², κ ≤ 1
     being what interpolation leaves of the noise between the pixels. From it follows σ, and σ_u² is
     2σ² times the diagonal of the inverse of the full Hessian (motion and light): 2σ²/SSSIG for a
-    balanced pattern.
+    balanced pattern. The share of the Hessian that is noise of the reference is taken off, and
+    where a field on a grid is rougher than its σ says, σ is that much larger (`dic.roughness`).
     """
     image = check_image(image, "deformed")
     check_pair(ref.image.shape, image.shape)
@@ -77,15 +78,15 @@ def correlate(
             _together(ref, ref.grid, spline, points)
             usable = verdict.found(ref, points) & ~points.still
         _alone(ref, spline, True, points, usable)
-    return verdict.field(ref, points)
+    return verdict.field(ref, points, image)
 
 
 def _start(ref, image, guess, usable) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Motion (N, 2, P) to start from, and where it is known."""
     motion = np.zeros((len(ref.xy), 2, shape.count(ref.order)))
     if guess is None:
-        places, known = _seed_places(ref, usable), np.zeros(len(usable), dtype=bool)
-        motion[places, :, :3], known[places] = _search(ref, image.astype(np.float32), places)
+        places, found, known = _search(ref, image.astype(np.float32), usable)
+        motion[places, :, :3] = found
         motion[:, :, 1:] *= ref.order > 0
         return motion, known
     if isinstance(guess, DisplacementField):
@@ -103,30 +104,35 @@ def _start(ref, image, guess, usable) -> tuple[NDArray[np.float64], NDArray[np.b
     return motion, known
 
 
-def _search(ref: Reference, image: NDArray, places: NDArray) -> tuple[NDArray, NDArray[np.bool_]]:
-    """Find points (S,) of a reference in a picture that moved, or that turned as well."""
-    xy = ref.xy[places]
-    motion, found = seeds.find(ref.image, image, xy)
-    if np.count_nonzero(found) >= _ENOUGH * len(places):
-        return motion, found
-    turn = features.affine(ref.image, image)
-    if turn is None:
-        return motion, found
-    rest, found_turned = seeds.find(ref.image, features.straighten(image, turn), xy)
-    if np.count_nonzero(found_turned) <= np.count_nonzero(found):
-        return motion, found
-    return features.follow(xy, turn, rest), found_turned
+def _search(ref: Reference, image: NDArray, usable: NDArray):
+    """Find some points (S,) of a reference, their motion (S, 2, 3), and which are known (N,)."""
+    places, motion, found = np.zeros(0, dtype=np.int64), np.zeros((0, 2, 3)), np.zeros(0, bool)
+    for spacing in _SEED_SPACINGS:
+        places = _seed_places(ref, usable, spacing)
+        motion, found = seeds.find(ref.image, image, ref.xy[places])
+        if np.count_nonzero(found) >= _ENOUGH * len(places):
+            break
+    else:
+        turn = features.affine(ref.image, image)
+        if turn is not None:
+            xy, straight = ref.xy[places], features.straighten(image, turn)
+            rest, there = seeds.find(ref.image, straight, xy)
+            if np.count_nonzero(there) > np.count_nonzero(found):
+                motion, found = features.follow(xy, turn, rest), there
+    known = np.zeros(len(usable), dtype=bool)
+    known[places] = found
+    return places, motion, known
 
 
-def _seed_places(ref: Reference, usable: NDArray[np.bool_]) -> NDArray[np.int64]:
+def _seed_places(ref: Reference, usable: NDArray[np.bool_], spacing: int) -> NDArray[np.int64]:
     """Choose the points to search for: in each cell of the picture the one nearest its middle.
 
     Points whose subset is whole come first: a hole in a template is found in other holes.
     """
     places = np.flatnonzero(usable)
-    cell, offset = np.divmod(ref.xy[places], _SEED_SPACING)
-    away = np.abs(offset - _SEED_SPACING / 2).max(axis=1)
-    away += _SEED_SPACING * (ref.light[places, 2] < ref.subset**2)
+    cell, offset = np.divmod(ref.xy[places], spacing)
+    away = np.abs(offset - spacing / 2).max(axis=1)
+    away += spacing * (ref.light[places, 2] < ref.subset**2)
     nearest = np.argsort(away, kind="stable")
     _, first = np.unique(cell[nearest] @ (1.0, 1e5), return_index=True)
     return places[nearest[first]]

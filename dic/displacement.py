@@ -17,11 +17,12 @@ class Status(IntEnum):
     OK = 0
     EXCLUDED = 1  # the ROI leaves out its centre, or more than half of its subset
     FLAT = 2  # too little contrast in some direction to follow
-    DARK = 3  # most of the subset lies at black
-    SATURATED = 4  # most of the subset lies at white
+    DARK = 3  # too much of the subset lies at black
+    SATURATED = 4  # too much of the subset lies at white
     OUTSIDE = 5  # the subset lies or has moved partly out of the picture
     LOW_CORRELATION = 6  # the pattern was not found again
     NOT_CONVERGED = 7  # the iteration still moved when it was stopped
+    DISTURBED = 8  # far from what the others leave over: hidden in part, or bent beyond its order
 
 
 @dataclass(frozen=True)

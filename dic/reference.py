@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from dic import moments, normal
+from dic import clipping, moments, normal
 from dic.displacement import Status
 from dic.grid import Grid, grid_over
 from dic.image import check_image
@@ -194,11 +194,10 @@ def _status(
     kept = centres[inside]
     found = np.zeros(len(kept), dtype=np.int8)
     area = (2 * half + 1) ** 2
-    if np.issubdtype(image.dtype, np.integer):  # the range of a float picture is not known
-        for level, name in ((0, Status.DARK), (_white(image), Status.SATURATED)):
-            clipped = image == level
-            if np.count_nonzero(clipped) > _CLIPPED * area:
-                found[box_sums(clipped, kept, half) > _CLIPPED * area] = name
+    for level, name in clipping.levels(image):
+        clipped = image == level
+        if np.count_nonzero(clipped) > _CLIPPED * area:
+            found[box_sums(clipped, kept, half) > _CLIPPED * area] = name
     if not weight.all():
         found[box_sums(weight, kept, half) < area / 2] = Status.EXCLUDED
     status[inside], status[~inside] = found, Status.OUTSIDE
@@ -221,12 +220,6 @@ def _without_bare(
     status = status.copy()
     status[np.flatnonzero(usable)[own < _BARE * np.median(own)]] = Status.FLAT
     return status
-
-
-def _white(image: NDArray) -> int:
-    """Grey level at which the sensor clips: 10, 12 and 14 bit cameras also write uint16."""
-    brightest = int(image.max())
-    return next((2**b - 1 for b in (8, 10, 12, 14) if brightest == 2**b - 1), 2**16 - 1)
 
 
 def _sums(texture, xy, status, half, order, grid: Grid | None) -> NDArray[np.float64]:

@@ -39,3 +39,16 @@ def products(order: int) -> NDArray[np.int64]:
     total = exponents[:, None] + exponents
     sums = total.sum(axis=-1)
     return sums * (sums + 1) // 2 + total[..., 1]
+
+
+def centre_weights(order: int, half: int) -> NDArray[np.float64]:
+    """Weigh the pixels of a subset as the fit does that gives the motion of its centre.
+
+    For a texture that is the same everywhere: (2 half + 1, 2 half + 1), of sum 1. Orders 0 and 1
+    take the mean.
+    """
+    eta, xi = np.mgrid[-half : half + 1, -half : half + 1] / max(half, 1)
+    powers = monomials(order)[:, :, None, None]
+    basis = xi ** powers[:, 0] * eta ** powers[:, 1]
+    normal = np.einsum("iyx,jyx->ij", basis, basis)
+    return np.einsum("i,iyx->yx", np.linalg.inv(normal)[0], basis)

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from dic import roughness
 from dic.displacement import DisplacementField
 from dic.grid import Grid
 
@@ -49,6 +50,11 @@ class StrainField:
     kind: Kind
     grid: Grid | None
 
+    @property
+    def gxy(self) -> NDArray[np.float64]:
+        """Engineering shear 2 exy, (N,)."""
+        return 2 * self.exy
+
 
 def strain(disp: DisplacementField, window: int = 5, kind: Kind = "small") -> StrainField:
     """Strain from a least-squares plane through u and v over a window of points.
@@ -72,7 +78,8 @@ def strain(disp: DisplacementField, window: int = 5, kind: Kind = "small") -> St
     Notes
     -----
     σ follows from that of the displacements and from their overlap: two subsets that share a part
-    of their pixels share that part of their noise, ρ = (1 - |Δx|/subset)₊ (1 - |Δy|/subset)₊.
+    of their pixels share that part of their noise, ρ = (1 - |Δx|/subset)₊ (1 - |Δy|/subset)₊ at
+    orders 0 and 1; at order 2 the pixels count as the quadratic fit weighs them.
     """
     if kind not in get_args(Kind):
         raise ValueError(f"strain kind must be one of {', '.join(get_args(Kind))}, got {kind!r}")
@@ -128,7 +135,7 @@ def _of_windows(disp: DisplacementField, grid: Grid, window: int) -> tuple[NDArr
     valid = disp.valid.reshape(grid.shape)
     gradient = np.full((*grid.shape, 2, 2), np.nan)
     variance = np.full((*grid.shape, 2, 2), np.nan)
-    overlap = np.maximum(1 - np.arange(window) * grid.step / grid.subset, 0)
+    overlap = roughness.overlap(disp.order, grid.subset, grid.step, window)
     _fit(fields, valid, window // 2, float(grid.step), overlap, gradient, variance)
     return gradient.reshape(-1, 2, 2), variance.reshape(-1, 2, 2)
 
@@ -177,8 +184,8 @@ def _fit_one(fields, place, step, overlap, gradient, variance):
     for n in range(count):
         for m in range(n + 1):
             dy, dx = abs(place[n, 0] - place[m, 0]), abs(place[n, 1] - place[m, 1])
-            shared = overlap[dy] * overlap[dx] * (1.0 if m == n else 2.0)
-            if shared > 0:
+            shared = overlap[dy, dx] * (1.0 if m == n else 2.0)
+            if shared != 0:
                 for a in range(2):
                     for b in range(2):
                         variance[a, b] += shared * spread[a, b, n] * spread[a, b, m]

