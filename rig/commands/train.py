@@ -57,8 +57,8 @@ def _train(taught: Lesson, sets: Sets) -> Trained:
         return descend(
             sets.training,
             sets.validation,
-            NetOptions(net.layers, net.activation),
-            Recipe(net.epochs, net.learning_rate),
+            NetOptions(net.layers, net.activation, net.inputs),
+            Recipe(net.epochs, net.learning_rate, net.decay, net.outputs, net.finish),
             np.random.default_rng(net.seed),
             lambda epoch, loss: report(epoch, net.epochs, f"loss {loss:.3f} mm"),
         )

@@ -64,8 +64,8 @@ def _loss(taught: Lesson, sets: Sets, layers: tuple[int, ...]) -> float:
     trained = train(
         sets.training,
         sets.validation,
-        NetOptions(layers, net.activation),
-        Recipe(net.epochs, net.learning_rate, check=net.epochs),
+        NetOptions(layers, net.activation, net.inputs),
+        Recipe(net.epochs, net.learning_rate, net.decay, net.outputs, net.finish, net.epochs),
         np.random.default_rng(net.seed),
     ).net
     watched = sets.validation

@@ -59,6 +59,16 @@ class NetEstimator(Section):
     activation: Literal["relu", "tanh", "silu"] = Field("relu", description="activation")
     epochs: Count = Field(30000, ge=1, description="passes over the training set")
     learning_rate: Ratio = Field(1e-3, gt=0, description="step size of Adam")
+    inputs: Literal["standard", "asinh"] = Field(
+        "standard", description="strains standardised, or their inverse hyperbolic sine before"
+    )
+    outputs: Literal["raw", "scaled"] = Field(
+        "raw", description="begin at 0 mm, or at the mean of the places in units of their spread"
+    )
+    decay: Literal["constant", "cosine"] = Field(
+        "constant", description="keep the step size, or let it fall to 0"
+    )
+    finish: Count = Field(0, ge=0, description="most steps of L-BFGS in double precision after")
     seed: Count = Field(0, ge=0, description="seed of the first weights")
 
 
