@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import ExitStack
+from datetime import UTC, datetime
 from itertools import islice
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from rig.loop import Loop
+    from rig.recording.recorder import Recorder
     from rig.scene import Scene
     from rig.snapshot import Snapshot
 
@@ -29,6 +32,9 @@ def run(
         int | None, typer.Option(min=1, help="Stop after so many frames [run until Ctrl-C].")
     ] = None,
     headless: Annotated[bool, typer.Option(help="Neither page nor projector.")] = False,
+    record: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Keep the session in a new file *.h5.")
+    ] = None,
     settings: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override the scene.")
     ] = None,
@@ -41,11 +47,23 @@ def run(
     """
     import rig
 
-    bench_scene = rig.load(scene, rig.scene.parse_overrides(settings or []))
+    live(
+        rig.load(scene, rig.scene.parse_overrides(settings or [])),
+        frames,
+        headless,
+        record,
+        as_json,
+    )
+
+
+def live(
+    scene: Scene, frames: int | None, headless: bool, record: Path | None, as_json: bool
+) -> None:
+    """Run the loop of a scene; the body of `run` and `record`."""
     loop = None
     try:
         with interruptible(), ExitStack() as open_parts:
-            loop, sinks = _start(bench_scene, headless, open_parts)
+            loop, sinks = _start(scene, headless, record, open_parts)
             _follow(loop, sinks, frames)
     except KeyboardInterrupt:
         if loop is None or not loop.frames:
@@ -55,8 +73,11 @@ def run(
     emit(_table(summary), summary, as_json)
 
 
-def _start(scene: Scene, headless: bool, open_parts: ExitStack) -> tuple[Loop, list[Sink]]:
+def _start(
+    scene: Scene, headless: bool, record: Path | None, open_parts: ExitStack
+) -> tuple[Loop, list[Sink]]:
     """Open everything that the scene names; what can fail at once comes before what is slow."""
+    recorder = open_parts.enter_context(_open_recorder(scene, record)) if record else None
     sinks = [] if headless else _open_sinks(scene, open_parts)
     from rig.twin_source import open_twin
 
@@ -69,7 +90,14 @@ def _start(scene: Scene, headless: bool, open_parts: ExitStack) -> tuple[Loop, l
     if bench.theory.against:
         console().print(bench.theory.sentence)
     console().print("the twin gets ready; then the reference is taken …")
-    return Loop(bench, source), sinks
+    return Loop(bench, source, recorder=recorder), sinks
+
+
+def _open_recorder(scene: Scene, path: Path) -> Recorder:
+    from rig.recording.recorder import Recorder
+
+    started = datetime.now(UTC).isoformat(timespec="seconds")
+    return Recorder(path, {"scene": scene.model_dump_json(), "started": started})
 
 
 def _open_sinks(scene: Scene, open_parts: ExitStack) -> list[Sink]:
@@ -111,6 +139,9 @@ def _table(summary: dict[str, Any]) -> Table:
     table.add_row("dropped frames", str(summary["dropped"]))
     latency = summary["latency_ms"]
     table.add_row("capture to touches", f"{latency['median']:.1f} ms, p95 {latency['p95']:.1f} ms")
+    if recorded := summary["recorded"]:
+        table.add_row("recorded frames", f"{recorded['frames']}, {recorded['dropped']} left out")
+        table.add_row("recording", recorded["status"])
     for way in ("pattern", "strain"):
         if scores := summary[way]:
             for name, value in scores.items():

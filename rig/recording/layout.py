@@ -131,5 +131,6 @@ def _fill(values, shape: tuple[int, ...], kind: str) -> NDArray:
     if given.size == np.prod(shape):
         return np.ascontiguousarray(given.reshape(shape), dtype=kind)
     filled = np.full(shape, np.nan if kind[0] == "f" else -1, dtype=kind)
-    filled[: len(given)] = given
+    if len(given):
+        filled[: len(given)] = given
     return filled

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import threading
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from queue import Full, Queue
 from types import TracebackType
@@ -39,6 +40,8 @@ class Recorder:
         Attributes of the file: scene, calibration, when it was started.
     free : callable
         Bytes that are free where a path lies.
+    waiting : int
+        Frames that may wait to be written.
 
     Raises
     ------
@@ -51,13 +54,15 @@ class Recorder:
         path: Path,
         texts: Mapping[str, str],
         free: Callable[[Path], int] = lambda path: shutil.disk_usage(path).free,
+        waiting: int = WAITING,
     ):
         self._path, self._texts, self._free = require_new(path), texts, free
         self.status = f"'{path}' waits for the reference"
         self.dropped = 0
         self._layout: Shapes = {}
         self._writer: Writer | None = None
-        self._waiting: Queue[Shot | None] = Queue(WAITING)
+        self._ended = False
+        self._waiting: Queue[Shot | None] = Queue(waiting)
         self._thread = threading.Thread(target=self._write, name="recorder", daemon=True)
 
     def __enter__(self) -> Recorder:
@@ -72,8 +77,10 @@ class Recorder:
         trace: TracebackType | None,
     ) -> None:
         """Write what waits, then close the file."""
-        self._waiting.put(None)
-        self._thread.join()
+        while self._thread.is_alive():
+            with suppress(Full):
+                self._waiting.put(None, timeout=0.1)
+                self._thread.join()
 
     def begin(self, zero: Zero, chain: Chain, strain: bool) -> None:
         """Open the file; a disk that is full or read-only ends the recording and nothing else."""
@@ -82,7 +89,7 @@ class Recorder:
             self._writer = Writer(self._path, self._texts, zero, self._layout)
             self.status = f"recording to '{self._path}'"
         except OSError as error:
-            self._stop(error)
+            self._stop(_reason(error))
 
     def put(self, shot: Shot) -> None:
         """Take a shot without waiting; where the disk is slow it is left out and counted."""
@@ -104,32 +111,32 @@ class Recorder:
 
     def _write(self) -> None:
         """Body of the thread."""
-        ended = False
         while shot := self._waiting.get():
-            if self._writer is None or ended:
+            if self._writer and not self._ended:
+                self._append(self._writer, shot)
+            if self._ended:
                 self.dropped += 1
-                continue
-            try:
-                if self._free(self._path.parent) < RESERVE:
-                    raise OSError(f"less than {RESERVE >> 20} MB are free there")
-                self._writer.append(rows(shot, self._layout))
-            except OSError as error:
-                self._stop(error)
-                self.dropped += 1
-                ended = True
-                self._close()
-        if not ended:
-            self._close()
+        if self._writer and not self._ended:
+            self._writer.close()
 
-    def _close(self) -> None:
+    def _append(self, writer: Writer, shot: Shot) -> None:
+        """Write a frame; where that is impossible the file ends before it."""
+        if self._free(self._path.parent) < RESERVE:
+            writer.close()
+            self._stop(f"less than {RESERVE >> 20} MB are free there")
+            return
         try:
-            if self._writer:
-                self._writer.close()
-        except (OSError, RuntimeError) as error:  # HDF5 has no other word for a full disk here
-            self._stop(error)
+            writer.append(rows(shot, self._layout))
+        except (OSError, RuntimeError) as error:  # HDF5 calls some full disks a RuntimeError
+            writer.abandon()
+            self._stop(_reason(error))
 
-    def _stop(self, error: Exception) -> None:
-        reason = getattr(error, "strerror", None) or " ".join(str(error).split())
+    def _stop(self, reason: str) -> None:
+        self._ended = True
         self.status = (
             f"recording to '{self._path}' has ended ({reason}); free space and start a new one"
         )
+
+
+def _reason(error: Exception) -> str:
+    return getattr(error, "strerror", None) or " ".join(str(error).split())

@@ -86,14 +86,24 @@ def open_session(path: Path) -> Iterator[Session]:
     if not path.is_file():
         raise OSError(f"recording '{path}' does not exist; check the path")
     try:
-        # As a reader beside a writer: so a file that a killed process left open can be read.
-        file = h5py.File(path, "r", libver="latest", swmr=True)
+        file = h5py.File(path, "r", libver="latest", swmr=_is_open(path))
     except OSError as error:
         raise OSError(
             f"recording '{path}' cannot be read ({_reason(error)}); it is cut off or no recording"
         ) from error
     with file:
         yield _read(path, file)
+
+
+def _is_open(path: Path) -> bool:
+    """Whether a writer has the file open, or was killed while it had.
+
+    Then it must be read as beside a writer. A file that was closed must not: HDF5 would look for
+    what was cut off again and again, as for something that is still being written. The mark is in
+    the twelfth byte of the superblock (HDF5 file format specification, version 3.0, II.A).
+    """
+    with path.open("rb") as raw:
+        return any(raw.read(12)[11:])
 
 
 def _read(path: Path, file: h5py.File) -> Session:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     import h5py
 
 MANY = 64  # frames whose small numbers share a chunk
+SUPERBLOCK = 48  # bytes at the start of the file: version, marks, end, checksum
 
 
 class Writer:
@@ -48,6 +50,10 @@ class Writer:
         reference.attrs["noise"] = zero.noise
         self._arrays = {name: _create(self._file, name, *layout[name]) for name in layout}
         self._file.swmr_mode = True
+        self._file.flush()
+        self._path = path
+        with path.open("rb") as raw:
+            self._open_mark = raw.read(SUPERBLOCK)
         self.frames = 0
 
     def append(self, rows: Mapping[str, NDArray]) -> None:
@@ -73,6 +79,16 @@ class Writer:
     def close(self) -> None:
         """End the file; other programs open it without further ado from now on."""
         self._file.close()
+
+    def abandon(self) -> None:
+        """End a file that did not take a frame: it reads like one whose writer was killed.
+
+        HDF5 cannot close it in order, and would mark it as closed and longer than it is.
+        """
+        with suppress(OSError, RuntimeError):
+            self._file.close()
+        with self._path.open("r+b") as raw:
+            raw.write(self._open_mark)
 
 
 def _create(file: h5py.File, name: str, shape: tuple[int, ...], kind: str) -> h5py.Dataset:

@@ -1,0 +1,55 @@
+"""`touchplate replay FILE`: find the touches of a recording again."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from rig.commands.output import emit, progress
+
+if TYPE_CHECKING:
+    from rig.recording.session import Session
+
+
+def replay(
+    recording: Annotated[Path, typer.Argument(help="File of a recorded session.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Find the touches of a recording again and compare them with those found then, bit for bit."""
+    from rig.recording.session import open_session
+
+    with open_session(recording) as session:
+        said = _replay(session)
+    lines = [f"{said['frames']} frames, {said['different']} with other touches than then"]
+    truth = said["pattern"]
+    if truth["scored"]:
+        lines.append(
+            f"against the truth: median {truth['position_median_mm']:.3g} mm and"
+            f" {truth['force_median_n']:.3g} N, {truth['misses']} missed,"
+            f" {truth['false_touches']} false"
+        )
+    emit("\n".join(lines), said, as_json)
+
+
+def _replay(session: Session) -> dict[str, Any]:
+    from rig.bench import build_bench
+    from rig.recording.replay import replay as play
+    from rig.stopwatch import Stopwatch
+    from rig.tally import Tally
+
+    with progress("plate modes") as report:
+        bench = build_bench(session.scene, report)
+    watch, tally, different = Stopwatch(time.perf_counter), Tally(bench.least_force), 0
+    for one in play(session, bench, watch):
+        different += not one.same
+        if one.frame.truth is not None:
+            tally.add(one.sensed.estimate, one.frame.truth)
+    return {
+        "frames": session.frames,
+        "different": different,
+        "stages_ms": {name: {"median": mid, "p95": slow} for name, mid, slow in watch.table()},
+        "pattern": tally.summary(),
+    }

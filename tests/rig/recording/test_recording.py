@@ -1,0 +1,178 @@
+"""A session on disk: everything that was seen and said, whole after any end, found again."""
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from rig.recording.recorder import RESERVE
+from rig.recording.replay import replay
+from rig.recording.session import open_session
+from rig.stopwatch import Stopwatch
+
+PRESSED = [*range(30, 34), *range(60, 66), *range(480, 490)]  # nobody, one finger, two fingers
+
+
+def again(path, bench):
+    with open_session(path) as recording:
+        return list(replay(recording, bench, Stopwatch(time.monotonic)))
+
+
+def test_a_replay_finds_the_same_touches_bit_for_bit(session, tmp_path):
+    path = tmp_path / "session.h5"
+    bench, shots, recorder = session(path, PRESSED)
+    assert recorder.dropped == 0
+    replayed = again(path, bench)
+    assert len(replayed) == len(shots) == recorder.summary()["frames"]
+    assert all(one.same for one in replayed)
+    assert {len(shot.touches) for shot in shots} == {0, 1, 2}
+    for one, shot in zip(replayed, shots, strict=True):
+        assert one.frame.sequence == shot.sequence
+        np.testing.assert_array_equal(one.frame.image, shot.image)
+        assert [(t.x, t.y, t.force) for t in one.frame.truth] == [
+            (mark.x, mark.y, mark.force) for mark in shot.truth
+        ]
+
+
+def test_a_slow_disk_leaves_frames_out_and_the_others_are_found_again(session, tmp_path):
+    path = tmp_path / "session.h5"
+    calls = iter(range(1000))
+
+    def slow(_):
+        time.sleep(2.0 if next(calls) == 3 else 0.0)  # two frames and more take less
+        return 2 * RESERVE
+
+    bench, shots, recorder = session(path, PRESSED, free=slow, waiting=1)
+    assert recorder.dropped > 0
+    replayed = again(path, bench)
+    assert len(replayed) == len(shots) - recorder.dropped
+    assert all(one.same for one in replayed)
+
+
+def test_the_file_opens_without_this_program(session, tmp_path):
+    path = tmp_path / "session.h5"
+    _, shots, _ = session(path, PRESSED)
+    with h5py.File(path) as file:
+        assert file.attrs["format"] == "touchplate session"
+        assert '"plate"' in file.attrs["scene"]
+        images, places = file["frames/image"], file["touches/place"]
+        assert images.shape == (len(PRESSED), 320, 384)
+        assert images.chunks == (1, 320, 384)
+        assert images.compression == "gzip"
+        assert images.id.get_storage_size() < images.size
+        simple = {"u", "i", "f"}
+        file.visititems(lambda _, x: None if not hasattr(x, "dtype") or x.dtype.kind in simple
+                        else pytest.fail(f"{x} is not of a simple type"))  # fmt: skip
+        one = next(k for k, shot in enumerate(shots) if len(shot.touches) == 1)
+        mark = shots[one].touches[0]
+        assert tuple(places[one, 0]) == (mark.x, mark.y, mark.force)
+        assert np.isnan(places[one, 1]).all()
+        assert file["touches/identity"][one].tolist() == [mark.identity, -1]
+
+
+def test_a_disk_that_fills_up_ends_the_recording_and_not_the_loop(session, tmp_path):
+    path = tmp_path / "session.h5"
+    calls = iter([RESERVE * 2] * 5)
+    _, shots, recorder = session(path, PRESSED, free=lambda _: next(calls, 0))
+    assert len(shots) == len(PRESSED)
+    assert recorder.dropped == len(PRESSED) - 5
+    assert "256 MB are free there); free space and start a new one" in recorder.status
+    with open_session(path) as recording:
+        assert recording.frames == 5
+
+
+WRITE = """
+import sys, time
+from pathlib import Path
+import numpy as np
+from rig.recording.layout import LAST
+from rig.recording.writer import Writer
+from rig.zero import Zero
+layout = {"frames/image": ((60, 80), "u1"), "touches/place": ((2, 3), "f8"), LAST: ((), "i8")}
+scene = '{"title": "a test"}'
+zero = Zero(np.ones((60, 80), np.float32), 2.0)
+writer = Writer(Path(sys.argv[1]), {"scene": scene}, zero, layout)
+rng = np.random.default_rng(0)
+for k in range(100000):
+    try:
+        writer.append({"frames/image": rng.integers(0, 255, (60, 80), np.uint8) | (k % 2),
+                       "touches/place": np.full((2, 3), float(k)), LAST: np.asarray(k)})
+    except OSError as error:
+        writer.abandon()
+        sys.exit(str(error))
+    print(k, flush=True)
+"""
+
+
+def writing(path, **options):
+    return subprocess.Popen(
+        [sys.executable, "-c", WRITE, str(path)], stdout=subprocess.PIPE, text=True, **options
+    )
+
+
+@pytest.mark.parametrize("frames", [1, 7, 40])
+def test_a_writer_that_is_killed_leaves_every_whole_frame(tmp_path, frames):
+    path = tmp_path / "killed.h5"
+    process = writing(path)
+    for _ in range(frames):
+        process.stdout.readline()
+    os.kill(process.pid, signal.SIGKILL)
+    said = frames + len(process.stdout.read().split())
+    process.wait()
+    with open_session(path) as recording:
+        assert said <= recording.frames <= said + 1
+        for k in (0, recording.frames // 2, recording.frames - 1):
+            row = recording.row(k)
+            assert row["frames/sequence"] == k
+            assert (row["frames/image"] % 2 >= k % 2).all()
+            assert (row["touches/place"] == k).all()
+
+
+def test_a_file_that_may_not_grow_keeps_its_whole_frames(tmp_path):
+    path = tmp_path / "full.h5"
+
+    def small_files():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))
+
+    process = writing(path, preexec_fn=small_files, stderr=subprocess.PIPE)
+    said, errors = process.communicate()
+    assert "write" in errors.lower()
+    with open_session(path) as recording:
+        assert recording.frames >= len(said.split()) > 10
+        last = recording.row(len(said.split()) - 1)
+        assert last["frames/sequence"] == len(said.split()) - 1
+
+
+def test_a_file_that_was_cut_in_the_middle_is_one_sentence(session, tmp_path):
+    path = tmp_path / "session.h5"
+    session(path, PRESSED[:4])
+    whole = path.read_bytes()
+    for part in (0.9, 0.5, 0.1):
+        path.write_bytes(whole[: int(part * len(whole))])
+        with pytest.raises(OSError, match=r"session\.h5' (cannot be read|is damaged)"):
+            read_all(path)
+
+
+def read_all(path):
+    with open_session(path) as recording:
+        return [recording.row(k) for k in range(recording.frames)]
+
+
+def test_what_is_no_recording_is_one_sentence(tmp_path):
+    path = tmp_path / "other.h5"
+    with pytest.raises(OSError, match="does not exist; check the path"), open_session(path):
+        pass
+    with h5py.File(path, "w") as file:
+        file["x"] = 1
+    with pytest.raises(OSError, match="is no recording of touchplate"), open_session(path):
+        pass
+    Path(path).write_text("touches")
+    with pytest.raises(OSError, match="cannot be read"), open_session(path):
+        pass
