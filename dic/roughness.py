@@ -21,7 +21,7 @@ def overlap(order: int, subset: int, step: int, count: int) -> NDArray[np.float6
 
     Subsets that share pixels share their noise, as the fit weighs the pixels.
     """
-    weights = shape.centre_weights(order, subset // 2)
+    weights = shape.centre_weights(order, subset)
     shared = np.zeros((count, count))
     for i, dy in enumerate(range(0, min(count * step, subset), step)):
         for j, dx in enumerate(range(0, min(count * step, subset), step)):

@@ -41,13 +41,12 @@ def products(order: int) -> NDArray[np.int64]:
     return sums * (sums + 1) // 2 + total[..., 1]
 
 
-def centre_weights(order: int, half: int) -> NDArray[np.float64]:
+def centre_weights(order: int, side: int) -> NDArray[np.float64]:
     """Weigh the pixels of a subset as the fit does that gives the motion of its centre.
 
-    For a texture that is the same everywhere: (2 half + 1, 2 half + 1), of sum 1. Orders 0 and 1
-    take the mean.
+    For a texture that is the same everywhere: (side, side), of sum 1. Orders 0 and 1 take the mean.
     """
-    eta, xi = np.mgrid[-half : half + 1, -half : half + 1] / max(half, 1)
+    eta, xi = 2 * (np.mgrid[:side, :side] - (side - 1) / 2) / side
     powers = monomials(order)[:, :, None, None]
     basis = xi ** powers[:, 0] * eta ** powers[:, 1]
     normal = np.einsum("iyx,jyx->ij", basis, basis)

@@ -12,7 +12,7 @@ from dic.grid import grid_over
 @pytest.mark.parametrize("order", [0, 1, 2])
 def test_centre_weights_keep_the_polynomials_of_the_order(order):
     half = 7
-    weights = shape.centre_weights(order, half)
+    weights = shape.centre_weights(order, 2 * half + 1)
     y, x = np.mgrid[-half : half + 1, -half : half + 1]
     assert weights.sum() == pytest.approx(1)
     for a, b in shape.monomials(order)[1:]:
@@ -20,15 +20,16 @@ def test_centre_weights_keep_the_polynomials_of_the_order(order):
 
 
 def test_overlap_of_means_is_the_share_of_common_pixels():
-    shared = roughness.overlap(1, 21, 5, 6)
-    along = np.maximum(1 - 5 * np.arange(6) / 21, 0)
-    np.testing.assert_allclose(shared, np.outer(along, along), atol=1e-12)
+    for side in (21, 24):
+        shared = roughness.overlap(1, side, 5, 6)
+        along = np.maximum(1 - 5 * np.arange(6) / side, 0)
+        np.testing.assert_allclose(shared, np.outer(along, along), atol=1e-12)
 
 
 @pytest.mark.parametrize("order", [1, 2])
 def test_noise_with_the_overlap_of_its_subsets_has_no_excess(order):
     rng, grid = np.random.default_rng(0), grid_over((320, 350), 21, 5)
-    weights = shape.centre_weights(order, 10)
+    weights = shape.centre_weights(order, 21)
     smooth = cv2.filter2D(rng.normal(0, 1, (320, 350)), -1, weights)
     u = smooth[np.ix_(grid.ys, grid.xs)].ravel()
     sigma = np.full(len(u), np.sqrt(np.square(weights).sum()))
