@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from models.motions import see_motions as see_motions
     from models.net import NetOptions as NetOptions
     from models.net import predict as predict
+    from models.occlusion import hidden_tiles as hidden_tiles
     from models.pattern import Pattern as Pattern
     from models.pattern import see_pattern as see_pattern
     from models.plan import Box as Box
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
     from models.score import position_error as position_error
     from models.search import Search as Search
     from models.search import prepare_search as prepare_search
+    from models.search import renewed as renewed
     from models.solver import find as find
     from models.solver import solve as solve
     from models.strain_gauges import gauges as gauges
@@ -61,12 +63,13 @@ _HOMES = {
     "matching": ("match",),
     "net": ("NetOptions", "predict"),
     "motions": ("Motions", "see_motions"),
+    "occlusion": ("hidden_tiles",),
     "pattern": ("Pattern", "see_pattern"),
     "plan": ("Box", "Lattice", "Plan"),
     "robust": ("find_robust",),
     "samples": ("Samples", "read_dataset"),
     "score": ("position_error",),
-    "search": ("Search", "prepare_search"),
+    "search": ("Search", "prepare_search", "renewed"),
     "solver": ("find", "solve"),
     "strain_map": ("StrainMap", "see_strain"),
 }

@@ -19,8 +19,8 @@ from fe.reduced.view import View
 
 # A light touch has the shape of the response, but a finger's is what is looked for: N.
 TYPICAL = 1.5
-# The reduced plate differs from the shell by so much of what is measured, root mean square.
-DOUBT = 0.01
+# The reduced plate differs from the shell by up to so much of what is measured.
+DOUBT = 0.02
 
 
 @dataclass(frozen=True, eq=False)

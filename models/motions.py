@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,6 +70,11 @@ class Motions:
         u = self.spread.over_tiles(coefficients)
         along_x, along_y = self.spread.slopes(coefficients)
         return u - (along_x * u[:, :1] + along_y * u[:, 1:]) / self.tiles.size
+
+    @cached_property
+    def on_tiles(self) -> NDArray[np.float32]:
+        """What `of_tiles` returns, kept, at half the size: for a pattern that is partly hidden."""
+        return self.of_tiles().astype(np.float32)
 
     def farthest(self, amplitudes: NDArray) -> float:
         """Bound of the motion of any tile for given amplitudes, px: the largest coefficient."""

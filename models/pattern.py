@@ -33,8 +33,13 @@ class Pattern:
     ----------
     motions : Motions
         Of K modes and R rigid motions.
+    reference : TileReference
+    whole : (K + R + 2, K + R + 2) float64, grey levels²
+        Normal matrix over all tiles.
+    hidden : (T,) bool
+        Tiles that are left out, because something lies before them.
     normal : (K + R + 2, K + R + 2) float64, grey levels²
-        Normal matrix of modes, rigid motions, gain and offset.
+        Normal matrix of modes, rigid motions, gain and offset over the tiles in sight.
     share : (K, R + 2) float64
         What camera and light take from the right-hand side of the modes.
     factor : (K, K) float64, grey levels
@@ -42,6 +47,9 @@ class Pattern:
     """
 
     motions: Motions
+    reference: TileReference
+    whole: NDArray[np.float64]
+    hidden: NDArray[np.bool_]
     normal: NDArray[np.float64]
     share: NDArray[np.float64]
     factor: NDArray[np.float64]
@@ -58,6 +66,34 @@ class Pattern:
             return large.forward(self.factor / noise)
         return modal(self.motions.modes, self.factor / noise)
 
+    def hiding(self, hidden: NDArray) -> Pattern:
+        """Leave out tiles (T,): what they said is taken out of the normal matrix.
+
+        That costs in proportion to the hidden tiles, or to those in sight if they are fewer.
+
+        Raises
+        ------
+        ValueError
+            If what stays in sight cannot tell the fields of the plate apart.
+        """
+        if np.array_equal(hidden, self.hidden):
+            return self
+        part = hidden if 2 * np.count_nonzero(hidden) < len(hidden) else ~hidden
+        normal = _normal(
+            self.reference.hessian[part],
+            self.reference.light[part],
+            self.motions.on_tiles[part],
+            self.motions.tiles.size,
+        )
+        normal = self.whole - normal if part is hidden else normal
+        try:
+            return _reduced(self.motions, self.reference, self.whole, hidden, normal)
+        except np.linalg.LinAlgError:
+            raise ValueError(
+                f"{np.mean(hidden):.0%} of the tiles are hidden, and the others cannot tell "
+                f"{self.count} fields of the plate apart; clear the view"
+            ) from None
+
     def right_side(self, sums: TileSums, moved: NDArray) -> NDArray[np.float64]:
         """Right-hand side of the normal equations for all that moved, (K + R + 2,).
 
@@ -68,8 +104,9 @@ class Pattern:
         moved : (K + R,) float64
             Amplitudes of modes and rigid motions by which the reference was moved.
         """
-        towards = -self.motions.gather(sums.gradient, sums.flow)
-        left_over = np.concatenate([towards, [sums.ef.sum(), sums.e.sum()]])
+        sight = ~self.hidden
+        towards = -self.motions.gather(sums.gradient * sight[:, None], sums.flow)
+        left_over = np.concatenate([towards, [sums.ef @ sight, sums.e @ sight]])
         return left_over + self.normal[:, : len(moved)] @ moved
 
     def whiten(self, right: NDArray, noise: float) -> NDArray[np.float64]:
@@ -104,12 +141,20 @@ def see_pattern(motions: Motions, reference: TileReference) -> Pattern:
         raise ValueError(
             f"reference has {reference.tiles} and the motions {motions.tiles}; use the same tiles"
         )
-    normal = _normal(reference, motions.of_tiles())
+    whole = _normal(reference.hessian, reference.light, motions.of_tiles(), motions.tiles.size)
+    hidden = np.zeros(len(reference.hessian), dtype=np.bool_)
+    return _reduced(motions, reference, whole, hidden, whole)
+
+
+def _reduced(
+    motions: Motions, reference: TileReference, whole: NDArray, hidden: NDArray, normal: NDArray
+) -> Pattern:
+    """Eliminate camera and light."""
     count = motions.fields
     modal, mixed, rest = normal[:count, :count], normal[:count, count:], normal[count:, count:]
     share = np.asarray(np.linalg.solve(rest, mixed.T).T, dtype=np.float64)
     factor = np.asarray(np.linalg.cholesky(modal - share @ mixed.T), dtype=np.float64)
-    return Pattern(motions, normal, share, factor)
+    return Pattern(motions, reference, whole, hidden, normal, share, factor)
 
 
 def noise_of(sums: TileSums, tiles: Tiles) -> float:
@@ -117,13 +162,15 @@ def noise_of(sums: TileSums, tiles: Tiles) -> float:
     return float(np.sqrt(np.median(sums.ee)) / tiles.size)
 
 
-def _normal(reference: TileReference, basis: NDArray) -> NDArray[np.float64]:
-    """Build the normal matrix of motions (T, 2, k), gain and offset, (k + 2, k + 2)."""
-    xx, xy, yy = (part[:, None] for part in reference.hessian.T)
+def _normal(hessian: NDArray, light: NDArray, basis: NDArray, size: int) -> NDArray[np.float64]:
+    """Build the normal matrix of motions (T, 2, k), gain and offset over T tiles, (k + 2, k + 2).
+
+    As precise as the motions are given.
+    """
+    xx, xy, yy = (part[:, None] for part in hessian.T.astype(basis.dtype))
     along_x, along_y = basis[:, 0], basis[:, 1]
     motions = along_x.T @ (xx * along_x + xy * along_y) + along_y.T @ (xy * along_x + yy * along_y)
-    fx_f, fy_f, fx, fy, ff, f = reference.light.T
+    fx_f, fy_f, fx, fy, ff, f = light.T
     mixed = -np.stack([fx_f @ along_x + fy_f @ along_y, fx @ along_x + fy @ along_y], axis=1)
-    pixels = len(f) * reference.tiles.size**2
-    light = np.array([[ff.sum(), f.sum()], [f.sum(), pixels]])
-    return np.block([[motions, mixed], [mixed.T, light]])
+    corner = np.array([[ff.sum(), f.sum()], [f.sum(), len(f) * size**2]])
+    return np.block([[motions, mixed], [mixed.T, corner]])

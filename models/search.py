@@ -105,6 +105,11 @@ def prepare_search(forward: Forward, count: int = 17) -> Search:
     return Search(forward, xy, forward.response(xy))
 
 
+def renewed(search: Search, forward: Forward) -> Search:
+    """Ask another forward model of the same plate for the same candidates."""
+    return Search(forward, search.xy, forward.response(search.xy))
+
+
 @njit(cache=True, nogil=True)
 def _orthonormal(tangent: NDArray) -> NDArray:
     """Orthonormal rows that span what k rows (k, m) span, by Gram and Schmidt, to rounding."""

@@ -45,17 +45,17 @@ class Table(NamedTuple):
 def responses(table: Table, places: NDArray) -> NDArray:
     """Whitened response to 1 N at each place (n, 2), and its derivatives in x and y: (n, 3, m)."""
     groups, numbers, channels = table.whitening.shape
-    found = np.empty((len(places), 3, groups * numbers))
-    raw = np.empty((3, groups * channels))
+    raw = np.empty((3 * len(places), groups * channels))
     for n in range(len(places)):
-        _read_channels(table, places[n, 0], places[n, 1], raw)
-        if groups == 1:
-            found[n] = raw @ table.whitening[0].T
-        else:
-            _whiten_groups(table.whitening, raw, found[n])
-        if len(table.aside):
-            found[n] -= (found[n] @ table.aside.T) @ table.aside
-    return found
+        _read_channels(table, places[n, 0], places[n, 1], raw[3 * n : 3 * n + 3])
+    if groups == 1:
+        found = raw @ table.whitening[0].T
+    else:
+        found = np.empty((len(raw), groups * numbers))
+        _whiten_groups(table.whitening, raw, found)
+    if len(table.aside):
+        found -= (found @ table.aside.T) @ table.aside
+    return found.reshape(len(places), 3, groups * numbers)
 
 
 @njit(cache=True, nogil=True)
@@ -116,7 +116,7 @@ def _whiten_groups(whitening: NDArray, raw: NDArray, white: NDArray) -> None:
     if numbers == channels == 1:
         white[:] = raw * whitening[:, 0, 0]
         return
-    for part in range(3):
+    for part in range(len(raw)):
         for g in range(groups):
             for d in range(numbers):
                 total = 0.0

@@ -120,5 +120,5 @@ def test_large_touches_are_found_in_the_picture(large, reduced, touches):
 
 
 def test_noise_must_be_positive(reduced):
-    with pytest.raises(ValueError, match="^sigma of strain must be positive, got 0"):
+    with pytest.raises(ValueError, match=r"^sigma of strain must be positive, got 0"):
         models.large_gauges(reduced, RING, 0.0)

@@ -1,0 +1,215 @@
+"""Print what the solver reaches on rendered pictures, the whole pattern seen at once.
+
+Usage: ``python benchmarks/pattern_bars.py [--quick] [PART ...]``; parts are small (touches that
+linear theory holds for, against the bound), time and large (touches of 0.5 to 5 N on a plate of
+1 mm, pictures rendered from the shell), all of them if none is named.
+"""
+
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+import fe
+import models
+import synthetic
+from dic.tiles import TileReference, prepare_tiles, tile_sums
+from models.matching import match
+
+SENSOR = synthetic.Sensor(noise=2.0)
+NOISE = np.sqrt(SENSOR.noise**2 + 1 / 12)  # with the rounding to whole grey levels
+FRAMES = 16  # averaged into the reference
+TILE = 16  # px
+INSET = 30.0  # mm from an edge
+MODES = 200
+
+Row = tuple[str, str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """A plate under a camera, and the pattern at rest."""
+
+    plate: fe.Plate
+    camera: synthetic.Camera
+    warper: synthetic.Warper
+    reference: TileReference
+
+    def light(self, moved, shift=(0.0, 0.0)):
+        """Picture without noise, 0 to 1."""
+        return self.warper.render(moved, None, None, shift=shift) / 255.0
+
+
+def stand(thickness, pixels):
+    """Set up a bench of PVC, 254 mm a side, four edges clamped, seen from 500 mm."""
+    plate = fe.Plate((254.0, 254.0), thickness, 3000.0, 0.38)
+    camera = synthetic.pinhole_above(plate.size, 500.0, (pixels, pixels))
+    speckle = synthetic.speckle(plate.size, diameter=1.3 * 1024 / pixels, softness=0.6)
+    warper = synthetic.prepare_warp(speckle, camera, thickness / 2)
+    light = warper.render(np.zeros((len(warper.points), 3)), None, None) / 255.0
+    rng = np.random.default_rng(0)
+    zero = sum(SENSOR.capture(light, rng).astype(np.float64) for _ in range(FRAMES)) / FRAMES
+    return Bench(plate, camera, warper, prepare_tiles(zero, TILE))
+
+
+def sense(pattern, search, image, start=(), passes=3, masked=True):
+    """Touches in a picture, moved and masked anew in each pass, and the search used last."""
+    noise, motion = NOISE * np.sqrt(1 + 1 / FRAMES), pattern.still()
+    if len(start):
+        motion[: pattern.count] = pattern.motions.pressed(start[:, :2], start[:, 2])
+    for _ in range(passes):
+        sums = tile_sums(pattern.reference, image, pattern.motions.flow(motion))
+        hidden = models.hidden_tiles(pattern.reference, sums, noise)
+        if masked and (hidden != pattern.hidden).any():
+            pattern = pattern.hiding(hidden)
+            search = models.renewed(search, pattern.forward(noise))
+        right = pattern.right_side(sums, motion)
+        estimate = models.find(pattern.whiten(right, noise), search, start=start, most=3)
+        start = np.column_stack([estimate.xy, estimate.force])
+        motion = pattern.amplitudes(estimate, right)
+    return estimate, pattern
+
+
+def small_rows(share) -> Iterator[Row]:
+    """One touch of 2 to 4 N on a plate of 2 mm, whose truth is linear theory."""
+    bench, count = stand(2.0, 1024), max(int(100 * share), 10)
+    modes = fe.modes(bench.plate, MODES)
+    height = bench.plate.thickness / 2
+    motions = models.see_motions(modes, bench.camera, height, bench.reference.tiles)
+    pattern = models.see_pattern(motions, bench.reference)
+    search = models.prepare_search(pattern.forward(NOISE * np.sqrt(1 + 1 / FRAMES)))
+    span = (SENSOR.white - SENSOR.black) * SENSOR.top
+    still = span * bench.light(np.zeros((len(bench.warper.points), 3)))
+    fine = models.pixel_level(modes, bench.camera, height, still)
+    linear = fe.Linear(bench.plate, fe.grid(bench.plate, 64))
+    # A palm from a corner, over a tenth of the picture.
+    palm = synthetic.Hand(np.array([(540.0, -50.0), (1080.0, -50.0), (1080.0, 540.0)]), 0.5)
+    cases = {
+        "still": (None, (0.0, 0.0), "≤ 1.15"),
+        "camera shifted by 0.3 px": (None, (0.3, 0.0), "no change"),
+        f"hand over {palm.share((1024, 1024)).mean():.0%}": (palm, (0.0, 0.0), "≤ 1.3"),
+    }
+    for name, (hand, shift, bar) in cases.items():
+        rng, squares, limits, force = np.random.default_rng(1), [], [], []
+        while len(squares) < count:
+            x, y = rng.uniform(INSET, 254.0 - INSET, 2)
+            touch = fe.Touch(x, y, rng.uniform(2.0, 4.0))
+            moved = linear.deflect([touch]).displacement(bench.warper.points, "top")
+            light = bench.light(moved, shift)
+            image = SENSOR.capture(light if hand is None else hand.cover(light), rng)
+            estimate, _ = sense(pattern, search, image)
+            if estimate.count != 1:
+                raise SystemExit(f"{touch}: {estimate.count} touches found")
+            place, error, true = match(estimate, (touch,))
+            least = models.cramer_rao(fine, np.array([[x, y, touch.force]]), NOISE)
+            squares.append(place[0] ** 2)
+            limits.append((least[0, 0] + least[1, 1]) * (1 + 1 / FRAMES))
+            force.append(abs(error[0] / true[0]))
+        rms, limit = np.sqrt(np.mean(squares)), np.sqrt(np.mean(limits))
+        figure = f"{rms:.3f} mm = {rms / limit:.2f} bounds, {100 * np.median(force):.2f} %"
+        yield f"pattern, {name}: RMS, force", figure, bar
+
+
+def time_rows(share) -> Iterator[Row]:
+    """Wall time of a frame with one touch that is followed."""
+    for pixels, plain, warped in ((1024, "≤ 6 ms", "≤ 20 ms"), (2048, "≤ 14 ms", "≤ 70 ms")):
+        bench = stand(2.0, pixels)
+        modes = fe.modes(bench.plate, MODES)
+        motions = models.see_motions(modes, bench.camera, 1.0, bench.reference.tiles)
+        pattern = models.see_pattern(motions, bench.reference)
+        search = models.prepare_search(pattern.forward(NOISE))
+        touch = fe.Touch(150.0, 100.0, 3.0)
+        moved = fe.deflect(bench.plate, [touch]).displacement(bench.warper.points, "top")
+        image = SENSOR.capture(bench.light(moved), np.random.default_rng(1))
+        start = np.array([[150.3, 99.7, 2.9]])
+        motion = pattern.still()
+        motion[: pattern.count] = motions.pressed(start[:, :2], start[:, 2])
+        still = pattern.still()
+
+        def frame(flow, motion, pattern=pattern, search=search, image=image, start=start):
+            sums = tile_sums(pattern.reference, image, flow and flow())
+            white = pattern.whiten(pattern.right_side(sums, motion), NOISE)
+            return models.find(white, search, start=start)
+
+        def mask(pattern=pattern, search=search):
+            hidden = np.arange(len(pattern.hidden)) < len(pattern.hidden) // 10
+            return models.renewed(search, pattern.hiding(hidden).forward(NOISE))
+
+        flow = partial(motions.flow, motion)
+        yield f"{pixels}², no warp: a frame", _times(partial(frame, None, still)), plain
+        yield f"{pixels}², one warp: a frame", _times(partial(frame, flow, motion)), warped
+        yield f"{pixels}², a changed mask, 10 % hidden", _times(mask), "never costs a frame"
+
+
+def _times(work, repeats=30):
+    work()
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        work()
+        times.append(1e3 * (time.perf_counter() - start))
+    low, middle, high = np.percentile(times, (5, 50, 95))
+    return f"{middle:.1f} ms ({low:.1f} to {high:.1f})"
+
+
+def large_rows(share) -> Iterator[Row]:
+    """Touches of 0.5 to 5 N on a plate of 1 mm; the frame before was pressed a tenth less."""
+    bench, count = stand(1.0, 1024), max(int(20 * share), 4)
+    plate = models.large_plate(fe.reduce(bench.plate), MODES)
+    see = partial(models.see_motions, plate.modes, bench.camera, 0.5, bench.reference.tiles)
+    ways = {}
+    for name, motions in (("reduced plate", see(plate)), ("linear", see())):
+        pattern = models.see_pattern(motions, bench.reference)
+        ways[name] = pattern, models.prepare_search(pattern.forward(NOISE))
+    mesh = fe.grid(bench.plate, 40)
+    for number, place_bar, time_bar in ((1, "≤ 0.3 mm", "≤ 20 ms"), (2, "≤ 0.6 mm", "≤ 60 ms")):
+        rng, found = np.random.default_rng(number), {name: [] for name in ways}
+        for _ in range(count):
+            touches = _pressed(rng, number)
+            truth = tuple(fe.Touch(*touch) for touch in touches)
+            moved = fe.solve(bench.plate, truth, mesh=mesh).displacement(bench.warper.points)
+            image = SENSOR.capture(bench.light(moved), rng)
+            before = touches * (1.0, 1.0, 0.9) + rng.normal(0, 0.5, touches.shape) * (1, 1, 0)
+            for name, (pattern, search) in ways.items():
+                begun = time.perf_counter()
+                estimate, _ = sense(pattern, search, image, before, 2, masked=False)
+                spent = time.perf_counter() - begun
+                place, force, true = match(estimate, truth)
+                right = estimate.count == number
+                found[name].append((np.median(place), np.median(abs(force / true)), right, spent))
+        for name, figures in found.items():
+            place, force, right, spent = np.array(figures).T
+            figure = (
+                f"{np.median(place):.2f} mm, {100 * np.median(force):.1f} %,"
+                f" count {np.mean(right):.0%}, {1e3 * np.median(spent):.0f} ms"
+            )
+            yield f"large, {number} touches, {name}", figure, f"{place_bar}, ≤ 1.5 %, {time_bar}"
+
+
+def _pressed(rng, number):
+    """One touch, or two 50 mm apart, (n, 3), `INSET` or more inside."""
+    while True:
+        first, turn = rng.uniform(INSET, 254.0 - INSET, 2), rng.uniform(0, 2 * np.pi)
+        second = first + 50.0 * np.array([np.cos(turn), np.sin(turn)])
+        places = np.array([first, second][:number])
+        if places.min() > INSET and places.max() < 254.0 - INSET:
+            return np.column_stack([places, rng.uniform(0.5, 5.0, number)])
+
+
+PARTS = {"small": small_rows, "time": time_rows, "large": large_rows}
+
+
+def main(*arguments: str) -> None:
+    """Print the rows of the parts asked for."""
+    share = 0.2 if "--quick" in arguments else 1.0
+    wanted = [name for name in arguments if not name.startswith("--")] or list(PARTS)
+    for name in wanted:
+        for what, figure, bar in PARTS[name](share):
+            print(f"{what:44s} {figure:>38s}   bar {bar}", flush=True)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

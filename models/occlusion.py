@@ -1,0 +1,67 @@
+"""Which tiles of a frame do not show the pattern: a hand, a sleeve, a thing on the plate.
+
+Each tile is judged by itself, before any touch is known: whatever a smooth motion and the light do
+to a tile, a small shift, gain and offset of its own do too; what these cannot explain is not the
+pattern. So a new touch hides nothing, and a hand does at once.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
+
+from dic.tiles import TileReference, TileSums
+
+LIMIT = 8.0  # standard deviations of χ² above its mean
+ROUGH = 0.05  # of the pattern, which moving it by interpolation may leave unexplained
+DIMMED = 0.2  # change of the gain against that of the whole picture: no light does that to a tile
+UNKNOWNS = 4  # shift in x and y, gain, offset
+
+
+def hidden_tiles(reference: TileReference, sums: TileSums, noise: float) -> NDArray[np.bool_]:
+    """Tiles (T,) that show something else, with their neighbours, which it may reach into.
+
+    Parameters
+    ----------
+    reference : TileReference
+    sums : TileSums
+        Of the frame, at a flow that comes within a few tenths of a pixel of the motion: a picture
+        that moved further looks strange everywhere.
+    noise : float, grey levels
+        Standard deviation of a pixel of the frame less the reference.
+
+    Returns
+    -------
+    (T,) bool
+    """
+    pixels = float(reference.tiles.size**2)
+    normal, right, left = _local(reference.hessian, sums, pixels)
+    found = np.linalg.solve(normal, right[:, :, None])[:, :, 0]
+    unexplained = left - np.einsum("tk,tk->t", right, found)
+    texture, gain = normal[:, 2, 2].clip(1.0), found[:, 2]
+    freedom = pixels - UNKNOWNS
+    allowed = noise**2 * (freedom + LIMIT * np.sqrt(2 * freedom)) + ROUGH**2 * texture
+    dimmed = np.abs(gain - np.median(gain)) > DIMMED + LIMIT * noise / np.sqrt(texture)
+    grid = ((unexplained > allowed) | dimmed).reshape(reference.tiles.shape)
+    return np.asarray(binary_dilation(grid, np.ones((3, 3))), dtype=np.bool_).ravel()
+
+
+def _local(
+    hessian: NDArray, sums: TileSums, pixels: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Set up shift and gain of each tile, the offset eliminated, and its Σe².
+
+    Returns
+    -------
+    normal, right, left : (T, 3, 3), (T, 3), (T,) float64
+    """
+    fx_f, fy_f, fx, fy, ff, f = sums.light.T
+    xx, xy, yy = hessian.T
+    normal = np.array([[xx, xy, -fx_f], [xy, yy, -fy_f], [-fx_f, -fy_f, ff]]).transpose(2, 0, 1)
+    mean = np.column_stack([-fx, -fy, f]) / pixels
+    normal -= pixels * mean[:, :, None] * mean[:, None, :]
+    right = np.column_stack([-sums.gradient, sums.ef]) - mean * sums.e[:, None]
+    # A tile without texture leaves its shift and gain open; it must not stop the others.
+    least = 1e-4 * np.einsum("tkk->tk", normal).max(axis=0)
+    return normal + least * np.eye(3), right, sums.ee - sums.e**2 / pixels
