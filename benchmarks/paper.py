@@ -1,26 +1,31 @@
 """Run the paper's systems, and write each figure beside the paper's own.
 
-Usage: ``python benchmarks/paper.py [--quick] [--seeds N] [SYSTEM ...]``; the systems are the keys
-of SYSTEMS, all of them if none is named. ``--quick`` takes a tenth of the epochs. Figures go to
-docs/paper.csv, where those of the same system and effort are replaced, and the table of all that
-is there to docs/paper.md.
+Usage: ``python benchmarks/paper.py [--quick | --cut N] [--seeds N] [SYSTEM ...]``; the systems are
+the keys of SYSTEMS, all of them if none is named. ``--cut N`` takes an Nth of the epochs,
+``--quick`` a tenth. Figures go to docs/paper.csv, where those of the same system and effort are
+replaced, and the table of all that is there to docs/paper.md.
 """
 
+import argparse
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
 
 import numpy as np
+import paper_base
 from paper_table import Figure, store, write
 
 import models
 import rig
 from models import alternatives, batches, dataset, loss, regression
 from models.net import NetOptions, predict
+from models.refine import refine
 from models.score import matched_error, position_error
 from models.train import BEST, BEST_NET, Recipe, train
+from models.two_step import predict_two_step, train_two_step
 from rig.simulated import influence, lesson, simulate
 
 STREAMED = 20000  # unit touches that several are drawn from
@@ -106,6 +111,54 @@ def best(effort: Effort) -> Figures:
             ("training, CPU s", spent),
         ):
             yield Figure("one touch, best recipe", what, "", BEST.epochs, seed, value)
+
+
+def without(effort: Effort) -> Figures:
+    """One touch by the best recipe less one of its parts each."""
+    data = sets()
+    for name, options, recipe in (
+        ("ReLU", replace(BEST_NET, activation="relu"), BEST),
+        ("tanh", replace(BEST_NET, activation="tanh"), BEST),
+        ("no asinh", replace(BEST_NET, inputs="standard"), BEST),
+        ("no finish", BEST_NET, replace(BEST, finish=0)),
+    ):
+        for seed in range(effort.seeds):
+            rng = np.random.default_rng(seed)
+            tested = errors(
+                train(data.training, data.validation, options, recipe, rng).net, data.test
+            )
+            what = f"{name}: 3000 random: loss, mm"
+            yield Figure("best recipe changed", what, "", BEST.epochs, seed, tested.mean())
+
+
+def bound(effort: Effort) -> Figures:
+    """Compare a net trained with noise, and two solver steps after it, with the bound."""
+    pool, first, test = several(1)
+    bench = lesson(rig.load("paper-one"))
+    plate = bench.plate.build()
+    answer = influence(plate, bench.gauges.build(bench.plate), lambda done, total: None)
+    sigma = 0.01 * float(np.sqrt(np.mean(first.strain**2)))
+    forward = models.gauges(answer, sigma)
+    recipe = Recipe(effort.epochs(20000), 2e-3, "cosine", "scaled", check=20000)
+    for seed in range(effort.seeds):
+        rng = np.random.default_rng(seed)
+        stream = batches.noisy(batches.superposed(pool, 1, 512, rng), sigma, rng)
+        options = NetOptions((64, 64), "silu")
+        net = train(first, test, options, recipe, rng, batches=stream).net
+        seen = next(batches.noisy(iter([test]), sigma, rng))
+        told = predict(net, seen.strain)
+        limit, stepped = np.empty((2, len(test)))
+        for n, (strain, true) in enumerate(zip(seen.strain, test.targets, strict=True)):
+            fisher = forward.read(np.array([[*true, 1.0]]))[1]
+            limit[n] = np.trace(np.linalg.inv(fisher @ fisher.T)[:2, :2])
+            start = np.array([[*told[n], 1.0]])
+            found = refine(forward.whiten(strain.reshape(-1, 3).astype(float)), forward, start)
+            stepped[n] = np.sum((found[0, :2] - true) ** 2)
+        of_net = np.sum((told - test.targets) ** 2, axis=1)
+        for what, square in (("net", of_net), ("net and 2 solver steps", stepped)):
+            value = np.sqrt(np.mean(square) / np.mean(limit))
+            what = f"noise 1 %, {what}: RMS ÷ bound with the force unknown"
+            yield Figure("one touch, trained with noise", what, "", recipe.epochs, seed, value)
 
 
 def other(effort: Effort) -> Figures:
@@ -269,6 +322,34 @@ def magnitudes(effort: Effort) -> Figures:
                 yield Figure("two magnitudes (4C)", name, paper, recipe.epochs, seed, value)
 
 
+def deformable(effort: Effort) -> Figures:
+    """One touch on a bent and twisted plate: a net of one step and one of two (figure 5)."""
+    training, validation, *tests = paper_base.surfaces()
+    recipe = Recipe(effort.epochs(10000), 1e-3, "cosine", "scaled", check=10000)
+    shallow, wide = NetOptions((64,) * 4), NetOptions((128,) * 4)
+    for seed in range(effort.seeds):
+        rng = np.random.default_rng(seed)
+        once = train(
+            training.together,
+            validation.together,
+            shallow,
+            recipe,
+            rng,
+            loss=loss.base_too(1.0),
+            batches=batches.shuffled(training.together, 512, rng),
+        ).net
+        twice = train_two_step(training, validation, (shallow, wide), recipe, rng)
+        for ratio, test in zip(paper_base.RATIOS, tests, strict=True):
+            for name, paper, told in (
+                ("1 step, 64×4", "1.58", predict(once, test.loaded)[:, :2]),
+                ("2 steps", "0.48", predict_two_step(twice, test.before, test.loaded)),
+            ):
+                value = position_error(test.xy, told).mean()
+                paper = paper if ratio == 1.0 else ""
+                what = f"{name}, load {ratio:g} Δ0: loss, mm"
+                yield Figure("deformable (5D)", what, paper, recipe.epochs, seed, value)
+
+
 def _samples(scene, answer):
     """All samples of a scene's data set, as a net learns them."""
     plan = scene.dataset.build(scene.plate)
@@ -281,6 +362,8 @@ def _samples(scene, answer):
 SYSTEMS = {
     "one": one,
     "best": best,
+    "without": without,
+    "bound": bound,
     "other": other,
     "noise": noise,
     "spacing": spacing,
@@ -288,19 +371,20 @@ SYSTEMS = {
     "three": three,
     "doubled": doubled,
     "magnitudes": magnitudes,
+    "deformable": deformable,
 }
 
 
 def main(*arguments: str) -> None:
     """Run the systems asked for, and write the table."""
-    rest = list(arguments)
-    seeds = 1
-    if "--seeds" in rest:
-        place = rest.index("--seeds")
-        seeds = int(rest[place + 1])
-        del rest[place : place + 2]
-    effort = Effort(seeds, 10 if "--quick" in rest else 1)
-    for name in [name for name in rest if not name.startswith("--")] or list(SYSTEMS):
+    parser = argparse.ArgumentParser(description="The paper's systems in one table.")
+    parser.add_argument("systems", nargs="*", metavar="SYSTEM", help=", ".join(SYSTEMS))
+    parser.add_argument("--seeds", type=int, default=1)
+    parser.add_argument("--cut", type=int, default=1)
+    parser.add_argument("--quick", dest="cut", action="store_const", const=10)
+    asked = parser.parse_args(arguments)
+    effort = Effort(asked.seeds, asked.cut)
+    for name in asked.systems or SYSTEMS:
         figures = []
         for figure in SYSTEMS[name](effort):
             print(f"{figure.system:32s} {figure.what:60s} {figure.value:9.3f}", flush=True)

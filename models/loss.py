@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     Loss = Callable[[Tensor, Tensor], Tensor]
 
-__all__ = ["base_too", "distance", "magnitudes_too"]
+__all__ = ["base_too", "distance", "error_sum", "magnitudes_too"]
 
 
 def distance(touches: int = 1) -> "Loss":
@@ -57,9 +57,14 @@ def base_too(k: float) -> "Loss":
     k
         Weight of what follows x and y in the targets, mm for each of its units.
     """
-    place = distance()
+    place, base = distance(), error_sum()
 
     def loss(predicted: "Tensor", true: "Tensor") -> "Tensor":
-        return place(predicted, true) + k * (predicted - true)[:, 2:].abs().sum(dim=1).mean()
+        return place(predicted, true) + k * base(predicted[:, 2:], true[:, 2:])
 
     return loss
+
+
+def error_sum() -> "Loss":
+    """Return the second part of equation 4: the sum of the errors of all targets."""
+    return lambda predicted, true: (predicted - true).abs().sum(dim=1).mean()

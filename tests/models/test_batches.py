@@ -1,0 +1,44 @@
+"""Batches: all of a set, sums of touches, noise."""
+
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from models.batches import noisy, shuffled, superposed
+from models.dataset import Dataset, flatten
+
+SINGLE = Dataset(np.diag(np.arange(1.0, 9.0)), np.arange(16.0).reshape(8, 2)[::-1])
+
+
+def test_a_round_of_batches_holds_every_sample_once():
+    rounds = list(islice(shuffled(SINGLE, 4, np.random.default_rng(0)), 4))
+    for first, second in (rounds[:2], rounds[2:]):
+        rows = np.concatenate([first.targets, second.targets])
+        np.testing.assert_array_equal(np.sort(rows, axis=0), np.sort(SINGLE.targets, axis=0))
+    assert not np.array_equal(rounds[0].targets, rounds[2].targets)
+
+
+def test_pressed_together_strains_add_and_places_are_sorted():
+    batch = next(superposed(SINGLE, 3, 50, np.random.default_rng(0)))
+    places = batch.targets.reshape(50, 3, 2)
+    assert np.all(np.diff(places[..., 0], axis=1) >= 0.0)
+    rows = (14.0 - places[..., 0]) / 2.0
+    expected = SINGLE.strain[rows.astype(int)].sum(axis=1)
+    np.testing.assert_array_equal(batch.strain, expected)
+
+
+def test_noise_has_its_deviation_and_leaves_the_targets():
+    calm = Dataset(np.zeros((2000, 4), np.float32), np.ones((2000, 2)))
+    batch = next(noisy(iter([calm]), 3e-6, np.random.default_rng(0)))
+    assert batch.strain.std() == pytest.approx(3e-6, rel=0.05)
+    assert batch.strain.mean() == pytest.approx(0.0, abs=2e-7)
+    np.testing.assert_array_equal(batch.targets, calm.targets)
+
+
+def test_targets_of_several_touches_are_places_and_magnitudes_if_asked():
+    touches = np.array([[[1.0, 2.0, 0.5], [3.0, 4.0, 2.0]]])
+    np.testing.assert_array_equal(flatten(np.zeros((1, 5, 3)), touches).targets, [[1, 2, 3, 4]])
+    with_force = flatten(np.zeros((1, 5, 3)), touches, unit=0.5)
+    np.testing.assert_array_equal(with_force.targets, [[1, 2, 3, 4, 1, 4]])
+    assert with_force.strain.shape == (1, 15)
