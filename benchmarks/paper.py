@@ -22,9 +22,10 @@ import models
 import rig
 from models import alternatives, batches, dataset, loss, regression
 from models.net import NetOptions, predict
+from models.recipe import BEST, BEST_NET, Recipe
 from models.refine import refine
 from models.score import matched_error, position_error
-from models.train import BEST, BEST_NET, Recipe, train
+from models.train import train
 from models.two_step import predict_two_step, train_two_step
 from rig.simulated import influence, lesson, simulate
 
@@ -293,7 +294,7 @@ def doubled(effort: Effort) -> Figures:
 def magnitudes(effort: Effort) -> Figures:
     """Two touches of magnitudes 1 to 10, equation 3 with three weights k (figure 4C)."""
     scene = rig.load("paper-two-magnitudes")
-    random = {"dataset.places": "random", "dataset.seed": "1", "dataset.samples": f"{TESTED}"}
+    random = {"dataset.places": "random", "dataset.seed": 1, "dataset.samples": TESTED}
     drawn = rig.load("paper-two-magnitudes", random)
     plate = scene.plate.build()
     unit = influence(plate, scene.gauges.build(scene.plate), lambda done, total: None)

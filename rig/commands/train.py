@@ -38,7 +38,7 @@ def train(
     with progress("influence") as report:
         sets = simulate(taught, report)
     began = time.monotonic()
-    trained = _train(taught, sets)
+    trained = _train(taught, sets, path.with_name(f"{path.stem}.part.npz"))
     seconds = time.monotonic() - began
     store.save(path, trained, {"scene": bench.model_dump(mode="json")})
     scores = figures(trained.net, sets)
@@ -46,8 +46,9 @@ def train(
     emit(table(bench.title, scores), {"model": str(path), "seconds": seconds} | scores, as_json)
 
 
-def _train(taught: Lesson, sets: Sets) -> Trained:
-    """Train with a bar that shows the loss."""
+def _train(taught: Lesson, sets: Sets, part: Path) -> Trained:
+    """Train with a bar that shows the loss; go on where a run was killed that left `part`."""
+    from models.checkpoint import Checkpoint
     from models.net import NetOptions
     from models.train import Recipe
     from models.train import train as descend
@@ -61,4 +62,5 @@ def _train(taught: Lesson, sets: Sets) -> Trained:
             Recipe(net.epochs, net.learning_rate, net.decay, net.outputs, net.finish),
             np.random.default_rng(net.seed),
             lambda epoch, loss: report(epoch, net.epochs, f"loss {loss:.3f} mm"),
+            checkpoint=Checkpoint(part),
         )
