@@ -1,0 +1,158 @@
+"""Known presses: gain and place of every gauge, and how stiff the plate really is.
+
+A gauge at p + δ with a gain g, on a plate softer by a factor s, reads for a touch of F N at x
+
+    g s F b(x; p + δ) ≈ F (α b + β_x ∂b/∂p_x + β_y ∂b/∂p_y),   α = g s, β = α δ,
+
+with b the influence that the model has. That is linear in three numbers a gauge, and 20 presses
+give it 60 equations. What is known beforehand (gains are near to one another, gauges near to where
+they should be) enters as a normal prior, whose mean α is fitted to all gauges first.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+import fe
+from fe.adjoint import Adjoint
+
+STEP = 0.5  # mm to each side, over which an influence is differentiated in the place of its gauge
+FEWEST = 5  # presses; fewer leave a gauge to its prior
+
+
+@dataclass(frozen=True)
+class Press:
+    """A touch that is known: place, mm, and force, N."""
+
+    x: float
+    y: float
+    force: float
+
+
+@dataclass(frozen=True, eq=False)
+class Presses:
+    """What known presses say of gauges.
+
+    Attributes
+    ----------
+    softness : float
+        Strain of the real plate over that of the model, common to all gauges.
+    gain : (M,) float64
+        Of each gauge, over `softness`.
+    shift : (M, 2) float64, mm
+        Of each gauge from where the model has it.
+    sigma_gain, sigma_shift : (M,), (M, 2) float64
+        Standard deviations of the two.
+    chi2, dof : float, int
+        Of the fit; `chi2` near `dof` says that model and noise are as stated.
+    influence : fe.Influence
+        That of the real gauges on the real plate.
+    """
+
+    softness: float
+    gain: NDArray[np.float64]
+    shift: NDArray[np.float64]
+    sigma_gain: NDArray[np.float64]
+    sigma_shift: NDArray[np.float64]
+    chi2: float
+    dof: int
+    influence: fe.Influence
+
+
+def fit_presses(
+    presses: tuple[Press, ...],
+    strain: NDArray,
+    influence: fe.Influence,
+    sigma: float,
+    gain_spread: float = 0.02,
+    place_spread: float = 0.5,
+) -> Presses:
+    """Fit softness, gains and places of gauges to the strains of known presses.
+
+    Parameters
+    ----------
+    presses : tuple of Press
+    strain : (P, M, 3) float64, strain
+        What the gauges read under each of them.
+    influence : fe.Influence
+        As the model has it.
+    sigma : float, strain
+        Standard deviation of a reading.
+    gain_spread : float
+        Standard deviation of the gains about their common value, as a share of it.
+    place_spread : float, mm
+        Standard deviation of a gauge's place along x and along y.
+
+    Raises
+    ------
+    ValueError
+        If there are too few presses or the strains do not fit presses and gauges.
+    """
+    count = len(influence.gauges)
+    if len(presses) < FEWEST:
+        raise ValueError(
+            f"gauges need {FEWEST} known presses or more, got {len(presses)}; add some"
+        )
+    if strain.shape != (len(presses), count, 3):
+        raise ValueError(
+            f"strain of {len(presses)} presses on {count} gauges must be"
+            f" ({len(presses)}, {count}, 3), got {strain.shape}"
+        )
+    along = _by_place(influence)
+    xy = np.array([(press.x, press.y) for press in presses])
+    force = np.array([press.force for press in presses])
+    unit = [part.strain(xy) * force[:, None, None] for part in (influence, *along)]
+    softness = float(np.vdot(unit[0], strain) / np.vdot(unit[0], unit[0]))
+    # (M, 3 P, 3): the equations of each gauge in α, β_x, β_y
+    design = np.stack(unit, axis=-1).transpose(1, 0, 2, 3).reshape(count, -1, 3) / sigma
+    measured = strain.transpose(1, 0, 2).reshape(count, -1) / sigma
+    spread = softness * np.array([gain_spread, place_spread, place_spread])
+    normal = design.transpose(0, 2, 1) @ design + np.diag(spread**-2.0)
+    right = np.einsum("mek,me->mk", design, measured)
+    right[:, 0] += softness / spread[0] ** 2
+    fitted = np.linalg.solve(normal, right[..., None])[..., 0]
+    deviation = np.sqrt(np.diagonal(np.linalg.inv(normal), axis1=1, axis2=2))
+    left = measured - np.einsum("mek,mk->me", design, fitted)
+    return Presses(
+        softness=softness,
+        gain=fitted[:, 0] / softness,
+        shift=fitted[:, 1:] / fitted[:, :1],
+        sigma_gain=deviation[:, 0] / softness,
+        sigma_shift=deviation[:, 1:] / fitted[:, :1],
+        chi2=float(np.vdot(left, left)),
+        dof=measured.size - fitted.size,
+        influence=_mended(influence, along, fitted),
+    )
+
+
+def _by_place(influence: fe.Influence) -> tuple[fe.Influence, fe.Influence]:
+    """Differentiate an influence by the x and y of its gauges, per mm."""
+    derivatives = []
+    for axis in (0, 1):
+        step = np.zeros(2)
+        step[axis] = STEP
+        low, high = (
+            np.clip(influence.gauges + sign * step, 0, influence.plate.size) for sign in (-1, 1)
+        )
+        before, after = (fe.influence(influence.plate, at, influence.mesh) for at in (low, high))
+        apart = np.repeat((high - low)[:, axis], 3)
+        values = (after.adjoint.values - before.adjoint.values) / apart
+        derivatives.append(_with_values(influence, values))
+    return derivatives[0], derivatives[1]
+
+
+def _mended(
+    influence: fe.Influence, along: tuple[fe.Influence, fe.Influence], fitted: NDArray
+) -> fe.Influence:
+    weights = np.repeat(fitted, 3, axis=0).T
+    parts = (influence, *along)
+    values = sum(weight * part.adjoint.values for weight, part in zip(weights, parts, strict=True))
+    return _with_values(influence, np.asarray(values))
+
+
+def _with_values(influence: fe.Influence, values: NDArray) -> fe.Influence:
+    adjoint = Adjoint(influence.plate, influence.mesh, values)
+    return replace(influence, adjoint=adjoint)
