@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     Loss = Callable[[Tensor, Tensor], Tensor]
 
-__all__ = ["base_too", "distance", "error_sum", "magnitudes_too"]
+__all__ = ["base_too", "distance", "error_sum", "magnitudes_too", "mean_square"]
 
 
 def distance(touches: int = 1) -> "Loss":
@@ -68,3 +68,8 @@ def base_too(k: float) -> "Loss":
 def error_sum() -> "Loss":
     """Return the second part of equation 4: the sum of the errors of all targets."""
     return lambda predicted, true: (predicted - true).abs().sum(dim=1).mean()
+
+
+def mean_square() -> "Loss":
+    """Return the mean square of all errors, whose root a bound on variances is about."""
+    return lambda predicted, true: ((predicted - true) ** 2).mean()

@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 from scipy.spatial.distance import cdist
 
 from models.dataset import Dataset
@@ -97,7 +97,7 @@ def gaussian_process(training: Dataset) -> Predictor:
 def nearest(training: Dataset, count: int = 4) -> Predictor:
     """Average the `count` touches with the most similar strains, weighted by 1 / distance."""
     feed = _feed(training)
-    tree = cKDTree(feed(training.strain))
+    tree = KDTree(feed(training.strain))
 
     def predict(strain: np.ndarray) -> np.ndarray:
         distance, rows = tree.query(feed(strain), count)

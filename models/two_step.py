@@ -5,13 +5,19 @@ the place from the strain under the touch together with what the first has told.
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from models.batches import shuffled
 from models.dataset import Dataset
 from models.loss import distance, error_sum
 from models.net import Net, NetOptions, predict
-from models.train import Recipe, train
+from models.recipe import Recipe
+from models.train import train
+
+if TYPE_CHECKING:
+    from models.loss import Loss
 
 __all__ = ["Surface", "TwoStep", "predict_two_step", "train_two_step"]
 
@@ -70,6 +76,7 @@ def train_two_step(
     options: tuple[NetOptions, NetOptions],
     recipe: Recipe,
     rng: np.random.Generator,
+    size: int = 512,
 ) -> TwoStep:
     """Train both nets, the second on what the first tells and not on the true base.
 
@@ -82,12 +89,21 @@ def train_two_step(
     recipe
         Of both trainings.
     rng
-        Source of the initial weights.
+        Source of the initial weights and of the batches.
+    size
+        Samples of a batch.
     """
-    sets = training, validation
-    shape = train(*(each.shapes for each in sets), options[0], recipe, rng, loss=error_sum()).net
-    told = (Dataset(_beside(shape, each.before, each.loaded), each.xy) for each in sets)
-    return TwoStep(shape, train(*told, options[1], recipe, rng, loss=distance()).net)
+
+    def descend(data: Dataset, watched: Dataset, options: NetOptions, loss: "Loss") -> Net:
+        drawn = shuffled(data, size, rng)
+        return train(data, watched, options, recipe, rng, loss=loss, batches=drawn).net
+
+    shape = descend(training.shapes, validation.shapes, options[0], error_sum())
+    told, watched = (
+        Dataset(_beside(shape, each.before, each.loaded), each.xy)
+        for each in (training, validation)
+    )
+    return TwoStep(shape, descend(told, watched, options[1], distance()))
 
 
 def predict_two_step(nets: TwoStep, before: np.ndarray, loaded: np.ndarray) -> np.ndarray:

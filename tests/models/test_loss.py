@@ -38,3 +38,7 @@ def test_magnitudes_count_by_their_relative_error():
 def test_bend_and_twist_count_by_the_sum_of_their_errors():
     off = np.abs(PREDICTED - TRUE)[:, 2:4].sum(axis=1).mean()
     assert value(loss.base_too(0.5), 4) == pytest.approx(apart(0, 2).mean() + 0.5 * off)
+
+
+def test_the_mean_square_is_that_of_all_targets():
+    assert value(loss.mean_square()) == pytest.approx(np.mean((PREDICTED - TRUE) ** 2))
