@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from models.matching import match as match
     from models.motions import Motions as Motions
     from models.motions import see_motions as see_motions
+    from models.motions import with_tilts as with_tilts
     from models.net import NetOptions as NetOptions
     from models.net import predict as predict
     from models.occlusion import hidden_tiles as hidden_tiles
@@ -62,7 +63,7 @@ _HOMES = {
     "large": ("LargeForward", "LargePlate", "large_gauges", "large_plate"),
     "matching": ("match",),
     "net": ("NetOptions", "predict"),
-    "motions": ("Motions", "see_motions"),
+    "motions": ("Motions", "see_motions", "with_tilts"),
     "occlusion": ("hidden_tiles",),
     "pattern": ("Pattern", "see_pattern"),
     "plan": ("Box", "Lattice", "Plan"),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,7 +17,11 @@ PIXELS = 4  # side of the tiles over which motion counts as constant, px
 
 
 def pixel_level(
-    modes: fe.Modes, camera: synthetic.Camera, height: float, picture: NDArray
+    modes: fe.Modes,
+    camera: synthetic.Camera,
+    height: float,
+    picture: NDArray,
+    moves: Callable[[synthetic.Camera, NDArray], NDArray] = synthetic.rigid,
 ) -> Pattern:
     """Information of every pixel, with motion resolved over 4 px.
 
@@ -23,16 +29,19 @@ def pixel_level(
     ----------
     picture : (H, W) float64, grey levels
         The undeformed pattern without noise.
+    moves : callable
+        Motions of the camera that are unknown: see `see_motions`.
     """
     reference = prepare_tiles(picture, size=PIXELS)
-    return see_pattern(see_motions(modes, camera, height, reference.tiles), reference)
+    motions = see_motions(modes, camera, height, reference.tiles, moves=moves)
+    return see_pattern(motions, reference)
 
 
 def cramer_rao(pattern: Pattern, touches: NDArray, noise: float) -> NDArray[np.float64]:
     """Smallest covariance of x, y, F of all touches that one frame allows.
 
-    Camera motion (shift, rotation, scale) and light (gain, offset) are unknown too. The reference
-    is taken as known; a mean of N frames adds a share 1/N.
+    The camera's motions and the light (gain, offset) are unknown too. The reference is taken as
+    known; a mean of N frames adds a share 1/N.
 
     Parameters
     ----------

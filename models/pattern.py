@@ -1,11 +1,11 @@
 """Touches from the whole pattern: tile sums, reduced to one number a plate mode.
 
 A frame differs from the reference by e = -∇f·d + α f + β + noise. The motion d is the sum of K
-plate modes as the camera sees them and of R rigid motions of the camera (shift, rotation, scale);
-α and β are a gain and an offset of the light. All are linear, so the tile sums Σ∇f∇fᵀ and Σ∇f·e
-give normal equations for them, which lose nothing of what the pixels know. Camera and light are
-eliminated (Schur complement); what is left is whitened by its Cholesky factor and is a
-forward model that is linear in the forces.
+fields of the plate as the camera sees them and of R rigid motions of the camera (shift, rotation,
+scale, tilts); α and β are a gain and an offset of the light. All are linear, so the tile sums
+Σ∇f∇fᵀ and Σ∇f·e give normal equations for them, which lose nothing of what the pixels know. Camera
+and light are eliminated (Schur complement); what is left is whitened by its Cholesky factor. Under
+small touches the fields are plate modes, linear in the force; under large ones see `models.large`.
 """
 
 from __future__ import annotations

@@ -1,5 +1,7 @@
 """The Cramér-Rao bound equals the Fisher matrix that is summed pixel by pixel."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.ndimage import map_coordinates
@@ -15,7 +17,9 @@ NOISE = 1.7  # grey levels
 @pytest.fixture(scope="module")
 def fine(bench):
     picture = np.asarray(bench.reference.image, dtype=float)
-    return models.pixel_level(bench.modes, bench.camera, bench.height, picture)
+    return models.pixel_level(
+        bench.modes, bench.camera, bench.height, picture, moves=models.with_tilts
+    )
 
 
 def by_pixels(bench, touches):
@@ -43,6 +47,7 @@ def by_pixels(bench, touches):
             step[n, k] = nudge
             columns.append((motion(touches + step) - motion(touches - step)) / (2 * nudge))
     columns += list(synthetic.rigid(bench.camera, px).transpose(2, 0, 1))
+    columns += [tilted(bench.camera, px, height, axis) for axis in (0, 1)]
 
     def light(dx, dy):
         return map_coordinates(picture, [px[:, 1] + dy, px[:, 0] + dx], order=5, mode="mirror")
@@ -52,6 +57,18 @@ def by_pixels(bench, touches):
     equations = np.array([*equations, light(0, 0), np.ones(len(px))]) / NOISE
     wanted = 3 * len(touches)
     return np.linalg.inv(equations @ equations.T)[:wanted, :wanted]
+
+
+def tilted(camera, px, height, axis, angle=1e-4):
+    """Motion of the picture, px per rad, as the camera turns about its own x or y."""
+    points = np.column_stack([camera.on_plate(px, height), np.full(len(px), height)])
+    seen = []
+    for turn in (angle, -angle):
+        pose, (c, s) = np.eye(4), (np.cos(turn), np.sin(turn))
+        others = [1 - axis, 2]
+        pose[np.ix_(others, others)] = [[c, -s], [s, c]]
+        seen.append(replace(camera, T_cam_plate=pose @ camera.T_cam_plate).project(points))
+    return (seen[0] - seen[1]) / (2 * angle)
 
 
 @pytest.mark.parametrize("touches", [[(60.0, 70.0, 1.0)], [(50.0, 50.0, 1.5), (110.0, 70.0, 2.0)]])
