@@ -23,6 +23,9 @@ def train(
     out: Annotated[
         Path | None, typer.Option(help="Model file; results/SCENE/model.h5 by default.")
     ] = None,
+    onnx: Annotated[
+        Path | None, typer.Option(help="Write the net as an ONNX file too, for other runtimes.")
+    ] = None,
     settings: Annotated[
         list[str] | None, typer.Option("--set", help="Replace a value: section.key=value.")
     ] = None,
@@ -41,6 +44,10 @@ def train(
     trained = _train(taught, sets, path.with_name(f"{path.stem}.part.npz"))
     seconds = time.monotonic() - began
     store.save(path, trained, {"scene": bench.model_dump(mode="json")})
+    if onnx:
+        from models.onnx_file import write_onnx
+
+        write_onnx(onnx, trained.net)
     scores = figures(trained.net, sets)
     console().print(f"trained in {seconds:.0f} s, stored in {path}")
     emit(table(bench.title, scores), {"model": str(path), "seconds": seconds} | scores, as_json)
