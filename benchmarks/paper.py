@@ -54,12 +54,18 @@ def sets(*settings: str):
     return simulate(lesson(scene), lambda done, total: None)
 
 
+def pressed(name: str):
+    """Return the plate of a scene, and what a touch on it does to its gauges."""
+    scene = rig.load(name)
+    plate = scene.plate.build()
+    return plate, influence(plate, scene.gauges.build(scene.plate), lambda done, total: None)
+
+
 @cache
 def several(touches: int):
     """Return a pool of unit touches, samples of several to scale by, and others for the test."""
-    bench = lesson(rig.load("paper-one"))
-    plate, rng = bench.plate.build(), np.random.default_rng(1)
-    answer = influence(plate, bench.gauges.build(bench.plate), lambda done, total: None)
+    plate, answer = pressed({1: "paper-one", 2: "paper-two", 3: "paper-three"}[touches])
+    rng = np.random.default_rng(1)
     pools = [
         dataset.simulate(answer, dataset.random_places(plate.size, 10.0, STREAMED, rng))
         for _ in range(2)
@@ -135,9 +141,7 @@ def without(effort: Effort) -> Figures:
 def bound(effort: Effort) -> Figures:
     """Compare a net trained with noise, and two solver steps after it, with the bound."""
     pool, first, test = several(1)
-    bench = lesson(rig.load("paper-one"))
-    plate = bench.plate.build()
-    answer = influence(plate, bench.gauges.build(bench.plate), lambda done, total: None)
+    answer = pressed("paper-one")[1]
     sigma = 0.01 * float(np.sqrt(np.mean(first.strain**2)))
     forward = models.gauges(answer, sigma)
     recipe = Recipe(effort.epochs(20000), 2e-3, "cosine", "scaled", check=20000)
@@ -301,9 +305,7 @@ def magnitudes(effort: Effort) -> Figures:
     scene = rig.load("paper-two-magnitudes")
     random = {"dataset.places": "random", "dataset.seed": 1, "dataset.samples": TESTED}
     drawn = rig.load("paper-two-magnitudes", random)
-    plate = scene.plate.build()
-    unit = influence(plate, scene.gauges.build(scene.plate), lambda done, total: None)
-    answer = models.superpose(unit.strain)
+    answer = models.superpose(pressed("paper-two-magnitudes")[1].strain)
     training, test = (_samples(bench, answer) for bench in (scene, drawn))
     recipe = Recipe(effort.epochs(10000), 1e-3, "cosine", "scaled", check=10000)
     for k in (0.1, 1.0, 10.0):

@@ -52,7 +52,7 @@ def bench(tmp_path_factory):
 @pytest.fixture(scope="module")
 def trained(bench):
     folder, touchplate = bench
-    done = touchplate("train", "oblong.toml", "--json")
+    done = touchplate("train", "oblong.toml", "--json", "--onnx", "net.onnx")
     assert done.returncode == 0, done.stderr
     return folder / "results" / "oblong" / "model.h5", json.loads(done.stdout), done.stderr
 
@@ -65,6 +65,8 @@ def test_training_stores_the_net_and_prints_one_json_object(trained):
     assert counts == {"training": 9 * 5, "validation": 25, "test": 200}
     assert figures["training"]["mean"] < 3.0  # mm; the middle of the plate is off by 13 mm
     assert "stored in results/oblong/model.h5" in said
+    assert (path.parents[2] / "net.onnx").is_file()
+    assert not list(path.parent.glob("*.npz"))  # no checkpoint is left
 
 
 @pytest.mark.parametrize("model", ["oblong", "oblong.toml", "results/oblong/model.h5"])
