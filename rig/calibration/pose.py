@@ -1,0 +1,99 @@
+"""Where the plate lies before the camera: from its corners, or from boards on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+import synthetic
+from rig.calibration.board import View
+from rig.calibration.lens import Lens
+
+LEAST = 0.05  # px; corners are not found better, however few there are to say so
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """Plate to camera.
+
+    Attributes
+    ----------
+    camera : synthetic.Camera
+        The lens at this pose.
+    covariance : (6, 6) float64
+        Of a small turn about the axes of the camera, rad, and of the shift, mm.
+    residual : float, px
+        RMS distance of the points from where the model has them.
+    error : float, mm
+        Standard deviation of a place on the plate, RMS over the given points: what they say of it
+        together.
+    """
+
+    camera: synthetic.Camera
+    covariance: NDArray[np.float64]
+    residual: float
+    error: float
+
+
+def find_pose(lens: Lens, seen: View, sigma: float | None = None) -> Pose:
+    """Find the pose of a plate from points on it.
+
+    Parameters
+    ----------
+    lens : Lens
+    seen : View
+        Points in the plate frame (N, 3) mm, four or more not on a line, and their px.
+    sigma : float, px, optional
+        Standard deviation of a point; from the residuals where it is left out, which four corners
+        leave hardly any of.
+
+    Raises
+    ------
+    ValueError
+        If there are too few points or no pose fits them.
+    """
+    if len(seen.mm) < 4:
+        raise ValueError(f"a pose needs 4 points or more, got {len(seen.mm)}; mark all corners")
+    matrix, bent = lens.matrix, lens.coefficients
+    try:
+        found, turn, shift = cv2.solvePnP(seen.mm, seen.px, matrix, bent, flags=cv2.SOLVEPNP_IPPE)
+        turn, shift = cv2.solvePnPRefineLM(seen.mm, seen.px, matrix, bent, turn, shift)
+    except cv2.error as error:
+        raise ValueError("no pose of the plate fits these points; mark them again") from error
+    if not found:
+        raise ValueError("no pose of the plate fits these points; mark them again")
+    T = np.eye(4)
+    rotation = cv2.Rodrigues(turn)[0]
+    u, _, v = np.linalg.svd(rotation)
+    T[:3, :3], T[:3, 3] = u @ v, np.ravel(shift)
+    camera = lens.camera(T)
+    left = camera.project(seen.mm) - seen.px
+    freedom = max(left.size - 6, 1)
+    if sigma is None:
+        sigma = max(float(np.sqrt(np.square(left).sum() / freedom)), LEAST)
+    towards = _by_pose(camera, seen.mm)
+    covariance = sigma**2 * np.linalg.inv(np.einsum("nij,nik->jk", towards, towards))
+    # px of a point by the pose, and the place on the plate by px
+    by_place = np.linalg.inv(camera.jacobian(seen.mm)[:, :, :2])
+    moved = by_place @ towards
+    spread = np.einsum("nij,jk,nik->n", moved, covariance, moved)
+    return Pose(
+        camera=camera,
+        covariance=covariance,
+        residual=float(np.sqrt(np.square(left).sum(axis=1).mean())),
+        error=float(np.sqrt(spread.mean())),
+    )
+
+
+def _by_pose(camera: synthetic.Camera, points: NDArray) -> NDArray[np.float64]:
+    """Motion of the picture of points by a small turn and shift in the camera frame, (N, 2, 6)."""
+    R = camera.T_cam_plate[:3, :3]
+    local = points @ R.T + camera.T_cam_plate[:3, 3]
+    by_local = camera.jacobian(points) @ R.T  # px per mm along the axes of the camera
+    x, y, z = local.T
+    nil = np.zeros_like(x)
+    cross = np.stack([[nil, z, -y], [-z, nil, x], [y, -x, nil]]).transpose(2, 0, 1)
+    return np.concatenate([by_local @ cross, by_local], axis=2)
