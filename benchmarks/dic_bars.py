@@ -114,6 +114,29 @@ def _report_prediction(figure, ratio):
     row(figure, f"{ratio:.3f}", "within 10 %", abs(ratio - 1) <= 0.1)
 
 
+def report_noise_at_edges():
+    """Predicted over sampled σ where a ROI with a hole of 120 px cuts subsets and windows."""
+    rng = np.random.default_rng(7)
+    plain, moved = speckle(SIDE), speckle(SIDE, (0.4, 0.2))
+    y, x = np.mgrid[:SIDE, :SIDE] - SIDE / 2
+    roi, fields = np.hypot(x, y) > 60, []
+    for _ in range(DRAWS):
+        first, second = (eight_bit(i, NOISE, rng) for i in (plain, moved))
+        fields.append(dic.correlate(dic.prepare(first, roi=roi), second))
+    strains = [dic.strain(field) for field in fields]
+    away = np.hypot(*(fields[0].xy - SIDE / 2).T)
+    for name, near in (
+        ("at the rim of a hole", away < 60 + 20),
+        ("at the border", np.abs(fields[0].xy - SIDE / 2).max(axis=1) > SIDE / 2 - 18),
+    ):
+        parts = {"u": ([f.u for f in fields], [f.sigma_u for f in fields])}
+        for k, part in enumerate(("exx", "eyy", "exy")):
+            parts[part] = [getattr(e, part) for e in strains], [e.sigma[:, k] for e in strains]
+        for part, (values, sigmas) in parts.items():
+            scatter, predicted = _spread(np.array(values)[:, near], np.array(sigmas)[:, near])
+            _report_prediction(f"predicted ÷ sampled σ of {part} {name}", predicted / scatter)
+
+
 def report_full_field():
     """Time of a full field, 512², subset 21, step 5, beside pyvale on the same pictures."""
     rng = np.random.default_rng(2)
@@ -273,6 +296,7 @@ def main(folder: str | None = None) -> None:
     for subset in (21, 31):
         for order in (1, 2):
             report_noise(subset, order)
+    report_noise_at_edges()
     report_full_field()
     report_tracker()
     report_tiles()

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from dic.displacement import Status
-from dic.quality import box_sums, lies_inside
 
 _GAINED = 0.1  # share of a subset that may clip in the frame and not in the reference
 
@@ -33,7 +33,7 @@ def gained(
     ----------
     reference, image : (H, W), grey levels
     xy, moved : (N, 2), px
-        The points before and after; NaN where that is not known.
+        The points before and after; NaN where nothing is asked.
     half : int, px
 
     Returns
@@ -41,21 +41,26 @@ def gained(
     list of ((N,) bool, Status)
         Where, and DARK or SATURATED.
     """
-    found, side = [], 2 * half + 1
+    asked = np.flatnonzero(np.isfinite(moved).all(axis=1))
+    if not len(asked):
+        return []
+    found = []
     for level, name in levels(image):
-        clipped = image == level
-        if np.count_nonzero(clipped) <= _GAINED * side * side:
-            continue
-        share = _share(clipped, moved, half) - _share(reference == level, xy, half)
-        found.append((share > _GAINED, name))
+        more = _count(image, level, moved[asked], half) - _count(reference, level, xy[asked], half)
+        clipped = np.zeros(len(xy), dtype=bool)
+        clipped[asked] = more > _GAINED * (2 * half + 1) ** 2
+        found.append((clipped, name))
     return found
 
 
-def _share(clipped: NDArray[np.bool_], xy: NDArray, half: int) -> NDArray[np.float64]:
-    """Share of each subset that is clipped, (N,); 0 where it is not on the picture."""
-    share = np.zeros(len(xy))
-    known = np.flatnonzero(np.isfinite(xy).all(axis=1))
-    centres = np.rint(xy[known]).astype(np.int64)
-    inside = lies_inside(centres, half, clipped.shape)
-    share[known[inside]] = box_sums(clipped, centres[inside], half) / (2 * half + 1) ** 2
-    return share
+@njit(cache=True, nogil=True)
+def _count(image, level, xy, half):
+    """Count the pixels of each subset that have the grey level, (N,), as far as it is seen."""
+    rows, columns = image.shape
+    count = np.zeros(xy.shape[0], np.int64)
+    for n in range(xy.shape[0]):
+        x, y = round(xy[n, 0]), round(xy[n, 1])
+        for j in range(max(y - half, 0), min(y + half + 1, rows)):
+            for i in range(max(x - half, 0), min(x + half + 1, columns)):
+                count[n] += image[j, i] == level
+    return count

@@ -68,7 +68,7 @@ def correlate(
     usable = ref.status == Status.OK
     motion, known = _start(ref, image, guess, usable)
     points = Points(dense.fill(ref.xy, motion, known)[0])
-    if ref.grid is None and len(points.motion) * _PART < image.size:
+    if ref.grid is None and len(motion) * _PART < image.size:
         frame = image if image.dtype == np.uint8 else image.astype(np.float32)
         _alone(ref, frame, False, points, usable)
         usable &= np.isnan(points.change)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from dic.grid import Grid
@@ -108,7 +109,16 @@ def fill(
     near = distance <= reach
     given[given] = near
     source, filled = np.flatnonzero(good)[nearest[near]], motion.copy()
-    away = xy[given] - xy[source]
-    filled[given] = motion[source]
-    filled[given, :, 0] += np.einsum("nak,nk->na", motion[source, :, 1:3], away)
+    _carry(xy, motion, source, np.flatnonzero(given), filled)
     return filled, given
+
+
+@njit(cache=True, nogil=True)
+def _carry(xy, motion, source, target, filled):
+    for n in range(target.shape[0]):
+        here, there = source[n], target[n]
+        x, y = xy[there, 0] - xy[here, 0], xy[there, 1] - xy[here, 1]
+        for a in range(2):
+            for k in range(motion.shape[2]):
+                filled[there, a, k] = motion[here, a, k]
+            filled[there, a, 0] += motion[here, a, 1] * x + motion[here, a, 2] * y

@@ -43,6 +43,8 @@ class DisplacementField:
         Zero-normalised cross-correlation of the subset with the frame, -1…1.
     iterations : (N,) int16
         Iterations until the point stood still.
+    share : (N,) float64
+        Share of the pixels of the subset that were used: less than 1 where the ROI takes a part.
     status : (N,) int8
         A `Status` each.
     subset : int, px
@@ -61,6 +63,7 @@ class DisplacementField:
     sigma_gradient: NDArray[np.float64]
     zncc: NDArray[np.float64]
     iterations: NDArray[np.int16]
+    share: NDArray[np.float64]
     status: NDArray[np.int8]
     subset: int
     order: int

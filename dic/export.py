@@ -45,6 +45,7 @@ def columns(disp: DisplacementField, eps: StrainField) -> dict[str, NDArray]:
         "sigma_v": disp.sigma_v,
         "zncc": disp.zncc,
         "iterations": disp.iterations,
+        "share": disp.share,
         "status": disp.status,
         "exx": eps.exx,
         "eyy": eps.eyy,

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from dic.reference import Reference
 from dic.subset import LOST, SHIFTED, correlate_with, gather, lay_out, make_tools, warp
 
-STILL = 1e-4  # px, a fiftieth of the usual noise: a point that moves less stands still
+STILL = 1e-3  # px, a fifth of the usual noise: what is left then is less than a tenth of it
 _STRIDE = 2.0  # px, longest step believed: half a speckle
 _ITERATIONS = 20  # of a point alone
 _NOWHERE = -1 << 40  # px, where no part of a frame lies

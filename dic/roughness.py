@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,6 +18,7 @@ _EXACT = 1e-6  # px, pictures that are drawn have no noise
 _USUAL = 1.15  # what a pattern that is not the same everywhere makes of it, with noise alone
 
 
+@cache
 def overlap(order: int, subset: int, step: int, count: int) -> NDArray[np.float64]:
     """Correlate the noise of points that lie (dy, dx) steps apart, (count, count).
 
@@ -57,9 +60,9 @@ def excess(u: NDArray, sigma: NDArray, grid: Grid, order: int) -> float:
         count = rows.shape[axis] - reach
         if count < 1:
             continue
-        parts = [np.take(rows, p + np.arange(count), axis) for p in place]
-        middle = np.take(variance, reach // 2 + np.arange(count), axis)
-        difference = sum(w * part for w, part in zip(_DIFFERENCE, parts, strict=True))
+        along, power = np.moveaxis(rows, axis, 0), np.moveaxis(variance, axis, 0)
+        difference = sum(w * along[p : p + count] for w, p in zip(_DIFFERENCE, place, strict=True))
+        middle = power[reach // 2 : reach // 2 + count]
         ratios.append((np.square(difference) / (expected * middle)).ravel())
     every = np.concatenate(ratios) if ratios else np.zeros(0)
     every = every[np.isfinite(every)]

@@ -117,6 +117,7 @@ def tile_displacement(blocks: TileBlocks, sums: TileSums, noise: float) -> Displ
         sigma_gradient=np.zeros((count, 2, 2)),
         zncc=zncc,
         iterations=np.ones(count, np.int16),
+        share=np.ones(count),
         status=status,
         subset=blocks.grid.subset,
         order=0,

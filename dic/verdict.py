@@ -15,7 +15,8 @@ from dic.spline import noise_power, noise_slope
 _FOUND = 0.8  # ZNCC below which it is not the same pattern
 _STOPPED = 1e-3  # px, more than this in the last iteration is NOT_CONVERGED
 _DISTURBED = 4.0  # times the noise of the field: photographs without a hand reach 3.2
-_CLEAR = 0.97  # ZNCC from which no subset is disturbed, however little noise the others have
+_WHOLE = 0.97  # ZNCC from which no subset is disturbed, however little noise the others have
+_CLEAR = 0.99  # ZNCC from which no subset is looked at for pixels that clip
 _MOST_NOISE = 0.5  # share of Σ∇f∇fᵀ that may be noise
 
 
@@ -32,7 +33,8 @@ def field(ref: Reference, points: Points, image: NDArray) -> DisplacementField:
     lost = status != Status.OK
     count = points.motion.shape[2]
     variance = np.diagonal(ref.inverse, axis1=1, axis2=2)[:, : 2 * count].reshape(-1, 2, count)
-    spread = (noise / (1 - _noise_share(ref, noise)))[:, None, None] * np.sqrt(2 * variance)
+    noise_free = 1 - _noise_share(ref, noise)  # what is left of the Hessian
+    spread = (noise / np.sqrt(noise_free))[:, None, None] * np.sqrt(2 * variance)
     motion = points.motion.copy()
     motion[lost], spread[lost] = np.nan, np.nan
     if ref.grid is not None:
@@ -48,6 +50,7 @@ def field(ref: Reference, points: Points, image: NDArray) -> DisplacementField:
         sigma_gradient=spread[:, :, 1:3],
         zncc=np.where(untried, np.nan, points.zncc),
         iterations=np.where(untried, 0, points.iterations).astype(np.int16),
+        share=ref.light[:, 2] / ref.subset**2,
         status=status,
         subset=ref.subset,
         order=ref.order,
@@ -81,6 +84,7 @@ def _status(ref, points, noise, image) -> NDArray[np.int8]:
     level = np.median(noise[measured]) if measured.any() else 0.0
     status = ref.status.copy()
     moved = ref.xy + points.motion[:, :, 0]
+    moved[~(measured & (points.zncc < _CLEAR))] = np.nan  # pixels that clip would show
     for condition, name in (
         # Half of what is taken for slope is noise.
         (ref.slope < np.sqrt(noise_slope() / _MOST_NOISE) * level, Status.FLAT),
@@ -88,7 +92,7 @@ def _status(ref, points, noise, image) -> NDArray[np.int8]:
         (~(points.zncc >= _FOUND), Status.LOW_CORRELATION),
         (~(points.still | (points.change <= _STOPPED)), Status.NOT_CONVERGED),
         *clipping.gained(ref.image, image, ref.xy, moved, ref.half),
-        ((noise > _DISTURBED * level) & (points.zncc < _CLEAR), Status.DISTURBED),
+        ((noise > _DISTURBED * level) & (points.zncc < _WHOLE), Status.DISTURBED),
     ):
         status[(status == Status.OK) & condition] = name
     return status

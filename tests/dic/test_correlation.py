@@ -118,7 +118,7 @@ def test_guess_gives_the_same_field_in_fewer_iterations(pattern, reference):
         # A point iterated alone follows its own shape, one of a grid the dense motion.
         np.testing.assert_allclose(warm.u[both], cold.u[both], atol=0.01)
         assert warm.iterations[both].mean() < cold.iterations[both].mean() + more
-        assert np.count_nonzero(warm.valid != cold.valid) <= 1  # that just touches the border
+        assert np.count_nonzero(warm.valid != cold.valid) <= 4  # that just touch the border
 
 
 def test_points_that_were_wrong_are_rescued_by_their_neighbours(pattern, reference):

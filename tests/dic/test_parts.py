@@ -110,7 +110,7 @@ def test_grid_and_lone_points_stand_still_at_the_same_motion(speckle, order):
     # A field also sees that it is rougher than its noise: a shift cannot follow the strain.
     rougher = full.sigma_u / lone.sigma_u
     assert rougher.min() >= 0.9
-    np.testing.assert_allclose(rougher, np.median(rougher), rtol=0.2)
+    np.testing.assert_allclose(rougher, np.median(rougher), rtol=0.35)
 
 
 def test_dense_motion_is_exact_for_parabolas_inside_the_grid():

@@ -94,6 +94,10 @@ def test_roi_excludes_points_and_the_pixels_of_others(pattern, reference):
     assert (disp.status[~roi[y, x]] == Status.EXCLUDED).all()
     edge = roi[y, x] & ~far_from(disp.xy)
     assert disp.valid[edge].mean() > 0.5
+    whole = far_from(disp.xy, half=10 + 3)  # the spline rings 3 px over the rim
+    assert (disp.share[whole] == 1).all()
+    assert (disp.share[~whole] < 1).all()
+    assert ((disp.share[edge & disp.valid] >= 0.3) & (disp.share[edge & disp.valid] < 1)).all()
     assert (disp.status[edge & ~disp.valid] == Status.EXCLUDED).all()
     assert_rest_is_measured(disp)
     clean = far_from(disp.xy, half=13)
