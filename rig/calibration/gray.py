@@ -1,0 +1,82 @@
+"""Gray code: stripes that tell every pixel of the camera which pixel of the projector it sees."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+CLEAR = 0.2  # of the span from dark to light: stripe and inverse differ by more, or it is no bit
+LIT = 12.0  # grey levels from dark to light; less is not lit by the projector
+
+
+def bits(size: tuple[int, int]) -> tuple[int, int]:
+    """Count the stripe patterns for columns and for rows."""
+    return (size[0] - 1).bit_length(), (size[1] - 1).bit_length()
+
+
+def patterns(size: tuple[int, int]) -> list[NDArray[np.uint8]]:
+    """Pictures (H, W) to project, in this order: all light, all dark, then stripes and inverses.
+
+    Columns come first, the widest stripes first; size = (width, height), px.
+    """
+    width, height = size
+    pictures = [np.full((height, width), level, np.uint8) for level in (255, 0)]
+    for axis, count in enumerate(bits(size)):
+        number = np.arange(size[axis])
+        code = number ^ (number >> 1)
+        for bit in reversed(range(count)):
+            line = np.where(code >> bit & 1, 255, 0).astype(np.uint8)
+            line = line[None, :] if axis == 0 else line[:, None]
+            stripes = np.ascontiguousarray(np.broadcast_to(line, (height, width)))
+            pictures += [stripes, 255 - stripes]
+    return pictures
+
+
+def decode(
+    images: Sequence[NDArray], size: tuple[int, int]
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Read which pixel of the projector every pixel of the camera sees.
+
+    Parameters
+    ----------
+    images : sequence of (H, W) arrays, grey levels
+        One for each of `patterns`, in its order; means of several frames where noise is high.
+    size : (width, height) of the projector, px
+
+    Returns
+    -------
+    seen : (H, W, 2) float64, px
+        Column and row.
+    valid : (H, W) bool
+        Where all bits were clear.
+
+    Raises
+    ------
+    ValueError
+        If there is not one picture for each pattern.
+    """
+    columns, rows = bits(size)
+    expected = 2 + 2 * (columns + rows)
+    if len(images) != expected:
+        raise ValueError(
+            f"Gray code for {size[0]} × {size[1]} px has {expected} pictures, got {len(images)};"
+            " take one of each pattern"
+        )
+    light, dark, *stripes = (np.asarray(image, dtype=np.float32) for image in images)
+    span = light - dark
+    valid = span > LIT
+    read = []
+    for start, count in ((0, columns), (2 * columns, rows)):
+        number = np.zeros(span.shape, dtype=np.int64)
+        bit = np.zeros(span.shape, dtype=np.int64)
+        for k in range(start, start + 2 * count, 2):
+            difference = stripes[k] - stripes[k + 1]
+            valid &= np.abs(difference) > CLEAR * span
+            bit ^= difference > 0
+            number = 2 * number + bit
+        read.append(number)
+    seen = np.stack(read, axis=-1)
+    valid &= (seen < np.array(size)).all(axis=-1)
+    return seen.astype(np.float64), valid

@@ -1,0 +1,103 @@
+"""Where the projector's light falls on the plate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+import synthetic
+from rig.markers import Screen, project
+
+FEWEST = 1000  # lit pixels on the plate
+SLIP = 2.0  # px of the projector; a pixel that was read further off saw an edge or a reflection
+BLOCKS = 8  # a side, over which residuals are averaged: what is left of them is no noise
+
+
+@dataclass(frozen=True, eq=False)
+class Light:
+    """The projector over the plate.
+
+    Attributes
+    ----------
+    screen : Screen
+        With the homography from the touched face to the projector's picture.
+    residual : float, px
+        RMS distance of the pixels that were read, rounding to whole pixels included.
+    error : float, mm
+        RMS over the plate of what is left where many pixels are averaged: lens and bent plate.
+    share : float
+        Of the plate's pixels in the camera that could be read.
+    """
+
+    screen: Screen
+    residual: float
+    error: float
+    share: float
+
+
+def find_light(
+    seen: NDArray,
+    valid: NDArray[np.bool_],
+    camera: synthetic.Camera,
+    plate: tuple[float, float],
+    size: tuple[int, int],
+    height: float,
+) -> Light:
+    """Fit the homography of a projector to a decoded Gray code.
+
+    Parameters
+    ----------
+    seen, valid : (H, W, 2) float64 px, (H, W) bool
+        From `gray.decode`.
+    camera : synthetic.Camera
+        Calibrated, at the pose of the plate.
+    plate : (a, b), mm
+    size : (width, height) of the projector, px
+    height : float, mm
+        Of the touched face over the middle plane.
+
+    Raises
+    ------
+    ValueError
+        If too little of the plate is lit.
+    """
+    y, x = np.nonzero(valid)
+    places = camera.on_plate(np.column_stack([x, y]).astype(np.float64), height)
+    inside = ((places >= 0) & (places <= np.array(plate))).all(axis=1)
+    places, lit = places[inside], seen[y[inside], x[inside]]
+    if len(places) < FEWEST:
+        raise ValueError(
+            f"projector lights {len(places)} pixels of the plate, and {FEWEST} are needed; darken"
+            " the room, or open the exposure"
+        )
+    found, kept = cv2.findHomography(places, lit, cv2.RANSAC, SLIP)
+    if found is None:
+        raise ValueError("the projector's light on the plate is no plane picture; look for mirrors")
+    fits = kept.ravel().astype(bool)
+    T, _ = cv2.findHomography(places[fits], lit[fits], 0)
+    T = np.asarray(T, dtype=np.float64)
+    left = lit[fits] - project(T, places[fits])
+    scale = np.sqrt(abs(np.linalg.det(T[:2, :2])))  # px per mm, where T is near affine
+    corners = camera.project(
+        np.column_stack([[0, plate[0], plate[0], 0], [0, 0, plate[1], plate[1]], [height] * 4])
+    )
+    area = cv2.contourArea(corners.astype(np.float32))
+    return Light(
+        screen=Screen(size, T),
+        residual=float(np.sqrt(np.square(left).sum(axis=1).mean())),
+        error=_smooth(left, places[fits], plate) / float(scale),
+        share=float(len(places) / area),
+    )
+
+
+def _smooth(left: NDArray, places: NDArray, plate: tuple[float, float]) -> float:
+    """RMS of residuals (N, 2) after their means were taken over blocks of the plate."""
+    block = np.minimum((BLOCKS * places / np.array(plate)).astype(int), BLOCKS - 1)
+    name = block[:, 0] * BLOCKS + block[:, 1]
+    count = np.bincount(name, minlength=BLOCKS**2)
+    means = [np.bincount(name, left[:, axis], BLOCKS**2) / np.maximum(count, 1) for axis in (0, 1)]
+    many = count >= count.max() / 4
+    return float(np.sqrt(np.square(np.stack(means)[:, many]).sum(axis=0).mean()))
