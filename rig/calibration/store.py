@@ -1,0 +1,236 @@
+"""The calibration of a bench, kept beside its scene: each part with its date and its error."""
+
+from __future__ import annotations
+
+import os
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+from pydantic import Field, ValidationError
+
+import synthetic
+from rig.calibration.alignment import Alignment
+from rig.calibration.latency import Latency
+from rig.calibration.lens import Lens
+from rig.calibration.photon import Photon
+from rig.calibration.pose import Pose
+from rig.calibration.projector import Light
+from rig.markers import Screen
+from rig.scene import Scene
+from rig.scene.section import Section
+
+AGE = timedelta(days=30)  # after which a bench has been bumped at least once
+Row = tuple[float, ...]
+
+
+class Entry(Section):
+    """What every part of a calibration says of itself."""
+
+    date: datetime = Field(description="when it was made, UTC")
+    error: float = Field(description="what it leaves, mm; s for the latency, a share for noise")
+    residual: float = Field(0.0, description="RMS of its fit, px; a share for noise")
+
+
+class LensEntry(Entry):
+    """A lens."""
+
+    size: tuple[int, int] = Field(description="width and height, px")
+    focal: float = Field(description="focal length, px")
+    sigma_focal: float = Field(description="its standard deviation, px")
+    centre: tuple[float, float] = Field(description="principal point, px")
+    distortion: Row = Field(description="k1, k2, p1, p2, k3")
+
+
+class PoseEntry(Entry):
+    """Where the plate lies before the camera; it holds for its lens alone."""
+
+    T_cam_plate: tuple[Row, ...] = Field(description="from plate to camera, 4 × 4, mm")
+    covariance: tuple[Row, ...] = Field(description="of turn, rad, and shift, mm, 6 × 6")
+
+
+class ProjectorEntry(Entry):
+    """Where the projector's light falls."""
+
+    size: tuple[int, int] = Field(description="width and height, px")
+    T_px_plate: tuple[Row, ...] = Field(description="from the touched face, mm, to px, 3 × 3")
+
+
+class NoiseEntry(Entry):
+    """Noise of the camera."""
+
+    gain: float = Field(description="grey levels per electron")
+    read: float = Field(description="standard deviation in the dark, grey levels")
+
+
+class LatencyEntry(Entry):
+    """Delay from a command to the first frame that shows it."""
+
+    median: float = Field(description="s")
+    p95: float = Field(description="s")
+
+
+class PressesEntry(Entry):
+    """What known presses mend."""
+
+    matrix: tuple[Row, ...] = Field(description="affine map of places, 2 × 3, mm")
+    gain: float = Field(description="true over estimated force")
+    sigma_gain: float = Field(description="its standard deviation")
+    error_force: float = Field(description="RMS of the force that is left, as a share")
+
+
+class Calibration(Section):
+    """A bench as it was measured; a part that was not is None."""
+
+    lens: LensEntry | None = None
+    pose: PoseEntry | None = None
+    projector: ProjectorEntry | None = None
+    noise: NoiseEntry | None = None
+    latency: LatencyEntry | None = None
+    presses: PressesEntry | None = None
+
+    def camera(self) -> synthetic.Camera | None:
+        """Return the camera over the plate; None unless lens and pose are known."""
+        if self.lens is None or self.pose is None:
+            return None
+        return self.known_lens().camera(np.array(self.pose.T_cam_plate))
+
+    def known_lens(self) -> Lens:
+        """Return the lens.
+
+        Raises
+        ------
+        ValueError
+            If it was not calibrated.
+        """
+        lens = self.lens
+        if lens is None:
+            raise ValueError("the lens is not calibrated; run `touchplate calibrate camera` first")
+        bent = synthetic.Distortion(*lens.distortion)
+        given = lens.size, lens.focal, lens.centre, bent, lens.sigma_focal
+        return Lens(*given, residual=lens.residual, error=lens.error, left_out=())
+
+    def screen(self) -> Screen | None:
+        """Return where the projector shows the plate; None if that was not measured."""
+        if self.projector is None:
+            return None
+        return Screen(self.projector.size, np.array(self.projector.T_px_plate))
+
+    def alignment(self) -> Alignment | None:
+        """Return what known presses mend; None without any."""
+        part = self.presses
+        if part is None:
+            return None
+        matrix = np.array(part.matrix)
+        return Alignment(matrix, part.gain, part.error, part.error_force, part.sigma_gain, ())
+
+    def doubts(self, scene: Scene, now: datetime) -> list[str]:
+        """Say in a sentence each what is old or made for another bench."""
+        found = []
+        for name in type(self).model_fields:
+            entry = getattr(self, name)
+            if entry and now - entry.date > AGE:
+                days = (now - entry.date).days
+                found.append(f"calibration of {name} is {days} days old; repeat it")
+        if self.lens and scene.camera and self.lens.size != scene.camera.pixels:
+            found.append(_other("lens", self.lens.size, "camera", scene.camera.pixels))
+        if self.projector and scene.projector and self.projector.size != scene.projector.size:
+            found.append(_other("projector", self.projector.size, "window", scene.projector.size))
+        if self.lens and self.pose and self.pose.date < self.lens.date:
+            found.append("pose of the plate is older than the lens it stands on; find it again")
+        return found
+
+
+def _other(name: str, made: tuple[int, int], what: str, there: tuple[int, int]) -> str:
+    return (
+        f"calibration of {name} is for {made[0]} × {made[1]} px and the {what} has {there[0]} ×"
+        f" {there[1]} px; repeat it"
+    )
+
+
+def entry_of(part: Lens | Pose | Light | Photon | Latency | Alignment, now: datetime) -> dict:
+    """Return the entry of a new result, by the name of its part, for `Calibration`."""
+    match part:
+        case Lens():
+            bent = part.distortion
+            given = {
+                "size": part.size,
+                "focal": part.focal,
+                "sigma_focal": part.sigma_focal,
+                "centre": part.centre,
+                "distortion": (bent.k1, bent.k2, bent.p1, bent.p2, bent.k3),
+            }
+            return {"lens": LensEntry(date=now, error=part.error, residual=part.residual, **given)}
+        case Pose():
+            T, spread = _rows(part.camera.T_cam_plate), _rows(part.covariance)
+            figures = {"date": now, "error": part.error, "residual": part.residual}
+            return {"pose": PoseEntry(**figures, T_cam_plate=T, covariance=spread)}
+        case Light():
+            figures = {"date": now, "error": part.error, "residual": part.residual}
+            T = _rows(part.screen.T_px_plate)
+            return {"projector": ProjectorEntry(**figures, size=part.screen.size, T_px_plate=T)}
+        case Photon():
+            figures = {"error": part.sigma_gain / part.gain, "residual": part.residual}
+            return {"noise": NoiseEntry(date=now, gain=part.gain, read=part.read, **figures)}
+        case Latency():
+            figures = {"error": part.sigma, "median": part.median, "p95": part.p95}
+            return {"latency": LatencyEntry(date=now, **figures)}
+        case Alignment():
+            figures = {
+                "error": part.error,
+                "gain": part.gain,
+                "sigma_gain": part.sigma_gain,
+                "error_force": part.error_force,
+            }
+            return {"presses": PressesEntry(date=now, matrix=_rows(part.matrix), **figures)}
+
+
+def beside(scene: str | Path) -> Path:
+    """Return where the calibration of a scene lies; that of a shipped one in the working folder."""
+    path = Path(scene)
+    folder = path.parent if path.is_file() else Path()
+    return folder / f"{path.stem}.calibration.json"
+
+
+def read(path: Path) -> Calibration:
+    """Read a calibration, an empty one where there is no file.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    ValueError
+        If it holds no calibration.
+    """
+    if not path.exists():
+        return Calibration()
+    return parse(path.read_text(encoding="utf-8"), f"'{path}'")
+
+
+def parse(text: str, name: str) -> Calibration:
+    """Read a calibration from JSON; an empty text is an empty one."""
+    if not text:
+        return Calibration()
+    try:
+        return Calibration.model_validate_json(text)
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(str(part) for part in first["loc"]) or "the text"
+        raise ValueError(
+            f"calibration {name} is damaged at {place} ({first['msg']}); delete it and calibrate"
+            " again"
+        ) from error
+
+
+def keep(path: Path, part: Lens | Pose | Light | Photon | Latency | Alignment) -> Calibration:
+    """Put a new result into a calibration on disk, in the place of the old one of its kind."""
+    now = datetime.now(UTC).replace(microsecond=0)
+    calibration = read(path).model_copy(update=entry_of(part, now))
+    aside = path.with_name(f"{path.name}.{os.getpid()}.partial")
+    aside.write_text(calibration.model_dump_json(indent=2, exclude_none=True), encoding="utf-8")
+    aside.replace(path)
+    return calibration
+
+
+def _rows(matrix: np.ndarray) -> tuple[Row, ...]:
+    return tuple(tuple(row) for row in np.asarray(matrix).tolist())
