@@ -7,6 +7,7 @@ measured or which theory of plates answers.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -59,7 +60,7 @@ class LinearForward:
     table: Table
     doubt: float = 0.0
 
-    @property
+    @cached_property
     def freedom(self) -> int:
         """See `Forward.freedom`."""
         return int(self.table.whitening.any(axis=2).sum()) - len(self.table.aside)

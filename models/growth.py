@@ -8,9 +8,10 @@ looked for again, pair by pair, and a fit that followed the last frame is then b
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
+from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,7 +71,7 @@ class Task:
     def explained(self, fit: Fit) -> bool:
         """Whether touches leave no more than noise; else the fit may be a local minimum."""
         freedom = self.freedom(fit)
-        if fit.chi2 > freedom + UNUSUAL * np.sqrt(2.0 * freedom) + self.gain - GAIN:
+        if fit.chi2 > freedom + UNUSUAL * sqrt(2.0 * freedom) + self.gain - GAIN:
             return False
         return self.search.best(fit.residual, fit.jacobian)[1] <= HOPE * self.gain
 
@@ -84,14 +85,31 @@ def look(task: Task, begun: Fit) -> Fit:
 
 
 def _follow(task: Task, fit: Fit) -> Fit:
-    """Add touches that are missing: greedily, and with all pairs looked for again if need be.
+    """Add touches that are missing: greedily, then with more effort if these explain too little.
 
     What a pair does is the sum of what two touches do where forces superpose, and only there.
     """
     grown = _grow(task, fit, lambda fit: fit)
     if not isinstance(task.search.forward, LinearForward) or task.explained(grown):
         return grown
-    return min(grown, _grow(task, fit, lambda fit: _pairs_anew(task, fit)), key=task.cost)
+    grown = min(grown, _grow(task, fit, lambda fit: _pairs_anew(task, fit)), key=task.cost)
+    if task.explained(grown):
+        return grown
+    return min(grown, _too_many(task, grown), key=task.cost)
+
+
+def _too_many(task: Task, fit: Fit) -> Fit:
+    """Add two touches more than allowed and leave out those that are needed least.
+
+    It frees touches that share between them what others should explain.
+    """
+    allowed = len(fit.touches)
+    richer = replace(task, limit=allowed + 2, known=True)
+    fit = _grow(richer, fit, lambda fit: fit)
+    while len(fit.touches) > allowed:
+        fewer = (np.delete(fit.touches, i, axis=0) for i in range(len(fit.touches)))
+        fit = min((task.fit(touches, COARSE) for touches in fewer), key=task.cost)
+    return _pairs_anew(task, task.fit(fit.touches))
 
 
 def _grow(task: Task, fit: Fit, mend: Callable[[Fit], Fit]) -> Fit:

@@ -8,6 +8,7 @@ smooth fields - is linear in the state of the reduced plate, and is whitened by 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -48,7 +49,7 @@ class LargeForward:
         """See `Forward.doubt`."""
         return DOUBT
 
-    @property
+    @cached_property
     def freedom(self) -> int:
         """Numbers that were measured."""
         return int(self.whitening.any(axis=1).sum())
