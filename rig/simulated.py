@@ -10,6 +10,7 @@ import numpy as np
 
 from rig import cache
 from rig.scene.bench import Ring
+from rig.scene.dataset import Dataset as Samples
 from rig.scene.plate import Plate
 from rig.scene.scene import Scene
 from rig.scene.sensing import NetEstimator, Training
@@ -32,11 +33,26 @@ class Lesson:
     gauges: Ring
     training: Training
     net: NetEstimator
+    samples: Samples | None
+
+    @property
+    def touches(self) -> int:
+        """Touches of a sample."""
+        return self.samples.touches if self.samples else 1
+
+    @property
+    def magnitudes(self) -> bool:
+        """Whether the net tells how hard each touch presses."""
+        return self.samples is not None and self.samples.magnitudes > 1
 
 
 @dataclass(frozen=True)
 class Sets:
-    """Unit touches: a grid to learn from, places between to watch, random ones for the test."""
+    """A set to learn from, one to watch, one for the test.
+
+    Of one touch: a grid, places between, random places. Of several: the samples of the scene, and
+    random ones for the others.
+    """
 
     training: Dataset
     validation: Dataset
@@ -59,7 +75,8 @@ def lesson(scene: Scene) -> Lesson:
             estimator=NetEstimator() as net,
         ):
             require_linear(scene, plate, None, "training")
-            return Lesson(plate, gauges, training, net)
+            several = scene.dataset is not None and scene.dataset.touches > 1
+            return Lesson(plate, gauges, training, net, scene.dataset if several else None)
         case _:
             raise ValueError(
                 f"scene '{scene.title}' has no net to train; give its [estimator] kind = \"net\""
@@ -71,6 +88,8 @@ def simulate(lesson: Lesson, report: Callable[[int, int], None]) -> Sets:
     """Return the three data sets; `report` is called while the influence is not in the cache."""
     from models import dataset
 
+    if lesson.samples:
+        return _several(lesson, lesson.samples, report)
     size, training = lesson.plate.size, lesson.training
     spacing, margin = training.spacing, training.margin
     grid = dataset.grid(size, spacing, margin)
@@ -79,6 +98,29 @@ def simulate(lesson: Lesson, report: Callable[[int, int], None]) -> Sets:
     drawn = dataset.random_places(size, margin, training.test, rng)
     touches = influence(lesson.plate.build(), lesson.gauges.build(lesson.plate), report)
     return Sets(*(dataset.simulate(touches, places) for places in (grid, between, drawn)))
+
+
+def _several(lesson: Lesson, samples: Samples, report: Callable[[int, int], None]) -> Sets:
+    """Return samples of several touches, superposed."""
+    import models
+    from models.dataset import flatten
+
+    plate, training = lesson.plate, lesson.training
+    touches = influence(plate.build(), lesson.gauges.build(plate), report)
+    answer = models.superpose(touches.strain)
+    unit = samples.force if lesson.magnitudes else None
+
+    def collect(section: Samples) -> Dataset:
+        plan = section.build(plate)
+        blocks = [plan.block(number) for number in range(plan.blocks)]
+        strain = np.concatenate([answer(block).astype(np.float32) for block in blocks])
+        return flatten(strain, np.concatenate(blocks), unit)
+
+    random = {"places": "random", "order": "canonical", "samples": training.test}
+    watched, tested = (
+        samples.model_copy(update=random | {"seed": training.test_seed + later}) for later in (1, 0)
+    )
+    return Sets(*(collect(section) for section in (samples, watched, tested)))
 
 
 def influence(

@@ -6,6 +6,7 @@ from dataclasses import asdict, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
 import typer
 from pydantic import ValidationError
 
@@ -30,23 +31,39 @@ def score(
     path = model_path(model) if Path(model).suffix in ("", ".toml") else Path(model)
     trained, about = store.load(path)
     bench = _bench(about, path)
+    taught = lesson(bench)
     with progress("influence") as report:
-        sets = simulate(lesson(bench), report)
-    scores = figures(trained.net, sets)
+        sets = simulate(taught, report)
+    scores = figures(trained.net, sets, taught.touches)
     emit(table(bench.title, scores), {"model": str(path)} | scores, as_json)
 
 
-def figures(net: Net, sets: Sets) -> dict[str, dict[str, float]]:
-    """Return the score of `net` on each data set, as plain numbers by name."""
+def figures(net: Net, sets: Sets, touches: int) -> dict[str, dict[str, float]]:
+    """Return the score of `net` on each data set, as plain numbers by name.
+
+    Touches of a sample are paired with the true ones before they are measured. Where the net tells
+    magnitudes their mean error follows, in units of the smallest force.
+    """
     from models.net import predict
-    from models.score import position_error
-    from models.score import score as judge
 
     named = {field.name: getattr(sets, field.name) for field in fields(sets)}
     return {
-        name: asdict(judge(position_error(data.targets, predict(net, data.strain))))
+        name: _judge(data.targets, predict(net, data.strain), touches)
         for name, data in named.items()
     }
+
+
+def _judge(true: np.ndarray, told: np.ndarray, touches: int) -> dict[str, float]:
+    from models.score import matched_error
+    from models.score import score as judge
+
+    places = [each[:, : 2 * touches].reshape(-1, touches, 2) for each in (true, told)]
+    error, order = matched_error(*places)
+    rows = asdict(judge(error.ravel()))
+    if true.shape[1] > 2 * touches:
+        forces = np.take_along_axis(told[:, 2 * touches :], order, axis=1)
+        rows["magnitude"] = float(np.abs(forces - true[:, 2 * touches :]).mean())
+    return rows
 
 
 def table(title: str, scores: dict[str, dict[str, float]]) -> Table:
@@ -54,19 +71,15 @@ def table(title: str, scores: dict[str, dict[str, float]]) -> Table:
     from rich.table import Table
 
     limit = next(iter(scores.values()))["limit"]
-    shown = Table(
-        "touches",
-        "number",
-        "mean mm",
-        "median mm",
-        "95 % mm",
-        "max mm",
-        f"below {limit:g} mm",
-        title=title,
-    )
+    columns = ["touches", "number", "mean mm", "median mm", "95 % mm", "max mm"]
+    shown = Table(*columns, f"below {limit:g} mm", title=title)
+    forces = any("magnitude" in row for row in scores.values())
+    if forces:
+        shown.add_column("magnitude ± smallest force")
     for name, row in scores.items():
         distances = [f"{row[key]:.3f}" for key in ("mean", "p50", "p95", "max")]
-        shown.add_row(name, f"{row['count']:g}", *distances, f"{row['share']:.1%}")
+        more = [f"{row['magnitude']:.3f}"] if forces else []
+        shown.add_row(name, f"{row['count']:g}", *distances, f"{row['share']:.1%}", *more)
     return shown
 
 

@@ -15,7 +15,13 @@ from rig.scene import load, parse_overrides
 from rig.simulated import Lesson, Sets, lesson, model_path, simulate
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from models.checkpoint import Checkpoint
     from models.train import Trained
+
+BATCHES_A_CHECK = 100
+"""Looking at the validation set costs as much as several batches."""
 
 
 def train(
@@ -48,7 +54,7 @@ def train(
         from models.onnx_file import write_onnx
 
         write_onnx(onnx, trained.net)
-    scores = figures(trained.net, sets)
+    scores = figures(trained.net, sets, taught.touches)
     console().print(f"trained in {seconds:.0f} s, stored in {path}")
     emit(table(bench.title, scores), {"model": str(path), "seconds": seconds} | scores, as_json)
 
@@ -56,18 +62,44 @@ def train(
 def _train(taught: Lesson, sets: Sets, part: Path) -> Trained:
     """Train with a bar that shows the loss; go on where a run was killed that left `part`."""
     from models.checkpoint import Checkpoint
-    from models.net import NetOptions
-    from models.train import Recipe
-    from models.train import train as descend
 
-    net = taught.net
+    epochs = taught.net.epochs
     with progress("training") as report:
         return descend(
-            sets.training,
-            sets.validation,
-            NetOptions(net.layers, net.activation, net.inputs),
-            Recipe(net.epochs, net.learning_rate, net.decay, net.outputs, net.finish),
-            np.random.default_rng(net.seed),
-            lambda epoch, loss: report(epoch, net.epochs, f"loss {loss:.3f} mm"),
-            checkpoint=Checkpoint(part),
+            taught,
+            sets,
+            taught.net.layers,
+            lambda epoch, loss: report(epoch, epochs, f"loss {loss:.3f} mm"),
+            Checkpoint(part),
         )
+
+
+def descend(
+    taught: Lesson,
+    sets: Sets,
+    layers: tuple[int, ...],
+    on_epoch: Callable[[int, float], None] | None = None,
+    checkpoint: Checkpoint | None = None,
+) -> Trained:
+    """Train a net with these layers by the recipe of a scene."""
+    from models.batches import shuffled
+    from models.loss import distance, magnitudes_too
+    from models.net import NetOptions
+    from models.recipe import Recipe
+    from models.train import train
+
+    net, touches = taught.net, taught.touches
+    rng = np.random.default_rng(net.seed)
+    check = BATCHES_A_CHECK if net.batch else 1
+    weighed = magnitudes_too(touches, net.magnitude_weight)
+    return train(
+        sets.training,
+        sets.validation,
+        NetOptions(layers, net.activation, net.inputs),
+        Recipe(net.epochs, net.learning_rate, net.decay, net.outputs, net.finish, check),
+        rng,
+        on_epoch,
+        weighed if taught.magnitudes else distance(touches),
+        shuffled(sets.training, net.batch, np.random.default_rng(net.seed)) if net.batch else None,
+        checkpoint,
+    )

@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
 
 from rig.commands.output import emit, progress
+from rig.commands.score import figures
+from rig.commands.train import descend
 from rig.scene import load, parse_overrides
 from rig.simulated import Lesson, Sets, lesson, simulate
 
@@ -56,28 +57,16 @@ def tune(
 
 def _loss(taught: Lesson, sets: Sets, layers: tuple[int, ...]) -> float:
     """Train a net with these layers by the recipe of the scene; return its validation loss."""
-    from models.net import NetOptions, predict
-    from models.score import position_error
-    from models.train import Recipe, train
-
-    net = taught.net
-    trained = train(
-        sets.training,
-        sets.validation,
-        NetOptions(layers, net.activation, net.inputs),
-        Recipe(net.epochs, net.learning_rate, net.decay, net.outputs, net.finish, net.epochs),
-        np.random.default_rng(net.seed),
-    ).net
-    watched = sets.validation
-    return float(position_error(watched.targets, predict(trained, watched.strain)).mean())
+    net = descend(taught, sets, layers).net
+    return figures(net, sets, taught.touches)["validation"]["mean"]
 
 
 def _study(taught: Lesson) -> str:
     """Name a study by all that its losses depend on, so that no two kinds mix."""
     from rig.cache import key
 
-    sections = (taught.plate, taught.gauges, taught.training, taught.net)
-    return key("search", [part.model_dump(mode="json") for part in sections])[:16]
+    sections = (taught.plate, taught.gauges, taught.training, taught.net, taught.samples)
+    return key("search", [part and part.model_dump(mode="json") for part in sections])[:16]
 
 
 def _table(title: str, found: list[Candidate]) -> Table:

@@ -69,6 +69,12 @@ class NetEstimator(Section):
         "constant", description="keep the step size, or let it fall to 0"
     )
     finish: Count = Field(0, ge=0, description="most steps of L-BFGS in double precision after")
+    batch: Count | None = Field(
+        None, ge=1, description="samples that a step learns from [all of them]"
+    )
+    magnitude_weight: Length = Field(
+        1.0, gt=0, description="k of equation 3: a relative error of 1 counts as much as this, mm"
+    )
     seed: Count = Field(0, ge=0, description="seed of the first weights")
 
 

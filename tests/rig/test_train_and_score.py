@@ -154,3 +154,30 @@ def test_a_search_prints_its_candidates_and_goes_on(bench):
         assert len(candidates) == trials
         assert candidates[0]["loss"] == min(each["loss"] for each in candidates)
     assert (bench[0] / "results" / "oblong" / "search.db").is_file()
+
+
+def test_a_net_of_two_touches_tells_places_and_magnitudes(bench):
+    (bench[0] / "pair.toml").write_text(PAIR)
+    done = bench[1]("train", "pair.toml", "--json")
+    assert done.returncode == 0, done.stderr
+    figures = json.loads(done.stdout)
+    assert {figures[name]["count"] for name in ("validation", "test")} == {2 * 50}
+    assert figures["training"]["count"] == 2 * 300
+    assert figures["test"]["mean"] < 12.0  # mm; the untrained net is at the middle of the plate
+    assert figures["test"]["magnitude"] < 1.5  # of 1 to 4
+    again = json.loads(bench[1]("score", "pair", "--json").stdout)
+    assert again["test"] == figures["test"]
+
+
+PAIR = SCENE.replace("test = 200", "test = 50").replace("epochs = 300", "epochs = 300\nbatch = 64")
+PAIR = (
+    PAIR.replace("seed = 0", "")
+    + """
+[dataset]
+touches = 2
+spacing = 5.0
+force = "1 mN"
+magnitudes = 4
+samples = 300
+"""
+)
