@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,12 +13,16 @@ import synthetic
 from dic.tiles import lay_tiles
 from models.pattern import Motions, see_motions
 from rig import cache, live
+from rig.calibration.alignment import Alignment
 from rig.scene import Scene
 from rig.scene.bench import Pinhole
 from rig.scene.plate import Plate
 from rig.scene.sensing import Dic, PatternEstimator, StrainEstimator
 from rig.scene.theory import Theory, require_linear
 from rig.zero import Zero
+
+if TYPE_CHECKING:
+    from rig.calibration.store import Calibration
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +47,8 @@ class Bench:
         Whether touches are estimated from strain as well.
     theory : rig.scene.theory.Theory
         Linear theory, and what it costs here.
+    alignment : Alignment or None
+        What known presses mend in every estimate.
     """
 
     plate: fe.Plate
@@ -53,6 +60,7 @@ class Bench:
     least_force: float
     strain: bool
     theory: Theory
+    alignment: Alignment | None = None
 
     @property
     def reference_frames(self) -> int:
@@ -80,8 +88,13 @@ class Bench:
         return chain, live.prepare_strain(chain, self.camera, self.dic.block, self.dic.window)
 
 
-def build_bench(scene: Scene, report: Callable[[int, int], None]) -> Bench:
+def build_bench(
+    scene: Scene, report: Callable[[int, int], None], calibration: Calibration | None = None
+) -> Bench:
     """Build the live parts of a scene; `report` is called while the modes are computed.
+
+    What was calibrated stands in the place of what the scene says: the camera, and what known
+    presses mend.
 
     Raises
     ------
@@ -109,7 +122,8 @@ def build_bench(scene: Scene, report: Callable[[int, int], None]) -> Bench:
             )
     force = scene.touches.force[1] if scene.touches else None
     theory = require_linear(scene, plate, force, "the live loop")
-    view, height = camera.build(plate), flat.thickness / 2
+    calibrated = calibration.camera() if calibration else None
+    view, height = calibrated or camera.build(plate), flat.thickness / 2
     tiles = lay_tiles((view.size[1], view.size[0]), dic.tile)
     modes = plate_modes(flat, estimator.modes, report)
     return Bench(
@@ -122,6 +136,7 @@ def build_bench(scene: Scene, report: Callable[[int, int], None]) -> Bench:
         least_force=scene.touches.force[0] if scene.touches else 0.0,
         strain=scene.comparison is not None,
         theory=theory,
+        alignment=calibration.alignment() if calibration else None,
     )
 
 

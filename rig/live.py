@@ -15,6 +15,7 @@ from models.pattern import Motions, Pattern, see_pattern
 from models.search import Search, prepare_search
 from models.solver import find
 from models.strain_map import StrainMap, see_strain
+from rig.calibration.alignment import Alignment
 from rig.stopwatch import Stopwatch
 from rig.zero import Zero, fits, settle
 
@@ -187,9 +188,15 @@ def with_strain(
     strain_chain: StrainChain | None,
     sensed: tuple[Estimate, TileSums, State],
     watch: Stopwatch,
+    alignment: Alignment | None = None,
 ) -> Sensed:
-    """Add what strain says, where it is wanted, to what `sense` found in a frame."""
+    """Add what strain says, where it is wanted, to what `sense` found in a frame, and mend it.
+
+    The state stays as it was found: the next frame starts from what this one shows.
+    """
     estimate, sums, after = sensed
+    if alignment:
+        estimate = alignment.apply(estimate)
     if strain_chain is None:
         return Sensed(estimate, sums, None, None, after)
     strain, found = sense_strain(strain_chain, sums, after.from_strain, watch)

@@ -99,7 +99,7 @@ class Loop:
             settling = share(frame.captured - last.captured)
             found = live.sense(chain, frame.image, state, self.watch, settling)
             self.watch.add(LATENCY, self._clock() - frame.captured)
-            sensed = live.with_strain(strain_chain, found, self.watch)
+            sensed = live.with_strain(strain_chain, found, self.watch, self.bench.alignment)
             tracks, identities, events = tracks.follow(sensed.estimate, frame.captured)
             if self._recorder:
                 self._recorder.put(Shot(frame, state, sensed, identities))

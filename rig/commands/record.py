@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from rig.commands.run import live
+from rig.commands.run import known, live
 
 
 def record(
@@ -29,4 +29,4 @@ def record(
     path = named(folder, name)
     loaded = rig.load(scene, rig.scene.parse_overrides(settings or []))
     folder.mkdir(parents=True, exist_ok=True)
-    live(loaded, frames, True, path, as_json)
+    live(loaded, known(scene, loaded), frames, True, path, as_json)

@@ -36,12 +36,13 @@ def replay(
 
 def _replay(session: Session) -> dict[str, Any]:
     from rig.bench import build_bench
+    from rig.calibration.store import parse
     from rig.recording.replay import replay as play
     from rig.stopwatch import Stopwatch
     from rig.tally import Tally
 
     with progress("plate modes") as report:
-        bench = build_bench(session.scene, report)
+        bench = build_bench(session.scene, report, parse(session.calibration, "in the recording"))
     watch, tally, different = Stopwatch(time.perf_counter), Tally(bench.least_force), 0
     for one in play(session, bench, watch):
         different += not one.same

@@ -17,6 +17,7 @@ from rig.process import interruptible
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from rig.calibration.store import Calibration
     from rig.loop import Loop
     from rig.recording.recorder import Recorder
     from rig.scene import Scene
@@ -47,23 +48,33 @@ def run(
     """
     import rig
 
-    live(
-        rig.load(scene, rig.scene.parse_overrides(settings or [])),
-        frames,
-        headless,
-        record,
-        as_json,
-    )
+    loaded = rig.load(scene, rig.scene.parse_overrides(settings or []))
+    live(loaded, known(scene, loaded), frames, headless, record, as_json)
+
+
+def known(name: str, scene: Scene) -> Calibration:
+    """Read the calibration beside a scene, and say what is to be doubted in it."""
+    from rig.calibration.store import beside, read
+
+    calibration = read(beside(name))
+    for doubt in calibration.doubts(scene, datetime.now(UTC)):
+        console().print(f"[yellow]{doubt}[/yellow]")
+    return calibration
 
 
 def live(
-    scene: Scene, frames: int | None, headless: bool, record: Path | None, as_json: bool
+    scene: Scene,
+    calibration: Calibration,
+    frames: int | None,
+    headless: bool,
+    record: Path | None,
+    as_json: bool,
 ) -> None:
     """Run the loop of a scene; the body of `run` and `record`."""
     loop = None
     try:
         with interruptible(), ExitStack() as open_parts:
-            loop, sinks = _start(scene, headless, record, open_parts)
+            loop, sinks = _start(scene, calibration, headless, record, open_parts)
             _follow(loop, sinks, frames)
     except KeyboardInterrupt:
         if loop is None or not loop.frames:
@@ -74,11 +85,17 @@ def live(
 
 
 def _start(
-    scene: Scene, headless: bool, record: Path | None, open_parts: ExitStack
+    scene: Scene,
+    calibration: Calibration,
+    headless: bool,
+    record: Path | None,
+    open_parts: ExitStack,
 ) -> tuple[Loop, list[Sink]]:
     """Open everything that the scene names; what can fail at once comes before what is slow."""
-    recorder = open_parts.enter_context(_open_recorder(scene, record)) if record else None
-    sinks = [] if headless else _open_sinks(scene, open_parts)
+    recorder = None
+    if record:
+        recorder = open_parts.enter_context(_open_recorder(scene, calibration, record))
+    sinks = [] if headless else _open_sinks(scene, calibration, open_parts)
     from rig.twin_source import open_twin
 
     source = open_parts.enter_context(open_twin(scene))
@@ -86,27 +103,33 @@ def _start(
     from rig.loop import Loop
 
     with progress("plate modes") as report:
-        bench = build_bench(scene, report)
+        bench = build_bench(scene, report, calibration)
     if bench.theory.against:
         console().print(bench.theory.sentence)
     console().print("the twin gets ready; then the reference is taken …")
     return Loop(bench, source, recorder=recorder), sinks
 
 
-def _open_recorder(scene: Scene, path: Path) -> Recorder:
+def _open_recorder(scene: Scene, calibration: Calibration, path: Path) -> Recorder:
     from rig.recording.recorder import Recorder
 
     started = datetime.now(UTC).isoformat(timespec="seconds")
-    return Recorder(path, {"scene": scene.model_dump_json(), "started": started})
+    texts = {
+        "scene": scene.model_dump_json(),
+        "calibration": calibration.model_dump_json(exclude_none=True),
+        "started": started,
+    }
+    return Recorder(path, texts)
 
 
-def _open_sinks(scene: Scene, open_parts: ExitStack) -> list[Sink]:
+def _open_sinks(scene: Scene, calibration: Calibration, open_parts: ExitStack) -> list[Sink]:
     sinks: list[Sink] = []
     if not scene.plate:
         return sinks
     from rig.markers import fit_plate
 
-    screen = fit_plate(scene.projector.size if scene.projector else SCREEN, scene.plate.size)
+    size = scene.projector.size if scene.projector else SCREEN
+    screen = calibration.screen() or fit_plate(size, scene.plate.size)
     if scene.projector:
         from rig.projector import open_projector
 
