@@ -77,30 +77,53 @@ def strips() -> None:
 
 
 def thickness() -> None:
-    """Plates under one force in parts of their stretching stiffness, default mesh against a finer.
+    """Plates under one force in parts of their stretching stiffness, default mesh against others.
 
     Thick ones bend as in linear theory, thin ones stretch as a membrane whatever their thickness.
+    The deflection under the touch is held against a mesh fine there, the strain of a ring against
+    one of 60 elements along the longer side.
     """
     for name, edges in (("four edges clamped", fe.Clamped()), ("two clamped, two free", TWO)):
-        print(f"{OBLONG} mm, {name}: off are deflection under the touch, strain on a ring")
+        print(f"{OBLONG} mm, {name}")
         for thinness in THINNESS:
             plate = fe.Plate(OBLONG, thinness * OBLONG[1], YOUNG, 0.38, edges)
             touch = fe.Touch(*PLACE, 1e-6 * YOUNG * plate.thickness * OBLONG[1])
-            mesh = shell_mesh(plate)
-            # Wrinkles of the free edges take long and are finer than any of these meshes.
-            coarse = mesh if edges is not TWO or thinness > 2e-4 else fe.grid(plate, HALF)
+            # Wrinkles of free edges take long and are finer than any of these meshes.
+            film = edges is TWO and thinness < 2e-4
             began = time.process_time()
-            state = solve(plate, [touch], mesh=coarse)
+            state = solve(plate, [touch], mesh=fe.grid(plate, HALF) if film else None)
             spent = time.process_time() - began
-            row = f"thickness/side {thinness:.0e}: {said(state)}  {spent:4.1f} CPU s"
-            if state.stability.converged and coarse is mesh:
-                fine = solve(plate, [touch], mesh=fe.grid(plate, FINER))
-                of_w, of_strain = off(state, fine)
-                linear = fe.deflect(plate, [touch], mesh).deflection([PLACE])[0]
-                w = state.deflection([PLACE])[0]
-                row += f"  w {w:8.2e} mm, {w / linear:7.1e} of linear; off {of_w:.1e}, "
-                row += f"{of_strain:.1e}"
-            print(row, flush=True)
+            print(f"thickness/side {thinness:.0e}: {said(state)}  {spent:4.1f} CPU s", flush=True)
+            if not film:
+                beside_finer(state, touch)
+
+
+def beside_finer(state: ShellState, touch: fe.Touch) -> None:
+    """Print the digits of a state, for a point and for a disc of 8 mm."""
+    plate = state.plate
+    fine = solve(plate, [touch], mesh=fe.grid(plate, FINER))
+    disc = fe.Touch(*PLACE, touch.force, radius=8.0)
+    sharp, sharp_disc = (solve(plate, [each], mesh=sharp_at(plate)) for each in (touch, disc))
+    if not all(each.stability.converged for each in (fine, sharp, sharp_disc)):
+        print("    the finer meshes found no equilibrium: digits not known")
+        return
+    of_disc = under(solve(plate, [disc]), sharp_disc)
+    linear = fe.deflect(plate, [touch]).deflection([PLACE])[0]
+    w = sharp.deflection([PLACE])[0]
+    faces = ", ".join(f"{face} {ring_off(state, fine, face):.1e}" for face in ("top", "middle"))
+    print(
+        f"    w {w:.2e} mm, {w / linear:.1e} of linear; w off: point {under(state, sharp):.1e}, "
+        f"disc {of_disc:.1e}; ring strain off: {faces}; finer meshes took "
+        f"{fine.stability.iterations}, {sharp.stability.iterations} iterations",
+        flush=True,
+    )
+
+
+def sharp_at(plate: fe.Plate) -> fe.Mesh:
+    """Mesh with elements of 0.2 mm at the touch that grow outwards, 54 x 54."""
+    away = np.array([0.6, 3.0, 12.0, 40.0])
+    breaks = [(*(at - away[::-1]), *(at + away)) for at in PLACE]
+    return fe.Mesh(plate.size, (54, 54), (breaks[0], breaks[1]))
 
 
 def ring_of(plate: fe.Plate) -> np.ndarray:
@@ -113,12 +136,16 @@ def ring_of(plate: fe.Plate) -> np.ndarray:
     return np.concatenate([np.column_stack(side) for side in sides])
 
 
-def off(state: ShellState, fine: ShellState) -> tuple[float, float]:
-    """Worst deflection and ring strain against a finer mesh, in parts of the largest there."""
+def under(state: ShellState, sharp: ShellState) -> float:
+    """Relative error of the deflection under the touch."""
+    return abs(state.deflection([PLACE])[0] / sharp.deflection([PLACE])[0] - 1)
+
+
+def ring_off(state: ShellState, fine: ShellState, face: fe.linear.Face = "top") -> float:
+    """Worst ring strain against a finer mesh, in parts of the largest there."""
     gauges = ring_of(state.plate)
-    found, truth = state.strain(gauges), fine.strain(gauges)
-    w = state.deflection([PLACE])[0] / fine.deflection([PLACE])[0] - 1
-    return abs(w), float(np.abs(found - truth).max() / np.abs(truth).max())
+    found, truth = state.strain(gauges, face), fine.strain(gauges, face)
+    return float(np.abs(found - truth).max() / np.abs(truth).max())
 
 
 def extremes() -> None:
@@ -142,11 +169,12 @@ def one(name: str, touch: fe.Touch, poisson: float = 0.38, **options) -> None:
 
 
 def meshes() -> None:
-    """Error against time of one load from rest, against a mesh of 80 x 80."""
+    """Error against time of one load from rest: w against a mesh fine there, strain against 80."""
     for force in (1.0, 5.0):
         touch = fe.Touch(*PLACE, force)
         truth = solve(PVC, [touch], mesh=fe.grid(PVC, TRUTH))
-        ratio = -truth.deflection([PLACE])[0] / PVC.thickness
+        sharp = solve(PVC, [touch], mesh=sharp_at(PVC))
+        ratio = -sharp.deflection([PLACE])[0] / PVC.thickness
         print(f"{PVC.size} mm, 1 mm thick, {force:g} N, w/h {ratio:.2f}")
         for count in MESHES:
             shell = Shell(PVC, fe.grid(PVC, count))
@@ -156,9 +184,9 @@ def meshes() -> None:
                 began = time.process_time()
                 state = shell.rest.touch([touch])
                 times.append(time.process_time() - began)
-            of_w, of_strain = off(state, truth)
             print(
-                f"{count:3d} x {count:<3d} w off {of_w:.1e}, ring strain {of_strain:.1e}, "
+                f"{count:3d} x {count:<3d} w off {under(state, sharp):.1e}, "
+                f"ring strain {ring_off(state, truth):.1e}, "
                 f"{np.median(times):6.2f} CPU s, spread {np.ptp(times):.2f}; {said(state)}",
                 flush=True,
             )
