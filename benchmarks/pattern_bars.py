@@ -22,6 +22,7 @@ from models.matching import match
 SENSOR = synthetic.Sensor(noise=2.0)
 NOISE = np.sqrt(SENSOR.noise**2 + 1 / 12)  # with the rounding to whole grey levels
 FRAMES = 16  # averaged into the reference
+AGAINST = NOISE * np.sqrt(1 + 1 / FRAMES)  # of a frame less the reference
 TILE = 16  # px
 INSET = 30.0  # mm from an edge
 MODES = 200
@@ -57,17 +58,17 @@ def stand(thickness, pixels):
 
 def sense(pattern, search, image, start=(), passes=3, masked=True):
     """Touches in a picture, moved and masked anew in each pass, and the search used last."""
-    noise, motion = NOISE * np.sqrt(1 + 1 / FRAMES), pattern.still()
+    motion = pattern.still()
     if len(start):
         motion[: pattern.count] = pattern.motions.pressed(start[:, :2], start[:, 2])
     for _ in range(passes):
         sums = tile_sums(pattern.reference, image, pattern.motions.flow(motion))
-        hidden = models.hidden_tiles(pattern.reference, sums, noise)
-        if masked and (hidden != pattern.hidden).any():
-            pattern = pattern.hiding(hidden)
-            search = models.renewed(search, pattern.forward(noise))
+        if masked:
+            sight = pattern.hiding(models.hidden_tiles(pattern.reference, sums, AGAINST))
+            if sight is not pattern:
+                pattern, search = sight, models.renewed(search, sight.forward(AGAINST))
         right = pattern.right_side(sums, motion)
-        estimate = models.find(pattern.whiten(right, noise), search, start=start, most=3)
+        estimate = models.find(pattern.whiten(right, AGAINST), search, start=start, most=3)
         start = np.column_stack([estimate.xy, estimate.force])
         motion = pattern.amplitudes(estimate, right)
     return estimate, pattern
@@ -80,7 +81,7 @@ def small_rows(share) -> Iterator[Row]:
     height = bench.plate.thickness / 2
     motions = models.see_motions(modes, bench.camera, height, bench.reference.tiles)
     pattern = models.see_pattern(motions, bench.reference)
-    search = models.prepare_search(pattern.forward(NOISE * np.sqrt(1 + 1 / FRAMES)))
+    search = models.prepare_search(pattern.forward(AGAINST))
     span = (SENSOR.white - SENSOR.black) * SENSOR.top
     still = span * bench.light(np.zeros((len(bench.warper.points), 3)))
     fine = models.pixel_level(modes, bench.camera, height, still)
@@ -163,7 +164,7 @@ def large_rows(share) -> Iterator[Row]:
     ways = {}
     for name, motions in (("reduced plate", see(plate)), ("linear", see())):
         pattern = models.see_pattern(motions, bench.reference)
-        ways[name] = pattern, models.prepare_search(pattern.forward(NOISE))
+        ways[name] = pattern, models.prepare_search(pattern.forward(AGAINST))
     mesh = fe.grid(bench.plate, 40)
     for number, place_bar, time_bar in ((1, "≤ 0.3 mm", "≤ 20 ms"), (2, "≤ 0.6 mm", "≤ 60 ms")):
         rng, found = np.random.default_rng(number), {name: [] for name in ways}
