@@ -16,7 +16,7 @@ from fe.reduced.touch_shape import TouchShapes
 MARGIN = 0.05
 """Touches nearer than this to an edge, in parts of the shorter side, are not trained."""
 
-# One touch and two touches. Twice as many lower the worst error by a fifth.
+# One touch and two touches.
 _ONE, _TWO = 160, 50
 # Smallest force, in parts of the largest. Below it the plate is nearly linear, which is exact.
 _SOFTEST = 0.2
