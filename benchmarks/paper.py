@@ -365,6 +365,22 @@ def deformable(effort: Effort) -> Figures:
                 yield Figure("deformable (5D)", what, paper, recipe.epochs, seed, value)
 
 
+def change(effort: Effort) -> Figures:
+    """Run the two steps again, the second on what the touch changed of the strain."""
+    training, validation, *tests = (
+        replace(each, loaded=each.loaded - each.before) for each in paper_base.surfaces()
+    )
+    recipe = Recipe(effort.epochs(10000), 1e-3, "cosine", "scaled", check=10000)
+    options = NetOptions((64,) * 4), NetOptions((128,) * 4)
+    for seed in range(effort.seeds):
+        nets = train_two_step(training, validation, options, recipe, np.random.default_rng(seed))
+        for ratio, test in zip(paper_base.RATIOS, tests, strict=True):
+            told = predict_two_step(nets, test.before, test.loaded)
+            what = f"2 steps on the change, load {ratio:g} Δ0: loss, mm"
+            value = position_error(test.xy, told).mean()
+            yield Figure("deformable, change of strain", what, "", recipe.epochs, seed, value)
+
+
 def _samples(scene, answer):
     """All samples of a scene's data set, as a net learns them."""
     plan = scene.dataset.build(scene.plate)
@@ -387,6 +403,7 @@ SYSTEMS = {
     "doubled": doubled,
     "magnitudes": magnitudes,
     "deformable": deformable,
+    "change": change,
 }
 
 
