@@ -119,6 +119,10 @@ def _script(source: TwinSection, plate: Plate, touches: Touches | None, rate: fl
             return script.tour(plate.size)
         case "empty", _:
             return script.empty
+        case "collect", Touches(force=force):
+            return script.collect(plate.size, force, source.seed)
         case _, Touches(force=force):
             return script.random_touches(plate.size, force, source.seed, rate)
-    raise ValueError("script 'random' draws its forces from [touches]; add [touches] to the scene")
+    raise ValueError(
+        f"script '{source.script}' draws its forces from [touches]; add [touches] to the scene"
+    )

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+import fe
 from models.estimate import Estimate
-from rig.calibration.presses import Press
 
 FEWEST = 6  # presses: an affine map has as many numbers as three places, and an error is wanted
 FAR = 4.0  # robust standard deviations beyond which a press was a slip
@@ -59,7 +59,7 @@ class Alignment:
         )
 
 
-def align(presses: tuple[Press, ...], found: NDArray) -> Alignment:
+def align(presses: tuple[fe.Touch, ...], found: NDArray) -> Alignment:
     """Fit the map from touches that were found, (P, 3) x, y, F, to those that were pressed.
 
     Raises

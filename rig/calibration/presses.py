@@ -23,15 +23,6 @@ STEP = 0.5  # mm to each side, over which an influence is differentiated in the 
 FEWEST = 5  # presses; fewer leave a gauge to its prior
 
 
-@dataclass(frozen=True)
-class Press:
-    """A touch that is known: place, mm, and force, N."""
-
-    x: float
-    y: float
-    force: float
-
-
 @dataclass(frozen=True, eq=False)
 class Presses:
     """What known presses say of gauges.
@@ -63,7 +54,7 @@ class Presses:
 
 
 def fit_presses(
-    presses: tuple[Press, ...],
+    presses: tuple[fe.Touch, ...],
     strain: NDArray,
     influence: fe.Influence,
     sigma: float,
@@ -74,7 +65,7 @@ def fit_presses(
 
     Parameters
     ----------
-    presses : tuple of Press
+    presses : tuple of fe.Touch
     strain : (P, M, 3) float64, strain
         What the gauges read under each of them.
     influence : fe.Influence

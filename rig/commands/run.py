@@ -74,7 +74,7 @@ def live(
     loop = None
     try:
         with interruptible(), ExitStack() as open_parts:
-            loop, sinks = _start(scene, calibration, headless, record, open_parts)
+            loop, sinks = start(scene, calibration, headless, record, open_parts)
             _follow(loop, sinks, frames)
     except KeyboardInterrupt:
         if loop is None or not loop.frames:
@@ -84,7 +84,7 @@ def live(
     emit(_table(summary), summary, as_json)
 
 
-def _start(
+def start(
     scene: Scene,
     calibration: Calibration,
     headless: bool,

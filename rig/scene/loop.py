@@ -14,9 +14,9 @@ class Twin(Section):
     """The digital twin: pictures are rendered, so the truth is known."""
 
     kind: Literal["twin"] = Field("twin", description="where pictures come from")
-    script: Literal["tour", "random", "empty"] = Field(
+    script: Literal["tour", "random", "collect", "empty"] = Field(
         "tour",
-        description="touches: a tour of moves and presses, single random ones, or none",
+        description="touches: a tour of moves and presses, single random ones, known ones, or none",
     )
     seed: Count = Field(0, ge=0, description="seed of noise and random touches")
     shift: tuple[Pixels, Pixels] = Field(

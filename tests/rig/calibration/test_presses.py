@@ -7,7 +7,7 @@ import fe
 import models
 from models import ring
 from rig.calibration.alignment import align
-from rig.calibration.presses import Press, fit_presses
+from rig.calibration.presses import fit_presses
 
 PLATE = fe.Plate((120.0, 90.0), 1.0, 3000.0, 0.3, fe.Clamped())
 GAUGES = ring.inside_edges((120.0, 90.0), 15.0, 15.0)
@@ -57,7 +57,7 @@ def rms(influence, touches, strain):
 
 def test_twenty_presses_bring_the_error_within_1_2_of_the_perfect_model(assumed, real, rng):
     known = draw(20, rng)
-    presses = tuple(Press(*touch) for touch in known.tolist())
+    presses = tuple(fe.Touch(*touch) for touch in known.tolist())
     fitted = fit_presses(presses, real.read(known, rng), assumed, SIGMA)
     touches = draw(200, rng)
     strain = real.read(touches, rng)
@@ -72,7 +72,7 @@ def test_twenty_presses_bring_the_error_within_1_2_of_the_perfect_model(assumed,
 
 def test_what_is_fitted_is_true_within_its_own_uncertainty(assumed, real, rng):
     known = draw(20, rng)
-    presses = tuple(Press(*touch) for touch in known.tolist())
+    presses = tuple(fe.Touch(*touch) for touch in known.tolist())
     fitted = fit_presses(presses, real.read(known, rng), assumed, SIGMA)
     assert fitted.softness == pytest.approx(1.1, abs=0.02)
     gain = (fitted.gain * fitted.softness - 1.1 * real.gain) / (fitted.sigma_gain * 1.1)
@@ -83,7 +83,7 @@ def test_what_is_fitted_is_true_within_its_own_uncertainty(assumed, real, rng):
 
 
 def test_too_few_presses_and_other_gauges_are_refused(assumed):
-    press = Press(50.0, 40.0, 1.0)
+    press = fe.Touch(50.0, 40.0, 1.0)
     with pytest.raises(ValueError, match="need 5 known presses or more, got 1"):
         fit_presses((press,), np.zeros((1, len(GAUGES), 3)), assumed, SIGMA)
     with pytest.raises(ValueError, match=r"must be \(5, "):
@@ -97,7 +97,7 @@ def pressed(rng, count=20, noise=0.3):
     found = true.copy()
     found[:, :2] = true[:, :2] @ turn.T + (1.5, -0.8) + rng.normal(0, noise, (count, 2))
     found[:, 2] = true[:, 2] / 1.1 * (1 + rng.normal(0, 0.02, count))
-    return tuple(Press(*row) for row in true.tolist()), found
+    return tuple(fe.Touch(*row) for row in true.tolist()), found
 
 
 def test_an_alignment_takes_out_what_is_affine_and_states_what_is_left(rng):
@@ -137,7 +137,7 @@ def test_an_alignment_of_an_estimate_turns_its_covariance_too(rng):
 
 
 def test_presses_on_a_line_are_refused():
-    presses = tuple(Press(10.0 * k, 5.0 * k, 1.0) for k in range(1, 9))
+    presses = tuple(fe.Touch(10.0 * k, 5.0 * k, 1.0) for k in range(1, 9))
     found = np.array([(press.x, press.y, press.force) for press in presses])
     with pytest.raises(ValueError, match="lie on one line; spread them over the plate"):
         align(presses, found)
