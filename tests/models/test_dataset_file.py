@@ -93,7 +93,9 @@ def test_only_what_is_missing_is_computed(tmp_path):
     assert write(path) == PLAN.rows
 
 
-@pytest.mark.parametrize("delay", np.random.default_rng().uniform(0.02, 0.4, 3))
+@pytest.mark.parametrize(
+    "delay", np.random.default_rng().uniform(0.02, 0.4, 3), ids=["a", "b", "c"]
+)
 def test_a_run_that_was_killed_goes_on_to_the_same_bytes(whole, tmp_path, delay):
     """Killed at a moment drawn anew in each run; four blocks take about 0.4 s here."""
     path = tmp_path / "set.h5"
