@@ -267,26 +267,31 @@ def hard_frames(plain, moved, rng):
 
 
 def report_hard_frames():
-    """Error and share of valid points under bad light, and points that are wrong by over 5 σ."""
-    rng, shift = np.random.default_rng(6), np.array([0.4, 0.2])
-    wrong = 0
-    for name, plain, moved, noise in hard_frames(speckle(SIDE), speckle(SIDE, shift), rng):
-        field = dic.correlate(
-            dic.prepare(eight_bit(plain, noise, rng)), eight_bit(moved, noise, rng)
-        )
-        off = (np.column_stack([field.u, field.v]) - shift)[field.valid]
-        sigma = np.column_stack([field.sigma_u, field.sigma_v])[field.valid]
-        beyond = np.abs(off) / sigma
-        count = np.count_nonzero((beyond > 5).any(axis=1))
-        wrong += count
-        rms = np.sqrt(np.mean(off**2)) if len(off) else np.nan
-        worst = beyond.max() if len(off) else np.nan
-        row(
-            f"  {name}",
-            f"valid {field.valid.mean():.1%}, rms {1e3 * rms:.1f} mpx, worst {worst:.1f} σ",
-            f"{count} beyond 5 σ" if count else "",
-        )
-    row("valid points that are wrong by more than 5 σ", f"{wrong}", "none", wrong == 0)
+    """Error and share of valid points under bad light, and points that are wrong by over 5 σ.
+
+    The limits in `dic.clipping` and `dic.verdict` were chosen on other spots and other noise (seed
+    6 and 0); on those none is wrong, so they would flatter.
+    """
+    shift, wrong, valid = np.array([0.4, 0.2]), 0, 0
+    for seed in (106, 207):
+        pair = speckle(SIDE, seed=seed), speckle(SIDE, shift, seed=seed)
+        rng = np.random.default_rng(seed)
+        for name, plain, moved, noise in hard_frames(*pair, rng):
+            first, second = (eight_bit(i, noise, rng) for i in (plain, moved))
+            field = dic.correlate(dic.prepare(first), second)
+            off = (np.column_stack([field.u, field.v]) - shift)[field.valid]
+            sigma = np.column_stack([field.sigma_u, field.sigma_v])[field.valid]
+            beyond = np.abs(off) / sigma
+            count = np.count_nonzero((beyond > 5).any(axis=1))
+            wrong, valid = wrong + count, valid + len(off)
+            rms = np.sqrt(np.mean(off**2)) if len(off) else np.nan
+            worst = beyond.max() if len(off) else np.nan
+            row(
+                f"  {name}",
+                f"valid {field.valid.mean():.1%}, rms {1e3 * rms:.1f} mpx, worst {worst:.1f} σ",
+                f"{count} beyond 5 σ" if count else "",
+            )
+    row("valid points wrong by more than 5 σ", f"{wrong} of {valid}", "none", wrong == 0)
 
 
 def main(folder: str | None = None) -> None:

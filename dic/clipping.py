@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from dic.displacement import Status
 
-_GAINED = 0.1  # share of a subset that may clip in the frame and not in the reference
+_GAINED = 0.04  # share of a subset that may clip in the frame and not in the reference
 
 
 def white(image: NDArray) -> int:

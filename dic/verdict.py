@@ -16,7 +16,7 @@ _FOUND = 0.8  # ZNCC below which it is not the same pattern
 _STOPPED = 1e-3  # px, more than this in the last iteration is NOT_CONVERGED
 _DISTURBED = 4.0  # times the noise of the field: photographs without a hand reach 3.2
 _WHOLE = 0.97  # ZNCC from which no subset is disturbed, however little noise the others have
-_CLEAR = 0.99  # ZNCC from which no subset is looked at for pixels that clip
+_CLEAR = 0.995  # ZNCC from which no subset is looked at for pixels that clip
 _MOST_NOISE = 0.5  # share of Σ∇f∇fᵀ that may be noise
 
 
