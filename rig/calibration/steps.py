@@ -1,0 +1,121 @@
+"""The steps of a calibration from pictures on disk: what to take, and what comes of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.calibration import gray
+from rig.calibration.board import Board, View, on_plate
+from rig.calibration.lens import Lens, calibrate_lens
+from rig.calibration.photon import Photon, photon_transfer
+from rig.calibration.pose import Pose, find_pose
+from rig.calibration.projector import Light, find_light
+from rig.calibration.store import Calibration
+from rig.scene import Scene
+from rig.scene.plate import Plate
+
+PICTURES = {".png", ".tif", ".tiff", ".bmp", ".jpg", ".jpeg"}
+BY_HAND = 0.7  # px, standard deviation of a corner that was marked by hand
+
+
+def pictures(folder: Path) -> list[NDArray[np.uint8]]:
+    """Read the pictures of a folder in the order of their names, as grey levels.
+
+    Raises
+    ------
+    OSError
+        If there is no such folder, it holds no pictures, or one cannot be read.
+    """
+    if not folder.is_dir():
+        raise OSError(f"folder '{folder}' of pictures does not exist; check the path")
+    paths = sorted(path for path in folder.iterdir() if path.suffix.lower() in PICTURES)
+    if not paths:
+        raise OSError(f"folder '{folder}' holds no pictures; put PNG or TIFF files there")
+    return [_read(path) for path in paths]
+
+
+def from_boards(folder: Path, board: Board, left_out: tuple[int, ...]) -> Lens:
+    """Calibrate the lens; views are numbered from 0 in the order of their names.
+
+    Raises
+    ------
+    OSError, ValueError
+        If there are too few pictures that show the board.
+    """
+    images = pictures(folder)
+    found = [board.find(image) for image in images]
+    unseen = tuple(index for index, view in enumerate(found) if view is None)
+    nothing = View(np.empty((0, 2)), np.empty((0, 2)))
+    views = [view or nothing for view in found]
+    size = (images[0].shape[1], images[0].shape[0])
+    return calibrate_lens(views, size, tuple(sorted({*left_out, *unseen})))
+
+
+def from_corners(scene: Scene, known: Calibration, corners: list[tuple[float, float]]) -> Pose:
+    """Find the plate from its corners in a picture, px: origin, end of x, far corner, end of y."""
+    plate = _plate(scene)
+    (a, b), height = plate.size, plate.thickness / 2
+    mm = np.array([(0, 0, height), (a, 0, height), (a, b, height), (0, b, height)])
+    if len(corners) != 4:
+        raise ValueError(f"plate has 4 corners, got {len(corners)}; give --corner four times")
+    return find_pose(known.known_lens(), View(mm, np.array(corners)), BY_HAND)
+
+
+def from_patch(
+    scene: Scene, known: Calibration, folder: Path, board: Board, at: tuple[float, float]
+) -> Pose:
+    """Find the plate from a board on it, whose printed top left corner lies at (x, y) mm."""
+    view = board.find(pictures(folder)[0])
+    if view is None:
+        raise ValueError(f"the first picture in '{folder}' shows no board; look at its light")
+    T = np.array([[1.0, 0.0, at[0]], [0.0, -1.0, at[1]]])
+    return find_pose(known.known_lens(), on_plate([(view, T)], _plate(scene).thickness / 2))
+
+
+def from_stripes(scene: Scene, known: Calibration, folder: Path) -> Light:
+    """Find the projector from pictures of its Gray code, in the order of `gray.patterns`."""
+    camera = known.camera()
+    if camera is None or scene.projector is None:
+        raise ValueError(
+            "the projector is found through a calibrated camera; add [projector], and run"
+            " `touchplate calibrate camera` and `pose` first"
+        )
+    plate, size = _plate(scene), scene.projector.size
+    seen, valid = gray.decode(pictures(folder), size)
+    return find_light(seen, valid, camera, plate.size, size, plate.thickness / 2)
+
+
+def from_stills(folder: Path, black: float) -> Photon:
+    """Measure noise and gain from still pictures, a folder in `folder` for each exposure."""
+    if not folder.is_dir():
+        raise OSError(f"folder '{folder}' of exposures does not exist; check the path")
+    return photon_transfer(
+        [pictures(part) for part in sorted(folder.iterdir()) if part.is_dir()], black
+    )
+
+
+def write_stripes(scene: Scene, folder: Path) -> int:
+    """Write the pictures that the projector must show; gives their number."""
+    if scene.projector is None:
+        raise ValueError(f"scene '{scene.title}' has no projector; add [projector]")
+    stripes = gray.patterns(scene.projector.size)
+    for index, picture in enumerate(stripes):
+        cv2.imwrite(str(folder / f"{index:02d}.png"), picture)
+    return len(stripes)
+
+
+def _plate(scene: Scene) -> Plate:
+    if scene.plate is None:
+        raise ValueError(f"scene '{scene.title}' has no plate; add [plate]")
+    return scene.plate
+
+
+def _read(path: Path) -> NDArray[np.uint8]:
+    picture = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+    if picture is None:
+        raise OSError(f"picture '{path}' cannot be read; save it as PNG or TIFF")
+    return np.asarray(picture, dtype=np.uint8)
