@@ -1,8 +1,9 @@
 """Print what the shell is held to: rods, bent bases, thickness to the end, and error against time.
 
 Usage: ``python benchmarks/shell_bars.py [rods bases strips thickness extremes meshes]``, those
-sections or all of them; about ten minutes. Every state prints its verdict, relative residual,
-Newton iterations and smallest eigenvalue in parts of the flat plate's. CPU time is of one thread.
+sections or all of them; `thickness` and `meshes` take many minutes each, the others a minute or
+less. Every state prints its verdict, relative residual, Newton iterations and smallest eigenvalue
+in parts of the flat plate's. CPU time is of one thread.
 """
 
 import os
