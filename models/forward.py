@@ -60,9 +60,13 @@ class LinearForward:
     table: Table
     doubt: float = 0.0
 
-    @cached_property
+    @property
     def freedom(self) -> int:
         """See `Forward.freedom`."""
+        return self._freedom
+
+    @cached_property
+    def _freedom(self) -> int:
         return int(self.table.whitening.any(axis=2).sum()) - len(self.table.aside)
 
     def response(self, xy: NDArray) -> NDArray[np.float64]:

@@ -49,9 +49,13 @@ class LargeForward:
         """See `Forward.doubt`."""
         return DOUBT
 
-    @cached_property
+    @property
     def freedom(self) -> int:
         """Numbers that were measured."""
+        return self._freedom
+
+    @cached_property
+    def _freedom(self) -> int:
         return int(self.whitening.any(axis=1).sum())
 
     def response(self, xy: NDArray) -> NDArray[np.float64]:
