@@ -64,6 +64,10 @@ def main() -> None:
         "Digits: of the deflection under the touch, from the relative error against the truth "
         "named. What is refused is refused with the sentence quoted.",
         table("case|truth|digits right|what is said", extreme_lines()),
+        "The shell at its extremes (thickness to 1e-6 of the side, springs, contrasts, wrinkles) is "
+        "printed by `python benchmarks/shell_bars.py` and told in "
+        "[decision 15](decisions/0015-shell.md); the reduced plate on the ring of the paper by "
+        "`python benchmarks/reduced_bars.py`.",
     ]
     PAGE.write_text("\n\n".join(parts) + "\n")
 
