@@ -12,22 +12,19 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import platform
 import time
 from collections.abc import Callable, Iterator
-from math import inf
 from pathlib import Path
 
 import numpy as np
 import scipy.sparse.linalg as sla
 from numpy.typing import NDArray
+from plate_extremes import PAPER, extreme_lines
 
 import fe
 from fe.energy import stiffness
 from fe.functional import derivative
 from models.ring import inside_edges, on_edges
-from tests.fe.levy import levy
-from tests.fe.stepped import cantilever, line_load, stepped
 
 PAGE = Path(__file__).parent.parent / "docs" / "plate-figures.md"
-PAPER = fe.Plate((100.0, 100.0), thickness=1.0, young=3000.0, poisson=0.3)
 LOADS = ((50.0, 50.0), (30.0, 20.0), (10.0, 50.0), (20.0, 10.0))
 RING = np.concatenate([on_edges(PAPER.size), inside_edges(PAPER.size)])
 MESHES, TRUTH = (20, 40, 80, 100, 120, 160), 400
@@ -35,7 +32,6 @@ PVC = fe.Plate((254.0, 254.0), thickness=1.0, young=3000.0, poisson=0.38)
 PRESSES = ((127.0, 127.0), (60.0, 90.0), (100.0, 200.0), (40.0, 45.0))
 FORCES = (0.05, 0.5, 5.0)
 GAUGES = 25.0 + inside_edges((204.0, 204.0), 17.0, 0.0)
-C, S, F = fe.Clamped(), fe.Supported(), fe.Free()
 Line = tuple[str, ...]
 
 
@@ -64,8 +60,8 @@ def main() -> None:
         "Digits: of the deflection under the touch, from the relative error against the truth "
         "named. What is refused is refused with the sentence quoted.",
         table("case|truth|digits right|what is said", extreme_lines()),
-        "The shell at its extremes (thickness to 1e-6 of the side, springs, contrasts, wrinkles) is "
-        "printed by `python benchmarks/shell_bars.py` and told in "
+        "The shell at its extremes (thickness to 1e-6 of the side, springs, contrasts, wrinkles) "
+        "is printed by `python benchmarks/shell_bars.py` and told in "
         "[decision 15](decisions/0015-shell.md); the reduced plate on the ring of the paper by "
         "`python benchmarks/reduced_bars.py`.",
     ]
@@ -228,77 +224,6 @@ THEORIES = {
     "shell, 20 × 20": _by_shell(20),
     "shell, 40 × 40 (default)": _by_shell(40),
 }
-
-
-def extreme_lines() -> Iterator[Line]:
-    """Cases of the linear plate; those of the shell are in shell_bars.py."""
-    square = 0.005612024020
-    for thinness in (1e-1, 1e-3, 1e-6):
-        plate = fe.Plate(PAPER.size, 100.0 * thinness, 3000.0, 0.3)
-        yield case(f"thickness/side {thinness:.0e}", "series", plate, square)
-    for poisson in (-0.9, 0.0, 0.49, 0.499):
-        plate = fe.Plate(PAPER.size, 1.0, 3000.0, poisson)
-        yield case(f"Poisson's ratio {poisson:g}", "series", plate, square)
-    for spring in (0.0, 1e-6, 1.0, 1e3, 1e6, 1e15):
-        yield sprung(f"rotation spring {spring:g} N", fe.Elastic(inf, spring))
-    for spring in (1e-12, 1e-6, 1e-3, 1.0, 1e6, 1e15):
-        yield sprung(f"deflection spring {spring:g} N/mm²", fe.Elastic(spring, 0.0))
-    for contrast in (1e-12, 1e-6, 1e-3, 1e3, 1e6, 1e9, 1e12):
-        yield patched(contrast)
-    for place in ((1.0, 50.0), (50.0, 1.0), (1.0, 1.0), (0.0, 50.0)):
-        yield near(place)
-
-
-def case(name: str, source: str, plate: fe.Plate, truth: float) -> Line:
-    """Compare w D/(P a²) under a touch in the middle."""
-    solver = fe.Linear(plate, fe.default_mesh(plate))
-    w = fe.compliance(solver, [(50.0, 50.0)])[0] * plate.rigidity / plate.size[0] ** 2
-    return name, source, digits(w / truth - 1), "-"
-
-
-def sprung(name: str, edge: fe.Elastic) -> Line:
-    """South and north elastic, west and east supported: Lévy's series."""
-    plate = fe.Plate(PAPER.size, 1.0, 3000.0, 0.3, fe.Edges(S, S, edge, edge))
-    truth, _ = levy(plate, (50.0, 40.0), (50.0, 40.0), terms=20000)
-    return attempt(
-        name,
-        "Lévy's series",
-        lambda: fe.compliance(fe.Linear(plate, fe.default_mesh(plate)), [(50.0, 40.0)])[0] / truth,
-    )
-
-
-def patched(contrast: float) -> Line:
-    """Cantilever whose outer part is stiffer or softer: a stepped beam."""
-    plate = stepped(1.0, 3000.0 * contrast)
-
-    def ratio() -> float:
-        state = fe.deflect(plate, line_load(120.0), fe.grid(plate, 40))
-        return state.deflection([[120.0, 20.0]])[0] / -cantilever(plate, 120.0)
-
-    return attempt(f"patch {contrast:.0e} times as stiff, held by the rest", "beam", ratio)
-
-
-def near(place: tuple[float, float]) -> Line:
-    """Touch within 1 % of an edge or a corner, against twice as many elements."""
-    coarse, fine = (
-        fe.compliance(fe.Linear(PAPER, fe.Mesh(PAPER.size, (n, n))), [place])[0] for n in (120, 240)
-    )
-    if fine == 0.0:
-        return f"touch on a clamped edge {place} mm", "0", "exact", "-"
-    return f"touch at {place} mm, clamped", "240 × 240", digits(coarse / fine - 1), "-"
-
-
-def attempt(name: str, source: str, ratio: Callable[[], float]) -> Line:
-    """Digits of a ratio that should be 1, or the sentence that refuses it."""
-    try:
-        return name, source, digits(ratio() - 1), "-"
-    except ValueError as refusal:
-        return name, source, "refused", f"“{refusal}”"
-
-
-def digits(error: float) -> str:
-    """Digits that a relative error leaves right."""
-    return f"{-np.log10(max(abs(error), 1e-16)):.1f}"
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from fe.plate import Plate
 # Recovery of curvature needs five elements between breaks; one more leaves an inside.
 _FEWEST = 6
 # Strains near a touch need it: five millimetres from one, on a plate of 100, 100 elements leave
-# 1.6e-4 of the largest strain and 120 leave 8e-5. On round sides it also puts nodes on round places.
+# 1.6e-4 of the largest strain and 120 leave 8e-5. Round sides get nodes on round places, too.
 _LONG_SIDE = 120
 
 Breaks = tuple[tuple[float, ...], tuple[float, ...]]
