@@ -1,4 +1,4 @@
-"""Linear plates at the ends of their ranges, against truths; `plate_figures.py` writes the table."""
+"""Linear plates at the ends of their ranges; `plate_figures.py` writes the table."""
 
 from collections.abc import Callable, Iterator
 from math import inf
