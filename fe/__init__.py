@@ -10,7 +10,7 @@ from fe.mesh import Mesh, default_mesh, grid
 from fe.modes import Modes, modes
 from fe.picture import draw
 from fe.plate import Patch, Plate, Touch
-from fe.reduced import LargeState, Reduced, Trust, reduce
+from fe.reduced import LargeState, Reduced, Trust, View, reduce
 from fe.regime import Regime, regime
 from fe.shell import Base, Shell, ShellState, Stability, Verdict, solve
 from fe.vtu import write_vtu
@@ -41,6 +41,7 @@ __all__ = [
     "Touch",
     "Trust",
     "Verdict",
+    "View",
     "compliance",
     "default_mesh",
     "deflect",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from models.answer import Answer as Answer
+    from models.answer import balance as balance
     from models.answer import superpose as superpose
     from models.bound import cramer_rao as cramer_rao
     from models.bound import pixel_level as pixel_level
@@ -51,7 +52,7 @@ if TYPE_CHECKING:
     from models.strain_map import see_strain as see_strain
 
 _HOMES = {
-    "answer": ("Answer", "superpose"),
+    "answer": ("Answer", "balance", "superpose"),
     "bound": ("cramer_rao", "pixel_level"),
     "dataset": ("Dataset",),
     "dataset_file": ("DatasetFile", "begin_dataset"),

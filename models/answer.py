@@ -11,7 +11,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Answer", "superpose"]
+import fe
+
+__all__ = ["Answer", "balance", "superpose"]
 
 Answer = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """From touches (n, k, 3), mm, mm, N, to strain (n, M, 3): exx, eyy, exy of M gauges."""
@@ -37,3 +39,33 @@ def superpose(
         return before + np.einsum("nk,nkmc->nmc", touches[..., 2], single)
 
     return strain
+
+
+def balance(gauges: fe.View, radius: float = 0.0) -> Answer:
+    """Return the answer of a reduced plate: large touches do not add, each sample is solved for.
+
+    Parameters
+    ----------
+    gauges
+        Of the plate, from `fe.Reduced.gauges`.
+    radius
+        Of the discs of the touches, mm; 0 for points.
+
+    Raises
+    ------
+    ValueError
+        By the answer, for touches under which the reduced plate cannot be trusted.
+    """
+
+    def strain(touches: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.stack([_read(gauges, sample, radius) for sample in touches])
+
+    return strain
+
+
+def _read(gauges: fe.View, sample: NDArray[np.float64], radius: float) -> NDArray[np.float64]:
+    reading = gauges.read(sample[:, :2], sample[:, 2], radius)
+    if reading.result is not fe.Trust.TRAINED:
+        named = ", ".join(f"{force:g} N at ({x:g}, {y:g}) mm" for x, y, force in sample)
+        raise ValueError(f"strain under {named} is not sure: {reading.result.value}")
+    return reading.values

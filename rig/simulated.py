@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import fe
     from models.dataset import Dataset
 
-__all__ = ["Lesson", "Sets", "influence", "lesson", "model_path", "simulate"]
+__all__ = ["Lesson", "Sets", "influence", "lesson", "model_path", "reduced", "simulate"]
 
 
 @dataclass(frozen=True)
@@ -133,6 +133,16 @@ def influence(
         return fe.influence(plate, gauges, progress=report).arrays()
 
     return fe.Influence.from_arrays(cache.fetch("influence", (fe, plate, gauges), compute))
+
+
+def reduced(plate: fe.Plate, force: float, report: Callable[[int, int], None]) -> fe.Reduced:
+    """Return the reduced plate for touches up to `force` N, from the cache where it is there."""
+    import fe
+
+    def compute() -> cache.Arrays:
+        return fe.reduce(plate, force=force, progress=report).arrays()
+
+    return fe.Reduced.from_arrays(cache.fetch("reduced", (fe, plate, force), compute))
 
 
 def model_path(scene: str | Path) -> Path:

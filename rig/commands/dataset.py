@@ -6,7 +6,7 @@ import time
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -15,8 +15,8 @@ from rig.scene import Scene, load, parse_overrides
 from rig.scene.bench import Ring
 from rig.scene.dataset import Dataset
 from rig.scene.plate import Base, Plate
-from rig.scene.theory import require_linear
-from rig.simulated import influence
+from rig.scene.theory import choose
+from rig.simulated import influence, reduced
 
 if TYPE_CHECKING:
     import numpy as np
@@ -74,10 +74,11 @@ class Task:
     gauges: Ring
     samples: Dataset
     radius: float
+    theory: Literal["linear", "large"]
 
 
 def _task(scene: Scene) -> Task:
-    """Return what a data set is made from; say what linear theory costs where the scene insists."""
+    """Return what a data set is made from; say which theory where that matters."""
     match scene:
         case Scene(plate=Plate() as plate, gauges=Ring() as gauges, dataset=Dataset() as samples):
             pass
@@ -89,9 +90,10 @@ def _task(scene: Scene) -> Task:
     radius = scene.touches.radius if scene.touches else 0.0
     if scene.base:
         _check_base(plate, scene.base, radius)
-    elif (theory := require_linear(scene, plate, samples.largest, "a data set")).against:
+    theory = choose(scene, plate, samples.largest)
+    if theory.against or (theory.name == "large" and not scene.base):
         console().print(theory.sentence)
-    return Task(scene.title, plate, scene.base, gauges, samples, radius)
+    return Task(scene.title, plate, scene.base, gauges, samples, radius, theory.name)
 
 
 def _check_base(plate: Plate, base: Base, radius: float) -> None:
@@ -110,6 +112,9 @@ def _answer(task: Task, gauges: np.ndarray, report: Report) -> Answer:
     import models
 
     plate = task.plate.build()
+    if task.base is None and task.theory == "large":
+        together = task.samples.touches * task.samples.largest
+        return models.balance(reduced(plate, together, report).gauges(gauges), task.radius)
     if task.base is None:
         flat = influence(plate, gauges, report)
         return models.superpose(partial(flat.strain, radius=task.radius))
@@ -128,7 +133,7 @@ def _about(task: Task) -> dict[str, Any]:
         "dataset": task.samples,
     }
     named = {name: part.model_dump(mode="json") for name, part in sections.items() if part}
-    return named | {"touches": {"radius": task.radius}}
+    return named | {"touches": {"radius": task.radius}, "theory": task.theory}
 
 
 def _table(title: str, figures: dict[str, Any]) -> Table:

@@ -161,6 +161,27 @@ def test_on_a_bent_plate_touches_add_to_the_strain_of_the_base(bench):
     assert abs(strain - bent.strain(data.gauges)).max() > 1e-4 * abs(strain).max()
 
 
+@pytest.mark.slow
+def test_large_touches_are_those_of_the_shell(bench):
+    folder, dataset = bench
+    path = folder / "large.h5"
+    thin = ["--set", "plate.thickness=0.5 mm", "--set", "dataset.samples=12"]
+    large = [*thin, "--set", "dataset.force=0.5 N"]
+    done = dataset("--out", str(path), *large)
+    assert done.returncode == 0, done.stderr
+    assert "theory of large deflection: w/h is up to" in " ".join(done.stderr.split())
+    data = models.read_dataset(path)
+    assert data.about["theory"] == "large"
+    plate = fe.Plate((60.0, 40.0), 0.5, 3000.0, 0.3)
+    room = np.minimum(data.touches[:, :, :2], np.array(plate.size) - data.touches[:, :, :2])
+    most = int(np.argmax((data.touches[:, :, 2] * room.min(axis=2)).sum(axis=1)))
+    touches = [fe.Touch(*touch) for touch in data.touches[most].tolist()]
+    strain = fe.solve(plate, touches).strain(data.gauges)
+    assert np.linalg.norm(data.strain[most] - strain) < 0.02 * np.linalg.norm(strain)
+    small = fe.deflect(plate, touches).strain(data.gauges)
+    assert np.linalg.norm(small - strain) > 0.05 * np.linalg.norm(strain)
+
+
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
@@ -168,7 +189,6 @@ def test_on_a_bent_plate_touches_add_to_the_strain_of_the_base(bench):
         (["--set", "dataset.samples=10000000"], "the lattice has 15840 combinations of 2"),
         (["--set", "dataset.spacing=7"], "spacing must divide the 40 mm between the margins"),
         (["--set", "dataset.places=random", "--set", "dataset.margin=20"], "margin"),
-        (["--set", "dataset.force=1 N"], "needs the theory of large deflection (w/h is up to"),
         (["--set", "plate.edges.kind=free"], "plate edges must hold the plate"),
         (["--out", "oblong.toml/set.h5"], "cannot be written"),
         (["--set", "base.bend=1"], "south edge must be free or on springs when the cl"),
