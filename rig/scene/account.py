@@ -15,7 +15,7 @@ from rig.scene.sensing import StrainEstimator
 from rig.scene.theory import Theory, choose, largest_force
 
 if TYPE_CHECKING:
-    from fe.regime import Regime
+    from fe.linear_range import Regime
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from rig.scene.plate import Plate
 from rig.scene.scene import Scene
 
 if TYPE_CHECKING:
-    from fe.regime import Regime
+    from fe.linear_range import Regime
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ def choose(scene: Scene, plate: Plate, force: float | None) -> Theory:
         return Theory("large", None, "theory of large deflection: the plate is bent by its base")
     regime = None
     if force is not None:
-        from fe.regime import regime as judge
+        from fe.linear_range import regime as judge
 
         regime = judge(plate.build(), force)
     name = plate.theory or (regime.theory if regime else "linear")
