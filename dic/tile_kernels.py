@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-DEGREE = 5  # of the B-spline
+DEGREE = 7  # of the B-spline
+BEFORE = DEGREE // 2  # knots that a value needs before the pixel to its left
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -35,7 +36,7 @@ def sums_in_place(image, reference, gradient, origin, size, shape, out):
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def spline_weights(t, value, slope):
-    """Weigh the knots -2 … 3 at the fraction t and their derivatives, by de Boor's recursion."""
+    """Weigh the knots -3 … 4 at the fraction t and their derivatives, by de Boor's recursion."""
     value[:] = 0.0
     value[0] = 1.0
     for degree in range(1, DEGREE + 1):
@@ -61,11 +62,11 @@ def sums_moved(image, coefficients, flow, origin, size, shape, out, light):
     for tile in range(shape[0] * shape[1]):
         left = origin[0] + (tile % shape[1]) * size
         top = origin[1] + (tile // shape[1]) * size
-        # f(x - d): the knots start two before floor(-d).
+        # f(x - d) lies in the pixel that starts at floor(-d).
         ix, iy = int(np.floor(-flow[tile, 0])), int(np.floor(-flow[tile, 1]))
         spline_weights(-flow[tile, 0] - ix, wx, sx)
         spline_weights(-flow[tile, 1] - iy, wy, sy)
-        _cut(coefficients, left + ix - 2, top + iy - 2, patch)
+        _cut(coefficients, left + ix - BEFORE, top + iy - BEFORE, patch)
         _along(patch, wx, values)
         _along(patch, sx, slopes)
         _down(values, wy, f)
@@ -91,25 +92,29 @@ def _cut(array, left, top, patch):
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _along(patch, weights, out):
-    """Weigh six neighbours along x; weights in registers let the loop run on vectors."""
-    a, b, c, d, e, f = weights[0], weights[1], weights[2], weights[3], weights[4], weights[5]
+    """Weigh eight neighbours along x; weights in registers let the loop run on vectors."""
+    a, b, c, d = weights[0], weights[1], weights[2], weights[3]
+    e, f, g, h = weights[4], weights[5], weights[6], weights[7]
     for j in range(out.shape[0]):
         for i in range(out.shape[1]):
             out[j, i] = (
                 a * patch[j, i] + b * patch[j, i + 1] + c * patch[j, i + 2]
                 + d * patch[j, i + 3] + e * patch[j, i + 4] + f * patch[j, i + 5]
+                + g * patch[j, i + 6] + h * patch[j, i + 7]
             )  # fmt: skip
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _down(rows, weights, out):
-    """Weigh six neighbours along y."""
-    a, b, c, d, e, f = weights[0], weights[1], weights[2], weights[3], weights[4], weights[5]
+    """Weigh eight neighbours along y."""
+    a, b, c, d = weights[0], weights[1], weights[2], weights[3]
+    e, f, g, h = weights[4], weights[5], weights[6], weights[7]
     for j in range(out.shape[0]):
         for i in range(out.shape[1]):
             out[j, i] = (
                 a * rows[j, i] + b * rows[j + 1, i] + c * rows[j + 2, i]
                 + d * rows[j + 3, i] + e * rows[j + 4, i] + f * rows[j + 5, i]
+                + g * rows[j + 6, i] + h * rows[j + 7, i]
             )  # fmt: skip
 
 
