@@ -9,7 +9,7 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check
 export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: help install torch demo test quick lint format bench system-deps clean
+.PHONY: help install torch demo test quick lint format bench report system-deps clean
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -55,6 +55,9 @@ format: $(STAMP)  ## put the code into its form
 
 bench: $(STAMP)  ## print the figures of the README
 	$(BIN)/python benchmarks/whole_way.py $(DATA)
+
+report: $(STAMP)  ## run all studies; the page is results/report/report.html
+	$(BIN)/touchplate report
 
 system-deps:  ## Debian packages that the tests of browser, display, devices and CalculiX need (as root)
 	apt-get update -qq

@@ -25,6 +25,7 @@ COMMANDS = {
     "train": "Train the net of a scene on simulated touches.",
     "tune": "Search over layers and sizes of the net of a scene.",
     "score": "Repeat the test of a trained net.",
+    "report": "Error against run time, stiff and extreme cases: run the studies, write the page.",
     "doctor": "Say what this machine has for a bench, what it lacks, and how to mend it.",
 }
 TRACEBACK = "--traceback"

@@ -1,0 +1,56 @@
+"""Where a report comes from: the machine, the versions, the scenes and the code."""
+
+from __future__ import annotations
+
+import platform
+from datetime import datetime
+from hashlib import sha256
+from importlib import import_module
+from pathlib import Path
+
+from rig.cache import key
+from rig.doctor.machine import look_at_computer, versions
+from rig.scene import load, shipped
+
+PACKAGES = ("dic", "fe", "synthetic", "models", "rig")
+
+
+def head(effort: str, now: datetime) -> str:
+    """Return the beginning of the page: title, date, machine, versions, scenes."""
+    found = versions()
+    named = ", ".join(f"{name} {version}" for name, version in found.items() if version)
+    computer = "; ".join(finding.text for finding in look_at_computer())
+    scenes = ", ".join(f"{name} `{digest[:12]}`" for name, digest in scene_hashes().items())
+    return "\n\n".join(
+        [
+            "# Report: error against run time, stiff and extreme cases",
+            f"Built on {now:%Y-%m-%d %H:%M} by `touchplate report`, effort {effort}. Figures and"
+            " outcomes of each study stand in `raw/`, a CSV and a JSON file each. Seeds are fixed"
+            " in the studies.",
+            f"Machine: {processor()}; {computer}. Times are of one thread unless stated.",
+            f"Versions: Python {platform.python_version()}, {named}.",
+            f"Scenes, by the hash of their content: {scenes}.",
+        ]
+    )
+
+
+def processor() -> str:
+    """Return the name of the processor."""
+    known = Path("/proc/cpuinfo")
+    lines = known.read_text(encoding="utf-8").splitlines() if known.exists() else []
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or platform.machine()
+
+
+def scene_hashes() -> dict[str, str]:
+    """Return the hash of the content of each shipped scene, by its name."""
+    return {name: key("scene", load(name).model_dump(mode="json")) for name in shipped()}
+
+
+def code_hash(home: Path) -> str:
+    """Return the hash of the code of all five packages, and of the studies in `home`."""
+    digest = sha256()
+    for folder in (home, *(Path(import_module(name).__path__[0]) for name in PACKAGES)):
+        for path in sorted(folder.rglob("*.py")):
+            digest.update(path.relative_to(folder).as_posix().encode() + path.read_bytes())
+    return digest.hexdigest()

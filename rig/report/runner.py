@@ -1,0 +1,109 @@
+"""Run a study in a process of its own and keep what came of it."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Literal
+
+from rig.report.figure import Figure, read
+
+State = Literal["done", "failed", "stopped"]
+TAIL = 400  # characters of its last words
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a study.
+
+    Attributes
+    ----------
+    key : str
+        Of everything that it depends on; a study with the same key need not run again.
+    state : {"done", "failed", "stopped"}
+        "stopped" where it ran into its limit.
+    seconds, cpu : float, s
+        Wall time and CPU time.
+    words : str
+        Its last words where it did not end well.
+    """
+
+    key: str
+    state: State
+    seconds: float
+    cpu: float
+    words: str = ""
+
+
+@dataclass(frozen=True)
+class Place:
+    """The files of one study in the folder of a report."""
+
+    folder: Path
+    name: str
+
+    @property
+    def figures(self) -> Path:
+        """Its figures, CSV."""
+        return self.folder / f"{self.name}.csv"
+
+    @property
+    def outcome(self) -> Path:
+        """What came of it, JSON."""
+        return self.folder / f"{self.name}.json"
+
+
+def run(
+    program: Path, words: tuple[str, ...], place: Place, key: str, limit: float | None
+) -> Outcome:
+    """Run a program and keep figures and outcome at their place; `limit` is in s, None for none.
+
+    An interruption of this process ends the program, and leaves no outcome.
+    """
+    place.folder.mkdir(parents=True, exist_ok=True)
+    place.outcome.unlink(missing_ok=True)
+    place.figures.unlink(missing_ok=True)
+    command = [sys.executable, str(program), *words, "--figures", str(place.figures.absolute())]
+    began, before = time.monotonic(), _children()
+    state: State = "done"
+    try:
+        ended = subprocess.run(
+            command, capture_output=True, text=True, timeout=limit, env=_environment(), check=False
+        )
+        said = ended.stderr
+        if ended.returncode:
+            state, said = "failed", said or f"exit code {ended.returncode}"
+    except subprocess.TimeoutExpired:
+        state, said = "stopped", f"stopped after {limit:.0f} s"
+    last = said.strip()[-TAIL:] if state != "done" else ""
+    outcome = Outcome(key, state, time.monotonic() - began, _children() - before, last)
+    place.outcome.write_text(json.dumps(asdict(outcome), indent=1), encoding="utf-8")
+    return outcome
+
+
+def kept(place: Place, key: str) -> Outcome | None:
+    """Return the outcome that is kept, where it is of the same key and ended well."""
+    if not place.outcome.exists():
+        return None
+    outcome = Outcome(**json.loads(place.outcome.read_text(encoding="utf-8")))
+    return outcome if outcome.key == key and outcome.state == "done" else None
+
+
+def figures(place: Place) -> tuple[Figure, ...]:
+    """Return the figures of a study, as far as it came."""
+    return tuple(read(place.figures))
+
+
+def _environment() -> dict[str, str]:
+    """One thread for BLAS, as in the loop, and the program's messages in one language."""
+    return os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "LC_ALL": "C.UTF-8"}
+
+
+def _children() -> float:
+    used = os.times()
+    return used.children_user + used.children_system

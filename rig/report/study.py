@@ -1,0 +1,100 @@
+"""What a report is made of: sections of studies, each a program that writes figures."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+Effort = Literal["quick", "normal", "full"]
+CONTENTS = "report.toml"
+
+
+class Study(BaseModel):
+    """One study. Its program is called with ``--figures FILE`` and the words of the effort.
+
+    Attributes
+    ----------
+    name, title, text : str
+        What its files are called; its heading; what it compares, in Markdown.
+    program : str
+        A Python file of the folder of studies.
+    quick, normal, full : tuple of str, or None
+        Further words on its command line by effort; None where it is left out.
+    limit : float
+        Seconds after which it is stopped at the normal effort; a full one has no limit.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    name: Annotated[str, Field(pattern="^[a-z0-9-]+$")]
+    title: str
+    text: str = ""
+    program: str
+    quick: tuple[str, ...] | None = ()
+    normal: tuple[str, ...] | None = ()
+    full: tuple[str, ...] | None = ()
+    limit: Annotated[float, Field(gt=0)] = 600.0
+
+    def words(self, effort: Effort) -> tuple[str, ...] | None:
+        """Return the words of an effort, None where the study is left out of it."""
+        return {"quick": self.quick, "normal": self.normal, "full": self.full}[effort]
+
+
+class Section(BaseModel):
+    """A heading, what it is about, and its studies."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    title: str
+    text: str = ""
+    studies: tuple[Study, ...]
+
+
+class _Contents(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    section: tuple[Section, ...]
+
+
+@dataclass(frozen=True)
+class Contents:
+    """The sections of a report, and the folder where their programs stand."""
+
+    home: Path
+    sections: tuple[Section, ...]
+
+
+def read_contents(home: Path) -> Contents:
+    """Read the table of contents of a folder of studies.
+
+    Raises
+    ------
+    OSError
+        If the folder has none.
+    ValueError
+        If it is not readable, or names a program that is not there.
+    """
+    path = home / CONTENTS
+    if not path.exists():
+        raise OSError(
+            f"there is no {CONTENTS} in '{home}'; studies come with the source tree, run the report"
+            " in it or name their folder with --studies"
+        )
+    try:
+        with path.open("rb") as file:
+            sections = _Contents.model_validate(tomllib.load(file)).section
+    except (tomllib.TOMLDecodeError, ValidationError) as error:
+        raise ValueError(
+            f"{path} is not a table of contents: {' '.join(str(error).split())}"
+        ) from error
+    for section in sections:
+        for study in section.studies:
+            if not (home / study.program).is_file():
+                raise ValueError(
+                    f"{path}: study '{study.name}' names {study.program}, which is not there"
+                )
+    return Contents(home, sections)
