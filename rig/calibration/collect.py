@@ -14,12 +14,31 @@ from numpy.typing import NDArray
 
 import fe
 from rig.calibration.alignment import Alignment, align
+from rig.scene import Scene
+from rig.script import asked
 from rig.snapshot import Mark
 
-HOLD = 0.4  # s that a press must stand still
+HOLD = 0.6  # s that a press must stand still; the second half counts, when a finger has settled
 STEADY = 0.05  # of the force, by which it may vary meanwhile, beside what its noise explains
 NOISE = 4.0  # standard deviations that noise may explain
 NEAR = 30.0  # mm from its target: further away somebody pressed something else
+
+
+def targets(scene: Scene) -> tuple[fe.Touch, ...]:
+    """Return the presses that a collection on a scene asks for, in their order.
+
+    Raises
+    ------
+    ValueError
+        If the scene does not say where and how hard to press.
+    """
+    if scene.plate is None or scene.touches is None or scene.source is None:
+        raise ValueError(
+            f"scene '{scene.title}' needs [touches] and a [source] to collect presses; add them,"
+            " as twin has them"
+        )
+    seed = scene.source.seed if scene.source.kind == "twin" else 0
+    return asked(scene.plate.size, scene.touches.force, seed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,12 +121,12 @@ class Collector:
             return None
         mark = marks[0]
         found = np.array([mark.x, mark.y, mark.force])
-        sigma = np.array([mark.sigma[0], mark.sigma[0], mark.sigma_force])
+        sigma = np.array([*_along_axes(mark.sigma), mark.sigma_force])
         self._held.append((time, found, sigma))
         self._held = [one for one in self._held if _still(one[1], found, sigma)]
         if time - self._held[0][0] < HOLD:
             return None
-        values = np.array([one[1] for one in self._held])
+        values = np.array([one[1] for one in self._held if time - one[0] <= HOLD / 2])
         taken = Taken(pressed, values.mean(axis=0), sigma, len(values))
         self.taken.append(taken)
         self._released, self._held = False, []
@@ -124,13 +143,23 @@ class Collector:
         return nearest
 
 
+def _along_axes(ellipse: tuple[float, float, float]) -> tuple[float, float]:
+    """Resolve an ellipse of semi-axes and angle into standard deviations along x and y."""
+    long, short, angle = ellipse
+    c, s = np.cos(angle), np.sin(angle)
+    return float(np.hypot(long * c, short * s)), float(np.hypot(long * s, short * c))
+
+
 def _still(before: NDArray, now: NDArray, sigma: NDArray) -> bool:
     return bool(abs(now[2] - before[2]) < STEADY * now[2] + NOISE * sigma[2])
 
 
 @dataclass(frozen=True)
 class Score:
-    """Held-out presses: RMS errors as found, and after the others mended them; mm and shares."""
+    """Presses held out, one at a time: RMS errors as found, and as the others mend them.
+
+    Places in mm, forces as shares; slips are not among them.
+    """
 
     held_out: int
     place_before: float
@@ -138,16 +167,14 @@ class Score:
     force_before: float
     force_after: float
 
+    @property
+    def helps(self) -> bool:
+        """Whether nothing became worse."""
+        return self.place_after <= self.place_before and self.force_after <= self.force_before
+
 
 def score(taken: Sequence[Taken]) -> tuple[Alignment, Score]:
-    """Fit what known presses mend to two thirds of them and score it on every third.
-
-    Returns
-    -------
-    Alignment
-        Of all presses, for use.
-    Score
-        Of those that were held out of another fit.
+    """Fit what known presses mend, and score each press by a fit to all others.
 
     Raises
     ------
@@ -156,18 +183,18 @@ def score(taken: Sequence[Taken]) -> tuple[Alignment, Score]:
     """
     presses = tuple(one.press for one in taken)
     found = np.array([one.found for one in taken]).reshape(-1, 3)
-    held = np.arange(len(taken)) % 3 == 2
-    kept = tuple(press for press, out in zip(presses, held, strict=True) if not out)
-    part = align(kept, found[~held])
-    true = np.array([(press.x, press.y, press.force) for press in presses])[held]
-    after = found[held].copy()
-    after[:, :2] = after[:, :2] @ part.matrix[:, :2].T + part.matrix[:, 2]
-    after[:, 2] *= part.gain
-    place_before, force_before = _rms(found[held], true)
-    place_after, force_after = _rms(after, true)
-    return align(presses, found), Score(
-        int(held.sum()), place_before, place_after, force_before, force_after
-    )
+    sigma = np.array([one.sigma for one in taken]).reshape(-1, 3)
+    mended = align(presses, found, sigma)
+    fair = np.setdiff1d(np.arange(len(taken)), mended.slips)
+    after = found.copy()
+    for index in fair:
+        others = np.arange(len(taken)) != index
+        kept = tuple(press for press, other in zip(presses, others, strict=True) if other)
+        part = align(kept, found[others], sigma[others])
+        after[[index]] = part.mend(found[[index]])
+    true = np.array([(press.x, press.y, press.force) for press in presses])
+    before, after = (_rms(given[fair], true[fair]) for given in (found, after))
+    return mended, Score(len(fair), before[0], after[0], before[1], after[1])
 
 
 def _rms(found: NDArray, true: NDArray) -> tuple[float, float]:

@@ -17,6 +17,7 @@ from rig.process import interruptible
 
 if TYPE_CHECKING:
     from rig.calibration.collect import Collector, Taken
+    from rig.calibration.store import Calibration
     from rig.scene import Scene
 
 PATIENCE = 10.0  # s that a scripted press may take; after so many in all the session is given up
@@ -28,8 +29,11 @@ def collect(
     scene: Annotated[str, typer.Argument(help="Name of a shipped scene, or a TOML file.")],
     presses: Annotated[int, typer.Option(min=9, max=30, help="How many.")] = 20,
     table: Annotated[Path | None, typer.Option(metavar="FILE", help="Write them as CSV.")] = None,
+    record: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Keep the session in a new file *.h5.")
+    ] = None,
     keep: Annotated[
-        bool, typer.Option(help="Put what they mend beside the scene, if it helps.")
+        bool, typer.Option(help="Put what they mend beside the scene, if it makes nothing worse.")
     ] = True,
     settings: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override the scene.")
@@ -40,50 +44,62 @@ def collect(
 
     In the twin a scripted finger presses.
     """
-    import rig
+    from rig.commands.run import known
+    from rig.scene import load, parse_overrides
+
+    overrides = parse_overrides(settings or []) | {"touches.most": 1}
+    loaded = load(scene, overrides)
+    if loaded.source and loaded.source.kind == "twin":
+        loaded = load(scene, overrides | {"source.script": "collect"})
+    # What older presses mended is not applied: these are to say what the bench itself finds.
+    calibration = known(scene, loaded).model_copy(update={"presses": None})
+    with interruptible(), ExitStack() as open_parts:
+        collector = _ask(loaded, calibration, presses, record, open_parts)
+    if table:
+        _write(table, collector.taken)
+    tell(scene, collector.taken, keep, as_json)
+
+
+def tell(scene: str, taken: Sequence[Taken], keep: bool, as_json: bool) -> None:
+    """Say what presses mend, and put it beside the scene if it makes nothing worse."""
     from rig.calibration import store
     from rig.calibration.collect import score
 
-    overrides = rig.scene.parse_overrides(settings or [])
-    loaded = rig.load(scene, overrides | {"source.script": "collect", "touches.most": 1})
-    with interruptible(), ExitStack() as open_parts:
-        collector = _ask(loaded, presses, open_parts)
-    mended, scored = score(collector.taken)
-    if table:
-        _write(table, collector.taken)
-    helps = scored.place_after < scored.place_before
-    if keep and helps:  # an affine map of few presses may fit their noise
+    mended, scored = score(taken)
+    kept = keep and scored.helps
+    if kept:
         store.keep(store.beside(scene), mended)
-    said = {"presses": len(collector.taken), "slips": len(mended.slips), **asdict(scored)}
+    said = {"presses": len(taken), "slips": len(mended.slips), **asdict(scored)}
+    what = ", ".join(mended.terms) or "nothing, for they prove nothing wrong"
     emit(
-        f"{said['presses']} presses; {scored.held_out} held out: {scored.place_before:.2f} →"
-        f" {scored.place_after:.2f} mm, force {100 * scored.force_before:.1f} →"
+        f"{said['presses']} presses mend {what}; each held out in turn: {scored.place_before:.2f}"
+        f" → {scored.place_after:.2f} mm, force {100 * scored.force_before:.1f} →"
         f" {100 * scored.force_after:.1f} %",
-        said | {"gain": mended.gain, "error_mm": mended.error, "kept": keep and helps},
+        said | {"mends": mended.terms, "gain": mended.gain, "error_mm": mended.error, "kept": kept},
         as_json,
     )
 
 
-def _ask(scene: Scene, count: int, open_parts: ExitStack) -> Collector:
+def _ask(
+    scene: Scene, calibration: Calibration, count: int, record: Path | None, open_parts: ExitStack
+) -> Collector:
     """Run the loop until all presses are taken."""
-    from rig.calibration import store
-    from rig.calibration.collect import Collector
+    from rig.calibration.collect import Collector, targets
     from rig.commands.run import start
     from rig.markers import fit_plate
-    from rig.script import asked
     from rig.snapshot import Mark
 
-    if scene.plate is None or scene.touches is None or scene.camera is None or not scene.source:
-        raise ValueError(f"scene '{scene.title}' needs [touches] and a twin to collect presses")
-    collector = Collector(asked(scene.plate.size, scene.touches.force, scene.source.seed), count)
-    loop, _ = start(scene, store.Calibration(), True, None, open_parts)
+    collector = Collector(targets(scene), count)
+    loop, _ = start(scene, calibration, True, record, open_parts)
     show = None
-    if scene.projector:
+    if scene.projector and scene.plate:
         from rig.projector import open_projector
 
-        window, screen = scene.projector, fit_plate(scene.projector.size, scene.plate.size)
+        window = scene.projector
+        screen = calibration.screen() or fit_plate(window.size, scene.plate.size)
         show = open_parts.enter_context(open_projector(screen, window.display, window.full_screen))
-    for snapshot in islice(loop, int(PATIENCE * count * scene.camera.rate)):
+    rate = scene.camera.rate if scene.camera else 0.0
+    for snapshot in islice(loop, int(PATIENCE * count * rate)):
         if collector.see(snapshot.touches, snapshot.captured):
             console().print(f"{len(collector.taken)} of {count} presses are taken")
         if (target := collector.target) is None:

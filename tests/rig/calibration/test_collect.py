@@ -87,7 +87,8 @@ def test_presses_that_are_held_out_are_scored(rng):
         found += rng.normal(0, (0.3, 0.3, 0.01))
         collector.taken.append(Taken(press, found, np.array([0.3, 0.3, 0.01]), 12))
     mended, said = score(collector.taken)
-    assert said.held_out == 7
+    assert said.held_out == 21
+    assert said.helps
     assert said.place_before > 1.0 > 0.7 > said.place_after
     assert said.force_before > 0.08 > 0.02 > said.force_after
     assert mended.gain == pytest.approx(1.1, rel=0.02)
@@ -105,8 +106,9 @@ def test_the_command_collects_from_the_twin(small_settings, live_cache, monkeypa
     assert done.exit_code == 0, done.output
     said = json.loads(done.stdout)
     assert said["presses"] == 9
-    assert said["held_out"] == 3
-    assert said["gain"] == pytest.approx(1.0, abs=0.05)  # the twin is as the model has it
+    assert said["held_out"] == 9 - said["slips"]
+    assert said["gain"] == pytest.approx(1.0, abs=0.02)  # the twin is as the model has it
+    assert said["place_after"] <= 1.2 * said["place_before"]
     assert len(list(csv.DictReader((tmp_path / "presses.csv").open()))) == 9
     path = tmp_path / "twin.calibration.json"
-    assert said["kept"] == path.exists() == (said["place_after"] < said["place_before"])
+    assert said["kept"] == path.exists()
