@@ -30,12 +30,18 @@ class Light:
         RMS over the plate of what is left where many pixels are averaged: lens and bent plate.
     share : float
         Of the plate's pixels in the camera that could be read.
+    strength : float
+        The projector's white over the light of the room, as the camera sees both.
+    black : float, grey levels
+        What a pixel of the camera reads without any light.
     """
 
     screen: Screen
     residual: float
     error: float
     share: float
+    strength: float = 0.0
+    black: float = 0.0
 
 
 def find_light(
@@ -91,6 +97,24 @@ def find_light(
         error=_smooth(left, places[fits], plate) / float(scale),
         share=float(len(places) / area),
     )
+
+
+def brightness(light: NDArray, dark: NDArray, valid: NDArray[np.bool_]) -> tuple[float, float]:
+    """Strength of a projector, and the grey level of a pixel without any light.
+
+    A pixel that reads d in the light of the room reads d + s (d - black) under the projector's
+    white: a line through all pixels, whatever is printed on them.
+
+    Parameters
+    ----------
+    light, dark : (H, W), grey levels
+        Under white and under black of the projector.
+    valid : (H, W) bool
+        Pixels that the projector lights.
+    """
+    rise, level = np.polyfit(dark[valid].astype(np.float64), light[valid].astype(np.float64), 1)
+    strength = max(float(rise) - 1.0, 0.0)
+    return strength, float(-level / strength) if strength > 0 else 0.0
 
 
 def _smooth(left: NDArray, places: NDArray, plate: tuple[float, float]) -> float:

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+import synthetic
 from rig.calibration import gray
 from rig.calibration.board import Board, View, on_plate
 from rig.calibration.lens import Lens, calibrate_lens
 from rig.calibration.photon import Photon, photon_transfer
 from rig.calibration.pose import Pose, find_pose
-from rig.calibration.projector import Light, find_light
+from rig.calibration.projector import Light, brightness, find_light
 from rig.calibration.store import Calibration
 from rig.scene import Scene
 from rig.scene.plate import Plate
@@ -85,8 +88,17 @@ def from_stripes(scene: Scene, known: Calibration, folder: Path) -> Light:
             " `touchplate calibrate camera` and `pose` first"
         )
     plate, size = _plate(scene), scene.projector.size
-    seen, valid = gray.decode(pictures(folder), size)
-    return find_light(seen, valid, camera, plate.size, size, plate.thickness / 2)
+    return light_of(pictures(folder), camera, plate, size)
+
+
+def light_of(
+    images: Sequence[NDArray], camera: synthetic.Camera, plate: Plate, size: tuple[int, int]
+) -> Light:
+    """Find the projector of `size` px from pictures of its Gray code, and how bright it is."""
+    seen, valid = gray.decode(images, size)
+    light = find_light(seen, valid, camera, plate.size, size, plate.thickness / 2)
+    strength, black = brightness(images[0], images[1], valid)
+    return replace(light, strength=strength, black=black)
 
 
 def from_stills(folder: Path, black: float) -> Photon:

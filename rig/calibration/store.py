@@ -17,6 +17,7 @@ from rig.calibration.photon import Photon
 from rig.calibration.pose import Pose
 from rig.calibration.projector import Light
 from rig.markers import Screen
+from rig.projector.light import LightMap, see_light
 from rig.scene import Scene
 from rig.scene.section import Section
 
@@ -54,6 +55,8 @@ class ProjectorEntry(Entry):
 
     size: tuple[int, int] = Field(description="width and height, px")
     T_px_plate: tuple[Row, ...] = Field(description="from the touched face, mm, to px, 3 × 3")
+    strength: float = Field(0.0, ge=0, description="its white over the light of the room")
+    black: float = Field(0.0, description="grey level without any light")
 
 
 class NoiseEntry(Entry):
@@ -116,6 +119,14 @@ class Calibration(Section):
             return None
         return Screen(self.projector.size, np.array(self.projector.T_px_plate))
 
+    def light(self, T_cam_plate: np.ndarray, size: tuple[int, int]) -> LightMap | None:
+        """Return what a camera of `size` px sees of the projector; None if not measured."""
+        screen = self.screen()
+        if self.projector is None or screen is None:
+            return None
+        part = self.projector
+        return see_light(screen, T_cam_plate, size, part.strength, part.black)
+
     def alignment(self) -> Alignment | None:
         """Return what known presses mend; None without any."""
         part = self.presses
@@ -167,6 +178,7 @@ def entry_of(part: Lens | Pose | Light | Photon | Latency | Alignment, now: date
             return {"pose": PoseEntry(**figures, T_cam_plate=T, covariance=spread)}
         case Light():
             figures = {"date": now, "error": part.error, "residual": part.residual}
+            figures |= {"strength": part.strength, "black": part.black}
             T = _rows(part.screen.T_px_plate)
             return {"projector": ProjectorEntry(**figures, size=part.screen.size, T_px_plate=T)}
         case Photon():

@@ -3,12 +3,15 @@
 import multiprocessing
 import os
 import signal
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
 
 from rig.markers import Screen, draw_marks
 from rig.process import deaf_to_interrupts
+from rig.projector.dark import Blink
+from rig.projector.shown import Shown
 from rig.snapshot import Mark
 
 SECONDS_TO_CLOSE = 2.0
@@ -27,12 +30,15 @@ class Projector:
         One sentence for the user: what the window shows, or why there is none.
     pid : int or None
         Number of the window's process.
+    shown : Shown
+        What the window was given, and when.
     """
 
     def __init__(self, link: Connection, pid: int | None, status: str):
         self._link = link
         self.pid = pid
         self._ready = False
+        self.shown = Shown()
         self.status = status
 
     def __call__(self, marks: Sequence[Mark]) -> None:
@@ -42,6 +48,7 @@ class Projector:
                 self._ready, self.status = self._link.recv()
             if self._ready:
                 self._link.send(tuple(marks))
+                self.shown.add(time.monotonic(), tuple(marks))
                 self._ready = False
         except (EOFError, OSError):  # the window has ended; its last status says why
             self._ready = False
@@ -49,7 +56,10 @@ class Projector:
 
 @contextmanager
 def open_projector(
-    screen: Screen, display: str | None = None, full_screen: bool = True
+    screen: Screen,
+    display: str | None = None,
+    full_screen: bool = True,
+    blink: Blink | None = None,
 ) -> Iterator[Projector]:
     """Open a window on a display and give the `Projector` that feeds it.
 
@@ -63,11 +73,13 @@ def open_projector(
         Name of the X display such as ``":0"``; None leaves the choice to the system.
     full_screen : bool
         Whether the window covers the display, whose resolution must then be the screen's.
+    blink : Blink or None
+        When marks are lit; None shows them all the time.
     """
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
     window = context.Process(
-        target=_run_window, args=(theirs, screen, display, full_screen), daemon=True
+        target=_run_window, args=(theirs, screen, display, full_screen, blink), daemon=True
     )
     with deaf_to_interrupts():
         window.start()
@@ -85,7 +97,9 @@ def open_projector(
         window.close()
 
 
-def _run_window(link: Connection, screen: Screen, display: str | None, full_screen: bool) -> None:
+def _run_window(
+    link: Connection, screen: Screen, display: str | None, full_screen: bool, blink: Blink | None
+) -> None:
     """Body of the window's process: ends when the loop closes the link or dies."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.environ["PYGAME_HIDE_SUPPORT_PROMPT"] = "1"
@@ -104,7 +118,8 @@ def _run_window(link: Connection, screen: Screen, display: str | None, full_scre
         _tell(link, False, f"no projector window: {error}")
         return
     width, height = screen.size
-    _follow(link, surface, screen, f"projector window on {name}, {width} x {height} px")
+    status = f"projector window on {name}, {width} x {height} px"
+    _follow(link, _Canvas(surface, screen), status, blink)
     pygame.quit()
 
 
@@ -127,24 +142,46 @@ def _open_window(size: tuple[int, int], full_screen: bool):
     return pygame.display.set_mode(size, pygame.FULLSCREEN if full_screen else 0)
 
 
-def _follow(link: Connection, surface, screen: Screen, status: str) -> None:
-    """Draw what comes until the link ends or the user closes the window."""
+class _Canvas:
+    """Shows a picture of marks, or none; draws only where that changes what is seen."""
+
+    def __init__(self, surface, screen: Screen):
+        self._surface, self._screen = surface, screen
+        self._shown: tuple[Mark, ...] | None = None
+
+    def show(self, marks: tuple[Mark, ...]) -> None:
+        import pygame
+
+        if marks == self._shown:
+            return
+        picture = draw_marks(marks, self._screen)
+        image = pygame.image.frombuffer(picture.tobytes(), self._screen.size, "RGB")
+        self._surface.blit(image, (0, 0))
+        pygame.display.flip()
+        self._shown = marks
+
+
+def _follow(link: Connection, canvas: _Canvas, status: str, blink: Blink | None) -> None:
+    """Show what comes until the link ends or the user closes the window."""
     import pygame
 
+    marks: tuple[Mark, ...] = ()
+    canvas.show(marks)
     alive = _tell(link, True, status)
     while alive:
         if any(_closes(event) for event in pygame.event.get()):
             _tell(link, False, "projector window was closed; restart the loop to open it again")
             return
+        patience = SECONDS_BETWEEN_EVENTS
+        if blink:
+            patience = min(patience, blink.until_change(time.monotonic()))
         try:
-            if not link.poll(SECONDS_BETWEEN_EVENTS):
-                continue
-            picture = draw_marks(link.recv(), screen)
+            came = link.poll(patience)
+            marks = link.recv() if came else marks
         except (EOFError, OSError):  # the loop has ended
             return
-        surface.blit(pygame.image.frombuffer(picture.tobytes(), screen.size, "RGB"), (0, 0))
-        pygame.display.flip()
-        alive = _tell(link, True, status)
+        canvas.show(marks if blink is None or blink.on(time.monotonic()) else ())
+        alive = not came or _tell(link, True, status)
 
 
 def _closes(event) -> bool:

@@ -1,0 +1,48 @@
+"""Frames with the projector's light taken out, before anything else looks at them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from rig.markers import Screen, draw_marks
+from rig.projector.light import LightMap, divided
+from rig.projector.shown import Shown
+
+if TYPE_CHECKING:
+    from rig.source import Frame, Source
+
+
+class Relit:
+    """A `rig.source.Source` that divides each frame by the light that was on it.
+
+    Parameters
+    ----------
+    source : Source
+    shown : Shown
+    screen : Screen
+        The projector's picture.
+    light : LightMap
+    delay : float, s
+        From the command to the light.
+    """
+
+    def __init__(self, source: Source, shown: Shown, screen: Screen, light: LightMap, delay: float):
+        self._source, self._shown, self._screen = source, shown, screen
+        self._light, self._delay = light, delay
+
+    @property
+    def status(self) -> str:
+        """See `Source.status`."""
+        return self._source.status
+
+    def grab(self, timeout: float) -> Frame | None:
+        """See `Source.grab`."""
+        frame = self._source.grab(timeout)
+        if frame is None:
+            return None
+        marks = self._shown.at(frame.captured - self._delay)
+        if not marks:
+            return frame
+        light = self._light.seen(draw_marks(marks, self._screen))
+        return replace(frame, image=divided(frame.image, light, self._light.black))

@@ -1,0 +1,101 @@
+"""The projector as the live loop has it: what it shows of a frame, and does to the next ones."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from rig.markers import Screen
+from rig.projector.dark import Blink, InTheDark
+from rig.projector.light import LightMap
+from rig.projector.modes import Mode, placed
+from rig.projector.relit import Relit
+from rig.projector.window import Projector, open_projector
+
+if TYPE_CHECKING:
+    from rig.calibration.store import Calibration
+    from rig.scene.loop import Projector as Section
+    from rig.snapshot import Mark, Snapshot
+    from rig.source import Source
+
+TYPICAL = 0.02  # s from the command to the light, where it was not measured
+
+
+class Show:
+    """Call it with each snapshot; use `filtered` on the source of the frames.
+
+    Parameters
+    ----------
+    window : Projector
+    screen : Screen
+    mode : Mode
+    plate_size : (a, b), mm
+    delay : float, s
+        From the command to the light.
+    """
+
+    def __init__(
+        self,
+        window: Projector,
+        screen: Screen,
+        mode: Mode,
+        plate_size: tuple[float, float],
+        delay: float,
+    ):
+        self._window, self._screen = window, screen
+        self._mode: Mode = mode
+        self._plate_size, self._delay = plate_size, delay
+
+    @property
+    def status(self) -> str:
+        """One sentence for the user."""
+        return self._window.status
+
+    def __call__(self, snapshot: Snapshot) -> None:
+        """Show the touches of a frame."""
+        self._window(self.marks(snapshot))
+
+    def marks(self, snapshot: Snapshot) -> tuple[Mark, ...]:
+        """Return the marks of a frame, where the mode puts them."""
+        return placed(snapshot.touches, self._mode, self._plate_size)
+
+    def filtered(self, source: Source, light: LightMap | None, interval: float) -> Source:
+        """Keep the projector's light out of a source.
+
+        Parameters
+        ----------
+        source : Source
+        light : LightMap or None
+            To divide each frame by; None where it was not measured.
+        interval : float, s
+            From frame to frame.
+        """
+        if self._mode == "dark":
+            return InTheDark(source, Blink(), self._delay, interval)
+        if light is None or light.strength == 0:
+            return source
+        return Relit(source, self._window.shown, self._screen, light, self._delay)
+
+
+@contextmanager
+def open_show(
+    section: Section, screen: Screen, plate_size: tuple[float, float], calibration: Calibration
+) -> Iterator[Show]:
+    """Open the window of a scene's projector.
+
+    Raises
+    ------
+    ValueError
+        If frames are to be taken in the dark and nobody knows when that is.
+    """
+    latency = calibration.latency
+    if section.mode == "dark" and latency is None:
+        raise ValueError(
+            'projector.mode "dark" must know how late light comes; run `touchplate calibrate'
+            ' latency` first, or set projector.mode to "beside"'
+        )
+    blink = Blink() if section.mode == "dark" else None
+    delay = latency.median if latency else TYPICAL
+    with open_projector(screen, section.display, section.full_screen, blink) as window:
+        yield Show(window, screen, section.mode, plate_size, delay)

@@ -1,0 +1,127 @@
+"""The projector's light: seen, divided out, and what it does to touches told beforehand."""
+
+import numpy as np
+import pytest
+
+import fe
+from rig import live
+from rig.bench import build_bench
+from rig.calibration.projector import brightness
+from rig.markers import Screen, draw_marks, fit_plate
+from rig.projector.interference import Interference, interference
+from rig.projector.light import divided, see_light
+from rig.projector.relit import Relit
+from rig.projector.shown import Shown
+from rig.snapshot import Mark
+from rig.source import Frame
+from rig.stopwatch import Stopwatch
+from rig.twin import build_twin
+from rig.view import look, marks
+from rig.zero import Zero
+
+SCREEN = fit_plate((640, 400), (254.0, 180.0))
+CAMERA = (500, 380)
+SLANT = np.array([[1.7, 0.05, 22.0], [0.03, -1.8, 350.0], [1e-4, -2e-4, 1.0]])
+DARK = 51.0
+
+
+def grey(rng, size=CAMERA):
+    return rng.uniform(60, 180, size[::-1])
+
+
+def test_light_falls_where_the_homographies_put_it():
+    light = see_light(SCREEN, SLANT, CAMERA, 1.0).seen(draw_marks([Mark(80.0, 60.0, 1.0)], SCREEN))
+    rows, columns = np.indices(light.shape)
+    column, row = (np.average(axis, weights=light - 1) for axis in (columns, rows))
+    x, y, w = SLANT @ (80.0, 60.0, 1.0)
+    assert np.hypot(column - x / w, row - y / w) < 0.5
+    assert light.min() == 1.0
+    assert not (see_light(SCREEN, SLANT, CAMERA, 1.0).seen(draw_marks([], SCREEN)) != 1.0).any()
+
+
+def test_a_picture_divided_by_its_light_is_the_picture_without(rng):
+    sharp = grey(rng)
+    light = see_light(SCREEN, SLANT, CAMERA, 0.8, 20.0).seen(
+        draw_marks([Mark(80.0, 60.0, 3.0, (5.0, 3.0, 0.3)), Mark(200.0, 30.0, 1.0)], SCREEN)
+    )
+    seen = np.rint(20 + (sharp - 20) * light).astype(np.uint8)
+    assert np.abs(seen - sharp).max() > 5
+    assert np.abs(divided(seen, light, 20.0) - sharp).max() <= 1.0  # rounded twice
+
+
+def test_a_picture_without_light_stays_itself(rng):
+    image = grey(rng).astype(np.uint8)
+    assert divided(image, np.ones(image.shape, np.float32)) is image
+
+
+def test_a_negative_strength_is_refused():
+    with pytest.raises(ValueError, match="strength must be 0 or more, got -1; measure it again"):
+        see_light(SCREEN, SLANT, CAMERA, -1.0)
+
+
+@pytest.mark.parametrize(("strength", "black"), [(0.4, 12.0), (2.0, 0.0)])
+def test_strength_and_black_come_from_white_and_dark_pictures(rng, strength, black):
+    dark = grey(rng) * 0.4
+    lit = dark + strength * (dark - black)
+    noise = rng.normal(0, 1.0, (2, *dark.shape))
+    there = np.ones(dark.shape, bool)
+    found = brightness(lit + noise[0], dark + noise[1], there)
+    assert found[0] == pytest.approx(strength, rel=0.03)
+    assert found[1] == pytest.approx(black, abs=1.0)
+
+
+def test_frames_are_divided_by_what_was_shown_when_they_were_taken(rng):
+    sharp, shown = grey(rng), Shown()
+    early, late = (Mark(80.0, 60.0, 3.0),), (Mark(180.0, 100.0, 2.0),)
+    shown.add(10.0, early)
+    shown.add(11.0, late)
+    light = see_light(SCREEN, SLANT, CAMERA, 1.0)
+    for time, on in ((9.9, ()), (10.5, early), (11.01, early), (11.2, late)):
+        seen = np.rint(sharp * light.seen(draw_marks(on, SCREEN))).clip(0, 255).astype(np.uint8)
+
+        class One:
+            def grab(self, timeout, frame=Frame(4, time, seen)):  # noqa: B008
+                return frame
+
+        frame = Relit(One(), shown, SCREEN, light, 0.05).grab(1.0)
+        assert np.abs(frame.image - sharp).max() <= 1.0
+        assert (frame.sequence, frame.captured) == (4, time)
+
+
+@pytest.mark.slow
+def test_the_meter_says_beforehand_how_far_light_moves_a_touch(small):
+    scene = small({"touches.most": 1})
+    twin, bench = build_twin(scene), build_bench(scene, lambda done, total: None)
+    sharp = twin.warper.render(np.zeros((len(twin.warper.points), 3)), None, None) / 255
+    chain = live.prepare_chain(
+        Zero((DARK + 132.6 * sharp).astype(np.float32), 2.0), bench.motions, 1
+    )
+    screen = Screen((640, 512), fit_plate((640, 512), bench.plate.size).T_px_plate)
+    view = look(bench.plate, bench.camera, bench.height)
+    light_map = see_light(screen, view.T_px_plate, bench.camera.size, 1.0, DARK)
+    told, happened = [], []
+    for x, y in ((70.0, 60.0), (127.0, 101.0), (190.0, 140.0)):
+        touch = fe.Touch(x, y, 2.0)
+        moved = twin.solver.deflect((touch,)).displacement(twin.warper.points, "top")
+        picture = twin.warper.render(moved, None, None) / 255
+        light = light_map.seen(draw_marks([Mark(x, y, 2.0)], screen))
+        clear, lit = (
+            found(chain, DARK + 132.6 * picture * part) for part in (np.float32(1), light)
+        )
+        said = interference(chain, light, DARK, marks(clear))
+        told.append(said.shift)
+        happened.append(np.hypot(*(lit.xy[0] - clear.xy[0])))
+        assert said.sigmas > 0
+    np.testing.assert_allclose(told, happened, rtol=0.3, atol=0.05)  # mm
+
+
+def found(chain, image):
+    state = live.at_rest(chain)
+    for _ in range(3):
+        estimate, _, state = live.sense(chain, image, state, Stopwatch(lambda: 0.0))
+    return estimate
+
+
+def test_the_meter_speaks_only_where_light_does_harm():
+    assert Interference(0.1, 0.01, 0.3).sentence == ""
+    assert "moves a touch by 1.2 mm, 2.0 of its uncertainty" in Interference(1.2, 0.1, 2.0).sentence
