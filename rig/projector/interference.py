@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dic.tiles import tile_sums
-from rig.live import Chain
+from models.pattern import Pattern
 from rig.snapshot import Mark
 
 SPOILT = 0.45  # of σ: a bias of so much makes an error 10 % larger, √(1 + 0.45²)
@@ -54,13 +54,15 @@ class Interference:
 
 
 def interference(
-    chain: Chain, light: NDArray, black: float, marks: tuple[Mark, ...]
+    pattern: Pattern, noise: float, light: NDArray, black: float, marks: tuple[Mark, ...]
 ) -> Interference:
     """Predict what light does to touches, to first order.
 
     Parameters
     ----------
-    chain : Chain
+    pattern : Pattern
+        The whole pattern of the reference as a measurement.
+    noise : float, grey levels
     light : (H, W) float32
         On each pixel of the camera, over that of the room, from `LightMap.seen`; where a picture
         is divided by it, what is left of it.
@@ -71,12 +73,11 @@ def interference(
     """
     if not marks:
         return Interference(0.0, 0.0, 0.0)
-    pattern = chain.pattern
-    change = (chain.reference.image - black) * (light - 1.0)
-    sums = tile_sums(chain.reference, chain.reference.image + change)
-    seen = pattern.whiten(pattern.right_side(sums, pattern.still()), chain.noise)
+    image = pattern.reference.image
+    sums = tile_sums(pattern.reference, image + (image - black) * (light - 1.0))
+    seen = pattern.whiten(pattern.right_side(sums, pattern.still()), noise)
     touches = np.array([(mark.x, mark.y, mark.force) for mark in marks])
-    _, tangent = chain.search.forward.read(touches)
+    _, tangent = pattern.forward(noise).read(touches)
     moved = np.linalg.lstsq(tangent.T, seen, rcond=None)[0].reshape(-1, 3)
     covariance = np.linalg.inv(tangent @ tangent.T)
     variance = np.diag(covariance).reshape(-1, 3)[:, :2].sum(axis=1)

@@ -97,7 +97,8 @@ def see_light(
             f"projector strength must be 0 or more, got {strength:g}; measure it again with"
             " `touchplate calibrate projector`"
         )
-    return LightMap(T_cam_plate @ np.linalg.inv(screen.T_px_plate), size, strength, black)
+    T = np.asarray(T_cam_plate @ np.linalg.inv(screen.T_px_plate), dtype=np.float64)
+    return LightMap(T, size, strength, black)
 
 
 def divided(

@@ -4,20 +4,18 @@ import numpy as np
 import pytest
 
 import fe
-from rig import live
-from rig.bench import build_bench
+import models
+import synthetic
+from dic.tiles import prepare_tiles, tile_sums
 from rig.calibration.projector import brightness
-from rig.markers import Screen, draw_marks, fit_plate
+from rig.markers import draw_marks, fit_plate
 from rig.projector.interference import Interference, interference
 from rig.projector.light import divided, see_light
 from rig.projector.relit import Relit
 from rig.projector.shown import Shown
 from rig.snapshot import Mark
 from rig.source import Frame
-from rig.stopwatch import Stopwatch
-from rig.twin import build_twin
 from rig.view import look, marks
-from rig.zero import Zero
 
 SCREEN = fit_plate((640, 400), (254.0, 180.0))
 CAMERA = (500, 380)
@@ -89,36 +87,45 @@ def test_frames_are_divided_by_what_was_shown_when_they_were_taken(rng):
 
 
 @pytest.mark.slow
-def test_the_meter_says_beforehand_how_far_light_moves_a_touch(small):
-    scene = small({"touches.most": 1})
-    twin, bench = build_twin(scene), build_bench(scene, lambda done, total: None)
-    sharp = twin.warper.render(np.zeros((len(twin.warper.points), 3)), None, None) / 255
-    chain = live.prepare_chain(
-        Zero((DARK + 132.6 * sharp).astype(np.float32), 2.0), bench.motions, 1
+def test_the_meter_says_beforehand_how_far_light_moves_a_touch():
+    plate = fe.Plate((254.0, 203.0), 2.0, 3000.0, 0.38, fe.Clamped())
+    camera = synthetic.pinhole_above(plate.size, 500.0, (384, 320))
+    warper = synthetic.prepare_warp(
+        synthetic.speckle(plate.size, diameter=3.5, softness=0.75), camera, 1.0
     )
-    screen = Screen((640, 512), fit_plate((640, 512), bench.plate.size).T_px_plate)
-    view = look(bench.plate, bench.camera, bench.height)
-    light_map = see_light(screen, view.T_px_plate, bench.camera.size, 1.0, DARK)
+    solver = fe.Linear(plate, fe.grid(plate, 32))
+    rest = photograph(warper, np.zeros((len(warper.points), 3)))
+    tiles = prepare_tiles(rest, 8)
+    motions = models.see_motions(fe.modes(plate, 60), camera, 1.0, tiles.tiles)
+    pattern, noise = models.see_pattern(motions, tiles), 2.0
+    screen = fit_plate((640, 512), plate.size)
+    light_map = see_light(screen, look(plate, camera, 1.0).T_px_plate, camera.size, 1.0, DARK)
     told, happened = [], []
     for x, y in ((70.0, 60.0), (127.0, 101.0), (190.0, 140.0)):
         touch = fe.Touch(x, y, 2.0)
-        moved = twin.solver.deflect((touch,)).displacement(twin.warper.points, "top")
-        picture = twin.warper.render(moved, None, None) / 255
+        image = photograph(warper, solver.deflect((touch,)).displacement(warper.points, "top"))
         light = light_map.seen(draw_marks([Mark(x, y, 2.0)], screen))
-        clear, lit = (
-            found(chain, DARK + 132.6 * picture * part) for part in (np.float32(1), light)
-        )
-        said = interference(chain, light, DARK, marks(clear))
+        clear = found(pattern, image, noise)
+        lit = found(pattern, DARK + (image - DARK) * light, noise)
+        said = interference(pattern, noise, light, DARK, marks(clear))
         told.append(said.shift)
         happened.append(np.hypot(*(lit.xy[0] - clear.xy[0])))
         assert said.sigmas > 0
     np.testing.assert_allclose(told, happened, rtol=0.3, atol=0.05)  # mm
 
 
-def found(chain, image):
-    state = live.at_rest(chain)
+def photograph(warper, moved):
+    """Picture without noise, grey levels."""
+    return DARK + 0.52 * warper.render(moved, None, None)
+
+
+def found(pattern, image, noise):
+    search, moved = models.prepare_search(pattern.forward(noise)), pattern.still()
     for _ in range(3):
-        estimate, _, state = live.sense(chain, image, state, Stopwatch(lambda: 0.0))
+        sums = tile_sums(pattern.reference, image, pattern.motions.flow(moved))
+        right = pattern.right_side(sums, moved)
+        estimate = models.find(pattern.whiten(right, noise), search, most=1)
+        moved = pattern.amplitudes(estimate, right)
     return estimate
 
 
