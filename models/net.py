@@ -11,6 +11,8 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
+from models.poles import decode
+
 __all__ = [
     "Activation",
     "Inputs",
@@ -47,16 +49,21 @@ class NetOptions:
         "standard" subtracts the mean of each strain and divides by its deviation. "asinh" before
         takes the inverse hyperbolic sine, which spreads the many small strains: those of a touch
         far from a gauge are a hundredth of those of a near one, and tell as much of its place.
+    poles
+        Touches of a sample where the net tells them without an order, by `models.poles`; 0 where
+        its outputs are the targets as they stand.
 
     Raises
     ------
     ValueError
-        When a layer has no neuron, or the activation or the inputs are unknown.
+        When a layer has no neuron, the activation or the inputs are unknown, or `poles` is
+        negative.
     """
 
     layers: tuple[int, ...] = (32, 32)
     activation: Activation = "relu"
     inputs: Inputs = "standard"
+    poles: int = 0
 
     def __post_init__(self) -> None:
         if any(neurons < 1 for neurons in self.layers):
@@ -74,6 +81,8 @@ class NetOptions:
                 f"inputs must be one of {', '.join(get_args(Inputs))}, got {self.inputs!r}; "
                 "use 'standard'"
             )
+        if self.poles < 0:
+            raise ValueError(f"touches told as poles must be 0 or more, got {self.poles}; use 0")
 
 
 @dataclass(frozen=True)
@@ -198,9 +207,10 @@ def predict(net: Net, strain: np.ndarray) -> np.ndarray:
             f"strains of a touch must be {len(net.scaling.centre)}, got {strain.shape[1]}; "
             "use the gauges that the net was trained with"
         )
-    return forward(
+    told = forward(
         net.layers, scale_strain(net.scaling, strain), _activation(net.options.activation)
     )
+    return decode(told, net.options.poles) if net.options.poles else told
 
 
 def _activation(name: Activation) -> Callable[[np.ndarray], np.ndarray]:

@@ -28,7 +28,7 @@ def write_onnx(path: str | Path, net: Net) -> None:
     Raises
     ------
     ValueError
-        When onnx is not installed.
+        As `to_onnx`.
     OSError
         When the file cannot be written.
     """
@@ -47,10 +47,15 @@ def to_onnx(net: Net) -> ModelProto:
     Raises
     ------
     ValueError
-        When onnx is not installed.
+        When onnx is not installed, or the net tells touches without an order.
     """
     if find_spec("onnx") is None:
         raise ValueError("onnx is not installed and the export needs it; run 'pip install onnx'")
+    if net.options.poles:
+        raise ValueError(
+            "a net that tells touches without an order cannot be exported, ONNX finds no roots of "
+            "polynomials; train one with poles = 0"
+        )
     from onnx import TensorProto, checker, helper, numpy_helper
 
     graph = _Graph([], {})

@@ -14,6 +14,7 @@ from models.dataset import Dataset
 from models.learning import Descent, Task, descend, finish
 from models.loss import distance
 from models.net import Net, NetOptions, Scaling, initial, scaling
+from models.poles import encode, unordered
 from models.recipe import Recipe
 
 if TYPE_CHECKING:
@@ -73,7 +74,8 @@ def train(
     on_epoch
         Called with the number of epochs done and the training loss.
     loss
-        Equation 1, the distance of one touch, by default.
+        Of what the layers tell and the targets; by default equation 1, the distance of one touch,
+        or that of touches without an order where `options` has poles.
     batches
         What each epoch learns from, an endless iterator; all of `training` where there is none.
     checkpoint
@@ -87,11 +89,13 @@ def train(
     """
     _require_torch()
     scale = scaling(training.strain, options.inputs)
-    sizes = (training.strain.shape[1], *options.layers, training.targets.shape[1])
+    told = _told(training, options)
+    sizes = (training.strain.shape[1], *options.layers, told.targets.shape[1])
     start = initial(sizes, rng)
     live = training.strain.std(axis=0) > 0.0  # of reading B one input in three; the rest is 0
     fed = Scaling(scale.centre[live], scale.scale[live], scale.knee)
-    task = Task(fed, live, _outputs(training, recipe), options.activation, loss or distance())
+    usual = unordered(options.poles) if options.poles else distance()
+    task = Task(fed, live, _outputs(told, recipe), options.activation, loss or usual)
     with _one_thread():
         layers = _tensors(start, live)
         fixed = task.tensors(training)
@@ -101,10 +105,17 @@ def train(
         descent = Descent(layers, recipe, checkpoint, name)
         history = descend(descent, stream, task.tensors(validation), task, tell)
         if recipe.finish:
-            layers = finish(layers, training, task, recipe.finish)
+            layers = finish(layers, told, task, recipe.finish)
     if checkpoint:
         checkpoint.clear()
     return Trained(Net(options, scale, task.arrays(layers, start)), history)
+
+
+def _told(training: Dataset, options: NetOptions) -> Dataset:
+    """Return the samples with targets as the layers tell them."""
+    if not options.poles:
+        return training
+    return Dataset(training.strain, encode(training.targets, options.poles))
 
 
 def _outputs(training: Dataset, recipe: Recipe) -> Scaling:

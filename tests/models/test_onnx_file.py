@@ -5,7 +5,7 @@ import onnxruntime
 import pytest
 
 from models.net import Net, NetOptions, Scaling, initial, predict
-from models.onnx_file import write_onnx
+from models.onnx_file import to_onnx, write_onnx
 
 
 @pytest.mark.parametrize("activation", ["relu", "tanh", "silu"])
@@ -31,3 +31,10 @@ def test_a_place_that_cannot_be_written_is_said(tmp_path):
     )
     with pytest.raises(OSError, match=r"none/net.onnx cannot be written .* choose another place"):
         write_onnx(tmp_path / "none" / "net.onnx", net)
+
+
+def test_a_net_without_an_order_is_refused():
+    layers = initial((1, 2, 4), np.random.default_rng(0))
+    net = Net(NetOptions((2,), poles=2), Scaling(np.zeros(1), np.ones(1)), layers)
+    with pytest.raises(ValueError, match=r"cannot be exported, .*; train one with poles = 0"):
+        to_onnx(net)
