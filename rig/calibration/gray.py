@@ -16,22 +16,32 @@ def bits(size: tuple[int, int]) -> tuple[int, int]:
     return (size[0] - 1).bit_length(), (size[1] - 1).bit_length()
 
 
-def patterns(size: tuple[int, int]) -> list[NDArray[np.uint8]]:
-    """Pictures (H, W) to project, in this order: all light, all dark, then stripes and inverses.
+def count(size: tuple[int, int]) -> int:
+    """Count the pictures of a projector of `size` px: white, black, stripes and their inverses."""
+    return 2 + 2 * sum(bits(size))
+
+
+def pattern(size: tuple[int, int], number: int) -> NDArray[np.uint8]:
+    """Picture (H, W) to project: 0 all light, 1 all dark, then stripes, each before its inverse.
 
     Columns come first, the widest stripes first; size = (width, height), px.
     """
     width, height = size
-    pictures = [np.full((height, width), level, np.uint8) for level in (255, 0)]
-    for axis, count in enumerate(bits(size)):
-        number = np.arange(size[axis])
-        code = number ^ (number >> 1)
-        for bit in reversed(range(count)):
-            line = np.where(code >> bit & 1, 255, 0).astype(np.uint8)
-            line = line[None, :] if axis == 0 else line[:, None]
-            stripes = np.ascontiguousarray(np.broadcast_to(line, (height, width)))
-            pictures += [stripes, 255 - stripes]
-    return pictures
+    if number < 2:
+        return np.full((height, width), (255, 0)[number], np.uint8)
+    place, inverse = divmod(number - 2, 2)
+    columns, rows = bits(size)
+    axis, bit = (0, columns - 1 - place) if place < columns else (1, columns + rows - 1 - place)
+    along = np.arange(size[axis])
+    line = np.where((along ^ (along >> 1)) >> bit & 1, 255, 0).astype(np.uint8)
+    line = 255 - line if inverse else line
+    wide = line[None, :] if axis == 0 else line[:, None]
+    return np.ascontiguousarray(np.broadcast_to(wide, (height, width)))
+
+
+def patterns(size: tuple[int, int]) -> list[NDArray[np.uint8]]:
+    """Return all pictures to project, in order."""
+    return [pattern(size, number) for number in range(count(size))]
 
 
 def decode(
@@ -58,7 +68,7 @@ def decode(
         If there is not one picture for each pattern.
     """
     columns, rows = bits(size)
-    expected = 2 + 2 * (columns + rows)
+    expected = count(size)
     if len(images) != expected:
         raise ValueError(
             f"Gray code for {size[0]} × {size[1]} px has {expected} pictures, got {len(images)};"
@@ -68,10 +78,10 @@ def decode(
     span = light - dark
     valid = span > LIT
     read = []
-    for start, count in ((0, columns), (2 * columns, rows)):
+    for start, digits in ((0, columns), (2 * columns, rows)):
         number = np.zeros(span.shape, dtype=np.int64)
         bit = np.zeros(span.shape, dtype=np.int64)
-        for k in range(start, start + 2 * count, 2):
+        for k in range(start, start + 2 * digits, 2):
             difference = stripes[k] - stripes[k + 1]
             valid &= np.abs(difference) > CLEAR * span
             bit ^= difference > 0

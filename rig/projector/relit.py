@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from rig.markers import Screen, draw_marks
+from rig.markers import Screen
+from rig.projector.content import draw
 from rig.projector.light import LightMap, divided
 from rig.projector.shown import Shown
 
@@ -41,8 +42,8 @@ class Relit:
         frame = self._source.grab(timeout)
         if frame is None:
             return None
-        marks = self._shown.at(frame.captured - self._delay)
-        if not marks:
+        content = self._shown.at(frame.captured - self._delay)
+        if content == ():
             return frame
-        light = self._light.seen(draw_marks(marks, self._screen))
+        light = self._light.seen(draw(content, self._screen))
         return replace(frame, image=divided(frame.image, light, self._light.black))

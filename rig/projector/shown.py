@@ -4,24 +4,24 @@ from __future__ import annotations
 
 from collections import deque
 
-from rig.snapshot import Mark
+from rig.projector.content import Content
 
 KEPT = 60  # pictures that are remembered: two seconds
 
 
 class Shown:
-    """A log of marks and the times from which on they are shown."""
+    """A log of contents and the times from which on they are shown."""
 
     def __init__(self) -> None:
-        self._log: deque[tuple[float, tuple[Mark, ...]]] = deque(maxlen=KEPT)
+        self._log: deque[tuple[float, Content]] = deque(maxlen=KEPT)
 
-    def add(self, time: float, marks: tuple[Mark, ...]) -> None:
-        """Note marks that are shown from `time` (s) on."""
-        self._log.append((time, marks))
+    def add(self, time: float, content: Content) -> None:
+        """Note what is shown from `time` (s) on."""
+        self._log.append((time, content))
 
-    def at(self, time: float) -> tuple[Mark, ...]:
-        """Return the marks that were shown at a time."""
-        for since, marks in reversed(self._log):
+    def at(self, time: float) -> Content:
+        """Return what was shown at a time."""
+        for since, content in reversed(self._log):
             if since <= time:
-                return marks
+                return content
         return ()

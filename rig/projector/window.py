@@ -4,22 +4,22 @@ import multiprocessing
 import os
 import signal
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
 
-from rig.markers import Screen, draw_marks
+from rig.markers import Screen
 from rig.process import deaf_to_interrupts
+from rig.projector.content import Content, draw
 from rig.projector.dark import Blink
 from rig.projector.shown import Shown
-from rig.snapshot import Mark
 
 SECONDS_TO_CLOSE = 2.0
 SECONDS_BETWEEN_EVENTS = 0.05
 
 
 class Projector:
-    """Call it with the touches of a frame: the window shows the newest that it has time for.
+    """Call it with the marks of a frame: the window shows the newest that it has time for.
 
     At most one message is under way at a time: the window answers each, and only then gets the
     next. So a slow or stuck window costs the loop nothing.
@@ -41,14 +41,14 @@ class Projector:
         self.shown = Shown()
         self.status = status
 
-    def __call__(self, marks: Sequence[Mark]) -> None:
-        """Show these touches, unless the window is still busy with earlier ones."""
+    def __call__(self, content: Content) -> None:
+        """Show this, unless the window is still busy with what it was given before."""
         try:
             while self._link.poll():
                 self._ready, self.status = self._link.recv()
             if self._ready:
-                self._link.send(tuple(marks))
-                self.shown.add(time.monotonic(), tuple(marks))
+                self._link.send(content)
+                self.shown.add(time.monotonic(), content)
                 self._ready = False
         except (EOFError, OSError):  # the window has ended; its last status says why
             self._ready = False
@@ -143,30 +143,30 @@ def _open_window(size: tuple[int, int], full_screen: bool):
 
 
 class _Canvas:
-    """Shows a picture of marks, or none; draws only where that changes what is seen."""
+    """Shows pictures; draws only where that changes what is seen."""
 
     def __init__(self, surface, screen: Screen):
         self._surface, self._screen = surface, screen
-        self._shown: tuple[Mark, ...] | None = None
+        self._shown: Content | None = None
 
-    def show(self, marks: tuple[Mark, ...]) -> None:
+    def show(self, content: Content) -> None:
         import pygame
 
-        if marks == self._shown:
+        if content == self._shown:
             return
-        picture = draw_marks(marks, self._screen)
+        picture = draw(content, self._screen)
         image = pygame.image.frombuffer(picture.tobytes(), self._screen.size, "RGB")
         self._surface.blit(image, (0, 0))
         pygame.display.flip()
-        self._shown = marks
+        self._shown = content
 
 
 def _follow(link: Connection, canvas: _Canvas, status: str, blink: Blink | None) -> None:
     """Show what comes until the link ends or the user closes the window."""
     import pygame
 
-    marks: tuple[Mark, ...] = ()
-    canvas.show(marks)
+    content: Content = ()
+    canvas.show(content)
     alive = _tell(link, True, status)
     while alive:
         if any(_closes(event) for event in pygame.event.get()):
@@ -177,10 +177,10 @@ def _follow(link: Connection, canvas: _Canvas, status: str, blink: Blink | None)
             patience = min(patience, blink.until_change(time.monotonic()))
         try:
             came = link.poll(patience)
-            marks = link.recv() if came else marks
+            content = link.recv() if came else content
         except (EOFError, OSError):  # the loop has ended
             return
-        canvas.show(marks if blink is None or blink.on(time.monotonic()) else ())
+        canvas.show(content if blink is None or blink.on(time.monotonic()) else ())
         alive = not came or _tell(link, True, status)
 
 

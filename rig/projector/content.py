@@ -1,0 +1,42 @@
+"""What the projector can show: marks of touches, a stripe picture of the Gray code, plain light."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.calibration.gray import pattern
+from rig.markers import Screen, draw_marks
+from rig.snapshot import Mark
+
+
+@dataclass(frozen=True)
+class Stripe:
+    """Picture of the Gray code by its number, see `rig.calibration.gray.pattern`."""
+
+    number: int
+
+
+@dataclass(frozen=True)
+class Plain:
+    """Even light of a grey level, 0 to 255."""
+
+    level: int
+
+
+Content = tuple[Mark, ...] | Stripe | Plain
+"""Small, so that it passes to the window's process at once; the picture is drawn there."""
+
+
+def draw(content: Content, screen: Screen) -> NDArray[np.uint8]:
+    """Draw the projector's picture, (H, W, 3) uint8 RGB."""
+    width, height = screen.size
+    match content:
+        case Stripe(number):
+            return np.repeat(pattern(screen.size, number)[..., None], 3, axis=2)
+        case Plain(level):
+            return np.full((height, width, 3), level, np.uint8)
+        case marks:
+            return draw_marks(marks, screen)
