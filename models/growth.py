@@ -126,15 +126,20 @@ def _one_more(task: Task, fit: Fit) -> Fit | None:
     """One touch more, where it explains most of what is left; None if χ² falls by too little.
 
     A candidate of the grid that promises less than `HOPE` of that is not worth a fit: between the
-    candidates a touch is worth little more than on the best of them.
+    candidates a touch is worth little more than on the best of them. It begins with what it would
+    explain alone, next to nothing where others have taken its part, and so is free to slide; where
+    that gets stuck, with the force that it would have if the others gave way.
     """
-    index, gain = task.search.best(fit.residual, fit.jacobian)
+    index, gain, force = task.search.best(fit.residual, fit.jacobian)
     if gain <= HOPE * task.least:
         return None
     response = task.search.response[index]
-    force = max(fit.residual @ response / (response @ response), 0.0)
-    grown = task.fit(np.vstack([fit.touches, [*task.search.xy[index], force]]), COARSE)
-    return grown if fit.chi2 - grown.chi2 > task.least else None
+    alone = max(fit.residual @ response / (response @ response), 0.0)
+    for begun, share in ((alone, COARSE), (force, COARSE), (alone, 0.0)):
+        grown = task.fit(np.vstack([fit.touches, [*task.search.xy[index], begun]]), share)
+        if fit.chi2 - grown.chi2 > task.least:
+            return grown
+    return None
 
 
 def _pairs_anew(task: Task, fit: Fit) -> Fit:

@@ -38,7 +38,7 @@ class Search:
         low, high = 0.5 * EDGE, 1 - 0.5 * EDGE
         return np.array([[low * a, low * b, 0.0], [high * a, high * b, np.inf]])
 
-    def best(self, residual: NDArray, tangent: NDArray) -> tuple[int, float]:
+    def best(self, residual: NDArray, tangent: NDArray) -> tuple[int, float, float]:
         """Candidate that explains most of a residual beside the touches already there.
 
         Parameters
@@ -52,6 +52,8 @@ class Search:
         index : int
         gain : float
             Decrease of χ² by a touch of positive force at that candidate, other touches free.
+        force : float, N
+            Of that touch.
         """
         return _best(self._single, self._energy, residual, tangent)
 
@@ -128,7 +130,7 @@ def _orthonormal(tangent: NDArray) -> NDArray:
 @njit(cache=True, nogil=True)
 def _best(
     response: NDArray, energy: NDArray, residual: NDArray, tangent: NDArray
-) -> tuple[int, float]:
+) -> tuple[int, float, float]:
     along, free = response @ residual.astype(np.float32), energy.copy()
     if len(tangent):
         basis = _orthonormal(tangent).astype(np.float32)
@@ -137,13 +139,13 @@ def _best(
         for g in range(len(free)):
             for k in range(len(basis)):
                 free[g] -= inside[g, k] ** 2
-    best, most = 0, 0.0
+    best, most, force = 0, 0.0, 0.0
     for g in range(len(free)):
         if along[g] > 0 and free[g] > ALIKE * energy[g]:
             gain = along[g] ** 2 / free[g]
             if gain > most:
-                best, most = g, gain
-    return best, most
+                best, most, force = g, gain, along[g] / free[g]
+    return best, most, force
 
 
 @njit(cache=True, nogil=True)

@@ -51,9 +51,10 @@ def test_bounds_hold_all_candidates_and_lie_on_the_plate():
 @pytest.mark.parametrize("tangent", TANGENTS.values(), ids=TANGENTS)
 def test_the_best_candidate_is_the_one_of_largest_fall(tangent):
     falls = [fall(column[None], tangent)[0] for column in SEARCH.response]
-    index, gain = SEARCH.best(MEASURED, tangent)
+    index, gain, force = SEARCH.best(MEASURED, tangent)
     assert index == int(np.argmax(falls))
     assert gain == pytest.approx(max(falls))
+    assert force == pytest.approx(fall(SEARCH.response[[index]], tangent)[1][0])
 
 
 @pytest.mark.parametrize("tangent", TANGENTS.values(), ids=TANGENTS)
