@@ -23,9 +23,9 @@ def shuffled(data: Dataset, size: int, rng: np.random.Generator) -> Iterator[Dat
 
 
 def superposed(
-    single: Dataset, touches: int, size: int, rng: np.random.Generator
+    single: Dataset, touches: int, size: int, rng: np.random.Generator, largest: float | None = None
 ) -> Iterator[Dataset]:
-    """Press several of the touches of `single` at a time: linear theory, equal forces.
+    """Press several of the touches of `single` at a time: linear theory.
 
     Parameters
     ----------
@@ -37,15 +37,21 @@ def superposed(
         Samples of a batch.
     rng
         Source of the draw.
+    largest
+        Of the magnitudes, which are drawn evenly from 1 on and told after the places; None for
+        equal touches of magnitude 1.
     """
     rank = np.lexsort(single.targets[:, 1::-1].T)
     strain, places = single.strain[rank], single.targets[rank]
     while True:
         rows = np.sort(rng.integers(0, len(places), (size, touches)), axis=1)
-        total = strain[rows[:, 0]]
-        for column in rows.T[1:]:
-            total = total + strain[column]
-        yield Dataset(total, places[rows].reshape(size, -1))
+        told = places[rows].reshape(size, -1)
+        if largest is None:
+            yield Dataset(strain[rows].sum(axis=1), told)
+        else:
+            magnitudes = rng.uniform(1.0, largest, rows.shape)
+            total = np.einsum("nk,nki->ni", magnitudes, strain[rows])
+            yield Dataset(total, np.column_stack([told, magnitudes]))
 
 
 def noisy(batches: Iterator[Dataset], sigma: float, rng: np.random.Generator) -> Iterator[Dataset]:

@@ -63,7 +63,7 @@ def decode(codes: NDArray[np.float64], touches: int) -> NDArray[np.float64]:
     centre, coefficients = np.split(_complex(codes[:, : 2 * touches]), [1], axis=1)
     companion = np.tile(np.eye(touches, k=-1, dtype=complex), (len(codes), 1, 1))
     companion[:, 0, 1:] = -coefficients
-    about = np.linalg.eigvals(companion)
+    about = np.asarray(np.linalg.eigvals(companion), dtype=np.complex128)
     places = about + centre
     order = np.lexsort((places.imag, places.real), axis=1)
     told = _real(np.take_along_axis(places, order, axis=1))
@@ -140,4 +140,5 @@ def _residues(code: NDArray[np.float64], about: NDArray[np.complex128]) -> NDArr
     value = _horner(code[:, :1] + 0j * about, _complex(code[:, 1:]), about)
     slope = (about[:, :, None] - about[:, None, :] + np.eye(touches)).prod(axis=2)
     shared = np.repeat(code[:, :1] / touches, touches, axis=1)
-    return np.divide(value, slope, out=shared.astype(complex), where=slope != 0).real
+    told = np.divide(value, slope, out=shared.astype(complex), where=slope != 0)
+    return np.real(told)

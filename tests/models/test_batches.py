@@ -28,6 +28,16 @@ def test_pressed_together_strains_add_and_places_are_sorted():
     np.testing.assert_array_equal(batch.strain, expected)
 
 
+def test_magnitudes_are_drawn_and_told_after_the_places():
+    batch = next(superposed(SINGLE, 2, 500, np.random.default_rng(0), largest=4.0))
+    places, magnitudes = batch.targets[:, :4].reshape(-1, 2, 2), batch.targets[:, 4:]
+    assert magnitudes.min() >= 1.0
+    assert 3.9 < magnitudes.max() <= 4.0
+    rows = ((14.0 - places[..., 0]) / 2.0).astype(int)
+    expected = np.einsum("nk,nki->ni", magnitudes, SINGLE.strain[rows])
+    np.testing.assert_allclose(batch.strain, expected)
+
+
 def test_noise_has_its_deviation_and_leaves_the_targets():
     calm = Dataset(np.zeros((2000, 4), np.float32), np.ones((2000, 2)))
     batch = next(noisy(iter([calm]), 3e-6, np.random.default_rng(0)))

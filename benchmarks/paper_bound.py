@@ -1,0 +1,51 @@
+"""A net trained with noise, and solver steps after it, beside the bound on both."""
+
+import numpy as np
+from paper_sets import Effort, Figures, pressed, several
+from paper_table import Figure
+
+import models
+from models import batches, loss
+from models.net import NetOptions, predict
+from models.recipe import Recipe
+from models.refine import refine
+from models.train import train
+
+
+def bound(effort: Effort) -> Figures:
+    """Compare a net trained with noise, and two solver steps after it, with the bound."""
+    pool, first, test = several(1)
+    answer = pressed("paper-one")[1]
+    unit = float(np.sqrt(np.mean(first.strain**2)))
+    recipe = Recipe(effort.epochs(10000), 2e-3, "cosine", "scaled", check=10000)
+    options = NetOptions((64, 64), "silu")
+    for seed in range(effort.seeds):
+        for noise in (0.01, 0.05):
+            rng = np.random.default_rng(seed)
+            sigma, square = noise * unit, loss.mean_square()
+            stream = batches.noisy(batches.superposed(pool, 1, 512, rng), sigma, rng)
+            net = train(first, test, options, recipe, rng, loss=square, batches=stream).net
+            seen = next(batches.noisy(iter([test]), sigma, rng))
+            forward = models.gauges(answer, sigma)
+            for what, value in _over_bound(forward, predict(net, seen.strain), seen):
+                system = f"trained with noise of {noise:.0%}"
+                yield Figure(system, what, "", recipe.epochs, seed, value)
+
+
+def _over_bound(forward, told, seen):
+    """Root mean squares of a net and of solver steps after it, over that of the bound."""
+    of_net, limit, known, stepped = np.empty((4, len(seen)))
+    for n, (strain, true) in enumerate(zip(seen.strain, seen.targets, strict=True)):
+        fisher = forward.read(np.array([[*true, 1.0]]))[1]
+        limit[n] = np.trace(np.linalg.inv(fisher @ fisher.T)[:2, :2])
+        known[n] = np.trace(np.linalg.inv(fisher[:2] @ fisher[:2].T))
+        measured = forward.whiten(strain.reshape(-1, 3).astype(float))
+        found = refine(measured, forward, np.array([[*told[n], 1.0]]))
+        stepped[n] = np.sum((found[0, :2] - true) ** 2)
+        of_net[n] = np.sum((told[n] - true) ** 2)
+    for what, square, least in (
+        ("net: RMS ÷ bound, force unknown", of_net, limit),
+        ("net: RMS ÷ bound, force known", of_net, known),
+        ("net and 2 solver steps: RMS ÷ bound, force unknown", stepped, limit),
+    ):
+        yield what, np.sqrt(np.mean(square) / np.mean(least))
