@@ -112,9 +112,11 @@ def brightness(light: NDArray, dark: NDArray, valid: NDArray[np.bool_]) -> tuple
     valid : (H, W) bool
         Pixels that the projector lights.
     """
-    rise, level = np.polyfit(dark[valid].astype(np.float64), light[valid].astype(np.float64), 1)
-    strength = max(float(rise) - 1.0, 0.0)
-    return strength, float(-level / strength) if strength > 0 else 0.0
+    # Over the brighter picture, whose spread is far above its noise: noise would flatten the line.
+    rise, level = np.polyfit(light[valid].astype(np.float64), dark[valid].astype(np.float64), 1)
+    if not 0 < rise < 1:
+        return 0.0, 0.0
+    return float(1.0 / rise - 1.0), float(level / (1.0 - rise))
 
 
 def _smooth(left: NDArray, places: NDArray, plate: tuple[float, float]) -> float:

@@ -23,6 +23,8 @@ from rig.scene.section import Section
 
 AGE = timedelta(days=30)  # after which a bench has been bumped at least once
 Row = tuple[float, ...]
+Part = Lens | Pose | Light | Photon | Latency | Alignment
+"""What can be calibrated."""
 
 
 class Entry(Section):
@@ -159,7 +161,7 @@ def _other(name: str, made: tuple[int, int], what: str, there: tuple[int, int]) 
     )
 
 
-def entry_of(part: Lens | Pose | Light | Photon | Latency | Alignment, now: datetime) -> dict:
+def entry_of(part: Part, now: datetime) -> dict:
     """Return the entry of a new result, by the name of its part, for `Calibration`."""
     match part:
         case Lens():
@@ -234,7 +236,7 @@ def parse(text: str, name: str) -> Calibration:
         ) from error
 
 
-def keep(path: Path, part: Lens | Pose | Light | Photon | Latency | Alignment) -> Calibration:
+def keep(path: Path, part: Part) -> Calibration:
     """Put a new result into a calibration on disk, in the place of the old one of its kind."""
     now = datetime.now(UTC).replace(microsecond=0)
     calibration = read(path).model_copy(update=entry_of(part, now))
