@@ -14,6 +14,7 @@ import typer
 
 COMMANDS = {
     "show": "Say what a scene contains, what it leaves out and why.",
+    "design": "Say what a bench will reach, before anything is bought.",
     "correlate": "Correlate two pictures: displacement, strain and their uncertainty.",
     "run": "Run the live loop of a scene.",
     "record": "Run the live loop and keep all that it sees and says.",

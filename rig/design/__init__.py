@@ -1,0 +1,1 @@
+"""Bench design: what a scene promises before it is built."""

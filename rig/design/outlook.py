@@ -1,0 +1,110 @@
+"""What a scene will reach, and which change of it helps most, before anything is bought.
+
+Everything is the Cramér-Rao bound of single touches under linear theory, with the camera's motion
+and the light unknown.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+import fe
+from models.design import Errors
+from rig.design.prediction import from_strain, linear_to, predict, seen, time_of_frame
+from rig.design.setup import changes, setup_of
+from rig.scene import Scene
+from rig.scene.sensing import StrainEstimator
+
+
+@dataclass(frozen=True)
+class Change:
+    """One thing that is changed, and what comes of it.
+
+    Attributes
+    ----------
+    what, before, after : str
+    place, force : float
+        Median error over the plate under 1 N, mm and N.
+    gain : float
+        Factor by which the place gets better.
+    """
+
+    what: str
+    before: str
+    after: str
+    place: float
+    force: float
+    gain: float
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """What a scene will reach.
+
+    Attributes
+    ----------
+    title : str
+    plate : fe.Plate
+    sensed : dict of str to Errors
+        Errors under 1 N over the plate (see `over_plate`): the bound of the whole pattern against a
+        perfect reference, and what the scene senses from.
+    linear_to : float, N
+        Force up to which linear theory is right to 5 % anywhere.
+    frame : float, s
+        Time of a frame with a touch that is followed, on this machine.
+    rate : float, frames a second
+        What camera and machine give together.
+    changes : tuple of Change
+        The most helpful first.
+    """
+
+    title: str
+    plate: fe.Plate
+    sensed: dict[str, Errors]
+    linear_to: float
+    frame: float
+    rate: float
+    changes: tuple[Change, ...]
+
+
+def design(scene: Scene, report: Callable[[int, int, str], None]) -> Design:
+    """Predict what a scene will reach; `report` is called before every step.
+
+    Raises
+    ------
+    ValueError
+        If the scene lacks something; see `setup_of`.
+    """
+    given = setup_of(scene)
+    named = list(changes(given))
+    steps = len(named) + 2
+    report(0, steps, "errors over the plate")
+    now, made = predict(given), []
+    for number, (what, before, after, changed) in enumerate(named, start=1):
+        report(number, steps, what)
+        then = predict(changed, like=now)
+        made.append(_change(what, before, after, now.errors, then.errors))
+    report(steps - 1, steps, "time of a frame")
+    motions = seen(given.plate, given.camera, given.dic.tile)
+    sensed = {"bound": now.against(given.perfect_noise), "pattern": now.errors}
+    if any(isinstance(one, StrainEstimator) for one in (scene.estimator, scene.comparison)):
+        sensed["strain"] = from_strain(now, motions)
+    frame = time_of_frame(given, motions)
+    return Design(
+        title=scene.title,
+        plate=motions.modes.plate,
+        sensed=sensed,
+        linear_to=linear_to(motions.modes.plate),
+        frame=frame,
+        rate=min(given.camera.rate, 1 / frame),
+        changes=tuple(sorted(made, key=lambda change: -change.gain)),
+    )
+
+
+def _change(what: str, before: str, after: str, now: Errors, then: Errors) -> Change:
+    place = float(np.median(then.place))
+    gain = float(np.median(now.place)) / place
+    return Change(what, before, after, place, float(np.median(then.force)), gain)

@@ -1,0 +1,138 @@
+"""Errors, forces and times that a setup promises.
+
+Nothing but a patch of the pattern is rendered.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+import fe
+import models
+import synthetic
+from dic.tile_field import prepare_blocks
+from dic.tiles import lay_tiles, prepare_tiles, tile_sums
+from models.design import Errors, alike, expected_errors, gradient_energy, over_plate
+from rig.design.setup import Setup
+from rig.scene.bench import Pinhole
+from rig.scene.plate import Plate
+
+MODES = 200  # of the plate, on
+ELEMENTS = 48  # elements along its longer side: bounds within 0.2 % of those on 120
+PATCH = 256  # px of the patch whose gradient is taken
+UNIT = 1.0  # N, of the touches on the map
+REPEATS = 7  # of the frame whose time is taken
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """What the whole pattern promises.
+
+    Attributes
+    ----------
+    setup : Setup
+    unit : Errors
+        Under 1 N over the plate, for a noise of 1 grey level and a gradient energy of 1.
+    energy : float, grey levels² a px²
+        Mean squared gradient of the pattern as the camera sees it.
+    """
+
+    setup: Setup
+    unit: Errors
+    energy: float
+
+    def against(self, noise: float) -> Errors:
+        """Return the errors for a noise, grey levels, of a frame less the reference."""
+        return self.unit.scaled(noise / float(np.sqrt(self.energy)))
+
+    @property
+    def errors(self) -> Errors:
+        """Errors for the noise of the setup."""
+        return self.against(self.setup.noise)
+
+
+def predict(setup: Setup, like: Prediction | None = None) -> Prediction:
+    """Predict what a setup promises; what it shares with that of `like` is not computed again."""
+    same = like is not None and like.setup.geometry == setup.geometry
+    unit = like.unit if like and same else _unit(setup)
+    if like and same and (like.setup.pattern, like.setup.sensor) == (setup.pattern, setup.sensor):
+        return Prediction(setup, unit, like.energy)
+    return Prediction(setup, unit, _energy(setup))
+
+
+def from_strain(prediction: Prediction, motions: models.Motions) -> Errors:
+    """Predict errors under 1 N over the plate from strain maps alone."""
+    given = prediction.setup
+    reference = alike(motions.tiles, prediction.energy)
+    pattern = models.see_pattern(motions, reference)
+    blocks = prepare_blocks(reference, given.dic.block)
+    strain = models.see_strain(pattern, blocks, given.camera.build(given.plate), given.dic.window)
+    return expected_errors(strain.forward(given.noise), _touches(given.plate.size))
+
+
+def linear_to(plate: fe.Plate) -> float:
+    """Find the force up to which linear theory is right to `fe.linear_range.TOLERANCE`, N."""
+    from fe.linear_range import TOLERANCE
+
+    force = UNIT
+    for _ in range(8):  # the error grows with the square of the force, nearly
+        force *= float(np.sqrt(TOLERANCE / fe.regime(plate, force).error))
+    return force
+
+
+def time_of_frame(given: Setup, motions: models.Motions) -> float:
+    """Measure how long a frame with one touch takes here, picture to touch, s: the median."""
+    width, height = given.camera.pixels
+    picture = np.random.default_rng(0).normal(128.0, 40.0, (height, width)).clip(0, 255)
+    reference = prepare_tiles(picture.astype(np.float32), motions.tiles.size)
+    pattern = models.see_pattern(motions, reference)
+    search = models.prepare_search(pattern.forward(given.noise))
+    a, b = motions.modes.plate.size
+    touch = np.array([[0.5 * a, 0.5 * b, UNIT]])
+    motion, frame = pattern.still(), picture.astype(np.uint8)
+    motion[: pattern.count] = motions.pressed(touch[:, :2], touch[:, 2])
+    measured = search.forward.read(touch)[0]
+    spent = []
+    for _ in range(REPEATS):
+        begun = time.perf_counter()
+        sums = tile_sums(reference, frame, motions.flow(motion))
+        pattern.whiten(pattern.right_side(sums, motion), given.noise)
+        models.find(measured, search, start=touch, most=1)
+        spent.append(time.perf_counter() - begun)
+    return float(np.median(spent))
+
+
+def seen(plate: Plate, camera: Pinhole, tile: int) -> models.Motions:
+    """See the motions of the plate and of the camera on tiles of `tile` px."""
+    flat, view = plate.build(), camera.build(plate)
+    modes = fe.modes(flat, MODES, mesh=fe.grid(flat, ELEMENTS))
+    tiles = lay_tiles((view.size[1], view.size[0]), tile)
+    return models.see_motions(modes, view, flat.thickness / 2, tiles)
+
+
+def _unit(given: Setup) -> Errors:
+    motions = seen(given.plate, given.camera, given.tile)
+    pattern = models.see_pattern(motions, alike(motions.tiles, 1.0))
+    return expected_errors(pattern.forward(1.0), _touches(given.plate.size))
+
+
+def _energy(given: Setup) -> float:
+    """Render the middle of the picture and measure its gradient."""
+    view = given.camera.build(given.plate)
+    width, height = (min(PATCH, side) for side in view.size)
+    left, top = (view.size[0] - width) // 2, (view.size[1] - height) // 2
+    centre = (view.centre[0] - left, view.centre[1] - top)
+    patch = replace(view, size=(width, height), centre=centre)
+    pattern = given.pattern.build(given.plate)
+    warper = synthetic.prepare_warp(pattern, patch, given.plate.thickness / 2)
+    light = warper.render(np.zeros((len(warper.points), 3)), None, None) / 255.0
+    eye = given.sensor.build()
+    return gradient_energy((eye.white - eye.black) * eye.top * light)
+
+
+def _touches(size: tuple[float, float]) -> np.ndarray:
+    places = over_plate(size)
+    return np.column_stack([places, np.full(len(places), UNIT)])

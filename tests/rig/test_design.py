@@ -1,0 +1,135 @@
+"""`touchplate design`: what it promises is what a simulated run of the scene then shows."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.interpolate import RegularGridInterpolator
+from typer.testing import CliRunner
+
+from models.design import shape_over
+from rig import cli, live
+from rig.bench import build_bench
+from rig.design.outlook import design
+from rig.design.prediction import linear_to, predict
+from rig.design.setup import changes, setup_of
+from rig.stopwatch import Stopwatch
+from rig.twin import build_twin
+from rig.zero import take_zero
+
+
+def quiet(*_):
+    pass
+
+
+def test_more_force_than_the_linear_limit_needs_large_theory(small):
+    import fe
+
+    plate = small().plate.build()
+    limit = linear_to(plate)
+    assert fe.regime(plate, 0.97 * limit).theory == "linear"
+    assert fe.regime(plate, 1.03 * limit).theory == "large"
+
+
+def test_changes_change_one_thing_each(small):
+    given = setup_of(small({"pattern.contrast": 0.6}))
+    rows = list(changes(given))
+    assert len(rows) == 9
+    for _, before, after, changed in rows:
+        assert before != after
+        parts = ("plate", "camera", "pattern", "sensor", "dic", "frames")
+        assert sum(getattr(given, part) != getattr(changed, part) for part in parts) == 1
+
+
+def test_changes_are_worth_what_theory_says(small):
+    made = design(small({"pattern.contrast": 0.6}), quiet)
+    gains = {change.what: change.gain for change in made.changes}
+    given = setup_of(small())
+    assert gains["sensor noise"] == pytest.approx(
+        given.perfect_noise / np.sqrt((2.0 / 1.25) ** 2 + 1 / 12)
+    )
+    assert gains["mean of frames"] == pytest.approx(np.sqrt((1 + 1 / 16) / (1 / 4 + 1 / 16)))
+    assert gains["reference frames"] == pytest.approx(np.sqrt((1 + 1 / 16) / (1 + 1 / 64)))
+    assert 1.18 < gains["speckle contrast"] < 1.25  # 1.216: speckles that overlap gain less
+    assert gains["thickness"] > gains["stand-off"] > 1.05
+    order = [change.gain for change in made.changes]
+    assert order == sorted(order, reverse=True)
+    assert (made.sensed["bound"].place < made.sensed["pattern"].place).all()
+    assert (made.sensed["pattern"].place < made.sensed["strain"].place).all()
+
+
+def test_what_is_shared_is_not_computed_again(small):
+    now = predict(setup_of(small()))
+    louder = replace(now.setup, frames=4)
+    again = predict(louder, like=now)
+    assert again.unit is now.unit
+    assert again.energy == now.energy
+    np.testing.assert_allclose(again.errors.place, predict(louder).errors.place)
+
+
+def test_a_scene_without_a_camera_or_with_a_bent_plate_is_refused(small):
+    import rig
+
+    with pytest.raises(ValueError, match=r"cannot be designed; it needs \[plate\], \[camera\]"):
+        design(rig.load("paper-one"), quiet)
+    with pytest.raises(ValueError, match=r"has a bent plate, and a design takes it as flat"):
+        design(small({"base.bend": 2.0}), quiet)
+
+
+def test_the_command_prints_writes_and_draws(small_settings, tmp_path):
+    picture = tmp_path / "map.png"
+    arguments = ["design", "twin", "--json", f"--picture={picture}", *small_settings]
+    done = CliRunner().invoke(cli.application(arguments), arguments)
+    assert done.exit_code == 0, done.output
+    said = json.loads(done.stdout)
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert set(said["at_1_n"]) == {"bound", "pattern", "strain"}
+    assert said["at_1_n"]["pattern"]["place_median_mm"] > 0
+    assert 0 < said["fps"] <= 30
+    assert len(said["map"]["rows"]) == np.prod(shape_over((254.0, 203.0)))
+
+
+def test_a_picture_that_cannot_be_written_is_refused_at_once(tmp_path):
+    arguments = ["design", "twin", f"--picture={tmp_path}/none/map.png"]
+    done = CliRunner().invoke(cli.application(arguments), arguments)
+    assert "must be a *.png in a folder that exists" in str(done.exception)
+
+
+@pytest.mark.slow
+def test_predicted_errors_are_those_of_a_simulated_run(small):
+    scene = small(
+        {
+            "camera.pixels": [512, 416],
+            "pattern.diameter": 2.6,
+            "touches.force": [2, 4],
+            "touches.most": 1,
+            "source.script": "random",
+            "estimator.modes": 200,
+        }
+    )
+    errors = predict(setup_of(scene)).errors
+    twin = build_twin(scene)
+    bench = build_bench(scene, quiet)
+    zero = take_zero([twin.frame(k, ()) for k in range(bench.reference_frames)])
+    chain, _ = bench.prepare(zero)
+    place, force = over(scene.plate.size, errors.place), over(scene.plate.size, errors.force)
+    off, push = [], []
+    for number in range(100, 350):
+        (touch,) = twin.touches(number)
+        image = twin.frame(number, (touch,))
+        found = live.sense(chain, image, live.at_rest(chain), Stopwatch(lambda: 0.0)).estimate
+        assert found.count == 1
+        away = np.linalg.norm(found.xy[0] - (touch.x, touch.y))
+        off.append(away / place((touch.y, touch.x)) * touch.force)
+        push.append((found.force[0] - touch.force) / force((touch.y, touch.x)))
+    assert np.sqrt(np.mean(np.square(off))) == pytest.approx(1.0, abs=0.15)  # measured 1.04
+    assert np.sqrt(np.mean(np.square(push))) == pytest.approx(1.0, abs=0.15)  # measured 1.03
+
+
+def over(size, values):
+    """Interpolate a quantity of the map between its cells."""
+    columns, rows = shape_over(size)
+    x, y = ((np.arange(n) + 0.5) * side / n for n, side in zip((columns, rows), size, strict=True))
+    logs = RegularGridInterpolator((y, x), np.log(values.reshape(rows, columns)), method="cubic")
+    return lambda place: float(np.exp(np.ravel(logs(place))[0]))
