@@ -1,4 +1,4 @@
-"""A web application on a loopback port, in a thread beside the live loop that never holds it."""
+"""A web application on a port, in a thread beside the live loop that never holds it."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ import uvicorn
 from starlette.applications import Starlette
 
 HOST = "127.0.0.1"
+EVERYWHERE = "0.0.0.0"
 GOING_AWAY = 1001  # websocket close code
 SECONDS_TO_CLOSE = 1
 SECONDS_BETWEEN_LOOKS = 0.004
@@ -47,14 +48,16 @@ class Newest(Generic[T]):
         self._closed = True
 
 
-def listen(port: int, key: str) -> socket.socket:
-    """Take a port on the loopback address; 0 takes a free one.
+def listen(port: int, key: str, host: str = HOST) -> socket.socket:
+    """Take a port; 0 takes a free one.
 
     Parameters
     ----------
     port : int
     key : str
         Key of the scene that sets it, for the sentences.
+    host : str
+        Address that it is taken on; only the loopback address unless said otherwise.
 
     Raises
     ------
@@ -73,7 +76,7 @@ def listen(port: int, key: str) -> socket.socket:
     if os.name == "posix":  # there it only skips the wait after a close; elsewhere it would share
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
-        listener.bind((HOST, port))
+        listener.bind((host, port))
         listener.listen()
     except OSError as error:
         listener.close()

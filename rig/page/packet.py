@@ -14,9 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.markers import Screen, draw_marks, project
+from rig.page.desk import Desk
 from rig.snapshot import Mark, Snapshot, StrainMap
 
 JPEG_QUALITY = 80
+NOTHING = Desk()
 BRIGHTENED = 3  # the projector is dim on purpose, and a page that is watched by day need not be
 
 
@@ -29,11 +31,23 @@ class Packet:
         What the loop published.
     screen : Screen or None
         The projector's picture, where the scene has a projector.
+    desk : Desk
+        What stands beside the frame.
+    shown : tuple of Mark or None
+        What the projector shows; None if that is the touches.
     """
 
-    def __init__(self, snapshot: Snapshot, screen: Screen | None):
+    def __init__(
+        self,
+        snapshot: Snapshot,
+        screen: Screen | None,
+        desk: Desk = NOTHING,
+        shown: tuple[Mark, ...] | None = None,
+    ):
         self.snapshot = snapshot
         self.screen = screen
+        self.desk = desk
+        self.shown = snapshot.touches if shown is None else shown
 
     def parts(self, wanted: set[str]) -> dict[str, bytes]:
         """Binary parts among ``camera``, ``strain`` and ``projector`` that are wanted and exist.
@@ -48,13 +62,19 @@ class Packet:
             there.add("projector")
         return {name: getattr(self, f"_{name}") for name in sorted(wanted & there)}
 
-    def header(self, parts: dict[str, bytes]) -> str:
-        """JSON text that goes before the given parts and names them in order."""
-        return self._described[:-1] + f', "parts": {json.dumps(list(parts))}}}'
+    def header(self, parts: dict[str, bytes], controls: bool) -> str:
+        """JSON text that goes before the given parts and names them in order.
+
+        It says too whether who gets it may act.
+        """
+        added = f', "controls": {json.dumps(controls)}, "parts": {json.dumps(list(parts))}}}'
+        return self._described[:-1] + added
 
     @cached_property
     def _described(self) -> str:
-        return json.dumps(_plain(_describe(self.snapshot, self.screen)), allow_nan=False)
+        return json.dumps(
+            _plain(_describe(self.snapshot, self.screen) | asdict(self.desk)), allow_nan=False
+        )
 
     @cached_property
     def _camera(self) -> bytes:
@@ -64,7 +84,7 @@ class Packet:
     def _projector(self) -> bytes:
         if self.screen is None:
             return b""
-        return _jpeg(draw_marks(self.snapshot.touches, self.screen)[..., ::-1] * BRIGHTENED)
+        return _jpeg(draw_marks(self.shown, self.screen)[..., ::-1] * BRIGHTENED)
 
     @cached_property
     def _strain(self) -> bytes:

@@ -1,30 +1,42 @@
-"""Serve the page on a loopback port from a thread beside the live loop.
+"""Serve the page from a thread beside the live loop.
 
 A page asks for each frame when it has done with the last, and gets the newest then. So a slow
 page sees fewer frames, nothing queues, and the loop only ever leaves its newest snapshot behind.
+What a user asks for waits until the loop takes it.
 """
 
+import json
+import socket
+from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from starlette.applications import Starlette
 from starlette.middleware import Middleware
-from starlette.routing import Mount, WebSocketRoute
+from starlette.requests import Request
+from starlette.responses import PlainTextResponse, Response
+from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from rig.markers import Screen
-from rig.page.guard import Guard
-from rig.page.packet import Packet
-from rig.serving import GOING_AWAY, HOST, Newest, listen, serving
-from rig.snapshot import Snapshot
+from rig.page.access import Access
+from rig.page.desk import Desk
+from rig.page.guard import CONTROLS, Guard
+from rig.page.packet import NOTHING, Packet
+from rig.serving import EVERYWHERE, GOING_AWAY, HOST, Newest, listen, serving
+from rig.snapshot import Mark, Snapshot
 
 STATIC = Path(__file__).parent / "static"
+LONGEST = 512  # bytes of what a page may ask for
+WAITING = 32  # things asked for that may wait
+Asked = dict[str, Any]
 
 
 class Publisher:
-    """Where the live loop leaves its newest snapshot.
+    """Where the live loop leaves its newest snapshot, and finds what users have asked for.
 
     Attributes
     ----------
@@ -36,24 +48,45 @@ class Publisher:
         What the pages are given.
     """
 
-    def __init__(self, port: int, screen: Screen | None):
+    def __init__(self, port: int, screen: Screen | None, access: Access):
         self.port = port
         self.watchers = 0
         self.packets: Newest[Packet] = Newest()
-        self._screen = screen
+        self._screen, self._access = screen, access
+        self._asked: deque[Asked] = deque(maxlen=WAITING)
 
     @property
     def url(self) -> str:
         """Address of the page."""
         return f"http://{HOST}:{self.port}/"
 
-    def publish(self, snapshot: Snapshot) -> None:
+    @property
+    def link(self) -> str | None:
+        """Address for others on the network, with the token; None where they are kept out."""
+        if self._access.token is None:
+            return None
+        return f"http://{socket.gethostname()}:{self.port}/?token={self._access.token}"
+
+    def publish(
+        self, snapshot: Snapshot, desk: Desk = NOTHING, shown: tuple[Mark, ...] | None = None
+    ) -> None:
         """Make this the newest snapshot; takes microseconds, whoever watches."""
-        self.packets.put(Packet(snapshot, self._screen))
+        self.packets.put(Packet(snapshot, self._screen, desk, shown))
+
+    def ask(self, wish: Asked) -> None:
+        """Note what a user asks for; the oldest is forgotten if nobody takes any."""
+        self._asked.append(wish)
+
+    def asked(self) -> Iterator[Asked]:
+        """Take what users have asked for since, in order."""
+        while self._asked:
+            yield self._asked.popleft()
 
 
 @contextmanager
-def serve(port: int = 8765, screen: Screen | None = None) -> Iterator[Publisher]:
+def serve(
+    port: int = 8765, screen: Screen | None = None, access: Access | None = None
+) -> Iterator[Publisher]:
     """Serve the operator page while the block runs; yields the `Publisher` that feeds it.
 
     Parameters
@@ -62,6 +95,8 @@ def serve(port: int = 8765, screen: Screen | None = None) -> Iterator[Publisher]
         Port on 127.0.0.1; 0 takes a free one, which `Publisher.port` then names.
     screen : Screen or None
         The projector's picture for the page's projector view; None if there is no projector.
+    access : Access or None
+        With a token the port is open to the network as well; None keeps it to this machine.
 
     Raises
     ------
@@ -70,26 +105,50 @@ def serve(port: int = 8765, screen: Screen | None = None) -> Iterator[Publisher]
     OSError
         If the port cannot be had; raised before anything is started.
     """
-    with listen(port, "page.port") as listener:
-        publisher = Publisher(listener.getsockname()[1], screen)
-        with serving(_application(publisher), listener, "page"):
+    access = access or Access()
+    with listen(port, "page.port", EVERYWHERE if access.token else HOST) as listener:
+        publisher = Publisher(listener.getsockname()[1], screen, access)
+        with serving(_application(publisher, access), listener, "page"):
             try:
                 yield publisher
             finally:
                 publisher.packets.close()
 
 
-def _application(publisher: Publisher) -> Starlette:
+def _application(publisher: Publisher, access: Access) -> Starlette:
     async def stream(websocket: WebSocket) -> None:
         await _stream(websocket, publisher)
+
+    async def ask(request: Request) -> Response:
+        return await _ask(request, publisher)
 
     return Starlette(
         routes=[
             WebSocketRoute("/stream", stream),
+            Route("/ask", ask, methods=["POST"]),
             Mount("/", StaticFiles(directory=STATIC, html=True)),
         ],
-        middleware=[Middleware(Guard)],
+        middleware=[Middleware(Guard, access=access)],
     )
+
+
+async def _ask(request: Request, publisher: Publisher) -> Response:
+    """Take a wish of a user who may act: a JSON object with what to `do`."""
+    if not request.scope.get(CONTROLS):
+        return PlainTextResponse("this page may look and not act\n", 403)
+    body = bytearray()
+    async for part in request.stream():
+        body += part
+        if len(body) > LONGEST:
+            return PlainTextResponse(f"a wish has {LONGEST} bytes at most\n", 413)
+    try:
+        wish = json.loads(body)
+    except ValueError:
+        wish = None
+    if not isinstance(wish, dict) or not isinstance(wish.get("do"), str):
+        return PlainTextResponse("a wish is a JSON object with what to do\n", 400)
+    publisher.ask(wish)
+    return Response(status_code=204)
 
 
 async def _stream(websocket: WebSocket, publisher: Publisher) -> None:
@@ -104,7 +163,7 @@ async def _stream(websocket: WebSocket, publisher: Publisher) -> None:
                 await websocket.close(GOING_AWAY)
                 return
             parts = packet.parts(set(wanted.split()))
-            await websocket.send_text(packet.header(parts))
+            await websocket.send_text(packet.header(parts, bool(websocket.scope.get(CONTROLS))))
             for part in parts.values():
                 await websocket.send_bytes(part)
     except WebSocketDisconnect:

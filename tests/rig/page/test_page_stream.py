@@ -15,9 +15,11 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
+from rig.calibration.guide import Progress
 from rig.markers import fit_plate
 from rig.page import serve
-from rig.page.guard import is_own
+from rig.page.access import Access, is_own
+from rig.page.desk import Desk, Recording, Wizard
 
 SCREEN = fit_plate((320, 200), (254.0, 200.0))
 
@@ -222,3 +224,82 @@ def test_the_page_needs_no_torch():
 def test_the_snapshot_needs_no_web_server():
     code = "import sys, rig.snapshot, rig.projector; sys.exit('starlette' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+TOKEN = "of-the-link"
+
+
+def test_what_is_asked_for_waits_for_the_loop(snapshot):
+    with serve(0) as publisher:
+        for wish in ({"do": "record"}, {"do": "drop", "view": 3}):
+            answer = httpx.post(f"{publisher.url}ask", json=wish)
+            assert answer.status_code == 204
+        assert list(publisher.asked()) == [{"do": "record"}, {"do": "drop", "view": 3}]
+        assert list(publisher.asked()) == []
+        for number in range(100):
+            publisher.ask({"do": str(number)})
+        assert next(publisher.asked())["do"] == "68"
+
+
+@pytest.mark.parametrize(
+    ("content", "status"),
+    [(b"{", 400), (b"[1]", 400), (b'{"do": 1}', 400), (b"x" * 600, 413), (b"", 400)],
+)
+def test_a_wish_that_is_none_is_refused(content, status):
+    with serve(0) as publisher:
+        assert httpx.post(f"{publisher.url}ask", content=content).status_code == status
+        assert list(publisher.asked()) == []
+
+
+def test_a_foreign_page_asks_for_nothing():
+    with serve(0) as publisher:
+        headers = {"Origin": "http://evil.example"}
+        answer = httpx.post(f"{publisher.url}ask", json={"do": "record"}, headers=headers)
+        assert answer.status_code == 403
+        assert list(publisher.asked()) == []
+
+
+def test_a_link_with_the_token_opens_the_page_and_leaves_a_cookie():
+    host = {"Host": "bench:9"}
+    with serve(0, access=Access(TOKEN)) as publisher, httpx.Client() as client:
+        assert client.get(publisher.url, headers=host).status_code == 403
+        assert client.get(f"{publisher.url}?token=wrong", headers=host).status_code == 403
+        answer = client.get(f"{publisher.url}?token={TOKEN}", headers=host)
+        assert answer.status_code == 200
+        assert "HttpOnly; SameSite=Strict" in answer.headers["set-cookie"]
+        cookie = host | {"Cookie": f"touchplate={TOKEN}"}
+        assert client.get(f"{publisher.url}app.js", headers=cookie).status_code == 200
+        foreign = cookie | {"Origin": "http://evil.example"}
+        assert client.get(f"{publisher.url}app.js", headers=foreign).status_code == 403
+
+
+@pytest.mark.parametrize("control", [False, True])
+def test_who_comes_by_a_link_looks_and_acts_only_if_the_scene_says_so(snapshot, control):
+    cookie = {"Host": "bench:9", "Cookie": f"touchplate={TOKEN}"}
+    with serve(0, access=Access(TOKEN, control)) as publisher:
+        publisher.publish(snapshot(1))
+        plug = socket.create_connection(("127.0.0.1", publisher.port))
+        keeps = {"Cookie": cookie["Cookie"]}
+        with connect("ws://bench:9/stream", sock=plug, additional_headers=keeps) as client:
+            assert ask(client)[0]["controls"] is control
+        answer = httpx.post(f"{publisher.url}ask", json={"do": "record"}, headers=cookie)
+        assert answer.status_code == (204 if control else 403)
+        assert TOKEN in publisher.link
+
+
+def test_this_machine_may_act(snapshot):
+    with serve(0) as publisher, stream(publisher) as client:
+        publisher.publish(snapshot(1))
+        assert ask(client)[0]["controls"] is True
+        assert publisher.link is None
+
+
+def test_notes_settings_and_wizard_go_with_the_frame(snapshot):
+    wizard = Wizard("camera", Progress("hold still", 3, 10, 0.08, ((0, "80 corners"),)), "mm")
+    desk = Desk(("a note",), Recording(True, "recording", 7, 0), (), (), wizard)
+    with serve(0) as publisher, stream(publisher) as client:
+        publisher.publish(snapshot(1), desk)
+        header, _ = ask(client)
+    assert header["notes"] == ["a note"]
+    assert header["recording"]["frames"] == 7
+    assert header["wizard"]["progress"]["views"] == [[0, "80 corners"]]
