@@ -18,6 +18,9 @@ _STATUS_COLOURS = (
     "#2f9e44", "#ced4da", "#f1c40f", "#343a40", "#f783ac", "#4dabf7", "#e03131", "#7048e8",
 )  # fmt: skip
 _OPACITY = 0.75
+_DPI = 110
+# Inches about the image: for the numbers and names of the axes, the title, and the scale.
+_LEFT, _RIGHT, _BELOW, _ABOVE = 0.75, 1.9, 0.6, 0.4
 
 
 @dataclass(frozen=True)
@@ -44,21 +47,35 @@ _LOOKS = {
 def draw(path: Path, image: NDArray, name: str, values: NDArray, disp: DisplacementField) -> None:
     """Draw the field `values` (N,) called `name` over `image` (H, W) into a PNG at `path`."""
     height, width = image.shape
-    size = np.array([width, height]) * min(9 / width, 7 / height)
-    figure = Figure(figsize=(float(size[0]) + 2.2, float(size[1]) + 0.9), layout="constrained")
-    FigureCanvasAgg(figure)
-    axes = figure.add_subplot()
-    axes.imshow(image, cmap="gray", vmin=np.percentile(image, 1), vmax=np.percentile(image, 99))
+    figure, axes, beside = _frame(width, height)
+    dark, bright = np.percentile(image[::4, ::4], (1, 99))
+    axes.imshow(image, cmap="gray", vmin=dark, vmax=bright, interpolation="nearest")
     look = _LOOKS[name]
     if name == "status":
-        _draw_status(figure, axes, values, disp)
+        _draw_status(axes, beside, values, disp)
     else:
         limits = _limits(values * look.scale, look.colours)
         drawn = _map(axes, values * look.scale, disp, look.colours, limits)
-        figure.colorbar(drawn, ax=axes, extend="both", label=look.unit)
+        axes.figure.colorbar(drawn, cax=beside, extend="both", label=look.unit)
     axes.set(title=look.title, xlabel="x, px", ylabel="y, px")
     axes.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5))
-    figure.savefig(path, dpi=110)
+    figure.savefig(path, dpi=_DPI, pil_kwargs={"compress_level": 1})
+
+
+def _frame(width: int, height: int) -> tuple[Figure, Axes, Axes]:
+    """Figure with room for an image and, beside it, for its scale.
+
+    The room is stated and not sought for: a layout that is sought draws everything twice.
+    """
+    size = np.array([width, height]) * min(9 / width, 7 / height)
+    whole = size + np.array([_LEFT + _RIGHT, _BELOW + _ABOVE])
+    figure = Figure(figsize=(float(whole[0]), float(whole[1])))
+    FigureCanvasAgg(figure)
+    left, below = (_LEFT, _BELOW) / whole
+    across, up = size / whole
+    axes = figure.add_axes((left, below, across, up))
+    beside = figure.add_axes((left + across + 0.2 / whole[0], below, 0.18 / whole[0], up))
+    return figure, axes, beside
 
 
 def _limits(values: NDArray, colours: str) -> tuple[float, float]:
@@ -84,11 +101,11 @@ def _map(axes: Axes, values: NDArray, disp: DisplacementField, colours, limits):
     return axes.imshow(cells, extent=extent, alpha=_OPACITY, interpolation="nearest", **style)
 
 
-def _draw_status(figure: Figure, axes: Axes, values: NDArray, disp: DisplacementField) -> None:
+def _draw_status(axes: Axes, beside: Axes, values: NDArray, disp: DisplacementField) -> None:
     colours = ListedColormap(_STATUS_COLOURS)
     drawn = _map(axes, values.astype(float), disp, colours, (-0.5, len(Status) - 0.5))
     drawn.set_norm(BoundaryNorm(np.arange(len(Status) + 1) - 0.5, len(Status)))
-    bar = figure.colorbar(drawn, ax=axes, ticks=np.arange(len(Status)))
+    bar = axes.figure.colorbar(drawn, cax=beside, ticks=np.arange(len(Status)))
     counts = np.bincount(values.astype(int), minlength=len(Status))
     bar.ax.set_yticklabels(
         [f"{s.name.lower().replace('_', ' ')} ({counts[s]})" for s in Status], fontsize=8
