@@ -1,0 +1,104 @@
+"""Plates at the ends of their ranges; `study_stiff.py` runs them."""
+
+from collections.abc import Callable, Iterator
+from math import inf
+
+import numpy as np
+from stiff import case
+
+import fe
+from rig.report.figure import Figure
+from tests.fe.levy import levy
+from tests.fe.rod import STRIP_SIZE, pressed_shell, strip
+from tests.fe.stepped import cantilever, line_load, stepped
+
+PAPER = fe.Plate((100.0, 100.0), thickness=1.0, young=3000.0, poisson=0.3)
+S = fe.Supported()
+SQUARE = 0.005612024020  # w D / (P a²) under a touch in the middle, from a double series
+
+
+def plates() -> Iterator[Figure]:
+    """Linear plates, then strips of the shell."""
+    for thinness in (1e-1, 1e-3, 1e-6):
+        plate = fe.Plate(PAPER.size, 100.0 * thinness, 3000.0, 0.3)
+        yield from middle(f"plate, thickness/side {thinness:.0e}", plate)
+    for poisson in (-0.9, 0.0, 0.49, 0.499):
+        plate = fe.Plate(PAPER.size, 1.0, 3000.0, poisson)
+        yield from middle(f"plate, Poisson's ratio {poisson:g}", plate)
+    for spring in (0.0, 1e-6, 1.0, 1e3, 1e6, 1e15):
+        yield from sprung(f"edge, rotation spring {spring:g} N", fe.Elastic(inf, spring))
+    for spring in (1e-12, 1e-6, 1e-3, 1.0, 1e6, 1e15):
+        yield from sprung(f"edge, deflection spring {spring:g} N/mm²", fe.Elastic(spring, 0.0))
+    for contrast in (1e-12, 1e-6, 1e-3, 1e3, 1e6, 1e9, 1e12):
+        yield from patched(contrast)
+    for place in ((1.0, 50.0), (1.0, 1.0), (0.0, 50.0)):
+        yield from near(place)
+    for thinness in (1e-2, 1e-3, 1e-4, 1e-5, 1e-6):
+        yield from thin_strip(thinness)
+
+
+def middle(name: str, plate: fe.Plate) -> Iterator[Figure]:
+    """Compare the deflection under a touch in the middle with a double series."""
+    solver = fe.Linear(plate, fe.default_mesh(plate))
+    w = fe.compliance(solver, [(50.0, 50.0)])[0] * plate.rigidity / plate.size[0] ** 2
+    return case(name, condition(solver), digits(w / SQUARE - 1))
+
+
+def sprung(name: str, edge: fe.Elastic) -> Iterator[Figure]:
+    """South and north elastic, west and east supported: Lévy's series."""
+    plate = fe.Plate(PAPER.size, 1.0, 3000.0, 0.3, fe.Edges(S, S, edge, edge))
+    solver = fe.Linear(plate, fe.default_mesh(plate))
+    truth, _ = levy(plate, (50.0, 40.0), (50.0, 40.0), terms=20000)
+    return attempt(name, solver, lambda: fe.compliance(solver, [(50.0, 40.0)])[0] / truth)
+
+
+def patched(contrast: float) -> Iterator[Figure]:
+    """Cantilever whose outer part is stiffer or softer: a stepped beam."""
+    plate = stepped(1.0, 3000.0 * contrast)
+    solver = fe.Linear(plate, fe.grid(plate, 40))
+
+    def ratio() -> float:
+        state = solver.deflect(line_load(120.0))
+        return state.deflection([[120.0, 20.0]])[0] / -cantilever(plate, 120.0)
+
+    return attempt(f"patch {contrast:.0e} times as stiff, held by the rest", solver, ratio)
+
+
+def near(place: tuple[float, float]) -> Iterator[Figure]:
+    """Touch within 1 % of an edge or a corner, against twice as many elements."""
+    coarse, fine = (
+        fe.compliance(fe.Linear(PAPER, fe.Mesh(PAPER.size, (n, n))), [place])[0] for n in (120, 240)
+    )
+    name = f"touch at {place} mm, clamped edges"
+    if fine == 0.0:
+        return case(name, "on the edge", "exact", "nothing moves")
+    return case(name, "w far below that of the middle", digits(coarse / fine - 1))
+
+
+def thin_strip(thinness: float) -> Iterator[Figure]:
+    """Supported strip of the shell under even pressure, from plate to membrane: closed form."""
+    thickness = thinness * STRIP_SIZE[0]
+    pressure, truth = strip(thickness)
+    state = pressed_shell(thickness, pressure)
+    w = state.deflection([[STRIP_SIZE[0] / 2, STRIP_SIZE[1] / 2]])[0]
+    name = f"shell, strip, thickness/length {thinness:.0e}"
+    reason = f"{state.stability.iterations} Newton iterations"
+    return case(name, reason, digits(w / truth - 1), state.stability.verdict.value)
+
+
+def attempt(name: str, solver: fe.Linear, ratio: Callable[[], float]) -> Iterator[Figure]:
+    """Digits of a ratio that should be 1, or the sentence that refuses it."""
+    try:
+        return case(name, condition(solver), digits(ratio() - 1))
+    except ValueError as refusal:
+        return case(name, "condition number too large", "refused", str(refusal))
+
+
+def condition(solver: fe.Linear) -> str:
+    """Condition number of the scaled stiffness."""
+    return f"condition {solver.factor.condition:.0e}"
+
+
+def digits(error: float) -> str:
+    """Digits that a relative error leaves right."""
+    return f"{-np.log10(max(abs(error), 1e-16)):.1f} digits"
