@@ -44,8 +44,9 @@ def find(chain, image, start):
     """Touch in a frame, begun from where it was in the last one."""
     state = live.at_rest(chain)
     for _ in range(2):
-        estimate, _, state = live.sense(chain, image, state, Stopwatch(time.monotonic))
-    return estimate
+        found = live.sense(chain, image, state, Stopwatch(time.monotonic))
+        state = found.state
+    return found.estimate
 
 
 def main() -> None:

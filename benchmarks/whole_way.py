@@ -107,7 +107,8 @@ def _estimates(bench, twin: Twin, script) -> Iterator[Estimate]:
     state, watch = live.at_rest(chain), Stopwatch(lambda: 0.0)
     for n, touches in enumerate(script):
         image = twin.frame(1000 + n, touches)
-        estimate, _, state = live.sense(chain, image, state, watch)
+        sensed = live.sense(chain, image, state, watch)
+        estimate, state = sensed.estimate, sensed.state
         yield estimate
 
 

@@ -37,12 +37,15 @@ def hidden_tiles(reference: TileReference, sums: TileSums, noise: float) -> NDAr
     """
     pixels = float(reference.tiles.size**2)
     normal, right, left = _local(reference.hessian, sums, pixels)
-    found = np.linalg.solve(normal, right[:, :, None])[:, :, 0]
+    inverse = np.linalg.inv(normal)
+    found = np.einsum("tjk,tk->tj", inverse, right)
     unexplained = left - np.einsum("tk,tk->t", right, found)
     texture, gain = normal[:, 2, 2].clip(1.0), found[:, 2]
     freedom = pixels - UNKNOWNS
     allowed = noise**2 * (freedom + LIMIT * np.sqrt(2 * freedom)) + ROUGH**2 * texture
-    dimmed = np.abs(gain - np.median(gain)) > DIMMED + LIMIT * noise / np.sqrt(texture)
+    # Where a tile shows little, a shift and a gain look alike, and neither is known.
+    unsure = noise * np.sqrt(inverse[:, 2, 2].clip(0.0))
+    dimmed = np.abs(gain - np.median(gain)) > DIMMED + LIMIT * unsure
     grid = ((unexplained > allowed) | dimmed).reshape(reference.tiles.shape)
     return np.asarray(binary_dilation(grid, np.ones((3, 3))), dtype=np.bool_).ravel()
 

@@ -18,10 +18,11 @@ from rig.scene import Scene
 from rig.scene.bench import Pinhole
 from rig.scene.plate import Plate
 from rig.scene.sensing import Dic, PatternEstimator, StrainEstimator
-from rig.scene.theory import Theory, require_linear
+from rig.scene.theory import Theory, choose, largest_force
 from rig.zero import Zero
 
 if TYPE_CHECKING:
+    from models.large import LargePlate
     from rig.calibration.store import Calibration
 
 
@@ -46,7 +47,7 @@ class Bench:
     strain : bool
         Whether touches are estimated from strain as well.
     theory : rig.scene.theory.Theory
-        Linear theory, and what it costs here.
+        That of small or of large touches, and why.
     alignment : Alignment or None
         What known presses mend in every estimate.
     """
@@ -73,8 +74,16 @@ class Bench:
         Raises
         ------
         ValueError
-            If the reference shows too little to tell the modes of the plate apart.
+            If the reference has another size than the camera's pictures, or shows too little to
+            tell the modes of the plate apart.
         """
+        height, width = zero.image.shape
+        if (width, height) != self.camera.size:
+            raise ValueError(
+                f"pictures are {width} × {height} px and the scene's camera has"
+                f" {self.camera.size[0]} × {self.camera.size[1]} px; set camera.pixels to"
+                f" [{width}, {height}]"
+            )
         try:
             chain = live.prepare_chain(zero, self.motions, self.most)
         except np.linalg.LinAlgError:
@@ -99,8 +108,8 @@ def build_bench(
     Raises
     ------
     ValueError
-        If the scene lacks what the live loop needs, compares with what it cannot run, or expects
-        forces that linear theory is not good for and does not insist on it.
+        If the scene lacks what the live loop needs, compares with what it cannot run, or bends the
+        plate before it is touched.
     """
     if not isinstance(scene.comparison, StrainEstimator | None):
         raise ValueError(
@@ -120,17 +129,22 @@ def build_bench(
                 f"scene '{scene.title}' cannot run live; it needs [plate], [camera], [dic] and an"
                 " [estimator] of kind 'pattern', as twin has them"
             )
-    force = scene.touches.force[1] if scene.touches else None
-    theory = require_linear(scene, plate, force, "the live loop")
-    calibrated = calibration.camera() if calibration else None
-    view, height = calibrated or camera.build(plate), flat.thickness / 2
-    tiles = lay_tiles((view.size[1], view.size[0]), dic.tile)
-    modes = plate_modes(flat, estimator.modes, report)
+    if scene.base:
+        raise ValueError(
+            f"scene '{scene.title}' has a bent plate, and the live loop takes it as flat; leave"
+            " [base] out"
+        )
+    theory = choose(scene, plate, largest_force(scene))
+    view = calibration.camera() if calibration else None
+    if view is None or view.size != camera.pixels:
+        view = camera.build(plate)
+    height, tiles = flat.thickness / 2, lay_tiles((view.size[1], view.size[0]), dic.tile)
+    modes, large = _fields(flat, estimator.modes, theory, report)
     return Bench(
         plate=flat,
         camera=view,
         height=height,
-        motions=see_motions(modes, view, height, tiles),
+        motions=see_motions(modes, view, height, tiles, large),
         dic=dic,
         most=scene.touches.most if scene.touches else 1,
         least_force=scene.touches.force[0] if scene.touches else 0.0,
@@ -138,6 +152,19 @@ def build_bench(
         theory=theory,
         alignment=calibration.alignment() if calibration else None,
     )
+
+
+def _fields(
+    plate: fe.Plate, count: int, theory: Theory, report: Callable[[int, int], None]
+) -> tuple[fe.Modes, LargePlate | None]:
+    """Give what carries the motion of a plate: its modes, and under large touches more."""
+    if theory.name == "linear":
+        return plate_modes(plate, count, report), None
+    from models.large import large_plate
+    from rig.simulated import reduced
+
+    large = large_plate(reduced(plate, theory.force, report), count)
+    return large.modes, large
 
 
 def plate_modes(plate: fe.Plate, count: int, report: Callable[[int, int], None]) -> fe.Modes:

@@ -10,17 +10,22 @@ from numpy.typing import NDArray
 import synthetic
 from dic.tile_field import TileBlocks, prepare_blocks, tile_displacement
 from dic.tiles import TileReference, TileSums, prepare_tiles, tile_sums
-from models.estimate import Estimate
+from models.estimate import Estimate, Result
+from models.occlusion import hidden_tiles
 from models.pattern import Motions, Pattern, see_pattern
 from models.search import Search, prepare_search
 from models.solver import find
 from models.strain_map import StrainMap, see_strain
 from rig.calibration.alignment import Alignment
+from rig.sight import Sights, jump, trouble
 from rig.stopwatch import Stopwatch
 from rig.zero import Zero, fits, settle
 
 STALE = 0.1  # px: a reference that was moved wrongly by more is moved again within the frame
 PASSES = 3  # at most so often
+ODD = 0.2  # of the tiles: where more look strange, the camera may have jumped
+NOTHING = Estimate(np.empty((0, 2)), np.empty(0), np.empty((0, 0)), 0.0, 1, 1.0, Result.NO_TOUCH)
+"""What is told where nothing can be seen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,26 +35,30 @@ class Chain:
     Attributes
     ----------
     reference : TileReference
-    pattern : Pattern
-    search : Search
-        Candidates of the forward model at the noise of the reference.
+    sights : Sights
+        Forward model and candidates, of the whole pattern and behind what hides a part of it.
     noise : float, grey levels
     most : int
         Largest number of touches looked for.
     """
 
     reference: TileReference
-    pattern: Pattern
-    search: Search
+    sights: Sights
     noise: float
     most: int
+
+    @property
+    def pattern(self) -> Pattern:
+        """The whole pattern as a measurement."""
+        return self.sights.pattern
 
 
 def prepare_chain(zero: Zero, motions: Motions, most: int) -> Chain:
     """Prepare the chain for a reference."""
     reference = prepare_tiles(zero.image, size=motions.tiles.size)
     pattern = see_pattern(motions, reference)
-    return Chain(reference, pattern, prepare_search(pattern.forward(zero.noise)), zero.noise, most)
+    search = prepare_search(pattern.forward(zero.noise))
+    return Chain(reference, Sights(pattern, search, zero.noise), zero.noise, most)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +76,9 @@ def prepare_strain(chain: Chain, camera: synthetic.Camera, block: int, window: i
     """Prepare strain over blocks of `block` tiles and windows of `window` blocks a side."""
     blocks = prepare_blocks(chain.reference, block)
     strain_map = see_strain(chain.pattern, blocks, camera, window)
-    search = prepare_search(strain_map.forward(chain.noise))
+    large, factor = chain.pattern.motions.large, strain_map.factor / chain.noise
+    forward = large.forward(factor) if large else strain_map.forward(chain.noise)
+    search = prepare_search(forward)
     return StrainChain(blocks, strain_map, search, chain.noise, chain.most)
 
 
@@ -108,69 +119,86 @@ class Sensed:
     estimate : Estimate
         From the whole pattern.
     sums : TileSums
-        Of the last pass.
+        Of the last pass, for displacement and strain of the same frame.
+    hidden : (T,) bool
+        Tiles that do not show the pattern, behind a hand for instance.
+    trouble : str
+        Why no touch can be told, as a sentence for the user; empty where it can.
+    state : State
+        To start the next frame from.
     strain : (T, 3) float64, or None where the scene wants none
     from_strain : Estimate or None
         None where a part of the strain map is lost in this frame, by a hand for instance.
-    state : State
-        To start the next frame from.
     """
 
     estimate: Estimate
     sums: TileSums
-    strain: NDArray[np.float64] | None
-    from_strain: Estimate | None
+    hidden: NDArray[np.bool_]
+    trouble: str
     state: State
+    strain: NDArray[np.float64] | None = None
+    from_strain: Estimate | None = None
 
 
 def sense(
     chain: Chain, image: NDArray, state: State, watch: Stopwatch, settling: float = 0.0
-) -> tuple[Estimate, TileSums, State]:
+) -> Sensed:
     """Find the touches in one frame.
+
+    The reference is moved to where the frame shows it, again where the first guess was off. Where
+    much looks strange the camera may have jumped, and the guess in which less does counts.
 
     Parameters
     ----------
     settling : float
         Part of what the frame shows that becomes the state of rest if nothing touches, from
         `zero.share`; 0 leaves it as it is.
-
-    Returns
-    -------
-    Estimate
-    TileSums
-        Of the last pass, for displacement and strain of the same frame.
-    State
-        To start the next frame from.
     """
+    moved = state.motion
+    found = _pass(chain, image, moved, state, watch, settling)
+    if found.hidden.mean() > ODD:
+        jumped = moved.copy()
+        jumped[chain.pattern.count :][:2] = jump(chain.reference, image)
+        other = _pass(chain, image, jumped, state, watch, settling)
+        if other.hidden.mean() < found.hidden.mean():
+            moved, found = jumped, other
     for _ in range(PASSES - 1):
-        estimate, sums, after = _pass(chain, image, state, watch, settling)
-        if chain.pattern.motions.farthest(after.motion - state.motion) <= STALE:
-            return estimate, sums, after
-        state = replace(after, rest=state.rest)
-    return _pass(chain, image, state, watch, settling)
+        off = chain.pattern.motions.farthest(found.state.motion - moved)
+        if found.trouble or off <= STALE:
+            break
+        moved, start = found.state.motion, replace(state, touches=found.state.touches)
+        found = _pass(chain, image, moved, start, watch, settling)
+    return found
 
 
 def _pass(
-    chain: Chain, image: NDArray, state: State, watch: Stopwatch, settling: float
-) -> tuple[Estimate, TileSums, State]:
-    pattern, rest = chain.pattern, state.rest
+    chain: Chain, image: NDArray, moved: NDArray, state: State, watch: Stopwatch, settling: float
+) -> Sensed:
+    """Find touches with the reference moved by `moved` (K + R,)."""
     with watch.stage("correlate"):
-        sums = tile_sums(chain.reference, image, pattern.motions.flow(state.motion))
+        sums = tile_sums(chain.reference, image, chain.pattern.motions.flow(moved))
+    with watch.stage("look"):
+        hidden = hidden_tiles(chain.reference, sums, chain.noise)
+        if why := trouble(chain.reference, sums, hidden):
+            return Sensed(NOTHING, sums, hidden, why, replace(state, touches=np.empty((0, 3))))
+        pattern, search = chain.sights.behind(hidden)
     with watch.stage("estimate"):
-        right = pattern.right_side(sums, state.motion) - pattern.normal[:, : len(rest)] @ rest
+        rest = state.rest
+        right = pattern.right_side(sums, moved) - pattern.normal[:, : len(rest)] @ rest
         measured = pattern.whiten(right, chain.noise)
-        estimate = find(measured, chain.search, start=state.touches, most=chain.most)
+        estimate = find(measured, search, start=state.touches, most=chain.most)
         motion = pattern.amplitudes(estimate, right)
         motion[: len(rest)] += rest
-        if settling and not estimate.count and fits(estimate):
+        if settling and not estimate.count and not hidden.any() and fits(estimate):
             rest = settle(rest, pattern, measured, chain.noise, settling)
-    return estimate, sums, replace(state, motion=motion, rest=rest, touches=_places(estimate))
+    after = replace(state, motion=motion, rest=rest, touches=_places(estimate))
+    return Sensed(estimate, sums, hidden, "", after)
 
 
 def sense_strain(
-    chain: StrainChain, sums: TileSums, start: NDArray, watch: Stopwatch
+    chain: StrainChain, sums: TileSums, state: State, watch: Stopwatch
 ) -> tuple[NDArray[np.float64], Estimate | None]:
-    """Strain of one frame, (T, 3), and the touches that it shows, begun from `start` (n, 3).
+    """Strain of one frame, (T, 3), and the touches that it shows beyond the plate at rest.
 
     The touches are None where a part of the map is lost in this frame, by a hand for instance.
     """
@@ -181,12 +209,13 @@ def sense_strain(
         measured = chain.map.whiten(strain, chain.noise)
         if measured is None:
             return strain, None
-        return strain, find(measured, chain.search, start=start, most=chain.most)
+        measured -= state.rest @ chain.map.factor / chain.noise
+        return strain, find(measured, chain.search, start=state.from_strain, most=chain.most)
 
 
 def with_strain(
     strain_chain: StrainChain | None,
-    sensed: tuple[Estimate, TileSums, State],
+    sensed: Sensed,
     watch: Stopwatch,
     alignment: Alignment | None = None,
 ) -> Sensed:
@@ -194,14 +223,16 @@ def with_strain(
 
     The state stays as it was found: the next frame starts from what this one shows.
     """
-    estimate, sums, after = sensed
     if alignment:
-        estimate = alignment.apply(estimate)
+        sensed = replace(sensed, estimate=alignment.apply(sensed.estimate))
     if strain_chain is None:
-        return Sensed(estimate, sums, None, None, after)
-    strain, found = sense_strain(strain_chain, sums, after.from_strain, watch)
+        return sensed
+    strain, found = sense_strain(strain_chain, sensed.sums, sensed.state, watch)
+    if sensed.trouble:
+        found = None
     start = np.empty((0, 3)) if found is None else _places(found)
-    return Sensed(estimate, sums, strain, found, replace(after, from_strain=start))
+    after = replace(sensed.state, from_strain=start)
+    return replace(sensed, strain=strain, from_strain=found, state=after)
 
 
 def _places(estimate: Estimate) -> NDArray[np.float64]:

@@ -5,26 +5,23 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
-from models.estimate import Estimate, Result
 from models.pattern import noise_of
 from rig import live
 from rig.bench import Bench
+from rig.follow import LATENCY, Follower, Seen
 from rig.recording.shot import Recorder, Shot
 from rig.snapshot import Snapshot, StrainMap
 from rig.source import Frame, Source
 from rig.stopwatch import Stopwatch
 from rig.tally import Tally
-from rig.track import Event, Tracks
 from rig.view import View, look, marks, strain_map, true_marks
-from rig.zero import Zero, fits, restless, share, take_zero
+from rig.zero import Zero, restless, take_zero
 
-PATIENCE = 5.0  # s without a frame after which the source is given up
-LATENCY = "capture to touches"
-Tracked = tuple[tuple[int, ...], tuple[Event, ...]]
+PATIENCE = 5.0  # s without a frame after which a source is given up before the reference is there
+SILENCE = 0.5  # s without a frame after which the user is told
 ATTEMPTS = 30  # series of reference frames that are thrown away because something moved
 PACE = 60  # frames over which the running rate is measured
 
@@ -41,6 +38,8 @@ class Loop:
         Monotonic time, s; the same that stamps the frames.
     recorder : Recorder or None
         Keeps what every frame said; it never holds the loop up.
+    zero : Zero or None
+        The plate at rest, where the source knows it.
     """
 
     def __init__(
@@ -49,6 +48,7 @@ class Loop:
         source: Source,
         clock: Callable[[], float] = time.monotonic,
         recorder: Recorder | None = None,
+        zero: Zero | None = None,
     ):
         self.bench = bench
         self.dropped = 0
@@ -59,6 +59,8 @@ class Loop:
         self._recorder = recorder
         self._source = source
         self._clock = clock
+        self._zero = zero
+        self._sequence: int | None = None
         self._first: float | None = None
         self._finished: deque[float] = deque(maxlen=PACE)
 
@@ -77,39 +79,34 @@ class Loop:
         return (self.frames - 1) / (self._finished[-1] - self._first)
 
     def __iter__(self) -> Iterator[Snapshot]:
-        """Take the reference, then yield a snapshot a frame until the source is given up.
+        """Take the reference, then yield a snapshot a frame until the source ends.
+
+        While no frames come, the last one is shown without touches and with what the source says.
 
         Raises
         ------
         OSError
-            If no frame comes for `PATIENCE` seconds.
+            If no frame comes for `PATIENCE` seconds before the reference is there.
         ValueError
             If something touched the plate or moved whenever the reference was taken.
         """
-        zero = self._take_zero()
-        chain, strain_chain = self.bench.prepare(zero)
-        _warm_up(chain, strain_chain, zero)
+        zero = self._zero or self._take_zero()
+        follower = Follower(self.bench, zero, self.watch, self._clock)
         if self._recorder:
-            self._recorder.begin(zero, chain, strain_chain is not None)
+            self._recorder.begin(zero, follower.chain, follower.strain is not None)
         view = look(self.bench.plate, self.bench.camera, self.bench.height)
-        state, tracks, last = live.at_rest(chain), Tracks(), self._next()
+        shot: Snapshot | None = None
         while True:
-            frame = self._next()
-            self.dropped += frame.sequence - last.sequence - 1
-            settling = share(frame.captured - last.captured)
-            found = live.sense(chain, frame.image, state, self.watch, settling)
-            self.watch.add(LATENCY, self._clock() - frame.captured)
-            sensed = live.with_strain(strain_chain, found, self.watch, self.bench.alignment)
-            tracks, identities, events = tracks.follow(sensed.estimate, frame.captured)
-            if self._recorder:
-                self._recorder.put(Shot(frame, state, sensed, identities))
-            state, last = sensed.state, frame
-            self.frames += 1
-            shown = _shown(strain_chain, sensed)
-            errors = self._score(frame, sensed)
-            self._finish()
-            noise = noise_of(sensed.sums, chain.reference.tiles)
-            yield self._snapshot(frame, view, sensed, (identities, events), shown, errors, noise)
+            try:
+                frame = self._source.grab(SILENCE)
+            except EOFError:
+                return
+            if frame:
+                shot = self._take(frame, follower, view)
+            elif shot:
+                shot = self._without_frame(shot, follower)
+            if shot:
+                yield shot
 
     def summary(self) -> dict[str, Any]:
         """Figures of the run so far, ready for JSON."""
@@ -129,11 +126,32 @@ class Loop:
             "recorded": self._recorder.summary() if self._recorder else None,
         }
 
-    def _next(self) -> Frame:
-        frame = self._source.grab(PATIENCE)
-        if frame is None:
-            raise OSError(f"the source gave no frame for {PATIENCE:g} s; check that it is running")
-        return frame
+    def _take(self, frame: Frame, follower: Follower, view: View) -> Snapshot:
+        if self._sequence is not None:
+            self.dropped += frame.sequence - self._sequence - 1
+        self._sequence = frame.sequence
+        seen = follower.see(frame)
+        if self._recorder:
+            self._recorder.put(Shot(frame, seen.before, seen.sensed, seen.identities))
+        self.frames += 1
+        errors = self._score(frame, seen.sensed)
+        now = self._clock()
+        self._first = now if self._first is None else self._first
+        self._finished.append(now)
+        return self._snapshot(frame, follower, view, seen, errors)
+
+    def _without_frame(self, shot: Snapshot, follower: Follower) -> Snapshot:
+        return replace(
+            shot,
+            touches=(),
+            from_strain=(),
+            truth=None,
+            strain=None,
+            status=self._source.status,
+            strain_reason="no frames come",
+            fresh=False,
+            events=follower.miss(self._clock()),
+        )
 
     def _take_zero(self) -> Zero:
         for _ in range(ATTEMPTS):
@@ -151,10 +169,14 @@ class Loop:
             " leave the plate alone, or set camera exposure longer if its light flickers"
         )
 
-    def _finish(self) -> None:
-        now = self._clock()
-        self._first = now if self._first is None else self._first
-        self._finished.append(now)
+    def _next(self) -> Frame:
+        try:
+            frame = self._source.grab(PATIENCE)
+        except EOFError as end:
+            raise OSError(f"{end}, and the reference takes more; give more pictures") from None
+        if frame is None:
+            raise OSError(f"{self._source.status}; none came for {PATIENCE:g} s, look after it")
+        return frame
 
     def _score(self, frame: Frame, sensed: live.Sensed) -> tuple[float, float] | None:
         if frame.truth is None:
@@ -164,10 +186,15 @@ class Loop:
         return self.tally.add(sensed.estimate, frame.truth)
 
     def _snapshot(
-        self, frame: Frame, view: View, sensed: live.Sensed, tracked: Tracked, shown, errors, noise
+        self,
+        frame: Frame,
+        follower: Follower,
+        view: View,
+        seen: Seen,
+        errors: tuple[float, float] | None,
     ) -> Snapshot:
-        identities, events = tracked
-        running = self.tally.running()
+        sensed, running = seen.sensed, self.tally.running()
+        shown = _shown(follower.strain, sensed)
         return Snapshot(
             sequence=frame.sequence,
             captured=frame.captured,
@@ -175,11 +202,11 @@ class Loop:
             plate_size=self.bench.plate.size,
             plate_outline=view.outline,
             T_px_plate=view.T_px_plate,
-            touches=marks(sensed.estimate, identities),
+            touches=marks(sensed.estimate, seen.identities),
             from_strain=() if sensed.from_strain is None else marks(sensed.from_strain),
             truth=None if frame.truth is None else true_marks(frame.truth),
             strain=shown,
-            status=_sentence(sensed.estimate),
+            status=follower.sentence(sensed),
             position_error=errors[0] if errors else None,
             force_error=errors[1] if errors else None,
             position_error_median=running[0] if running else None,
@@ -188,27 +215,10 @@ class Loop:
             dropped=self.dropped,
             stages=tuple(row for row in self.watch.table() if row[0] != LATENCY),
             latency=self.watch.quantiles(LATENCY),
-            noise=noise,
+            noise=noise_of(sensed.sums, follower.chain.reference.tiles),
             strain_reason="" if shown else "the scene names no [comparison] by strain",
-            events=events,
+            events=seen.events,
         )
-
-
-def _warm_up(chain: live.Chain, strain_chain: live.StrainChain | None, zero: Zero) -> None:
-    """Pass the reference through the chain: what compiles does so before time counts."""
-    watch = Stopwatch(time.monotonic)
-    picture = np.rint(zero.image).astype(np.uint8)
-    found = live.sense(chain, picture, live.at_rest(chain), watch)
-    live.with_strain(strain_chain, found, watch)
-
-
-def _sentence(estimate: Estimate) -> str:
-    said = estimate.result.value
-    if estimate.result is Result.FOUND:
-        said = "one touch" if estimate.count == 1 else f"{estimate.count} touches"
-    if not fits(estimate):
-        said += ", but the picture does not fit: is something in the way, or did the camera jump?"
-    return said
 
 
 def _shown(strain_chain: live.StrainChain | None, sensed: live.Sensed) -> StrainMap | None:

@@ -107,6 +107,8 @@ class Snapshot:
         Standard deviation of the picture's noise, grey levels.
     strain_reason : str
         Why `strain` is None, as a sentence for the user.
+    fresh : bool
+        Whether this is a new frame; else none came, and the last one stands for it.
     events : tuple of Event
         What appeared, moved and left in this frame.
     """
@@ -132,4 +134,5 @@ class Snapshot:
     latency: tuple[float, float]
     noise: float
     strain_reason: str = ""
+    fresh: bool = True
     events: tuple[Event, ...] = ()

@@ -33,8 +33,23 @@ class Frame:
 
 
 class Source(Protocol):
-    """A camera or what stands for one."""
+    """A camera or what stands for one.
+
+    Attributes
+    ----------
+    status : str
+        One sentence for the user: how it is, or why no frames come.
+    """
+
+    @property
+    def status(self) -> str: ...  # noqa: D102
 
     def grab(self, timeout: float) -> Frame | None:
-        """Newest frame, waiting `timeout` s for one that was not grabbed yet; None if none came."""
+        """Newest frame, waiting `timeout` s for one that was not grabbed yet; None if none came.
+
+        Raises
+        ------
+        EOFError
+            If the source has an end and it was reached; its text is a sentence for the user.
+        """
         ...

@@ -13,9 +13,11 @@ import synthetic
 from rig import cache, script
 from rig.scene import Scene
 from rig.scene.bench import Pattern, Pinhole, Sensor
-from rig.scene.loop import Twin as TwinSection
 from rig.scene.plate import Plate, Touches
+from rig.scene.source import Twin as TwinSection
+from rig.scene.theory import choose, largest_force
 from rig.script import Script
+from rig.simulated import reduced
 
 ELEMENTS = 64  # along the longer side: deflections within 3e-4 at a third of the usual cost
 
@@ -26,8 +28,8 @@ class Twin:
 
     Attributes
     ----------
-    solver : fe.Linear
-        The plate, its stiffness factored.
+    solver : fe.Linear or fe.Reduced
+        The plate under small touches, its stiffness factored, or under large ones.
     warper : synthetic.Warper
         The speckle pattern as the camera sees it, ready to be warped.
     sensor : synthetic.Sensor
@@ -41,7 +43,7 @@ class Twin:
         Of the disc that a touch presses.
     """
 
-    solver: fe.Linear
+    solver: fe.Linear | fe.Reduced
     warper: synthetic.Warper
     sensor: synthetic.Sensor
     script: Script
@@ -62,7 +64,7 @@ class Twin:
         """Picture of the touched plate, (H, W), the same for the same arguments."""
         displacement = np.zeros((len(self.warper.points), 3))
         if touches:
-            displacement = self.solver.deflect(touches).displacement(self.warper.points, "top")
+            displacement = _press(self.solver, touches).displacement(self.warper.points, "top")
         return self.warper.render(
             displacement,
             self.sensor,
@@ -74,6 +76,8 @@ class Twin:
 
 def build_twin(scene: Scene, progress: Callable[[int, int], None] | None = None) -> Twin:
     """Build the twin of a scene; the sharp pattern is kept in the cache.
+
+    Under large touches the plate is the reduced one: a shell takes seconds a frame.
 
     Raises
     ------
@@ -102,7 +106,7 @@ def build_twin(scene: Scene, progress: Callable[[int, int], None] | None = None)
         lambda: synthetic.prepare_warp(pattern.build(plate), view, plate.thickness / 2).arrays(),
     )
     return Twin(
-        solver=fe.Linear(flat, fe.grid(flat, ELEMENTS)),
+        solver=_solver(scene, plate, flat, progress),
         warper=synthetic.Warper.from_arrays(view, plate.thickness / 2, arrays),
         sensor=sensor.build(),
         script=play,
@@ -111,6 +115,21 @@ def build_twin(scene: Scene, progress: Callable[[int, int], None] | None = None)
         shift=source.shift,
         radius=scene.touches.radius if scene.touches else 0.0,
     )
+
+
+def _solver(
+    scene: Scene, plate: Plate, flat: fe.Plate, progress: Callable[[int, int], None] | None
+) -> fe.Linear | fe.Reduced:
+    theory = choose(scene, plate, largest_force(scene))
+    if theory.name == "linear":
+        return fe.Linear(flat, fe.grid(flat, ELEMENTS))
+    return reduced(flat, theory.force, progress or (lambda done, total: None))
+
+
+def _press(
+    solver: fe.Linear | fe.Reduced, touches: tuple[fe.Touch, ...]
+) -> fe.State | fe.LargeState:
+    return solver.deflect(touches) if isinstance(solver, fe.Linear) else solver.solve(touches)
 
 
 def _script(source: TwinSection, plate: Plate, touches: Touches | None, rate: float) -> Script:

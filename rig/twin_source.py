@@ -41,6 +41,7 @@ class TwinSource:
         self._pictures = pictures
         self._numbers = numbers
         self._started = False
+        self.status = "the twin gives no pictures"
 
     def grab(self, timeout: float) -> Frame | None:
         """See `Source.grab`.

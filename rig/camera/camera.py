@@ -93,10 +93,12 @@ class Camera:
         self.close()
 
     def grab(self, timeout: float) -> Frame | None:
-        """See `Source.grab`; None at once where the source has an end and it was reached."""
+        """See `Source.grab`."""
         with self._news:
             self._news.wait_for(lambda: self._has_news() or self._ended, timeout)
             if not self._has_news() or self._newest is None:
+                if self._ended:
+                    raise EOFError(self.status)
                 return None
             self.dropped += self._newest.sequence - self._given - 1
             self._given = self._newest.sequence

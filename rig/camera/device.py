@@ -47,13 +47,11 @@ class InOrder:
 
     def __init__(self, device: Device):
         self._device = device
+        self.status = f"{device.name} gives no pictures"
 
     def grab(self, timeout: float) -> Frame | None:
-        """Next picture; None at the end, or if none came in `timeout` s."""
-        try:
-            return self._device.read(timeout)
-        except EOFError:
-            return None
+        """See `Source.grab`."""
+        return self._device.read(timeout)
 
 
 def stamp(device_time: float, now: float) -> float:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import ExitStack
 from datetime import UTC, datetime
-from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,10 +18,12 @@ if TYPE_CHECKING:
 
     from rig.calibration.store import Calibration
     from rig.loop import Loop
+    from rig.markers import Screen
     from rig.recording.recorder import Recorder
     from rig.scene import Scene
     from rig.snapshot import Snapshot
 
+READY = "the source gets ready; then the reference is taken …"
 SCREEN = (1280, 800)  # px, of a projector that is not there: the page shows what it would show
 Sink = Callable[["Snapshot"], object]
 
@@ -55,9 +56,17 @@ def run(
 def known(name: str, scene: Scene) -> Calibration:
     """Read the calibration beside a scene, and say what is to be doubted in it."""
     from rig.calibration.store import beside, read
+    from rig.scene.source import Device
 
-    calibration = read(beside(name))
-    for doubt in calibration.doubts(scene, datetime.now(UTC)):
+    path = beside(name)
+    calibration = read(path)
+    doubts = calibration.doubts(scene, datetime.now(UTC))
+    if isinstance(scene.source, Device) and scene.camera and calibration.camera() is None:
+        doubts.append(
+            f"'{path}' holds no lens and pose: the camera is taken to look straight down from"
+            f" {scene.camera.stand_off:g} mm; run `touchplate calibrate camera` and `pose`"
+        )
+    for doubt in doubts:
         console().print(f"[yellow]{doubt}[/yellow]")
     return calibration
 
@@ -95,10 +104,10 @@ def start(
     recorder = None
     if record:
         recorder = open_parts.enter_context(_open_recorder(scene, calibration, record))
-    sinks = [] if headless else _open_sinks(scene, calibration, open_parts)
-    from rig.twin_source import open_twin
+    sinks = _open_sinks(scene, calibration, headless, open_parts)
+    from rig.inputs import open_input
 
-    source = open_parts.enter_context(open_twin(scene))
+    source, zero = open_parts.enter_context(open_input(scene, console().print))
     from rig.bench import build_bench
     from rig.loop import Loop
 
@@ -106,8 +115,8 @@ def start(
         bench = build_bench(scene, report, calibration)
     if bench.theory.against:
         console().print(bench.theory.sentence)
-    console().print("the twin gets ready; then the reference is taken …")
-    return Loop(bench, source, recorder=recorder), sinks
+    console().print(READY)
+    return Loop(bench, source, recorder=recorder, zero=zero), sinks
 
 
 def _open_recorder(scene: Scene, calibration: Calibration, path: Path) -> Recorder:
@@ -122,14 +131,27 @@ def _open_recorder(scene: Scene, calibration: Calibration, path: Path) -> Record
     return Recorder(path, texts)
 
 
-def _open_sinks(scene: Scene, calibration: Calibration, open_parts: ExitStack) -> list[Sink]:
-    sinks: list[Sink] = []
-    if not scene.plate:
-        return sinks
+def _open_sinks(
+    scene: Scene, calibration: Calibration, headless: bool, open_parts: ExitStack
+) -> list[Sink]:
+    if not scene.plate or (headless and not scene.outputs):
+        return []
     from rig.markers import fit_plate
 
     size = scene.projector.size if scene.projector else SCREEN
     screen = calibration.screen() or fit_plate(size, scene.plate.size)
+    sinks = [] if headless else _open_windows(scene, screen, open_parts)
+    if scene.outputs:
+        from rig.out.open import open_outputs
+
+        most = scene.touches.most if scene.touches else 1
+        sinks += open_outputs(scene.outputs, scene.plate.size, screen, most, open_parts)
+    return sinks
+
+
+def _open_windows(scene: Scene, screen: Screen, open_parts: ExitStack) -> list[Sink]:
+    """Open projector and page."""
+    sinks: list[Sink] = []
     if scene.projector:
         from rig.projector import open_projector
 
@@ -147,11 +169,19 @@ def _open_sinks(scene: Scene, calibration: Calibration, open_parts: ExitStack) -
 
 
 def _follow(loop: Loop, sinks: list[Sink], frames: int | None) -> None:
-    for snapshot in islice(loop, frames):
+    said = None
+    for snapshot in loop:
         if sinks:
             with loop.watch.stage("show"):
                 for sink in sinks:
                     sink(snapshot)
+        if not snapshot.fresh and snapshot.status != said:
+            said = snapshot.status
+            console().print(f"[yellow]{said}[/yellow]")
+        if snapshot.fresh:
+            said = None
+        if frames and loop.frames >= frames:
+            return
 
 
 def _table(summary: dict[str, Any]) -> Table:

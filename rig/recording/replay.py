@@ -39,8 +39,8 @@ def replay(session: Session, bench: Bench, watch: Stopwatch) -> Iterator[Replaye
     for index in range(session.frames):
         row = session.row(index)
         shot = frame(row)
-        found = live.sense(chain, shot.image, state(row), watch)
-        sensed = live.with_strain(strain_chain, found, watch, bench.alignment)
+        sensed = live.sense(chain, shot.image, state(row), watch)
+        sensed = live.with_strain(strain_chain, sensed, watch, bench.alignment)
         same = np.array_equal(places(sensed.estimate), there(row["touches/place"]))
         same &= np.array_equal(covariances(sensed.estimate), there(row["touches/covariance"]))
         if strain_chain:

@@ -34,6 +34,8 @@ class Session:
     zero : Zero
     frames : int
         Whole frames that it holds.
+    cut : str
+        What is missing, as a sentence; empty where nothing is.
     """
 
     path: Path
@@ -42,6 +44,7 @@ class Session:
     zero: Zero
     frames: int
     arrays: Mapping[str, h5py.Dataset]
+    cut: str = ""
 
     def row(self, index: int) -> dict[str, NDArray]:
         """Arrays of one frame.

@@ -12,6 +12,7 @@ from rig.scene.parts import Part, describe, tiles
 from rig.scene.scene import Scene
 from rig.scene.section import Section
 from rig.scene.sensing import StrainEstimator
+from rig.scene.source import Twin
 from rig.scene.theory import Theory, choose, largest_force
 
 if TYPE_CHECKING:
@@ -77,6 +78,6 @@ def _left_out(scene: Scene, absent: tuple[str, ...], theory: Theory | None) -> t
             left.append(LeftOut("strain map", "the scene names no [comparison] by strain"))
     if "net" not in (e.kind for e in (scene.estimator, scene.comparison) if e):
         left.append(LeftOut("torch", "no net in this scene"))
-    if scene.source:
+    if isinstance(scene.source, Twin):
         left.append(LeftOut("camera device", "pictures are rendered"))
     return tuple(left)

@@ -1,4 +1,4 @@
-"""Sections for what the live loop is connected to: source of pictures, page, projector."""
+"""Sections for what the live loop shows and sends: page, projector, touches for other programs."""
 
 from __future__ import annotations
 
@@ -6,22 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from rig.scene.quantity import Count, Pixels
+from rig.scene.quantity import Count
 from rig.scene.section import Section
-
-
-class Twin(Section):
-    """The digital twin: pictures are rendered, so the truth is known."""
-
-    kind: Literal["twin"] = Field("twin", description="where pictures come from")
-    script: Literal["tour", "random", "collect", "empty"] = Field(
-        "tour",
-        description="touches: a tour of moves and presses, single random ones, known ones, or none",
-    )
-    seed: Count = Field(0, ge=0, description="seed of noise and random touches")
-    shift: tuple[Pixels, Pixels] = Field(
-        (0.0, 0.0), description="shift of the camera after the reference, x and y, px"
-    )
 
 
 class Page(Section):
@@ -38,3 +24,38 @@ class Projector(Section):
         (1280, 800), description="width and height of its picture, px"
     )
     full_screen: bool = Field(True, strict=True, description="whether it fills the display")
+    mode: Literal["on", "beside", "outside", "dark"] = Field(
+        "beside",
+        description="where marks are: on the touch, beside it, outside the measured area, or on it"
+        " but only in frames that are not measured",
+    )
+
+
+class Tuio(Section):
+    """Touches by TUIO 1.1 over UDP."""
+
+    host: str = Field("127.0.0.1", min_length=1, description="address of the client")
+    port: Count = Field(3333, ge=1, le=65535, description="port of the client")
+    surface: Literal["plate", "projector"] = Field(
+        "plate", description="what 0 to 1 spans: the plate, or the projector's picture"
+    )
+
+
+class Websocket(Section):
+    """Touches as JSON over a websocket on a loopback address."""
+
+    port: Count = Field(8766, ge=0, le=65535, description="port, 0 for any free one")
+
+
+class Lsl(Section):
+    """Touches as a stream of the Lab Streaming Layer (needs pylsl)."""
+
+    name: str = Field("touchplate", min_length=1, description="name that clients look for")
+
+
+class Outputs(Section):
+    """Where touches are sent to; also by a headless run."""
+
+    tuio: Tuio | None = Field(None, description="tables of fingers")
+    websocket: Websocket | None = Field(None, description="programs that read JSON")
+    lsl: Lsl | None = Field(None, description="beside recordings of EEG and the like")

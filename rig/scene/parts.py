@@ -10,11 +10,22 @@ from math import comb, isinf
 
 from rig.scene.bench import Pattern, Pinhole, Ring, Sensor
 from rig.scene.dataset import Dataset
-from rig.scene.loop import Page, Projector, Twin
+from rig.scene.loop import Outputs, Page, Projector
 from rig.scene.plate import SIDES, Base, Edges, Elastic, Mixed, Plate, Touches
 from rig.scene.scene import Scene
 from rig.scene.section import Section
 from rig.scene.sensing import Dic, NetEstimator, PatternEstimator, StrainEstimator, Training
+from rig.scene.source import (
+    Basler,
+    Device,
+    Folder,
+    Genicam,
+    OpenCv,
+    Recorded,
+    Twin,
+    V4l2,
+    Video,
+)
 
 ELEMENTS, FEWEST = 120, 6
 """Elements along the longer side and the fewest between borders of patches, as in `fe.grid`."""
@@ -24,6 +35,12 @@ TWIN_ELEMENTS = 64
 
 SHELL_ELEMENTS = 40
 """Elements of the shell along the longer side, as in `fe.shell`."""
+
+DRIVERS = {"opencv": "cv2", "v4l2": "linuxpy", "basler": "pypylon", "genicam": "harvesters"}
+"""What reads each kind of camera."""
+
+OUTPUTS = {"tuio": "", "websocket": "starlette", "lsl": "pylsl"}
+"""Ways out for touches, and what each imports."""
 
 TILE_MARGIN = 8
 """Border that tiles leave free, px, as in `dic.tiles`."""
@@ -48,18 +65,10 @@ def describe(name: str, section: Section, scene: Scene) -> Part:
             return _optics(name, section, scene)
         case PatternEstimator() | StrainEstimator() | NetEstimator() | Training() | Dic():
             return _sensing(name, section, scene)
-        case Twin():
-            what = f"rendered pictures, script '{section.script}', seed {section.seed}"
-            columns, rows = _elements(scene.plate, TWIN_ELEMENTS)
-            cost = f"{columns} × {rows} elements solved and one picture a frame, in its own process"
-            return Part(name, what, cost, ("fe", "synthetic"))
-        case Page():
-            what = f"http://127.0.0.1:{section.port}" if section.port else "any free port"
-            return Part(name, what, "one JPEG a frame and viewer", ("starlette", "uvicorn"))
-        case Projector():
-            width, height = section.size
-            what = f"{width} × {height} px on display {section.display}"
-            return Part(name, what, "one window, in its own process", ("pygame",))
+        case Twin() | Device() | Folder() | Video() | Recorded():
+            return _pictures(name, section, scene)
+        case Page() | Projector() | Outputs():
+            return _shown(name, section)
     raise TypeError(f"no account of a {type(section).__name__}")
 
 
@@ -157,6 +166,40 @@ def _strain(name: str, scene: Scene) -> Part:
         f" {window} × {window} blocks"
     )
     return Part(name, what, f"strain at {tiles(scene.dic, scene)} places a frame", ("models",))
+
+
+def _pictures(name: str, section: Twin | Device | Folder | Video | Recorded, scene: Scene) -> Part:
+    match section:
+        case Twin(script=script, seed=seed):
+            columns, rows = _elements(scene.plate, TWIN_ELEMENTS)
+            cost = f"{columns} × {rows} elements solved and one picture a frame, in its own process"
+            what = f"rendered pictures, script '{script}', seed {seed}"
+            return Part(name, what, cost, ("fe", "synthetic"))
+        case OpenCv(device=place) | V4l2(device=place):
+            what = f"camera at {place}"
+        case Basler(serial=serial) | Genicam(serial=serial):
+            what = f"{section.kind} camera {serial}"
+        case Folder(path=path) | Video(path=path):
+            return Part(name, f"{section.kind} {path}", "nothing is left out", ("cv2",))
+        case Recorded(path=path):
+            return Part(name, f"recording {path}", "nothing is left out", ("h5py",))
+        case _:
+            raise TypeError(f"no account of a {type(section).__name__}")
+    return Part(name, what, "one copy a frame, in its own thread", (DRIVERS[section.kind],))
+
+
+def _shown(name: str, section: Page | Projector | Outputs) -> Part:
+    match section:
+        case Page(port=port):
+            what = f"http://127.0.0.1:{port}" if port else "any free port"
+            return Part(name, what, "one JPEG a frame and viewer", ("starlette", "uvicorn"))
+        case Projector(size=(width, height), display=display):
+            what = f"{width} × {height} px on display {display}"
+            return Part(name, what, "one window, in its own process", ("pygame",))
+        case Outputs():
+            ways = [way for way in OUTPUTS if getattr(section, way)]
+            imports = tuple(OUTPUTS[way] for way in ways if OUTPUTS[way])
+            return Part(name, ", ".join(ways) or "none", "one message a frame each", imports)
 
 
 def _elements(plate: Plate | None, longer: int) -> tuple[int, int]:

@@ -14,6 +14,8 @@ UNITS: dict[str, dict[str, float]] = {
     "N": {"kN": 1e3, "N": 1.0, "mN": 1e-3},
     "N/mm²": {"N/mm²": 1.0, "N/mm2": 1.0, "N/m²": 1e-6, "N/m2": 1e-6},
     "deg": {"deg": 1.0, "°": 1.0, "rad": degrees(1.0)},
+    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6},
+    "K": {"K": 1.0},
     "fps": {"fps": 1.0, "Hz": 1.0},
     "px": {"px": 1.0},
     "grey levels": {"grey levels": 1.0},
@@ -63,6 +65,8 @@ Stress = Annotated[float, BeforeValidator(Quantity("MPa"))]
 Force = Annotated[float, BeforeValidator(Quantity("N"))]
 LineStiffness = Annotated[float, BeforeValidator(Quantity("N/mm²"))]
 Angle = Annotated[float, BeforeValidator(Quantity("deg"))]
+Time = Annotated[float, BeforeValidator(Quantity("s"))]
+Kelvin = Annotated[float, BeforeValidator(Quantity("K"))]
 Rate = Annotated[float, BeforeValidator(Quantity("fps"))]
 Pixels = Annotated[float, BeforeValidator(Quantity("px"))]
 Grey = Annotated[float, BeforeValidator(Quantity("grey levels"))]

@@ -7,10 +7,11 @@ from pydantic_core import PydanticCustomError
 
 from rig.scene.bench import Pattern, Pinhole, Ring, Sensor
 from rig.scene.dataset import Dataset
-from rig.scene.loop import Page, Projector, Twin
+from rig.scene.loop import Outputs, Page, Projector
 from rig.scene.plate import Base, Plate, Touches
 from rig.scene.section import Section
 from rig.scene.sensing import Dic, Estimator, Training
+from rig.scene.source import Source
 
 NEEDS = {
     "base": ("plate",),
@@ -19,8 +20,9 @@ NEEDS = {
     "pattern": ("plate",),
     "gauges": ("plate",),
     "sensor": ("camera",),
-    "dic": ("camera", "pattern"),
-    "source": ("plate", "camera", "pattern", "sensor"),
+    "dic": ("camera",),
+    "source": ("plate", "camera"),
+    "outputs": ("plate",),
     "training": ("gauges",),
     "dataset": ("gauges",),
     "comparison": ("estimator",),
@@ -33,6 +35,10 @@ ESTIMATOR_NEEDS = {
     "net": ("gauges", "training"),
 }
 """The same for each kind of estimator."""
+
+
+SOURCE_NEEDS = {"twin": ("pattern", "sensor")}
+"""The same for kinds of source; a camera sees what is there."""
 
 
 class Scene(Section):
@@ -59,9 +65,10 @@ class Scene(Section):
     )
     training: Training | None = Field(None, description="training and test touches")
     dataset: Dataset | None = Field(None, description="samples of touches on disk")
-    source: Twin | None = Field(None, description="where pictures come from")
+    source: Source | None = Field(None, description="where pictures come from")
     page: Page | None = Field(None, description="the operator page")
     projector: Projector | None = Field(None, description="the projector window")
+    outputs: Outputs | None = Field(None, description="where touches are sent to")
 
     @model_validator(mode="after")
     def _complete(self) -> Scene:
@@ -98,4 +105,6 @@ class Scene(Section):
         for name in ("estimator", "comparison"):
             if estimator := getattr(self, name):
                 needs.append((name, ESTIMATOR_NEEDS[estimator.kind]))
+        if self.source:
+            needs.append(("source", SOURCE_NEEDS.get(self.source.kind, ())))
         return needs

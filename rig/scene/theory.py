@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf, sqrt
 from typing import TYPE_CHECKING, Literal
 
 from rig.scene.plate import Plate
@@ -10,6 +11,9 @@ from rig.scene.scene import Scene
 
 if TYPE_CHECKING:
     from fe.linear_range import Regime
+
+
+FINGER = 5.0  # N, up to which a finger presses, where a scene names no forces
 
 
 @dataclass(frozen=True)
@@ -33,6 +37,34 @@ class Theory:
     def against(self) -> bool:
         """Whether linear theory is taken where it does not hold."""
         return self.name == "linear" and self.regime is not None and self.regime.theory == "large"
+
+    @property
+    def force(self) -> float:
+        """Largest force that is expected, N."""
+        return self.regime.force if self.regime else FINGER
+
+    @property
+    def limit(self) -> float:
+        """Force of a touch beyond which linear theory is off by more than was accepted, N.
+
+        That is 5 %, or what the scene insists on for the largest force that it expects; the error
+        grows with the square of the force.
+        """
+        if self.name == "large" or self.regime is None:
+            return inf
+        from fe.linear_range import TOLERANCE
+
+        return self.regime.force * max(1.0, sqrt(TOLERANCE / max(self.regime.error, 1e-9)))
+
+    def beyond(self, force: float) -> str:
+        """Say what linear theory costs under a force beyond the limit; empty below."""
+        if force <= self.limit or self.regime is None:
+            return ""
+        from fe.linear_range import percent
+
+        error = self.regime.error * (force / self.regime.force) ** 2
+        off = percent(error)
+        return f"{force:.2g} N is more than linear theory is good for; it is off by {off}"
 
 
 def choose(scene: Scene, plate: Plate, force: float | None) -> Theory:

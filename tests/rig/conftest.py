@@ -8,7 +8,11 @@ import numpy as np
 import pytest
 
 import rig
+from rig.bench import build_bench
+from rig.loop import Loop
+from rig.recording.recorder import Recorder
 from rig.source import Frame
+from rig.twin import build_twin
 
 SMALL = {
     "plate.size": [254, 203],
@@ -27,11 +31,12 @@ class InHand:
         self._twin = twin
         self._sequences = iter(sequences)
         self._with_truth = with_truth
+        self.status = "the twin gives no pictures"
 
     def grab(self, timeout):
         sequence = next(self._sequences, None)
         if sequence is None:
-            return None
+            raise EOFError("the frames are over")
         touches = self._twin.touches(sequence)
         image = self._twin.frame(sequence, touches)
         return Frame(sequence, time.monotonic(), image, touches if self._with_truth else None)
@@ -54,6 +59,24 @@ def small(live_cache, monkeypatch):
 def in_hand():
     """Make a source without a process: `in_hand(twin, sequences, with_truth=True)`."""
     return InHand
+
+
+@pytest.fixture
+def session(small, in_hand):
+    """Record frames of the twin: `session(path, sequences)` gives scene, bench and snapshots."""
+
+    def make(path, sequences, waiting=100, **options):
+        scene = small({"touches.most": 2})
+        bench = build_bench(scene, lambda done, total: None)
+        source = in_hand(build_twin(scene), [*range(16), *sequences])
+        with Recorder(
+            path, {"scene": scene.model_dump_json()}, waiting=waiting, **options
+        ) as recorder:
+            stream = iter(Loop(bench, source, recorder=recorder))
+            shots = [next(stream) for _ in sequences]
+        return bench, shots, recorder
+
+    return make
 
 
 @pytest.fixture

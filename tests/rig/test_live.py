@@ -1,6 +1,7 @@
 """The live chain: from frames to touches, from one frame to the next."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -31,8 +32,9 @@ class Rig:
         image = self.twin.frame(sequence, touches)
         if hand is not None:
             image[hand] = 0
-        estimate, sums, self.state = live.sense(self.chain, image, self.state, self.watch)
-        return estimate, sums
+        sensed = live.sense(self.chain, image, self.state, self.watch)
+        self.state = sensed.state
+        return sensed.estimate, sensed.sums
 
 
 @pytest.fixture
@@ -111,27 +113,26 @@ def test_only_a_jump_takes_more_passes_than_one(small):
         rig.sense(sequence, ())
         passes.append(len(rig.watch._durations["correlate"]))
     assert passes[0] == passes[1] == passes[3] == 1
-    assert 1 < passes[2] <= live.PASSES
+    assert 1 < passes[2] <= live.PASSES + 1  # one of them where it jumped from
 
 
 def test_strain_tells_the_same_touch(rig):
     estimate, sums = rig.sense(20, PRESS)
-    strain, found = live.sense_strain(rig.strain, sums, np.empty((0, 3)), rig.watch)
+    strain, found = live.sense_strain(rig.strain, sums, rig.state, rig.watch)
     assert strain.shape == (len(sums.e), 3)
     assert found is not None
     assert found.count == 1
     assert (np.abs(deviation(found, PRESS[0])) < 4.5).all()
     assert np.linalg.norm(found.xy[0] - estimate.xy[0]) < 4.0
-    again = live.sense_strain(
-        rig.strain, sums, np.column_stack([found.xy, found.force]), rig.watch
-    )[1]
+    begun = replace(rig.state, from_strain=np.column_stack([found.xy, found.force]))
+    again = live.sense_strain(rig.strain, sums, begun, rig.watch)[1]
     assert again is not None
     np.testing.assert_allclose(again.xy, found.xy, atol=0.1)
 
 
 def test_under_a_hand_there_is_no_strain_and_no_touch_from_it(rig):
     _, sums = rig.sense(20, (), hand=np.s_[100:180, 120:200])
-    strain, found = live.sense_strain(rig.strain, sums, np.empty((0, 3)), rig.watch)
+    strain, found = live.sense_strain(rig.strain, sums, rig.state, rig.watch)
     tiles = rig.chain.reference.tiles.xy
     covered = ((tiles > (130, 110)) & (tiles < (190, 170))).all(axis=1)
     assert np.isnan(strain[covered]).all()
@@ -143,6 +144,6 @@ def test_under_a_hand_there_is_no_strain_and_no_touch_from_it(rig):
 
 def test_each_stage_is_timed(rig):
     _, sums = rig.sense(20, PRESS)
-    live.sense_strain(rig.strain, sums, np.empty((0, 3)), rig.watch)
+    live.sense_strain(rig.strain, sums, rig.state, rig.watch)
     names = [name for name, _, _ in rig.watch.table()]
-    assert names == ["correlate", "estimate", "strain", "from strain"]
+    assert names == ["correlate", "look", "estimate", "strain", "from strain"]

@@ -15,7 +15,7 @@ import pytest
 from websockets.sync.client import connect
 
 PROGRAM = [sys.executable, "-c", "from rig.cli import main; main()"]
-READY = "the twin gets ready"
+READY = "the source gets ready"
 
 
 @pytest.fixture
@@ -85,7 +85,9 @@ def test_json_is_one_object_with_figures_against_the_truth(touchplate):
     assert said["dropped"] >= 0
     assert said["fps"] > 0
     assert 0 < said["latency_ms"]["median"] <= said["latency_ms"]["p95"]
-    assert said["stages_ms"].keys() == {"correlate", "estimate", "strain", "from strain"}
+    assert said["stages_ms"].keys() == {
+        "arrive", "correlate", "look", "estimate", "strain", "from strain", "track",
+    }  # fmt: skip
     for way, bound in (("pattern", 4.0), ("strain", 6.0)):
         assert said[way]["scored"] >= 20
         assert said[way]["false_touches"] == 0

@@ -52,8 +52,9 @@ class Creeping:
         for index, load in enumerate(loads):
             touches = (fe.Touch(70.0, 140.0, load, 30.0), *touch)
             image = self.twin.frame(20 + index, touches)
-            estimate, _, state = live.sense(self.chain, image, state, watch, settling)
-            found.append(estimate)
+            sensed = live.sense(self.chain, image, state, watch, settling)
+            state = sensed.state
+            found.append(sensed.estimate)
         return found
 
 
@@ -81,14 +82,13 @@ def test_a_touch_on_a_plate_that_has_crept_is_found_where_it_is(creeping):
     state, watch = live.at_rest(creeping.chain), Stopwatch(time.monotonic)
     for index, load in enumerate([*drift, *drift[-1:] * 40]):
         image = creeping.twin.frame(20 + index, (fe.Touch(70.0, 140.0, load, 30.0),))
-        _, _, state = live.sense(creeping.chain, image, state, watch, share(1.0))
+        state = live.sense(creeping.chain, image, state, watch, share(1.0)).state
     touched = (fe.Touch(70.0, 140.0, drift[-1], 30.0), press)
     image = creeping.twin.frame(200, touched)
-    estimate, _, _ = live.sense(creeping.chain, image, state, watch)
+    estimate = live.sense(creeping.chain, image, state, watch).estimate
     assert estimate.count == 1
     error = np.abs([*(estimate.xy[0] - (180.0, 60.0)), estimate.force[0] - 2.0])
     assert (error < 4.5 * np.sqrt(np.diag(estimate.covariance))).all()
-    blind, _, _ = live.sense(
-        creeping.chain, image, replace(state, rest=np.zeros_like(state.rest)), watch
-    )
+    fresh = replace(state, rest=np.zeros_like(state.rest))
+    blind = live.sense(creeping.chain, image, fresh, watch).estimate
     assert blind.count != 1 or np.abs(blind.force[0] - 2.0) > 0.1

@@ -183,7 +183,8 @@ def test_the_end_of_a_source_ends_the_wait():
         wait_for(lambda: camera.status == "the film is over")
         assert camera.grab(SECONDS).sequence == 0
         before = time.monotonic()
-        assert camera.grab(SECONDS) is None
+        with pytest.raises(EOFError, match="the film is over"):
+            camera.grab(SECONDS)
         assert time.monotonic() - before < SECONDS / 2
 
 
@@ -201,4 +202,5 @@ def test_in_order_leaves_nothing_out():
     device.queue.put(EOFError("over"))
     source = InOrder(device)
     assert [source.grab(1.0).sequence for _ in range(3)] == [0, 1, 2]
-    assert source.grab(1.0) is None
+    with pytest.raises(EOFError, match="over"):
+        source.grab(1.0)

@@ -26,15 +26,15 @@ def test_pictures_come_in_the_order_of_their_numbers_and_end(folder):
     assert [frame.image[0, 0] for frame in frames] == [8, 9, 10, 11]
     assert [frame.sequence for frame in frames] == [0, 1, 2, 3]
     assert frames[0].image.shape == SHAPE
-    assert source.grab(1.0) is None
+    with pytest.raises(EOFError, match="has ended after"):
+        source.grab(1.0)
 
 
 def test_a_folder_plays_as_a_camera_at_its_rate(folder):
     with Camera(lambda: open_folder(folder, rate=20)) as camera:
-        frames = []
-        while frame := camera.grab(5.0):
-            frames.append(frame)
-        assert camera.status == f"{folder} has ended after 4 pictures"
+        frames = [camera.grab(5.0) for _ in range(4)]
+        with pytest.raises(EOFError, match=f"{folder} has ended after 4 pictures"):
+            camera.grab(5.0)
     assert frames[-1].captured - frames[0].captured == pytest.approx(0.15, abs=0.1)
 
 
@@ -56,7 +56,8 @@ def test_a_video_gives_its_frames_in_grey(tmp_path):
     frames = [source.grab(1.0) for _ in range(5)]
     assert [frame.image[5, 5] for frame in frames] == pytest.approx([0, 40, 80, 120, 160], abs=1)
     assert frames[0].image.shape == SHAPE
-    assert source.grab(1.0) is None
+    with pytest.raises(EOFError, match="has ended after"):
+        source.grab(1.0)
 
 
 def test_what_is_not_there_or_no_picture_is_one_sentence(tmp_path):

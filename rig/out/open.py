@@ -1,0 +1,56 @@
+"""Opens what touches are sent to; of all ways only those that a scene names are imported."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from typing import TYPE_CHECKING
+
+from rig.scene.loop import Outputs
+from rig.snapshot import Snapshot
+
+if TYPE_CHECKING:
+    from rig.markers import Screen
+
+Sink = Callable[[Snapshot], object]
+
+
+def open_outputs(
+    outputs: Outputs, size: tuple[float, float], screen: Screen, most: int, open_parts: ExitStack
+) -> list[Sink]:
+    """Open the ways out for touches until `open_parts` is closed; each takes a snapshot at once.
+
+    Parameters
+    ----------
+    outputs : Outputs
+    size : (float, float), mm
+        Sides of the plate.
+    screen : Screen
+        The projector's picture, for programs that fill it.
+    most : int
+        Touches that a sample of LSL holds.
+    open_parts : ExitStack
+
+    Raises
+    ------
+    OSError
+        If a package is missing, a host is not known or a port is taken.
+    """
+    sinks: list[Sink] = []
+    if way := outputs.tuio:
+        from rig.out.cursors import across_plate, across_screen
+        from rig.out.tuio import Tuio
+
+        surface = across_plate(size) if way.surface == "plate" else across_screen(screen)
+        tuio = open_parts.enter_context(Tuio(surface, way.host, way.port))
+        sinks.append(lambda snapshot: tuio(snapshot.touches, snapshot.captured))
+    if way := outputs.websocket:
+        from rig.out.stream import serve_touches
+
+        sinks.append(open_parts.enter_context(serve_touches(way.port)))
+    if way := outputs.lsl:
+        from rig.out.lsl import LslOutlet
+
+        lsl = LslOutlet(most, way.name)
+        sinks.append(lambda snapshot: lsl(snapshot.touches, snapshot.captured))
+    return sinks

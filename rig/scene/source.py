@@ -1,0 +1,100 @@
+"""Sections for where pictures come from: the twin, a camera, or pictures that were kept."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field
+
+from rig.scene.quantity import Count, Kelvin, Pixels, Ratio, Time
+from rig.scene.section import Section
+
+if TYPE_CHECKING:
+    from rig.camera.controls import Controls
+
+Text = Annotated[str, Field(min_length=1)]
+
+
+class Twin(Section):
+    """The digital twin: pictures are rendered, so the truth is known."""
+
+    kind: Literal["twin"] = Field("twin", description="where pictures come from")
+    script: Literal["tour", "random", "collect", "empty"] = Field(
+        "tour",
+        description="touches: a tour of moves and presses, single random ones, known ones, or none",
+    )
+    seed: Count = Field(0, ge=0, description="seed of noise and random touches")
+    shift: tuple[Pixels, Pixels] = Field(
+        (0.0, 0.0), description="shift of the camera after the reference, x and y, px"
+    )
+
+
+class Device(Section):
+    """A camera, whose controls are held still; [camera] says its size and rate."""
+
+    exposure: Time | None = Field(None, gt=0, description="exposure, s [as the camera found it]")
+    gain: Ratio | None = Field(None, description="gain, steps of the camera [as found]")
+    focus: Ratio | None = Field(None, description="focus, steps of the camera [as found]")
+    white_balance: Kelvin | None = Field(None, gt=0, description="white balance, K [as found]")
+
+    def controls(self) -> Controls:
+        """Return what is held still, as `rig.camera` knows it."""
+        from rig.camera.controls import Controls
+
+        return Controls(self.exposure, self.gain, self.focus, self.white_balance)
+
+
+class OpenCv(Device):
+    """A camera at a device node, through OpenCV: any UVC camera."""
+
+    kind: Literal["opencv"] = Field(description="where pictures come from")
+    device: Text = Field("/dev/video0", description="device node")
+
+
+class V4l2(Device):
+    """The same through the kernel itself, which numbers its frames (needs linuxpy)."""
+
+    kind: Literal["v4l2"] = Field(description="where pictures come from")
+    device: Text = Field("/dev/video0", description="device node")
+
+
+class Basler(Device):
+    """A Basler camera (needs pypylon)."""
+
+    kind: Literal["basler"] = Field(description="where pictures come from")
+    serial: Text = Field(description="serial number")
+
+
+class Genicam(Device):
+    """A GenICam camera through the GenTL producer of its maker (needs harvesters)."""
+
+    kind: Literal["genicam"] = Field(description="where pictures come from")
+    serial: Text = Field(description="serial number")
+    producer: Text = Field(description="the maker's file *.cti")
+
+
+class Folder(Section):
+    """Pictures of a folder in the order of their numbers, at the rate of [camera]."""
+
+    kind: Literal["folder"] = Field(description="where pictures come from")
+    path: Text = Field(description="folder of grey pictures of 8 bit")
+
+
+class Video(Section):
+    """Pictures of a video, at the rate of [camera]."""
+
+    kind: Literal["video"] = Field(description="where pictures come from")
+    path: Text = Field(description="file that OpenCV reads")
+
+
+class Recorded(Section):
+    """Pictures, reference and truth of a recorded session, at the pace of that time."""
+
+    kind: Literal["recording"] = Field(description="where pictures come from")
+    path: Text = Field(description="file *.h5 that was recorded")
+
+
+Source = Annotated[
+    Twin | OpenCv | V4l2 | Basler | Genicam | Folder | Video | Recorded,
+    Field(discriminator="kind"),
+]
