@@ -3,6 +3,7 @@
 import { Limit, paintRamp } from "./colour.js";
 import { Picture, component, inverse, strainAt, through } from "./picture.js";
 import { Chart } from "./chart.js";
+import { ask as wish, showDesk } from "./desk.js";
 import { show, showBar, showFigures, showStages, showTouches } from "./panels.js";
 
 const RECONNECT = 1000, STALE = 1500, FIGURES = 125;  // ms
@@ -85,6 +86,7 @@ function showAll(now) {
   showFigures(frame, span > 500 ? (draws.length - 1) / span * 1000 : null);
   showTouches(frame);
   showStages(frame);
+  showDesk(frame);
   showBar(frame, choice);
   chart.draw();
   show("status", frame.status);
@@ -133,10 +135,11 @@ for (const name of ["view", "component"]) {
 }
 find("opacity").addEventListener("input", ({ target }) => { choice.opacity = target.value / 100; redraw(); });
 document.addEventListener("keydown", (event) => {
-  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches("select")) return;
   const key = event.key.toLowerCase();
   if (key in KEYS) choose("component", KEYS[key]);
   if (key === "p") choose("view", choice.view === "camera" ? "projector" : "camera");
+  if (key === "r" && frame?.recording && frame.controls) wish({ do: "record" });
 });
 find("picture").addEventListener("pointermove", (event) => { pointer = picture.toPicture(event); if (frame) showProbe(); });
 find("picture").addEventListener("pointerleave", () => { pointer = null; showProbe(); });

@@ -14,7 +14,7 @@ export function show(id, value) {
   if (element.textContent !== value) element.textContent = value;
 }
 
-function make(tag, properties = {}, ...children) {
+export function make(tag, properties = {}, ...children) {
   const element = Object.assign(document.createElement(tag), properties);
   element.append(...children);
   return element;

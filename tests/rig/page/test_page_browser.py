@@ -2,6 +2,7 @@
 
 import base64
 import threading
+import time
 from contextlib import contextmanager
 from itertools import count
 from urllib.parse import urlsplit
@@ -11,8 +12,11 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect, sync_playwright
 
+from rig.calibration.guide import Progress
 from rig.markers import fit_plate
 from rig.page import serve
+from rig.page.access import Access
+from rig.page.desk import Desk, Measured, Recording, Setting, Wizard
 
 pytestmark = pytest.mark.browser
 
@@ -208,3 +212,75 @@ def test_a_status_is_text_and_never_markup(page, snapshot):
     ):
         open_live(page, publisher)
         expect(page.locator("#status")).to_have_text("<img src=x onerror=alert(1)>")
+
+
+DESK = Desk(
+    ("the disk is nearly full",),
+    Recording(False, "nothing is recorded", 0, 0),
+    (Setting("projector.mode", "Marks", "beside", ("on", "beside")),),
+    (Measured("pose", 3, 0.081, "mm"), Measured("latency", 0, 0.0021, "s")),
+)
+GUIDED = Desk(
+    wizard=Wizard("camera", Progress("hold it still", 6, 10, 0.083, ((4, "80 corners"),)), "mm")
+)
+
+
+def with_desk(publisher, snapshot, desk):
+    """Publish one frame again and again, and what stands beside it."""
+    return feed(Beside(publisher, desk), still(snapshot))
+
+
+class Beside:
+    def __init__(self, publisher, desk):
+        self._publisher, self._desk = publisher, desk
+
+    def publish(self, snapshot):
+        self._publisher.publish(snapshot, self._desk)
+
+
+def wait_for_wish(publisher):
+    end = time.monotonic() + 10
+    while not (wishes := list(publisher.asked())):
+        assert time.monotonic() < end, "nothing was asked for"
+        time.sleep(0.02)
+    return wishes
+
+
+def test_notes_settings_and_calibration_are_shown_and_what_is_chosen_is_asked_for(page, snapshot):
+    with serve(0) as publisher, with_desk(publisher, snapshot, DESK):
+        open_live(page, publisher)
+        expect(page.locator("#notes")).to_have_text("the disk is nearly full")
+        expect(page.locator("#calibration tr").first).to_contain_text("3 days old± 0.081 mm")
+        expect(page.locator("#calibration tr").last).to_contain_text("today± 2.1 ms")
+        page.get_by_role("button", name="Record").click()
+        assert wait_for_wish(publisher) == [{"do": "record"}]
+        page.keyboard.press("r")
+        assert wait_for_wish(publisher) == [{"do": "record"}]
+        page.get_by_label("Marks").select_option("on")
+        assert wait_for_wish(publisher) == [{"do": "set", "key": "projector.mode", "value": "on"}]
+        expect(page.locator("#wizard")).to_be_hidden()
+    assert page.complaints == []
+
+
+def test_the_wizard_says_what_to_do_and_a_view_can_be_dropped(page, snapshot):
+    with serve(0) as publisher, with_desk(publisher, snapshot, GUIDED):
+        open_live(page, publisher)
+        expect(page.locator("#wizard-say")).to_have_text("hold it still")
+        expect(page.locator("#wizard")).to_contain_text("6 of 10 · error 0.083 mm")
+        page.get_by_role("button", name="Drop view 4").click()
+        assert wait_for_wish(publisher) == [{"do": "drop", "view": 4}]
+
+
+def test_who_may_only_look_finds_the_controls_off(browser, snapshot):
+    with serve(0, access=Access("token")) as publisher, with_desk(publisher, snapshot, DESK):
+        context = browser.new_context()
+        page = context.new_page()
+        name = f"http://bench.localhost:{publisher.port}"  # resolves here, and is no own name
+        page.goto(f"{name}/?token=token")
+        expect(page.locator("#link")).to_have_text("live")
+        expect(page.get_by_role("button", name="Record")).to_be_disabled()
+        expect(page.get_by_label("Marks")).to_be_disabled()
+        page.keyboard.press("r")
+        page.wait_for_timeout(200)
+        assert list(publisher.asked()) == []
+        context.close()

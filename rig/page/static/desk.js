@@ -1,0 +1,89 @@
+// What stands beside the frame: notes, recording, settings, calibration and its wizard. Whoever may
+// only look sees all of it and finds the controls off. Text is set, never markup.
+
+import { make, show } from "./panels.js";
+
+const UNITS = { mm: [1, "mm", 3], s: [1e3, "ms", 1], share: [100, "%", 1] };
+const find = (id) => document.getElementById(id);
+
+const told = {};  // what each part shows now: it is made anew only where that changes
+function changed(name, value) {
+  const text = JSON.stringify(value);
+  if (told[name] === text) return false;
+  told[name] = text;
+  return true;
+}
+
+export function ask(wish) {
+  return fetch("ask", { method: "POST", body: JSON.stringify(wish) });
+}
+
+export function showDesk(frame) {
+  showNotes(frame.notes);
+  showRecording(frame);
+  showSettings(frame);
+  showCalibration(frame.calibration);
+  showWizard(frame);
+  find("desk").hidden = !frame.settings.length && !frame.calibration.length;
+}
+
+function showNotes(notes) {
+  if (!changed("notes", notes)) return;
+  find("notes").hidden = !notes.length;
+  find("notes").firstElementChild.replaceChildren(...notes.map((note) => make("li", {}, note)));
+}
+
+function showRecording({ recording, controls }) {
+  find("recording").hidden = !recording;
+  if (!recording) return;
+  const { running, status, frames, dropped } = recording;
+  find("record").disabled = !controls;
+  find("record").classList.toggle("on", running);
+  find("record").setAttribute("aria-pressed", running);
+  find("record").lastElementChild.textContent = running ? "Stop recording" : "Record";
+  show("record-status", running ? `${frames} frames${dropped ? `, ${dropped} left out` : ""}` : "");
+  find("record").title = `${status} (R)`;
+}
+
+function showSettings({ settings, controls }) {
+  if (!changed("settings", [settings, controls])) return;
+  find("settings").replaceChildren(...settings.map(({ key, label, value, choices }) => {
+    const select = make("select", { disabled: !controls, name: key });
+    select.append(...choices.map((choice) => make("option", { value: choice, selected: choice === value }, choice)));
+    select.addEventListener("change", () => ask({ do: "set", key, value: select.value }));
+    return make("label", {}, make("span", {}, label), select);
+  }));
+}
+
+function inUnit(error, unit) {
+  const [scale, name, digits] = UNITS[unit];
+  return error === null ? "–" : `${(scale * error).toFixed(digits)} ${name}`;
+}
+
+function showCalibration(parts) {
+  if (!changed("calibration", parts)) return;
+  find("calibration").replaceChildren(...parts.map(({ name, days, error, unit }) => make("tr", {},
+    make("td", {}, name),
+    make("td", { className: "muted" }, days ? `${days} day${days > 1 ? "s" : ""} old` : "today"),
+    make("td", {}, `± ${inUnit(error, unit)}`))));
+}
+
+function showWizard({ wizard, controls }) {
+  document.body.classList.toggle("guided", wizard !== null);
+  find("wizard").hidden = !wizard;
+  if (!wizard || !changed("wizard", [wizard, controls])) return;
+  const { sentence, taken, wanted, error, views } = wizard.progress;
+  show("wizard-title", `Calibration: ${wizard.what}`);
+  show("wizard-say", sentence);
+  Object.assign(find("wizard-bar"), { max: wanted, value: taken });
+  show("wizard-taken", `${taken} of ${wanted}`);
+  show("wizard-error", error === null ? "" : ` · error ${inUnit(error, wizard.unit)}`);
+  find("wizard-views").replaceChildren(...views.map(([view, text]) => {
+    const button = make("button", { type: "button", disabled: !controls, title: "Drop this view" }, "×");
+    button.setAttribute("aria-label", `Drop view ${view}`);
+    button.addEventListener("click", () => ask({ do: "drop", view }));
+    return make("li", {}, make("span", {}, `View ${view}`), make("small", {}, text), button);
+  }));
+}
+
+find("record").addEventListener("click", () => ask({ do: "record" }));
