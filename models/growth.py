@@ -78,7 +78,7 @@ class Task:
 
 def look(task: Task, begun: Fit) -> Fit:
     """Find touches from those of the last frame on, and afresh where these mislead."""
-    fit = _follow(task, begun if task.known else without_idle(task, begun))
+    fit = _follow(task, begun if task.known else without_idle(task, begun)[0])
     if not len(begun.touches) or (len(fit.touches) == len(begun.touches) and task.explained(fit)):
         return fit
     return min(fit, _follow(task, task.fit(begun.touches[:0])), key=task.cost)
@@ -126,16 +126,16 @@ def _one_more(task: Task, fit: Fit) -> Fit | None:
     """One touch more, where it explains most of what is left; None if χ² falls by too little.
 
     A candidate of the grid that promises less than `HOPE` of that is not worth a fit: between the
-    candidates a touch is worth little more than on the best of them. It begins with what it would
-    explain alone, next to nothing where others have taken its part, and so is free to slide; where
-    that gets stuck, with the force that it would have if the others gave way.
+    candidates a touch is worth little more than on the best of them. It begins with the force that
+    it would have if the others gave way; where that gets stuck, with what it would explain alone:
+    next to nothing where others have taken its part, and so free to slide.
     """
     index, gain, force = task.search.best(fit.residual, fit.jacobian)
     if gain <= HOPE * task.least:
         return None
     response = task.search.response[index]
     alone = max(fit.residual @ response / (response @ response), 0.0)
-    for begun, share in ((alone, COARSE), (force, COARSE), (alone, 0.0)):
+    for begun, share in ((force, COARSE), (alone, COARSE), (alone, 0.0)):
         grown = task.fit(np.vstack([fit.touches, [*task.search.xy[index], begun]]), share)
         if fit.chi2 - grown.chi2 > task.least:
             return grown
@@ -158,16 +158,24 @@ def _pairs_anew(task: Task, fit: Fit) -> Fit:
     return fit
 
 
-def without_idle(task: Task, fit: Fit) -> Fit:
-    """Leave out touches, one by one, without which χ² rises by less than a touch must bring."""
+def without_idle(task: Task, fit: Fit) -> tuple[Fit, NDArray[np.float64]]:
+    """Leave out touches, one by one, without which χ² rises by less than a touch must bring.
+
+    Returns
+    -------
+    fit : Fit
+        Of the n touches that stay.
+    spread : (3n, 3n) float64
+        Their covariance.
+    """
+    spread = covariance(fit.jacobian, task.prior.precision)
     while len(fit.touches):
-        spread = covariance(fit.jacobian, task.prior.precision)
         tried = [task.fit(fewer) for fewer in _with_one_less(fit.touches, spread, task.gain)]
         fewer = min(tried, key=task.cost, default=fit)
         if task.cost(fewer) >= task.cost(fit):
             break
-        fit = fewer
-    return fit
+        fit, spread = fewer, covariance(fewer.jacobian, task.prior.precision)
+    return fit, spread
 
 
 def _with_one_less(touches: NDArray, spread: NDArray, gain: float) -> Iterator[NDArray[np.float64]]:
@@ -176,7 +184,7 @@ def _with_one_less(touches: NDArray, spread: NDArray, gain: float) -> Iterator[N
     A touch whose force stands far out of its own noise, and two that stand well apart, need no
     second fit to be kept.
     """
-    evidence = touches[:, 2] ** 2 / np.diag(spread)[2::3]
+    evidence = touches[:, 2] ** 2 / spread.diagonal()[2::3]
     weakest = int(np.argmin(evidence))
     if evidence[weakest] <= CLEAR * gain:
         yield np.delete(touches, weakest, axis=0)

@@ -104,10 +104,11 @@ def find(
     fit = task.fit(begun)
     if not len(begun) or not task.explained(fit):
         fit = look(task, fit)
-    needed = without_idle(task, fit)
-    if count is None:
-        fit = needed
-    return _describe(task, fit, len(needed.touches) == len(fit.touches))
+    needed, spread = without_idle(task, fit)
+    idle = len(fit.touches) - len(needed.touches)
+    if count is None or not idle:
+        return _describe(task, needed, spread, needed=True)
+    return _describe(task, fit, covariance(fit.jacobian, prior.precision), needed=False)
 
 
 def _check(measured: NDArray, search: Search, limit: int) -> None:
@@ -122,11 +123,11 @@ def _check(measured: NDArray, search: Search, limit: int) -> None:
         raise ValueError(f"number of touches must be 0 or more, got {limit}; use 1")
 
 
-def _describe(task: Task, fit: Fit, needed: bool) -> Estimate:
+def _describe(task: Task, fit: Fit, spread: NDArray, *, needed: bool) -> Estimate:
     order = np.lexsort((fit.touches[:, 1], fit.touches[:, 0]))
     touches = fit.touches[order]
     rows = (3 * order[:, None] + np.arange(3)).ravel()
-    spread = covariance(fit.jacobian, task.prior.precision)[rows[:, None], rows]
+    spread = spread[rows[:, None], rows]
     freedom = task.freedom(fit)
     return Estimate(
         xy=touches[:, :2],
