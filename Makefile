@@ -9,7 +9,7 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check
 export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: help install torch demo test quick lint format bench report system-deps clean
+.PHONY: help install torch demo test quick lint format bench report docs system-deps clean
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -58,6 +58,9 @@ bench: $(STAMP)  ## print the figures of the README
 
 report: $(STAMP)  ## run all studies; the page is results/report/report.html
 	$(BIN)/touchplate report
+
+docs: $(STAMP)  ## build the pages of docs/ into results/site
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
 
 system-deps:  ## Debian packages that the tests of browser, display, devices and CalculiX need (as root)
 	apt-get update -qq
