@@ -11,6 +11,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from models.answer import Answer
 from models.flat_file import Place, lay_out
 from models.plan import BLOCK, Plan
 from models.samples import ARRAYS, FORMAT, VERSION, checksum, open_dataset
+from models.workers import Map
 
 __all__ = ["DatasetFile", "begin_dataset"]
 
@@ -44,7 +46,12 @@ class DatasetFile:
     found: int
     places: Mapping[str, Place]
 
-    def fill(self, answer: Answer, progress: Callable[[int, int], object] | None = None) -> None:
+    def fill(
+        self,
+        answer: Answer,
+        progress: Callable[[int, int], object] | None = None,
+        each: Map = map,
+    ) -> None:
         """Write the blocks that are missing.
 
         Parameters
@@ -53,6 +60,8 @@ class DatasetFile:
             From touches to the strain of the gauges.
         progress
             Called with the rows done and their number.
+        each
+            What computes the blocks, from `models.workers`; they are written here, in order.
 
         Raises
         ------
@@ -65,22 +74,23 @@ class DatasetFile:
         first = -(-self.found // size)
         if first:
             self._check_again(answer, first - 1)
-        with _sentence(self.path), self.path.open("r+b") as file:
-            for block in range(first, self.plan.blocks):
-                touches, strain = _compute(self.plan, answer, block)
-                rows = {
-                    "touches": (size * block, touches),
-                    "strain": (size * block, strain),
-                    "sums": (block, np.array([checksum(touches, strain)])),
-                }
-                for name, (row, values) in rows.items():
-                    self.places[name].put(file, row, values)
-                file.flush()
-                done = size * block + len(touches)
-                self.places["done"].put(file, 0, np.array([done]))
-                file.flush()
-                if progress is not None:
-                    progress(done, self.plan.rows)
+        missing = range(first, self.plan.blocks)
+        computed = each(partial(_compute, self.plan, answer), missing)
+        for block, (touches, strain) in zip(missing, computed, strict=True):
+            with _sentence(self.path):
+                self._put(block, touches, strain)
+            if progress is not None:
+                progress(size * block + len(touches), self.plan.rows)
+
+    def _put(self, block: int, touches: NDArray[np.float64], strain: NDArray[np.float32]) -> None:
+        """Write a block and its sum, and count its rows when they are there."""
+        row = BLOCK * self.plan.copies * block
+        with self.path.open("r+b") as file:
+            self.places["touches"].put(file, row, touches)
+            self.places["strain"].put(file, row, strain)
+            self.places["sums"].put(file, block, np.array([checksum(touches, strain)]))
+            file.flush()
+            self.places["done"].put(file, 0, np.array([row + len(touches)]))
 
     def _check_again(self, answer: Answer, block: int) -> None:
         """Refuse to go on where a block that is there would not come out again."""

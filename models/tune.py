@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
+
+from models.workers import Map
 
 if TYPE_CHECKING:
     import optuna
@@ -42,6 +45,7 @@ def tune(
     name: str = "touchplate",
     seed: int = 0,
     on_trial: Callable[[int, Candidate], None] | None = None,
+    each: Map = map,
 ) -> list[Candidate]:
     """Try random architectures until `trials` of them are done, those of earlier runs counted.
 
@@ -62,6 +66,8 @@ def tune(
         Of the draw; another run with it goes on with other architectures.
     on_trial
         Called with the number of trials done and the latest one.
+    each
+        What judges the architectures, from `models.workers`; the data base is written here.
 
     Returns
     -------
@@ -78,15 +84,24 @@ def tune(
         raise ValueError(f"number of trials must be at least 1, got {trials}; use 50")
     study = _study(storage, name, seed)
 
-    def objective(trial: optuna.Trial) -> float:
-        depth = trial.suggest_categorical("depth", DEPTHS)
-        return judge(tuple(trial.suggest_categorical(_layer(n), WIDTHS) for n in range(depth)))
+    asked: deque[optuna.Trial] = deque()
 
-    while len(done := _candidates(study)) < trials:
-        study.optimize(objective, n_trials=1)
+    def fresh() -> Iterator[tuple[int, ...]]:
+        while len(_candidates(study)) + len(asked) < trials:
+            asked.append(study.ask())
+            yield _draw(asked[-1])
+
+    for loss in each(judge, fresh()):
+        study.tell(asked.popleft(), loss)
+        done = _candidates(study)
         if on_trial:
-            on_trial(len(done) + 1, _candidates(study)[-1])
-    return sorted(done, key=lambda candidate: candidate.loss)
+            on_trial(len(done), done[-1])
+    return sorted(_candidates(study), key=lambda candidate: candidate.loss)
+
+
+def _draw(trial: optuna.Trial) -> tuple[int, ...]:
+    depth = trial.suggest_categorical("depth", DEPTHS)
+    return tuple(trial.suggest_categorical(_layer(number), WIDTHS) for number in range(depth))
 
 
 def _study(storage: str | None, name: str, seed: int) -> optuna.Study:

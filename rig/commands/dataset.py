@@ -33,10 +33,14 @@ def dataset(
     settings: Annotated[
         list[str] | None, typer.Option("--set", help="Replace a value: section.key=value.")
     ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(help="Dask scheduler, tcp://host:8786; this process by default.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Write the samples of a scene to disk; a run that was cut off goes on where it ended."""
     import models
+    from models.workers import workers
 
     task = _task(load(scene, parse_overrides(settings or [])))
     plan = task.samples.build(task.plate)
@@ -48,8 +52,8 @@ def dataset(
     with progress("influence") as report:
         answer = _answer(task, gauges, report)
     began = time.monotonic()
-    with progress("samples") as report:
-        file.fill(answer, report)
+    with workers(scheduler) as each, progress("samples") as report:
+        file.fill(answer, report, each)
     seconds = time.monotonic() - began
     data = models.read_dataset(path)
     figures = {

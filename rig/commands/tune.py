@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -29,10 +30,14 @@ def tune(
     settings: Annotated[
         list[str] | None, typer.Option("--set", help="Replace a value: section.key=value.")
     ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(help="Dask scheduler, tcp://host:8786; this process by default.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Train nets of random sizes; a search that was cut off goes on where it ended."""
     from models import tune as search
+    from models.workers import workers
 
     bench = load(scene, parse_overrides(settings or []))
     taught = lesson(bench)
@@ -42,14 +47,15 @@ def tune(
         home = Path("results") / Path(scene).stem
         home.mkdir(parents=True, exist_ok=True)
         storage = f"sqlite:///{home / 'search.db'}"
-    with progress("search") as report:
+    with workers(scheduler) as each, progress("search") as report:
         found = search.tune(
-            lambda layers: _loss(taught, sets, layers),
+            partial(_loss, taught, sets),
             trials,
             storage,
             _study(taught),
             taught.net.seed,
             lambda done, last: report(done, trials, f"{list(last.layers)}: {last.loss:.3f} mm"),
+            each,
         )
     rows = [{"loss": each.loss, "layers": list(each.layers)} for each in found]
     emit(_table(bench.title, found), {"storage": storage, "candidates": rows}, as_json)

@@ -1,0 +1,146 @@
+"""Work on a local cluster whose worker is killed, and on one whose scheduler goes."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+
+import cloudpickle
+import numpy as np
+import pytest
+
+from models.answer import superpose
+from models.dataset_file import begin_dataset
+from models.plan import BLOCK, Box, Plan
+from models.samples import read_dataset
+from models.tune import tune
+from models.workers import workers
+
+# Workers do not find this file.
+cloudpickle.register_pickle_by_value(sys.modules[__name__])
+
+SCHEDULER = "from distributed.cli.dask_scheduler import main; main()"
+WORKER = "from distributed.cli.dask_worker import main; main()"
+GAUGES = np.array([[10.0, 0.0], [60.0, 15.0]])
+PLAN = Plan(Box((5.0, 5.0, 0.5), (55.0, 35.0, 1.0)), touches=2, samples=5 * BLOCK - 7)
+
+
+def start(code, *arguments):
+    return subprocess.Popen(
+        [sys.executable, "-c", code, *arguments],
+        env=os.environ | {"OMP_NUM_THREADS": "1"},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+
+
+def stop(process):
+    if process.poll() is None:
+        os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+
+
+@pytest.fixture
+def cluster(tmp_path):
+    """Return the address of a scheduler, its process, and those of two workers of one thread."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    address = f"tcp://127.0.0.1:{port}"
+    scheduler = start(SCHEDULER, "--host", "127.0.0.1", "--port", str(port), "--no-dashboard")
+    plain = "--no-nanny", "--nthreads", "1", "--no-dashboard", "--local-directory", str(tmp_path)
+    crew = [start(WORKER, address, *plain) for _ in range(2)]
+    yield address, scheduler, crew
+    for process in (*crew, scheduler):
+        stop(process)
+
+
+def unit(xy):
+    time.sleep(0.2)  # so that a kill comes on the way
+    apart = np.linalg.norm(xy[:, None] - GAUGES, axis=2)
+    return np.stack([apart, 2.0 * apart, -apart], axis=2)
+
+
+def quick(xy):
+    apart = np.linalg.norm(xy[:, None] - GAUGES, axis=2)
+    return np.stack([apart, 2.0 * apart, -apart], axis=2)
+
+
+def test_without_a_scheduler_the_map_is_python_s_own():
+    with workers(None) as each:
+        assert each is map
+
+
+def test_a_data_set_is_whole_though_a_worker_is_killed_and_the_same_as_one_written_here(
+    cluster, tmp_path
+):
+    address, _, crew = cluster
+    heard = []
+
+    def kill_one(done, total):
+        heard.append(done)
+        if len(heard) == 1:
+            stop(crew[0])
+
+    far, here = tmp_path / "far.h5", tmp_path / "here.h5"
+    with workers(address) as each:
+        begin_dataset(far, PLAN, GAUGES, {}).fill(superpose(unit), kill_one, each)
+    begin_dataset(here, PLAN, GAUGES, {}).fill(superpose(quick))
+    assert heard == [min(BLOCK * number, PLAN.rows) for number in range(1, 6)]
+    assert len(read_dataset(far)) == PLAN.rows
+    assert far.read_bytes() == here.read_bytes()
+
+
+def judge(layers):
+    time.sleep(0.1)
+    return float(sum(layers))
+
+
+def test_a_search_has_each_trial_once_though_a_worker_is_killed(cluster, tmp_path):
+    address, _, crew = cluster
+    storage = f"sqlite:///{tmp_path}/search.db"
+    heard = []
+
+    def kill_one(done, last):
+        heard.append(done)
+        if done == 2:
+            stop(crew[0])
+
+    with workers(address) as each:
+        found = tune(judge, 8, storage, on_trial=kill_one, each=each)
+    assert heard == list(range(1, 9))
+    assert len(found) == 8
+    assert all(candidate.loss == sum(candidate.layers) for candidate in found)
+    assert tune(judge, 8, storage) == found  # nothing is left to do
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_goes_is_one_sentence_and_what_was_done_is_kept(cluster, tmp_path):
+    address, scheduler, _ = cluster
+    path = tmp_path / "cut.h5"
+
+    def kill(done, total):
+        if done == 2 * BLOCK:
+            stop(scheduler)
+
+    file = begin_dataset(path, PLAN, GAUGES, {})
+    with (
+        pytest.raises(OSError, match=r"scheduler tcp://.* was lost on the way; start it and run"),
+        workers(address) as each,
+    ):
+        file.fill(superpose(unit), kill, each)
+    again = begin_dataset(path, PLAN, GAUGES, {})
+    assert 2 * BLOCK <= again.found < PLAN.rows
+    again.fill(superpose(quick))
+    assert len(read_dataset(path)) == PLAN.rows
+
+
+def test_a_scheduler_that_is_not_there_is_one_sentence():
+    with (
+        pytest.raises(OSError, match=r"scheduler tcp://127.0.0.1:9 cannot be reached .* without"),
+        workers("tcp://127.0.0.1:9"),
+    ):
+        pass
