@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 
 from dic.displacement import Status
 
-_GAINED = 0.04  # share of a subset that may clip in the frame and not in the reference
-
 
 def white(image: NDArray) -> int:
     """Grey level at which the sensor clips: 10, 12 and 14 bit cameras also write uint16."""
@@ -26,8 +24,8 @@ def levels(image: NDArray) -> tuple[tuple[int, Status], ...]:
 
 def gained(
     reference: NDArray, image: NDArray, xy: NDArray, moved: NDArray, half: int
-) -> list[tuple[NDArray[np.bool_], Status]]:
-    """Find the subsets of which a frame clips more than the reference did.
+) -> list[tuple[NDArray[np.float64], Status]]:
+    """Measure how much more of each subset a frame clips than the reference did.
 
     Parameters
     ----------
@@ -38,8 +36,8 @@ def gained(
 
     Returns
     -------
-    list of ((N,) bool, Status)
-        Where, and DARK or SATURATED.
+    list of ((N,) float64, Status)
+        Share of the subset, 0…1, and DARK or SATURATED.
     """
     asked = np.flatnonzero(np.isfinite(moved).all(axis=1))
     if not len(asked):
@@ -47,9 +45,9 @@ def gained(
     found = []
     for level, name in levels(image):
         more = _count(image, level, moved[asked], half) - _count(reference, level, xy[asked], half)
-        clipped = np.zeros(len(xy), dtype=bool)
-        clipped[asked] = more > _GAINED * (2 * half + 1) ** 2
-        found.append((clipped, name))
+        share = np.zeros(len(xy))
+        share[asked] = np.maximum(more, 0) / (2 * half + 1) ** 2
+        found.append((share, name))
     return found
 
 

@@ -24,7 +24,11 @@ _HORIZON = 25  # _POLES[0] ** 25 = 7e-10, below float32
 
 
 def coefficients(image: ArrayLike) -> NDArray[np.float32]:
-    """Coefficients of the interpolating quintic B-spline, mirrored at the borders.
+    """Coefficients of the interpolating quintic B-spline.
+
+    Beyond a border the picture goes on as its mirror turned by half a turn about the last pixel,
+    2 f(0) - f(k): values and slopes pass the border. A plain mirror, without slope, biases the
+    outermost points by 10 mpx.
 
     Parameters
     ----------
@@ -47,7 +51,10 @@ def coefficients(image: ArrayLike) -> NDArray[np.float32]:
     _filter(spline)
     spline *= np.float32(_GAIN * _GAIN)
     padded = cv2.copyMakeBorder(spline, PAD, PAD, PAD, PAD, cv2.BORDER_REFLECT_101)
-    return np.asarray(padded, dtype=np.float32)
+    padded = np.asarray(padded, dtype=np.float32)
+    for lines in (padded, padded.T, padded[::-1], padded.T[::-1]):
+        lines[:PAD] = 2 * lines[PAD] - lines[:PAD]
+    return padded
 
 
 def gradient(spline: NDArray[np.float32]) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
@@ -70,15 +77,19 @@ def _cut(padded: NDArray[np.float32]) -> NDArray[np.float32]:
 
 @njit(cache=True, nogil=True, fastmath=True)
 def _filter(c):
-    """Filter along the first axis, all columns at a time; unscaled."""
+    """Filter along the first axis, all columns at a time; unscaled.
+
+    About the ends the picture is odd but for a constant, which the filter only scales.
+    """
     last = c.shape[0] - 1
     for pole in _POLES:
+        end = np.float32(-pole / (1 - pole) ** 2) * c[last]
+        c[0] *= np.float32((1 + pole) / (1 - pole))
         for k in range(1, min(_HORIZON, last)):
-            _add(c[0], np.float32(pole**k), c[k])
-        for k in range(1, last + 1):
+            _add(c[0], np.float32(-(pole**k)), c[k])
+        for k in range(1, last):
             _add(c[k], np.float32(pole), c[k - 1])
-        _add(c[last], np.float32(pole), c[last - 1])
-        c[last] *= np.float32(pole / (pole * pole - 1))
+        c[last] = end
         for k in range(last - 1, -1, -1):
             _turn(c[k], np.float32(pole), c[k + 1])
 

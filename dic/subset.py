@@ -261,18 +261,37 @@ def _read_part(image, x, y, side, tools):
 
 @njit(cache=True, nogil=True)
 def _cut(image, x, y, part):
-    """Copy a square of the picture, mirrored at its border, less the grey level of its middle."""
+    """Copy a square of the picture, gone on beyond its border, less the level of its middle."""
     (rows, columns), size = image.shape, part.shape[0]
-    level = np.float32(image[_mirror(y + size // 2, rows), _mirror(x + size // 2, columns)])
+    level = np.float32(_grey(image, x + size // 2, y + size // 2))
     inside = x >= 0 and x + size <= columns
     for j in range(size):
-        line = image[_mirror(y + j, rows)]
-        if inside:
+        if inside and 0 <= y + j < rows:
+            line = image[y + j]
             for i in range(size):
                 part[j, i] = np.float32(line[x + i]) - level
         else:
             for i in range(size):
-                part[j, i] = np.float32(line[_mirror(x + i, columns)]) - level
+                part[j, i] = np.float32(_grey(image, x + i, y + j)) - level
+
+
+@njit(cache=True, nogil=True)
+def _grey(image, x, y):
+    """Grey level of a pixel, beyond the border as in `dic.spline.coefficients`."""
+    rows = image.shape[0]
+    if y < 0 or y >= rows:
+        end = 0 if y < 0 else rows - 1
+        return 2 * _grey_in_row(image[end], x) - _grey_in_row(image[_mirror(y, rows)], x)
+    return _grey_in_row(image[y], x)
+
+
+@njit(cache=True, nogil=True)
+def _grey_in_row(row, x):
+    count = row.shape[0]
+    if x < 0 or x >= count:
+        end = 0 if x < 0 else count - 1
+        return 2 * np.float64(row[end]) - np.float64(row[_mirror(x, count)])
+    return np.float64(row[x])
 
 
 @njit(cache=True, nogil=True)

@@ -15,9 +15,13 @@ from dic.spline import noise_power, noise_slope
 _FOUND = 0.8  # ZNCC below which it is not the same pattern
 _STOPPED = 1e-3  # px, more than this in the last iteration is NOT_CONVERGED
 _DISTURBED = 4.0  # times the noise of the field: photographs without a hand reach 3.2
-_WHOLE = 0.97  # ZNCC from which no subset is disturbed, however little noise the others have
+_WHOLE = 0.99  # ZNCC from which no subset is disturbed, however little noise the others have
 _CLEAR = 0.995  # ZNCC from which no subset is looked at for pixels that clip
+_CLIPPED = 0.1  # share of a subset that may clip in the frame and not in the reference
+_ONE_SIDED = 0.04  # share that doubles σ
+_BEYOND = 0.25  # px beyond the last pixels to which the spline is believed: 2 mpx of error
 _MOST_NOISE = 0.5  # share of Σ∇f∇fᵀ that may be noise
+_FAR = 5.0  # σ, the distance that shall be as rare as it is for a normal error
 
 
 def found(ref: Reference, points: Points) -> NDArray[np.bool_]:
@@ -29,12 +33,17 @@ def found(ref: Reference, points: Points) -> NDArray[np.bool_]:
 def field(ref: Reference, points: Points, image: NDArray) -> DisplacementField:
     """Turn the last state of the points in a frame into a measurement, NaN where there is none."""
     noise = np.sqrt(np.maximum(points.residual, 0) / _noise_gain(points.motion, ref.half))
-    status = _status(ref, points, noise, image)
+    clipped = _clipped(ref, points, image)
+    status = _status(ref, points, noise, clipped)
     lost = status != Status.OK
     count = points.motion.shape[2]
     variance = np.diagonal(ref.inverse, axis1=1, axis2=2)[:, : 2 * count].reshape(-1, 2, count)
-    noise_free = 1 - _noise_share(ref, noise)  # what is left of the Hessian
-    spread = (noise / np.sqrt(noise_free))[:, None, None] * np.sqrt(2 * variance)
+    share = _noise_share(ref, noise)
+    scale = noise / np.sqrt(1 - share) * _widening(ref, share)
+    for part, _ in clipped:
+        # What clips is off by more than noise, and all to one side.
+        scale *= 1 + part / _ONE_SIDED
+    spread = scale[:, None, None] * np.sqrt(2 * variance)
     motion = points.motion.copy()
     motion[lost], spread[lost] = np.nan, np.nan
     if ref.grid is not None:
@@ -78,20 +87,38 @@ def _noise_share(ref: Reference, noise: NDArray) -> NDArray[np.float64]:
     return np.minimum(share, _MOST_NOISE)
 
 
-def _status(ref, points, noise, image) -> NDArray[np.int8]:
+def _widening(ref: Reference, share: NDArray) -> NDArray[np.float64]:
+    """Widen σ, which is estimated itself, so that an error of 5 σ is as rare as it should be, (N,).
+
+    Where a share of the Hessian of n pixels is noise, it is known to 4 share/(1 - share)/(2n) of
+    its square (sampled: σ scatters by 6 % at a share of 0.33, 7 % at 0.44). Student's t with that
+    many degrees of freedom ν has longer tails: x + (x³ + x)/(4ν) in place of x (Abramowitz, Stegun
+    26.7.5).
+    """
+    fewer = 4 * share / (1 - share) / np.maximum(ref.light[:, 2], 1)  # 1/ν
+    return 1 + (_FAR**2 + 1) / 4 * fewer
+
+
+def _clipped(ref: Reference, points: Points, image: NDArray):
+    """Share of each subset that clips in the frame and did not before, at black and at white."""
+    moved = ref.xy + points.motion[:, :, 0]
+    measured = (ref.status == Status.OK) & (points.zncc >= _FOUND)
+    moved[~(measured & (points.zncc < _CLEAR))] = np.nan  # pixels that clip would show
+    return clipping.gained(ref.image, image, ref.xy, moved, ref.half)
+
+
+def _status(ref, points, noise, clipped) -> NDArray[np.int8]:
     """Name what became of each point; what is named first stands."""
     measured = (ref.status == Status.OK) & (points.zncc >= _FOUND)
     level = np.median(noise[measured]) if measured.any() else 0.0
     status = ref.status.copy()
-    moved = ref.xy + points.motion[:, :, 0]
-    moved[~(measured & (points.zncc < _CLEAR))] = np.nan  # pixels that clip would show
     for condition, name in (
-        # Half of what is taken for slope is noise.
+        # Too much of what is taken for slope is noise.
         (ref.slope < np.sqrt(noise_slope() / _MOST_NOISE) * level, Status.FLAT),
         (leaves(ref, points.motion), Status.OUTSIDE),
         (~(points.zncc >= _FOUND), Status.LOW_CORRELATION),
         (~(points.still | (points.change <= _STOPPED)), Status.NOT_CONVERGED),
-        *clipping.gained(ref.image, image, ref.xy, moved, ref.half),
+        *((part > _CLIPPED, name) for part, name in clipped),
         ((noise > _DISTURBED * level) & (points.zncc < _WHOLE), Status.DISTURBED),
     ):
         status[(status == Status.OK) & condition] = name
@@ -99,7 +126,7 @@ def _status(ref, points, noise, image) -> NDArray[np.int8]:
 
 
 def leaves(ref: Reference, motion: NDArray) -> NDArray[np.bool_]:
-    """Tell where a corner of the moved subset lies off the area of the picture, (N,) bool."""
+    """Tell where a corner of the moved subset lies beyond the last pixels, (N,) bool."""
     inside = np.ones(len(motion), dtype=bool)
     height, width = ref.image.shape
     for axis, limit in ((0, width), (1, height)):
@@ -107,5 +134,5 @@ def leaves(ref: Reference, motion: NDArray) -> NDArray[np.bool_]:
         centre = np.rint(ref.xy[:, axis]) + u
         along, across = (ux, uy) if axis == 0 else (uy, ux)
         reach = ref.half * (np.abs(1 + along) + np.abs(across))
-        inside &= (centre - reach >= -0.5) & (centre + reach <= limit - 0.5)
+        inside &= (centre - reach >= -_BEYOND) & (centre + reach <= limit - 1 + _BEYOND)
     return ~inside

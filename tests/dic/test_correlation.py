@@ -45,6 +45,18 @@ def test_affine_motion_is_found_from_nothing(pattern, reference, motion):
     assert disp.valid[~leaves].mean() >= 0.99
 
 
+@pytest.mark.parametrize("shift", [-3.4, -0.2, 0.2, 3.4])
+def test_outermost_points_are_as_true_as_the_others(pattern, reference, shift):
+    disp = dic.correlate(dic.prepare(reference, step=1), pattern.draw((shift, shift / 2)))
+    off = np.column_stack([disp.u, disp.v]) - (shift, shift / 2)
+    middle = np.array(reference.shape[::-1]) / 2
+    outermost = disp.valid & (np.abs(disp.xy - middle) >= middle - 12).any(axis=1)
+    assert outermost.sum() > 300
+    # A mirror without slope beyond the border makes 3 mpx of bias and 10 mpx of scatter.
+    assert np.abs(off[outermost].mean(axis=0)).max() <= 0.5e-3  # measured 0.2 mpx
+    assert off[outermost].std(axis=0).max() <= 1.5e-3  # measured 0.5 mpx
+
+
 def test_subset_gradients_are_those_of_the_motion(pattern, reference):
     motion = MOTIONS["strain of 1 % with shear"]
     disp = dic.correlate(dic.prepare(reference), pattern.draw(*motion))
