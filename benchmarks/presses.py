@@ -1,0 +1,149 @@
+"""Print what 20 known presses mend on a bench that is not as its model has it.
+
+Usage: ``python benchmarks/presses.py [--quick]``. Gauges: gains off by 2 %, places by 0.5 mm, the
+plate 10 % softer. Whole pattern, in the twin: a lens 2 % longer, the plate 0.5 mm beside its place,
+10 % softer. Each figure is the RMS over fresh touches, over that of a model which is right.
+"""
+
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+import fe
+import models
+import rig
+import synthetic
+from dic.tiles import lay_tiles
+from models import ring
+from rig import live
+from rig.bench import plate_modes
+from rig.calibration.alignment import align
+from rig.calibration.presses import fit_presses
+from rig.script import asked
+from rig.stopwatch import Stopwatch
+from rig.zero import take_zero
+
+SOFTER, GAIN, PLACE = 1.1, 0.02, 0.5  # stiffness, gain as a share, place in mm
+PRESSES, FRAMES, REFERENCE = 20, 8, 16
+SIGMA = 0.5e-6  # strain of a gauge; a press of 2 N gives 20 µε on the plate below
+PLATE = fe.Plate((120.0, 90.0), 1.0, 3000.0, 0.3, fe.Clamped())
+SMALL = {
+    "plate.size": [254, 203], "camera.pixels": [512, 416], "pattern.diameter": 2.6,
+    "dic.tile": 8, "estimator.modes": 100,
+}  # fmt: skip
+
+
+def rms(found: np.ndarray, true: np.ndarray) -> np.ndarray:
+    """RMS distance, mm, and RMS error of the force as a share."""
+    away = np.square(found[:, :2] - true[:, :2]).sum(axis=1).mean()
+    return np.sqrt([away, np.square(found[:, 2] / true[:, 2] - 1).mean()])
+
+
+def gauges(rng: np.random.Generator, count: int) -> Iterator[np.ndarray]:
+    """Errors of the model as it is, mended, and right; of gauges 15 mm from the edges."""
+    mesh, places = fe.grid(PLATE, 40), ring.inside_edges(PLATE.size, 15.0, 15.0)
+    assumed = fe.influence(PLATE, places, mesh)
+    moved = fe.influence(PLATE, places + rng.normal(0, PLACE, places.shape), mesh)
+    factor = SOFTER * (1 + rng.normal(0, GAIN, len(places)))
+    real = fe.Influence(
+        fe.Adjoint(PLATE, mesh, moved.adjoint.values * np.repeat(factor, 3)), places
+    )
+
+    def read(touches):
+        unit = real.strain(touches[:, :2]) * touches[:, 2, None, None]
+        return unit + rng.normal(0, SIGMA, unit.shape)
+
+    known, fresh = (
+        rng.uniform((30, 30, 1.5), (90, 60, 3.0), (number, 3)) for number in (PRESSES, count)
+    )
+    presses = tuple(fe.Touch(*touch) for touch in known.tolist())
+    mended = fit_presses(presses, read(known), assumed, SIGMA).influence
+    strain = read(fresh)
+    for influence in (assumed, mended, real):
+        each = [models.solve(one, influence, sigma=SIGMA, count=1) for one in strain]
+        yield rms(np.array([(*one.xy[0], one.force[0]) for one in each]), fresh)
+
+
+@dataclass(frozen=True, eq=False)
+class Eye:
+    """A plate under a camera that takes pictures of it."""
+
+    solver: fe.Linear
+    warper: synthetic.Warper
+    sensor: synthetic.Sensor
+    rng: np.random.Generator
+
+    def picture(self, touch: np.ndarray | None = None) -> np.ndarray:
+        moved = np.zeros((len(self.warper.points), 3))
+        if touch is not None:
+            moved = self.solver.deflect([fe.Touch(*touch)]).displacement(self.warper.points, "top")
+        return self.warper.render(moved, self.sensor, self.rng)
+
+
+def chain(plate: fe.Plate, camera: synthetic.Camera, zero, tile: int, modes: int) -> live.Chain:
+    """Prepare what the live loop makes of a reference, if plate and camera are as given."""
+    tiles = lay_tiles((camera.size[1], camera.size[0]), tile)
+    shapes = plate_modes(plate, modes, lambda done, total: None)
+    motions = models.see_motions(shapes, camera, plate.thickness / 2, tiles)
+    return live.prepare_chain(zero, motions, 1)
+
+
+def pattern(rng: np.random.Generator, count: int) -> Iterator[np.ndarray]:
+    """Errors of the model as it is, mended, and right, of the whole pattern in rendered views."""
+    scene = rig.load("twin", SMALL)
+    plate, view = scene.plate.build(), scene.camera.build(scene.plate)
+    pose = view.T_cam_plate.copy()
+    pose[:2, 3] += PLACE / np.sqrt(2)
+    seen = replace(view, T_cam_plate=pose, focal=(1 + GAIN) * view.focal)
+    soft = replace(plate, young=plate.young / SOFTER)
+    warper = synthetic.prepare_warp(scene.pattern.build(scene.plate), seen, plate.thickness / 2)
+    eye = Eye(fe.Linear(soft, fe.grid(soft, 64)), warper, scene.sensor.build(), rng)
+    zero = take_zero([eye.picture() for _ in range(REFERENCE)])
+    parts = zero, scene.dic.tile, scene.estimator.modes
+    assumed, right = chain(plate, view, *parts), chain(soft, seen, *parts)
+    known = np.array([(t.x, t.y, t.force) for t in asked(plate.size, (2.0, 4.0), 0)][:PRESSES])
+    each = [[sense(assumed, eye.picture(touch)) for _ in range(FRAMES)] for touch in known]
+    found = np.array([[one[0] for one in frames] for frames in each]).mean(axis=1)
+    sigma = np.array([frames[-1][1] for frames in each])
+    mended = align(tuple(fe.Touch(*touch) for touch in known.tolist()), found, sigma)
+    fresh = np.array([(t.x, t.y, t.force) for t in asked(plate.size, (2.0, 4.0), 1)])
+    fresh = np.tile(fresh, (-(-count // len(fresh)), 1))[:count]
+    pictures = [eye.picture(touch) for touch in fresh]
+    raw = np.array([sense(assumed, image)[0] for image in pictures])
+    yield rms(raw, fresh)
+    yield rms(mended.mend(raw), fresh)
+    yield rms(np.array([sense(right, image)[0] for image in pictures]), fresh)
+
+
+def sense(chain: live.Chain, image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """x, y, F of the one touch in a picture, and their standard deviations."""
+    estimate = live.sense(chain, image, live.at_rest(chain), Stopwatch(lambda: 0.0)).estimate
+    if estimate.count != 1:
+        raise SystemExit(f"{estimate.count} touches found in a picture of one")
+    return (
+        np.array([*estimate.xy[0], estimate.force[0]]),
+        np.sqrt(np.diag(estimate.covariance)),
+    )
+
+
+def main(*arguments: str) -> None:
+    """Print a row a way of measuring."""
+    draws, count = (1, 60) if "--quick" in arguments else (5, 200)
+    ways: dict[str, Callable] = {"gauges": gauges, "whole pattern": pattern}
+    for name, way in ways.items():
+        errors = np.array([list(way(np.random.default_rng(seed), count)) for seed in range(draws)])
+        before, after, perfect = np.sqrt(np.square(errors).mean(axis=0))
+        for index, (what, unit) in enumerate((("place", "mm"), ("force", "%"))):
+            scale = 100.0 if unit == "%" else 1.0
+            row = [scale * errors[index] for errors in (before, after, perfect)]
+            print(
+                f"{name:14s} {what}: {row[0]:.3f} → {row[1]:.3f} {unit}, right model {row[2]:.3f}"
+                f" {unit}: {row[1] / row[2]:.2f} of it   bar ≤ 1.2",
+                flush=True,
+            )
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

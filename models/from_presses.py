@@ -1,0 +1,201 @@
+"""Known presses correct the forward model: where the camera is, its lens, how soft the plate is.
+
+The picture of a plate pressed at a known place with a known force is known as well. What it differs
+by is small and smooth: Gauss-Newton on the tile sums of all pictures at once, for seven numbers of
+the camera and the softness of the plate. Free beside them for every press: the motion of the camera
+since the reference, the light of every tile, and by how much finger and scale were off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+import synthetic
+from dic.tile_field import TileBlocks, prepare_blocks, right_side
+from dic.tiles import TileReference, tile_sums
+from models.motions import Motions
+
+SHARED = 8  # turn (3), shift (3), focal length, softness
+OWN = 3  # x, y, F of each press, before the motions of the camera
+STEPS = (1e-3, 1e-3, 1e-3, 0.5, 0.5, 1.0, 1e-3, 1e-2)  # rad, mm and shares: of differences
+NUDGES = (0.2, 0.2, 1e-2)  # mm, mm, share
+ROUNDS = 3  # of Newton's method with derivatives from the start: each leaves a few percent
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """Standard deviations of what is known beforehand.
+
+    Attributes
+    ----------
+    turn : float, rad
+        Of the plate before the camera, about each axis.
+    shift : float
+        Along each axis, a share of its distance.
+    focal, softness : float
+        Shares.
+    place : float, mm
+        Of a press, along x and y each.
+    force : float
+        Of a press, a share.
+    """
+
+    turn: float = 0.02
+    shift: float = 0.02
+    focal: float = 0.03
+    softness: float = 0.3
+    place: float = 0.3
+    force: float = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class Corrected:
+    """A forward model that known presses have corrected.
+
+    Attributes
+    ----------
+    camera : synthetic.Camera
+    softness : float
+        Deflection of the real plate over that of the model.
+    covariance : (8, 8) float64
+        Of the turn (rad) and shift (mm) of the plate before the camera, about the plate's middle
+        and along the camera's axes, and of the logarithms of focal length and softness.
+    """
+
+    camera: synthetic.Camera
+    softness: float
+    covariance: NDArray[np.float64]
+
+
+def correct(
+    camera: synthetic.Camera,
+    look: Callable[[synthetic.Camera], Motions],
+    reference: TileReference,
+    pictures: Sequence[NDArray],
+    touches: NDArray,
+    noise: float,
+    doubt: Doubt | None = None,
+) -> Corrected:
+    """Correct camera and softness by pictures of known presses.
+
+    Parameters
+    ----------
+    camera : synthetic.Camera
+        As it is thought to be.
+    look : callable
+        Motions of plate and camera on the tiles of the reference, as a camera sees them.
+    reference : TileReference
+    pictures : sequence of (H, W) arrays, grey levels
+        One of each press, or the mean of several.
+    touches : (P, 3) float64
+        x, y (mm) and F (N) of the presses.
+    noise : float, grey levels
+        Of a picture less the reference.
+    doubt : Doubt, optional
+
+    Raises
+    ------
+    ValueError
+        If there is not one picture a press.
+    """
+    if len(pictures) != len(touches) or not len(touches):
+        raise ValueError(
+            f"{len(touches)} known presses need a picture each, got {len(pictures)}; give one each"
+        )
+    doubt, blocks = doubt or Doubt(), prepare_blocks(reference, 1)
+    prior = _prior(camera, doubt)
+    presses = _presses(camera, look, blocks, touches, noise, doubt)
+    normal = np.diag(prior) + sum(press.shared for press in presses)
+    numbers, still = np.zeros(SHARED), np.zeros((len(touches), presses[0].rigid))
+    for _ in range(ROUNDS):
+        motions, right, alone = look(_moved(camera, numbers)), -prior * numbers, []
+        for index, (press, picture) in enumerate(zip(presses, pictures, strict=True)):
+            flow = _flow(motions, touches[index], numbers[-1], still[index])
+            sums = tile_sums(reference, picture, flow)
+            towards = np.einsum("tai,ta->i", press.basis, right_side(blocks, sums)) / noise**2
+            alone.append(np.linalg.solve(press.own, towards[SHARED:]))
+            right = right + towards[:SHARED] - press.mixed @ alone[-1]
+        step = np.linalg.solve(normal, right)
+        numbers = numbers + step
+        for index, press in enumerate(presses):
+            still[index] += (alone[index] - np.linalg.solve(press.own, press.mixed.T @ step))[OWN:]
+    covariance = np.asarray(np.linalg.inv(normal), dtype=np.float64)
+    return Corrected(_moved(camera, numbers), float(np.exp(numbers[-1])), covariance)
+
+
+def _prior(camera: synthetic.Camera, doubt: Doubt) -> NDArray[np.float64]:
+    """Precision of the shared numbers, (8,)."""
+    along = doubt.shift * float(np.linalg.norm(camera.T_cam_plate[:3, 3]))
+    spread = [doubt.turn] * 3 + [along] * 3 + [doubt.focal, doubt.softness]
+    return np.array(spread) ** -2.0
+
+
+def _moved(camera: synthetic.Camera, numbers: NDArray) -> synthetic.Camera:
+    """Turn and shift the plate before a camera, about where its axis meets the plate."""
+    turn = Rotation.from_rotvec(numbers[:3]).as_matrix()
+    pivot = np.array([0.0, 0.0, camera.scale * camera.focal])
+    pose = camera.T_cam_plate.copy()
+    pose[:3, :3] = turn @ pose[:3, :3]
+    pose[:3, 3] = turn @ (pose[:3, 3] - pivot) + pivot + numbers[3:6]
+    return replace(camera, T_cam_plate=pose, focal=camera.focal * float(np.exp(numbers[6])))
+
+
+def _flow(motions: Motions, touch: NDArray, soft: float, still: NDArray) -> NDArray[np.float64]:
+    """Motion (T, 2) px of the tiles by a touch x, y, F on a plate softer by a factor exp(soft)."""
+    fields = motions.pressed(touch[None, :2], touch[2:] * np.exp(soft))
+    return motions.flow(np.concatenate([fields, still]))
+
+
+@dataclass(frozen=True, eq=False)
+class _Press:
+    """How the tiles move by everything that is unknown, and the normal matrix of that in blocks.
+
+    `basis` (T, 2, 8 + k): the 8 shared numbers, then the k of this press: its touch, and R motions
+    of the camera. `shared` (8, 8) has its own numbers eliminated.
+    """
+
+    basis: NDArray[np.float64]
+    shared: NDArray[np.float64]
+    mixed: NDArray[np.float64]
+    own: NDArray[np.float64]
+
+    @property
+    def rigid(self) -> int:
+        return len(self.own) - OWN
+
+
+def _presses(
+    camera: synthetic.Camera,
+    look: Callable[[synthetic.Camera], Motions],
+    blocks: TileBlocks,
+    touches: NDArray,
+    noise: float,
+    doubt: Doubt,
+) -> list[_Press]:
+    """Differentiate what each press shows, where the camera is as it is thought to be."""
+    here, *nudged = (look(_moved(camera, nudge)) for nudge in np.diag((0.0, *STEPS))[:-1, 1:])
+    rigid = here.of_tiles()[:, :, here.fields :]
+    still = np.zeros(rigid.shape[2])
+    known = np.array([doubt.place, doubt.place, doubt.force]) ** -2.0
+    found = []
+    for touch in touches:
+        flow, softer = _flow(here, touch, 0.0, still), STEPS[-1]
+        moved = [_flow(motions, touch, 0.0, still) for motions in nudged]
+        moved.append(_flow(here, touch, softer, still))
+        aside = touch + np.diag(NUDGES) * (1.0, 1.0, touch[2])
+        moved += [_flow(here, one, 0.0, still) for one in aside]
+        slopes = (np.stack(moved, axis=2) - flow[:, :, None]) / (*STEPS, *NUDGES)
+        basis = np.concatenate([slopes, rigid], axis=2)
+        weighed = np.einsum("tab,tbj->taj", blocks.hessian, basis) / noise**2
+        flat = basis.reshape(-1, basis.shape[2])
+        normal = flat.T @ weighed.reshape(flat.shape)
+        normal[SHARED : SHARED + OWN, SHARED : SHARED + OWN] += np.diag(known)
+        mixed, own = normal[:SHARED, SHARED:], normal[SHARED:, SHARED:]
+        shared = normal[:SHARED, :SHARED] - mixed @ np.linalg.solve(own, mixed.T)
+        found.append(_Press(basis, shared, mixed, own))
+    return found

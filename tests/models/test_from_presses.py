@@ -1,0 +1,84 @@
+"""Known presses say where the camera really is and how soft the plate really is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import models
+from models.from_presses import Doubt, correct
+
+NOISE = 1.0  # grey levels
+PLACES = np.array([(40, 30), (110, 30), (40, 80), (110, 80), (75, 55), (60, 70), (95, 45)], float)
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(7)
+
+
+def pressed(rng, off=0.0):
+    """Touches, and what is said of them: fingers are off by `off` mm."""
+    true = np.column_stack([PLACES, rng.uniform(2.0, 3.0, len(PLACES))])
+    said = true.copy()
+    said[:, :2] += rng.normal(0, off, PLACES.shape)
+    return true, said
+
+
+def wrong(camera, modes, soft=1.1):
+    """Take a camera 0.4 mm and 2 % off, and modes of a plate stiffer than the real one."""
+    pose = camera.T_cam_plate.copy()
+    pose[:2, 3] += (0.4, -0.3)
+    seen = replace(camera, T_cam_plate=pose, focal=1.02 * camera.focal)
+    return seen, replace(modes, stiffness=soft * modes.stiffness)
+
+
+def learn(bench, assumed, rng, off=0.0, shift=(0.0, 0.0), doubt=None):
+    camera, modes = assumed
+    true, said = pressed(rng, off)
+    pictures = [bench.picture([touch], shift) for touch in true]
+    pictures = [one + rng.normal(0, NOISE, one.shape) for one in pictures]
+
+    def look(seen):
+        return models.see_motions(modes, seen, bench.height, bench.reference.tiles)
+
+    return correct(camera, look, bench.reference, pictures, said, NOISE, doubt)
+
+
+def apart(camera, other, plate):
+    """RMS distance of what two cameras see of points on a plate, px."""
+    x, y = np.meshgrid(*(np.linspace(0, side, 5) for side in plate.size))
+    points = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+    return np.sqrt(np.mean(np.square(camera.project(points) - other.project(points)).sum(1)))
+
+
+@pytest.mark.parametrize("shift", [(0.0, 0.0), (0.3, -0.2)])
+def test_camera_and_softness_are_found(bench, rng, shift):
+    assumed = wrong(bench.camera, bench.modes)
+    found = learn(bench, assumed, rng, shift=shift)
+    before = apart(assumed[0], bench.camera, bench.modes.plate)
+    after = apart(found.camera, bench.camera, bench.modes.plate)
+    assert before > 2.0 > 0.5 > after
+    assert found.softness == pytest.approx(1.1, abs=4 * 1.1 * np.sqrt(found.covariance[-1, -1]))
+    assert found.softness == pytest.approx(1.1, rel=0.03)
+
+
+def test_presses_that_are_off_themselves_cost_what_is_said_of_them(bench, rng):
+    doubt = Doubt(place=1.0)
+    found = learn(bench, wrong(bench.camera, bench.modes), rng, off=1.0, doubt=doubt)
+    exact = learn(bench, wrong(bench.camera, bench.modes), rng)
+    assert (np.diag(found.covariance)[3:5] > 1.5 * np.diag(exact.covariance)[3:5]).all()
+    away = (found.camera.T_cam_plate - bench.camera.T_cam_plate)[:2, 3]
+    assert (np.abs(away) < 4 * np.sqrt(np.diag(found.covariance)[3:5])).all()
+
+
+def test_a_bench_that_is_right_stays_so_within_its_uncertainty(bench, rng):
+    found = learn(bench, (bench.camera, bench.modes), rng)
+    assert apart(found.camera, bench.camera, bench.modes.plate) < 0.4
+    assert np.log(found.softness) == pytest.approx(0.0, abs=4 * np.sqrt(found.covariance[-1, -1]))
+
+
+def test_a_press_without_its_picture_is_refused(bench):
+    picture = [bench.picture()]
+    with pytest.raises(ValueError, match="2 known presses need a picture each, got 1; give one"):
+        correct(bench.camera, None, bench.reference, picture, np.ones((2, 3)), NOISE)
