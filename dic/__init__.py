@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from dic.displacement import Status as Status
     from dic.grid import Grid as Grid
     from dic.image import read_image as read_image
+    from dic.local_fit import SmoothField as SmoothField
+    from dic.local_fit import smooth as smooth
     from dic.pattern import Advice as Advice
     from dic.pattern import choose as choose
     from dic.pattern import mean_intensity_gradient as mean_intensity_gradient
@@ -44,6 +46,7 @@ _HOMES = {
     "displacement": ("DisplacementField", "Status"),
     "grid": ("Grid",),
     "image": ("read_image",),
+    "local_fit": ("SmoothField", "smooth"),
     "pattern": ("Advice", "choose", "mean_intensity_gradient", "speckle_size", "sub_pixel_bias"),
     "quality": ("noise_floor", "sssig"),
     "reference": ("Reference", "prepare"),
