@@ -15,7 +15,8 @@ from dic.tiles import TileReference, TileSums
 
 LIMIT = 8.0  # standard deviations of χ² above its mean
 ROUGH = 0.05  # of the pattern, which moving it by interpolation may leave unexplained
-DIMMED = 0.2  # change of the gain against that of the whole picture: no light does that to a tile
+DIMMED = 0.5  # change of the gain against that of the picture: more than the shadow of a hand
+IN_SIGHT = 0.75  # quantile of the gain that is that of the picture: flat things have a lower one
 UNKNOWNS = 4  # shift in x and y, gain, offset
 
 
@@ -45,7 +46,7 @@ def hidden_tiles(reference: TileReference, sums: TileSums, noise: float) -> NDAr
     allowed = noise**2 * (freedom + LIMIT * np.sqrt(2 * freedom)) + ROUGH**2 * texture
     # Where a tile shows little, a shift and a gain look alike, and neither is known.
     unsure = noise * np.sqrt(inverse[:, 2, 2].clip(0.0))
-    dimmed = np.abs(gain - np.median(gain)) > DIMMED + LIMIT * unsure
+    dimmed = np.abs(gain - np.quantile(gain, IN_SIGHT)) > DIMMED + LIMIT * unsure
     grid = ((unexplained > allowed) | dimmed).reshape(reference.tiles.shape)
     return np.asarray(binary_dilation(grid, np.ones((3, 3))), dtype=np.bool_).ravel()
 

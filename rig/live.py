@@ -19,6 +19,7 @@ from models.strain_map import StrainMap, see_strain
 from rig.calibration.alignment import Alignment
 from rig.sight import Sights, jump, trouble
 from rig.stopwatch import Stopwatch
+from rig.unlit import unlit, unlit_sums
 from rig.zero import Zero, fits, settle
 
 STALE = 0.1  # px: a reference that was moved wrongly by more is moved again within the frame
@@ -35,6 +36,8 @@ class Chain:
     Attributes
     ----------
     reference : TileReference
+    tiles : TileBlocks
+        The same, each tile by itself.
     sights : Sights
         Forward model and candidates, of the whole pattern and behind what hides a part of it.
     noise : float, grey levels
@@ -43,6 +46,7 @@ class Chain:
     """
 
     reference: TileReference
+    tiles: TileBlocks
     sights: Sights
     noise: float
     most: int
@@ -56,9 +60,10 @@ class Chain:
 def prepare_chain(zero: Zero, motions: Motions, most: int) -> Chain:
     """Prepare the chain for a reference."""
     reference = prepare_tiles(zero.image, size=motions.tiles.size)
-    pattern = see_pattern(motions, reference)
+    tiles = prepare_blocks(reference, 1)
+    pattern = see_pattern(motions, unlit(tiles))
     search = prepare_search(pattern.forward(zero.noise))
-    return Chain(reference, Sights(pattern, search, zero.noise), zero.noise, most)
+    return Chain(reference, tiles, Sights(pattern, search, zero.noise), zero.noise, most)
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,21 +159,27 @@ def sense(
         Part of what the frame shows that becomes the state of rest if nothing touches, from
         `zero.share`; 0 leaves it as it is.
     """
-    moved = state.motion
+    moved, stale = state.motion, STALE
     found = _pass(chain, image, moved, state, watch, settling)
-    if found.hidden.mean() > ODD:
+    if found.trouble or found.hidden.mean() > ODD:
         jumped = moved.copy()
         jumped[chain.pattern.count :][:2] = jump(chain.reference, image)
         other = _pass(chain, image, jumped, state, watch, settling)
-        if other.hidden.mean() < found.hidden.mean():
-            moved, found = jumped, other
+        if _strange(other) < _strange(found):
+            moved, found, stale = jumped, other, 0.0  # a jump is seen roughly: once more
     for _ in range(PASSES - 1):
         off = chain.pattern.motions.farthest(found.state.motion - moved)
-        if found.trouble or off <= STALE:
+        if found.trouble or off <= stale:
             break
+        stale = STALE
         moved, start = found.state.motion, replace(state, touches=found.state.touches)
         found = _pass(chain, image, moved, start, watch, settling)
     return found
+
+
+def _strange(sensed: Sensed) -> tuple[bool, float]:
+    """How little a pass says: the less the better."""
+    return bool(sensed.trouble), float(sensed.hidden.mean())
 
 
 def _pass(
@@ -184,7 +195,8 @@ def _pass(
         pattern, search = chain.sights.behind(hidden)
     with watch.stage("estimate"):
         rest = state.rest
-        right = pattern.right_side(sums, moved) - pattern.normal[:, : len(rest)] @ rest
+        right = pattern.right_side(unlit_sums(chain.tiles, sums), moved)
+        right -= pattern.normal[:, : len(rest)] @ rest
         measured = pattern.whiten(right, chain.noise)
         estimate = find(measured, search, start=state.touches, most=chain.most)
         motion = pattern.amplitudes(estimate, right)

@@ -1,0 +1,29 @@
+"""Takes the light of every tile out of what it says: shadows and projected light move nothing.
+
+A hand over a plate casts a shadow, and a global gain and offset take its soft border for motion. So
+each tile gets a gain and an offset of its own. That costs 0.3 % of the certainty of a place on tiles
+of 16 px and 3 % on tiles of 8 px; the globally eliminated light costs nothing and is no use there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from dic.tile_field import TileBlocks, right_side
+from dic.tiles import TileReference, TileSums
+
+
+def unlit(blocks: TileBlocks) -> TileReference:
+    """Tiles of a reference as a measurement of motion alone; `blocks` of one tile each."""
+    h, reference = blocks.hessian, blocks.reference
+    light = reference.light.copy()
+    light[:, :4] = 0.0  # nothing is left of the motion that a light could explain
+    hessian = np.column_stack([h[:, 0, 0], h[:, 0, 1], h[:, 1, 1]])
+    return replace(reference, hessian=hessian, light=light)
+
+
+def unlit_sums(blocks: TileBlocks, sums: TileSums) -> TileSums:
+    """Sums of a frame over the tiles of such a reference."""
+    return replace(sums, gradient=-right_side(blocks, sums))
