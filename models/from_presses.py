@@ -63,13 +63,21 @@ class Corrected:
     softness : float
         Deflection of the real plate over that of the model.
     covariance : (8, 8) float64
-        Of the turn (rad) and shift (mm) of the plate before the camera, about the plate's middle
-        and along the camera's axes, and of the logarithms of focal length and softness.
+        Of the turn (rad) and shift (mm) of the plate before the camera, about where the camera's
+        axis meets the plate, and of the logarithms of focal length and softness.
     """
 
     camera: synthetic.Camera
     softness: float
     covariance: NDArray[np.float64]
+
+    @property
+    def pose_covariance(self) -> NDArray[np.float64]:
+        """Of a turn about the camera's axes and of the shift of the plate's origin, (6, 6)."""
+        arm = self.camera.T_cam_plate[:3, 3] - _pivot(self.camera)
+        towards = np.eye(6)
+        towards[3:, :3] = np.cross(np.eye(3), arm).T  # turn × arm
+        return towards @ self.covariance[:6, :6] @ towards.T
 
 
 def correct(
@@ -138,11 +146,16 @@ def _prior(camera: synthetic.Camera, doubt: Doubt) -> NDArray[np.float64]:
 def _moved(camera: synthetic.Camera, numbers: NDArray) -> synthetic.Camera:
     """Turn and shift the plate before a camera, about where its axis meets the plate."""
     turn = Rotation.from_rotvec(numbers[:3]).as_matrix()
-    pivot = np.array([0.0, 0.0, camera.scale * camera.focal])
+    pivot = _pivot(camera)
     pose = camera.T_cam_plate.copy()
     pose[:3, :3] = turn @ pose[:3, :3]
     pose[:3, 3] = turn @ (pose[:3, 3] - pivot) + pivot + numbers[3:6]
     return replace(camera, T_cam_plate=pose, focal=camera.focal * float(np.exp(numbers[6])))
+
+
+def _pivot(camera: synthetic.Camera) -> NDArray[np.float64]:
+    """Where the camera's axis meets the plate, in the camera frame, mm."""
+    return np.array([0.0, 0.0, camera.scale * camera.focal])
 
 
 def _flow(motions: Motions, touch: NDArray, soft: float, still: NDArray) -> NDArray[np.float64]:

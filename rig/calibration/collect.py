@@ -169,8 +169,9 @@ class Score:
 
     @property
     def helps(self) -> bool:
-        """Whether nothing became worse."""
-        return self.place_after <= self.place_before and self.force_after <= self.force_before
+        """Whether places and forces together did not get worse, as shares of what they were."""
+        after, before = self.place_after * self.force_after, self.place_before * self.force_before
+        return after <= before
 
 
 def score(taken: Sequence[Taken]) -> tuple[Alignment, Score]:
@@ -193,11 +194,12 @@ def score(taken: Sequence[Taken]) -> tuple[Alignment, Score]:
         part = align(kept, found[others], sigma[others])
         after[[index]] = part.mend(found[[index]])
     true = np.array([(press.x, press.y, press.force) for press in presses])
-    before, after = (_rms(given[fair], true[fair]) for given in (found, after))
+    before, after = (rms(given[fair], true[fair]) for given in (found, after))
     return mended, Score(len(fair), before[0], after[0], before[1], after[1])
 
 
-def _rms(found: NDArray, true: NDArray) -> tuple[float, float]:
+def rms(found: NDArray, true: NDArray) -> tuple[float, float]:
+    """RMS distance, mm, and RMS error of the force as a share, of touches (n, 3)."""
     away = np.square(found[:, :2] - true[:, :2]).sum(axis=1)
     force = np.square(found[:, 2] / true[:, 2] - 1)
     return float(np.sqrt(away.mean())), float(np.sqrt(force.mean()))

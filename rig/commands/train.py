@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from models.checkpoint import Checkpoint
+    from models.loss import Loss
     from models.train import Trained
 
 BATCHES_A_CHECK = 100
@@ -32,15 +33,29 @@ def train(
     onnx: Annotated[
         Path | None, typer.Option(help="Write the net as an ONNX file too, for other runtimes.")
     ] = None,
+    session: Annotated[
+        Path | None,
+        typer.Option(
+            "--from", metavar="FILE", help="Correct the model by known presses of a recording."
+        ),
+    ] = None,
     settings: Annotated[
         list[str] | None, typer.Option("--set", help="Replace a value: section.key=value.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Train the net of a scene on simulated touches, test it and store it."""
+    """Train the net of a scene on simulated touches, test it and store it.
+
+    From a recording of known presses the forward model is corrected instead: camera and stiffness.
+    """
     from models import store
 
     bench = load(scene, parse_overrides(settings or []))
+    if session:
+        from rig.commands.from_session import learn_from
+
+        learn_from(scene, bench, session, as_json)
+        return
     taught = lesson(bench)
     path = out or model_path(scene)
     store.prepare(path)
@@ -83,7 +98,6 @@ def descend(
 ) -> Trained:
     """Train a net with these layers by the recipe of a scene."""
     from models.batches import shuffled
-    from models.loss import distance, magnitudes_too
     from models.net import NetOptions
     from models.recipe import Recipe
     from models.train import train
@@ -91,15 +105,26 @@ def descend(
     net, touches = taught.net, taught.touches
     rng = np.random.default_rng(net.seed)
     check = BATCHES_A_CHECK if net.batch else 1
-    weighed = magnitudes_too(touches, net.magnitude_weight)
+    poles = touches if net.told == "poles" else 0
     return train(
         sets.training,
         sets.validation,
-        NetOptions(layers, net.activation, net.inputs),
+        NetOptions(layers, net.activation, net.inputs, poles),
         Recipe(net.epochs, net.learning_rate, net.decay, net.outputs, net.finish, check),
         rng,
         on_epoch,
-        weighed if taught.magnitudes else distance(touches),
+        _loss(taught),
         shuffled(sets.training, net.batch, np.random.default_rng(net.seed)) if net.batch else None,
         checkpoint,
     )
+
+
+def _loss(taught: Lesson) -> Loss:
+    """Return equation 2 or 3 of the paper, for what the net of a scene tells."""
+    from models.loss import distance, magnitudes_too
+    from models.poles import unordered
+
+    weight = taught.net.magnitude_weight
+    if taught.net.told == "poles":
+        return unordered(taught.touches, weight)
+    return magnitudes_too(taught.touches, weight) if taught.magnitudes else distance(taught.touches)

@@ -84,3 +84,16 @@ def test_a_press_without_its_picture_is_refused(bench):
     picture = [bench.picture()]
     with pytest.raises(ValueError, match="2 known presses need a picture each, got 1; give one"):
         correct(bench.camera, None, bench.reference, picture, np.ones((2, 3)), NOISE)
+
+
+def test_the_covariance_of_the_pose_is_that_of_the_plates_origin(bench, rng):
+    found = learn(bench, (bench.camera, bench.modes), rng)
+    draws = rng.multivariate_normal(np.zeros(6), found.covariance[:6, :6], 4000)
+    pose = found.camera.T_cam_plate
+    pivot = np.array([0.0, 0.0, found.camera.scale * found.camera.focal])
+    origin = draws[:, 3:] + np.cross(draws[:, :3], pose[:3, 3] - pivot)
+    sampled = np.cov(np.column_stack([draws[:, :3], origin]).T)
+    sigma = np.sqrt(np.diag(sampled))
+    np.testing.assert_allclose(
+        found.pose_covariance / np.outer(sigma, sigma), sampled / np.outer(sigma, sigma), atol=0.08
+    )

@@ -99,7 +99,7 @@ def test_the_command_collects_from_the_twin(small_settings, live_cache, monkeypa
     monkeypatch.setenv("TOUCHPLATE_CACHE", str(live_cache))
     monkeypatch.chdir(tmp_path)
     arguments = [
-        "collect", "twin", "--presses=9", "--json", "--table=presses.csv",
+        "collect", "twin", "--presses=9", "--json", "--table=presses.csv", "--record=s.h5",
         "--set=touches.force=[2, 4]", *small_settings,
     ]  # fmt: skip
     done = CliRunner().invoke(cli.application(arguments), arguments)
@@ -112,3 +112,10 @@ def test_the_command_collects_from_the_twin(small_settings, live_cache, monkeypa
     assert len(list(csv.DictReader((tmp_path / "presses.csv").open()))) == 9
     path = tmp_path / "twin.calibration.json"
     assert said["kept"] == path.exists()
+    again = ["train", "twin", "--from=s.h5", "--json", "--set=touches.force=[2, 4]"]
+    done = CliRunner().invoke(cli.application(again), [*again, *small_settings])
+    assert done.exit_code == 0, done.output
+    learned = json.loads(done.stdout)
+    assert learned["held_out"] == 3
+    assert learned["softness"] == pytest.approx(1.0, abs=0.1)
+    assert learned["place_after"] < 2 * learned["place_before"]

@@ -1,0 +1,93 @@
+"""Presses in a recording correct camera and stiffness of the forward model."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import rig
+from rig.calibration.collect import targets
+from rig.calibration.session import learn, presses
+from rig.recording.session import Session
+from rig.script import STILL
+from rig.twin import build_twin
+from rig.zero import take_zero
+
+RATE, FRAMES, COUNT = 30.0, 24, 12  # frames a second and a press
+SMALL = {
+    "plate.size": [254, 203],
+    "camera.pixels": [384, 320],
+    "pattern.diameter": 3.5,
+    "dic.tile": 8,
+    "estimator.modes": 100,
+    "touches.force": [2, 4],
+    "touches.most": 1,
+    "source.script": "collect",
+}
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("TOUCHPLATE_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield rig.load("twin", SMALL)
+
+
+def recorded(scene, rng, **wrong):
+    """Record a bench that is not as its scene says; what was found then is a little off."""
+    real = rig.load("twin", SMALL | wrong)
+    twin, asked = build_twin(real), targets(scene)[:COUNT]
+    zero = take_zero([twin.frame(number, ()) for number in range(16)])
+    images, places, spreads = [], [], []
+    for press in asked:
+        for frame in range(FRAMES):
+            held = frame > 0
+            number = int(STILL * RATE) + len(images) + 1
+            images.append(twin.frame(number, (press,) if held else ()))
+            seen = np.array([press.x, press.y, press.force]) + rng.normal(0, (0.3, 0.3, 0.02))
+            places.append([seen if held else np.full(3, np.nan)])
+            spreads.append([np.diag([0.3, 0.3, 0.02]) ** 2])
+    arrays = {
+        "frames/image": np.array(images),
+        "frames/captured": np.arange(len(images)) / RATE,
+        "touches/place": np.array(places),
+        "touches/covariance": np.array(spreads),
+    }
+    return Session(Path("session.h5"), scene, "", zero, len(images), arrays)
+
+
+def quiet(*_):
+    pass
+
+
+@pytest.mark.slow
+def test_presses_are_found_in_a_recording_with_the_mean_of_their_still_frames(scene, rng):
+    session = recorded(scene, rng)
+    found = presses(session)
+    assert [one.taken.press for one in found] == list(targets(scene)[:COUNT])
+    still = session.zero.image
+    for one in found:
+        spread = np.std(one.picture - still)
+        assert spread > 0
+        assert one.taken.frames == pytest.approx(10, abs=2)
+
+
+@pytest.mark.slow
+def test_a_bench_that_is_wrong_is_corrected(scene, rng):
+    session = recorded(scene, rng, **{"plate.young": "2.7 GPa", "camera.stand_off": "480 mm"})
+    learned = learn(session, quiet)
+    score = learned.score
+    assert learned.alignment.gain == pytest.approx(2.7 / 3, abs=0.05)
+    assert score.held_out == 4
+    assert score.force_after < 0.5 * score.force_before
+    assert score.place_after < 1.2 * score.place_before
+    assert score.helps
+    assert learned.lens.size == (384, 320)
+
+
+@pytest.mark.slow
+def test_a_recording_with_too_few_presses_is_refused(scene, rng):
+    whole = recorded(scene, rng)
+    few = Session(whole.path, scene, "", whole.zero, 3 * FRAMES, whole.arrays)
+    with pytest.raises(ValueError, match="shows 3 known presses and 6 are needed; record some"):
+        learn(few, quiet)
