@@ -18,8 +18,9 @@ if TYPE_CHECKING:
 
     from rig.calibration.store import Calibration
     from rig.loop import Loop
-    from rig.markers import Screen
+    from rig.projector.show import Show
     from rig.recording.recorder import Recorder
+    from rig.recording.switch import Switch
     from rig.scene import Scene
     from rig.snapshot import Snapshot
 
@@ -101,71 +102,71 @@ def start(
     open_parts: ExitStack,
 ) -> tuple[Loop, list[Sink]]:
     """Open everything that the scene names; what can fail at once comes before what is slow."""
-    recorder = None
-    if record:
-        recorder = open_parts.enter_context(_open_recorder(scene, calibration, record))
-    sinks = _open_sinks(scene, calibration, headless, open_parts)
+    switch = None
+    if record or (scene.page and not headless):
+        switch = open_parts.enter_context(_switch(scene, calibration, record))
+    show, sinks = _open_sinks(scene, calibration, headless, switch, open_parts)
     from rig.inputs import open_input
 
     source, zero = open_parts.enter_context(open_input(scene, console().print))
     from rig.bench import build_bench
     from rig.loop import Loop
+    from rig.view import look
 
     with progress("plate modes") as report:
         bench = build_bench(scene, report, calibration)
+    if show and scene.camera:
+        view = look(bench.plate, bench.camera, bench.height)
+        light = calibration.light(view.T_px_plate, bench.camera.size)
+        source = show.filtered(source, light, 1 / scene.camera.rate)
     if bench.theory.against:
         console().print(bench.theory.sentence)
     console().print(READY)
-    return Loop(bench, source, recorder=recorder, zero=zero), sinks
+    return Loop(bench, source, recorder=switch, zero=zero), sinks
 
 
-def _open_recorder(scene: Scene, calibration: Calibration, path: Path) -> Recorder:
+def _switch(scene: Scene, calibration: Calibration, path: Path | None) -> Switch:
+    """Make the recording, on from the first frame if its file was named."""
     from rig.recording.recorder import Recorder
+    from rig.recording.switch import Switch
 
-    started = datetime.now(UTC).isoformat(timespec="seconds")
-    texts = {
-        "scene": scene.model_dump_json(),
-        "calibration": calibration.model_dump_json(exclude_none=True),
-        "started": started,
-    }
-    return Recorder(path, texts)
+    def new(file: Path | None) -> Recorder:
+        now = datetime.now(UTC)
+        texts = {
+            "scene": scene.model_dump_json(),
+            "calibration": calibration.model_dump_json(exclude_none=True),
+            "started": now.isoformat(timespec="seconds"),
+        }
+        return Recorder(file or Path(f"session-{now:%Y%m%d-%H%M%S}.h5"), texts)
+
+    return Switch(new, path)
 
 
 def _open_sinks(
-    scene: Scene, calibration: Calibration, headless: bool, open_parts: ExitStack
-) -> list[Sink]:
+    scene: Scene,
+    calibration: Calibration,
+    headless: bool,
+    switch: Switch | None,
+    open_parts: ExitStack,
+) -> tuple[Show | None, list[Sink]]:
     if not scene.plate or (headless and not scene.outputs):
-        return []
+        return None, []
     from rig.markers import fit_plate
 
     size = scene.projector.size if scene.projector else SCREEN
     screen = calibration.screen() or fit_plate(size, scene.plate.size)
-    sinks = [] if headless else _open_windows(scene, screen, open_parts)
+    show, sinks = None, []
+    if not headless:
+        from rig.commands.panes import open_panes
+
+        doubts = tuple(calibration.doubts(scene, datetime.now(UTC)))
+        show, sinks = open_panes(scene, calibration, doubts, screen, switch, open_parts)
     if scene.outputs:
         from rig.out.open import open_outputs
 
         most = scene.touches.most if scene.touches else 1
         sinks += open_outputs(scene.outputs, scene.plate.size, screen, most, open_parts)
-    return sinks
-
-
-def _open_windows(scene: Scene, screen: Screen, open_parts: ExitStack) -> list[Sink]:
-    """Open projector and page."""
-    sinks: list[Sink] = []
-    if scene.projector:
-        from rig.projector import open_projector
-
-        show = open_parts.enter_context(
-            open_projector(screen, scene.projector.display, scene.projector.full_screen)
-        )
-        sinks.append(lambda snapshot: show(snapshot.touches))
-    if scene.page:
-        from rig.page import serve
-
-        publisher = open_parts.enter_context(serve(scene.page.port, screen))
-        console().print(f"page: [bold]{publisher.url}[/bold]   (Ctrl-C ends)")
-        sinks.append(publisher.publish)
-    return sinks
+    return show, sinks
 
 
 def _follow(loop: Loop, sinks: list[Sink], frames: int | None) -> None:

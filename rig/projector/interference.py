@@ -53,6 +53,25 @@ class Interference:
         )
 
 
+def leftover(image: NDArray, reference: NDArray, light: NDArray, black: float) -> float:
+    """Strength of a light of known shape in a frame: its brightest over the light of the room.
+
+    Parameters
+    ----------
+    image, reference : (H, W), grey levels
+        The reference without that light. Motion of the pattern does not look like light on it.
+    light : (H, W)
+        Shape of the light, 0 where none falls.
+    black : float, grey levels
+        What a pixel reads without any light.
+    """
+    there = light > 0
+    lit = (reference[there] - black) * light[there]
+    more = image[there].astype(np.float64) - reference[there]
+    energy = float(np.vdot(lit, lit))
+    return max(float(np.vdot(lit, more)) / energy, 0.0) if energy > 0 else 0.0
+
+
 def interference(
     pattern: Pattern, noise: float, light: NDArray, black: float, marks: tuple[Mark, ...]
 ) -> Interference:

@@ -33,6 +33,10 @@ class Show:
     plate_size : (a, b), mm
     delay : float, s
         From the command to the light.
+
+    Attributes
+    ----------
+    mode : Mode
     """
 
     def __init__(
@@ -44,7 +48,7 @@ class Show:
         delay: float,
     ):
         self._window, self._screen = window, screen
-        self._mode: Mode = mode
+        self.mode: Mode = mode
         self._plate_size, self._delay = plate_size, delay
 
     @property
@@ -52,13 +56,18 @@ class Show:
         """One sentence for the user."""
         return self._window.status
 
+    @property
+    def trouble(self) -> str:
+        """The status, where nothing is shown; empty where it is."""
+        return "" if self._window.alive else self._window.status
+
     def __call__(self, snapshot: Snapshot) -> None:
         """Show the touches of a frame."""
         self._window(self.marks(snapshot))
 
     def marks(self, snapshot: Snapshot) -> tuple[Mark, ...]:
         """Return the marks of a frame, where the mode puts them."""
-        return placed(snapshot.touches, self._mode, self._plate_size)
+        return placed(snapshot.touches, self.mode, self._plate_size)
 
     def filtered(self, source: Source, light: LightMap | None, interval: float) -> Source:
         """Keep the projector's light out of a source.
@@ -71,7 +80,7 @@ class Show:
         interval : float, s
             From frame to frame.
         """
-        if self._mode == "dark":
+        if self.mode == "dark":
             return InTheDark(source, Blink(), self._delay, interval)
         if light is None or light.strength == 0:
             return source

@@ -4,9 +4,10 @@ import multiprocessing
 import os
 import signal
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
 
 from rig.markers import Screen
 from rig.process import deaf_to_interrupts
@@ -15,43 +16,86 @@ from rig.projector.dark import Blink
 from rig.projector.shown import Shown
 
 SECONDS_TO_CLOSE = 2.0
+SECONDS_TO_ANSWER = 3.0  # after which a window that has answered before is taken for stuck
+SECONDS_TO_RETRY = 2.0  # after a window has gone, before another is opened
 SECONDS_BETWEEN_EVENTS = 0.05
+CLOSED = "projector window was closed; restart the loop to open it again"
+Start = Callable[[], tuple[Connection, BaseProcess]]
 
 
 class Projector:
     """Call it with the marks of a frame: the window shows the newest that it has time for.
 
     At most one message is under way at a time: the window answers each, and only then gets the
-    next. So a slow or stuck window costs the loop nothing.
+    next. So a slow or stuck window costs the loop nothing. A window that has gone, with its display
+    for instance, is opened again until it comes back, unless the user has closed it.
+
+    Parameters
+    ----------
+    start : callable
+        Starts a process with a window; gives the link to it, and the process.
+    name : str
+        Of the display, for the sentences.
 
     Attributes
     ----------
     status : str
         One sentence for the user: what the window shows, or why there is none.
+    alive : bool
+        Whether there is a window, or one is opening.
     pid : int or None
         Number of the window's process.
     shown : Shown
         What the window was given, and when.
     """
 
-    def __init__(self, link: Connection, pid: int | None, status: str):
-        self._link = link
-        self.pid = pid
-        self._ready = False
+    def __init__(self, start: Start, name: str):
+        self.status = f"projector window on {name} is opening"
         self.shown = Shown()
-        self.status = status
+        self._start, self._name = start, name
+        self._open()
 
     def __call__(self, content: Content) -> None:
         """Show this, unless the window is still busy with what it was given before."""
+        now = time.monotonic()
+        if not self.alive:
+            if self.status != CLOSED and now - self._since > SECONDS_TO_RETRY:
+                self.close()
+                self._open()
+            return
         try:
             while self._link.poll():
                 self._ready, self.status = self._link.recv()
+                self._sound = self._ready
             if self._ready:
                 self._link.send(content)
-                self.shown.add(time.monotonic(), content)
-                self._ready = False
-        except (EOFError, OSError):  # the window has ended; its last status says why
-            self._ready = False
+                self.shown.add(now, content)
+                self._ready, self._since = False, now
+            elif self._sound and now - self._since > SECONDS_TO_ANSWER:
+                self._lose("does not answer", now)
+        except (EOFError, OSError):
+            self._lose("has gone", now)
+
+    def close(self) -> None:
+        """Close the window; one that does not answer is killed."""
+        self._link.close()
+        self._window.join(SECONDS_TO_CLOSE if self.alive else 0.0)
+        if self._window.is_alive():
+            self._window.kill()
+            self._window.join()
+        self._window.close()
+
+    def _open(self) -> None:
+        self._link, self._window = self._start()
+        self.pid = self._window.pid
+        self._ready = self._sound = False
+        self.alive, self._since = True, time.monotonic()
+
+    def _lose(self, how: str, now: float) -> None:
+        """Note that there is no window; where it has said why, that stands."""
+        self.alive, self._since = False, now
+        if self._sound:
+            self.status = f"projector window on {self._name} {how}; it is opened again"
 
 
 @contextmanager
@@ -77,24 +121,21 @@ def open_projector(
         When marks are lit; None shows them all the time.
     """
     context = multiprocessing.get_context("spawn")
-    ours, theirs = context.Pipe()
-    window = context.Process(
-        target=_run_window, args=(theirs, screen, display, full_screen, blink), daemon=True
-    )
-    with deaf_to_interrupts():
-        window.start()
-    theirs.close()
+
+    def start() -> tuple[Connection, BaseProcess]:
+        ours, theirs = context.Pipe()
+        given = theirs, screen, display, full_screen, blink
+        window = context.Process(target=_run_window, args=given, daemon=True)
+        with deaf_to_interrupts():
+            window.start()
+        theirs.close()
+        return ours, window
+
+    projector = Projector(start, display or "the display")
     try:
-        yield Projector(
-            ours, window.pid, f"projector window on {display or 'the display'} is opening"
-        )
+        yield projector
     finally:
-        ours.close()
-        window.join(SECONDS_TO_CLOSE)
-        if window.is_alive():
-            window.kill()
-            window.join()
-        window.close()
+        projector.close()
 
 
 def _run_window(
@@ -170,7 +211,7 @@ def _follow(link: Connection, canvas: _Canvas, status: str, blink: Blink | None)
     alive = _tell(link, True, status)
     while alive:
         if any(_closes(event) for event in pygame.event.get()):
-            _tell(link, False, "projector window was closed; restart the loop to open it again")
+            _tell(link, False, CLOSED)
             return
         patience = SECONDS_BETWEEN_EVENTS
         if blink:

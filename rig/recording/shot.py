@@ -42,6 +42,6 @@ class Recorder(Protocol):
         """Take a shot without waiting."""
         ...
 
-    def summary(self) -> dict[str, Any]:
-        """Figures so far, ready for JSON."""
+    def summary(self) -> dict[str, Any] | None:
+        """Figures so far, ready for JSON; None while nothing is recorded."""
         ...

@@ -11,9 +11,15 @@ from rig.scene.section import Section
 
 
 class Page(Section):
-    """The operator page on a loopback address."""
+    """The operator page."""
 
     port: Count = Field(8765, ge=0, le=65535, description="port, 0 for any free one")
+    viewers: Literal["machine", "network"] = Field(
+        "machine", description="who may look: this machine, or others by a link that is printed"
+    )
+    control: Literal["machine", "viewers"] = Field(
+        "machine", description="who may record and change settings"
+    )
 
 
 class Projector(Section):

@@ -113,6 +113,24 @@ def test_a_stuck_window_never_holds_the_loop(x_server):
     assert not Path(f"/proc/{show.pid}").exists()
 
 
+@pytest.mark.display
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP])
+def test_a_window_that_dies_or_hangs_is_opened_again(x_server, how, monkeypatch):
+    monkeypatch.setattr("rig.projector.window.SECONDS_TO_RETRY", 0.2)
+    monkeypatch.setattr("rig.projector.window.SECONDS_TO_ANSWER", 0.5)
+    display, memory = x_server
+    marks = (Mark(60.0, 50.0, 2.0),)
+    with open_projector(SCREEN, display) as show:
+        wait_for(lambda: show(marks) or read_screen(memory).any())
+        first = show.pid
+        os.kill(first, how)
+        wait_for(lambda: show(marks) or not show.alive)
+        assert "it is opened again" in show.status
+        wait_for(lambda: show(marks) or (read_screen(memory).any() and show.pid != first))
+        assert show.status == f"projector window on {display}, 640 x 400 px"
+        assert not Path(f"/proc/{first}").exists()
+
+
 def test_no_display_is_a_sentence_and_the_loop_goes_on():
     with open_projector(SCREEN, ":4094") as show:
         wait_for(lambda: show((Mark(60.0, 50.0, 2.0),)) or "no projector window" in show.status)

@@ -1,0 +1,88 @@
+"""The interference meter: measures in frames what is left of the projector's light, once a second.
+
+It works in a thread of its own, and never holds the loop.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import Future, ThreadPoolExecutor
+from types import TracebackType
+
+import numpy as np
+
+from models.pattern import Pattern
+from rig.markers import Screen, draw_marks
+from rig.projector.interference import interference, leftover
+from rig.projector.light import see_light
+from rig.snapshot import Mark, Snapshot
+
+PAUSE = 1.0  # s
+
+
+class Meter:
+    """Feed it with snapshots; read `sentence`. Use it as a context.
+
+    Parameters
+    ----------
+    screen : Screen
+    black : float, grey levels
+        What a pixel of the camera reads without any light.
+
+    Attributes
+    ----------
+    sentence : str
+        What the light does to the touches, for the user; empty where it does no harm.
+    """
+
+    def __init__(self, screen: Screen, black: float = 0.0):
+        self.sentence = ""
+        self._screen, self._black = screen, black
+        self._pool = ThreadPoolExecutor(1, "meter")
+        self._due = -np.inf
+        self._work: Future[str] | None = None
+
+    def __enter__(self) -> Meter:
+        """Measure while the block runs."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """End the thread."""
+        self._pool.shutdown(cancel_futures=True)
+
+    def look(
+        self, snapshot: Snapshot, shown: tuple[Mark, ...], pattern: Pattern, noise: float
+    ) -> None:
+        """Take a snapshot to measure, if the last one is done with and a second is over.
+
+        Parameters
+        ----------
+        snapshot : Snapshot
+        shown : tuple of Mark
+            What the projector showed meanwhile.
+        pattern : Pattern
+        noise : float, grey levels
+        """
+        if self._work and self._work.done():
+            self.sentence, self._work = self._work.result(), None
+        if self._work or snapshot.captured < self._due or not snapshot.fresh:
+            return
+        self._due = snapshot.captured + PAUSE
+        self._work = self._pool.submit(self._measure, snapshot, shown, pattern, noise)
+
+    def _measure(
+        self, snapshot: Snapshot, shown: tuple[Mark, ...], pattern: Pattern, noise: float
+    ) -> str:
+        if not shown or not snapshot.touches:
+            return ""
+        height, width = snapshot.image.shape
+        whole = see_light(self._screen, snapshot.T_px_plate, (width, height), 1.0)
+        light = whole.seen(draw_marks(shown, self._screen)) - 1
+        left = leftover(snapshot.image, pattern.reference.image, light, self._black)
+        return interference(
+            pattern, noise, 1 + left * light, self._black, snapshot.touches
+        ).sentence

@@ -1,0 +1,126 @@
+"""What the operator asks for is done, and what he should know is on the page."""
+
+from datetime import UTC, datetime, timedelta
+
+import pytest
+
+from rig.calibration.store import Calibration, LatencyEntry
+from rig.markers import fit_plate
+from rig.operator import Operator
+from rig.page.access import Access
+from rig.page.server import Publisher
+from rig.projector.show import Show
+from rig.projector.shown import Shown
+from rig.recording.switch import Switch
+from rig.snapshot import Mark
+from tests.rig.page.conftest import draw_snapshot
+
+PLATE = (254.0, 200.0)
+SCREEN = fit_plate((640, 400), PLATE)
+
+
+class Window:
+    alive, status = True, "projector window on :0, 640 x 400 px"
+
+    def __init__(self):
+        self.shown = Shown()
+
+    def __call__(self, content):
+        self.content = content
+
+
+class Nothing:
+    """A recorder of nothing."""
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        pass
+
+    def begin(self, *given):
+        pass
+
+    def summary(self):
+        return {"status": "recording to 'a.h5'", "frames": 3, "dropped": 1}
+
+
+@pytest.fixture
+def bench():
+    """Give publisher, operator, show and window."""
+    publisher, window = Publisher(0, SCREEN, Access()), Window()
+    show = Show(window, SCREEN, "beside", PLATE, 0.02)
+    switch = Switch(lambda file: Nothing(), None)
+    two_days = datetime.now(UTC) - timedelta(days=2, hours=1)
+    known = Calibration(latency=LatencyEntry(date=two_days, error=0.002, median=0.05, p95=0.06))
+    operator = Operator(publisher, switch, known, ("it is old",), show)
+    return publisher, operator, show, window
+
+
+def desk(publisher):
+    return publisher.packets._newest.desk
+
+
+def test_doubts_recording_settings_and_calibration_are_on_the_desk(bench):
+    publisher, operator, _, _ = bench
+    operator(draw_snapshot(1))
+    shown = desk(publisher)
+    assert shown.notes == ("it is old",)
+    assert not shown.recording.running
+    (setting,) = shown.settings
+    assert (setting.value, setting.choices) == ("beside", ("on", "beside", "outside"))
+    (part,) = shown.calibration
+    assert (part.name, part.days, part.error, part.unit) == ("latency", 2, 0.002, "s")
+
+
+def test_the_button_starts_and_ends_a_recording(bench):
+    publisher, operator, _, _ = bench
+    publisher.ask({"do": "record"})
+    operator(draw_snapshot(1))
+    assert desk(publisher).recording.running
+    assert desk(publisher).recording.frames == 3
+    publisher.ask({"do": "record"})
+    operator(draw_snapshot(2))
+    assert not desk(publisher).recording.running
+
+
+def test_the_mode_of_the_marks_changes_while_the_loop_runs(bench):
+    publisher, operator, show, window = bench
+    snapshot = draw_snapshot(1)
+    show(snapshot)
+    assert window.content[0].x != snapshot.touches[0].x
+    publisher.ask({"do": "set", "key": "projector.mode", "value": "on"})
+    operator(snapshot)
+    show(snapshot)
+    assert window.content == snapshot.touches
+    assert publisher.packets._newest.shown == snapshot.touches
+
+
+@pytest.mark.parametrize(
+    "wish",
+    [
+        {"do": "set", "key": "projector.mode", "value": "dark"},  # the window does not blink
+        {"do": "set", "key": "plate.size", "value": "on"},
+        {"do": "set", "value": []},
+        {"do": "format the disk"},
+    ],
+)
+def test_what_may_not_be_changed_stays(bench, wish):
+    publisher, operator, show, _ = bench
+    publisher.ask(wish)
+    operator(draw_snapshot(1))
+    assert show.mode == "beside"
+    assert not desk(publisher).recording.running
+
+
+def test_a_projector_that_has_gone_is_told(bench):
+    publisher, operator, _, window = bench
+    window.alive, window.status = False, "projector window on :0 has gone; it is opened again"
+    operator(draw_snapshot(1))
+    assert window.status in desk(publisher).notes
+
+
+def test_a_mark_is_shown_where_the_mode_puts_it(bench):
+    _, _, show, window = bench
+    show(draw_snapshot(1, touches=(Mark(60.0, 100.0, 1.0),)))
+    assert window.content[0].x == pytest.approx(90.0)
