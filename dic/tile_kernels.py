@@ -13,25 +13,40 @@ BEFORE = DEGREE // 2  # knots that a value needs before the pixel to its left
 def sums_in_place(image, reference, gradient, origin, size, shape, out):
     """Sum fx·e, fy·e, e, e², e·f over every tile into `out` (T, 5), row by row of the picture."""
     rows, columns = shape
-    width = size * columns
-    columnwise = np.empty((5, width), np.float32)
+    columnwise = np.empty((5, size * columns), np.float32)
+    wide = slice(origin[0], origin[0] + size * columns)
     for row in range(rows):
         columnwise[:] = 0.0
         for y in range(origin[1] + row * size, origin[1] + (row + 1) * size):
-            for x in range(width):
-                f = reference[y, x + origin[0]]
-                e = np.float32(image[y, x + origin[0]]) - f
-                columnwise[0, x] += gradient[0, y, x + origin[0]] * e
-                columnwise[1, x] += gradient[1, y, x + origin[0]] * e
-                columnwise[2, x] += e
-                columnwise[3, x] += e * e
-                columnwise[4, x] += e * f
+            _add_row(
+                image[y, wide],
+                reference[y, wide],
+                gradient[0, y, wide],
+                gradient[1, y, wide],
+                columnwise,
+            )
         for column in range(columns):
             for k in range(5):
-                total = 0.0
+                total = np.float32(0.0)
                 for x in range(column * size, (column + 1) * size):
                     total += columnwise[k, x]
                 out[row * columns + column, k] = total
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _add_row(image, f, fx, fy, sums):
+    """Add fx·e, fy·e, e, e², e·f of each pixel of a row to `sums` (5, W).
+
+    With every array a row of its own the compiler works on vectors, in a third of the time.
+    """
+    fx_e, fy_e, e_, ee, ef = sums[0], sums[1], sums[2], sums[3], sums[4]
+    for x in range(f.size):
+        e = np.float32(image[x]) - f[x]
+        fx_e[x] += fx[x] * e
+        fy_e[x] += fy[x] * e
+        e_[x] += e
+        ee[x] += e * e
+        ef[x] += e * f[x]
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -84,7 +99,9 @@ def _cut(array, left, top, patch):
     for j in range(side):
         y = min(max(top + j, 0), height - 1)
         if left >= 0 and left + side <= width:
-            patch[j, :] = array[y, left : left + side]
+            row, cut = array[y, left : left + side], patch[j]
+            for i in range(side):  # a loop, for copying a slice takes twice as long
+                cut[i] = row[i]
         else:
             for i in range(side):
                 patch[j, i] = array[y, min(max(left + i, 0), width - 1)]
@@ -96,11 +113,11 @@ def _along(patch, weights, out):
     a, b, c, d = weights[0], weights[1], weights[2], weights[3]
     e, f, g, h = weights[4], weights[5], weights[6], weights[7]
     for j in range(out.shape[0]):
-        for i in range(out.shape[1]):
-            out[j, i] = (
-                a * patch[j, i] + b * patch[j, i + 1] + c * patch[j, i + 2]
-                + d * patch[j, i + 3] + e * patch[j, i + 4] + f * patch[j, i + 5]
-                + g * patch[j, i + 6] + h * patch[j, i + 7]
+        p, row = patch[j], out[j]
+        for i in range(row.size):
+            row[i] = (
+                a * p[i] + b * p[i + 1] + c * p[i + 2] + d * p[i + 3]
+                + e * p[i + 4] + f * p[i + 5] + g * p[i + 6] + h * p[i + 7]
             )  # fmt: skip
 
 
@@ -110,11 +127,12 @@ def _down(rows, weights, out):
     a, b, c, d = weights[0], weights[1], weights[2], weights[3]
     e, f, g, h = weights[4], weights[5], weights[6], weights[7]
     for j in range(out.shape[0]):
-        for i in range(out.shape[1]):
-            out[j, i] = (
-                a * rows[j, i] + b * rows[j + 1, i] + c * rows[j + 2, i]
-                + d * rows[j + 3, i] + e * rows[j + 4, i] + f * rows[j + 5, i]
-                + g * rows[j + 6, i] + h * rows[j + 7, i]
+        row, p, q, r, s = out[j], rows[j], rows[j + 1], rows[j + 2], rows[j + 3]
+        t, u, v, w = rows[j + 4], rows[j + 5], rows[j + 6], rows[j + 7]
+        for i in range(row.size):
+            row[i] = (
+                a * p[i] + b * q[i] + c * r[i] + d * s[i]
+                + e * t[i] + f * u[i] + g * v[i] + h * w[i]
             )  # fmt: skip
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fe
-from models.table import Table, read_touches, responses
+from models.table import Table, plain_responses, read_touches, responses
 
 
 class Forward(Protocol):
@@ -71,8 +71,7 @@ class LinearForward:
 
     def response(self, xy: NDArray) -> NDArray[np.float64]:
         """See `Forward.response`; the same at any force."""
-        found = responses(self.table, np.asarray(xy, dtype=np.float64))
-        return np.ascontiguousarray(found[:, 0])
+        return plain_responses(self.table, np.asarray(xy, dtype=np.float64))
 
     def gradient(self, xy: NDArray) -> NDArray[np.float64]:
         """Exact derivative of `response` in x and y, (n, 2) mm → (n, m, 2) per N per mm."""

@@ -85,7 +85,8 @@ class Motions:
 
         The adjoint of a small change of `flow`, but for the turn of u by its own gradient (1e-3).
         """
-        along_x, along_y = (gradient * flow[:, [axis]] / self.tiles.size for axis in (0, 1))
+        share = flow / self.tiles.size
+        along_x, along_y = gradient * share[:, :1], gradient * share[:, 1:]
         total = self.spread.gather(gradient) - self.spread.gather_slopes(along_x, along_y)
         return total.ravel().astype(np.float32) @ self.basis
 

@@ -107,7 +107,7 @@ class Pattern:
         moved : (K + R,) float64
             Amplitudes of modes and rigid motions by which the reference was moved.
         """
-        sight = ~self.hidden
+        sight = (~self.hidden).astype(np.float64)
         towards = -self.motions.gather(sums.gradient * sight[:, None], sums.flow)
         left_over = np.concatenate([towards, [sums.ef @ sight, sums.e @ sight]])
         return left_over + self.normal[:, : len(moved)] @ moved

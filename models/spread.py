@@ -61,10 +61,9 @@ class Spread:
 
     @staticmethod
     def _apply(down: NDArray, across: NDArray, values: NDArray) -> NDArray[np.float64]:
-        grid = values.reshape(down.shape[1], across.shape[1], -1)
-        return np.einsum("ba,cd,adk->bck", down, across, grid, optimize=True).reshape(
-            -1, grid.shape[2]
-        )
+        rows = down @ values.reshape(down.shape[1], -1)
+        grid = across @ rows.reshape(len(down), across.shape[1], -1)
+        return grid.reshape(-1, grid.shape[2])
 
 
 def spread_over(shape: tuple[int, int]) -> Spread:

@@ -48,14 +48,18 @@ def responses(table: Table, places: NDArray) -> NDArray:
     raw = np.empty((3 * len(places), groups * channels))
     for n in range(len(places)):
         _read_channels(table, places[n, 0], places[n, 1], raw[3 * n : 3 * n + 3])
-    if groups == 1:
-        found = raw @ table.whitening[0].T
-    else:
-        found = np.empty((len(raw), groups * numbers))
-        _whiten_groups(table.whitening, raw, found)
-    if len(table.aside):
-        found -= (found @ table.aside.T) @ table.aside
-    return found.reshape(len(places), 3, groups * numbers)
+    return _whiten(table, raw).reshape(len(places), 3, groups * numbers)
+
+
+@njit(cache=True, nogil=True)
+def plain_responses(table: Table, places: NDArray) -> NDArray:
+    """Whitened response to 1 N at each place (n, 2), without derivatives: (n, m)."""
+    groups, _, channels = table.whitening.shape
+    raw, read = np.empty((len(places), groups * channels)), np.empty((3, groups * channels))
+    for n in range(len(places)):
+        _read_channels(table, places[n, 0], places[n, 1], read)
+        raw[n] = read[0]
+    return _whiten(table, raw)
 
 
 @njit(cache=True, nogil=True)
@@ -108,6 +112,20 @@ def _read_channels(table: Table, x: float, y: float, raw: NDArray) -> None:
             raw[0, k] += value_x * value
             raw[1, k] += slope_x * value
             raw[2, k] += value_x * slope
+
+
+@njit(cache=True, nogil=True)
+def _whiten(table: Table, raw: NDArray) -> NDArray:
+    """Put readings of all channels (n, M c) into units of their noise, (n, m)."""
+    groups, numbers, _ = table.whitening.shape
+    if groups == 1:
+        found = raw @ table.whitening[0].T
+    else:
+        found = np.empty((len(raw), groups * numbers))
+        _whiten_groups(table.whitening, raw, found)
+    if len(table.aside):
+        found -= (found @ table.aside.T) @ table.aside
+    return found
 
 
 @njit(cache=True, nogil=True, fastmath=True)
