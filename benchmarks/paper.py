@@ -12,6 +12,7 @@ import sys
 from paper_bent import change, deformable
 from paper_bound import bound
 from paper_one import best, noise, one, other, spacing, without
+from paper_seen import seen
 from paper_sets import Effort
 from paper_several import doubled, magnitudes, magnitudes_unordered, three, two, unordered
 from paper_table import store, write
@@ -32,6 +33,7 @@ SYSTEMS = {
     "magnitudes-unordered": magnitudes_unordered,
     "deformable": deformable,
     "change": change,
+    "seen": seen,
 }
 
 

@@ -54,8 +54,21 @@ def superposed(
             yield Dataset(total, np.column_stack([told, magnitudes]))
 
 
-def noisy(batches: Iterator[Dataset], sigma: float, rng: np.random.Generator) -> Iterator[Dataset]:
-    """Add noise of deviation `sigma`, strain, to every channel."""
+def noisy(
+    batches: Iterator[Dataset], sigma: float | np.ndarray, rng: np.random.Generator
+) -> Iterator[Dataset]:
+    """Add noise to every channel, drawn anew for each batch.
+
+    Parameters
+    ----------
+    batches
+        Without noise, or with some already.
+    sigma
+        Its deviation, strain; or a root (I, I) of its covariance where channels share noise.
+    rng
+        Source of the noise.
+    """
     for batch in batches:
-        noise = sigma * rng.standard_normal(batch.strain.shape, dtype=np.float32)
+        drawn = rng.standard_normal(batch.strain.shape, dtype=np.float32)
+        noise = sigma * drawn if np.ndim(sigma) == 0 else drawn @ np.transpose(sigma)
         yield Dataset(batch.strain + noise, batch.targets)

@@ -49,12 +49,13 @@ def dataset(
     file = models.begin_dataset(path, plan, gauges, _about(task))
     if file.found:
         console().print(f"{file.found} of {plan.rows} samples are there already")
-    with progress("influence") as report:
-        answer = _answer(task, gauges, report)
-    began = time.monotonic()
-    with workers(scheduler) as each, progress("samples") as report:
-        file.fill(answer, report, each)
-    seconds = time.monotonic() - began
+    with workers(scheduler) as each:
+        with progress("influence") as report:
+            answer = _answer(task, gauges, report)
+        began = time.monotonic()
+        with progress("samples") as report:
+            file.fill(answer, report, each)
+        seconds = time.monotonic() - began
     data = models.read_dataset(path)
     figures = {
         "dataset": str(path),

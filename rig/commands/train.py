@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from models.checkpoint import Checkpoint
+    from models.loss import Loss
     from models.train import Trained
 
 BATCHES_A_CHECK = 100
@@ -97,7 +98,6 @@ def descend(
 ) -> Trained:
     """Train a net with these layers by the recipe of a scene."""
     from models.batches import shuffled
-    from models.loss import distance, magnitudes_too
     from models.net import NetOptions
     from models.recipe import Recipe
     from models.train import train
@@ -105,15 +105,26 @@ def descend(
     net, touches = taught.net, taught.touches
     rng = np.random.default_rng(net.seed)
     check = BATCHES_A_CHECK if net.batch else 1
-    weighed = magnitudes_too(touches, net.magnitude_weight)
+    poles = touches if net.told == "poles" else 0
     return train(
         sets.training,
         sets.validation,
-        NetOptions(layers, net.activation, net.inputs),
+        NetOptions(layers, net.activation, net.inputs, poles),
         Recipe(net.epochs, net.learning_rate, net.decay, net.outputs, net.finish, check),
         rng,
         on_epoch,
-        weighed if taught.magnitudes else distance(touches),
+        _loss(taught),
         shuffled(sets.training, net.batch, np.random.default_rng(net.seed)) if net.batch else None,
         checkpoint,
     )
+
+
+def _loss(taught: Lesson) -> Loss:
+    """Return equation 2 or 3 of the paper, for what the net of a scene tells."""
+    from models.loss import distance, magnitudes_too
+    from models.poles import unordered
+
+    weight = taught.net.magnitude_weight
+    if taught.net.told == "poles":
+        return unordered(taught.touches, weight)
+    return magnitudes_too(taught.touches, weight) if taught.magnitudes else distance(taught.touches)

@@ -41,22 +41,23 @@ def tune(
 
     bench = load(scene, parse_overrides(settings or []))
     taught = lesson(bench)
-    with progress("influence") as report:
-        sets = simulate(taught, report)
     if storage is None:
         home = Path("results") / Path(scene).stem
         home.mkdir(parents=True, exist_ok=True)
         storage = f"sqlite:///{home / 'search.db'}"
-    with workers(scheduler) as each, progress("search") as report:
-        found = search.tune(
-            partial(_loss, taught, sets),
-            trials,
-            storage,
-            _study(taught),
-            taught.net.seed,
-            lambda done, last: report(done, trials, f"{list(last.layers)}: {last.loss:.3f} mm"),
-            each,
-        )
+    with workers(scheduler) as each:
+        with progress("influence") as report:
+            sets = simulate(taught, report)
+        with progress("search") as report:
+            found = search.tune(
+                partial(_loss, taught, sets),
+                trials,
+                storage,
+                _study(taught),
+                taught.net.seed,
+                lambda done, last: report(done, trials, f"{list(last.layers)}: {last.loss:.3f} mm"),
+                each,
+            )
     rows = [{"loss": each.loss, "layers": list(each.layers)} for each in found]
     emit(_table(bench.title, found), {"storage": storage, "candidates": rows}, as_json)
 

@@ -65,6 +65,9 @@ class NetEstimator(Section):
     outputs: Literal["raw", "scaled"] = Field(
         "raw", description="begin at 0 mm, or at the mean of the places in units of their spread"
     )
+    told: Literal["columns", "poles"] = Field(
+        "columns", description="touches in a sorted list, or without an order, by models.poles"
+    )
     decay: Literal["constant", "cosine"] = Field(
         "constant", description="keep the step size, or let it fall to 0"
     )

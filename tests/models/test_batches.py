@@ -46,6 +46,14 @@ def test_noise_has_its_deviation_and_leaves_the_targets():
     np.testing.assert_array_equal(batch.targets, calm.targets)
 
 
+def test_noise_that_channels_share_has_its_covariance():
+    calm = Dataset(np.zeros((20000, 2), np.float32), np.ones((20000, 2)))
+    covariance = np.array([[4.0, 1.2], [1.2, 1.0]])
+    root = np.linalg.cholesky(covariance)
+    batch = next(noisy(iter([calm]), root, np.random.default_rng(0)))
+    np.testing.assert_allclose(np.cov(batch.strain.T), covariance, atol=0.1)
+
+
 def test_targets_of_several_touches_are_places_and_magnitudes_if_asked():
     touches = np.array([[[1.0, 2.0, 0.5], [3.0, 4.0, 2.0]]])
     np.testing.assert_array_equal(flatten(np.zeros((1, 5, 3)), touches).targets, [[1, 2, 3, 4]])

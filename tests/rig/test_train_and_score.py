@@ -105,6 +105,7 @@ def test_score_prints_a_table_and_needs_no_torch(bench, trained):
         (["train", "oblong.toml", "--out", "oblong.toml/m.h5"], "cannot be written"),
         (["train", "oblong.toml", "--out", "results"], "is a folder; give the name of a file"),
         (["train", "oblong.toml", "--set", "gauges.spacing=7"], "must divide the 50 mm"),
+        (["tune", "oblong.toml", "--scheduler", "tcp://127.0.0.1:9"], "cannot be reached"),
         (["train", "oblong.toml", "--set", "training.spacing=7"], "must divide the 40 mm"),
     ],
 )
@@ -156,9 +157,12 @@ def test_a_search_prints_its_candidates_and_goes_on(bench):
     assert (bench[0] / "results" / "oblong" / "search.db").is_file()
 
 
-def test_a_net_of_two_touches_tells_places_and_magnitudes(bench):
+@pytest.mark.parametrize(
+    "settings", [[], ["--set", "estimator.told=poles", "--set", "estimator.outputs=scaled"]]
+)
+def test_a_net_of_two_touches_tells_places_and_magnitudes(bench, settings):
     (bench[0] / "pair.toml").write_text(PAIR)
-    done = bench[1]("train", "pair.toml", "--json")
+    done = bench[1]("train", "pair.toml", "--json", *settings)
     assert done.returncode == 0, done.stderr
     figures = json.loads(done.stdout)
     assert {figures[name]["count"] for name in ("validation", "test")} == {2 * 50}
