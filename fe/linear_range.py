@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from fe.functional import derivative
 from fe.linear import Linear, State
+from fe.membrane import Membrane, Stretched, stretch
 from fe.mesh import Mesh, grid
 from fe.plate import Plate
-from fe.reduced.membrane import Membrane, Stretched, stretch
 
 TOLERANCE = 0.05
 """Error of linear theory up to which it is taken: what a good camera bench knows of its plate."""

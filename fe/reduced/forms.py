@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fe.membrane import pull, stretch
 from fe.mesh import Mesh
 from fe.reduced.basis import Basis, spread_out
 from fe.reduced.karman import Karman
-from fe.reduced.membrane import pull, stretch
 from fe.reduced.spline import Table, table
 from fe.reduced.touch_shape import TouchShapes
 

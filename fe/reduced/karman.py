@@ -14,9 +14,9 @@ from scipy.sparse.linalg import LinearOperator, cg
 from fe.energy import rigidities, stiffness
 from fe.factor import factor
 from fe.linear import Linear
+from fe.membrane import Membrane, Stretched, pull, stretch
 from fe.mesh import Mesh
 from fe.plate import Plate
-from fe.reduced.membrane import Membrane, Stretched, pull, stretch
 
 _ITERATIONS = 30
 _INNER = 200  # of the conjugate gradients in a step; some ten are usual

@@ -10,8 +10,8 @@ import pytest
 
 import fe
 from fe.functional import derivative
-from fe.reduced.karman import Karman
 from fe.linear_range import TOLERANCE, regime
+from fe.reduced.karman import Karman
 
 C, S, F = fe.Clamped(), fe.Supported(), fe.Free()
 PVC = fe.Plate((254.0, 180.0), thickness=1.0, young=3000.0, poisson=0.38)

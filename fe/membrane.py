@@ -16,10 +16,10 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fe.factor import Factor, factor
+from fe.gauss import Gauss, gauss
 from fe.hermite import gram
 from fe.mesh import Mesh, on_elements
 from fe.plate import Plate
-from fe.reduced.gauss import Gauss, gauss
 
 
 class Stretched(NamedTuple):
