@@ -20,7 +20,7 @@ COMMANDS = {
     "record": "Run the live loop and keep all that it sees and says.",
     "replay": "Find the touches of a recording again.",
     "export": "Write a recording as pictures, tables, surfaces or a video.",
-    "calibrate": "Calibrate camera, plate, projector or noise from pictures.",
+    "calibrate": "Calibrate camera, plate, projector, noise or latency, step by step.",
     "collect": "Ask for known presses, and learn from them what the bench has wrong.",
     "dataset": "Write a data set of simulated touches.",
     "train": "Train the net of a scene on simulated touches.",

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, get_args
 
-from rig.page.desk import Desk, Measured, Recording, Setting
+from rig.page.desk import UNITS, Desk, Measured, Recording, Setting
 from rig.projector.modes import Mode
 from rig.snapshot import Snapshot
 
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from rig.recording.switch import Switch
 
 MODE = "projector.mode"
-UNITS = {"latency": "s", "noise": "share"}  # of the errors of a calibration; else mm
 
 
 class Operator:

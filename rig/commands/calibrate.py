@@ -1,4 +1,4 @@
-"""`touchplate calibrate WHAT SCENE`: from pictures to what the bench knows of itself."""
+"""`touchplate calibrate WHAT SCENE`: live or from pictures to what a bench knows of itself."""
 
 from __future__ import annotations
 
@@ -16,28 +16,35 @@ if TYPE_CHECKING:
 
 
 class What(StrEnum):
-    """What can be calibrated from pictures; `collect` does the rest from presses."""
+    """What can be calibrated; `collect` does the rest from presses."""
 
     CAMERA = "camera"
     POSE = "pose"
     PROJECTOR = "projector"
     NOISE = "noise"
+    LATENCY = "latency"
     STRIPES = "stripes"
 
 
-PART = {"camera": "lens", "pose": "pose", "projector": "projector", "noise": "noise"}
-GUIDE = """What to do, in this order:
+PART = {"camera": "lens"}  # name of what is kept, where it is another
+GUIDE = """What to do, in this order; the command and the page say it step by step:
 
-camera: ten pictures of a ChArUco board, tilted to all sides, over the whole picture.
-pose: mark the plate's four corners in a picture, or lay the board on the plate.
-stripes, projector: project the pictures that `stripes` writes, and take one of each.
-noise: four still pictures or more at each of three exposures, a folder each."""
+camera: show a ChArUco board to the camera, tilted to all sides, over the whole picture.
+pose: lay the board on the plate, or mark the plate's four corners in a picture.
+projector: leave the plate alone while stripes are projected.
+latency: leave it alone while the projector flashes.
+noise: leave it alone, and change the light twice when asked.
+
+With --pictures a folder of pictures serves: ten of the board; one of the board on the plate; one of
+each picture that `stripes` writes; for noise a folder for each of three exposures."""
 
 
 def calibrate(
     what: Annotated[What, typer.Argument(help=GUIDE)],
     scene: Annotated[str, typer.Argument(help="Name of a shipped scene, or a TOML file.")],
-    pictures: Annotated[Path | None, typer.Option(help="Folder of pictures.")] = None,
+    pictures: Annotated[
+        Path | None, typer.Option(help="Folder of pictures [the scene's source, live].")
+    ] = None,
     squares: Annotated[tuple[int, int], typer.Option(help="Squares of the board.")] = (11, 8),
     square: Annotated[float, typer.Option(help="Side of a square, mm, as measured.")] = 20.0,
     marker: Annotated[float, typer.Option(help="Side of a marker, mm, as measured.")] = 15.0,
@@ -45,14 +52,18 @@ def calibrate(
     corner: Annotated[list[str] | None, typer.Option(help="x,y px of a plate corner.")] = None,
     at: Annotated[tuple[float, float], typer.Option(help="Board's top left, mm.")] = (0.0, 0.0),
     black: Annotated[float, typer.Option(help="Grey level without light.")] = 0.0,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override the scene.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Calibrate a part of a bench from pictures and keep it beside the scene, with its error."""
+    """Calibrate a part of a bench and keep it beside the scene, with its date and error."""
     import rig
     from rig.calibration import steps, store
     from rig.calibration.board import Board
 
-    loaded, path = rig.load(scene), store.beside(scene)
+    loaded = rig.load(scene, rig.scene.parse_overrides(settings or []))
+    path = store.beside(scene)
     folder = pictures or Path()
     if what is What.STRIPES:
         folder.mkdir(parents=True, exist_ok=True)
@@ -61,10 +72,16 @@ def calibrate(
         return
     known, board = store.read(path), Board(squares, square, marker)
     match what:
-        case What.CAMERA:
-            part = steps.from_boards(folder, board, tuple(leave_out or ()))
         case What.POSE if corner:
             part = steps.from_corners(loaded, known, [_pair(text) for text in corner])
+        case _ if pictures is None:
+            from rig.commands.guided import live
+
+            part = live(what.value, loaded, known, board, at, black)
+        case What.LATENCY:
+            raise ValueError("latency is measured live; leave --pictures out")
+        case What.CAMERA:
+            part = steps.from_boards(folder, board, tuple(leave_out or ()))
         case What.POSE:
             part = steps.from_patch(loaded, known, folder, board, at)
         case What.PROJECTOR:
@@ -82,7 +99,7 @@ def calibrate(
 def _said(kept: Calibration, what: What, path: Path, scene: Scene) -> dict[str, Any]:
     from datetime import UTC, datetime
 
-    entry = getattr(kept, PART[what.value])
+    entry = getattr(kept, PART.get(what.value, what.value))
     figures = entry.model_dump(mode="json")
     return figures | {"path": str(path), "doubts": kept.doubts(scene, datetime.now(UTC))}
 

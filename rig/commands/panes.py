@@ -69,7 +69,7 @@ def open_panes(
     return show, sinks
 
 
-def open_page(page: Page, screen: Screen) -> AbstractContextManager[Publisher]:
+def open_page(page: Page, screen: Screen | None) -> AbstractContextManager[Publisher]:
     """Give the context that serves a page to those whom the scene lets look."""
     from rig.page import serve
     from rig.page.access import Access, new_token

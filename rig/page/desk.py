@@ -46,6 +46,10 @@ class Measured:
     unit: str
 
 
+UNITS = {"latency": "s", "noise": "share"}
+"""Units of the errors of a calibration's parts, where they are not mm."""
+
+
 @dataclass(frozen=True)
 class Wizard:
     """A guided calibration on its way, and the unit of its error."""

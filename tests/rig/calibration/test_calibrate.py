@@ -101,3 +101,34 @@ def test_what_the_user_can_mend_is_one_sentence(bench, arguments, sentence):
     what, *others = arguments
     done = touchplate("calibrate", what, bench / "bench.toml", *others)
     assert sentence in str(done.exception)
+
+
+def test_noise_live_on_a_folder_of_pictures_that_stands_for_a_camera(bench, rng):
+    stills = bench / "stills"
+    stills.mkdir()
+    levels = [level for level in (60, 120, 200) for _ in range(14)]
+    for number, level in enumerate(levels):
+        clean = np.linspace(0.6, 1.0, 640) * np.full((512, 640), level)
+        noisy = clean + rng.normal(0, np.sqrt(1.5**2 + 0.03 * clean))
+        cv2.imwrite(str(stills / f"{number:03d}.png"), np.rint(noisy).astype(np.uint8))
+    source = ["--set=source.kind=folder", f"--set=source.path={stills}"]
+    said = calibrate("noise", bench, *source)
+    assert said["gain"] == pytest.approx(0.03, rel=0.1)
+    assert store.read(bench / "bench.calibration.json").noise.read == pytest.approx(1.5, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("what", "sentence"),
+    [
+        ("camera", "has ended after 1 pictures; the calibration needs more"),
+        ("pose", "the lens is not calibrated"),
+        ("projector", "found through a calibrated camera"),
+    ],
+)
+def test_live_without_what_it_needs_is_one_sentence(bench, what, sentence):
+    stills = bench / "stills"
+    stills.mkdir()
+    cv2.imwrite(str(stills / "0.png"), np.full((512, 640), 90, np.uint8))
+    source = ["--set=source.kind=folder", f"--set=source.path={stills}"]
+    done = touchplate("calibrate", what, bench / "bench.toml", *source)
+    assert sentence in str(done.exception)

@@ -1,0 +1,169 @@
+"""A calibration on a live source: opens source, window and page, and leads a guide through them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rig.calibration.board import Board
+from rig.calibration.guide import Guide, Progress
+from rig.calibration.store import Calibration, Part
+from rig.commands.output import console
+from rig.markers import fit_plate
+from rig.page.desk import UNITS, Desk, Wizard
+from rig.process import interruptible
+from rig.scene import Scene
+from rig.snapshot import Snapshot
+from rig.source import Frame
+from rig.view import View, look
+
+if TYPE_CHECKING:
+    from rig.page import Publisher
+    from rig.projector.content import Content
+
+
+def live(
+    what: str,
+    scene: Scene,
+    known: Calibration,
+    board: Board,
+    at: tuple[float, float],
+    black: float,
+) -> Part:
+    """Calibrate one part of a bench with its own source, window and page.
+
+    Raises
+    ------
+    ValueError
+        If the scene lacks what the part needs, or what was taken determines nothing.
+    OSError
+        If no frames come.
+    """
+    from rig.calibration.guided import lead
+    from rig.inputs import open_input
+
+    guide = _guide(what, scene, known, board, at, black)
+    with interruptible(), ExitStack() as open_parts:
+        show = _window(what, scene, known, open_parts)
+        teller = _Teller(what, scene, known, open_parts)
+        source, _ = open_parts.enter_context(open_input(scene, console().print))
+        return lead(guide, source, show, teller.tell, teller.dropped)
+
+
+def _guide(
+    what: str,
+    scene: Scene,
+    known: Calibration,
+    board: Board,
+    at: tuple[float, float],
+    black: float,
+) -> Guide:
+    from rig.calibration.board_guides import LensGuide, PoseGuide
+    from rig.calibration.light_guides import LatencyGuide, StripesGuide
+    from rig.calibration.noise_guide import NoiseGuide
+
+    match what, scene.plate, scene.projector, known.camera():
+        case "camera", _, _, _:
+            return LensGuide(board)
+        case "noise", _, _, _:
+            return NoiseGuide(black)
+        case "pose", plate, _, _ if plate:
+            return PoseGuide(known.known_lens(), board, at, plate.thickness / 2)
+        case "latency", _, projector, _ if projector:
+            return LatencyGuide(np.random.default_rng())
+        case "projector", plate, projector, camera if plate and projector and camera:
+            return StripesGuide(camera, plate, projector.size)
+        case "projector", _, _, None:
+            raise ValueError(
+                "the projector is found through a calibrated camera; run `touchplate calibrate"
+                " camera` and `pose` first"
+            )
+    raise ValueError(
+        f"scene '{scene.title}' lacks what is to be calibrated; add [plate] and, for projector and"
+        " latency, [projector]"
+    )
+
+
+def _window(
+    what: str, scene: Scene, known: Calibration, open_parts: ExitStack
+) -> Callable[[Content], object]:
+    """Open the projector's window where it is needed."""
+    window, plate = scene.projector, scene.plate
+    if what not in ("projector", "latency") or window is None or plate is None:
+        return lambda content: None
+    from rig.projector import open_projector
+
+    screen = known.screen() or fit_plate(window.size, plate.size)
+    return open_parts.enter_context(open_projector(screen, window.display, window.full_screen))
+
+
+class _Teller:
+    """Says on the console and on the page where a calibration stands, and hears what is dropped."""
+
+    def __init__(self, what: str, scene: Scene, known: Calibration, open_parts: ExitStack):
+        self._what, self._said = what, ""
+        self._plate_size, self._view = _sight(scene, known)
+        self._publisher: Publisher | None = None
+        if scene.page:
+            from rig.commands.panes import open_page
+
+            self._publisher = open_parts.enter_context(open_page(scene.page, None))
+            console().print(f"page: [bold]{self._publisher.url}[/bold]   (Ctrl-C ends)")
+
+    def tell(self, progress: Progress, frame: Frame) -> None:
+        """Say what is new."""
+        error = "" if progress.error is None else f", error {progress.error:.3g}"
+        said = f"{progress.sentence} ({progress.taken} of {progress.wanted}{error})"
+        if said != self._said:
+            self._said = said
+            console().print(said)
+        if self._publisher:
+            wizard = Wizard(self._what, progress, UNITS.get(self._what, "mm"))
+            shot = _bare(frame, self._plate_size, self._view, progress.sentence)
+            self._publisher.publish(shot, Desk(wizard=wizard))
+
+    def dropped(self) -> Iterator[int]:
+        """Give the views that were taken out on the page."""
+        for wish in self._publisher.asked() if self._publisher else ():
+            if wish["do"] == "drop" and isinstance(wish.get("view"), int):
+                yield wish["view"]
+
+
+def _sight(scene: Scene, known: Calibration) -> tuple[tuple[float, float], View]:
+    """Sides of the plate, mm, and where it lies in the picture as far as that is known."""
+    plate, camera = scene.plate, scene.camera
+    if plate is None or camera is None:
+        raise ValueError(f"scene '{scene.title}' has no bench; add [plate] and [camera]")
+    view = look(plate.build(), known.camera() or camera.build(plate), plate.thickness / 2)
+    return plate.size, view
+
+
+def _bare(frame: Frame, plate_size: tuple[float, float], view: View, status: str) -> Snapshot:
+    """Return a snapshot of a picture in which nothing was looked for."""
+    nothing = float("nan")
+    return Snapshot(
+        sequence=frame.sequence,
+        captured=frame.captured,
+        image=frame.image,
+        plate_size=plate_size,
+        plate_outline=view.outline,
+        T_px_plate=view.T_px_plate,
+        touches=(),
+        from_strain=(),
+        truth=None,
+        strain=None,
+        status=status,
+        position_error=None,
+        force_error=None,
+        position_error_median=None,
+        force_error_median=None,
+        fps=nothing,
+        dropped=0,
+        stages=(),
+        latency=(nothing, nothing),
+        noise=nothing,
+        strain_reason="the bench is being calibrated",
+    )
