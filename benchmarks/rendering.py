@@ -108,17 +108,20 @@ def exact(displacement: Callable, samples: int = 4) -> np.ndarray:
 
 
 def errors(image: np.ndarray, error: np.ndarray) -> str:
-    """Errors in grey levels and, by least squares on tiles of 21 px, in pixels."""
+    """Errors in grey levels and in pixels, in words."""
+    levels, worst, mean = sizes(image, error)
+    return f"{levels:.3f} of 255 levels, {worst:.1e} px a tile at most, {mean:.1e} px on average"
+
+
+def sizes(image: np.ndarray, error: np.ndarray) -> tuple[float, float, float]:
+    """Scatter in grey levels; by least squares on tiles of 21 px the worst and the mean in px."""
     slopes, found = np.stack(np.gradient(image)[::-1], axis=-1), []
     for top, left in np.ndindex(*(np.array(image.shape) // 21)):
         tile = np.s_[21 * top : 21 * top + 21, 21 * left : 21 * left + 21]
         if image[tile].std() > 40:
             A, b = slopes[tile].reshape(-1, 2), -error[tile].ravel()
             found.append(np.linalg.lstsq(A, b, rcond=None)[0])
-    worst, mean = np.abs(found).max(), np.abs(np.mean(found, axis=0)).max()
-    return (
-        f"{error.std():.3f} of 255 levels, {worst:.1e} px a tile at most, {mean:.1e} px on average"
-    )
+    return float(error.std()), np.abs(found).max(), np.abs(np.mean(found, axis=0)).max()
 
 
 def batch_rows(warper: synthetic.Warper) -> None:
