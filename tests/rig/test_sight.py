@@ -48,7 +48,7 @@ def rig(small, watch):
 
 def test_a_hand_that_moves_over_half_the_plate_invents_no_touch(rig):
     for sequence in range(20, 44):
-        hand = Hand(ARM + (8.0 * (32 - sequence), 5.0 * (sequence - 30)), 0.45)
+        hand = Hand(ARM + np.array([8.0 * (32 - sequence), 5.0 * (sequence - 30)]), 0.45)
         sensed = rig.see(sequence, (), hand.cover)
         assert sensed.estimate.count == 0, sequence
         assert not sensed.trouble
