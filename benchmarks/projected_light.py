@@ -77,7 +77,7 @@ def main() -> None:
             mended = divided(image, light, SENSOR_DARK)
             errors.setdefault(f"{mode}, divided", []).append(miss(find(chain, mended, None), touch))
             if mode == "on":
-                said = interference(chain.pattern, chain.noise, light, SENSOR_DARK, marks(first))
+                said = interference(chain, light, SENSOR_DARK, marks(first))
                 now = find(chain, image, None)
                 moved = (
                     np.hypot(*(now.xy[0] - first.xy[0])) if now.count and first.count else np.nan

@@ -61,7 +61,7 @@ class Operator:
                 act(wish)
         shown = self._show.marks(snapshot) if self._show else None
         if self._meter and shown is not None and (begun := self._switch.begun):
-            self._meter.look(snapshot, shown, begun.chain.pattern, begun.chain.noise)
+            self._meter.look(snapshot, shown, begun.chain)
         self._publisher.publish(snapshot, self._desk(), shown)
 
     def _set(self, wish: dict[str, Any]) -> None:

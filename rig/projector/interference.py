@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dic.tiles import tile_sums
-from models.pattern import Pattern
+from rig.live import Chain
 from rig.snapshot import Mark
+from rig.unlit import unlit_sums
 
 SPOILT = 0.45  # of σ: a bias of so much makes an error 10 % larger, √(1 + 0.45²)
 
@@ -49,7 +50,7 @@ class Interference:
             return ""
         return (
             f"projected light moves a touch by {self.shift:.2g} mm, {self.sigmas:.1f} of its"
-            ' uncertainty; make the marks dimmer, or set projector.mode to "beside" or "outside"'
+            ' uncertainty; make the marks dimmer, or set projector.mode to "outside"'
         )
 
 
@@ -73,15 +74,13 @@ def leftover(image: NDArray, reference: NDArray, light: NDArray, black: float) -
 
 
 def interference(
-    pattern: Pattern, noise: float, light: NDArray, black: float, marks: tuple[Mark, ...]
+    chain: Chain, light: NDArray, black: float, marks: tuple[Mark, ...]
 ) -> Interference:
     """Predict what light does to touches, to first order.
 
     Parameters
     ----------
-    pattern : Pattern
-        The whole pattern of the reference as a measurement.
-    noise : float, grey levels
+    chain : Chain
     light : (H, W) float32
         On each pixel of the camera, over that of the room, from `LightMap.seen`; where a picture
         is divided by it, what is left of it.
@@ -92,11 +91,12 @@ def interference(
     """
     if not marks:
         return Interference(0.0, 0.0, 0.0)
-    image = pattern.reference.image
-    sums = tile_sums(pattern.reference, image + (image - black) * (light - 1.0))
-    seen = pattern.whiten(pattern.right_side(sums, pattern.still()), noise)
+    image, pattern = chain.reference.image, chain.pattern
+    sums = tile_sums(chain.reference, image + (image - black) * (light - 1.0))
+    right = pattern.right_side(unlit_sums(chain.tiles, sums), pattern.still())
+    seen = pattern.whiten(right, chain.noise)
     touches = np.array([(mark.x, mark.y, mark.force) for mark in marks])
-    _, tangent = pattern.forward(noise).read(touches)
+    _, tangent = pattern.forward(chain.noise).read(touches)
     moved = np.linalg.lstsq(tangent.T, seen, rcond=None)[0].reshape(-1, 3)
     covariance = np.linalg.inv(tangent @ tangent.T)
     variance = np.diag(covariance).reshape(-1, 3)[:, :2].sum(axis=1)

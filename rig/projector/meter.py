@@ -10,7 +10,7 @@ from types import TracebackType
 
 import numpy as np
 
-from models.pattern import Pattern
+from rig.live import Chain
 from rig.markers import Screen, draw_marks
 from rig.projector.interference import interference, leftover
 from rig.projector.light import see_light
@@ -54,9 +54,7 @@ class Meter:
         """End the thread."""
         self._pool.shutdown(cancel_futures=True)
 
-    def look(
-        self, snapshot: Snapshot, shown: tuple[Mark, ...], pattern: Pattern, noise: float
-    ) -> None:
+    def look(self, snapshot: Snapshot, shown: tuple[Mark, ...], chain: Chain) -> None:
         """Take a snapshot to measure, if the last one is done with and a second is over.
 
         Parameters
@@ -64,25 +62,21 @@ class Meter:
         snapshot : Snapshot
         shown : tuple of Mark
             What the projector showed meanwhile.
-        pattern : Pattern
-        noise : float, grey levels
+        chain : Chain
         """
         if self._work and self._work.done():
             self.sentence, self._work = self._work.result(), None
         if self._work or snapshot.captured < self._due or not snapshot.fresh:
             return
         self._due = snapshot.captured + PAUSE
-        self._work = self._pool.submit(self._measure, snapshot, shown, pattern, noise)
+        self._work = self._pool.submit(self._measure, snapshot, shown, chain)
 
-    def _measure(
-        self, snapshot: Snapshot, shown: tuple[Mark, ...], pattern: Pattern, noise: float
-    ) -> str:
+    def _measure(self, snapshot: Snapshot, shown: tuple[Mark, ...], chain: Chain) -> str:
         if not shown or not snapshot.touches:
             return ""
         height, width = snapshot.image.shape
         whole = see_light(self._screen, snapshot.T_px_plate, (width, height), 1.0)
         light = whole.seen(draw_marks(shown, self._screen)) - 1
-        left = leftover(snapshot.image, pattern.reference.image, light, self._black)
-        return interference(
-            pattern, noise, 1 + left * light, self._black, snapshot.touches
-        ).sentence
+        left = leftover(snapshot.image, chain.reference.image, light, self._black)
+        found = interference(chain, 1 + left * light, self._black, snapshot.touches)
+        return found.sentence

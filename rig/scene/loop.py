@@ -31,7 +31,7 @@ class Projector(Section):
     )
     full_screen: bool = Field(True, strict=True, description="whether it fills the display")
     mode: Literal["on", "beside", "outside", "dark"] = Field(
-        "beside",
+        "on",
         description="where marks are: on the touch, beside it, outside the measured area, or on it"
         " but only in frames that are not measured",
     )
