@@ -11,7 +11,7 @@ import sys
 
 from paper_bent import change, deformable
 from paper_bound import bound
-from paper_one import best, noise, one, other, spacing, without
+from paper_one import best, finest, noise, one, other, search, spacing, without
 from paper_seen import seen
 from paper_sets import Effort
 from paper_several import doubled, magnitudes, magnitudes_unordered, three, two, unordered
@@ -25,6 +25,8 @@ SYSTEMS = {
     "other": other,
     "noise": noise,
     "spacing": spacing,
+    "finest": finest,
+    "search": search,
     "two": two,
     "three": three,
     "unordered": unordered,

@@ -19,7 +19,7 @@ from rig import cache
 RATIOS = (0.5, 0.75, 1.0, 1.25, 1.5)
 BEND = (1.0, 4.0)  # mm
 TWIST = (-2.0, 2.0)  # degrees
-BASES = 120  # for training; a sixth as many to watch, and to test
+BASES = 72  # for training; a sixth as many to watch, and to test
 TOUCHES = 200  # on each base
 ELEMENTS = 20  # a side
 

@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 from paper_sets import Effort, Figures, errors, sets
@@ -12,6 +13,7 @@ from models.net import NetOptions
 from models.recipe import BEST, BEST_NET, Recipe
 from models.score import position_error
 from models.train import train
+from models.tune import tune
 
 
 def one(effort: Effort) -> Figures:
@@ -114,14 +116,43 @@ def noise(effort: Effort) -> Figures:
 
 def spacing(effort: Effort) -> Figures:
     """Loss by the spacing of gauges and of training touches (figure 3D)."""
+    yield from _spaced(product((10, 5, 2), repeat=2), effort)
+
+
+def finest(effort: Effort) -> Figures:
+    """Loss with 360 gauges and 6561 training touches, the last point of figure 3D."""
+    yield from _spaced([(1, 1)], effort)
+
+
+def _spaced(pairs, effort: Effort) -> Figures:
     recipe = Recipe(effort.epochs(30000))
-    for apart in (10, 5, 2):
-        for touches in (10, 5, 2):
-            data = sets(f"gauges.spacing={apart} mm", f"training.spacing={touches} mm")
-            for seed in range(effort.seeds):
-                rng = np.random.default_rng(seed)
-                net = train(data.training, data.validation, NetOptions(), recipe, rng).net
-                paper = "0.38" if (apart, touches) == (5, 5) else ""
-                what = f"Ls {apart}, Lt {touches} mm: loss, mm"
-                value = errors(net, data.test).mean()
-                yield Figure("spacing (3D)", what, paper, recipe.epochs, seed, value)
+    for apart, touches in pairs:
+        data = sets(f"gauges.spacing={apart} mm", f"training.spacing={touches} mm")
+        for seed in range(effort.seeds):
+            rng = np.random.default_rng(seed)
+            net = train(data.training, data.validation, NetOptions(), recipe, rng).net
+            paper = {(5, 5): "0.38", (1, 1): "0.06"}.get((apart, touches), "")
+            what = f"Ls {apart}, Lt {touches} mm: loss, mm"
+            value = errors(net, data.test).mean()
+            yield Figure("spacing (3D)", what, paper, recipe.epochs, seed, value)
+
+
+def search(effort: Effort) -> Figures:
+    """Fifty nets of random layers (Table S1), and the smallest of the table."""
+    data, recipe = sets(), Recipe(effort.epochs(30000))
+
+    def judge(layers):
+        rng = np.random.default_rng(0)
+        net = train(data.training, data.validation, NetOptions(layers), recipe, rng).net
+        return errors(net, data.validation).mean()
+
+    for seed in range(effort.seeds):
+        losses = [candidate.loss for candidate in tune(judge, 50, seed=seed)]
+        for what, paper, value in (
+            ("best of 50: validation loss, mm", "0.24", losses[0]),
+            ("median of 50: validation loss, mm", "0.30", np.median(losses)),
+            ("worst of 50: validation loss, mm", "1.38", losses[-1]),
+            ("one layer of 128: validation loss, mm", "0.26", judge((128,))),
+            ("one layer of 4: validation loss, mm", "1.38", judge((4,))),
+        ):
+            yield Figure("search (S1)", what, paper, recipe.epochs, seed, value)

@@ -26,8 +26,8 @@ from models.train import train
 FORCE = 1.0  # N
 NOISE = 0.5  # grey levels of 8 bits, before rounding
 SUBSET = 51  # px
-MODES = 300
-FRAMES = 100  # pictures to learn from, and as many for the test
+MODES = 200
+FRAMES = 60  # pictures to learn from, and as many for the test
 SHARE = 0.02  # of a batch that comes from pictures, where some does
 POOL, TESTED = 20000, 3000
 

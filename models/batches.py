@@ -6,7 +6,7 @@ import numpy as np
 
 from models.dataset import Dataset
 
-__all__ = ["noisy", "shuffled", "superposed"]
+__all__ = ["estimated", "gain", "noisy", "shuffled", "superposed"]
 
 
 def shuffled(data: Dataset, size: int, rng: np.random.Generator) -> Iterator[Dataset]:
@@ -72,3 +72,57 @@ def noisy(
         drawn = rng.standard_normal(batch.strain.shape, dtype=np.float32)
         noise = sigma * drawn if np.ndim(sigma) == 0 else drawn @ np.transpose(sigma)
         yield Dataset(batch.strain + noise, batch.targets)
+
+
+def estimated(
+    single: Dataset,
+    gain: np.ndarray,
+    sigma: tuple[float, float],
+    size: int,
+    rng: np.random.Generator,
+) -> Iterator[Dataset]:
+    """Add noise to single touches, and tell what least squares would make of each.
+
+    Noise n moves the estimate of least squares by G n to first order, see `gain`. A net that is
+    told x + G n in place of x learns that estimate, which reaches the bound, and not first to
+    average the noise of its targets over many batches.
+
+    Parameters
+    ----------
+    single
+        Touches without noise.
+    gain
+        (N, 2, I) float, mm per strain, G of each touch.
+    sigma
+        Least and largest deviation of the noise, strain; drawn evenly in its logarithm for each
+        sample.
+    size
+        Samples of a batch.
+    rng
+        Source of the draws.
+    """
+    low, high = np.log(sigma)
+    while True:
+        rows = rng.integers(0, len(single), size)
+        drawn = rng.standard_normal((size, single.strain.shape[1]), dtype=np.float32)
+        noise = np.exp(rng.uniform(low, high, (size, 1))) * drawn
+        moved = np.einsum("nai,ni->na", gain[rows], noise)
+        yield Dataset(single.strain[rows] + noise, single.targets[rows] + moved)
+
+
+def gain(slope: np.ndarray) -> np.ndarray:
+    """Return how noise moves the places that least squares finds, forces known.
+
+    Parameters
+    ----------
+    slope
+        (N, M, 3, 2) float64, strain per mm of N touches at M gauges, J: `gradient` of an influence
+        times the force.
+
+    Returns
+    -------
+    (N, 2, 3 M) float64, mm per strain, G = (Jᵀ J)⁻¹ Jᵀ.
+    """
+    columns = slope.reshape(len(slope), -1, 2)
+    rows = columns.transpose(0, 2, 1)
+    return np.linalg.solve(rows @ columns, rows)

@@ -5,7 +5,7 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from models.batches import noisy, shuffled, superposed
+from models.batches import estimated, gain, noisy, shuffled, superposed
 from models.dataset import Dataset, flatten
 
 SINGLE = Dataset(np.diag(np.arange(1.0, 9.0)), np.arange(16.0).reshape(8, 2)[::-1])
@@ -52,6 +52,19 @@ def test_noise_that_channels_share_has_its_covariance():
     root = np.linalg.cholesky(covariance)
     batch = next(noisy(iter([calm]), root, np.random.default_rng(0)))
     np.testing.assert_allclose(np.cov(batch.strain.T), covariance, atol=0.1)
+
+
+def test_touches_are_told_as_least_squares_would_estimate_them_from_the_noise():
+    rng = np.random.default_rng(0)
+    slope, places = rng.normal(size=(2, 6)), rng.uniform(0.0, 40.0, (50, 2))
+    moves = gain(np.broadcast_to(slope.T.reshape(2, 3, 2), (50, 2, 3, 2)))
+    single = Dataset(places @ slope, places)  # linear: what holds to first order is exact
+    batch = next(estimated(single, moves, (1e-3, 1e-1), 4000, rng))
+    expected = np.linalg.lstsq(slope.T, batch.strain.T, rcond=None)[0].T
+    np.testing.assert_allclose(batch.targets, expected, atol=1e-10)
+    left = np.linalg.norm(batch.strain - expected @ slope, axis=1) / 2.0  # in four directions
+    assert np.percentile(left, 1) < 2e-3
+    assert np.percentile(left, 99) > 5e-2
 
 
 def test_targets_of_several_touches_are_places_and_magnitudes_if_asked():
