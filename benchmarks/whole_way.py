@@ -67,7 +67,7 @@ def twin_rows() -> Iterator[Row]:
     span = (twin.sensor.white - twin.sensor.black) * twin.sensor.top / 255.0
     bound = models.pixel_level(bench.motions.modes, bench.camera, bench.height, span * picture)
     for name, shift in (("", (0.0, 0.0)), (", camera shifted by 0.3 px", (0.3, 0.0))):
-        errors, limits = _random_touches(bench, replace(twin, shift=shift), bound, 200)
+        errors, limits = random_touches(bench, replace(twin, shift=shift), bound, 200)
         place = np.hypot(errors[:, 0], errors[:, 1])
         ratio = np.sqrt(np.mean(place**2) / np.mean(limits))
         yield Row(f"twin{name}: position, median", f"{np.median(place):.3f} mm", "≤ 1 mm")
@@ -79,7 +79,7 @@ def twin_rows() -> Iterator[Row]:
     yield Row("twin: false touches in 300 unloaded frames", str(false), "0")
 
 
-def _random_touches(bench, twin, bound, count) -> tuple[np.ndarray, np.ndarray]:
+def random_touches(bench, twin, bound, count) -> tuple[np.ndarray, np.ndarray]:
     """Errors x mm, y mm, F relative of `count` frames, and the bound on the place, mm²."""
     rng, (a, b) = np.random.default_rng(1), bench.plate.size
     touches = [
