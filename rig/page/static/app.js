@@ -66,6 +66,7 @@ function draw() {
   draws.push(now);
   while (draws[0] < now - 2000) draws.shift();
   document.body.dataset.link = "live";
+  document.body.dataset.drawn = frame.captured;  // for who measures how old a frame is
   if (now - figured > FIGURES) showAll(now);
 }
 
