@@ -19,7 +19,7 @@ class Status(IntEnum):
     FLAT = 2  # too little contrast in some direction to follow
     DARK = 3  # too much of the subset lies at black
     SATURATED = 4  # too much of the subset lies at white
-    OUTSIDE = 5  # the subset lies or has moved partly out of the picture
+    OUTSIDE = 5  # most of the subset lies out of the picture, or some of it has moved there
     LOW_CORRELATION = 6  # the pattern was not found again
     NOT_CONVERGED = 7  # the iteration still moved when it was stopped
     DISTURBED = 8  # far from what the others leave over: hidden in part, or bent beyond its order
@@ -44,7 +44,8 @@ class DisplacementField:
     iterations : (N,) int16
         Iterations until the point stood still.
     share : (N,) float64
-        Share of the pixels of the subset that were used: less than 1 where the ROI takes a part.
+        Share of the pixels of the subset that were used: less than 1 where the ROI or the border of
+        the picture takes a part.
     status : (N,) int8
         A `Status` each.
     subset : int, px

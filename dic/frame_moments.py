@@ -66,8 +66,9 @@ def _spread(nodes, weights, line, motion):
 def _grid(texture, spline, net, base, windows, columns, sums, out):
     nodes, weights, origin = net
     xs, ys, half = windows
-    left, side = xs[0] - half, 2 * half + 1
-    width, middle = xs[-1] + half + 1 - left, 0.5 * (ys[0] + ys[-1])
+    left, side = max(xs[0] - half, 0), 2 * half + 1
+    width = min(xs[-1] + half + 1, texture.shape[2]) - left
+    middle = 0.5 * (ys[0] + ys[-1])
     spread = np.empty((2, nodes.shape[2] * weights.shape[0]), np.float32)
     u = spread[0, left - origin[0] : left - origin[0] + width]
     v = spread[1, left - origin[0] : left - origin[0] + width]
@@ -82,10 +83,11 @@ def _grid(texture, spline, net, base, windows, columns, sums, out):
         while first < ys.shape[0] and ys[first] - half == y:
             opened[first % opened.shape[0]] = total
             first += 1
-        _spread(nodes, weights, y - origin[1], spread)
-        warp_row(spline, (left + base[0], y + base[1]), u, v, cells, taps, g)
-        _fill_terms(texture, y, left, u, v, g, terms)
-        add_row(terms, y - middle, columns, total)
+        if 0 <= y < texture.shape[1]:
+            _spread(nodes, weights, y - origin[1], spread)
+            warp_row(spline, (left + base[0], y + base[1]), u, v, cells, taps, g)
+            _fill_terms(texture, y, left, u, v, g, terms)
+            add_row(terms, y - middle, columns, total)
         while last < ys.shape[0] and ys[last] + half == y:
             close(total, opened[last % opened.shape[0]], ys[last] - middle, columns, window)
             for c in range(xs.shape[0]):

@@ -42,8 +42,9 @@ def _fill_terms(texture, y, x, terms):
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _grid(texture, xs, ys, half, columns, sums, out):
-    left, side = xs[0] - half, 2 * half + 1
-    width, middle = xs[-1] + half + 1 - left, 0.5 * (ys[0] + ys[-1])
+    left, side = max(xs[0] - half, 0), 2 * half + 1
+    width = min(xs[-1] + half + 1, texture.shape[2]) - left
+    middle = 0.5 * (ys[0] + ys[-1])
     terms = np.empty((_TERMS, width), np.float32)
     total = np.zeros((columns.shape[0], width))
     ring = together(ys, side)
@@ -56,8 +57,9 @@ def _grid(texture, xs, ys, half, columns, sums, out):
         while first < ys.shape[0] and ys[first] - half == y:
             opened[first % ring] = total
             first += 1
-        _fill_terms(texture, y, left, terms)
-        add_row(terms, y - middle, columns, total)
+        if 0 <= y < texture.shape[1]:
+            _fill_terms(texture, y, left, terms)
+            add_row(terms, y - middle, columns, total)
         while last < ys.shape[0] and ys[last] + half == y:
             close(total, opened[last % ring], ys[last] - middle, columns, window)
             for c in range(xs.shape[0]):
@@ -67,18 +69,17 @@ def _grid(texture, xs, ys, half, columns, sums, out):
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _points(texture, xy, half, columns, sums, out):
-    side = 2 * half + 1
-    terms = np.empty((_TERMS, side), np.float32)
-    total = np.empty((columns.shape[0], side))
-    powers = np.empty((sums[:, 1].max() + 1, side))
+    powers = np.empty((sums[:, 1].max() + 1, 2 * half + 1))
     for n in range(xy.shape[0]):
         x, y = round(xy[n, 0]), round(xy[n, 1])
-        total[:] = 0.0
-        for row in range(y - half, y + half + 1):
-            _fill_terms(texture, row, x - half, terms)
+        left, right = max(x - half, 0), min(x + half + 1, texture.shape[2])
+        terms = np.empty((_TERMS, right - left), np.float32)
+        total = np.zeros((columns.shape[0], right - left))
+        for row in range(max(y - half, 0), min(y + half + 1, texture.shape[1])):
+            _fill_terms(texture, row, left, terms)
             add_row(terms, row - xy[n, 1], columns, total)
         raise_powers(half + xy[n, 0] - x, powers)
-        along(total, 0, powers, sums, out[n])
+        along(total, x - half - left, powers, sums, out[n])
 
 
 def sums_on_grid(texture, xs, ys, half: int, order: int) -> NDArray[np.float64]:

@@ -84,11 +84,24 @@ def lies_inside(centres: NDArray[np.int64], half: int, shape: tuple[int, int]) -
 
 
 def box_sums(plane: NDArray, centres: NDArray[np.int64], half: int) -> NDArray[np.float64]:
-    """Sum a plane (H, W) over squares of ±`half` px around centres (N, 2) inside it."""
+    """Sum a plane (H, W) over squares of ±`half` px around centres (N, 2), as far as it reaches."""
     import cv2
 
     plane = plane.view(np.uint8) if plane.dtype == bool else plane
     total = np.asarray(cv2.integral(plane, sdepth=cv2.CV_64F), dtype=np.float64)
-    left, top = (centres - half).T
-    right, bottom = (centres + half + 1).T
+    (left, top), (right, bottom) = _ends(centres, half, plane.shape)
     return total[bottom, right] - total[bottom, left] - total[top, right] + total[top, left]
+
+
+def box_areas(centres: NDArray[np.int64], half: int, shape: tuple[int, int]) -> NDArray[np.int64]:
+    """Count the pixels of a picture (H, W) in squares of ±`half` px around centres (N, 2)."""
+    start, stop = _ends(centres, half, shape)
+    return (stop - start).prod(axis=0)
+
+
+def _ends(
+    centres: NDArray[np.int64], half: int, shape: tuple[int, ...]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """First column and row (2, N) of squares, and those behind their last, on the picture."""
+    size = shape[::-1]
+    return np.clip(centres - half, 0, size).T, np.clip(centres + half + 1, 0, size).T

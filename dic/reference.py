@@ -11,7 +11,7 @@ from dic import clipping, moments, normal
 from dic.displacement import Status
 from dic.grid import Grid, grid_over
 from dic.image import check_image
-from dic.quality import box_sums, check_subset, lies_inside
+from dic.quality import box_areas, box_sums, check_subset
 from dic.shape import ORDERS
 from dic.spline import coefficients, gradient
 from dic.subset import gather
@@ -72,7 +72,7 @@ def prepare(
     step: int = 5,
     order: int = 1,
     roi: ArrayLike | None = None,
-    points: ArrayLike | None = None,
+    points: ArrayLike | Grid | None = None,
 ) -> Reference:
     """Prepare a reference picture for any number of frames.
 
@@ -88,8 +88,9 @@ def prepare(
     roi : (H, W) bool, optional
         Pixels that may be used. Points whose centre lies outside are EXCLUDED; of the other subsets
         only the pixels inside count.
-    points : (N, 2), px, optional
-        Measure at these points (x, y) in place of a grid.
+    points : (N, 2), px, or Grid, optional
+        Measure at these points (x, y), or on this grid, in place of the usual one. Of a subset that
+        the picture cuts the pixels on it count, if half of them are left.
 
     Raises
     ------
@@ -99,14 +100,14 @@ def prepare(
     image = check_image(image, "reference")
     _check_options(image, subset, step, order)
     weight = _weight(roi, image.shape)
-    grid = grid_over(image.shape, subset, step) if points is None else None
-    xy = grid.xy if grid is not None else _points(points, image.shape)
+    grid = grid_over(image.shape, subset, step) if points is None else _grid(points, subset, step)
+    xy = _points(points if grid is None else grid.xy, image.shape)
     centres = np.rint(xy).astype(np.int64)
 
     status = _status(image, weight, centres, subset // 2)
     texture = _texture(image, _inner(weight))
     status = _without_bare(texture, centres, status, subset // 2)
-    sums = _sums(texture, xy, status, subset // 2, order, grid)
+    sums = _sums(texture, xy, subset // 2, order, grid)
     slope, status = normal.least_slope(sums, status, order)
     return Reference(
         image=image.astype(np.float32),
@@ -161,7 +162,21 @@ def _inner(weight: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return np.asarray(binary_erosion(weight, square, border_value=1), dtype=bool)
 
 
-def _points(points: ArrayLike | None, shape: tuple[int, int]) -> NDArray[np.float64]:
+def _grid(points: ArrayLike | Grid, subset: int, step: int) -> Grid | None:
+    if not isinstance(points, Grid):
+        return None
+    if (points.subset, points.step) != (subset, step):
+        raise ValueError(
+            f"grid is laid for subset {points.subset} px and step {points.step} px, got {subset} "
+            f"and {step} px; give both the same"
+        )
+    for line in (points.xs, points.ys):
+        if not np.issubdtype(line.dtype, np.integer) or np.any(np.diff(line) != step):
+            raise ValueError(f"lines of the grid must be whole px, {step} px apart, got {line[:3]}")
+    return points
+
+
+def _points(points: object, shape: tuple[int, int]) -> NDArray[np.float64]:
     xy = np.array(points, dtype=np.float64)
     if xy.ndim != 2 or xy.shape[1] != 2 or len(xy) == 0:
         raise ValueError(f"points must be (N, 2) in px, ordered (x, y), got shape {xy.shape}")
@@ -190,17 +205,15 @@ def _status(
     image: NDArray, weight: NDArray[np.bool_], centres: NDArray[np.int64], half: int
 ) -> NDArray[np.int8]:
     status = np.zeros(len(centres), dtype=np.int8)
-    inside = lies_inside(centres, half, image.shape)
-    kept = centres[inside]
-    found = np.zeros(len(kept), dtype=np.int8)
-    area = (2 * half + 1) ** 2
+    area = box_areas(centres, half, image.shape)
+    least = (2 * half + 1) ** 2 / 2
     for level, name in clipping.levels(image):
         clipped = image == level
-        if np.count_nonzero(clipped) > _CLIPPED * area:
-            found[box_sums(clipped, kept, half) > _CLIPPED * area] = name
+        if np.count_nonzero(clipped) > _CLIPPED * least:
+            status[box_sums(clipped, centres, half) > _CLIPPED * area] = name
     if not weight.all():
-        found[box_sums(weight, kept, half) < area / 2] = Status.EXCLUDED
-    status[inside], status[~inside] = found, Status.OUTSIDE
+        status[box_sums(weight, centres, half) < least] = Status.EXCLUDED
+    status[area < least] = Status.OUTSIDE
     status[~weight[centres[:, 1], centres[:, 0]]] = Status.EXCLUDED
     return status
 
@@ -216,17 +229,14 @@ def _without_bare(
     if not usable.any():
         return status
     steepness = np.square(texture[0]) + np.square(texture[1])
-    own = box_sums(steepness, centres[usable], half // 2) / (2 * (half // 2) + 1) ** 2
+    own = box_sums(steepness, centres[usable], half // 2)
+    own /= box_areas(centres[usable], half // 2, steepness.shape)
     status = status.copy()
     status[np.flatnonzero(usable)[own < _BARE * np.median(own)]] = Status.FLAT
     return status
 
 
-def _sums(texture, xy, status, half, order, grid: Grid | None) -> NDArray[np.float64]:
+def _sums(texture, xy, half, order, grid: Grid | None) -> NDArray[np.float64]:
     if grid is not None:
         return moments.sums_on_grid(texture, grid.xs, grid.ys, half, order)
-    inside = status != Status.OUTSIDE
-    found = moments.sums_at_points(texture, xy[inside], half, order)
-    sums = np.zeros((len(xy), found.shape[1]))
-    sums[inside] = found
-    return sums
+    return moments.sums_at_points(texture, xy, half, order)

@@ -31,18 +31,16 @@ _FACTOR = (0, 0, 1, 0, 1, 1)
 def gather(texture, xy, half):
     """Copy fx, fy, f and weight of the subsets around `xy` (N, 2) px, (N, 4, pixels) float32.
 
-    Points whose subset leaves the picture are left at zero.
+    What lies beyond the picture is left at zero.
     """
     side, (height, width) = 2 * half + 1, texture.shape[1:]
     out = np.zeros((xy.shape[0], 4, side * (side + _SPARE)), np.float32)
     for n in range(xy.shape[0]):
         left, top = round(xy[n, 0]) - half, round(xy[n, 1]) - half
-        if min(left, top) < 0 or left + side > width or top + side > height:
-            continue
         for a in range(4):
-            for j in range(side):
+            for j in range(max(0, -top), min(side, height - top)):
                 line = j * (side + _SPARE)
-                for i in range(side):
+                for i in range(max(0, -left), min(side, width - left)):
                     out[n, a, line + i] = texture[a, top + j, left + i]
     return out
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from dic import clipping
@@ -127,12 +128,22 @@ def _status(ref, points, noise, clipped) -> NDArray[np.int8]:
 
 def leaves(ref: Reference, motion: NDArray) -> NDArray[np.bool_]:
     """Tell where a corner of the moved subset lies beyond the last pixels, (N,) bool."""
-    inside = np.ones(len(motion), dtype=bool)
-    height, width = ref.image.shape
-    for axis, limit in ((0, width), (1, height)):
-        u, ux, uy = motion[:, axis, :3].T
-        centre = np.rint(ref.xy[:, axis]) + u
-        along, across = (ux, uy) if axis == 0 else (uy, ux)
-        reach = ref.half * (np.abs(1 + along) + np.abs(across))
-        inside &= (centre - reach >= -_BEYOND) & (centre + reach <= limit - 1 + _BEYOND)
-    return ~inside
+    out = np.empty(len(motion), dtype=bool)
+    _leave(ref.xy, motion, ref.half, ref.image.shape, out)
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _leave(xy, motion, half, shape, out):
+    """Move the four ends of each subset, which begins at the border where the picture cuts it."""
+    for n in range(xy.shape[0]):
+        out[n] = False
+        for a in range(2):
+            first = last = round(xy[n, a]) + motion[n, a, 0]
+            for b in range(2):
+                slope, centre = motion[n, a, 1 + b] + (a == b), round(xy[n, b])
+                low = slope * max(-half, -centre)
+                high = slope * min(half, shape[1 - b] - 1 - centre)
+                first, last = first + min(low, high), last + max(low, high)
+            inside = first >= -_BEYOND and last <= shape[1 - a] - 1 + _BEYOND
+            out[n] = out[n] or not inside

@@ -69,12 +69,15 @@ def close(total, opened, y, columns, out):
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def along(columns, first, powers, sums, out):
-    """Sum columns (V, n) over the window that starts at `first`, with `powers` (A, side) of x."""
-    side = powers.shape[1]
+    """Sum columns (V, n) over the window that starts at `first`, with `powers` (A, side) of x.
+
+    What the window has beyond the columns counts nothing.
+    """
+    start, stop = max(first, 0), min(first + powers.shape[1], columns.shape[1])
     for s in range(sums.shape[0]):
-        column, power = columns[sums[s, 0], first : first + side], powers[sums[s, 1]]
+        column, power = columns[sums[s, 0], start:stop], powers[sums[s, 1], start - first :]
         total = 0.0
-        for x in range(side):
+        for x in range(column.shape[0]):
             total += power[x] * column[x]
         out[s] = total
 

@@ -25,6 +25,14 @@ def refused(sentence):
         ({"roi": np.ones((190, 150), bool)}, r"roi has shape \(190, 150\)"),
         ({"points": [[300.0, 5.0]]}, r"point \(300, 5\) px lies outside"),
         ({"points": [[np.nan, 5.0]]}, "lies outside"),
+        (
+            {"points": dic.Grid(np.arange(20, 90, 5), np.arange(20, 70, 5), 21, 5), "step": 9},
+            "grid is laid for subset 21 px and step 5 px, got 21 and 9 px",
+        ),
+        (
+            {"points": dic.Grid(np.arange(20, 90, 4), np.arange(20, 70, 5), 21, 5)},
+            "lines of the grid must be whole px, 5 px apart",
+        ),
         ({"points": [1.0, 2.0]}, r"points must be \(N, 2\)"),
         ({"points": np.zeros((0, 2))}, r"points must be \(N, 2\)"),
     ],

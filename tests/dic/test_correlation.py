@@ -166,3 +166,40 @@ def test_guess_that_was_lost_altogether_is_searched_for_again(pattern, reference
     assert not lost.valid.any()
     disp = dic.correlate(ref, pattern.draw((9.3, -4.1)), guess=lost)
     assert np.abs(error(disp, (9.3, -4.1)).mean(axis=1)).max() <= 1e-3
+
+
+@pytest.fixture(scope="module")
+def to_the_border(reference):
+    """Lay a grid whose outer subsets are cut by the picture."""
+    height, width = reference.shape
+    return dic.Grid(np.arange(1, width, 7), np.arange(3, height, 7), 21, 7)
+
+
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_grid_to_the_border_agrees_with_points_one_by_one(pattern, reference, to_the_border, order):
+    frame = pattern.draw((0.2, -0.1), ((1e-3, 0), (0, 2e-3)))
+    full = dic.correlate(dic.prepare(reference, 21, 7, order, points=to_the_border), frame)
+    alone = dic.correlate(dic.prepare(reference, 21, order=order, points=to_the_border.xy), frame)
+    cut = full.share < 1
+    assert cut.mean() > 0.15
+    np.testing.assert_allclose(full.share, alone.share)
+    both = full.valid & alone.valid
+    assert both[cut].mean() > 0.4
+    assert np.count_nonzero(full.valid != alone.valid) <= 4  # that just touch the border
+    np.testing.assert_allclose(full.u[both], alone.u[both], atol=5e-3)
+
+
+@pytest.mark.slow
+def test_sigma_of_cut_subsets_is_that_of_fewer_pixels(pattern, reference, to_the_border):
+    fields = list(
+        noisy_fields(
+            pattern, reference, pattern.draw(), count=24, subset=21, step=7, points=to_the_border
+        )
+    )
+    u, sigma = (np.array([getattr(f, k) for f in fields]) for k in ("u", "sigma_u"))
+    cut = (fields[0].share < 1) & np.isfinite(u).all(axis=0)
+    assert cut.sum() > 100
+    scatter = np.sqrt(u[:, cut].var(axis=0, ddof=1).mean())
+    assert np.sqrt(np.mean(sigma[:, cut] ** 2)) == pytest.approx(scatter, rel=0.1)
+    assert scatter > 1.5 * np.nanmedian(sigma[:, ~cut])
+    assert abs(u[:, cut].mean()) < 2e-3

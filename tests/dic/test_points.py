@@ -63,8 +63,12 @@ def test_lone_point_is_enough(pattern, reference):
     assert (disp.u[0], disp.v[0]) == pytest.approx((12.0, -7.5), abs=3e-3)
 
 
-def test_point_at_the_border_is_outside_and_the_others_are_measured(pattern, reference):
-    xy = np.array([[4.0, 70.0], [90.0, 70.0]])
-    disp = dic.correlate(dic.prepare(reference, points=xy), pattern.draw((0.5, 0.0)))
-    assert list(disp.status) == [Status.OUTSIDE, Status.OK]
-    assert np.isnan(disp.u[0])
+def test_point_at_the_border_is_measured_with_what_is_left_of_its_subset(pattern, reference):
+    xy = np.array([[4.0, 70.0], [90.0, 70.0], [0.0, 70.0], [0.0, 0.0]])
+    ref = dic.prepare(reference, points=xy)
+    disp = dic.correlate(ref, pattern.draw((0.5, 0.2)))
+    assert list(disp.status) == [Status.OK, Status.OK, Status.OK, Status.OUTSIDE]
+    np.testing.assert_allclose(disp.share, np.array([15, 21, 11, 121 / 21]) / 21)
+    np.testing.assert_allclose(disp.u[:3], 0.5, atol=0.01)
+    away = dic.correlate(ref, pattern.draw((-0.5, 0.2)))  # what is left leaves the picture
+    assert list(away.status) == [Status.OUTSIDE, Status.OK, Status.OUTSIDE, Status.OUTSIDE]
