@@ -1,11 +1,17 @@
-"""The live loop on a camera: the twin's pictures pass an emulated /dev/video0."""
+"""`touchplate run` on pictures that come through a real V4L2 client, out to a real websocket."""
 
 import json
+import signal
+import socket
+import time
+from contextlib import ExitStack, contextmanager
 
 import numpy as np
 import pytest
+from websockets.sync.client import connect
 
 import fe
+from rig.recording.session import open_session
 from rig.twin import build_twin
 from tests.rig.conftest import SMALL
 from tests.rig.emulation.clients import emulate
@@ -13,21 +19,11 @@ from tests.rig.emulation.clients import emulate
 pytestmark = pytest.mark.devices
 
 TOUCH = fe.Touch(100.0, 120.0, 2.0)
-
-LOOP = """
-import json, os
-import rig
-from rig.bench import build_bench
-from rig.camera import Camera, Controls
-from rig.camera.v4l2 import open_camera
-from rig.loop import Loop
-
-scene = rig.load("twin", json.loads({overrides!r}))
-bench = build_bench(scene, lambda done, total: None)
-with Camera(lambda: open_camera("/dev/video0", scene.camera.pixels, 15, Controls())) as camera:
-    for shot in Loop(bench, camera):
-        touches = [(mark.x, mark.y, mark.force) for mark in shot.touches]
-        print(json.dumps([touches, shot.dropped, shot.sequence]), flush=True)
+RUN = """
+import sys
+from rig.cli import main
+sys.argv = ["touchplate", "run", "twin", "--headless", "--json", *{arguments!r}]
+main()
 """
 
 
@@ -43,24 +39,65 @@ def pictures(tmp_path, small):
     return tmp_path
 
 
+def free_port():
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        return taken.getsockname()[1]
+
+
+def wait_until_listening(port):
+    for _ in range(1200):
+        try:
+            return socket.create_connection(("127.0.0.1", port)).close()
+        except OSError:
+            time.sleep(0.1)
+    raise AssertionError(f"nobody listens at port {port}")
+
+
+@contextmanager
+def ending(client):
+    """End a client with the block, whatever happens there."""
+    with client:
+        try:
+            yield client
+        finally:
+            client.kill()
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(600)  # the client may have to compile every kernel first
-def test_a_press_that_a_camera_sees_is_found(pictures):
-    size = SMALL["camera.pixels"]
-    script = LOOP.format(overrides=json.dumps(SMALL))
-    with emulate("camera", *size, 15) as camera:
+def test_a_press_that_a_camera_sees_is_found_sent_and_recorded(pictures):
+    size, port, file = SMALL["camera.pixels"], free_port(), pictures / "session.h5"
+    settings = SMALL | {
+        "source": '{kind = "v4l2", exposure = "10 ms"}',
+        "camera.rate": 15,
+        "outputs.websocket.port": port,
+    }
+    arguments = [f"--set={key}={value}" for key, value in settings.items()]
+    script = RUN.format(arguments=[*arguments, "--record", str(file)])
+    with emulate("camera", *size, 15) as camera, ExitStack() as stack:
         camera.say(f"show:{pictures / 'rest'}")
-        with camera.client(script) as client:
+        with ending(camera.client(script)) as client:
+            wait_until_listening(port)
+            stream = stack.enter_context(connect(f"ws://127.0.0.1:{port}/touches"))
             for _ in range(5):
-                touches, _, _ = json.loads(client.stdout.readline())
-                assert touches == []
+                assert json.loads(stream.recv(timeout=300))["touches"] == []
             camera.say(f"show:{pictures / 'pressed'}")
             found = []
             while len(found) < 10:
-                touches, _, _ = json.loads(client.stdout.readline())
-                found += touches[:1]
-            client.kill()
-    x, y, force = np.array(found).T
+                found += json.loads(stream.recv(timeout=30))["touches"][:1]
+            camera.say("unplug")
+            status = ""
+            while "no camera at /dev/video0" not in status:
+                said = json.loads(stream.recv(timeout=30))
+                status = said["status"]
+            assert said["touches"] == []
+            client.send_signal(signal.SIGINT)
+            summary = json.loads(client.communicate(timeout=60)[0])
+    x, y, force = np.array([(one["x"], one["y"], one["force"]) for one in found]).T
     assert np.hypot(x - TOUCH.x, y - TOUCH.y).max() < 6
     assert np.abs(np.mean([x - TOUCH.x, y - TOUCH.y], axis=1)).max() < 3
     assert force.mean() == pytest.approx(TOUCH.force, rel=0.05)
+    with open_session(file) as session:
+        assert session.frames == summary["recorded"]["frames"] >= 15
+        assert session.scene.source.kind == "v4l2"
