@@ -17,6 +17,7 @@ from rig.design.prediction import from_strain, linear_to, predict, seen, time_of
 from rig.design.setup import changes, setup_of
 from rig.scene import Scene
 from rig.scene.sensing import StrainEstimator
+from rig.scene.theory import largest_force
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,8 @@ class Change:
         Median error over the plate under 1 N, mm and N.
     gain : float
         Factor by which the place gets better.
+    linear_to : float, N
+        As in `Design`.
     """
 
     what: str
@@ -38,6 +41,7 @@ class Change:
     place: float
     force: float
     gain: float
+    linear_to: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +56,9 @@ class Design:
         Errors under 1 N over the plate (see `over_plate`): the bound of the whole pattern against a
         perfect reference, and what the scene senses from.
     linear_to : float, N
-        Force up to which linear theory is right to 5 % anywhere.
+        Force up to which linear theory, and so all this, is right to 5 % anywhere on the plate.
+    largest : float or None, N
+        Largest force that the scene expects.
     frame : float, s
         Time of a frame with a touch that is followed, on this machine.
     rate : float, frames a second
@@ -65,6 +71,7 @@ class Design:
     plate: fe.Plate
     sensed: dict[str, Errors]
     linear_to: float
+    largest: float | None
     frame: float
     rate: float
     changes: tuple[Change, ...]
@@ -79,14 +86,15 @@ def design(scene: Scene, report: Callable[[int, int, str], None]) -> Design:
         If the scene lacks something; see `setup_of`.
     """
     given = setup_of(scene)
-    named = list(changes(given))
+    flat, named = given.plate.build(), list(changes(given))
     steps = len(named) + 2
     report(0, steps, "errors over the plate")
-    now, made = predict(given), []
+    now, linear, made = predict(given), linear_to(flat), []
     for number, (what, before, after, changed) in enumerate(named, start=1):
         report(number, steps, what)
         then = predict(changed, like=now)
-        made.append(_change(what, before, after, now.errors, then.errors))
+        limit = linear if changed.plate == given.plate else linear_to(changed.plate.build())
+        made.append(_change((what, before, after), now.errors, then.errors, limit))
     report(steps - 1, steps, "time of a frame")
     motions = seen(given.plate, given.camera, given.dic.tile)
     sensed = {"bound": now.against(given.perfect_noise), "pattern": now.errors}
@@ -95,16 +103,16 @@ def design(scene: Scene, report: Callable[[int, int, str], None]) -> Design:
     frame = time_of_frame(given, motions)
     return Design(
         title=scene.title,
-        plate=motions.modes.plate,
+        plate=flat,
         sensed=sensed,
-        linear_to=linear_to(motions.modes.plate),
+        linear_to=linear,
+        largest=largest_force(scene),
         frame=frame,
         rate=min(given.camera.rate, 1 / frame),
         changes=tuple(sorted(made, key=lambda change: -change.gain)),
     )
 
 
-def _change(what: str, before: str, after: str, now: Errors, then: Errors) -> Change:
-    place = float(np.median(then.place))
-    gain = float(np.median(now.place)) / place
-    return Change(what, before, after, place, float(np.median(then.force)), gain)
+def _change(texts: tuple[str, str, str], now: Errors, then: Errors, linear: float) -> Change:
+    place, force = float(np.median(then.place)), float(np.median(then.force))
+    return Change(*texts, place, force, float(np.median(now.place)) / place, linear)

@@ -55,7 +55,13 @@ class Prediction:
 
 
 def predict(setup: Setup, like: Prediction | None = None) -> Prediction:
-    """Predict what a setup promises; what it shares with that of `like` is not computed again."""
+    """Predict what a setup promises; what it shares with that of `like` is not computed again.
+
+    Raises
+    ------
+    ValueError
+        If the pictures are too small to tell the modes of the plate apart.
+    """
     same = like is not None and like.setup.geometry == setup.geometry
     unit = like.unit if like and same else _unit(setup)
     if like and same and (like.setup.pattern, like.setup.sensor) == (setup.pattern, setup.sensor):
@@ -115,7 +121,14 @@ def seen(plate: Plate, camera: Pinhole, tile: int) -> models.Motions:
 
 def _unit(given: Setup) -> Errors:
     motions = seen(given.plate, given.camera, given.tile)
-    pattern = models.see_pattern(motions, alike(motions.tiles, 1.0))
+    try:
+        pattern = models.see_pattern(motions, alike(motions.tiles, 1.0))
+    except np.linalg.LinAlgError:
+        width, height = given.camera.pixels
+        raise ValueError(
+            f"pictures of {width} × {height} px in tiles of {given.tile} px cannot tell {MODES}"
+            " modes of the plate apart; set camera.pixels higher or dic.tile lower"
+        ) from None
     return expected_errors(pattern.forward(1.0), _touches(given.plate.size))
 
 

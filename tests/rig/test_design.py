@@ -68,6 +68,21 @@ def test_what_is_shared_is_not_computed_again(small):
     np.testing.assert_allclose(again.errors.place, predict(louder).errors.place)
 
 
+def test_a_thinner_plate_is_linear_to_a_smaller_force(small):
+    made = design(small(), quiet)
+    limits = {change.what: change.linear_to for change in made.changes}
+    assert limits["stand-off"] == made.linear_to
+    assert limits["thickness"] == pytest.approx(
+        made.linear_to / 1.25**4, rel=0.02
+    )  # F ~ D w, w ~ h
+    assert made.largest == 4.0
+
+
+def test_pictures_that_are_too_small_are_refused(small):
+    with pytest.raises(ValueError, match=r"pictures of 64 × 64 px in tiles of 4 px cannot tell"):
+        design(small({"camera.pixels": [64, 64], "dic.tile": 4}), quiet)
+
+
 def test_a_scene_without_a_camera_or_with_a_bent_plate_is_refused(small):
     import rig
 
