@@ -151,6 +151,8 @@ class Calibration(Section):
             found.append(_other("projector", self.projector.size, "window", scene.projector.size))
         if self.lens and self.pose and self.pose.date < self.lens.date:
             found.append("pose of the plate is older than the lens it stands on; find it again")
+        if self.pose and self.presses and self.presses.date < self.pose.date:
+            found.append("known presses are older than the pose they stand on; collect them again")
         return found
 
 

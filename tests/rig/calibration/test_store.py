@@ -53,6 +53,15 @@ def test_a_calibration_grows_old(tmp_path):
     assert said == "calibration of presses is 45 days old; repeat it"
 
 
+def test_presses_that_are_older_than_the_pose_are_doubted(tmp_path):
+    for part in (LENS, POSE, MENDED):
+        kept = store.keep(tmp_path / "x.json", part)
+    before = kept.pose.date - timedelta(hours=1)
+    old = kept.model_copy(update={"presses": kept.presses.model_copy(update={"date": before})})
+    (said,) = old.doubts(rig.load("twin"), datetime.now(UTC))
+    assert said == "known presses are older than the pose they stand on; collect them again"
+
+
 def test_another_camera_or_window_is_said(tmp_path):
     path = tmp_path / "x.json"
     store.keep(path, LENS)
