@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from time import monotonic
 from typing import TYPE_CHECKING
 
 from rig.markers import Screen
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from rig.snapshot import Mark, Snapshot
     from rig.source import Source
 
+OLDEST = 0.1  # s from the capture of a frame, after which its touches are not shown any more
 TYPICAL = 0.02  # s from the command to the light, where it was not measured
 
 
@@ -33,6 +35,8 @@ class Show:
     plate_size : (a, b), mm
     delay : float, s
         From the command to the light.
+    clock : callable
+        Monotonic time, s; the same that stamps the frames.
 
     Attributes
     ----------
@@ -46,10 +50,11 @@ class Show:
         mode: Mode,
         plate_size: tuple[float, float],
         delay: float,
+        clock: Callable[[], float] = monotonic,
     ):
         self._window, self._screen = window, screen
         self.mode: Mode = mode
-        self._plate_size, self._delay = plate_size, delay
+        self._plate_size, self._delay, self._clock = plate_size, delay, clock
 
     @property
     def status(self) -> str:
@@ -62,8 +67,9 @@ class Show:
         return "" if self._window.alive else self._window.status
 
     def __call__(self, snapshot: Snapshot) -> None:
-        """Show the touches of a frame."""
-        self._window(self.marks(snapshot))
+        """Show the touches of a frame; of one that is too old nothing, for they have moved on."""
+        old = self._clock() - snapshot.captured > OLDEST
+        self._window(() if old else self.marks(snapshot))
 
     def marks(self, snapshot: Snapshot) -> tuple[Mark, ...]:
         """Return the marks of a frame, where the mode puts them."""

@@ -49,7 +49,7 @@ class Nothing:
 def bench():
     """Give publisher, operator, show and window."""
     publisher, window = Publisher(0, SCREEN, Access()), Window()
-    show = Show(window, SCREEN, "beside", PLATE, 0.02)
+    show = Show(window, SCREEN, "beside", PLATE, 0.02, lambda: 100.05)
     switch = Switch(lambda file: Nothing(), None)
     two_days = datetime.now(UTC) - timedelta(days=2, hours=1)
     known = Calibration(latency=LatencyEntry(date=two_days, error=0.002, median=0.05, p95=0.06))
@@ -111,6 +111,14 @@ def test_what_may_not_be_changed_stays(bench, wish):
     operator(draw_snapshot(1))
     assert show.mode == "beside"
     assert not desk(publisher).recording.running
+
+
+def test_touches_of_a_frame_that_is_too_old_are_not_shown(bench):
+    _, _, show, window = bench
+    show(draw_snapshot(1, captured=99.9))
+    assert window.content == ()
+    show(draw_snapshot(1, captured=99.96))
+    assert len(window.content) == 2
 
 
 def test_a_projector_that_has_gone_is_told(bench):

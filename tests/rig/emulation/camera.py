@@ -5,9 +5,12 @@
 It prints the folder that clients must be given as UMOCKDEV_DIR, then obeys words on stdin and
 answers each with "done". Pixel (x, y) of frame n is (x + 3 y + 7 n) mod 256; a camera that is given
 a JPEG file sends nothing else, and after "show:FOLDER" it sends the files *.raw there in turn.
+After "watch:FILE" it sends what is in that file now: its first byte says which of the two pictures
+that follow from byte 4096 on is whole.
 """
 
 import errno
+import mmap
 import os
 import struct
 import sys
@@ -87,6 +90,7 @@ class EmulatedCamera:
         self.gone = self.frozen = self.busy = self.torn = False
         self.skip = 0
         self.shown = []
+        self.watched = None
         self.plug()
         self.answers = {
             0: self.capabilities, 2: self.one_format, 4: self.get_format, 5: self.set_format,
@@ -132,6 +136,9 @@ class EmulatedCamera:
         return True
 
     def picture(self):
+        if self.watched:
+            start = 4096 + self.watched[0] * WIDTH * HEIGHT
+            return self.watched[start : start + WIDTH * HEIGHT]
         if self.shown:
             return self.shown[self.number % len(self.shown)]
         return picture(self.number, self.format[2])
@@ -348,6 +355,9 @@ class EmulatedCamera:
             case _ if word.startswith("show:"):
                 files = sorted(Path(word.partition(":")[2]).glob("*.raw"))
                 self.shown = [file.read_bytes() for file in files]
+            case _ if word.startswith("watch:"):
+                with Path(word.partition(":")[2]).open("rb") as file:
+                    self.watched = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
         return "done"
 
 
