@@ -1,6 +1,6 @@
 """The steps of a training: Adam on batches, then L-BFGS in double precision, on torch tensors."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING
@@ -55,14 +55,13 @@ class Task:
         )
         return forward(layers, inputs, act) * scale + centre
 
-    def arrays(
-        self, layers: "Layers", start: Sequence[tuple[np.ndarray, np.ndarray]]
-    ) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
-        """Layers as arrays: with the weights of dead inputs, and the scale of the outputs."""
+    def arrays(self, layers: "Layers") -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+        """Layers as arrays: with no weight for dead inputs, and the scale of the outputs."""
         arrays = [(w.detach().numpy().copy(), b.detach().numpy().copy()) for w, b in layers]
-        first = start[0][0].astype(arrays[0][0].dtype)
-        first[self.live] = arrays[0][0]
-        arrays[0] = first, arrays[0][1]
+        weights, biases = arrays[0]
+        first = np.zeros((len(self.live), len(biases)), weights.dtype)
+        first[self.live] = weights  # a channel that was dead in training may bring noise
+        arrays[0] = first, biases
         weights, biases = arrays[-1]
         scale, centre = self.outputs.scale, self.outputs.centre
         arrays[-1] = (

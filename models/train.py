@@ -108,7 +108,7 @@ def train(
             layers = finish(layers, told, task, recipe.finish)
     if checkpoint:
         checkpoint.clear()
-    return Trained(Net(options, scale, task.arrays(layers, start)), history)
+    return Trained(Net(options, scale, task.arrays(layers)), history)
 
 
 def _told(training: Dataset, options: NetOptions) -> Dataset:

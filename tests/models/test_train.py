@@ -69,6 +69,15 @@ def test_the_force_of_the_training_touches_does_not_matter():
     )
 
 
+@pytest.mark.parametrize("inputs", ["standard", "asinh"])
+def test_noise_in_a_channel_that_was_dead_in_training_does_not_matter(inputs):
+    result = trained(20, NetOptions((8,), "silu", inputs))
+    noise = np.zeros_like(VALIDATION.strain)
+    noise[:, 2::3] = 1e-5  # of the shear, which `Bumps` does not have
+    told = predict(result.net, VALIDATION.strain + noise)
+    np.testing.assert_array_equal(told, predict(result.net, VALIDATION.strain))
+
+
 def test_every_epoch_is_reported_with_its_loss():
     heard = []
     result = trained(5, on_epoch=lambda epoch, loss: heard.append((epoch, loss)))
