@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 import fe
 import synthetic
 from rig import cache, script
+from rig.pressed import Solver, plate_solver, press
 from rig.scene import Scene
 from rig.scene.bench import Pattern, Pinhole, Sensor
 from rig.scene.plate import Plate, Touches
 from rig.scene.source import Twin as TwinSection
-from rig.scene.theory import choose, largest_force
 from rig.script import Script
-from rig.simulated import reduced
 
 ELEMENTS = 64  # along the longer side: deflections within 3e-4 at a third of the usual cost
 
@@ -43,7 +42,7 @@ class Twin:
         Of the disc that a touch presses.
     """
 
-    solver: fe.Linear | fe.Reduced
+    solver: Solver
     warper: synthetic.Warper
     sensor: synthetic.Sensor
     script: Script
@@ -64,7 +63,7 @@ class Twin:
         """Picture of the touched plate, (H, W), the same for the same arguments."""
         displacement = np.zeros((len(self.warper.points), 3))
         if touches:
-            displacement = _press(self.solver, touches).displacement(self.warper.points, "top")
+            displacement = press(self.solver, touches).displacement(self.warper.points, "top")
         return self.warper.render(
             displacement,
             self.sensor,
@@ -99,14 +98,13 @@ def build_twin(scene: Scene, progress: Callable[[int, int], None] | None = None)
             )
     play = _script(source, plate, scene.touches, camera.rate)
     view = camera.build(plate)
-    flat = plate.build()
     arrays = cache.fetch(
         "sharp-pattern",
         (synthetic, pattern.model_dump(), view, plate.thickness),
         lambda: synthetic.prepare_warp(pattern.build(plate), view, plate.thickness / 2).arrays(),
     )
     return Twin(
-        solver=_solver(scene, plate, flat, progress),
+        solver=plate_solver(scene, plate, ELEMENTS, progress or (lambda done, total: None)),
         warper=synthetic.Warper.from_arrays(view, plate.thickness / 2, arrays),
         sensor=sensor.build(),
         script=play,
@@ -115,21 +113,6 @@ def build_twin(scene: Scene, progress: Callable[[int, int], None] | None = None)
         shift=source.shift,
         radius=scene.touches.radius if scene.touches else 0.0,
     )
-
-
-def _solver(
-    scene: Scene, plate: Plate, flat: fe.Plate, progress: Callable[[int, int], None] | None
-) -> fe.Linear | fe.Reduced:
-    theory = choose(scene, plate, largest_force(scene))
-    if theory.name == "linear":
-        return fe.Linear(flat, fe.grid(flat, ELEMENTS))
-    return reduced(flat, theory.force, progress or (lambda done, total: None))
-
-
-def _press(
-    solver: fe.Linear | fe.Reduced, touches: tuple[fe.Touch, ...]
-) -> fe.State | fe.LargeState:
-    return solver.deflect(touches) if isinstance(solver, fe.Linear) else solver.solve(touches)
 
 
 def _script(source: TwinSection, plate: Plate, touches: Touches | None, rate: float) -> Script:

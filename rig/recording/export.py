@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fe
+from rig.pressed import plate_solver, press
 from rig.recording.layout import LAST, there
 from rig.recording.session import Session
 
@@ -53,14 +54,13 @@ def to_vtu(session: Session, folder: Path, report: Report) -> list[Path]:
     """Write the plate bent by the touches of each frame, with its strain, for ParaView."""
     if session.scene.plate is None:
         raise ValueError(f"recording '{session.path}' names no plate; export it as tiff or csv")
-    plate = session.scene.plate.build()
-    solver = fe.Linear(plate, fe.grid(plate, ELEMENTS))
+    solver = plate_solver(session.scene, session.scene.plate, ELEMENTS, report)
     paths = []
     for index in _reported(session, report):
         places = there(session.row(index)["touches/place"])
         touches = tuple(fe.Touch(*place.tolist()) for place in places)
         paths.append(folder / f"frame-{index:06d}.vtu")
-        fe.write_vtu(paths[-1], solver.deflect(touches), touches)
+        fe.write_vtu(paths[-1], press(solver, touches), touches)
     return paths
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fe
+from rig.recording.cut import Padded, missing, whole_frames
 from rig.recording.layout import FORMAT, LAST, VERSION, there
 from rig.scene import Scene
 from rig.source import Frame
@@ -88,14 +89,30 @@ def open_session(path: Path) -> Iterator[Session]:
 
     if not path.is_file():
         raise OSError(f"recording '{path}' does not exist; check the path")
-    try:
-        file = h5py.File(path, "r", libver="latest", swmr=_is_open(path))
-    except OSError as error:
-        raise OSError(
-            f"recording '{path}' cannot be read ({_reason(error)}); it is cut off or no recording"
-        ) from error
-    with file:
-        yield _read(path, file)
+    lost = missing(path)
+    with ExitStack() as stack:
+        try:
+            if lost:
+                raw = stack.enter_context(Padded(path, lost))
+                file = h5py.File(raw, "r")
+            else:
+                file = h5py.File(path, "r", libver="latest", swmr=_is_open(path))
+            stack.enter_context(file)
+        except OSError as error:
+            raise _unreadable(path, error) from error
+        try:
+            session = _read(path, file, lost)
+        except (OSError, RuntimeError, KeyError) as error:
+            if lost:
+                raise _unreadable(path, error) from error
+            raise
+        yield session
+
+
+def _unreadable(path: Path, error: Exception) -> OSError:
+    return OSError(
+        f"recording '{path}' cannot be read ({_reason(error)}); it is cut off or no recording"
+    )
 
 
 def _is_open(path: Path) -> bool:
@@ -109,7 +126,7 @@ def _is_open(path: Path) -> bool:
         return any(raw.read(12)[11:])
 
 
-def _read(path: Path, file: h5py.File) -> Session:
+def _read(path: Path, file: h5py.File, lost: int) -> Session:
     if file.attrs.get("format") != FORMAT:
         raise OSError(f"'{path}' is no recording of touchplate; give one that `record` has written")
     if file.attrs["version"] != VERSION:
@@ -121,13 +138,17 @@ def _read(path: Path, file: h5py.File) -> Session:
     file.visititems(lambda name, item: _collect(arrays, name, item))
     reference = arrays.pop("reference")
     noise = float(np.asarray(reference.attrs["noise"], dtype=np.float64))
+    said = min(len(array) for array in arrays.values())
+    frames = whole_frames(arrays, path.stat().st_size) if lost else said
+    cut = f"recording '{path}' lacks its end: {frames} of {said} frames are whole" if lost else ""
     return Session(
         path=path,
         scene=Scene.model_validate_json(str(file.attrs["scene"])),
         calibration=str(file.attrs.get("calibration", "")),
         zero=Zero(np.asarray(reference[()]), noise),
-        frames=min(len(array) for array in arrays.values()),
+        frames=frames,
         arrays=arrays,
+        cut=cut,
     )
 
 

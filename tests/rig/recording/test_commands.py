@@ -4,6 +4,7 @@ import csv
 import json
 
 import cv2
+import meshio
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -57,6 +58,33 @@ def _check(path, folder):
     video = cv2.VideoCapture(str(folder / "video" / "session.avi"))
     shown = [video.read()[1][..., 0] for _ in images]
     np.testing.assert_array_equal(shown[-1], images[-1])
+
+
+def test_bent_plates_are_exported_for_paraview(session, tmp_path):
+    path = tmp_path / "session.h5"
+    _, shots, _ = session(path, [20, 60, 61])  # nobody, then one finger
+    done = touchplate("export", path, tmp_path / "vtu", "--to", "vtu", "--json")
+    assert done.exit_code == 0, done.output
+    assert json.loads(done.stdout)["files"] == 3
+    still, bent, _ = (meshio.read(tmp_path / "vtu" / f"frame-{k:06d}.vtu") for k in range(3))
+    assert np.abs(still.point_data["displacement"]).max() == 0
+    (mark,) = shots[1].touches
+    pressed = int(np.argmax(bent.point_data["force"]))
+    assert bent.point_data["force"][pressed] == pytest.approx(mark.force)
+    flat = bent.points - bent.point_data["displacement"]
+    np.testing.assert_allclose(flat[pressed], (mark.x, mark.y, 1.0), atol=1e-9)
+    sag = bent.point_data["displacement"][:, 2]
+    assert sag.min() == pytest.approx(sag[pressed], rel=0.01)
+    assert -0.5 < sag.min() < -0.2  # mm under 2 N
+
+
+def test_a_cut_recording_is_exported_as_far_as_it_goes(session, tmp_path):
+    path = tmp_path / "session.h5"
+    session(path, range(20, 40))
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    done = touchplate("export", path, tmp_path / "csv", "--to", "csv", "--json")
+    assert 0 < json.loads(done.stdout)["frames"] < 20
+    assert "lacks its end" in done.stderr
 
 
 def test_a_name_that_leads_out_of_the_folder_is_refused(tmp_path):

@@ -150,14 +150,31 @@ def test_a_file_that_may_not_grow_keeps_its_whole_frames(tmp_path):
         assert last["frames/sequence"] == len(said.split()) - 1
 
 
-def test_a_file_that_was_cut_in_the_middle_is_one_sentence(session, tmp_path):
+def test_a_file_that_lost_its_end_keeps_the_frames_before_it(session, tmp_path):
+    path = tmp_path / "session.h5"
+    session(path, [*PRESSED, *range(600, 660)])  # more than one chunk of small numbers
+    whole, rows = path.read_bytes(), read_all(path)
+    kept = []
+    for part in (0.999, 0.9, 0.5, 0.2):
+        path.write_bytes(whole[: int(part * len(whole))])
+        with open_session(path) as recording:
+            kept.append(recording.frames)
+            assert f"lacks its end: {recording.frames} of {len(rows)} frames" in recording.cut
+            for k in range(recording.frames):
+                row = recording.row(k)
+                assert all(np.array_equal(row[name], rows[k][name], True) for name in row)
+    assert kept == sorted(kept, reverse=True)
+    assert kept[1] >= 0.8 * len(rows)
+    assert kept[3] > 0
+
+
+@pytest.mark.parametrize("bytes_left", [3, 40, 3000])
+def test_a_file_of_which_hardly_anything_is_left_is_one_sentence(session, tmp_path, bytes_left):
     path = tmp_path / "session.h5"
     session(path, PRESSED[:4])
-    whole = path.read_bytes()
-    for part in (0.9, 0.5, 0.1):
-        path.write_bytes(whole[: int(part * len(whole))])
-        with pytest.raises(OSError, match=r"session\.h5' (cannot be read|is damaged)"):
-            read_all(path)
+    path.write_bytes(path.read_bytes()[:bytes_left])
+    with pytest.raises(OSError, match=r"session\.h5' cannot be read .*cut off"):
+        read_all(path)
 
 
 def read_all(path):
