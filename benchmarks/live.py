@@ -1,10 +1,10 @@
 """Print how long a frame takes from its capture to the touches, stage by stage, with the error.
 
-Usage: ``python benchmarks/live.py [--frames 200] [WAY ...]``; ways are sparse (the pattern in 400
+Usage: ``python benchmarks/live.py [--cpu] [--frames 200] [WAY ...]``; ways are sparse (the pattern in 400
 tiles of 49 px), pattern (tiles of 16 px) and strain (the strain map of the same frames as well,
 whose error is then printed). The camera has 1024² px; one finger of 1 to 3 N strokes over a plate
-of 2 mm. All frames are rendered beforehand, so that nothing else computes. Wall time and CPU time
-are printed beside each other: on a machine that others use, the second is the one that compares.
+of 2 mm. All frames are rendered beforehand, so that nothing else computes. Times are of the wall;
+with --cpu they are those of the one thread that works, which compare on a machine that others use.
 """
 
 import sys
@@ -45,33 +45,29 @@ def photograph(count: int):
     return rest, [(twin.frame(100 + k, one), one) for k, one in enumerate(touches)]
 
 
-def run(way: str, rest, frames):
-    """Stopwatch, CPU seconds of each frame and scores of a run."""
+def run(way: str, rest, frames, clock):
+    """Stopwatch, scores and number of tiles of a run."""
     bench = build_bench(rig.load("twin", WAYS[way]), lambda done, total: None)
-    watch, tally, spent = Stopwatch(time.monotonic), Tally(bench.least_force), []
-    follower = Follower(bench, take_zero(rest), watch, time.monotonic)
+    watch, tally = Stopwatch(clock), Tally(bench.least_force)
+    follower = Follower(bench, take_zero(rest), watch, clock)
     for number, (image, touches) in enumerate(frames):
-        begun = time.process_time()
-        seen = follower.see(Frame(number, time.monotonic(), image, touches))
-        spent.append(time.process_time() - begun)
+        seen = follower.see(Frame(number, clock(), image, touches))
         tally.add(seen.sensed.from_strain or seen.sensed.estimate, touches)
-    tiles = len(follower.chain.reference.hessian)
-    return watch, 1e3 * np.array(spent), tally.summary(), tiles
+    return watch, tally.summary(), len(follower.chain.reference.hessian)
 
 
 def main(*arguments: str) -> None:
     """Print a table a way."""
     given = list(arguments)
     count = int(given.pop(given.index("--frames") + 1)) if "--frames" in given else 200
-    wanted = [name for name in given if not name.startswith("--")] or list(WAYS)
+    wanted = [name for name in given if name in WAYS] or list(WAYS)
+    clock = time.thread_time if "--cpu" in given else time.monotonic
     rest, frames = photograph(count)
     for way in wanted:
-        watch, spent, scores, tiles = run(way, rest, frames)
+        watch, scores, tiles = run(way, rest, frames, clock)
         median, late = watch.quantiles(LATENCY)
-        low, cpu = np.percentile(spent, (50, 95))
         print(f"{way}: {tiles} tiles, {count} frames, one touch", flush=True)
         print(f"  capture to touches   {median:6.1f} ms, p95 {late:6.1f} ms   bar p95 {BAR:g} ms")
-        print(f"  CPU of the frame     {low:6.1f} ms, p95 {cpu:6.1f} ms")
         for name, middle, slow in watch.table():
             if name != LATENCY:
                 print(f"  {name:20s} {middle:6.2f} ms, p95 {slow:6.2f} ms")

@@ -44,7 +44,7 @@ class Creeping:
     def __init__(self, scene):
         self.twin = build_twin(scene)
         bench = build_bench(scene, lambda done, total: None)
-        self.chain, _ = bench.prepare(take_zero([self.twin.frame(k, ()) for k in range(16)]))
+        self.chain, self.strain = bench.prepare(take_zero([self.twin.frame(k, ()) for k in range(16)]))
 
     def run(self, loads, settling, touch=()):
         """Estimates of a frame a second under growing loads, N."""
@@ -92,3 +92,15 @@ def test_a_touch_on_a_plate_that_has_crept_is_found_where_it_is(creeping):
     fresh = replace(state, rest=np.zeros_like(state.rest))
     blind = live.sense(creeping.chain, image, fresh, watch).estimate
     assert blind.count != 1 or np.abs(blind.force[0] - 2.0) > 0.1
+
+
+def test_slow_drift_is_no_touch_in_strain_either(creeping):
+    state, watch = live.at_rest(creeping.chain), Stopwatch(time.monotonic)
+    for index, load in enumerate(np.linspace(0.005, 0.8, 60)):
+        image = creeping.twin.frame(20 + index, (fe.Touch(70.0, 140.0, load, 30.0),))
+        sensed = live.sense(creeping.chain, image, state, watch, share(1.0))
+        sensed = live.with_strain(creeping.strain, sensed, watch)
+        assert sensed.from_strain.count == 0
+        state = sensed.state
+    fresh = replace(state, rest=np.zeros_like(state.rest))
+    assert live.sense_strain(creeping.strain, sensed.sums, fresh, watch)[1].count == 1
