@@ -26,6 +26,16 @@ def console() -> Console:
     return Console(stderr=True)
 
 
+def say(sentence: str) -> None:
+    """Write a sentence for the user as it is: names of [sections] are no markup."""
+    console().print(sentence, markup=False, highlight=False)
+
+
+def warn(sentence: str) -> None:
+    """Write a sentence that the user should not overlook."""
+    console().print(sentence, style="yellow", markup=False, highlight=False)
+
+
 @contextmanager
 def progress(title: str) -> Iterator[Report]:
     """Give a function that draws a progress bar; the bar appears when it is first called.

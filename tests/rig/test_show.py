@@ -53,6 +53,12 @@ def test_the_tables_name_parts_and_reasons():
         assert text in done.output
 
 
+def test_names_of_sections_are_printed_as_they_are(tmp_path):
+    path = tmp_path / "plain.toml"
+    path.write_text(PLAIN.replace("a plate", "a plate on [bold] feet"), encoding="utf-8")
+    assert "a plate on [bold] feet" in show(str(path)).output
+
+
 def test_json_is_one_object():
     said = json.loads(show("twin", "--json").stdout)
     assert {"title", "parts", "left_out", "theory", "regime"} == said.keys()
