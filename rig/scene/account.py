@@ -11,12 +11,20 @@ from typing import TYPE_CHECKING
 from rig.scene.parts import Part, describe, tiles
 from rig.scene.scene import Scene
 from rig.scene.section import Section
-from rig.scene.sensing import StrainEstimator
+from rig.scene.sensing import PatternEstimator, StrainEstimator
 from rig.scene.source import Twin
 from rig.scene.theory import Theory, choose, largest_force
 
 if TYPE_CHECKING:
     from fe.linear_range import Regime
+
+
+REDUCED = Part(
+    "reduced plate",
+    "large deflection at a live pace",
+    "made once, in minutes, and kept in the cache; milliseconds a frame",
+    ("fe", "models"),
+)
 
 
 @dataclass(frozen=True)
@@ -61,6 +69,8 @@ def account(scene: Scene) -> Account:
     left_out = _left_out(scene, absent, theory)
     if theory is None:
         return Account(scene.title, parts, left_out, None, None)
+    if theory.name == "large" and isinstance(scene.estimator, PatternEstimator):
+        parts += (REDUCED,)
     return Account(scene.title, parts, left_out, theory.name, theory.regime)
 
 

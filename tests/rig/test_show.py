@@ -129,6 +129,14 @@ def test_the_theory_is_the_one_that_the_forces_need():
     assert why.startswith("theory of large deflection: w/h is up to")
 
 
+def test_large_touches_are_followed_on_a_reduced_plate():
+    def parts(name, overrides=None):
+        return {part.name for part in account(rig.load(name, overrides)).parts}
+
+    assert "reduced plate" in parts("bench")
+    assert "reduced plate" not in parts("bench", {"plate.theory": "linear"}) | parts("twin")
+
+
 def test_a_scene_that_insists_is_told_the_cost():
     why = left_out("twin", {"plate.thickness": 1})["large deflection"]
     assert why.startswith("linear theory, as the scene insists: w/h is up to")
