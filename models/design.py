@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from dic.tile_field import prepare_blocks
 from dic.tiles import TileReference, Tiles, prepare_tiles
 from models.descent import covariance
 from models.forward import Forward
@@ -75,17 +76,20 @@ def shape_over(size: tuple[float, float], across: int = 24) -> tuple[int, int]:
     return a, b
 
 
-def gradient_energy(picture: NDArray) -> float:
+def gradient_energy(picture: NDArray, tile: int) -> float:
     """Measure the mean squared gradient of a pattern along one direction, grey levels² a px².
+
+    What a gain and an offset of the light of each tile explain is not in it.
 
     Parameters
     ----------
     picture : (H, W) array, grey levels
         A patch without noise, some twenty speckles wide or more.
+    tile : int, px
+        Side of the tiles.
     """
-    reference = prepare_tiles(picture)
-    sums = reference.hessian[:, [0, 2]].mean()
-    return float(sums / reference.tiles.size**2)
+    hessian = prepare_blocks(prepare_tiles(picture, tile), 1).hessian
+    return float(hessian[:, [0, 1], [0, 1]].mean() / tile**2)
 
 
 def alike(tiles: Tiles, energy: float) -> TileReference:
@@ -105,6 +109,6 @@ def alike(tiles: Tiles, energy: float) -> TileReference:
         coefficients=none,
         gradient=none[None],
         hessian=np.tile(pixels * np.array([energy, 0.0, energy]), (count, 1)),
-        # Of light whose gain and offset mix neither with motion nor with each other.
+        # Light mixes neither with motion nor with itself: its part is out of the energy already.
         light=np.tile(pixels * np.array([0.0, 0.0, 0.0, 0.0, 1.0, 0.0]), (count, 1)),
     )

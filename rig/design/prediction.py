@@ -143,7 +143,7 @@ def _energy(given: Setup) -> float:
     warper = synthetic.prepare_warp(pattern, patch, given.plate.thickness / 2)
     light = warper.render(np.zeros((len(warper.points), 3)), None, None) / 255.0
     eye = given.sensor.build()
-    return gradient_energy((eye.white - eye.black) * eye.top * light)
+    return gradient_energy((eye.white - eye.black) * eye.top * light, given.tile)
 
 
 def _touches(size: tuple[float, float]) -> np.ndarray:

@@ -19,7 +19,7 @@ def test_a_patch_of_the_pattern_tells_the_bound_of_the_whole(bench):
     picture = bench.picture()
     patch = picture[60:200, 80:250]
     motions = models.see_motions(bench.modes, bench.camera, bench.height, bench.reference.tiles)
-    expected = models.see_pattern(motions, alike(motions.tiles, gradient_energy(patch)))
+    expected = models.see_pattern(motions, alike(motions.tiles, gradient_energy(patch, 8)))
     true = models.see_pattern(motions, bench.reference)
     rng = np.random.default_rng(3)
     touches = np.column_stack([rng.uniform((25, 20), (125, 90), (40, 2)), rng.uniform(1, 3, 40)])
@@ -52,7 +52,7 @@ def test_gradient_energy_is_that_of_a_wave():
     x, y = np.meshgrid(np.arange(256.0), np.arange(208.0))
     k = 2 * np.pi / 8.0
     wave = 100 + 30 * np.sin(k * x) + 20 * np.sin(k * y)
-    assert gradient_energy(wave) == pytest.approx(k**2 * (30**2 + 20**2) / 4, rel=0.01)
+    assert gradient_energy(wave, 16) == pytest.approx(k**2 * (30**2 + 20**2) / 4, rel=0.01)
 
 
 def test_cells_lie_evenly_over_a_plate_that_is_not_square():

@@ -57,6 +57,11 @@ def test_changes_are_worth_what_theory_says(small):
     assert order == sorted(order, reverse=True)
     assert (made.sensed["bound"].place < made.sensed["pattern"].place).all()
     assert (made.sensed["pattern"].place < made.sensed["strain"].place).all()
+    limits = {change.what: change.linear_to for change in made.changes}
+    assert limits["stand-off"] == made.linear_to < made.largest == 4.0
+    assert limits["thickness"] == pytest.approx(
+        made.linear_to / 1.25**4, rel=0.02
+    )  # F ~ D w, w ~ h
 
 
 def test_what_is_shared_is_not_computed_again(small):
@@ -66,16 +71,6 @@ def test_what_is_shared_is_not_computed_again(small):
     assert again.unit is now.unit
     assert again.energy == now.energy
     np.testing.assert_allclose(again.errors.place, predict(louder).errors.place)
-
-
-def test_a_thinner_plate_is_linear_to_a_smaller_force(small):
-    made = design(small(), quiet)
-    limits = {change.what: change.linear_to for change in made.changes}
-    assert limits["stand-off"] == made.linear_to
-    assert limits["thickness"] == pytest.approx(
-        made.linear_to / 1.25**4, rel=0.02
-    )  # F ~ D w, w ~ h
-    assert made.largest == 4.0
 
 
 def test_pictures_that_are_too_small_are_refused(small):
@@ -138,8 +133,8 @@ def test_predicted_errors_are_those_of_a_simulated_run(small):
         away = np.linalg.norm(found.xy[0] - (touch.x, touch.y))
         off.append(away / place((touch.y, touch.x)) * touch.force)
         push.append((found.force[0] - touch.force) / force((touch.y, touch.x)))
-    assert np.sqrt(np.mean(np.square(off))) == pytest.approx(1.0, abs=0.15)  # measured 1.04
-    assert np.sqrt(np.mean(np.square(push))) == pytest.approx(1.0, abs=0.15)  # measured 1.03
+    assert np.sqrt(np.mean(np.square(off))) == pytest.approx(1.0, abs=0.15)  # measured 1.06
+    assert np.sqrt(np.mean(np.square(push))) == pytest.approx(1.0, abs=0.15)  # measured 1.05
 
 
 def over(size, values):
