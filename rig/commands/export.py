@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from rig.commands.output import console, emit, folder_aside, progress, require_free
+from rig.commands.output import emit, folder_aside, progress, require_free, warn
 
 
 class Way(StrEnum):
@@ -38,7 +38,7 @@ def export(
         progress(f"export to {to.value}") as report,
     ):
         if session.cut:
-            console().print(session.cut)
+            warn(session.cut)
         names = [path.name for path in WAYS[to.value](session, aside, report)]
         said = {"folder": str(folder), "frames": session.frames, "files": len(names)}
     emit(f"{said['files']} files of {said['frames']} frames in {folder}", said, as_json)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rig.commands.output import console, emit, progress
+from rig.commands.output import emit, progress, warn
 
 if TYPE_CHECKING:
     from rig.recording.session import Session
@@ -23,7 +23,7 @@ def replay(
 
     with open_session(recording) as session:
         if session.cut:
-            console().print(session.cut)
+            warn(session.cut)
         said = _replay(session)
     lines = [f"{said['frames']} frames, {said['different']} with other touches than then"]
     truth = said["pattern"]

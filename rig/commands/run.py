@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rig.commands.output import console, emit, progress
+from rig.commands.output import emit, progress, say, warn
 from rig.process import interruptible
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def known(name: str, scene: Scene) -> Calibration:
             f" {scene.camera.stand_off:g} mm; run `touchplate calibrate camera` and `pose`"
         )
     for doubt in doubts:
-        console().print(f"[yellow]{doubt}[/yellow]")
+        warn(doubt)
     return calibration
 
 
@@ -89,7 +89,7 @@ def live(
     except KeyboardInterrupt:
         if loop is None or not loop.frames:
             raise
-        console().print("ended")
+        say("ended")
     summary = loop.summary()
     emit(_table(summary), summary, as_json)
 
@@ -108,7 +108,7 @@ def start(
     show, sinks = _open_sinks(scene, calibration, headless, switch, open_parts)
     from rig.inputs import open_input
 
-    source, zero = open_parts.enter_context(open_input(scene, console().print))
+    source, zero = open_parts.enter_context(open_input(scene, say))
     from rig.bench import build_bench
     from rig.loop import Loop
     from rig.view import look
@@ -120,8 +120,8 @@ def start(
         light = calibration.light(view.T_px_plate, bench.camera.size)
         source = show.filtered(source, light, 1 / scene.camera.rate)
     if bench.theory.against:
-        console().print(bench.theory.sentence)
-    console().print(READY)
+        say(bench.theory.sentence)
+    say(READY)
     return Loop(bench, source, recorder=switch, zero=zero), sinks
 
 
@@ -178,7 +178,7 @@ def _follow(loop: Loop, sinks: list[Sink], frames: int | None) -> None:
                     sink(snapshot)
         if not snapshot.fresh and snapshot.status != said:
             said = snapshot.status
-            console().print(f"[yellow]{said}[/yellow]")
+            warn(said)
         if snapshot.fresh:
             said = None
         if frames and loop.frames >= frames:
