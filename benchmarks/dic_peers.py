@@ -7,14 +7,18 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
+
+EDGE = 12  # px, border that al-dic is asked to leave out
 
 
 @dataclass(frozen=True)
 class Peer:
-    """CPU time of a frame, median and spread, s, and mean displacement found, px."""
+    """CPU time of a frame, median and spread, s; points (N, 2) px and their motion (N, 2) px."""
 
     timing: tuple[float, float]
-    mean: tuple[float, float]
+    xy: NDArray[np.float64]
+    moved: NDArray[np.float64]
 
 
 def pyvale_field(first, second, order, repeats=3):
@@ -41,12 +45,38 @@ def pyvale_field(first, second, order, repeats=3):
             )
             times.append(time.process_time() - start)
         (result,) = Path(folder).glob("*.csv")
-        table = np.genfromtxt(result, delimiter=",", skip_header=1, usecols=(2, 3))
-    return Peer((np.median(times), np.ptp(times)), tuple(np.nanmean(table, axis=0)))
+        table = np.genfromtxt(result, delimiter=",", skip_header=1, usecols=(0, 1, 2, 3))
+    return Peer((np.median(times), np.ptp(times)), table[:, :2], table[:, 2:])
 
 
-def pyramid(first, second, places):
-    """Motion (N, 2) px by the pyramid of Lucas and Kanade in OpenCV, window 31."""
+def al_dic_field(first, second):
+    """Correlate with al-dic without its global step, subset 20, step 4, as it comes; or None."""
+    try:
+        import al_dic as peer
+        from al_dic.core.data_structures import GridxyROIRange
+    except ImportError:
+        return None
+    height, width = first.shape
+    options = peer.dicpara_default(
+        winsize=20,
+        winstepsize=4,  # a power of 2
+        winsize_min=4,
+        use_global_step=False,
+        img_size=first.shape,
+        gridxy_roi_range=GridxyROIRange((EDGE, width - 1 - EDGE), (EDGE, height - 1 - EDGE)),
+    )
+    pair, times = [first / 255.0, second / 255.0], []
+    for _ in range(2):
+        start = time.process_time()
+        result = peer.run_aldic(options, pair, [np.ones(first.shape)] * 2, compute_strain=False)
+        times.append(time.process_time() - start)
+    moved = result.result_disp[0].U.reshape(-1, 2)
+    # The first run compiles.
+    return Peer((times[-1], 0.0), result.dic_mesh.coordinates_fem, moved)
+
+
+def pyramid(first, second, places, window=31):
+    """Motion (N, 2) px by the pyramid of Lucas and Kanade in OpenCV."""
     start = places.astype(np.float32)
-    moved, _, _ = cv2.calcOpticalFlowPyrLK(first, second, start, None, winSize=(31, 31))
+    moved, _, _ = cv2.calcOpticalFlowPyrLK(first, second, start, None, winSize=(window, window))
     return moved - start

@@ -14,6 +14,7 @@ from dic.shape import monomials
 from dic.strain_field import LEAST
 
 _DEGREES = (1, 2, 3, 4)
+_SINGULAR = 1e-12  # of the normal equations: the points lie on lines
 
 
 @dataclass(frozen=True)
@@ -136,8 +137,9 @@ def _weights(
     )
     basis = np.array([np.outer(down[b], along[a]).ravel()[used] for a, b in monomials(degree)])
     y, x = (part.ravel()[used] for part in np.meshgrid(line, line, indexing="ij"))
-    solution, _, rank, _ = np.linalg.lstsq(basis.T, np.eye(len(x)), rcond=None)
-    weights = solution[0] if rank == len(basis) else np.full(len(x), np.nan)
+    normal, turn = np.linalg.eigh(basis @ basis.T)
+    known = normal[0] > _SINGULAR * normal[-1]
+    weights = turn[0] / normal @ turn.T @ basis if known else np.full(len(x), np.nan)
     shared = roughness.overlap(1, grid.subset, grid.step, window)
     apart = np.abs(y[:, None] - y), np.abs(x[:, None] - x)
     return weights, np.outer(weights, weights) * shared[apart]
