@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import synthetic
-from dic.tile_field import TileBlocks, prepare_blocks, right_side
+from dic.tile_field import prepare_blocks, right_side
 from dic.tiles import TileReference, tile_sums
 from models.motions import Motions
 
@@ -84,9 +84,10 @@ def correct(
     camera: synthetic.Camera,
     look: Callable[[synthetic.Camera], Motions],
     reference: TileReference,
-    pictures: Sequence[NDArray],
+    pictures: Sequence[NDArray] | NDArray,
     touches: NDArray,
     noise: float,
+    hidden: NDArray | None = None,
     doubt: Doubt | None = None,
 ) -> Corrected:
     """Correct camera and softness by pictures of known presses.
@@ -98,12 +99,14 @@ def correct(
     look : callable
         Motions of plate and camera on the tiles of the reference, as a camera sees them.
     reference : TileReference
-    pictures : sequence of (H, W) arrays, grey levels
+    pictures : (P, H, W) array, or as many (H, W) arrays, grey levels
         One of each press, or the mean of several.
     touches : (P, 3) float64
         x, y (mm) and F (N) of the presses.
     noise : float, grey levels
         Of a picture less the reference.
+    hidden : (P, T) bool, optional
+        Tiles of each picture that a hand hides; see `models.hidden_tiles`.
     doubt : Doubt, optional
 
     Raises
@@ -117,7 +120,9 @@ def correct(
         )
     doubt, blocks = doubt or Doubt(), prepare_blocks(reference, 1)
     prior = _prior(camera, doubt)
-    presses = _presses(camera, look, blocks, touches, noise, doubt)
+    nothing = np.zeros((len(touches), len(blocks.hessian)), dtype=bool)
+    sight = ~(nothing if hidden is None else hidden)
+    presses = _presses(camera, look, blocks.hessian / noise**2, touches, sight, doubt)
     normal = np.diag(prior) + sum(press.shared for press in presses)
     numbers, still = np.zeros(SHARED), np.zeros((len(touches), presses[0].rigid))
     for _ in range(ROUNDS):
@@ -125,7 +130,8 @@ def correct(
         for index, (press, picture) in enumerate(zip(presses, pictures, strict=True)):
             flow = _flow(motions, touches[index], numbers[-1], still[index])
             sums = tile_sums(reference, picture, flow)
-            towards = np.einsum("tai,ta->i", press.basis, right_side(blocks, sums)) / noise**2
+            right_sides = right_side(blocks, sums) * sight[index, :, None] / noise**2
+            towards = np.einsum("tai,ta->i", press.basis, right_sides)
             alone.append(np.linalg.solve(press.own, towards[SHARED:]))
             right = right + towards[:SHARED] - press.mixed @ alone[-1]
         step = np.linalg.solve(normal, right)
@@ -185,18 +191,21 @@ class _Press:
 def _presses(
     camera: synthetic.Camera,
     look: Callable[[synthetic.Camera], Motions],
-    blocks: TileBlocks,
+    hessian: NDArray,
     touches: NDArray,
-    noise: float,
+    sight: NDArray,
     doubt: Doubt,
 ) -> list[_Press]:
-    """Differentiate what each press shows, where the camera is as it is thought to be."""
+    """Differentiate what each press shows, where the camera is as it is thought to be.
+
+    `hessian` (T, 2, 2) per noise², `sight` (P, T) bool.
+    """
     here, *nudged = (look(_moved(camera, nudge)) for nudge in np.diag((0.0, *STEPS))[:-1, 1:])
     rigid = here.of_tiles()[:, :, here.fields :]
     still = np.zeros(rigid.shape[2])
     known = np.array([doubt.place, doubt.place, doubt.force]) ** -2.0
     found = []
-    for touch in touches:
+    for touch, seen in zip(touches, sight, strict=True):
         flow, softer = _flow(here, touch, 0.0, still), STEPS[-1]
         moved = [_flow(motions, touch, 0.0, still) for motions in nudged]
         moved.append(_flow(here, touch, softer, still))
@@ -204,7 +213,7 @@ def _presses(
         moved += [_flow(here, one, 0.0, still) for one in aside]
         slopes = (np.stack(moved, axis=2) - flow[:, :, None]) / (*STEPS, *NUDGES)
         basis = np.concatenate([slopes, rigid], axis=2)
-        weighed = np.einsum("tab,tbj->taj", blocks.hessian, basis) / noise**2
+        weighed = np.einsum("tab,tbj->taj", hessian * seen[:, None, None], basis)
         flat = basis.reshape(-1, basis.shape[2])
         normal = flat.T @ weighed.reshape(flat.shape)
         normal[SHARED : SHARED + OWN, SHARED : SHARED + OWN] += np.diag(known)

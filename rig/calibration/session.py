@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import compress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,6 +96,30 @@ def learn(session: Session, report: Callable[[int, int], None]) -> Learned:
     OSError
         If the file is damaged.
     """
+    bench, kept = _bench(session, report), _without_slips(presses(session))
+    chain, look = _chain(bench, session), _look(bench)
+    sensed = [_sense(chain, one) for one in kept]
+    touches = np.array([one.touch for one in kept])
+    pictures = np.stack([one.picture for one in kept])
+    hidden = np.array([one.hidden for one in sensed])
+    noise = session.zero.noise * _share(kept, bench.reference_frames)
+
+    def by(chosen: NDArray) -> Corrected:
+        given = pictures[chosen], touches[chosen], noise, hidden[chosen]
+        return correct(bench.camera, look, chain.reference, *given)
+
+    held = np.arange(len(kept)) % 3 == 2
+    part = by(~held)
+    better = _chain(replace(bench, camera=part.camera, motions=look(part.camera)), session)
+    again = _found([_sense(better, one) for one in compress(kept, held)])
+    before = rms(_found(sensed)[held], touches[held])
+    after = rms(again / (1.0, 1.0, part.softness), touches[held])
+    score = Score(len(again), before[0], after[0], before[1], after[1])
+    return _learned(by(np.ones(len(kept), dtype=bool)), score)
+
+
+def _bench(session: Session, report: Callable[[int, int], None]) -> Bench:
+    """Build the bench of a recording without what older presses mended."""
     known = parse(session.calibration, "in the recording").model_copy(update={"presses": None})
     bench = build_bench(session.scene, report, known)
     if not isinstance(bench.camera, synthetic.Camera):
@@ -102,16 +127,17 @@ def learn(session: Session, report: Callable[[int, int], None]) -> Learned:
             f"scene '{session.scene.title}' has a camera of kind '{bench.camera.kind}', and presses"
             " correct a pinhole camera; mend it with `touchplate collect`"
         )
-    kept = _without_slips(presses(session))
-    held = [one for index, one in enumerate(kept) if index % 3 == 2]
-    part = [one for index, one in enumerate(kept) if index % 3 != 2]
-    true = np.array([one.touch for one in held])
-    before = rms(_find(bench, session, held, 1.0), true)
-    corrected = _correct(bench, session, part)
-    seen = replace(bench, camera=corrected.camera, motions=_look(bench)(corrected.camera))
-    after = rms(_find(seen, session, held, corrected.softness), true)
-    score = Score(len(held), before[0], after[0], before[1], after[1])
-    return _learned(_correct(bench, session, kept), score)
+    return replace(bench, strain=False, most=1)
+
+
+def _chain(bench: Bench, session: Session) -> live.Chain:
+    return bench.prepare(session.zero)[0]
+
+
+def _share(pressed: list[Pressed], reference: int) -> float:
+    """Noise of mean pictures less the reference, over that of a single frame less the reference."""
+    frames = float(np.median([one.taken.frames for one in pressed]))
+    return float(np.sqrt((1 / frames + 1 / reference) / (1 + 1 / reference)))
 
 
 def _without_slips(found: list[Pressed]) -> list[Pressed]:
@@ -131,32 +157,27 @@ def _look(bench: Bench) -> Callable[[synthetic.Camera], Motions]:
     return lambda camera: see_motions(known.modes, camera, bench.height, known.tiles, known.large)
 
 
-def _correct(bench: Bench, session: Session, pressed: list[Pressed]) -> Corrected:
-    chain, _ = replace(bench, strain=False).prepare(session.zero)
-    frames = float(np.median([one.taken.frames for one in pressed]))
-    count = bench.reference_frames  # that of the mean of frames, less that of the reference
-    noise = session.zero.noise * float(np.sqrt((1 / frames + 1 / count) / (1 + 1 / count)))
-    touches = np.array([one.touch for one in pressed])
-    pictures = [one.picture for one in pressed]
-    return correct(bench.camera, _look(bench), chain.reference, pictures, touches, noise)
+def _sense(chain: live.Chain, pressed: Pressed) -> live.Sensed:
+    """Find the one touch of a press.
+
+    Raises
+    ------
+    ValueError
+        If there is none.
+    """
+    sensed = live.sense(chain, pressed.picture, live.at_rest(chain), Stopwatch(lambda: 0.0))
+    if sensed.estimate.count != 1:
+        x, y, _ = pressed.touch
+        raise ValueError(
+            f"no touch is found at ({x:.0f}, {y:.0f}) mm where the recording shows a known press;"
+            " press harder, or look at it with `touchplate replay`"
+        )
+    return sensed
 
 
-def _find(
-    bench: Bench, session: Session, pressed: list[Pressed], softness: float
-) -> NDArray[np.float64]:
-    """Find the one touch of each press, (n, 3)."""
-    chain, _ = replace(bench, strain=False, most=1).prepare(session.zero)
-    watch, found = Stopwatch(lambda: 0.0), []
-    for one in pressed:
-        estimate = live.sense(chain, one.picture, live.at_rest(chain), watch).estimate
-        if estimate.count != 1:
-            x, y, _ = one.touch
-            raise ValueError(
-                f"no touch is found at ({x:.0f}, {y:.0f}) mm where the recording shows a known"
-                " press; press harder, or look at it with `touchplate replay`"
-            )
-        found.append((*estimate.xy[0], estimate.force[0] / softness))
-    return np.array(found)
+def _found(sensed: list[live.Sensed]) -> NDArray[np.float64]:
+    """x, y, F of the one touch of each, (n, 3)."""
+    return np.array([(*one.estimate.xy[0], one.estimate.force[0]) for one in sensed])
 
 
 def _learned(corrected: Corrected, score: Score) -> Learned:

@@ -33,16 +33,19 @@ def wrong(camera, modes, soft=1.1):
     return seen, replace(modes, stiffness=soft * modes.stiffness)
 
 
-def learn(bench, assumed, rng, off=0.0, shift=(0.0, 0.0), doubt=None):
+def learn(bench, assumed, rng, off=0.0, shift=(0.0, 0.0), hand=None, **given):
     camera, modes = assumed
     true, said = pressed(rng, off)
     pictures = [bench.picture([touch], shift) for touch in true]
     pictures = [one + rng.normal(0, NOISE, one.shape) for one in pictures]
+    if hand:
+        for one in pictures:
+            one[hand] = 140.0
 
     def look(seen):
         return models.see_motions(modes, seen, bench.height, bench.reference.tiles)
 
-    return correct(camera, look, bench.reference, pictures, said, NOISE, doubt)
+    return correct(camera, look, bench.reference, pictures, said, NOISE, **given)
 
 
 def apart(camera, other, plate):
@@ -72,6 +75,17 @@ def test_presses_that_are_off_themselves_cost_what_is_said_of_them(bench, rng):
     middle = np.array([a / 2, b / 2, 0.0, 1.0])
     away = (found.camera.T_cam_plate @ middle - bench.camera.T_cam_plate @ middle)[:2]
     assert (np.abs(away) < 4 * np.sqrt(np.diag(found.covariance)[3:5])).all()
+
+
+def test_a_hand_before_the_plate_is_left_out(bench, rng):
+    hand = np.s_[20:140, 180:300]
+    tiles = bench.reference.tiles
+    x, y = tiles.xy.T
+    covered = (np.abs(x - 240) < 66) & (np.abs(y - 80) < 66)
+    given = {"hand": hand, "hidden": np.tile(covered, (len(PLACES), 1))}
+    found = learn(bench, wrong(bench.camera, bench.modes), rng, **given)
+    assert apart(found.camera, bench.camera, bench.modes.plate) < 0.6
+    assert found.softness == pytest.approx(1.1, rel=0.04)
 
 
 def test_a_bench_that_is_right_stays_so_within_its_uncertainty(bench, rng):
