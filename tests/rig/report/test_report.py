@@ -3,6 +3,7 @@
 import json
 import re
 from datetime import datetime
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
@@ -190,6 +191,12 @@ def test_a_wrong_table_of_contents_is_refused_by_what_is_wrong(home, text, said)
     (home / "report.toml").write_text(text)
     with pytest.raises(ValueError, match=said):
         read_contents(home)
+
+
+def test_the_contents_of_the_report_name_programs_that_are_there():
+    contents = read_contents(Path(__file__).parents[3] / "benchmarks")
+    names = [study.name for section in contents.sections for study in section.studies]
+    assert len(names) == len(set(names)) > 5
 
 
 def test_an_unknown_study_and_a_folder_without_studies_are_refused(home, tmp_path):
