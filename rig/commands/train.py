@@ -39,6 +39,9 @@ def train(
             "--from", metavar="FILE", help="Correct the model by known presses of a recording."
         ),
     ] = None,
+    curves: Annotated[
+        Path | None, typer.Option(help="Draw the losses of training and validation: a PNG file.")
+    ] = None,
     settings: Annotated[
         list[str] | None, typer.Option("--set", help="Replace a value: section.key=value.")
     ] = None,
@@ -69,6 +72,8 @@ def train(
         from models.onnx_file import write_onnx
 
         write_onnx(onnx, trained.net)
+    if curves:
+        _draw(curves, trained, _check(taught))
     scores = figures(trained.net, sets, taught.touches)
     console().print(f"trained in {seconds:.0f} s, stored in {path}")
     emit(table(bench.title, scores), {"model": str(path), "seconds": seconds} | scores, as_json)
@@ -104,13 +109,12 @@ def descend(
 
     net, touches = taught.net, taught.touches
     rng = np.random.default_rng(net.seed)
-    check = BATCHES_A_CHECK if net.batch else 1
     poles = touches if net.told == "poles" else 0
     return train(
         sets.training,
         sets.validation,
         NetOptions(layers, net.activation, net.inputs, poles),
-        Recipe(net.epochs, net.learning_rate, net.decay, net.outputs, net.finish, check),
+        Recipe(net.epochs, net.learning_rate, net.decay, net.outputs, net.finish, _check(taught)),
         rng,
         on_epoch,
         _loss(taught),
@@ -128,3 +132,26 @@ def _loss(taught: Lesson) -> Loss:
     if taught.net.told == "poles":
         return unordered(taught.touches, weight)
     return magnitudes_too(taught.touches, weight) if taught.magnitudes else distance(taught.touches)
+
+
+def _check(taught: Lesson) -> int:
+    """Return the epochs between two looks at the validation set."""
+    return BATCHES_A_CHECK if taught.net.batch else 1
+
+
+def _draw(path: Path, trained: Trained, check: int) -> None:
+    """Draw both losses over the epochs, as figures 2D and 4A of the paper."""
+    from matplotlib.figure import Figure
+
+    picture = Figure(figsize=(5, 4), layout="constrained")
+    axes = picture.subplots()
+    epochs = 1 + check * np.arange(len(trained.history))
+    axes.loglog(epochs, trained.history, label=["training", "validation"])
+    axes.set(xlabel="epoch", ylabel="loss, mm")
+    axes.legend()
+    try:
+        picture.savefig(path, dpi=120)
+    except (OSError, ValueError) as error:
+        raise OSError(
+            f"curves {path} cannot be drawn ({error}); give a PNG file in a folder that exists"
+        ) from error

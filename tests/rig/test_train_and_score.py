@@ -52,7 +52,7 @@ def bench(tmp_path_factory):
 @pytest.fixture(scope="module")
 def trained(bench):
     folder, touchplate = bench
-    done = touchplate("train", "oblong.toml", "--json", "--onnx", "net.onnx")
+    done = touchplate("train", "oblong.toml", "--json", "--onnx", "net.onnx", "--curves", "net.png")
     assert done.returncode == 0, done.stderr
     return folder / "results" / "oblong" / "model.h5", json.loads(done.stdout), done.stderr
 
@@ -66,6 +66,7 @@ def test_training_stores_the_net_and_prints_one_json_object(trained):
     assert figures["training"]["mean"] < 3.0  # mm; the middle of the plate is off by 13 mm
     assert "stored in results/oblong/model.h5" in said
     assert (path.parents[2] / "net.onnx").is_file()
+    assert (path.parents[2] / "net.png").read_bytes().startswith(b"\x89PNG")
     assert not list(path.parent.glob("*.npz"))  # no checkpoint is left
 
 
