@@ -220,9 +220,13 @@ def interrupt(run, session_of, shared_memory, ended):
 
 
 def test_ctrl_c_while_it_runs_gives_the_figures(started, session_of, shared_memory, ended):
-    run = started("--headless", "--json")
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        port = taken.getsockname()[1]
+    run = started("--headless", "--json", f"--set=outputs.websocket.port={port}")
     read_until(run.stderr, READY)
-    time.sleep(4.0)
+    with connect(f"ws://127.0.0.1:{port}/touches") as touches:
+        touches.recv(timeout=60)  # of the first frame
     assert interrupt(run, session_of, shared_memory, ended)["frames"] > 0
 
 
