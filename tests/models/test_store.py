@@ -34,6 +34,19 @@ def test_a_stored_net_predicts_to_the_last_bit_what_it_did(path):
     assert about == ABOUT
 
 
+def test_a_net_without_an_order_is_read_as_it_was(tmp_path):
+    net = some_net().net
+    layers = (*net.layers[:-1], initial((4, 7), np.random.default_rng(2))[0])
+    unordered = Net(NetOptions((5, 4), "silu", poles=2), net.scaling, layers)
+    save(tmp_path / "pair.h5", Trained(unordered, np.zeros((1, 2))), ABOUT)
+    found = load(tmp_path / "pair.h5")[0].net
+    assert found.options.poles == 2
+    strain = np.random.default_rng(1).normal(size=(9, 6))
+    told = predict(found, strain)
+    assert told.shape == (9, 6)  # two places and two magnitudes
+    np.testing.assert_array_equal(told, predict(unordered, strain))
+
+
 def test_the_file_holds_plain_float_arrays_and_text_only(path):
     with h5py.File(path) as file:
         assert {item.dtype.kind for item in file.values()} == {"f"}
