@@ -23,6 +23,7 @@ from models.recipe import Recipe
 from models.score import position_error
 from models.train import train
 
+SYSTEM = "seen by a camera"
 FORCE = 1.0  # N
 NOISE = 0.5  # grey levels of 8 bits, before rounding
 SUBSET = 51  # px
@@ -40,6 +41,7 @@ class View(NamedTuple):
     root: np.ndarray  # of the covariance of the noise
     pictures: Dataset
     pictures_test: Dataset
+    limit: float  # Cramér-Rao bound of the test, root mean square, force unknown, mm
 
 
 def seen(effort: Effort) -> Figures:
@@ -58,7 +60,11 @@ def seen(effort: Effort) -> Figures:
                     for source, test in (("", other.test), (" pictures", other.pictures_test)):
                         error = position_error(test.targets, predict(net, test.strain)).mean()
                         what = f"trained on {name}, tested on {watched}{source}: loss, mm"
-                        yield Figure("seen by a camera", what, "", recipe.epochs, seed, error)
+                        yield Figure(SYSTEM, what, "", recipe.epochs, seed, error)
+                what = f"trained on {name}, tested on {taught}: RMS ÷ bound"
+                square = np.mean((predict(net, view.test.strain) - view.test.targets) ** 2)
+                ratio = np.sqrt(2 * square) / view.limit
+                yield Figure(SYSTEM, what, "", recipe.epochs, seed, ratio)
 
 
 def _train(view: View, pictures: Dataset | None, recipe: Recipe, rng):
@@ -96,12 +102,25 @@ def _view(plate: fe.Plate, camera: synthetic.AnyCamera) -> View:
     texture = synthetic.texture_at(rest, px, gauges.size)
     root = np.linalg.cholesky(gauges.covariance(texture, noise)).astype(np.float32)
     read = _correlator(warper, modes, sensor, px, top, rng)
+    test = touched(TESTED)
     return View(
         touched(POOL),
-        next(batches.noisy(iter([touched(TESTED)]), root, rng)),
+        next(batches.noisy(iter([test]), root, rng)),
         root,
         *(Dataset(read(each.targets), each.targets) for each in (touched(FRAMES), touched(FRAMES))),
+        _limit(modes, np.linalg.solve(root, response), test.targets),
     )
+
+
+def _limit(modes, whitened, places):
+    """Bound on the places of touches, whose strain over its noise is that of the modes."""
+    step = 1e-3 * np.eye(2)  # mm
+    response = [modes.response(places) / FORCE] + [
+        (modes.response(places + h) - modes.response(places - h)) / 2e-3 for h in step
+    ]
+    jacobian = np.stack(response, axis=1) @ whitened.T
+    covariance = np.linalg.inv(jacobian @ jacobian.transpose(0, 2, 1))
+    return np.sqrt(np.mean(covariance[:, 1, 1] + covariance[:, 2, 2]))
 
 
 def _correlator(warper, modes, sensor, px, top, rng):
