@@ -14,7 +14,9 @@ class Result(Enum):
 
     FOUND = "touches found"
     NO_TOUCH = "no touch"
-    UNRESOLVABLE = "touches are too close together or too weak for the noise to tell apart"
+    UNRESOLVABLE = (
+        "touches are too close together, too near an edge or too weak to tell"
+    )
 
 
 @dataclass(frozen=True, eq=False)

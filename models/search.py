@@ -38,6 +38,12 @@ class Search:
         low, high = 0.5 * EDGE, 1 - 0.5 * EDGE
         return np.array([[low * a, low * b, 0.0], [high * a, high * b, np.inf]])
 
+    def within(self, touches: NDArray) -> bool:
+        """Whether all touches (n, 3) lie within the bounds, and none on a bound of its place."""
+        low, high = self.bounds[:, :2]
+        places = touches[:, :2]
+        return bool(((places > low) & (places < high)).all())
+
     def best(self, residual: NDArray, tangent: NDArray) -> tuple[int, float, float]:
         """Candidate that explains most of a residual beside the touches already there.
 

@@ -90,7 +90,8 @@ def find(
     Returns
     -------
     Estimate
-        UNRESOLVABLE where fewer touches than found or asked for explain the measurement as well.
+        UNRESOLVABLE where fewer touches than found or asked for explain the measurement as well,
+        and where a touch is held back by the edge of the plate, as its covariance ignores.
 
     Raises
     ------
@@ -136,13 +137,13 @@ def _describe(task: Task, fit: Fit, spread: NDArray, *, needed: bool) -> Estimat
         chi2=fit.chi2,
         dof=freedom,
         p_value=float(chdtrc(freedom, fit.chi2)),
-        result=_judge(touches, spread, needed),
+        result=_judge(touches, spread, needed and task.search.within(touches)),
     )
 
 
-def _judge(touches: NDArray, spread: NDArray, needed: bool) -> Result:
+def _judge(touches: NDArray, spread: NDArray, sound: bool) -> Result:
     if not len(touches):
         return Result.NO_TOUCH
-    if needed and least_apart(touches, spread)[2] >= APART**2:
+    if sound and least_apart(touches, spread)[2] >= APART**2:
         return Result.FOUND
     return Result.UNRESOLVABLE
