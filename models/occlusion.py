@@ -51,13 +51,6 @@ def hidden_tiles(reference: TileReference, sums: TileSums, noise: float) -> NDAr
     return np.asarray(binary_dilation(grid, np.ones((3, 3))), dtype=np.bool_).ravel()
 
 
-def _inverse(matrices: NDArray) -> NDArray[np.float64]:
-    """Inverses of (T, 3, 3) by cross products, in half the time of an elimination."""
-    a, b, c = matrices.transpose(1, 0, 2)
-    columns = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=2)
-    return columns / np.einsum("ti,ti->t", a, columns[:, :, 0])[:, None, None]
-
-
 def _local(
     hessian: NDArray, sums: TileSums, pixels: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
