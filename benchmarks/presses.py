@@ -118,13 +118,14 @@ def pattern(rng: np.random.Generator, count: int, off: float = 1.0) -> Iterator[
     raw = np.array([sense(assumed, image)[0] for image in shown])
     yield rms(raw, fresh)
     yield rms(mapped(assumed, pictures, known).mend(raw), fresh)
+    one = zero.noise / np.sqrt(1 + 1 / REFERENCE)  # of a frame
     corrected = correct(
         view,
         lambda camera: seen_by(assumed, camera),
         assumed.reference,
         [np.mean(frames, axis=0) for frames in pictures],
         known,
-        zero.noise * float(np.sqrt((1 / FRAMES + 1 / REFERENCE) / (1 + 1 / REFERENCE))),
+        tuple(one / np.sqrt([FRAMES, REFERENCE])),
     )
     better = chain(plate, corrected.camera, *parts)
     found = np.array([sense(better, image)[0] for image in shown])

@@ -14,11 +14,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
+from scipy.special import chdtrc
 
 import synthetic
 from dic.tile_field import prepare_blocks, right_side
 from dic.tiles import TileReference, tile_sums
 from models.motions import Motions
+from models.shared_reference import SharedReference
 
 SHARED = 8  # turn (3), shift (3), focal length, softness
 OWN = 3  # x, y, F of each press, before the motions of the camera
@@ -65,11 +67,14 @@ class Corrected:
     covariance : (8, 8) float64
         Of the turn (rad) and shift (mm) of the plate before the camera, about where the camera's
         axis meets the plate, and of the logarithms of focal length and softness.
+    chance : float
+        By which a model that is right would be corrected by so much.
     """
 
     camera: synthetic.Camera
     softness: float
     covariance: NDArray[np.float64]
+    chance: float
 
     @property
     def pose_covariance(self) -> NDArray[np.float64]:
@@ -86,7 +91,7 @@ def correct(
     reference: TileReference,
     pictures: Sequence[NDArray] | NDArray,
     touches: NDArray,
-    noise: float,
+    noise: tuple[float, float],
     hidden: NDArray | None = None,
     doubt: Doubt | None = None,
 ) -> Corrected:
@@ -103,8 +108,8 @@ def correct(
         One of each press, or the mean of several.
     touches : (P, 3) float64
         x, y (mm) and F (N) of the presses.
-    noise : float, grey levels
-        Of a picture less the reference.
+    noise : (float, float), grey levels
+        Of a picture, and of the reference, whose errors all presses share.
     hidden : (P, T) bool, optional
         Tiles of each picture that a hand hides; see `models.hidden_tiles`.
     doubt : Doubt, optional
@@ -122,24 +127,28 @@ def correct(
     prior = _prior(camera, doubt)
     nothing = np.zeros((len(touches), len(blocks.hessian)), dtype=bool)
     sight = ~(nothing if hidden is None else hidden)
-    presses = _presses(camera, look, blocks.hessian / noise**2, touches, sight, doubt)
-    normal = np.diag(prior) + sum(press.shared for press in presses)
-    numbers, still = np.zeros(SHARED), np.zeros((len(touches), presses[0].rigid))
+    system = SharedReference(_bases(camera, look, touches), SHARED, sight, noise)
+    normal = system.normal(blocks.hessian) + np.diag(_known(prior, doubt, system))
+    numbers, still = np.zeros(SHARED), np.zeros((len(touches), system.own - OWN))
     for _ in range(ROUNDS):
-        motions, right, alone = look(_moved(camera, numbers)), -prior * numbers, []
-        for index, (press, picture) in enumerate(zip(presses, pictures, strict=True)):
-            flow = _flow(motions, touches[index], numbers[-1], still[index])
-            sums = tile_sums(reference, picture, flow)
-            right_sides = right_side(blocks, sums) * sight[index, :, None] / noise**2
-            towards = np.einsum("tai,ta->i", press.basis, right_sides)
-            alone.append(np.linalg.solve(press.own, towards[SHARED:]))
-            right = right + towards[:SHARED] - press.mixed @ alone[-1]
+        motions = look(_moved(camera, numbers))
+        shown = np.empty((len(touches), *blocks.hessian.shape[:2]))
+        for index, (touch, picture) in enumerate(zip(touches, pictures, strict=True)):
+            flow = _flow(motions, touch, numbers[-1], still[index])
+            shown[index] = right_side(blocks, tile_sums(reference, picture, flow))
+        right = system.right(shown)
+        right[:SHARED] -= prior * numbers
         step = np.linalg.solve(normal, right)
-        numbers = numbers + step
-        for index, press in enumerate(presses):
-            still[index] += (alone[index] - np.linalg.solve(press.own, press.mixed.T @ step))[OWN:]
-    covariance = np.asarray(np.linalg.inv(normal), dtype=np.float64)
-    return Corrected(_moved(camera, numbers), float(np.exp(numbers[-1])), covariance)
+        numbers = numbers + step[:SHARED]
+        still += step[SHARED:].reshape(len(touches), -1)[:, OWN:]
+    covariance = np.asarray(np.linalg.inv(normal)[:SHARED, :SHARED], dtype=np.float64)
+    proof = float(numbers @ (np.linalg.inv(covariance) - np.diag(prior)) @ numbers)
+    return Corrected(
+        camera=_moved(camera, numbers),
+        softness=float(np.exp(numbers[-1])),
+        covariance=covariance,
+        chance=float(chdtrc(SHARED, max(proof, 0.0))),
+    )
 
 
 def _prior(camera: synthetic.Camera, doubt: Doubt) -> NDArray[np.float64]:
@@ -147,6 +156,13 @@ def _prior(camera: synthetic.Camera, doubt: Doubt) -> NDArray[np.float64]:
     along = doubt.shift * float(np.linalg.norm(camera.T_cam_plate[:3, 3]))
     spread = [doubt.turn] * 3 + [along] * 3 + [doubt.focal, doubt.softness]
     return np.array(spread) ** -2.0
+
+
+def _known(prior: NDArray, doubt: Doubt, system: SharedReference) -> NDArray[np.float64]:
+    """Precision of all numbers of a system beforehand, (M,)."""
+    touch = np.array([doubt.place, doubt.place, doubt.force]) ** -2.0
+    alone = np.concatenate([touch, np.zeros(system.own - OWN)])
+    return np.concatenate([prior, np.tile(alone, len(system.bases))])
 
 
 def _moved(camera: synthetic.Camera, numbers: NDArray) -> synthetic.Camera:
@@ -170,54 +186,23 @@ def _flow(motions: Motions, touch: NDArray, soft: float, still: NDArray) -> NDAr
     return motions.flow(np.concatenate([fields, still]))
 
 
-@dataclass(frozen=True, eq=False)
-class _Press:
-    """How the tiles move by everything that is unknown, and the normal matrix of that in blocks.
+def _bases(
+    camera: synthetic.Camera, look: Callable[[synthetic.Camera], Motions], touches: NDArray
+) -> NDArray[np.float64]:
+    """How the tiles of each press move by what is unknown of it, (P, T, 2, 8 + k).
 
-    `basis` (T, 2, 8 + k): the 8 shared numbers, then the k of this press: its touch, and R motions
-    of the camera. `shared` (8, 8) has its own numbers eliminated.
-    """
-
-    basis: NDArray[np.float64]
-    shared: NDArray[np.float64]
-    mixed: NDArray[np.float64]
-    own: NDArray[np.float64]
-
-    @property
-    def rigid(self) -> int:
-        return len(self.own) - OWN
-
-
-def _presses(
-    camera: synthetic.Camera,
-    look: Callable[[synthetic.Camera], Motions],
-    hessian: NDArray,
-    touches: NDArray,
-    sight: NDArray,
-    doubt: Doubt,
-) -> list[_Press]:
-    """Differentiate what each press shows, where the camera is as it is thought to be.
-
-    `hessian` (T, 2, 2) per noise², `sight` (P, T) bool.
+    First the 8 shared numbers, then the k of the press: its touch and R motions of the camera.
     """
     here, *nudged = (look(_moved(camera, nudge)) for nudge in np.diag((0.0, *STEPS))[:-1, 1:])
     rigid = here.of_tiles()[:, :, here.fields :]
     still = np.zeros(rigid.shape[2])
-    known = np.array([doubt.place, doubt.place, doubt.force]) ** -2.0
     found = []
-    for touch, seen in zip(touches, sight, strict=True):
-        flow, softer = _flow(here, touch, 0.0, still), STEPS[-1]
+    for touch in touches:
+        flow = _flow(here, touch, 0.0, still)
         moved = [_flow(motions, touch, 0.0, still) for motions in nudged]
-        moved.append(_flow(here, touch, softer, still))
+        moved.append(_flow(here, touch, STEPS[-1], still))
         aside = touch + np.diag(NUDGES) * (1.0, 1.0, touch[2])
         moved += [_flow(here, one, 0.0, still) for one in aside]
         slopes = (np.stack(moved, axis=2) - flow[:, :, None]) / (*STEPS, *NUDGES)
-        basis = np.concatenate([slopes, rigid], axis=2)
-        weighed = np.einsum("tab,tbj->taj", hessian * seen[:, None, None], basis)
-        flat = basis.reshape(-1, basis.shape[2])
-        normal = flat.T @ weighed.reshape(flat.shape)
-        normal[SHARED : SHARED + OWN, SHARED : SHARED + OWN] += np.diag(known)
-        mixed, own = normal[:SHARED, SHARED:], normal[SHARED:, SHARED:]
-        shared = normal[:SHARED, :SHARED] - mixed @ np.linalg.solve(own, mixed.T)
-        found.append(_Press(basis, shared, mixed, own))
-    return found
+        found.append(np.concatenate([slopes, rigid], axis=2))
+    return np.array(found)

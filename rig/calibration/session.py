@@ -21,6 +21,7 @@ from rig import live
 from rig.bench import Bench, build_bench
 from rig.calibration.alignment import FEWEST, Alignment, align
 from rig.calibration.collect import HOLD, Collector, Score, Taken, rms, targets
+from rig.calibration.evidence import CHANCE
 from rig.calibration.lens import Lens
 from rig.calibration.pose import Pose
 from rig.calibration.store import parse
@@ -56,12 +57,20 @@ class Learned:
         A factor of the force alone: a plate that is softer by a factor takes less for the same.
     score : Score
         Of the presses held out.
+    chance : float
+        By which a model that is right would be corrected by so much.
     """
 
     lens: Lens
     pose: Pose
     alignment: Alignment
     score: Score
+    chance: float
+
+    @property
+    def helps(self) -> bool:
+        """Whether the presses prove that the model was wrong, and those held out got no worse."""
+        return self.chance < CHANCE and self.score.helps
 
 
 def presses(session: Session) -> list[Pressed]:
@@ -102,7 +111,7 @@ def learn(session: Session, report: Callable[[int, int], None]) -> Learned:
     touches = np.array([one.touch for one in kept])
     pictures = np.stack([one.picture for one in kept])
     hidden = np.array([one.hidden for one in sensed])
-    noise = session.zero.noise * _share(kept, bench.reference_frames)
+    noise = _noise(kept, session.zero.noise, bench.reference_frames)
 
     def by(chosen: NDArray) -> Corrected:
         given = pictures[chosen], touches[chosen], noise, hidden[chosen]
@@ -134,10 +143,11 @@ def _chain(bench: Bench, session: Session) -> live.Chain:
     return bench.prepare(session.zero)[0]
 
 
-def _share(pressed: list[Pressed], reference: int) -> float:
-    """Noise of mean pictures less the reference, over that of a single frame less the reference."""
-    frames = float(np.median([one.taken.frames for one in pressed]))
-    return float(np.sqrt((1 / frames + 1 / reference) / (1 + 1 / reference)))
+def _noise(pressed: list[Pressed], one: float, reference: int) -> tuple[float, float]:
+    """Noise of the mean pictures and of the reference, if a frame less the reference has `one`."""
+    frames = float(np.median([each.taken.frames for each in pressed]))
+    frame = one / float(np.sqrt(1 + 1 / reference))
+    return frame / float(np.sqrt(frames)), frame / float(np.sqrt(reference))
 
 
 def _without_slips(found: list[Pressed]) -> list[Pressed]:
@@ -203,7 +213,7 @@ def _learned(corrected: Corrected, score: Score) -> Learned:
         slips=(),
         terms=("force",),
     )
-    return Learned(lens, pose, alignment, score)
+    return Learned(lens, pose, alignment, score, corrected.chance)
 
 
 def _estimate(row: dict[str, NDArray]) -> Estimate:

@@ -37,8 +37,8 @@ def learn_from(name: str, scene: Scene, path: Path, as_json: bool) -> None:
                 " give the scene that it was recorded with"
             )
         learned = learn(session, report)
-    score, kept = learned.score, learned.score.helps
-    said = "kept" if kept else "not kept, for the model is as good as it is"
+    score, kept = learned.score, learned.helps
+    said = "kept" if kept else "not kept, for the model is not proven wrong"
     if kept:
         for part in (learned.lens, learned.pose, learned.alignment):
             store.keep(store.beside(name), part)

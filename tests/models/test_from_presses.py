@@ -45,7 +45,7 @@ def learn(bench, assumed, rng, off=0.0, shift=(0.0, 0.0), hand=None, **given):
     def look(seen):
         return models.see_motions(modes, seen, bench.height, bench.reference.tiles)
 
-    return correct(camera, look, bench.reference, pictures, said, NOISE, **given)
+    return correct(camera, look, bench.reference, pictures, said, (NOISE, 1e-3), **given)
 
 
 def apart(camera, other, plate):
@@ -64,6 +64,7 @@ def test_camera_and_softness_are_found(bench, rng, shift):
     assert before > 2.0 > 0.5 > after
     assert found.softness == pytest.approx(1.1, abs=4 * 1.1 * np.sqrt(found.covariance[-1, -1]))
     assert found.softness == pytest.approx(1.1, rel=0.03)
+    assert found.chance < 1e-9
 
 
 def test_presses_that_are_off_themselves_cost_what_is_said_of_them(bench, rng):
@@ -91,13 +92,14 @@ def test_a_hand_before_the_plate_is_left_out(bench, rng):
 def test_a_bench_that_is_right_stays_so_within_its_uncertainty(bench, rng):
     found = learn(bench, (bench.camera, bench.modes), rng)
     assert apart(found.camera, bench.camera, bench.modes.plate) < 0.4
+    assert found.chance > 0.01
     assert np.log(found.softness) == pytest.approx(0.0, abs=4 * np.sqrt(found.covariance[-1, -1]))
 
 
 def test_a_press_without_its_picture_is_refused(bench):
     picture = [bench.picture()]
     with pytest.raises(ValueError, match="2 known presses need a picture each, got 1; give one"):
-        correct(bench.camera, None, bench.reference, picture, np.ones((2, 3)), NOISE)
+        correct(bench.camera, None, bench.reference, picture, np.ones((2, 3)), (NOISE, NOISE))
 
 
 def test_the_covariance_of_the_pose_is_that_of_the_plates_origin(bench, rng):
