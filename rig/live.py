@@ -151,7 +151,8 @@ def sense(
     """Find the touches in one frame.
 
     The reference is moved to where the frame shows it, again where the first guess was off. Where
-    much looks strange the camera may have jumped, and the guess in which less does counts.
+    much looks strange and the rest fits no touch the camera may have jumped, and the guess in which
+    less looks strange counts.
 
     Parameters
     ----------
@@ -161,7 +162,7 @@ def sense(
     """
     moved, stale = state.motion, STALE
     found = _pass(chain, image, moved, state, watch, settling)
-    if found.trouble or found.hidden.mean() > ODD:
+    if found.trouble or (found.hidden.mean() > ODD and not fits(found.estimate)):
         jumped = moved.copy()
         jumped[chain.pattern.count :][:2] = jump(chain.reference, image)
         other = _pass(chain, image, jumped, state, watch, settling)

@@ -56,7 +56,8 @@ def test_a_hand_that_moves_over_half_the_plate_invents_no_touch(rig):
         assert covered - 0.05 < sensed.hidden.mean() < covered + 0.15
 
 
-def test_a_press_beside_the_hand_is_found(rig):
+def test_a_press_beside_the_hand_is_found_and_nothing_else_is_looked_for(rig, monkeypatch):
+    monkeypatch.setattr(live, "jump", lambda reference, image: pytest.fail("no camera jumped"))
     hand = Hand(ARM, 0.45)
     for sequence in range(20, 28):
         sensed = rig.see(sequence, (PRESS,), hand.cover)
