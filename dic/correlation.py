@@ -11,6 +11,8 @@ U is interpolated to first order: whatever g(x + U) misses of the motion is in t
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -140,18 +142,32 @@ def _seed_places(ref: Reference, usable: NDArray[np.bool_], spacing: int) -> NDA
 
 def _together(ref: Reference, grid: Grid, spline: NDArray, points: Points) -> None:
     """Iterate a grid on the frame warped by its dense motion, until few points still move."""
-    held, windows = -1, (grid.xs, grid.ys, ref.half)
-    sums = np.empty((*grid.shape, len(frame_moments.frame_plan(ref.order).sums)))
+    held, sums_of = -1, _summing(ref, grid, spline)
     for _ in range(_TOGETHER):
         net = dense.net(points.motion, grid)
-        frame_moments.sums_on_grid(ref.texture, spline, net, windows, ref.order, sums)
-        points.step(ref, sums.reshape(len(ref.xy), -1), net.base)
+        points.step(ref, sums_of(net), net.base)
         good = verdict.found(ref, points)
         moving, count = np.count_nonzero(good & ~points.still), np.count_nonzero(good)
         if moving <= _FEW * count and count <= held:
             return
         held = count
         points.motion, _ = dense.fill(ref.xy, points.motion, good)
+
+
+def _summing(ref: Reference, grid: Grid, spline: NDArray) -> Callable[[dense.Net], NDArray]:
+    """Make what takes the sums (N, S) of a frame for a dense motion, where the reference says."""
+    if ref.device is not None:
+        from dic import device_moments
+
+        return device_moments.summing(ref.texture, spline, grid, ref.order, ref.device)
+    windows = grid.xs, grid.ys, ref.half
+    sums = np.empty((*grid.shape, len(frame_moments.frame_plan(ref.order).sums)))
+
+    def take(net: dense.Net) -> NDArray:
+        frame_moments.sums_on_grid(ref.texture, spline, net, windows, ref.order, sums)
+        return sums.reshape(len(ref.xy), -1)
+
+    return take
 
 
 def _alone(

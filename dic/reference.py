@@ -46,6 +46,8 @@ class Reference:
     grid : Grid or None
     subsets : (N, 4, ·) float32 or None
         The texture of each scattered point side by side; None on a grid.
+    device : str or None
+        Where torch takes the sums of the frames; None without torch.
     """
 
     image: NDArray[np.float32]
@@ -59,6 +61,7 @@ class Reference:
     order: int
     grid: Grid | None
     subsets: NDArray[np.float32] | None
+    device: str | None = None
 
     @property
     def half(self) -> int:
@@ -73,6 +76,7 @@ def prepare(
     order: int = 1,
     roi: ArrayLike | None = None,
     points: ArrayLike | Grid | None = None,
+    device: str | None = None,
 ) -> Reference:
     """Prepare a reference picture for any number of frames.
 
@@ -91,6 +95,9 @@ def prepare(
     points : (N, 2), px, or Grid, optional
         Measure at these points (x, y), or on this grid, in place of the usual one. Of a subset that
         the picture cuts the pixels on it count, if half of them are left.
+    device : str, optional
+        Where torch shall take the sums of the frames, such as "cuda", for a grid. Without it they
+        are taken here, by compiled loops.
 
     Raises
     ------
@@ -102,6 +109,8 @@ def prepare(
     weight = _weight(roi, image.shape)
     grid = grid_over(image.shape, subset, step) if points is None else _grid(points, subset, step)
     xy = _points(points if grid is None else grid.xy, image.shape)
+    if device is not None:
+        _check_device(device, grid)
     centres = np.rint(xy).astype(np.int64)
 
     status = _status(image, weight, centres, subset // 2)
@@ -121,6 +130,7 @@ def prepare(
         order=order,
         grid=grid,
         subsets=gather(texture, xy, subset // 2) if grid is None else None,
+        device=device,
     )
 
 
@@ -137,6 +147,14 @@ def _check_options(image: NDArray, subset: int, step: int, order: int) -> None:
             f"reference image is blank (grey level {image.min():g} everywhere); "
             "it needs a pattern to follow"
         )
+
+
+def _check_device(device: str, grid: Grid | None) -> None:
+    from dic.device_moments import check_device
+
+    if grid is None:
+        raise ValueError(f"device {device!r} serves a grid; leave it out for scattered points")
+    check_device(device)
 
 
 def _weight(roi: ArrayLike | None, shape: tuple[int, int]) -> NDArray[np.bool_]:

@@ -1,0 +1,52 @@
+"""The same call by torch: on the CPU here, which takes the way that a GPU takes."""
+
+import sys
+
+import numpy as np
+import pytest
+
+import dic
+
+MOTION = (3.4, -2.3), ((1.2e-2, 2e-3), (-4e-3, -8e-3))
+
+
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_torch_finds_what_the_loops_find(pattern, reference, order):
+    noise = np.random.default_rng(1).normal(0, 2, reference.shape)
+    frame = 0.8 * pattern.draw(*MOTION) + 12 + noise
+    fields = [
+        dic.correlate(dic.prepare(reference, 21, 7, order, device=device), frame)
+        for device in (None, "cpu")
+    ]
+    both = fields[0].valid & fields[1].valid
+    assert both.mean() > 0.8
+    assert np.count_nonzero(fields[0].valid != fields[1].valid) <= 1
+    for part, most in (("u", 1e-4), ("v", 1e-4), ("zncc", 1e-5), ("sigma_u", 1e-5)):
+        here, there = (getattr(field, part)[both] for field in fields)
+        np.testing.assert_allclose(there, here, atol=most)
+
+
+def test_torch_takes_holes_and_a_grid_to_the_border(pattern, reference):
+    roi = np.ones(reference.shape, dtype=bool)
+    roi[60:90, 80:120] = False
+    height, width = reference.shape
+    grid = dic.Grid(np.arange(2, width, 6), np.arange(1, height, 6), 21, 6)
+    here, there = (
+        dic.correlate(
+            dic.prepare(reference, 21, 6, roi=roi, points=grid, device=device),
+            pattern.draw((0.2, -0.1)),
+        )
+        for device in (None, "cpu")
+    )
+    np.testing.assert_array_equal(here.status, there.status)
+    np.testing.assert_allclose(here.u, there.u, atol=1e-4)
+
+
+def test_device_that_is_not_there_is_refused(reference, monkeypatch):
+    with pytest.raises(ValueError, match="device 'nowhere' cannot be used by torch here"):
+        dic.prepare(reference, device="nowhere")
+    with pytest.raises(ValueError, match="device 'cpu' serves a grid; leave it out"):
+        dic.prepare(reference, points=[[90.0, 70.0]], device="cpu")
+    monkeypatch.setitem(sys.modules, "torch", None)
+    with pytest.raises(ValueError, match="device 'cuda' needs torch, which is not installed"):
+        dic.prepare(reference, device="cuda")
