@@ -1,0 +1,70 @@
+"""Correlation under bad light, large motion and bad input; `study_stiff.py` runs it."""
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from dic_bars import NOISE, SIDE, hard_frames
+from dic_pictures import displacement, eight_bit, speckle
+from stiff import case
+
+import dic
+from rig.report.figure import Figure
+
+SHIFT = (0.4, 0.2)  # px
+BUSY = (100.0, -70.0)  # px
+
+
+def correlation() -> Iterator[Figure]:
+    """Frames that a bench spoils, motion that is large, input that is wrong."""
+    rng, plain, moved = np.random.default_rng(106), speckle(SIDE), speckle(SIDE, SHIFT)
+    for name, before, after, noise in hard_frames(plain, moved, rng):
+        first, second = (eight_bit(i, noise, rng) for i in (before, after))
+        yield from compared(f"correlation, {name}", first, second, SHIFT)
+    far = eight_bit(speckle(SIDE, BUSY), NOISE, rng)
+    yield from compared("correlation, shift of 122 px", eight_bit(plain, NOISE, rng), far, BUSY)
+    yield from bad_input(plain)
+
+
+def compared(
+    name: str, first: np.ndarray, second: np.ndarray, shift: tuple[float, float]
+) -> Iterator[Figure]:
+    """Error of the valid points, and what the others are told."""
+    field = dic.correlate(dic.prepare(first), second)
+    truth = displacement(SIDE, field.xy, shift)
+    off = (np.column_stack([field.u, field.v]) - truth)[field.valid]
+    sigma = np.column_stack([field.sigma_u, field.sigma_v])[field.valid]
+    lost = Counter(dic.Status(s).name.lower().replace("_", " ") for s in field.status)
+    lost.pop("ok", None)
+    told = ", ".join(f"{count} {status}" for status, count in lost.most_common(3))
+    if not len(off):
+        return case(name, f"{len(field.xy)} points", "none valid", told)
+    right = (
+        f"{1e3 * np.sqrt(np.mean(off**2)):.1f} mpx rms, worst {np.abs(off / sigma).max():.1f} σ, "
+        f"{field.valid.mean():.1%} valid"
+    )
+    return case(name, f"{len(field.xy)} points", right, told)
+
+
+def bad_input(plain: np.ndarray) -> Iterator[Figure]:
+    """Give what cannot be correlated: it is refused by a sentence."""
+    picture = eight_bit(plain)
+    holed = picture.astype(float)
+    holed[100:110, 100:110] = np.nan
+    for name, act in (
+        ("picture without texture", lambda: dic.prepare(np.full((SIDE, SIDE), 128, np.uint8))),
+        ("picture with NaN", lambda: dic.prepare(holed)),
+        ("frame of another size", lambda: dic.correlate(dic.prepare(picture), picture[:-2])),
+        ("even subset", lambda: dic.prepare(picture, subset=20)),
+        ("ROI that leaves nothing", lambda: dic.prepare(picture, roi=np.zeros((SIDE, SIDE), bool))),
+    ):
+        yield from refused(f"correlation, {name}", act)
+
+
+def refused(name: str, act: Callable[[], object]) -> Iterator[Figure]:
+    """Quote the sentence."""
+    try:
+        act()
+    except ValueError as refusal:
+        return case(name, "wrong input", "refused", str(refusal))
+    return case(name, "wrong input", "taken")

@@ -1,0 +1,30 @@
+"""Rendering and estimation at their ends; `study_stiff.py` runs them."""
+
+from collections.abc import Iterator
+
+import solver_extremes
+from rendering import DISPLACEMENTS, point_error
+from stiff import case
+
+from rig.report.figure import Figure
+
+SHARE = 0.25  # of the scenes of solver_extremes.py
+
+
+def rendering() -> Iterator[Figure]:
+    """Find the material point of every pixel of a plate that moves far."""
+    for name, motion in DISPLACEMENTS.items():
+        yield from case(f"rendering, {name}", "inverse map", f"{point_error(motion):.0e} px")
+
+
+def estimation() -> Iterator[Figure]:
+    """Press with forces over six decades, at edges, two as one, and in single precision.
+
+    "Told" are answers whose result or p-value says that they are not to be believed.
+    """
+    for part in solver_extremes.PARTS.values():
+        reason = part.heading.removeprefix("Extremes: ")
+        for what, figure, bar in part.rows(SHARE):
+            why, right, said = case(f"solver, {what}", reason, figure)
+            verdict = "missed" if "wrong" in figure else "met"
+            yield from (why, right._replace(bar=bar, verdict=verdict), said)
