@@ -43,19 +43,33 @@ def test_prepare_refuses(reference, options, sentence):
     assert "\n" not in str(refusal.value)
 
 
-@pytest.mark.parametrize(
-    ("spoil", "sentence"),
-    [
-        (lambda image: np.full_like(image, 7), "reference image is blank"),
-        (lambda image: np.where(image > 200, np.nan, image), "not finite"),
-        (lambda image: np.stack([image] * 3, axis=-1), "3 channels; convert it to grey"),
-        (lambda image: image.astype(np.int32), "must be uint8, uint16 or float, got int32"),
-        (lambda image: image[0], r"must be \(H, W\)"),
-    ],
-)
-def test_prepare_refuses_pictures(reference, spoil, sentence):
-    with refused(sentence):
+SPOILT = [
+    (
+        lambda image: np.where(image > 200, np.nan, image),
+        "image holds .* pixels that are not finite",
+    ),
+    (lambda image: np.stack([image] * 3, axis=-1), "image has 3 channels; convert it to grey"),
+    (lambda image: image.astype(np.int32), "image must be uint8, uint16 or float, got int32"),
+    (lambda image: image[0], r"image must be \(H, W\)"),
+]
+
+
+@pytest.mark.parametrize(("spoil", "sentence"), SPOILT)
+def test_spoilt_pictures_are_refused_as_reference_and_as_frame(reference, spoil, sentence):
+    with refused(f"^reference {sentence}"):
         dic.prepare(spoil(reference))
+    with refused(f"^deformed {sentence}"):
+        dic.correlate(dic.prepare(reference), spoil(reference))
+
+
+def test_reference_without_a_pattern_is_refused(reference):
+    with refused(r"^reference image is blank \(grey level 7 everywhere\); it needs a pattern"):
+        dic.prepare(np.full_like(reference, 7))
+
+
+def test_grid_off_the_picture_is_refused(reference):
+    with refused(r"^point \(190, 20\) px lies outside the picture of 190x150 px"):
+        dic.prepare(reference, points=dic.Grid(np.arange(20, 200, 5), np.arange(20, 70, 5), 21, 5))
 
 
 def test_correlate_refuses_a_pair_of_different_size(reference):
