@@ -80,7 +80,7 @@ def sense(pattern, search, image, start=(), passes=3, masked=True):
 
 def small_rows(share) -> Iterator[Row]:
     """One touch of 2 to 4 N on a plate of 2 mm, whose truth is linear theory."""
-    bench, count = stand(2.0, 1024), max(int(100 * share), 20)
+    bench, count = stand(2.0, 1024), max(int(50 * share), 10)
     modes = fe.modes(bench.plate, MODES)
     height = bench.plate.thickness / 2
     motions = models.see_motions(modes, bench.camera, height, bench.reference.tiles)
@@ -192,7 +192,7 @@ def large_rows(clamped, share) -> Iterator[Row]:
             place, force, right, spent = np.array(figures).T
             figure = (
                 f"{np.median(place):.2f} mm, {100 * np.median(force):.1f} %,"
-                f" count {np.mean(right):.0%}, {np.median(spent):.0f} ms"
+                f" count {np.mean(right):.0%} of {count}, {np.median(spent):.0f} ms"
             )
             yield f"large, {number} touches, {name}", figure, f"{place_bar}, ≤ 1.5 %, {time_bar}"
 

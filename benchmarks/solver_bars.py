@@ -135,7 +135,7 @@ def count_rows(share) -> Iterator[Row]:
 def robust_rows(share) -> Iterator[Row]:
     """Make a fifth of the channels false by 30 σ; leave out a side of the ring."""
     scenes, gauges = int(1000 * share), len(INFLUENCE.gauges)
-    search, hard = prepared(0.01), max(int(200 * share), 20)
+    search, hard = prepared(0.01), max(int(60 * share), 10)
     for count in (1, 2, 3):
         rng, right, counted, spent = np.random.default_rng(count), 0, 0, []
         for _ in range(hard):

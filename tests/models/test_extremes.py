@@ -1,4 +1,4 @@
-"""Extreme touches are right or said not to be: six decades of force, edges, coincidence, float32."""
+"""Extreme touches are right or said not to be: force, edges, coincidence, single precision."""
 
 import numpy as np
 import pytest
