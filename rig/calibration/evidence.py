@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 from scipy.optimize import root_scalar
 from scipy.special import fdtrc
 
-CHANCE = 0.003  # by which an unknown that is zero seems not to be
+CHANCE = 0.002  # by which an unknown that is zero seems not to be
 FAR = 4.0  # robust standard deviations beyond which a press does not fit the others
-LEAST = 0.01  # of the stated variance: presses that scatter less do so by chance
+# Least scatter that is believed, over the stated variance, however many frames a press is the mean
+# of: errors of the reference, which all presses share, would look like a shift.
+LEAST = 1.0
 
 
 @dataclass(frozen=True, eq=False)
