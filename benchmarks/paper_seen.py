@@ -3,7 +3,8 @@
 The plate of the paper under a camera, in perspective and telecentric. What the camera adds to the
 strain is linear in the force, so touches are simulated by thousands without a picture; hundreds of
 pictures, correlated at the 72 gauges, say whether it is true. Pictures stand for 16 frames
-averaged, with the noise that is left of 2 grey levels.
+averaged, with the noise that is left of 2 grey levels. The plate is that of its first 200 modes, in
+pictures and without.
 """
 
 from typing import NamedTuple
@@ -17,6 +18,7 @@ import fe
 import rig
 import synthetic
 from models import batches, dataset, ring
+from models.answer import see
 from models.dataset import Dataset
 from models.net import NetOptions, predict
 from models.recipe import Recipe
@@ -86,13 +88,14 @@ def _view(plate: fe.Plate, camera: synthetic.AnyCamera) -> View:
     places = ring.inside_edges(plate.size)
     px = np.rint(camera.project(np.column_stack([places, np.full(len(places), top)])))
     gauges = synthetic.strain_gauges(px, SUBSET, window=1)
-    points = camera.on_plate(gauges.px, top)
-    shown = synthetic.seen(camera, gauges.px, modes.value(points), modes.slope(points), top)
-    response = FORCE * gauges.read(shown).reshape(-1, MODES)
+    unit = see(modes, camera, gauges)
+
+    def read(places):
+        return FORCE * unit(places).reshape(len(places), -1)
 
     def touched(number: int) -> Dataset:
-        xy = dataset.random_places(plate.size, 10.0, number, rng)
-        return Dataset(modes.response(xy) @ response.T, xy)
+        places = dataset.random_places(plate.size, 10.0, number, rng)
+        return Dataset(read(places), places)
 
     spots = synthetic.Speckle(plate.size, diameter=0.5, seed=4)
     warper, sensor = synthetic.prepare_warp(spots.draw(), camera, top), synthetic.Sensor(NOISE)
@@ -101,24 +104,25 @@ def _view(plate: fe.Plate, camera: synthetic.AnyCamera) -> View:
     noise = np.sqrt(NOISE**2 + 1 / 12)  # with the rounding to whole grey levels
     texture = synthetic.texture_at(rest, px, gauges.size)
     root = np.linalg.cholesky(gauges.covariance(texture, noise)).astype(np.float32)
-    read = _correlator(warper, modes, sensor, px, top, rng)
+    correlate = _correlator(warper, modes, sensor, px, top, rng)
     test = touched(TESTED)
     return View(
         touched(POOL),
         next(batches.noisy(iter([test]), root, rng)),
         root,
-        *(Dataset(read(each.targets), each.targets) for each in (touched(FRAMES), touched(FRAMES))),
-        _limit(modes, np.linalg.solve(root, response), test.targets),
+        *(
+            Dataset(correlate(each.targets), each.targets)
+            for each in map(touched, (FRAMES, FRAMES))
+        ),
+        _limit(lambda places: np.linalg.solve(root, read(places).T).T, test.targets),
     )
 
 
-def _limit(modes, whitened, places):
-    """Bound on the places of touches, whose strain over its noise is that of the modes."""
+def _limit(white, places):
+    """Bound on places, root mean square in mm, from the strains over their noise at places."""
     step = 1e-3 * np.eye(2)  # mm
-    response = [modes.response(places) / FORCE] + [
-        (modes.response(places + h) - modes.response(places - h)) / 2e-3 for h in step
-    ]
-    jacobian = np.stack(response, axis=1) @ whitened.T
+    slopes = [(white(places + h) - white(places - h)) / 2e-3 for h in step]
+    jacobian = np.stack([white(places) / FORCE, *slopes], axis=1)
     covariance = np.linalg.inv(jacobian @ jacobian.transpose(0, 2, 1))
     return np.sqrt(np.mean(covariance[:, 1, 1] + covariance[:, 2, 2]))
 

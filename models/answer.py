@@ -1,7 +1,8 @@
 """What answers for a plate: touches in, the strain of its gauges out.
 
-Data sets are written from any function of this kind: by superposition where touches are small,
-and by a theory of large deflections where they are not.
+Data sets are written from any function of this kind: by superposition where touches are small, of
+the strain of the plate or of what a camera makes of it, and by a theory of large deflections where
+they are not.
 """
 
 from __future__ import annotations
@@ -12,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fe
+import synthetic
 
-__all__ = ["Answer", "balance", "superpose"]
+__all__ = ["Answer", "balance", "see", "superpose"]
 
 Answer = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """From touches (n, k, 3), mm, mm, N, to strain (n, M, 3): exx, eyy, exy of M gauges."""
@@ -39,6 +41,33 @@ def superpose(
         return before + np.einsum("nk,nkmc->nmc", touches[..., 2], single)
 
     return strain
+
+
+def see(
+    modes: fe.Modes, camera: synthetic.AnyCamera, gauges: synthetic.Gauges
+) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+    """Return what DIC reads through a camera, without pictures, for `superpose`.
+
+    Parameters
+    ----------
+    modes
+        Of the plate, at rest and flat. The strain that a point bends near itself converges slowly:
+        25 mm away 400 modes leave out 2 % of the largest.
+    camera
+        Over its touched face.
+    gauges
+        From `synthetic.strain_gauges`, M places in the picture.
+
+    Returns
+    -------
+    Function from places (K, 2) mm to strains (K, M, 3) per newton along the axes of the picture, in
+    which the motion of the plate towards the camera is one part.
+    """
+    top = modes.plate.thickness / 2.0
+    points = camera.on_plate(gauges.px, top)
+    shown = synthetic.seen(camera, gauges.px, modes.value(points), modes.slope(points), top)
+    read = gauges.read(shown)
+    return lambda xy: np.einsum("mck,nk->nmc", read, modes.response(xy))
 
 
 def balance(gauges: fe.View, radius: float = 0.0) -> Answer:
