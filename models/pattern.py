@@ -63,7 +63,17 @@ class Pattern:
         return len(self.factor)
 
     def forward(self, noise: float) -> Forward:
-        """Forward model of `whiten`ed frames with a noise of `noise` grey levels."""
+        """Forward model of `whiten`ed frames with a noise of `noise` grey levels.
+
+        Raises
+        ------
+        ValueError
+            If the noise is not positive.
+        """
+        if not noise > 0:
+            raise ValueError(
+                f"noise of a frame must be positive, got {noise:g} grey levels; measure it at rest"
+            )
         large = self.motions.large
         if large is not None:
             return large.forward(self.factor / noise)
@@ -77,8 +87,14 @@ class Pattern:
         Raises
         ------
         ValueError
-            If what stays in sight cannot tell the fields of the plate apart.
+            If what stays in sight cannot tell the fields of the plate apart, or `hidden` is not
+            one bool a tile.
         """
+        if hidden.shape != self.hidden.shape or hidden.dtype != np.bool_:
+            raise ValueError(
+                f"hidden tiles must be {self.hidden.shape} bool, one a tile, got {hidden.shape} "
+                f"{hidden.dtype}; use hidden_tiles"
+            )
         if np.array_equal(hidden, self.hidden):
             return self
         part = hidden if 2 * np.count_nonzero(hidden) < len(hidden) else ~hidden

@@ -15,7 +15,7 @@ from models.estimate import Estimate
 from models.forward import LinearForward
 from models.growth import GAIN
 from models.search import Search
-from models.solver import find
+from models.solver import check_measured, find
 
 HUBER, TUKEY = 1.345, 4.685  # standard deviations: 95 % efficient where the noise is normal
 NORMAL = 1.4826  # from the median of |normal| to its standard deviation
@@ -50,9 +50,11 @@ def find_robust(
     """
     if not isinstance(search.forward, LinearForward):
         raise ValueError("false measurements are found with a linear forward model only; use one")
+    limit = most if count is None else count
+    check_measured(measured, search, limit)
     touches = np.empty((0, 3))
     left = _honest(measured)
-    for number in range(1, (most if count is None else count) + 1):
+    for number in range(1, limit + 1):
         grown = _reweighted(measured, search, touches, number)
         after = _honest(measured - _explained(search, grown))
         if count is None and left - after < GAIN:

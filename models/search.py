@@ -102,7 +102,15 @@ class Search:
 
 
 def prepare_search(forward: Forward, count: int = 17) -> Search:
-    """Lay `count` candidates along the longer side of the plate and as dense along the other."""
+    """Lay `count` candidates along the longer side of the plate and as dense along the other.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two a side.
+    """
+    if count < 2:
+        raise ValueError(f"candidates along a side must be 2 or more, got {count}; use 17")
     width, height = forward.plate.size
     spacing = (1 - 2 * EDGE) * max(width, height) / count
     x, y = (

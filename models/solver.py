@@ -96,12 +96,13 @@ def find(
     Raises
     ------
     ValueError
-        If the measurement does not fit the forward model or is not finite, or a count is negative.
+        If the measurement does not fit the forward model, it or the start is not finite, the start
+        is not x, y, F of touches, or a count is negative.
     """
     limit = most if count is None else count
-    _check(measured, search, limit)
+    check_measured(measured, search, limit)
     task = Task(measured, search, prior, limit, count is not None)
-    begun = np.array(start, dtype=np.float64).reshape(-1, 3)[:limit]
+    begun = _begun(start)[:limit]
     fit = task.fit(begun)
     if not len(begun) or not task.explained(fit):
         fit = look(task, fit)
@@ -112,7 +113,8 @@ def find(
     return _describe(task, fit, covariance(fit.jacobian, prior.precision), needed=False)
 
 
-def _check(measured: NDArray, search: Search, limit: int) -> None:
+def check_measured(measured: NDArray, search: Search, limit: int) -> None:
+    """Refuse a measurement that does not fit its forward model; see `find`."""
     expected = (search.response.shape[1],)
     if measured.shape != expected:
         raise ValueError(
@@ -122,6 +124,19 @@ def _check(measured: NDArray, search: Search, limit: int) -> None:
         raise ValueError("measurement holds NaN or infinite values; leave missing channels out")
     if limit < 0:
         raise ValueError(f"number of touches must be 0 or more, got {limit}; use 1")
+
+
+def _begun(start: ArrayLike) -> NDArray[np.float64]:
+    """Touches (n, 3) to start from."""
+    touches = np.array(start, dtype=np.float64)
+    if touches.size and (touches.ndim > 2 or touches.shape[-1] != 3):
+        raise ValueError(
+            f"start must be (n, 3), x, y, F of each touch, got shape {touches.shape}; "
+            "give one row a touch"
+        )
+    if not np.isfinite(touches).all():
+        raise ValueError("start holds NaN or infinite values; leave such a touch out")
+    return touches.reshape(-1, 3)
 
 
 def _describe(task: Task, fit: Fit, spread: NDArray, *, needed: bool) -> Estimate:

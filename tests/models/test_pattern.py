@@ -231,6 +231,18 @@ def test_a_reference_with_other_tiles_is_refused(bench):
         models.see_pattern(bench.pattern.motions, other)
 
 
+@pytest.mark.parametrize("noise", [0.0, -1.0, np.nan])
+def test_a_noise_that_is_not_positive_is_refused(bench, noise):
+    with pytest.raises(ValueError, match=r"^noise of a frame must be positive, got .* grey levels"):
+        bench.pattern.forward(noise)
+
+
+@pytest.mark.parametrize("hidden", [np.zeros(3, bool), np.zeros(1, int)])
+def test_a_mask_that_is_not_one_bool_a_tile_is_refused(bench, hidden):
+    with pytest.raises(ValueError, match=r"^hidden tiles must be .* bool, one a tile, got"):
+        bench.pattern.hiding(hidden)
+
+
 def test_a_plate_is_seen_where_it_is(bench):
     # Tiles beside the plate carry no motion of it.
     plate = fe.Plate((60.0, 50.0), 1.0, 3000.0, 0.38)

@@ -61,3 +61,8 @@ def test_least_squares_is_led_astray_where_the_robust_fit_is_not():
     away = [np.linalg.norm(estimate.xy[0] - TOUCHES[0, :2]) for estimate in (plain, robust)]
     assert away[1] < 0.3 * away[0]
     assert plain.p_value < 1e-12
+
+
+def test_a_measurement_that_does_not_fit_is_refused():
+    with pytest.raises(ValueError, match=r"^measurement must have shape .* got \(7,\)$"):
+        models.find_robust(np.zeros(7), SEARCH)

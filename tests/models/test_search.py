@@ -82,3 +82,8 @@ def test_a_candidate_that_is_free_already_gains_nothing():
     tangent = SEARCH.response[[20]]
     gains = [SEARCH.best(SEARCH.response[20], tangent)[1]]
     assert max(gains) < 1e-12 * (SEARCH.response[20] @ SEARCH.response[20])
+
+
+def test_a_search_without_candidates_is_refused():
+    with pytest.raises(ValueError, match=r"^candidates along a side must be 2 or more, got 1;"):
+        models.prepare_search(FORWARD, count=1)

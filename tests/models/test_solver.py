@@ -263,6 +263,19 @@ def test_a_measurement_that_does_not_fit_is_refused(measured, sentence):
         find(measured, SEARCH)
 
 
+@pytest.mark.parametrize(
+    ("start", "sentence"),
+    [
+        ([1.0, 2.0], r"^start must be \(n, 3\), x, y, F of each touch, got shape \(2,\)"),
+        ([[1.0, 2.0, 3.0, 4.0]], r"^start must be \(n, 3\), .* got shape \(1, 4\)"),
+        ([[60.0, np.nan, 1.0]], "^start holds NaN or infinite values"),
+    ],
+)
+def test_a_start_that_is_no_touches_is_refused(start, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        find(np.zeros(180), SEARCH, start=start)
+
+
 def test_a_touch_is_not_split_in_two():
     # Two touches in nearly one place explain these as well as one does.
     exact = models.gauges(INFLUENCE, 1e-13)
