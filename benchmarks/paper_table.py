@@ -68,8 +68,9 @@ def write() -> None:
     for figure in read():
         groups.setdefault((figure.system, figure.what), []).append(figure)
     lines = ["| system | figure | paper | here | seeds | epochs |", "|---|---|---|---|---|---|"]
-    before = ""
-    for (system, what), figures in groups.items():
+    systems, before = list(dict.fromkeys(system for system, _ in groups)), ""
+    for system, what in sorted(groups, key=lambda group: systems.index(group[0])):
+        figures = groups[system, what]
         epochs = max(figure.epochs for figure in figures)
         values = [figure.value for figure in figures if figure.epochs == epochs]
         shown = "" if system == before else system
