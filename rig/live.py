@@ -17,13 +17,14 @@ from models.search import Search, prepare_search
 from models.solver import find
 from models.strain_map import StrainMap, see_strain
 from rig.calibration.alignment import Alignment
-from rig.sight import Sights, jump, trouble
+from rig.sight import Sights, jump, missed, trouble
 from rig.stopwatch import Stopwatch
 from rig.unlit import unlit, unlit_sums
 from rig.zero import Zero, fits, settle
 
 STALE = 0.1  # px: a reference that was moved wrongly by more is moved again within the frame
-PASSES = 3  # at most so often
+LEFT = 0.003  # px that a pass may miss in the shade: the trace of 0.05 N that are there no more
+PASSES = 6  # at most so often; two are usual where something moves
 ODD = 0.2  # of the tiles: where more look strange, the camera may have jumped
 NOTHING = Estimate(np.empty((0, 2)), np.empty(0), np.empty((0, 0)), 0.0, 1, 1.0, Result.NO_TOUCH)
 """What is told where nothing can be seen."""
@@ -170,12 +171,18 @@ def sense(
             moved, found, stale = jumped, other, 0.0  # a jump is seen roughly: once more
     for _ in range(PASSES - 1):
         off = chain.pattern.motions.farthest(found.state.motion - moved)
-        if found.trouble or off <= stale:
+        if found.trouble or (off <= stale and off * _miss(chain, found) <= LEFT):
             break
         stale = STALE
         moved, start = found.state.motion, replace(state, touches=found.state.touches)
         found = _pass(chain, image, moved, start, watch, settling)
     return found
+
+
+def _miss(chain: Chain, sensed: Sensed) -> float:
+    """Give what a pass has missed as a share of what it found."""
+    share = min(missed(chain.reference, sensed.sums, sensed.hidden), 0.9)
+    return abs(share) / (1.0 - share)
 
 
 def _strange(sensed: Sensed) -> tuple[bool, float]:

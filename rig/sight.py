@@ -15,6 +15,8 @@ from models.search import Search
 
 HIDDEN = 0.75  # of the tiles, beyond which the others say too little
 DARK = 0.3  # of the contrast of the reference, below which there is no pattern to follow
+DARKEST = 0.05  # of the tiles in sight; fewer say nothing against the others
+FLAT = 0.1  # of the usual texture, below which the gain of a tile is not known
 COARSE = 512  # px, longer side of the pictures in which a jump is looked for: right to 0.2 px
 
 
@@ -72,6 +74,20 @@ def trouble(reference: TileReference, sums: TileSums, hidden: NDArray[np.bool_])
     if _contrast(sums, ~hidden, reference.tiles.size) < DARK:
         return "the pattern is too faint to follow; look after the light"
     return ""
+
+
+def missed(reference: TileReference, sums: TileSums, hidden: NDArray[np.bool_]) -> float:
+    """Share of a motion that one pass misses in the shade.
+
+    A frame whose contrast is lower by a factor shows a motion that is smaller by it; what is left
+    comes with the next pass, to which the reference is moved. That of the darkest tiles is given.
+    """
+    pixels = reference.tiles.size**2
+    ff, f = sums.light[:, 4:].T
+    texture = ff - f**2 / pixels
+    clear = ~hidden & (texture > FLAT * np.median(texture))
+    gains = 1.0 + (sums.ef - f * sums.e / pixels)[clear] / texture[clear]
+    return float(1.0 - np.quantile(gains, DARKEST)) if clear.any() else 0.0
 
 
 def _contrast(sums: TileSums, sight: NDArray[np.bool_], size: int) -> float:

@@ -125,3 +125,14 @@ def test_a_shadow_is_no_touch(rig):
     for sequence in range(20, 26):
         sensed = rig.see(sequence, (), lambda light: light * shade)
         assert sensed.estimate.count == 0
+
+
+def test_a_finger_that_comes_and_goes_in_the_shade_leaves_no_trace(rig):
+    """In the shade a pass sees less than all that moved; the rest must not become a touch."""
+    x, y = np.meshgrid(np.arange(384.0), np.arange(320.0))
+    shade = 1.0 - 0.4 * np.exp(-(((x - 220) / 130) ** 2) - ((y - 160) / 150) ** 2)
+    hard = fe.Touch(170.0, 90.0, 4.0)
+    for sequence in range(20, 44):
+        pressed = sequence // 3 % 2 == 1
+        sensed = rig.see(sequence, (hard,) * pressed, lambda light: light * shade)
+        assert sensed.estimate.count == pressed, sequence
