@@ -270,10 +270,10 @@ def hard_frames(plain, moved, rng):
 def report_hard_frames():
     """Error and share of valid points under bad light, and points that are wrong by over 5 σ.
 
-    The limits in `dic.verdict` were chosen on other spots and other noise (seeds 6 and 308 to 611).
+    The limits in `dic.verdict` were chosen on other spots and other noise (seeds 6 and 106 to 611).
     """
     shift, wrong, valid = np.array([0.4, 0.2]), 0, 0
-    for seed in (106, 207):
+    for seed in (713, 814):
         pair = speckle(SIDE, seed=seed), speckle(SIDE, shift, seed=seed)
         rng = np.random.default_rng(seed)
         for name, plain, moved, noise in hard_frames(*pair, rng):
