@@ -25,16 +25,14 @@ from emulated_bench import (
     Listener,
     Room,
     emulated_camera,
+    keep_lens_and_pose,
     scene_of,
     touchplate,
     twin_of,
 )
 
-import synthetic
 from rig import script
 from rig.calibration import store
-from rig.calibration.lens import Lens
-from rig.calibration.pose import Pose
 from rig.calibration.projector import Light
 from rig.markers import Screen, project
 
@@ -67,10 +65,8 @@ def main() -> None:
 
 def calibrate(scene: Path, room: Room, camera, live: bool) -> None:
     """Keep the true lens and pose; measure projector and latency, or keep the truth there too."""
-    seen, path = room._twin.warper.camera, store.beside(scene)
-    lens = Lens(seen.size, seen.focal, seen.centre, synthetic.Distortion(), 0.1, 0.05, 0.02, ())
-    store.keep(path, lens)
-    store.keep(path, Pose(seen, np.eye(6) * 1e-6, 0.05, 0.02))
+    path = store.beside(scene)
+    keep_lens_and_pose(scene, room.camera)
     if not live:
         store.keep(path, Light(Screen(PROJECTOR, T_TRUE), 0.3, 0.1, 1.0, 1.0, 51.0))
         return

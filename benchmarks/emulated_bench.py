@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 import mmap
 import os
-import select
 import struct
 import subprocess
 import sys
@@ -27,6 +26,10 @@ from websockets.sync.client import connect
 
 import fe
 import rig
+import synthetic
+from rig.calibration import store
+from rig.calibration.lens import Lens
+from rig.calibration.pose import Pose
 from rig.markers import Screen, project
 from rig.projector.light import see_light
 from rig.twin import build_twin
@@ -49,39 +52,42 @@ class Display:
 
     def __init__(self, folder: Path, size: tuple[int, int] = PROJECTOR):
         self._folder, self._size = folder, size
-        self._number: int | None = None
+        self.name = f":{100 + os.getpid() % 10000}"  # one that it keeps when it is unplugged
         self.plug()
 
-    @property
-    def name(self) -> str:
-        """Name that clients use."""
-        return f":{self._number}"
-
     def plug(self) -> None:
-        """Start the server; again under the number that it had."""
-        reading, writing = os.pipe()
-        number = [] if self._number is None else [self.name]
+        """Start the server."""
         command = [
-            "/usr/bin/Xvfb", *number, "-displayfd", str(writing), "-nolisten", "tcp",
-            "-fbdir", str(self._folder), "-screen", "0", f"{self._size[0]}x{self._size[1]}x24",
+            "/usr/bin/Xvfb", self.name, "-nolisten", "tcp", "-fbdir", str(self._folder),
+            "-screen", "0", f"{self._size[0]}x{self._size[1]}x24",
         ]  # fmt: skip
-        self._server = subprocess.Popen(command, pass_fds=[writing], stderr=subprocess.DEVNULL)
-        os.close(writing)
-        if not select.select([reading], [], [], 20)[0]:
-            raise OSError("Xvfb did not start")
-        self._number = int(os.read(reading, 16))
-        os.close(reading)
-        memory = np.memmap(self._folder / "Xvfb_screen0", np.uint8, "r")
+        self._server = subprocess.Popen(command, stderr=subprocess.DEVNULL)
+        end = time.monotonic() + 20
+        while (pixels := self._pixels_of_server()) is None:
+            if time.monotonic() > end:
+                raise OSError("Xvfb did not start")
+            time.sleep(0.05)
+        self._pixels: np.ndarray | None = pixels
+
+    def _pixels_of_server(self) -> np.ndarray | None:
+        """Memory of the server, (H, W, 3) RGB; None while it is not laid out yet."""
+        file = self._folder / "Xvfb_screen0"
+        if not file.exists() or file.stat().st_size < 100:
+            return None
+        memory = np.memmap(file, np.uint8, "r")
         header = struct.unpack(">25I", memory[:100].tobytes())
         height, stride, start = header[5], header[12], header[0] + 12 * header[19]
+        if not height or len(memory) < start + height * stride:
+            return None
         pixels = memory[start : start + height * stride].reshape(height, -1, 4)
-        self._pixels: np.ndarray | None = pixels[:, : header[4], 2::-1]
+        return pixels[:, : header[4], 2::-1]
 
     def unplug(self) -> None:
         """Stop the server."""
         self._pixels = None
         self._server.terminate()
         self._server.wait()
+        (self._folder / "Xvfb_screen0").unlink(missing_ok=True)
 
     def read(self) -> np.ndarray | None:
         """Picture (H, W, 3) RGB; None without a display."""
@@ -107,6 +113,7 @@ class Room(threading.Thread):
 
     Attributes
     ----------
+    camera : synthetic.Camera
     script : callable
         Touches by the time since `begin`; None before.
     lamp : float
@@ -122,7 +129,8 @@ class Room(threading.Thread):
         super().__init__(name="room", daemon=True)
         self._twin, self._display = build_twin(scene), display
         self._sensor, self._screen = Lit(self._twin.sensor), Screen(PROJECTOR, T_true)
-        camera, plate = self._twin.warper.camera, self._twin.solver.plate
+        self.camera = camera = self._twin.warper.camera
+        plate = self._twin.solver.plate
         self.view = look(plate, camera, plate.thickness / 2)
         self._light = see_light(self._screen, self.view.T_px_plate, camera.size, STRENGTH)
         width, height = camera.size
@@ -236,14 +244,21 @@ def emulated_camera(size: tuple[int, int], file: Path) -> Iterator[Emulation]:
 
 def touchplate(camera: Emulation, *arguments: object, **options) -> subprocess.Popen:
     """Start the command where the emulated camera is seen."""
-    command = [WRAPPER, sys.executable, "-m", "rig.cli", *map(str, arguments)]
-    program = "from rig.cli import main; main()"
+    # A vfork shares the emulation's table of open devices with the child, which closes them all.
+    program = "import subprocess; subprocess._USE_VFORK = False; from rig.cli import main; main()"
     command = [WRAPPER, sys.executable, "-c", program, *map(str, arguments)]
     environment = os.environ | {"UMOCKDEV_DIR": camera.folder, "PYTHONUNBUFFERED": "1"}
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     return subprocess.Popen(
-        command, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        start_new_session=True, **options,
-    )  # fmt: skip
+        command, env=environment, text=True, start_new_session=True, **pipes | options
+    )
+
+
+def keep_lens_and_pose(scene: Path, camera: synthetic.Camera) -> None:
+    """Keep the true lens and pose beside the scene, as if they had been calibrated."""
+    lens = (camera.size, camera.focal, camera.centre, synthetic.Distortion(), 0.1, 0.05, 0.02, ())
+    store.keep(store.beside(scene), Lens(*lens))
+    store.keep(store.beside(scene), Pose(camera, np.eye(6) * 1e-6, 0.05, 0.02))
 
 
 def scene_of(folder: Path, display: Display, port: int, size: int, changes: str = "") -> Path:

@@ -55,7 +55,7 @@ def serve_touches(port: int = PORT) -> Iterator[TouchStream]:
     OSError
         If the port cannot be had; raised before anything is started.
     """
-    with listen(port, "stream.port") as listener:
+    with listen(port, "outputs.websocket.port") as listener:
         stream = TouchStream(listener.getsockname()[1])
         with serving(_application(stream), listener, "touches"):
             try:

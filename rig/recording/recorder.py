@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import threading
 from collections.abc import Callable, Mapping
@@ -139,4 +140,7 @@ class Recorder:
 
 
 def _reason(error: Exception) -> str:
-    return getattr(error, "strerror", None) or " ".join(str(error).split())
+    """Why a disk takes no more; HDF5 hides that in a long text of its own."""
+    text = getattr(error, "strerror", None) or " ".join(str(error).split())
+    told = re.search("error message = '([^']+)'", text)
+    return told[1].lower() if told else text

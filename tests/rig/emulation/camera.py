@@ -5,8 +5,8 @@
 It prints the folder that clients must be given as UMOCKDEV_DIR, then obeys words on stdin and
 answers each with "done". Pixel (x, y) of frame n is (x + 3 y + 7 n) mod 256; a camera that is given
 a JPEG file sends nothing else, and after "show:FOLDER" it sends the files *.raw there in turn.
-After "watch:FILE" it sends what is in that file now: its first byte says which of the two pictures
-that follow from byte 4096 on is whole.
+After "clock:SECONDS" its time stamps are so much ahead; after "watch:FILE" it sends what is in that
+file now: its first byte says which of the two pictures that follow from byte 4096 on is whole.
 """
 
 import errno
@@ -91,6 +91,7 @@ class EmulatedCamera:
         self.skip = 0
         self.shown = []
         self.watched = None
+        self.ahead = 0.0  # s, of its clock
         self.plug()
         self.answers = {
             0: self.capabilities, 2: self.one_format, 4: self.get_format, 5: self.set_format,
@@ -129,7 +130,7 @@ class EmulatedCamera:
         elif self.empty:
             index = self.empty.pop(0)
             os.pwrite(self.memory, self.picture(), index * ROOM)
-            self.full.append((index, self.number, time.clock_gettime(time.CLOCK_MONOTONIC)))
+            self.full.append((index, self.number, time.monotonic() + self.ahead))
             if self.waiting:
                 waiting, self.waiting = self.waiting, None
                 waiting.answer(self.dequeue_buffer(waiting))
@@ -352,6 +353,8 @@ class EmulatedCamera:
                 self.torn = True
             case "skip":
                 self.skip = 5
+            case _ if word.startswith("clock:"):
+                self.ahead = float(word.partition(":")[2])
             case _ if word.startswith("show:"):
                 files = sorted(Path(word.partition(":")[2]).glob("*.raw"))
                 self.shown = [file.read_bytes() for file in files]

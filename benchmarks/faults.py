@@ -1,0 +1,483 @@
+"""What goes wrong on a bench: each fault, what the user sees, and how soon the touch is back.
+
+    python benchmarks/faults.py [--size 512] [--out docs/faults.md]
+
+See `emulated_bench`. One finger presses all the time; a fault happens, is undone, and the time
+counts from then until the touch is found again, three frames in a row within 8 mm. Any other touch
+that is told meanwhile is a false one.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import resource
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+from emulated_bench import (
+    Display,
+    Listener,
+    Room,
+    emulated_camera,
+    keep_lens_and_pose,
+    scene_of,
+    touchplate,
+    twin_of,
+)
+from websockets.sync.client import connect
+
+import fe
+import synthetic
+from rig.calibration import store
+from rig.markers import fit_plate
+from rig.recording.session import open_session
+
+TOUCH = fe.Touch(100.0, 140.0, 3.0)
+NEAR, FAR = 8.0, 25.0  # mm: found again; somewhere else
+AWAY = 0.4  # s that a device is away while it is reset
+HOLD, PATIENCE = 2.5, 30.0  # s that a fault lasts; that the touch may take to come back
+USUAL = {"one touch"}
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line of the table."""
+
+    fault: str
+    sees: str
+    back: str
+    false: str
+
+
+class Bench:
+    """The app, and what stands round it."""
+
+    def __init__(self, folder: Path, size: int, parts: ExitStack):
+        self.folder, self.size, self._parts = folder, size, parts
+        self.display = Display(folder)
+        parts.callback(self.display.unplug)
+        truth = fit_plate((1280, 800), (254.0, 254.0)).T_px_plate
+        self.room = Room(twin_of(size), self.display, folder / "pictures", truth)
+        self.room.start()
+        parts.callback(self.room.close)
+        self.camera = parts.enter_context(emulated_camera((size, size), folder / "pictures"))
+        self.page, stream = free_port(), free_port()
+        changes = f"[page]\nport = {self.page}\n"
+        self.scene = scene_of(folder, self.display, stream, size, changes)
+        keep_lens_and_pose(self.scene, self.room.camera)
+        self.record = folder / "session.h5"
+        self.listener = Listener(stream)
+
+    def start(self) -> None:
+        """Start the app and wait for its first frames; then the finger presses."""
+        errors = (self.folder / "errors").open("w")
+        self.app = touchplate(
+            self.camera, "run", self.scene, "--record", self.record, "--json", stderr=errors
+        )
+        self._parts.callback(self.app.kill)
+        self.listener.start()
+        wait(lambda: self.listener.heard or self.app.poll() is not None, 120)
+        if self.app.poll() is not None:
+            raise OSError((self.folder / "errors").read_text())
+        self.room.begin(lambda seconds: (TOUCH,))
+        if self.back(time.monotonic(), 60) is None:
+            last = self.heard(0.0)[-1:]
+            said = (self.folder / "errors").read_text()
+            raise OSError(f"the touch was never found: {self.app.poll()}, {said}, {last}")
+
+    def heard(self, since: float) -> list[dict]:
+        """Return what the app has told since a time."""
+        return [said for came, said in list(self.listener.heard) if came >= since]
+
+    def back(self, since: float, patience: float = PATIENCE) -> float | None:
+        """Wait until the touch is found three times in a row; s, None if it is not."""
+        end = time.monotonic() + patience
+        while time.monotonic() < end:
+            if (last := self.heard(since)[-3:]) and len(last) == 3 and all(map(good, last)):
+                return time.monotonic() - since
+            time.sleep(0.02)
+        return None
+
+    def notes(self) -> list[str]:
+        """Return what the page says beside the frame."""
+        with connect(f"ws://127.0.0.1:{self.page}/stream", max_size=None) as client:
+            client.send("")
+            return json.loads(client.recv(timeout=20))["notes"]
+
+    def windows(self) -> list[int]:
+        """Return the processes of the projector's window."""
+        children = Path(f"/proc/{self.app.pid}/task/{self.app.pid}/children").read_text().split()
+        return [pid for pid in map(int, children) if "spawn_main" in command_of(pid)]
+
+    def lit(self) -> bool:
+        """Whether a mark is lit on the touch."""
+        _, touches, places = self.room.seen[-1]
+        return bool(len(touches) and np.isfinite(places).all())
+
+    def episode(
+        self, fault: str, make: Callable[[], object], undo: Callable[[], object], hold: float = HOLD
+    ) -> Row:
+        """Let a fault happen and see what becomes of it."""
+        if self.app.poll() is not None:
+            raise OSError((self.folder / "errors").read_text())
+        began = time.monotonic()
+        make()
+        time.sleep(hold)
+        sees = self.sees(began)
+        undo()
+        undone = time.monotonic()
+        back = self.back(undone)
+        told = self.heard(began)
+        false = sum(wrong(said) for said in told)
+        time.sleep(0.5)
+        return Row(
+            fault,
+            sees or "nothing: the touch stays",
+            "never" if back is None else f"{back:.1f} s",
+            f"{false} of {len(told)} frames",
+        )
+
+    def sees(self, since: float) -> str:
+        """Sum up what was told since a time, the usual left out."""
+        said = [one["status"] for one in self.heard(since)]
+        other = [status for status in dict.fromkeys(said) if status not in USUAL]
+        return "; ".join(f"“{status}”" for status in other[:2])
+
+    def projector(self, fault: str, make: Callable[[], object], undo: Callable[[], object]) -> Row:
+        """Let a fault of the projector happen; it is back when another window lights the touch."""
+        began, notes, before = time.monotonic(), {}, self.windows()
+        make()
+        while time.monotonic() < began + 1.5:
+            notes |= dict.fromkeys(note for note in self.notes() if "projector" in note)
+            time.sleep(0.2)
+        undo()
+        undone = began if undo is nothing else time.monotonic()
+        lit = wait(lambda: self.windows() not in ([], before) and self.lit(), PATIENCE)
+        back = time.monotonic() - undone
+        notes |= dict.fromkeys(note for note in self.notes() if "projector" in note)
+        time.sleep(1.0)
+        told = self.heard(began)
+        gap = max(np.diff([said["captured"] for said in told]), default=0.0)
+        return Row(
+            fault,
+            "; ".join(f"“{note}”" for note in list(notes)[:2]) or "nothing on the page",
+            f"{back:.1f} s" if lit else "never",
+            f"{sum(map(wrong, told))} of {len(told)} frames, {gap:.2f} s apart at most",
+        )
+
+
+def good(said: dict) -> bool:
+    """Whether exactly the touch that presses is told."""
+    marks = said["touches"]
+    return len(marks) == 1 and away(marks[0]) < NEAR
+
+
+def wrong(said: dict) -> bool:
+    """Whether a touch is told where nobody presses."""
+    marks = said["touches"]
+    return len(marks) > 1 or any(away(mark) > FAR for mark in marks)
+
+
+def away(mark: dict) -> float:
+    return float(np.hypot(mark["x"] - TOUCH.x, mark["y"] - TOUCH.y))
+
+
+def wait(condition: Callable[[], object], patience: float) -> bool:
+    """Wait until something is so; whether it came to that."""
+    end = time.monotonic() + patience
+    while time.monotonic() < end:
+        if condition():
+            return True
+        time.sleep(0.05)
+    return False
+
+
+def command_of(pid: int) -> str:
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_text()
+    except OSError:
+        return ""
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def nothing() -> None:
+    pass
+
+
+def of_the_camera(bench: Bench) -> list[Row]:
+    """Faults of the camera and its cable."""
+    say, episode = bench.camera.say, bench.episode
+    rows = [
+        episode("camera unplugged, plugged in again", lambda: say("unplug"), lambda: say("plug")),
+        episode("camera freezes", lambda: say("freeze"), lambda: say("thaw")),
+        episode("USB reset of the camera", lambda: say("unplug"), lambda: say("plug"), AWAY),
+        episode("five frames dropped", lambda: say("skip"), nothing),
+        episode("a torn frame", lambda: say("tear"), nothing),
+        episode("clock of the camera jumps by an hour", lambda: say("clock:3600"), nothing),
+    ]
+    say("clock:0")
+    return rows
+
+
+def of_the_light(bench: Bench) -> list[Row]:
+    """Faults of light and view."""
+    room = bench.room
+    ending = threading.Event()
+
+    def flicker() -> None:
+        while not ending.wait(0.04):
+            room.lamp = 2.1 - room.lamp if room.lamp != 1.0 else 1.1
+
+    def switch(level: float) -> Callable[[], object]:
+        return lambda: setattr(room, "lamp", level)
+
+    side = float(bench.size)
+    arm = np.array([(0.5, -0.1), (1.1, -0.1), (1.1, 1.1), (0.5, 1.1)]) * side
+    hidden = synthetic.Hand(arm, 0.4).share((bench.size, bench.size)).astype(np.float32)
+
+    def cover(light: np.ndarray) -> np.ndarray:
+        return light + hidden * (np.float32(0.4) - light)
+
+    clear, thread = room.cover, threading.Thread(target=flicker, daemon=True)
+    return [
+        bench.episode(
+            "light flickers by 10 %", thread.start, lambda: (ending.set(), switch(1.0)())
+        ),
+        bench.episode("light switched off, and on again", switch(0.02), switch(1.0)),
+        bench.episode(
+            "hand over half the pattern",
+            lambda: setattr(room, "cover", cover),
+            lambda: setattr(room, "cover", clear),
+        ),
+        bench.episode(
+            "camera bumped by 3 px, and left so",
+            lambda: setattr(room, "shift", (3.0, 1.0)),
+            nothing,
+        ),
+    ]
+
+
+def of_the_projector(bench: Bench) -> list[Row]:
+    """Faults of the projector and its window."""
+
+    def kill(how: signal.Signals) -> Callable[[], object]:
+        return lambda: [os.kill(pid, how) for pid in bench.windows()]
+
+    display = bench.display
+    return [
+        bench.projector("projector unplugged, plugged in again", display.unplug, display.plug),
+        bench.projector("kill -9 of the projector's window", kill(signal.SIGKILL), nothing),
+        bench.projector("projector's window hangs", kill(signal.SIGSTOP), nothing),
+    ]
+
+
+def of_the_clients(bench: Bench) -> Row:
+    """Let twenty pages ask and never read."""
+    with ExitStack() as clients:
+
+        def crowd() -> None:
+            for _ in range(20):
+                page = f"ws://127.0.0.1:{bench.page}/stream"
+                client = clients.enter_context(connect(page, max_queue=1, close_timeout=0.1))
+                for _ in range(20):
+                    client.send("camera strain")
+
+        return bench.episode("twenty page clients that never read", crowd, nothing, 4.0)
+
+
+def of_the_disk(bench: Bench) -> tuple[Row, Row]:
+    """Fill the disk; then see what the recording holds once the app has ended."""
+
+    def fill() -> None:
+        size = bench.record.stat().st_size
+        resource.prlimit(bench.app.pid, resource.RLIMIT_FSIZE, (size, size))
+
+    row = bench.episode("disk full while recording", fill, nothing)
+    bench.app.send_signal(signal.SIGINT)
+    out, _ = bench.app.communicate(timeout=60)
+    said = json.loads(out[out.index("{") :])
+    with open_session(bench.record) as session:
+        kept = session.frames
+    recorded = said["recorded"]
+    status = recorded["status"].replace(f"{bench.folder}/", "")
+    row = Row(row.fault, f"“{status}”", row.back, row.false)
+    kept_row = Row(
+        "the recording of all of that",
+        f"{kept} of {recorded['frames']} frames that were written are read again",
+        "–",
+        f"{recorded['dropped']} left out, those after the disk was full",
+    )
+    return row, kept_row
+
+
+def of_the_app(bench: Bench) -> Row:
+    """Kill the app while it records; what is on disk must open."""
+    record = bench.folder / "killed.h5"
+    bench.room.rest()
+    time.sleep(0.5)
+    app = touchplate(
+        bench.camera, "run", bench.scene, "--record", record, stderr=subprocess.DEVNULL
+    )
+    since = time.monotonic()
+    wait(lambda: len(bench.heard(since)) > 40, 60)
+    window = [
+        int(pid)
+        for pid in Path(f"/proc/{app.pid}/task/{app.pid}/children").read_text().split()
+        if "spawn_main" in command_of(int(pid))
+    ]
+    app.kill()
+    app.wait()
+    told = len(bench.heard(since))
+    gone = wait(lambda: not any(command_of(pid) for pid in window), 5)
+    with open_session(record) as session:
+        kept, cut = session.frames, session.cut
+    return Row(
+        "kill -9 of the app while it records",
+        f"the command has ended; of {told} frames told {kept} are in the file {cut}".strip(),
+        "start it again",
+        "its window has ended with it" if gone else "its window is left behind",
+    )
+
+
+def of_the_twin() -> Row:
+    """Kill the process of the twin under a run of it."""
+    small = [
+        "plate.size=[254, 203]", "camera.pixels=[384, 320]", "pattern.diameter=3.5", "dic.tile=8",
+        "dic.subset=25", "estimator.modes=100",
+    ]  # fmt: skip
+    settings = [f"--set={one}" for one in small]
+    command = [
+        sys.executable,
+        "-c",
+        "from rig.cli import main; main()",
+        "run",
+        "twin",
+        "--headless",
+    ]
+    app = subprocess.Popen(command + settings, stderr=subprocess.PIPE, text=True)
+    lines = iter(app.stderr.readline, "")
+    for line in lines:
+        if "reference" in line:
+            break
+    time.sleep(6.0)
+    children = Path(f"/proc/{app.pid}/task/{app.pid}/children").read_text().split()
+    began = time.monotonic()
+    for pid in map(int, children):
+        if "spawn_main" in command_of(pid):
+            os.kill(pid, signal.SIGKILL)
+    said = app.communicate(timeout=60)[1]
+    last = " ".join(said.split())
+    return Row(
+        "kill -9 of the twin", f"“{last[-160:]}”", f"ends in {time.monotonic() - began:.1f} s", "–"
+    )
+
+
+def of_the_start(bench: Bench) -> list[Row]:
+    """Start with something wrong."""
+    kept = store.beside(bench.scene)
+    fresh = kept.read_text()
+    year = str(datetime.now(UTC).year)
+    kept.write_text(fresh.replace(f'"{year}-', f'"{int(year) - 2}-'))
+    rows = [start(bench, "stale calibration", ["--frames=5", "--headless"])]
+    kept.write_text(fresh)
+    half = bench.size // 2
+    wrongs = {
+        "camera gives another size of picture": [f"--set=camera.pixels=[{half}, {half}]"],
+        "exposure refused": ["--set=source.exposure=9 s", "--frames=5", "--headless"],
+        "wrong scene: a key that does not exist": ["--set=camera.pixel=[512, 512]"],
+        "port in use": [f"--set=outputs.websocket.port={busy_port()}", "--frames=5"],
+    }
+    rows += [start(bench, fault, arguments) for fault, arguments in wrongs.items()]
+    bench.camera.say("busy")
+    rows.append(start(bench, "camera in use by another program", ["--headless"]))
+    bench.camera.say("free")
+    return rows
+
+
+def start(bench: Bench, fault: str, arguments: list[str]) -> Row:
+    """Start the app with something wrong; what it says, and whether it goes on."""
+    app = touchplate(bench.camera, "run", bench.scene, "--json", *arguments)
+    try:
+        _, said = app.communicate(timeout=90)
+    except subprocess.TimeoutExpired:
+        app.kill()
+        _, said = app.communicate()
+    lines = " ".join(said.split()).split("the source gets ready")[0]
+    lines = lines.split("linear theory, as the scene insists")[0].split("(Ctrl-C ends)")[-1]
+    lines = lines.replace(f"{bench.folder}/", "").strip()
+    ends = "goes on" if app.returncode == 0 else f"ends with code {app.returncode}"
+    return Row(fault, f"“{lines[:260]}”", ends, "–")
+
+
+HELD = socket.socket()
+
+
+def busy_port() -> int:
+    """Take a port and keep it."""
+    HELD.bind(("127.0.0.1", 0))
+    HELD.listen()
+    return HELD.getsockname()[1]
+
+
+HEAD = """# Faults
+
+Written by `python benchmarks/faults.py`: a plate under an emulated camera and display, one finger
+that presses all the time. "Back" counts from the end of the fault until the touch is found again
+(three frames in a row), for the projector until its mark is lit again. A false touch is one told
+where nobody presses.
+
+| fault | what the user sees | back | false touches |
+|---|---|---|---|
+"""
+FOOT = """
+A disk that is full is a limit on the size of the app's files. The clock that jumps is the camera's;
+the loop itself reads the monotonic clock alone, which no setting of the date moves. Of a killed app
+the frame that was being written is lost and no other.
+"""
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options.add_argument("--size", type=int, default=512)
+    options.add_argument("--out", type=Path)
+    given = options.parse_args()
+    rows: list[Row] = []
+    with tempfile.TemporaryDirectory() as name, ExitStack() as parts:
+        bench = Bench(Path(name), given.size, parts)
+        bench.start()
+        steps = (of_the_camera, of_the_light, of_the_projector)
+        for step in steps:
+            rows += tell(step(bench))
+        rows += tell([of_the_clients(bench), *of_the_disk(bench)])
+        rows += tell([of_the_app(bench), of_the_twin(), *of_the_start(bench)])
+    if given.out:
+        lines = [f"| {row.fault} | {row.sees} | {row.back} | {row.false} |\n" for row in rows]
+        given.out.write_text(HEAD + "".join(lines) + FOOT, encoding="utf-8")
+
+
+def tell(rows: list[Row]) -> list[Row]:
+    for row in rows:
+        print(f"{row.fault:42} {row.back:10} {row.false:20} {row.sees}", flush=True)
+    return rows
+
+
+if __name__ == "__main__":
+    main()
