@@ -44,7 +44,9 @@ class Creeping:
     def __init__(self, scene):
         self.twin = build_twin(scene)
         bench = build_bench(scene, lambda done, total: None)
-        self.chain, self.strain = bench.prepare(take_zero([self.twin.frame(k, ()) for k in range(16)]))
+        self.chain, self.strain = bench.prepare(
+            take_zero([self.twin.frame(k, ()) for k in range(16)])
+        )
 
     def run(self, loads, settling, touch=()):
         """Estimates of a frame a second under growing loads, N."""
