@@ -3,8 +3,8 @@
 Usage: ``python benchmarks/live.py [--cpu] [--frames 200] [WAY ...]``; ways are sparse (the pattern
 in 400 tiles of 49 px), pattern (tiles of 16 px) and strain (the strain map of the same frames as
 well, whose error is then printed). The camera has 1024² px; one finger of 1 to 3 N strokes over a
-plate of 2 mm. All frames are rendered beforehand, so that nothing else computes. Times are of the wall;
-with --cpu they are those of the one thread that works, which compare on a machine that others use.
+plate of 2 mm. All frames are rendered beforehand, so that nothing else computes. Times are of the
+wall; with --cpu those of the one thread that works, which compare on a machine that others use.
 """
 
 import sys

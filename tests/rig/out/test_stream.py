@@ -91,7 +91,9 @@ def test_a_port_in_use_is_one_sentence():
         ):
             pass
     with (
-        pytest.raises(ValueError, match=r"outputs websocket port must lie in 0\.\.65535, got 70000"),
+        pytest.raises(
+            ValueError, match=r"outputs websocket port must lie in 0\.\.65535, got 70000"
+        ),
         serve_touches(70000),
     ):
         pass
