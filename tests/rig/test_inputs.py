@@ -7,7 +7,9 @@ import pytest
 import fe
 import rig
 from rig.bench import build_bench
+from rig.calibration.store import Calibration
 from rig.camera.controls import Controls
+from rig.commands.run import known
 from rig.inputs import open_input
 from rig.loop import Loop
 from rig.scene import SceneError
@@ -119,3 +121,30 @@ def test_the_account_names_the_source(source, what, imports):
     (part,) = [part for part in said.parts if part.name == "source"]
     assert (part.what, part.imports) == (what, (imports,))
     assert "camera device" not in {left.name for left in said.left_out}
+
+
+def test_a_camera_without_lens_and_pose_is_told(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    known("bench", rig.load("bench"))
+    said = " ".join(capsys.readouterr().err.split())
+    assert "'bench.calibration.json' holds no lens and pose" in said
+    assert "straight down from 500 mm; run `touchplate calibrate camera`" in said
+    known("twin", rig.load("twin"))
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("size", [(384, 320), (640, 480)])
+def test_a_calibrated_camera_is_taken_if_its_pictures_have_the_size(small, size):
+    scene = small()
+    lens = {"size": size, "focal": 700.0, "sigma_focal": 1.0, "centre": (190.0, 160.0)}
+    pose = scene.camera.build(scene.plate).T_cam_plate.tolist()
+    made = {"date": "2026-11-01T00:00:00Z", "error": 0.1}
+    calibration = Calibration.model_validate(
+        {
+            "lens": made | lens | {"distortion": (0.0,) * 5},
+            "pose": made | {"T_cam_plate": pose, "covariance": np.eye(6).tolist()},
+        }
+    )
+    bench = build_bench(scene, lambda done, total: None, calibration)
+    assert bench.camera.size == (384, 320)
+    assert (bench.camera.focal == 700.0) == (size == (384, 320))
