@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from dic import clipping, moments, normal
+from dic.asked import check_options, check_served, read_grid, read_points, read_roi
 from dic.displacement import Status
 from dic.grid import Grid, grid_over
 from dic.image import check_image
-from dic.quality import box_areas, box_sums, check_subset
-from dic.shape import ORDERS
+from dic.quality import box_areas, box_sums
 from dic.spline import coefficients, gradient
 from dic.subset import gather
 
@@ -105,12 +105,14 @@ def prepare(
         One sentence on what cannot be used.
     """
     image = check_image(image, "reference")
-    _check_options(image, subset, step, order)
-    weight = _weight(roi, image.shape)
-    grid = grid_over(image.shape, subset, step) if points is None else _grid(points, subset, step)
-    xy = _points(points if grid is None else grid.xy, image.shape)
+    check_options(image, subset, step, order)
+    weight = read_roi(roi, image.shape)
+    grid = (
+        grid_over(image.shape, subset, step) if points is None else read_grid(points, subset, step)
+    )
+    xy = read_points(points if grid is None else grid.xy, image.shape)
     if device is not None:
-        _check_device(device, grid)
+        check_served(device, grid)
     centres = np.rint(xy).astype(np.int64)
 
     status = _status(image, weight, centres, subset // 2)
@@ -134,42 +136,6 @@ def prepare(
     )
 
 
-def _check_options(image: NDArray, subset: int, step: int, order: int) -> None:
-    check_subset(subset, image.shape)
-    if step < 1:
-        raise ValueError(
-            f"step must be at least 1 px, got {step} px; a quarter of the subset is usual"
-        )
-    if order not in ORDERS:
-        raise ValueError(f"order of the shape function must be 0, 1 or 2, got {order}; use order=1")
-    if image.min() == image.max():
-        raise ValueError(
-            f"reference image is blank (grey level {image.min():g} everywhere); "
-            "it needs a pattern to follow"
-        )
-
-
-def _check_device(device: str, grid: Grid | None) -> None:
-    from dic.device_moments import check_device
-
-    if grid is None:
-        raise ValueError(f"device {device!r} serves a grid; leave it out for scattered points")
-    check_device(device)
-
-
-def _weight(roi: ArrayLike | None, shape: tuple[int, int]) -> NDArray[np.bool_]:
-    if roi is None:
-        return np.ones(shape, dtype=bool)
-    roi = np.asarray(roi, dtype=bool)
-    if roi.shape != shape:
-        raise ValueError(
-            f"roi has shape {roi.shape}, the picture {shape}; give one value (H, W) for each pixel"
-        )
-    if not roi.any():
-        raise ValueError("roi leaves no pixel of the picture; set those to be used to True")
-    return roi
-
-
 def _inner(weight: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Pixels of the ROI on which what lies beyond it has no effect through the spline."""
     if weight.all():
@@ -178,35 +144,6 @@ def _inner(weight: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
     square = np.ones((2 * _LEAK + 1, 2 * _LEAK + 1), dtype=bool)
     return np.asarray(binary_erosion(weight, square, border_value=1), dtype=bool)
-
-
-def _grid(points: ArrayLike | Grid, subset: int, step: int) -> Grid | None:
-    if not isinstance(points, Grid):
-        return None
-    if (points.subset, points.step) != (subset, step):
-        raise ValueError(
-            f"grid is laid for subset {points.subset} px and step {points.step} px, got {subset} "
-            f"and {step} px; give both the same"
-        )
-    for line in (points.xs, points.ys):
-        if not np.issubdtype(line.dtype, np.integer) or np.any(np.diff(line) != step):
-            raise ValueError(f"lines of the grid must be whole px, {step} px apart, got {line[:3]}")
-    return points
-
-
-def _points(points: object, shape: tuple[int, int]) -> NDArray[np.float64]:
-    xy = np.array(points, dtype=np.float64)
-    if xy.ndim != 2 or xy.shape[1] != 2 or len(xy) == 0:
-        raise ValueError(f"points must be (N, 2) in px, ordered (x, y), got shape {xy.shape}")
-    height, width = shape
-    off = ~((xy >= 0) & (xy <= (width - 1, height - 1))).all(axis=1)
-    if off.any():
-        x, y = xy[off][0]
-        raise ValueError(
-            f"point ({x:g}, {y:g}) px lies outside the picture of {width}x{height} px; "
-            "points are ordered (x, y)"
-        )
-    return xy
 
 
 def _texture(image: NDArray, weight: NDArray[np.bool_]) -> NDArray[np.float32]:
