@@ -20,7 +20,7 @@ from rig.projector.content import Content, Plain, Stripe
 from rig.scene.plate import Plate
 from rig.source import Frame
 
-SETTLING = 0.3  # s from a new picture to the first frame that counts
+SETTLING = 0.5  # s from a new picture to the first frame that counts
 MEAN = 2  # frames of each picture
 FLASHES = 15
 LIT, DARK = 0.15, 0.6  # s of a flash, and from one to the next at least

@@ -13,6 +13,7 @@ from rig.markers import Screen, project
 
 FEWEST = 1000  # lit pixels on the plate
 SLIP = 2.0  # px of the projector; a pixel that was read further off saw an edge or a reflection
+CLIPPED = 250.0  # grey levels, from which on a pixel may be cut off
 BLOCKS = 8  # a side, over which residuals are averaged: what is left of them is no noise
 
 
@@ -111,7 +112,15 @@ def brightness(light: NDArray, dark: NDArray, valid: NDArray[np.bool_]) -> tuple
         Under white and under black of the projector.
     valid : (H, W) bool
         Pixels that the projector lights.
+
+    Returns
+    -------
+    strength, black : float
+        Zeros where too few pixels are lit and not too bright to tell.
     """
+    valid = valid & (light < CLIPPED)
+    if np.count_nonzero(valid) < FEWEST:
+        return 0.0, 0.0
     # Over the brighter picture, whose spread is far above its noise: noise would flatten the line.
     rise, level = np.polyfit(light[valid].astype(np.float64), dark[valid].astype(np.float64), 1)
     if not 0 < rise < 1:

@@ -20,6 +20,8 @@ from rig.snapshot import Snapshot
 from rig.source import Frame
 from rig.view import View, look
 
+PATIENCE = 20.0  # s that the projector's window may take to open
+
 if TYPE_CHECKING:
     from rig.page import Publisher
     from rig.projector.content import Content
@@ -97,7 +99,10 @@ def _window(
     from rig.projector import open_projector
 
     screen = known.screen() or fit_plate(window.size, plate.size)
-    return open_parts.enter_context(open_projector(screen, window.display, window.full_screen))
+    opened = open_projector(screen, window.display, window.full_screen)
+    show = open_parts.enter_context(opened)
+    show.wait(PATIENCE)
+    return show
 
 
 class _Teller:

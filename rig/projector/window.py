@@ -76,6 +76,21 @@ class Projector:
         except (EOFError, OSError):
             self._lose("has gone", now)
 
+    def wait(self, patience: float) -> None:
+        """Wait until the window is there.
+
+        Raises
+        ------
+        OSError
+            If it does not open in `patience` s; the text says why.
+        """
+        end = time.monotonic() + patience
+        while not self._sound:
+            self(())
+            if time.monotonic() > end or not self.alive:
+                raise OSError(self.status)
+            time.sleep(SECONDS_BETWEEN_EVENTS)
+
     def close(self) -> None:
         """Close the window; one that does not answer is killed."""
         self._link.close()

@@ -185,7 +185,7 @@ def test_the_stripes_guide_asks_for_one_stripe_after_the_other(room):
     guide = StripesGuide(None, None, (160, 100))
     for number in range(3):
         assert guide.shows == Stripe(number)
-        for k in range(12):
+        for k in range(20):
             guide.see(Frame(k, 1.0 * number + k / 30, np.zeros((4, 4), np.uint8)))
     guide.drop(0)
     assert guide.shows == Stripe(0)

@@ -131,6 +131,14 @@ def test_a_window_that_dies_or_hangs_is_opened_again(x_server, how, monkeypatch)
         assert not Path(f"/proc/{first}").exists()
 
 
+def test_who_needs_the_window_waits_for_it_or_is_told_why_there_is_none():
+    with (
+        open_projector(SCREEN, ":4094") as show,
+        pytest.raises(OSError, match="no projector window: :4094 did not open"),
+    ):
+        show.wait(SECONDS)
+
+
 def test_no_display_is_a_sentence_and_the_loop_goes_on():
     with open_projector(SCREEN, ":4094") as show:
         wait_for(lambda: show((Mark(60.0, 50.0, 2.0),)) or "no projector window" in show.status)
