@@ -44,7 +44,10 @@ HEADLINES = (
         "limit", "What each way", "strain at 72 places of a ring, VSG 51 px (the paper's way)",
         "over the bound",
     ),
-    Headline("a frame of 1024², picture to touch", "chain", "Size", "tiles of 16 px (default)", "time"),
+    Headline(
+        "a frame of 1024², picture to touch",
+        "chain", "Size", "tiles of 16 px (default)", "time",
+    ),
     Headline(
         "strain of a clamped plate, worst, default mesh",
         "plates", "Mesh and recovery", "120 × 120 (default)", "error",

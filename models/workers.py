@@ -58,7 +58,7 @@ def workers(address: str | None) -> Iterator[Map]:
         return
     if find_spec("distributed") is None:
         raise ValueError(
-            "dask is not installed and a scheduler needs it; run 'pip install distributed'"
+            "dask is not installed and a scheduler needs it; run pip install 'touchplate[cluster]'"
         )
     from distributed import Client
 
