@@ -197,7 +197,7 @@ def test_the_page_shows_the_real_loop_and_ctrl_c_ends_both(
     (true,), (found,) = later["truth"], later["touches"]
     assert abs(found["x"] - true["x"]) + abs(found["y"] - true["y"]) < 40
     said = interrupt(run, session_of, shared_memory, ended)
-    assert said["frames"] > 2
+    assert said["frames"] >= 2
     assert "show" in said["stages_ms"]
     with pytest.raises(httpx.ConnectError):
         httpx.get(url)
