@@ -31,7 +31,8 @@ def show(parts: dict[str, Part], command: str, arguments: Sequence[str]) -> None
             print("{:56s} {:>44s}   bar {}".format(*row), flush=True)
             rows.append(row)
         if "--write" in arguments:
-            write(parts[name].heading, f"python benchmarks/{command} --write {name}", rows)
+            options = " ".join(option for option in arguments if option.startswith("--"))
+            write(parts[name].heading, f"python benchmarks/{command} {options} {name}", rows)
 
 
 def write(heading: str, command: str, rows: Sequence[Row]) -> None:
