@@ -14,9 +14,7 @@ class Result(Enum):
 
     FOUND = "touches found"
     NO_TOUCH = "no touch"
-    UNRESOLVABLE = (
-        "touches are too close together, too near an edge or too weak to tell"
-    )
+    UNRESOLVABLE = "touches are too close together, too near an edge or too weak to tell"
 
 
 @dataclass(frozen=True, eq=False)
