@@ -13,7 +13,7 @@ REFUSALS = [
     ({"plate.thicknes": 1}, "unknown key 'thicknes' in [plate]; did you mean 'thickness'?"),
     ({"camra.rate": 1}, "unknown key 'camra'; did you mean 'camera'?"),
     ({"estimator.mode": 3}, "unknown key 'mode' in [estimator]; did you mean 'modes'?"),
-    ({"page.qqq": 3}, "unknown key 'qqq' in [page]; known are port"),
+    ({"page.qqq": 3}, "unknown key 'qqq' in [page]; known are port, viewers, control"),
     ({"plate.thickness": -2}, "plate.thickness is -2 mm; give more than 0 mm"),
     (
         {"plate.thickness": "2 kg"},
