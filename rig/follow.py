@@ -32,12 +32,15 @@ class Seen:
     sensed : Sensed
     identities : (n,) int
         Of the touches found.
+    velocities : (n,) pairs of float, mm/s
+        Theirs, as far as they are sure.
     events : tuple of Event
     """
 
     before: live.State
     sensed: live.Sensed
     identities: tuple[int, ...]
+    velocities: tuple[tuple[float, float], ...]
     events: tuple[Event, ...]
 
 
@@ -83,7 +86,9 @@ class Follower:
             followed = self._tracks.follow(sensed.estimate, frame.captured)
         self._tracks, identities, events = followed
         self._state, self._captured = sensed.state, frame.captured
-        return Seen(before, sensed, identities, events)
+        pace = {track.identity: track.sure_velocity for track in self._tracks.tracks}
+        velocities = tuple(pace[identity] for identity in identities)
+        return Seen(before, sensed, identities, velocities, events)
 
     def miss(self, time: float) -> tuple[Event, ...]:
         """Let touches leave while no frames come."""

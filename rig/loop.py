@@ -202,7 +202,7 @@ class Loop:
             plate_size=self.bench.plate.size,
             plate_outline=view.outline,
             T_px_plate=view.T_px_plate,
-            touches=marks(sensed.estimate, seen.identities),
+            touches=marks(sensed.estimate, seen.identities, seen.velocities),
             from_strain=() if sensed.from_strain is None else marks(sensed.from_strain),
             truth=None if frame.truth is None else true_marks(frame.truth),
             strain=shown,

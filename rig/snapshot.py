@@ -29,6 +29,8 @@ class Mark:
         Standard deviation of the force, N.
     identity : int or None
         Number that stays with a touch from frame to frame, where it is tracked.
+    velocity : tuple of float
+        Along x and y, mm/s, as far as it is sure; zero where the touch is not tracked.
     """
 
     x: float
@@ -37,6 +39,7 @@ class Mark:
     sigma: tuple[float, float, float] = (0.0, 0.0, 0.0)
     sigma_force: float = 0.0
     identity: int | None = None
+    velocity: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,8 @@ GATE = 13.8  # squared Mahalanobis distance that 1 in 1000 true pairs exceeds, 2
 HASTE = 2000.0  # mm/s², by which a finger gains or loses speed; a stroke of 100 mm takes 0.5 s
 QUICK = 200.0  # mm/s, standard deviation of the speed with which a finger lands
 LEAST = 0.2  # mm; what a frame says of a place is no better: a finger is soft
+PACE = 0.14  # s over which the velocity of a touch is taken,
+FEWEST = 3  # from so many frames or more
 ABSENT = 0.15  # s that a touch may be missing before it has left
 MOVED = 1.0  # mm, and
 SURE = 5.0  # standard deviations of a place, or 3.5 of a difference of two: less is no move
@@ -38,6 +40,8 @@ class Track:
         In that frame.
     told : (float, float), mm
         Where it was at its last event.
+    recent : (R, 4) float64, s, mm, mm, mm²
+        Time, x and y of the frames of the last `PACE` s, and the sum of both variances.
     """
 
     identity: int
@@ -46,11 +50,27 @@ class Track:
     seen: float
     force: float
     told: tuple[float, float]
+    recent: NDArray[np.float64]
 
     @property
     def velocity(self) -> tuple[float, float]:
         """Along x and y, mm/s."""
         return float(self.motion[2]), float(self.motion[3])
+
+    @property
+    def sure_velocity(self) -> tuple[float, float]:
+        """Along x and y, mm/s: the line through the last places, zero for a finger at rest.
+
+        The filter's own velocity follows every sudden move, and so the noise. This one is shrunk
+        towards zero as James and Stein (1961) do, by what noise would explain.
+        """
+        times = self.recent[:, 0] - self.recent[:, 0].mean()
+        if len(times) < FEWEST:
+            return 0.0, 0.0
+        vx, vy = times @ self.recent[:, 1:3] / (times @ times)
+        doubt = SURE**2 * self.recent[:, 3].mean() / (times @ times)
+        share = max(0.0, 1.0 - doubt / max(vx**2 + vy**2, 1e-12))
+        return float(share * vx), float(share * vy)
 
 
 @dataclass(frozen=True)
@@ -157,6 +177,7 @@ def _update(
         covariance=0.5 * (spread + spread.T),
         seen=time,
         force=float(estimate.force[index]),
+        recent=_recall(track.recent, estimate, index, time),
     )
     away = hypot(motion[0] - track.told[0], motion[1] - track.told[1])
     if away < max(MOVED, SURE * float(np.sqrt(np.linalg.eigvalsh(spread[:2, :2])[-1]))):
@@ -171,7 +192,16 @@ def _begin(identity: int, estimate: Estimate, index: int, time: float) -> Track:
     spread[2, 2] = spread[3, 3] = QUICK**2
     x, y = estimate.xy[index].tolist()
     force = float(estimate.force[index])
-    return Track(identity, np.array([x, y, 0.0, 0.0]), spread, time, force, (x, y))
+    recent = _recall(np.empty((0, 4)), estimate, index, time)
+    return Track(identity, np.array([x, y, 0.0, 0.0]), spread, time, force, (x, y), recent)
+
+
+def _recall(
+    recent: NDArray[np.float64], estimate: Estimate, index: int, time: float
+) -> NDArray[np.float64]:
+    """Add a place to those of the last `PACE` s."""
+    kept = recent[time - recent[:, 0] <= PACE]
+    return np.vstack([kept, [time, *estimate.xy[index], np.trace(_spread(estimate, index))]])
 
 
 def _spread(estimate: Estimate, index: int) -> NDArray[np.float64]:

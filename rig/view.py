@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -33,10 +33,19 @@ def look(plate: fe.Plate, camera: synthetic.Camera, height: float) -> View:
     return View(outline, np.asarray(T, dtype=np.float64))
 
 
-def marks(estimate: Estimate, identities: Sequence[int | None] | None = None) -> tuple[Mark, ...]:
-    """Touches of an estimate with their uncertainty, and their identities where they have any."""
-    names = identities or [None] * estimate.count
-    return tuple(_mark(estimate, index, name) for index, name in enumerate(names))
+def marks(
+    estimate: Estimate,
+    identities: Sequence[int] = (),
+    velocities: Sequence[tuple[float, float]] = (),
+) -> tuple[Mark, ...]:
+    """Touches of an estimate with their uncertainty; which they are and how fast, where known."""
+    found = tuple(_mark(estimate, index) for index in range(estimate.count))
+    if not identities:
+        return found
+    return tuple(
+        replace(mark, identity=identity, velocity=velocity)
+        for mark, identity, velocity in zip(found, identities, velocities, strict=True)
+    )
 
 
 def true_marks(touches: tuple[fe.Touch, ...]) -> tuple[Mark, ...]:
@@ -44,7 +53,7 @@ def true_marks(touches: tuple[fe.Touch, ...]) -> tuple[Mark, ...]:
     return tuple(Mark(touch.x, touch.y, touch.force) for touch in touches)
 
 
-def _mark(estimate: Estimate, index: int, identity: int | None) -> Mark:
+def _mark(estimate: Estimate, index: int) -> Mark:
     covariance = estimate.touch_covariance(index)
     variances, axes = np.linalg.eigh(np.nan_to_num(covariance[:2, :2], posinf=1e6))
     semi = np.sqrt(variances.clip(0.0))
@@ -55,7 +64,6 @@ def _mark(estimate: Estimate, index: int, identity: int | None) -> Mark:
         force=float(estimate.force[index]),
         sigma=(float(semi[1]), float(semi[0]), angle),
         sigma_force=float(np.sqrt(covariance[2, 2])),
-        identity=identity,
     )
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from rig.markers import Screen
 from rig.projector.dark import Blink, InTheDark
+from rig.projector.lead import led
 from rig.projector.light import LightMap
 from rig.projector.modes import Mode, placed
 from rig.projector.relit import Relit
@@ -72,8 +73,10 @@ class Show:
         self._window(() if old else self.marks(snapshot))
 
     def marks(self, snapshot: Snapshot) -> tuple[Mark, ...]:
-        """Return the marks of a frame, where the mode puts them."""
-        return placed(snapshot.touches, self.mode, self._plate_size)
+        """Return the marks of a frame, where the mode puts them when their light arrives."""
+        ahead = self._clock() - snapshot.captured + self._delay
+        touches = led(snapshot.touches, ahead, self._plate_size)
+        return placed(touches, self.mode, self._plate_size)
 
     def filtered(self, source: Source, light: LightMap | None, interval: float) -> Source:
         """Keep the projector's light out of a source.
