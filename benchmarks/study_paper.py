@@ -26,7 +26,7 @@ def system(name: str) -> Iterator[Figure]:
             cells["paper"] = figure.paper
         if figure.epochs:
             cells["epochs"] = str(figure.epochs)
-        yield from line(figure.system.capitalize(), figure.what, **cells)
+        yield from line(figure.system[0].upper() + figure.system[1:], figure.what, **cells)
 
 
 PARTS = {name: partial(system, name) for name in SYSTEMS}

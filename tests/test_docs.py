@@ -8,8 +8,12 @@ from pathlib import Path
 
 import pytest
 
+import rig
 from rig.cli import COMMANDS
+from rig.report.figure import read
+from rig.scene.account import account
 
+BEGIN, END = "<!-- figures of the report -->", "<!-- end of the figures -->"
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])
 LINK = re.compile(r"\]\(([^)\s]+)\)")
@@ -48,6 +52,35 @@ def test_every_decision_is_in_the_list():
     listed = (ROOT / "docs/README.md").read_text(encoding="utf-8")
     for record in sorted((ROOT / "docs/decisions").glob("*.md")):
         assert f"](decisions/{record.name})" in listed, record.name
+
+
+def scenes_of(page):
+    """Scenes that a page shows, by the name in their first line."""
+    text = page.read_text(encoding="utf-8")
+    return dict(re.findall(r"```toml\n# (\S+\.toml)\n(.*?)```", text, re.DOTALL))
+
+
+def test_the_scenes_of_the_readme_load_and_say_what_they_hold(tmp_path):
+    scenes = scenes_of(ROOT / "README.md")
+    assert scenes.keys() == {"my-plate.toml", "my-net.toml"}
+    for name, text in scenes.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+        said = account(rig.load(tmp_path / name))
+        assert {part.name for part in said.parts} >= {"plate", "estimator"}
+
+
+def test_every_figure_of_the_readme_is_in_the_report():
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    lines = text.split(BEGIN)[1].split(END)[0].strip().splitlines()[2:]
+    assert len(lines) > 5
+    told = {
+        (f"{figure.value} {figure.unit}".strip(), figure.bar)
+        for path in (ROOT / "docs/report/raw").glob("*.csv")
+        for figure in read(path)
+    }
+    for line in lines:
+        _, _, measured, bar, _ = (cell.strip() for cell in line.split("|"))
+        assert (measured, bar) in told, line
 
 
 def test_the_pages_build_without_a_warning(tmp_path):
