@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -41,7 +43,8 @@ class Points:
             subsets = gather(ref.texture, ref.xy[here], ref.half)
         else:
             subsets = ref.subsets if len(here) == len(ref.xy) else ref.subsets[here]
-        _iterate(subsets, frame, filtered, ref.xy, here, _known(ref), self._state())
+        tools = _BENCH.tools(ref.half, self.motion.shape[2])
+        _iterate(subsets, frame, filtered, ref.xy, here, _known(ref), self._state(), tools)
 
     def _state(self):
         return (
@@ -52,6 +55,21 @@ class Points:
             self.iterations,
             self.still,
         )
+
+
+class _Bench(threading.local):
+    """The arrays in which subsets are worked on: made once a thread and size, for all frames."""
+
+    def __init__(self):
+        self.kept: dict[tuple[int, int], tuple] = {}
+
+    def tools(self, half: int, count: int) -> tuple:
+        if (half, count) not in self.kept:
+            self.kept[half, count] = make_tools(half, count)
+        return self.kept[half, count]
+
+
+_BENCH = _Bench()
 
 
 def _known(ref: Reference):
@@ -87,10 +105,9 @@ def _step_all(sums, base, known, state):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _iterate(subsets, frame, filtered, xy, here, known, state):
+def _iterate(subsets, frame, filtered, xy, here, known, state, tools):
     motion, change, zncc, half, still = state[0], state[1], state[2], known[2], state[5]
     size = known[0].shape[1]
-    tools = make_tools(half, motion.shape[2])
     towards, total, aside = np.empty(size), np.empty(size), np.zeros(size)
     for m in range(here.shape[0]):
         n, pixels = here[m], subsets[m]
