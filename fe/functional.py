@@ -5,15 +5,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from fe.hermite import Stencil, hermite
 from fe.mesh import Mesh
 from fe.recovery import recover
 from fe.window import mean
-
-# Functionals applied at once: what they gather stays in the processor's cache.
-_TOGETHER = 64
 
 
 class Functional(NamedTuple):
@@ -34,18 +32,7 @@ class Functional(NamedTuple):
         -------
         (K, C) float64
         """
-        across, along = self.x.weights.shape[1], self.y.weights.shape[1]
-        rows = self.x.start[:, None] + np.arange(across)
-        columns = self.y.start[:, None] + np.arange(along)
-        places = (rows[:, :, None] * values.shape[1] + columns[:, None]).reshape(-1, across * along)
-        products = self.x.weights[:, :, None] * self.y.weights[:, None]
-        weights = products.reshape(-1, 1, across * along)
-        unknowns = values.reshape(-1, values.shape[2])
-        out = np.empty((len(rows), values.shape[2]))
-        for first in range(0, len(rows), _TOGETHER):
-            some = slice(first, first + _TOGETHER)
-            out[some] = (weights[some] @ unknowns[places[some]])[:, 0]
-        return out
+        return _gather(values, *self.x, *self.y)
 
     def add_to(
         self, table: NDArray[np.float64], scale: NDArray[np.float64], columns: NDArray[np.int64]
@@ -103,3 +90,18 @@ def averaged(mesh: Mesh, xy: NDArray[np.float64], length: float, p: int, q: int)
     """
     along_x, along_y = mesh.lines
     return Functional(mean(xy[:, 0], length, along_x, p), mean(xy[:, 1], length, along_y, q))
+
+
+@njit(cache=True, nogil=True)
+def _gather(
+    values: NDArray, start_x: NDArray, weight_x: NDArray, start_y: NDArray, weight_y: NDArray
+) -> NDArray:
+    out = np.zeros((start_x.size, values.shape[2]))
+    for k in range(start_x.size):
+        for i in range(weight_x.shape[1]):
+            for j in range(weight_y.shape[1]):
+                weight = weight_x[k, i] * weight_y[k, j]
+                row = values[start_x[k] + i, start_y[k] + j]
+                for c in range(row.size):
+                    out[k, c] += weight * row[c]
+    return out

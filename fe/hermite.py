@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
+from numba import njit
 from numpy.typing import NDArray
 
 from fe.line import Line
@@ -56,12 +57,24 @@ def hermite(x: NDArray[np.float64], line: Line, order: int) -> Stencil:
     Stencil
         Windows of 4 unknowns, weights in mm^-order.
     """
-    element = np.clip(np.searchsorted(line.nodes, x, side="right") - 1, 0, line.count - 1)
-    h = line.nodes[element + 1] - line.nodes[element]
-    t = (x - line.nodes[element]) / h
-    weights = t[:, None] ** np.arange(4) @ DERIVATIVES[order].T / h[:, None] ** order
-    weights[:, 1::2] *= (h / line.unit)[:, None]
-    return Stencil(2 * element, weights)
+    return Stencil(*_hermite(x, line.nodes, line.unit, order))
+
+
+@njit(cache=True, nogil=True)
+def _hermite(x: NDArray, nodes: NDArray, unit: float, order: int) -> tuple[NDArray, NDArray]:
+    start = np.empty(x.size, np.int64)
+    weights = np.empty((x.size, 4))
+    for k in range(x.size):
+        element = np.searchsorted(nodes, x[k], side="right") - 1
+        element = min(max(element, 0), nodes.size - 2)
+        h = nodes[element + 1] - nodes[element]
+        t = (x[k] - nodes[element]) / h
+        start[k] = 2 * element
+        for i in range(4):
+            c = DERIVATIVES[order, i]
+            scale = h**-order if i % 2 == 0 else h**-order * (h / unit)
+            weights[k, i] = scale * (c[0] + t * (c[1] + t * (c[2] + t * c[3])))
+    return start, weights
 
 
 def gram(line: Line, p: int, q: int, run: tuple[int, int] | None = None) -> sp.csr_array:
