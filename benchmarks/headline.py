@@ -78,7 +78,7 @@ HEADLINES = (
     ),
     Headline("`touchplate show twin`", "start", "Start", "touchplate show twin", "time"),
     Headline(
-        "two photographs of 512² correlated, start to nine pictures",
+        "two photographs of 512² correlated, start to picture",
         "start", "Start", "touchplate correlate, 512²", "time",
     ),
 )  # fmt: skip

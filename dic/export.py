@@ -108,6 +108,16 @@ def _parameters(disp: DisplacementField, eps: StrainField) -> dict[str, int | st
     }
 
 
+def overview(path: str | Path, image: ArrayLike, disp: DisplacementField, eps: StrainField) -> None:
+    """Draw u, v, status, exx, eyy and exy over the grey reference (H, W), one PNG for all."""
+    from dic import picture
+
+    table = columns(disp, eps)
+    fields = {name: table[name] for name in ("u", "v", "status", "exx", "eyy", "exy")}
+    with aside(path) as draft:
+        picture.draw_sheet(draft, np.asarray(image), fields, disp)
+
+
 def pictures(
     folder: str | Path, image: ArrayLike, disp: DisplacementField, eps: StrainField
 ) -> list[Path]:

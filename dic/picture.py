@@ -1,7 +1,8 @@
-"""One field drawn over the grey reference."""
+"""Fields drawn over the grey reference: one alone, or several on one sheet."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,9 +19,12 @@ _STATUS_COLOURS = (
     "#2f9e44", "#ced4da", "#f1c40f", "#343a40", "#f783ac", "#4dabf7", "#e03131", "#7048e8",
 )  # fmt: skip
 _OPACITY = 0.75
-_DPI = 110
-# Inches about the image: for the numbers and names of the axes, the title, and the scale.
+_DPI = 100
+_TICKS = 5  # at most, on an axis
+# Inches about each image: for the numbers and names of the axes, the title, and the scale.
 _LEFT, _RIGHT, _BELOW, _ABOVE = 0.75, 1.9, 0.6, 0.4
+_ALONE, _ON_SHEET = (9.0, 7.0), (4.0, 4.0)  # inches that the image of one panel may take
+_ACROSS = 3  # panels a row of a sheet
 
 
 @dataclass(frozen=True)
@@ -46,8 +50,27 @@ _LOOKS = {
 
 def draw(path: Path, image: NDArray, name: str, values: NDArray, disp: DisplacementField) -> None:
     """Draw the field `values` (N,) called `name` over `image` (H, W) into a PNG at `path`."""
+    figure, panels = _frame(image.shape, _ALONE, (1, 1))
+    _panel(*panels[0], image, name, values, disp)
+    _save(figure, path)
+
+
+def draw_sheet(
+    path: Path, image: NDArray, fields: Mapping[str, NDArray], disp: DisplacementField
+) -> None:
+    """Draw fields (N,) by name over `image` (H, W), three a row, into one PNG at `path`."""
+    rows = -(-len(fields) // _ACROSS)
+    figure, panels = _frame(image.shape, _ON_SHEET, (rows, _ACROSS))
+    for panel, (name, values) in zip(panels, fields.items(), strict=False):
+        _panel(*panel, image, name, values, disp)
+    _save(figure, path)
+
+
+def _panel(
+    axes: Axes, beside: Axes, image: NDArray, name: str, values: NDArray, disp: DisplacementField
+) -> None:
+    """Draw a field over the image, and its scale beside it."""
     height, width = image.shape
-    figure, axes, beside = _frame(width, height)
     dark, bright = np.percentile(image[::4, ::4], (1, 99))
     axes.imshow(image, cmap="gray", vmin=dark, vmax=bright, interpolation="nearest")
     look = _LOOKS[name]
@@ -59,23 +82,36 @@ def draw(path: Path, image: NDArray, name: str, values: NDArray, disp: Displacem
         axes.figure.colorbar(drawn, cax=beside, extend="both", label=look.unit)
     axes.set(title=look.title, xlabel="x, px", ylabel="y, px")
     axes.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5))
+    axes.locator_params(nbins=_TICKS)
+
+
+def _save(figure: Figure, path: Path) -> None:
     figure.savefig(path, dpi=_DPI, pil_kwargs={"compress_level": 1})
 
 
-def _frame(width: int, height: int) -> tuple[Figure, Axes, Axes]:
-    """Figure with room for an image and, beside it, for its scale.
+def _frame(
+    shape: tuple[int, ...], most: tuple[float, float], counts: tuple[int, int]
+) -> tuple[Figure, list[tuple[Axes, Axes]]]:
+    """Figure with room for rows and columns of images (H, W), and beside each for its scale.
 
     The room is stated and not sought for: a layout that is sought draws everything twice.
     """
-    size = np.array([width, height]) * min(9 / width, 7 / height)
-    whole = size + np.array([_LEFT + _RIGHT, _BELOW + _ABOVE])
+    height, width = shape
+    across, up = np.array([width, height]) * min(most[0] / width, most[1] / height)
+    cell = np.array([across + _LEFT + _RIGHT, up + _BELOW + _ABOVE])
+    whole = cell * counts[::-1]
     figure = Figure(figsize=(float(whole[0]), float(whole[1])))
     FigureCanvasAgg(figure)
-    left, below = (_LEFT, _BELOW) / whole
-    across, up = size / whole
-    axes = figure.add_axes((left, below, across, up))
-    beside = figure.add_axes((left + across + 0.2 / whole[0], below, 0.18 / whole[0], up))
-    return figure, axes, beside
+
+    def box(x: float, y: float, wide: float) -> Axes:
+        return figure.add_axes((x / whole[0], y / whole[1], wide / whole[0], up / whole[1]))
+
+    corners = [
+        cell * (column, row) + (_LEFT, _BELOW)
+        for row in reversed(range(counts[0]))
+        for column in range(counts[1])
+    ]
+    return figure, [(box(x, y, across), box(x + across + 0.2, y, 0.18)) for x, y in corners]
 
 
 def _limits(values: NDArray, colours: str) -> tuple[float, float]:

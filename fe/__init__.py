@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from fe.linear import Linear as Linear
     from fe.linear import State as State
     from fe.linear import deflect as deflect
-    from fe.linear_range import Regime as Regime
     from fe.linear_range import regime as regime
     from fe.mesh import Mesh as Mesh
     from fe.mesh import default_mesh as default_mesh
@@ -44,6 +43,7 @@ if TYPE_CHECKING:
     from fe.shell import Stability as Stability
     from fe.shell import Verdict as Verdict
     from fe.shell import solve as solve
+    from fe.validity import Regime as Regime
     from fe.vtu import write_vtu as write_vtu
 
 _HOMES = {
@@ -52,7 +52,7 @@ _HOMES = {
     "edges": ("Clamped", "Edge", "Edges", "Elastic", "Free", "Supported"),
     "gauge_influence": ("Influence", "influence"),
     "linear": ("Linear", "State", "deflect"),
-    "linear_range": ("Regime", "regime"),
+    "linear_range": ("regime",),
     "mesh": ("Mesh", "default_mesh", "grid"),
     "picture": ("draw",),
     "plate": ("Patch", "Plate", "Touch"),
@@ -60,6 +60,7 @@ _HOMES = {
     "point_influence": ("DisplacementInfluence", "displacement_influence"),
     "reduced": ("LargeState", "Reduced", "Trust", "View", "reduce"),
     "shell": ("Base", "Shell", "ShellState", "Stability", "Verdict", "solve"),
+    "validity": ("Regime",),
     "vtu": ("write_vtu",),
 }
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}

@@ -9,9 +9,7 @@ and S = ∫ N_ab ½ w,a w,b dA. S. Timoshenko and S. Woinowsky-Krieger, Theory o
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import isfinite
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +19,7 @@ from fe.linear import Linear, State
 from fe.membrane import Membrane, Stretched, stretch
 from fe.mesh import Mesh, grid
 from fe.plate import Plate
-
-TOLERANCE = 0.05
-"""Error of linear theory up to which it is taken: what a good camera bench knows of its plate."""
+from fe.validity import TOLERANCE, Regime
 
 # Deflection is right to 1 % on this many elements along the longer side.
 _LONG_SIDE = 16
@@ -31,49 +27,6 @@ _LONG_SIDE = 16
 _PLACES = np.linspace(0.0, 1.0, 9)
 # Places along each side at which strain is compared; away from edges and from the touch.
 _SEEN = np.linspace(0.05, 0.95, 10)
-
-
-@dataclass(frozen=True)
-class Regime:
-    """What a touch does to a plate, and what linear theory makes of it.
-
-    Attributes
-    ----------
-    theory : {"linear", "large"}
-        The smaller theory that is right to `TOLERANCE`.
-    force : float
-        Of the touch, N.
-    place : tuple of float
-        Where the plate deflects most for its thickness, mm.
-    deflection : float
-        There, under the touch, mm, positive into the plate.
-    ratio : float
-        Deflection over the thickness there.
-    error : float
-        Of linear theory, relative: the larger of its error in that deflection and in the strain of
-        the touched face, root of the sum of squares over the whole face.
-    """
-
-    theory: Literal["linear", "large"]
-    force: float
-    place: tuple[float, float]
-    deflection: float
-    ratio: float
-    error: float
-
-    @property
-    def sentence(self) -> str:
-        """Text for the user."""
-        x, y = self.place
-        return (
-            f"w/h is up to {self.ratio:.2g} under {self.force:g} N at ({x:g}, {y:g}) mm, where "
-            f"linear theory is off by {percent(self.error)}"
-        )
-
-
-def percent(share: float) -> str:
-    """Write a relative error for people: two digits, and no more than that it is all wrong."""
-    return f"{100 * share:.2g} %" if share < 0.995 else "more than 100 %"
 
 
 def regime(plate: Plate, force: float) -> Regime:

@@ -36,10 +36,13 @@ def correlate(
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder of the results [results/DEF].")
     ] = None,
+    pictures: Annotated[
+        bool, typer.Option("--pictures", help="Draw each field alone too, σ and ZNCC among them.")
+    ] = False,
     force: Annotated[bool, typer.Option(help="Replace files of an earlier run.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Write u, v, Exx, Eyy, Exy, σ, ZNCC and status as HDF5, CSV and pictures."""
+    """Write u, v, Exx, Eyy, Exy, σ, ZNCC and status as HDF5 and CSV, and a picture of them."""
     import dic
 
     folder = out or Path("results") / deformed.stem
@@ -53,20 +56,27 @@ def correlate(
     strain = dic.strain(field, window=window, kind=kind)
     seconds = time.perf_counter() - start
 
-    _write(folder, before, field, strain)
+    _write(folder, before, field, strain, each=pictures)
     figures = _figures(field, strain) | {"seconds": seconds, "folder": str(folder)}
     emit(_tables(figures), figures, as_json)
 
 
 def _write(
-    folder: Path, image: np.ndarray, field: dic.DisplacementField, strain: dic.StrainField
+    folder: Path,
+    image: np.ndarray,
+    field: dic.DisplacementField,
+    strain: dic.StrainField,
+    *,
+    each: bool,
 ) -> None:
     from dic import export
 
     with folder_aside(folder) as aside:
         export.write_hdf5(aside / "fields.h5", field, strain)
         export.write_csv(aside / "fields.csv", field, strain)
-        export.pictures(aside, image, field, strain)
+        export.overview(aside / "fields.png", image, field, strain)
+        if each:
+            export.pictures(aside, image, field, strain)
 
 
 def _figures(field: dic.DisplacementField, strain: dic.StrainField) -> dict[str, Any]:

@@ -80,8 +80,8 @@ def from_strain(prediction: Prediction, motions: models.Motions) -> Errors:
 
 
 def linear_to(plate: fe.Plate) -> float:
-    """Find the force up to which linear theory is right to `fe.linear_range.TOLERANCE`, N."""
-    from fe.linear_range import TOLERANCE
+    """Find the force up to which linear theory is right to `fe.validity.TOLERANCE`, N."""
+    from fe.validity import TOLERANCE
 
     force = UNIT
     for _ in range(8):  # the error grows with the square of the force, nearly

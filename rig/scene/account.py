@@ -16,7 +16,7 @@ from rig.scene.source import Twin
 from rig.scene.theory import Theory, choose, largest_force
 
 if TYPE_CHECKING:
-    from fe.linear_range import Regime
+    from fe.validity import Regime
 
 
 REDUCED = Part(

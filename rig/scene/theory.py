@@ -10,7 +10,8 @@ from rig.scene.plate import Plate
 from rig.scene.scene import Scene
 
 if TYPE_CHECKING:
-    from fe.linear_range import Regime
+    import fe
+    from fe.validity import Regime
 
 
 FINGER = 5.0  # N, up to which a finger presses, where a scene names no forces
@@ -52,7 +53,7 @@ class Theory:
         """
         if self.name == "large" or self.regime is None:
             return inf
-        from fe.linear_range import TOLERANCE
+        from fe.validity import TOLERANCE
 
         return self.regime.force * max(1.0, sqrt(TOLERANCE / max(self.regime.error, 1e-9)))
 
@@ -60,7 +61,7 @@ class Theory:
         """Say what linear theory costs under a force beyond the limit; empty below."""
         if force <= self.limit or self.regime is None:
             return ""
-        from fe.linear_range import percent
+        from fe.validity import percent
 
         error = self.regime.error * (force / self.regime.force) ** 2
         off = percent(error)
@@ -79,11 +80,19 @@ def choose(scene: Scene, plate: Plate, force: float | None) -> Theory:
         return Theory("large", None, "theory of large deflection: the plate is bent by its base")
     regime = None
     if force is not None:
-        from fe.linear_range import regime as judge
-
-        regime = judge(plate.build(), force)
+        regime = _judge(plate.build(), force)
     name = plate.theory or (regime.theory if regime else "linear")
     return Theory(name, regime, _why(name, plate.theory is not None, regime))
+
+
+def _judge(plate: fe.Plate, force: float) -> Regime:
+    """Regime of a touch, from the cache where it is there; reading it loads no mechanics."""
+    import fe
+    from rig import cache
+
+    return fe.Regime.from_arrays(
+        cache.fetch("regime", (fe, plate, force), lambda: fe.regime(plate, force).arrays())
+    )
 
 
 def _why(name: str, insisted: bool, regime: Regime | None) -> str:

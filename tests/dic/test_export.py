@@ -5,6 +5,7 @@ import csv
 import h5py
 import numpy as np
 import pytest
+from PIL import Image
 
 import dic
 
@@ -51,12 +52,20 @@ def test_pictures_show_every_field(tmp_path, measured, reference):
     assert len(list((tmp_path / "pictures").iterdir())) == len(paths)
 
 
+def test_one_picture_shows_them_together(tmp_path, measured, reference):
+    dic.export.overview(tmp_path / "fields.png", reference, *measured)
+    alone = dic.export.pictures(tmp_path, reference, *measured)[0]
+    with Image.open(tmp_path / "fields.png") as sheet, Image.open(alone) as one:
+        assert sheet.width > 1.5 * one.width
+
+
 def test_scattered_points_can_be_written_too(tmp_path, pattern, reference):
     disp = dic.correlate(dic.prepare(reference, points=[[60, 50], [120, 90]]), pattern.draw((1, 2)))
     eps = dic.strain(disp)
     dic.export.write_hdf5(tmp_path / "a.h5", disp, eps)
     dic.export.write_csv(tmp_path / "a.csv", disp, eps)
     assert len(dic.export.pictures(tmp_path, reference, disp, eps)) >= 8
+    dic.export.overview(tmp_path / "all.png", reference, disp, eps)
 
 
 def test_failed_write_leaves_the_old_file_and_no_other(tmp_path):

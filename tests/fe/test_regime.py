@@ -10,8 +10,9 @@ import pytest
 
 import fe
 from fe.functional import derivative
-from fe.linear_range import TOLERANCE, regime
+from fe.linear_range import regime
 from fe.reduced.karman import Karman
+from fe.validity import TOLERANCE, Regime
 
 C, S, F = fe.Clamped(), fe.Supported(), fe.Free()
 PVC = fe.Plate((254.0, 180.0), thickness=1.0, young=3000.0, poisson=0.38)
@@ -114,3 +115,8 @@ def test_scale_changes_nothing():
 def test_a_force_that_presses_nothing_is_refused(force):
     with pytest.raises(ValueError, match="expected force must be positive and finite, got"):
         regime(PVC, force)
+
+
+def test_a_regime_comes_back_from_its_arrays():
+    found = regime(held(EDGES["mixed"]), 2.0)
+    assert Regime.from_arrays(found.arrays()) == found

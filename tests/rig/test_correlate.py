@@ -58,7 +58,7 @@ def files_in(folder):
     return sorted(path.name for path in folder.rglob("*") if path.is_file())
 
 
-def test_it_writes_fields_pictures_and_figures(pair, correlate, tmp_path):
+def test_it_writes_fields_a_picture_and_figures(pair, correlate, tmp_path):
     done = correlate(*pair, "--json")
     assert done.returncode == 0, done.stderr
     said = json.loads(done.stdout)
@@ -69,11 +69,15 @@ def test_it_writes_fields_pictures_and_figures(pair, correlate, tmp_path):
     assert said["vsg"] == 4 * 5 + 21
     out = tmp_path / "results" / "after"
     names = files_in(out)
-    assert {"fields.h5", "fields.csv"} < set(names)
-    for field in ("u", "v", "exx", "eyy", "exy", "sigma", "zncc", "status"):
-        assert [name for name in names if name.startswith(field) and name.endswith(".png")], field
+    assert names == ["fields.csv", "fields.h5", "fields.png"]
     with h5py.File(out / "fields.h5") as stored:
         assert len(stored) > 0
+
+
+def test_each_field_is_drawn_alone_when_asked_for(pair, correlate, tmp_path):
+    assert correlate(*pair, "--pictures", "--out", "out").returncode == 0
+    drawn = {name.removesuffix(".png") for name in files_in(tmp_path / "out")}
+    assert drawn > {"fields", "u", "v", "exx", "eyy", "exy", "sigma_u", "zncc", "status"}
 
 
 def test_the_summary_is_readable(pair, correlate, tmp_path):
