@@ -9,12 +9,15 @@ from stiff import case
 from rig.report.figure import Figure
 
 SHARE = 0.25  # of the scenes of solver_extremes.py
+PIXELS = 1e-5
 
 
 def rendering() -> Iterator[Figure]:
     """Find the material point of every pixel of a plate that moves far."""
     for name, motion in DISPLACEMENTS.items():
-        yield from case(f"rendering, {name}", "inverse map", f"{point_error(motion):.0e} px")
+        error = point_error(motion)
+        bar, met = f"≤ {PIXELS:g} px", bool(error <= PIXELS)
+        yield from case(f"rendering, {name}", "inverse map", f"{error:.0e} px", bar=bar, met=met)
 
 
 def estimation() -> Iterator[Figure]:
@@ -25,6 +28,5 @@ def estimation() -> Iterator[Figure]:
     for part in solver_extremes.PARTS.values():
         reason = part.heading.removeprefix("Extremes: ")
         for what, figure, bar in part.rows(SHARE):
-            why, right, said = case(f"solver, {what}", reason, figure)
-            verdict = "missed" if "wrong" in figure else "met"
-            yield from (why, right._replace(bar=bar, verdict=verdict), said)
+            met = "wrong" not in figure
+            yield from case(f"solver, {what}", reason, figure, bar=bar, met=met)

@@ -4,12 +4,12 @@ from functools import cache
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 import fe
 from fe.load import spread
 from fe.shell import Base, Shell, Verdict
+from tests.fe.elastica import elastica
 
 TWO = fe.Edges(fe.Clamped(), fe.Clamped(), fe.Free(), fe.Free())
 PAPER = fe.Plate((100.0, 100.0), 1.0, 3000.0, 0.3, TWO)
@@ -19,14 +19,6 @@ COARSE = Shell(PAPER, fe.grid(PAPER, 12))
 @cache
 def bent(bend, twist=0.0):
     return COARSE.at(Base(bend, twist))
-
-
-def elastica(length, bend):
-    """Height of the middle of a strip between clamps that came nearer by `bend`."""
-    modulus: float = brentq(
-        lambda k: 2 - 2 * ellipe(k**2) / ellipk(k**2) - bend / length, 1e-6, 0.9
-    )  # pyright: ignore[reportAssignmentType]
-    return length * modulus / ellipk(modulus**2)
 
 
 @pytest.mark.parametrize("bend", [5.0, 20.0, 40.0])
