@@ -20,7 +20,8 @@ import rig
 from models import store
 from models.net import predict
 from models.score import position_error
-from rig.simulated import lesson, simulate
+from rig.lesson import lesson
+from rig.simulated import simulate
 
 CURVES = {
     "3D": ("spacing (3D)", r"Ls (?P<line>\d+), Lt (?P<x>\d+)", "Ls {} mm", "Lt, mm"),

@@ -11,7 +11,8 @@ import rig
 from models import batches, dataset
 from models.net import predict
 from models.score import position_error
-from rig.simulated import influence, lesson, simulate
+from rig.lesson import lesson
+from rig.simulated import influence, simulate
 
 STREAMED = 20000  # unit touches that several are drawn from
 TESTED = 2000  # samples of several touches in the test

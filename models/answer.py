@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 import fe
 import synthetic
 
-__all__ = ["Answer", "balance", "see", "superpose"]
+__all__ = ["Answer", "balance", "read_modes", "see", "superpose"]
 
 Answer = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """From touches (n, k, 3), mm, mm, N, to strain (n, M, 3): exx, eyy, exy of M gauges."""
@@ -63,11 +63,18 @@ def see(
     Function from places (K, 2) mm to strains (K, M, 3) per newton along the axes of the picture, in
     which the motion of the plate towards the camera is one part.
     """
+    read = read_modes(modes, camera, gauges)
+    return lambda xy: np.einsum("mck,nk->nmc", read, modes.response(xy))
+
+
+def read_modes(
+    modes: fe.Modes, camera: synthetic.AnyCamera, gauges: synthetic.Gauges
+) -> NDArray[np.float64]:
+    """Strains (M, 3, K) that DIC reads through a camera for a unit of each mode; see `see`."""
     top = modes.plate.thickness / 2.0
     points = camera.on_plate(gauges.px, top)
     shown = synthetic.seen(camera, gauges.px, modes.value(points), modes.slope(points), top)
-    read = gauges.read(shown)
-    return lambda xy: np.einsum("mck,nk->nmc", read, modes.response(xy))
+    return gauges.read(shown)
 
 
 def balance(gauges: fe.View, radius: float = 0.0) -> Answer:

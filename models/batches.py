@@ -6,7 +6,7 @@ import numpy as np
 
 from models.dataset import Dataset
 
-__all__ = ["estimated", "gain", "noisy", "shuffled", "superposed"]
+__all__ = ["estimated", "gain", "mixed", "noisy", "shuffled", "superposed"]
 
 
 def shuffled(data: Dataset, size: int, rng: np.random.Generator) -> Iterator[Dataset]:
@@ -72,6 +72,13 @@ def noisy(
         drawn = rng.standard_normal(batch.strain.shape, dtype=np.float32)
         noise = sigma * drawn if np.ndim(sigma) == 0 else drawn @ np.transpose(sigma)
         yield Dataset(batch.strain + noise, batch.targets)
+
+
+def mixed(batches: Iterator[Dataset], others: Iterator[Dataset]) -> Iterator[Dataset]:
+    """Join each batch with one of others: of touches that were simulated in another way."""
+    for batch, more in zip(batches, others, strict=False):
+        strain = np.concatenate([batch.strain, more.strain])
+        yield Dataset(strain, np.concatenate([batch.targets, more.targets]))
 
 
 def estimated(

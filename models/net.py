@@ -27,7 +27,7 @@ __all__ = [
 ]
 
 Activation = Literal["relu", "tanh", "silu"]
-Inputs = Literal["standard", "asinh"]
+Inputs = Literal["standard", "asinh", "relative"]
 Layer = tuple[np.ndarray, np.ndarray]
 
 KNEE = 0.03
@@ -49,6 +49,8 @@ class NetOptions:
         "standard" subtracts the mean of each strain and divides by its deviation. "asinh" before
         takes the inverse hyperbolic sine, which spreads the many small strains: those of a touch
         far from a gauge are a hundredth of those of a near one, and tell as much of its place.
+        "relative" before divides the strains of a sample by their norm, so that a net of places
+        does not see how hard a touch presses.
     poles
         Touches of a sample where the net tells them without an order, by `models.poles`; 0 where
         its outputs are the targets as they stand.
@@ -97,11 +99,14 @@ class Scaling:
         (I,) float64, divides each input.
     knee
         Strain below which the inverse hyperbolic sine that comes first is straight; None for none.
+    relative
+        Whether the strains of a sample are divided by their norm first.
     """
 
     centre: np.ndarray
     scale: np.ndarray
     knee: float | None = None
+    relative: bool = False
 
 
 @dataclass(frozen=True)
@@ -135,16 +140,26 @@ def scaling(strain: np.ndarray, inputs: Inputs = "standard") -> Scaling:
     if inputs == "asinh":
         knee = KNEE * float(np.sqrt((strain**2).mean(axis=0).max()))
         strain = np.arcsinh(strain / knee)
+    if inputs == "relative":
+        strain = _relative(strain)
     deviation = strain.std(axis=0)
     live = deviation > 1e-9 * deviation.max(initial=0.0)
-    return Scaling(strain.mean(axis=0), np.where(live, deviation, 1.0), knee)
+    return Scaling(strain.mean(axis=0), np.where(live, deviation, 1.0), knee, inputs == "relative")
 
 
 def scale_strain(scaling: Scaling, strain: np.ndarray) -> np.ndarray:
     """Return what a net is fed for `strain` (N, I)."""
     if scaling.knee is not None:
         strain = np.arcsinh(strain / scaling.knee)
+    if scaling.relative:
+        strain = _relative(strain)
     return (strain - scaling.centre) / scaling.scale
+
+
+def _relative(strain: np.ndarray) -> np.ndarray:
+    """Divide each row by its norm; one of zeros stays."""
+    norm = np.linalg.norm(strain, axis=1, keepdims=True)
+    return strain / np.where(norm > 0.0, norm, 1.0)
 
 
 def initial(sizes: Sequence[int], rng: np.random.Generator) -> tuple[Layer, ...]:

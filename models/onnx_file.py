@@ -101,6 +101,10 @@ class _Graph:
             root = self.apply("Sqrt", self.apply("Add", self.apply("Mul", x, x), 1.0))
             size = self.apply("Log", self.apply("Add", self.apply("Abs", x), root))
             strain = self.apply("Mul", self.apply("Sign", x), size)
+        if net.scaling.relative:
+            squares = self.apply("Mul", strain, strain)
+            along = self.apply("MatMul", squares, np.ones((len(net.scaling.centre), 1)))
+            strain = self.apply("Div", strain, self.apply("Sqrt", along))
         return self.apply("Div", self.apply("Sub", strain, net.scaling.centre), net.scaling.scale)
 
     def layers(self, net: Net, x: str) -> str:

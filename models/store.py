@@ -167,5 +167,6 @@ def _from_arrays(arrays: Mapping[str, np.ndarray], options: NetOptions) -> Train
         for number in range(len(options.layers) + 1)
     )
     knee = float(arrays["knee"]) if "knee" in arrays else None
-    net = Net(options, Scaling(arrays["centre"], arrays["scale"], knee), layers)
+    relative = options.inputs == "relative"
+    net = Net(options, Scaling(arrays["centre"], arrays["scale"], knee, relative), layers)
     return Trained(net, arrays["history"])

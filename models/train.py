@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from itertools import repeat
 from typing import TYPE_CHECKING
@@ -93,7 +93,7 @@ def train(
     sizes = (training.strain.shape[1], *options.layers, told.targets.shape[1])
     start = initial(sizes, rng)
     live = training.strain.std(axis=0) > 0.0  # of reading B one input in three; the rest is 0
-    fed = Scaling(scale.centre[live], scale.scale[live], scale.knee)
+    fed = replace(scale, centre=scale.centre[live], scale=scale.scale[live])
     usual = unordered(options.poles) if options.poles else distance()
     task = Task(fed, live, _outputs(told, recipe), options.activation, loss or usual)
     with _one_thread():

@@ -17,13 +17,17 @@ from rig.calibration.alignment import Alignment
 from rig.scene import Scene
 from rig.scene.bench import Pinhole
 from rig.scene.plate import Plate
-from rig.scene.sensing import Dic, PatternEstimator, StrainEstimator
+from rig.scene.sensing import Dic, NetEstimator, PatternEstimator, StrainEstimator
 from rig.scene.theory import Theory, choose, largest_force
 from rig.zero import Zero
 
 if TYPE_CHECKING:
     from models.large import LargePlate
     from rig.calibration.store import Calibration
+    from rig.from_net import NetChain, NetPlan
+
+MODES = int(PatternEstimator.model_fields["modes"].default)
+"""Modes of the plate where the scene does not say how many."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +54,8 @@ class Bench:
         That of small or of large touches, and why.
     alignment : Alignment or None
         What known presses mend in every estimate.
+    net : NetPlan or None
+        The net that tells the touches, where the scene has one.
     """
 
     plate: fe.Plate
@@ -62,6 +68,7 @@ class Bench:
     strain: bool
     theory: Theory
     alignment: Alignment | None = None
+    net: NetPlan | None = None
 
     @property
     def reference_frames(self) -> int:
@@ -96,6 +103,20 @@ class Bench:
             return chain, None
         return chain, live.prepare_strain(chain, self.camera, self.dic.block, self.dic.window)
 
+    def prepare_net(self, zero: Zero, chain: live.Chain) -> NetChain | None:
+        """Prepare the net for a reference, where the scene has one.
+
+        Raises
+        ------
+        ValueError
+            If the net or its gauges do not suit the reference.
+        """
+        if self.net is None:
+            return None
+        from rig.from_net import prepare_net
+
+        return prepare_net(self.net, chain, zero, self.camera)
+
 
 def build_bench(
     scene: Scene, report: Callable[[int, int], None], calibration: Calibration | None = None
@@ -121,13 +142,13 @@ def build_bench(
             plate=Plate() as plate,
             camera=Pinhole() as camera,
             dic=Dic() as dic,
-            estimator=PatternEstimator() as estimator,
+            estimator=PatternEstimator() | NetEstimator() as estimator,
         ):
             flat = plate.build()
         case _:
             raise ValueError(
                 f"scene '{scene.title}' cannot run live; it needs [plate], [camera], [dic] and an"
-                " [estimator] of kind 'pattern', as twin has them"
+                " [estimator] of kind 'pattern' or 'net', as twin and twin-net have them"
             )
     if scene.base:
         raise ValueError(
@@ -139,7 +160,8 @@ def build_bench(
     if view is None or view.size != camera.pixels:
         view = camera.build(plate)
     height, tiles = flat.thickness / 2, lay_tiles((view.size[1], view.size[0]), dic.tile)
-    modes, large = _fields(flat, estimator.modes, theory, report)
+    count = estimator.modes if isinstance(estimator, PatternEstimator) else MODES
+    modes, large = _fields(flat, count, theory, report)
     return Bench(
         plate=flat,
         camera=view,
@@ -151,7 +173,16 @@ def build_bench(
         strain=scene.comparison is not None,
         theory=theory,
         alignment=calibration.alignment() if calibration else None,
+        net=_net(scene, theory),
     )
+
+
+def _net(scene: Scene, theory: Theory) -> NetPlan | None:
+    if not isinstance(scene.estimator, NetEstimator):
+        return None
+    from rig.from_net import plan_net
+
+    return plan_net(scene, theory)
 
 
 def _fields(

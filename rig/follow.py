@@ -69,6 +69,7 @@ class Follower:
 
     def __init__(self, bench: Bench, zero: Zero, watch: Stopwatch, clock: Callable[[], float]):
         self.chain, self.strain = bench.prepare(zero)
+        self._net = bench.prepare_net(zero, self.chain)
         self._bench, self._watch, self._clock = bench, watch, clock
         self._state, self._tracks = live.at_rest(self.chain), Tracks()
         self._captured: float | None = None
@@ -80,6 +81,8 @@ class Follower:
         watch.add("arrive", self._clock() - frame.captured)
         last = frame.captured if self._captured is None else self._captured
         sensed = live.sense(self.chain, frame.image, before, watch, share(frame.captured - last))
+        if self._net:
+            sensed = self._net.tell(self.chain, frame.image, sensed, watch)
         watch.add(LATENCY, self._clock() - frame.captured)
         sensed = live.with_strain(self.strain, sensed, watch, self._bench.alignment)
         with watch.stage("track"):
@@ -124,7 +127,10 @@ class Follower:
         """Pass the reference through the chain: what compiles does so before time counts."""
         watch = Stopwatch(time.monotonic)
         picture = np.rint(zero.image).astype(np.uint8)
-        live.with_strain(self.strain, live.sense(self.chain, picture, self._state, watch), watch)
+        sensed = live.sense(self.chain, picture, self._state, watch)
+        if self._net:
+            sensed = self._net.tell(self.chain, picture, sensed, watch)
+        live.with_strain(self.strain, sensed, watch)
 
 
 def _count(estimate: Estimate) -> str:

@@ -135,6 +135,8 @@ class Sensed:
     strain : (T, 3) float64, or None where the scene wants none
     from_strain : Estimate or None
         None where a part of the strain map is lost in this frame, by a hand for instance.
+    from_pattern : Estimate or None
+        Of the whole pattern, where a net tells the touches.
     """
 
     estimate: Estimate
@@ -144,6 +146,7 @@ class Sensed:
     state: State
     strain: NDArray[np.float64] | None = None
     from_strain: Estimate | None = None
+    from_pattern: Estimate | None = None
 
 
 def sense(

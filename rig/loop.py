@@ -56,6 +56,7 @@ class Loop:
         self.watch = Stopwatch(clock)
         self.tally = Tally(bench.least_force)
         self.strain_tally = Tally(bench.least_force)
+        self.net_tally = Tally(bench.least_force)
         self._recorder = recorder
         self._source = source
         self._clock = clock
@@ -123,6 +124,7 @@ class Loop:
             },
             "pattern": self.tally.summary(),
             "strain": self.strain_tally.summary() if self.bench.strain else None,
+            "net": self.net_tally.summary() if self.bench.net else None,
             "recorded": self._recorder.summary() if self._recorder else None,
         }
 
@@ -183,6 +185,9 @@ class Loop:
             return None
         if sensed.from_strain is not None:
             self.strain_tally.add(sensed.from_strain, frame.truth)
+        if sensed.from_pattern is not None:
+            self.tally.add(sensed.from_pattern, frame.truth)
+            return self.net_tally.add(sensed.estimate, frame.truth)
         return self.tally.add(sensed.estimate, frame.truth)
 
     def _snapshot(
@@ -193,7 +198,8 @@ class Loop:
         seen: Seen,
         errors: tuple[float, float] | None,
     ) -> Snapshot:
-        sensed, running = seen.sensed, self.tally.running()
+        told = self.net_tally if self.bench.net else self.tally
+        sensed, running = seen.sensed, told.running()
         shown = _shown(follower.strain, sensed)
         return Snapshot(
             sequence=frame.sequence,

@@ -9,79 +9,65 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rig import cache
-from rig.scene.bench import Ring
+from rig.lesson import Lesson
 from rig.scene.dataset import Dataset as Samples
-from rig.scene.plate import Plate
-from rig.scene.scene import Scene
-from rig.scene.sensing import NetEstimator, Training
-from rig.scene.theory import require_linear
+from rig.scene.sensing import Training
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     import fe
-    from models.dataset import Dataset
+    from models.dataset import Dataset, StrainInfluence
+    from models.forward import LinearForward
 
-__all__ = ["Lesson", "Sets", "influence", "lesson", "model_path", "reduced", "simulate"]
-
-
-@dataclass(frozen=True)
-class Lesson:
-    """The sections of a scene that a net is trained from, all of them there."""
-
-    plate: Plate
-    gauges: Ring
-    training: Training
-    net: NetEstimator
-    samples: Samples | None
-
-    @property
-    def touches(self) -> int:
-        """Touches of a sample."""
-        return self.samples.touches if self.samples else 1
-
-    @property
-    def magnitudes(self) -> bool:
-        """Whether the net tells how hard each touch presses."""
-        return self.samples is not None and self.samples.magnitudes > 1
+__all__ = ["Noise", "Sets", "influence", "model_path", "reduced", "simulate"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Sets:
     """A set to learn from, one to watch, one for the test.
 
-    Of one touch: a grid, places between, random places. Of several: the samples of the scene, and
-    random ones for the others.
+    Of one touch: a grid or random places, places between, random places. Of several: the samples of
+    the scene, and random ones for the others.
+
+    Attributes
+    ----------
+    noise : Noise or None
+        What is drawn anew for each batch.
     """
 
     training: Dataset
     validation: Dataset
     test: Dataset
+    noise: Noise | None = None
+
+    def named(self) -> dict[str, Dataset]:
+        """Return the three by their names."""
+        return {"training": self.training, "validation": self.validation, "test": self.test}
 
 
-def lesson(scene: Scene) -> Lesson:
-    """Return what a net is trained from.
+@dataclass(frozen=True, eq=False)
+class Noise:
+    """Touches without noise, and what to add to them.
 
-    Raises
-    ------
-    ValueError
-        When the scene has no net to train, or a plate that linear theory does not serve.
+    Attributes
+    ----------
+    pool : Dataset
+    root : float or (I, I) float32, strain
+        Standard deviation, or root of the covariance.
+    pictures : Dataset or None
+        Read by DIC in rendered pictures, with the noise that is in these.
+    forward : LinearForward
+        Of the strains, whitened: what bounds an estimate of the touches.
+    forces : (N,) float64, N
+        Of the test touches.
     """
-    match scene:
-        case Scene(
-            plate=Plate() as plate,
-            gauges=Ring() as gauges,
-            training=Training() as training,
-            estimator=NetEstimator() as net,
-        ):
-            require_linear(scene, plate, None, "training")
-            several = scene.dataset is not None and scene.dataset.touches > 1
-            return Lesson(plate, gauges, training, net, scene.dataset if several else None)
-        case _:
-            raise ValueError(
-                f"scene '{scene.title}' has no net to train; give its [estimator] kind = \"net\""
-                " and add [gauges] and [training], as paper-one has them"
-            )
+
+    pool: Dataset
+    root: float | np.ndarray
+    pictures: Dataset | None
+    forward: LinearForward
+    forces: np.ndarray
 
 
 def simulate(lesson: Lesson, report: Callable[[int, int], None]) -> Sets:
@@ -92,12 +78,68 @@ def simulate(lesson: Lesson, report: Callable[[int, int], None]) -> Sets:
         return _several(lesson, lesson.samples, report)
     size, training = lesson.plate.size, lesson.training
     spacing, margin = training.spacing, training.margin
-    grid = dataset.grid(size, spacing, margin)
-    between = dataset.midpoints(size, spacing, margin, training.validation)
     rng = np.random.default_rng(training.test_seed)
     drawn = dataset.random_places(size, margin, training.test, rng)
+    between = dataset.midpoints(size, spacing, margin, training.validation)
+    if training.samples:
+        grid = dataset.random_places(size, margin, training.samples, rng)
+    else:
+        grid = dataset.grid(size, spacing, margin)
+    if lesson.view or training.noise:
+        return _noisy(lesson, (grid, between, drawn), rng, report)
     touches = influence(lesson.plate.build(), lesson.gauges.build(lesson.plate), report)
-    return Sets(*(dataset.simulate(touches, places) for places in (grid, between, drawn)))
+    force = training.force[1]
+    sets = [_pressed(touches, places, force) for places in (grid, between, drawn)]
+    return Sets(sets[0], sets[1], sets[2])
+
+
+def _pressed(plate: StrainInfluence, places: np.ndarray, force: float | np.ndarray) -> Dataset:
+    """Return what gauges read of touches at places (N, 2), of one force or one each."""
+    from models.dataset import Dataset, simulate
+
+    unit = simulate(plate, places)
+    return Dataset(unit.strain * np.reshape(force, (-1, 1)), unit.targets)
+
+
+def _noisy(
+    lesson: Lesson,
+    places: tuple[np.ndarray, ...],
+    rng: np.random.Generator,
+    report: Callable[[int, int], None],
+) -> Sets:
+    """Return touches of random forces with noise: that of the gauges, or of pictures of them."""
+    from models.batches import noisy
+    from models.dataset import Dataset, random_places
+
+    training, pictures = lesson.training, None
+    forces = [_draw(training, len(each), rng) for each in places]
+    if lesson.view:
+        from rig.eye import open_eye
+
+        eye = open_eye(lesson.view, report)
+        plate, root = eye.seen, eye.root.astype(np.float32)
+        forward = eye.seen.white(eye.root).forward
+        if training.pictures:
+            seen = random_places(lesson.plate.size, training.margin, training.pictures, rng)
+            touches = np.column_stack([seen, _draw(training, len(seen), rng)])
+            pictures = Dataset(eye.correlate(touches, rng), seen)
+    else:
+        from models.strain_gauges import gauges
+
+        plate = influence(lesson.plate.build(), lesson.gauges.build(lesson.plate), report)
+        mean = np.sqrt(np.mean(plate.strain(places[0]) ** 2))
+        root = float(training.noise * mean)
+        forward = gauges(plate, root)
+    clear = [_pressed(plate, *each) for each in zip(places, forces, strict=True)]
+    drawn = [next(noisy(iter([each]), root, rng)) for each in clear]
+    noise = Noise(clear[0], root, pictures, forward, forces[2])
+    return Sets(drawn[0], drawn[1], drawn[2], noise)
+
+
+def _draw(training: Training, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Draw forces evenly in their logarithm, (count,) N."""
+    low, high = np.log(training.force)
+    return np.exp(rng.uniform(low, high, count))
 
 
 def _several(lesson: Lesson, samples: Samples, report: Callable[[int, int], None]) -> Sets:
@@ -120,7 +162,7 @@ def _several(lesson: Lesson, samples: Samples, report: Callable[[int, int], None
     watched, tested = (
         samples.model_copy(update=random | {"seed": training.test_seed + later}) for later in (1, 0)
     )
-    return Sets(*(collect(section) for section in (samples, watched, tested)))
+    return Sets(collect(samples), collect(watched), collect(tested))
 
 
 def influence(

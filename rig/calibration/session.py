@@ -136,7 +136,7 @@ def _bench(session: Session, report: Callable[[int, int], None]) -> Bench:
             f"scene '{session.scene.title}' has a camera of kind '{bench.camera.kind}', and presses"
             " correct a pinhole camera; mend it with `touchplate collect`"
         )
-    return replace(bench, strain=False, most=1)
+    return replace(bench, strain=False, net=None, most=1)
 
 
 def _chain(bench: Bench, session: Session) -> live.Chain:

@@ -196,7 +196,7 @@ def _table(summary: dict[str, Any]) -> Table:
     if recorded := summary["recorded"]:
         table.add_row("recorded frames", f"{recorded['frames']}, {recorded['dropped']} left out")
         table.add_row("recording", recorded["status"])
-    for way in ("pattern", "strain"):
+    for way in ("pattern", "strain", "net"):
         if scores := summary[way]:
             for name, value in scores.items():
                 table.add_row(f"{way}: {name.replace('_', ' ')}", _text(value))

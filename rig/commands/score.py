@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,9 +11,10 @@ import typer
 from pydantic import ValidationError
 
 from rig.commands.output import emit, progress
+from rig.lesson import lesson
 from rig.scene import Scene
 from rig.scene.refusal import sentence
-from rig.simulated import Sets, lesson, model_path, simulate
+from rig.simulated import Sets, model_path, simulate
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -46,10 +47,9 @@ def figures(net: Net, sets: Sets, touches: int) -> dict[str, dict[str, float]]:
     """
     from models.net import predict
 
-    named = {field.name: getattr(sets, field.name) for field in fields(sets)}
     return {
         name: _judge(data.targets, predict(net, data.strain), touches)
-        for name, data in named.items()
+        for name, data in sets.named().items()
     }
 
 

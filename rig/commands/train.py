@@ -11,13 +11,15 @@ import typer
 
 from rig.commands.output import console, emit, progress
 from rig.commands.score import figures, table
+from rig.lesson import Lesson, lesson
 from rig.scene import load, parse_overrides
-from rig.simulated import Lesson, Sets, lesson, model_path, simulate
+from rig.simulated import Sets, model_path, simulate
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from models.checkpoint import Checkpoint
+    from models.dataset import Dataset
     from models.loss import Loss
     from models.train import Trained
 
@@ -60,7 +62,7 @@ def train(
         learn_from(scene, bench, session, as_json)
         return
     taught = lesson(bench)
-    path = out or model_path(scene)
+    path = out or Path(taught.net.model or model_path(scene))
     store.prepare(path)
     with progress("influence") as report:
         sets = simulate(taught, report)
@@ -102,7 +104,6 @@ def descend(
     checkpoint: Checkpoint | None = None,
 ) -> Trained:
     """Train a net with these layers by the recipe of a scene."""
-    from models.batches import shuffled
     from models.net import NetOptions
     from models.recipe import Recipe
     from models.train import train
@@ -118,9 +119,25 @@ def descend(
         rng,
         on_epoch,
         _loss(taught),
-        shuffled(sets.training, net.batch, np.random.default_rng(net.seed)) if net.batch else None,
+        _batches(taught, sets),
         checkpoint,
     )
+
+
+def _batches(taught: Lesson, sets: Sets) -> Iterator[Dataset] | None:
+    """Draw what each step learns from; None where it is all of the training set."""
+    from models.batches import mixed, noisy, shuffled
+
+    size, rng = taught.net.batch, np.random.default_rng(taught.net.seed)
+    if sets.noise is None:
+        return shuffled(sets.training, size, rng) if size else None
+    pool, pictures = sets.noise.pool, sets.noise.pictures
+    size = min(size or len(pool), len(pool))
+    stream = noisy(shuffled(pool, size, rng), sets.noise.root, rng)
+    if pictures is None:
+        return stream
+    few = max(round(size * taught.training.share), 1)
+    return mixed(stream, shuffled(pictures, few, rng))
 
 
 def _loss(taught: Lesson) -> Loss:

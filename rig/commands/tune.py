@@ -11,8 +11,9 @@ import typer
 from rig.commands.output import emit, progress
 from rig.commands.score import figures
 from rig.commands.train import descend
+from rig.lesson import Lesson, lesson
 from rig.scene import load, parse_overrides
-from rig.simulated import Lesson, Sets, lesson, simulate
+from rig.simulated import Sets, simulate
 
 if TYPE_CHECKING:
     from rich.table import Table

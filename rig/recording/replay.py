@@ -36,10 +36,13 @@ def replay(session: Session, bench: Bench, watch: Stopwatch) -> Iterator[Replaye
         If the file is damaged.
     """
     chain, strain_chain = bench.prepare(session.zero)
+    net = bench.prepare_net(session.zero, chain)
     for index in range(session.frames):
         row = session.row(index)
         shot = frame(row)
         sensed = live.sense(chain, shot.image, state(row), watch)
+        if net:
+            sensed = net.tell(chain, shot.image, sensed, watch)
         sensed = live.with_strain(strain_chain, sensed, watch, bench.alignment)
         same = np.array_equal(places(sensed.estimate), there(row["touches/place"]))
         same &= np.array_equal(covariances(sensed.estimate), there(row["touches/covariance"]))

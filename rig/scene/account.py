@@ -8,7 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rig.scene.parts import Part, describe, tiles
+from rig.scene.counts import tiles
+from rig.scene.parts import Part, describe
 from rig.scene.scene import Scene
 from rig.scene.section import Section
 from rig.scene.sensing import PatternEstimator, StrainEstimator

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
-from rig.scene.quantity import Count, Grey, Length, Rate, Ratio
+from rig.scene.quantity import Count, Grey, Length, Rate, Ratio, odd
 from rig.scene.section import Section
 
 if TYPE_CHECKING:
@@ -69,7 +69,23 @@ class Sensor(Section):
         return synthetic.Sensor(noise=self.noise, bits=self.bits)
 
 
-class Ring(Section):
+class Gauges(Section):
+    """What all arrangements of gauges have in common."""
+
+    spacing: Length = Field(5.0, gt=0, description="distance of neighbours, mm")
+    subset: Annotated[Count, Field(ge=5)] | None = Field(
+        None,
+        description="side of the subset by which DIC reads a gauge through [camera], px, odd"
+        " [the strain of the face itself is read]",
+    )
+
+    @field_validator("subset")
+    @classmethod
+    def _odd(cls, value: int | None) -> int | None:
+        return value if value is None else odd(value)
+
+
+class Ring(Gauges):
     """Strain gauges in a ring along the edges, as in the paper.
 
     The paper does not show where they lie: reading A is the rectangle `margin` inside the edges,
@@ -78,7 +94,6 @@ class Ring(Section):
 
     kind: Literal["ring"] = Field("ring", description="arrangement")
     reading: Literal["A", "B"] = Field("B", description="reading of the paper")
-    spacing: Length = Field(5.0, gt=0, description="distance of neighbours, mm")
     margin: Length = Field(5.0, ge=0, description="distance from corners, and edges in A, mm")
 
     def build(self, plate: Plate) -> np.ndarray:
@@ -87,3 +102,19 @@ class Ring(Section):
 
         places = {"A": ring.inside_edges, "B": ring.on_edges}[self.reading]
         return places(plate.size, self.spacing, self.margin)
+
+
+class Lattice(Gauges):
+    """Strain gauges on a grid over the middle of the plate, which DIC reads as easily as a ring."""
+
+    kind: Literal["lattice"] = Field(description="arrangement")
+    margin: Length = Field(5.0, ge=0, description="distance from the edges, mm")
+
+    def build(self, plate: Plate) -> np.ndarray:
+        """Return the places on `plate`, (M, 2) float64, mm."""
+        from models.dataset import grid
+
+        return grid(plate.size, self.spacing, self.margin)
+
+
+AnyGauges = Annotated[Ring | Lattice, Field(discriminator="kind")]

@@ -6,12 +6,12 @@ Everything is counted from the file alone; nothing is built.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import comb, isinf
 
-from rig.scene.bench import Pattern, Pinhole, Ring, Sensor
+from rig.scene import counts
+from rig.scene.bench import Gauges, Lattice, Pattern, Pinhole, Ring, Sensor
 from rig.scene.dataset import Dataset
 from rig.scene.loop import Outputs, Page, Projector
-from rig.scene.plate import SIDES, Base, Edges, Elastic, Mixed, Plate, Touches
+from rig.scene.plate import SIDES, Base, Mixed, Plate, Touches
 from rig.scene.scene import Scene
 from rig.scene.section import Section
 from rig.scene.sensing import Dic, NetEstimator, PatternEstimator, StrainEstimator, Training
@@ -27,23 +27,11 @@ from rig.scene.source import (
     Video,
 )
 
-ELEMENTS, FEWEST = 120, 6
-"""Elements along the longer side and the fewest between borders of patches, as in `fe.grid`."""
-
-TWIN_ELEMENTS = 64
-"""Elements of the twin along the longer side, as in `rig.twin`."""
-
-SHELL_ELEMENTS = 40
-"""Elements of the shell along the longer side, as in `fe.shell`."""
-
 DRIVERS = {"opencv": "cv2", "v4l2": "linuxpy", "basler": "pypylon", "genicam": "harvesters"}
 """What reads each kind of camera."""
 
 OUTPUTS = {"tuio": "", "websocket": "starlette", "lsl": "pylsl"}
 """Ways out for touches, and what each imports."""
-
-TILE_MARGIN = 8
-"""Border that tiles leave free, px, as in `dic.tiles`."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +47,7 @@ class Part:
 def describe(name: str, section: Section, scene: Scene) -> Part:
     """Return the part that a section of a scene stands for."""
     match section:
-        case Plate() | Base() | Touches() | Ring() | Dataset():
+        case Plate() | Base() | Touches() | Gauges() | Dataset():
             return _mechanics(name, section, scene)
         case Pinhole() | Pattern() | Sensor():
             return _optics(name, section, scene)
@@ -72,27 +60,36 @@ def describe(name: str, section: Section, scene: Scene) -> Part:
     raise TypeError(f"no account of a {type(section).__name__}")
 
 
-def _mechanics(name: str, section: Plate | Base | Touches | Ring | Dataset, scene: Scene) -> Part:
+def _mechanics(name: str, section: Section, scene: Scene) -> Part:
     match section:
         case Plate():
-            columns, rows = _elements(section, ELEMENTS)
-            cost = f"{columns} × {rows} elements, {_unknowns(section)} unknowns"
+            columns, rows = counts.elements(section, counts.ELEMENTS)
+            cost = f"{columns} × {rows} elements, {counts.unknowns(section)} unknowns"
             return Part(name, _plate(section), cost, ("fe",))
         case Base(bend=bend, twist=twist):
             what = f"clamps {bend:g} mm nearer and turned by {twist:g}° before any touch"
-            columns, rows = _elements(scene.plate, SHELL_ELEMENTS)
+            columns, rows = counts.elements(scene.plate, counts.SHELL_ELEMENTS)
             return Part(name, what, f"shell on {columns} × {rows} elements", ("fe",))
         case Touches(most=most, force=(low, high), radius=radius):
             noun = "touch" if most == 1 else "touches"
             over = f" over a radius of {radius:g} mm" if radius else ""
             return Part(name, f"up to {most} {noun} of {low:g} to {high:g} N{over}", "", ())
-        case Ring():
-            count = _gauge_count(section, scene.plate)
-            what = f"ring of {count} gauges, reading {section.reading}"
-            cost = f"one factoring and {3 * count} solves, kept in the cache"
-            return Part(name, what, cost, ("fe",))
+        case Ring() | Lattice():
+            return _gauges(name, section, scene)
         case Dataset():
             return _dataset(name, section, scene)
+    raise TypeError(f"no account of a {type(section).__name__}")
+
+
+def _gauges(name: str, section: Ring | Lattice, scene: Scene) -> Part:
+    count = counts.gauges(section, scene.plate)
+    what = f"lattice of {count} gauges"
+    if isinstance(section, Ring):
+        what = f"ring of {count} gauges, reading {section.reading}"
+    if section.subset is None:
+        return Part(name, what, f"one factoring and {3 * count} solves, kept in the cache", ("fe",))
+    what += f", read by DIC with subsets of {section.subset} px"
+    return Part(name, what, f"{count} subsets correlated a frame", ("dic", "models"))
 
 
 def _plate(plate: Plate) -> str:
@@ -111,11 +108,11 @@ def _plate(plate: Plate) -> str:
 def _dataset(name: str, section: Dataset, scene: Scene) -> Part:
     noun = "touch" if section.touches == 1 else "touches"
     where = {"grid": "on a grid", "between": "between a grid", "random": "at random places"}
-    samples = section.samples or _combinations(section, scene.plate)
+    samples = section.samples or counts.combinations(section, scene.plate)
     rows = samples * (2 if section.order == "doubled" else 1)
     magnitudes = f", {section.magnitudes} magnitudes" if section.magnitudes > 1 else ""
     what = f"{rows} samples of {section.touches} {noun} {where[section.places]}{magnitudes}"
-    gauges = _gauge_count(scene.gauges, scene.plate) if scene.gauges else 0
+    gauges = counts.gauges(scene.gauges, scene.plate) if scene.gauges else 0
     size = rows * 4 * (3 * gauges + 6 * section.touches)
     return Part(name, what, f"{size / 1e6:.3g} MB on disk", ("fe", "models", "h5py"))
 
@@ -142,18 +139,21 @@ def _sensing(
     match section:
         case Dic(tile=tile, reference_frames=frames):
             what = f"sums over tiles of {tile} px; reference of {frames} pictures"
-            return Part(name, what, f"{tiles(section, scene)} tiles a frame", ("dic", "numba"))
+            return Part(
+                name, what, f"{counts.tiles(section, scene)} tiles a frame", ("dic", "numba")
+            )
         case PatternEstimator(modes=modes):
             what = "touches from the whole pattern, rigid motion of the camera free"
             return Part(name, what, f"{modes} modes, kept in the cache", ("models",))
         case StrainEstimator():
             return _strain(name, scene)
-        case NetEstimator(layers=layers):
+        case NetEstimator(layers=layers, steps=steps):
             what = f"net of {' × '.join(map(str, layers))}, {section.activation}"
+            what += f", and {steps} steps of the solver after it" if steps else ""
             return Part(name, what, f"{section.epochs} epochs", ("models", "torch"))
         case Training():
-            counts = _training_counts(section, scene)
-            what = "{} training, {} validation and {} test touches".format(*counts)
+            number = counts.training_counts(section, scene)
+            what = "{} training, {} validation and {} test touches".format(*number)
             return Part(name, what, "", ("models",))
 
 
@@ -165,13 +165,15 @@ def _strain(name: str, scene: Scene) -> Part:
         f"touches from strain alone: blocks of {block} × {block} tiles, windows of"
         f" {window} × {window} blocks"
     )
-    return Part(name, what, f"strain at {tiles(scene.dic, scene)} places a frame", ("models",))
+    return Part(
+        name, what, f"strain at {counts.tiles(scene.dic, scene)} places a frame", ("models",)
+    )
 
 
 def _pictures(name: str, section: Twin | Device | Folder | Video | Recorded, scene: Scene) -> Part:
     match section:
         case Twin(script=script, seed=seed):
-            columns, rows = _elements(scene.plate, TWIN_ELEMENTS)
+            columns, rows = counts.elements(scene.plate, counts.TWIN_ELEMENTS)
             cost = f"{columns} × {rows} elements solved and one picture a frame, in its own process"
             what = f"rendered pictures, script '{script}', seed {seed}"
             return Part(name, what, cost, ("fe", "synthetic"))
@@ -200,58 +202,3 @@ def _shown(name: str, section: Page | Projector | Outputs) -> Part:
             ways = [way for way in OUTPUTS if getattr(section, way)]
             imports = tuple(OUTPUTS[way] for way in ways if OUTPUTS[way])
             return Part(name, ", ".join(ways) or "none", "one message a frame each", imports)
-
-
-def _elements(plate: Plate | None, longer: int) -> tuple[int, int]:
-    """Elements along x and y, as in `fe.grid`."""
-    sides = plate.size if plate else (1.0, 1.0)
-    patches = plate.patches if plate else ()
-    borders = (
-        {v for patch in patches for v in (patch.x, patch.y)[axis]} - {0.0, side}
-        for axis, side in enumerate(sides)
-    )
-    columns, rows = (
-        max(2 * round(longer / 2 * side / max(sides)), FEWEST * (len(between) + 1))
-        for side, between in zip(sides, borders, strict=True)
-    )
-    return columns, rows
-
-
-def _unknowns(plate: Plate) -> int:
-    """Deflection, slopes and twist at each node, less those that the edges hold."""
-    columns, rows = _elements(plate, ELEMENTS)
-    west, east, south, north = (_held(plate.edges, side) for side in SIDES)
-    return (2 * columns + 2 - west - east) * (2 * rows + 2 - south - north)
-
-
-def _held(edges: Edges, side: str) -> int:
-    """Of deflection and rotation, how many an edge holds."""
-    edge = getattr(edges, side) if isinstance(edges, Mixed) else edges
-    if isinstance(edge, Elastic):
-        return isinf(edge.deflection) + isinf(edge.rotation)
-    return {"clamped": 2, "supported": 1, "free": 0}[edge.kind]
-
-
-def tiles(dic: Dic, scene: Scene) -> int:
-    """Return the number of tiles on a picture of the scene's camera."""
-    width, height = scene.camera.pixels if scene.camera else (0, 0)
-    return ((width - 2 * TILE_MARGIN) // dic.tile) * ((height - 2 * TILE_MARGIN) // dic.tile)
-
-
-def _gauge_count(ring: Ring, plate: Plate | None) -> int:
-    sides = plate.size if plate else (0.0, 0.0)
-    return 2 * sum(round((side - 2 * ring.margin) / ring.spacing) for side in sides)
-
-
-def _training_counts(training: Training, scene: Scene) -> tuple[int, int, int]:
-    sides = scene.plate.size if scene.plate else (0.0, 0.0)
-    along = [round((side - 2 * training.margin) / training.spacing) + 1 for side in sides]
-    return along[0] * along[1], training.validation**2, training.test
-
-
-def _combinations(section: Dataset, plate: Plate | None) -> int:
-    sides = plate.size if plate else (0.0, 0.0)
-    steps = (round((side - 2 * section.margin) / section.spacing) + 1 for side in sides)
-    along = (section.side, section.side) if section.places == "between" else tuple(steps)
-    choices = comb(along[0] * along[1], section.touches)
-    return choices * section.magnitudes**section.touches

@@ -72,3 +72,10 @@ Pixels = Annotated[float, BeforeValidator(Quantity("px"))]
 Grey = Annotated[float, BeforeValidator(Quantity("grey levels"))]
 Ratio = Annotated[float, BeforeValidator(Quantity(""))]
 Count = Annotated[int, Field(strict=True)]
+
+
+def odd(value: int) -> int:
+    """Refuse an even number, for the side of a window that has a middle."""
+    if value % 2 == 0:
+        raise PydanticCustomError("odd", "give an odd number such as {near}", {"near": value + 1})
+    return value

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from rig.scene.bench import Pattern, Pinhole, Ring, Sensor
+from rig.scene.bench import AnyGauges, Pattern, Pinhole, Sensor
 from rig.scene.dataset import Dataset
 from rig.scene.loop import Outputs, Page, Projector
 from rig.scene.plate import Base, Plate, Touches
@@ -57,7 +57,7 @@ class Scene(Section):
     camera: Pinhole | None = Field(None, description="the camera")
     pattern: Pattern | None = Field(None, description="the speckle pattern")
     sensor: Sensor | None = Field(None, description="the sensor of the camera")
-    gauges: Ring | None = Field(None, description="strain gauges")
+    gauges: AnyGauges | None = Field(None, description="strain gauges")
     dic: Dic | None = Field(None, description="correlation")
     estimator: Estimator | None = Field(None, description="what finds the touches")
     comparison: Estimator | None = Field(
@@ -90,6 +90,12 @@ class Scene(Section):
                 "scene",
                 "touches.force runs from {low} N down to {high} N; write the smaller force first",
                 {"low": f"{low:g}", "high": f"{high:g}"},
+            )
+        if self.gauges and self.gauges.subset and not self.camera:
+            raise PydanticCustomError(
+                "scene",
+                "gauges.subset has DIC read the gauges, and [camera] is not there; add [camera] or"
+                " leave gauges.subset out",
             )
         if self.training and self.plate and self.training.margin >= min(self.plate.size) / 2:
             raise PydanticCustomError(

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 from pydantic import Field, field_validator
-from pydantic_core import PydanticCustomError
 
-from rig.scene.quantity import Count, Length, Ratio
+from rig.scene.quantity import Count, Force, Length, Ratio, odd
 from rig.scene.section import Section
 
 
@@ -24,11 +23,7 @@ class Dic(Section):
     @field_validator("subset", "window")
     @classmethod
     def _odd(cls, value: int) -> int:
-        if value % 2 == 0:
-            raise PydanticCustomError(
-                "odd", "give an odd number such as {near}", {"near": value + 1}
-            )
-        return value
+        return odd(value)
 
     @property
     def block(self) -> int:
@@ -59,8 +54,10 @@ class NetEstimator(Section):
     activation: Literal["relu", "tanh", "silu"] = Field("relu", description="activation")
     epochs: Count = Field(30000, ge=1, description="passes over the training set")
     learning_rate: Ratio = Field(1e-3, gt=0, description="step size of Adam")
-    inputs: Literal["standard", "asinh"] = Field(
-        "standard", description="strains standardised, or their inverse hyperbolic sine before"
+    inputs: Literal["standard", "asinh", "relative"] = Field(
+        "standard",
+        description="strains standardised, or before that their inverse hyperbolic sine, or each"
+        " over the norm of all, for touches of any force",
     )
     outputs: Literal["raw", "scaled"] = Field(
         "raw", description="begin at 0 mm, or at the mean of the places in units of their spread"
@@ -79,6 +76,10 @@ class NetEstimator(Section):
         1.0, gt=0, description="k of equation 3: a relative error of 1 counts as much as this, mm"
     )
     seed: Count = Field(0, ge=0, description="seed of the first weights")
+    model: Annotated[str, Field(min_length=1)] | None = Field(
+        None, description="file that `train` writes and `run` reads [results/SCENE/model.h5]"
+    )
+    steps: Count = Field(0, ge=0, description="steps of the solver after the net, live")
 
 
 Estimator = Annotated[
@@ -94,3 +95,20 @@ class Training(Section):
     validation: Count = Field(14, ge=2, description="places a side of the validation grid")
     test: Count = Field(3000, ge=1, description="random touches of the test set")
     test_seed: Count = Field(1, ge=0, description="seed of the test set")
+    samples: Annotated[Count, Field(ge=1)] | None = Field(
+        None, description="random touches to learn from [those of the grid]"
+    )
+    force: tuple[
+        Annotated[Force, Field(gt=0)],
+        Annotated[Force, Field(gt=0)],
+    ] = Field((1.0, 1.0), description="least and largest force of one touch, N")
+    noise: Ratio = Field(
+        0.0, ge=0, description="noise of gauges on the face over the mean strain of a touch of 1 N"
+    )
+    frames: Count = Field(
+        1, ge=1, description="pictures that one strain is averaged over, where DIC reads the gauges"
+    )
+    pictures: Count = Field(
+        0, ge=0, description="rendered pictures among what is learnt from, correlated at the gauges"
+    )
+    share: Ratio = Field(0.02, gt=0, lt=1, description="their share of every batch")

@@ -9,11 +9,11 @@ from models.onnx_file import to_onnx, write_onnx
 
 
 @pytest.mark.parametrize("activation", ["relu", "tanh", "silu"])
-@pytest.mark.parametrize("knee", [None, 2e-5])
-def test_an_exported_net_equals_ours_in_another_runtime(tmp_path, activation, knee):
+@pytest.mark.parametrize(("knee", "relative"), [(None, False), (2e-5, False), (None, True)])
+def test_an_exported_net_equals_ours_in_another_runtime(tmp_path, activation, knee, relative):
     rng = np.random.default_rng(0)
     options = NetOptions((9, 5), activation)
-    scaling = Scaling(rng.normal(size=6), rng.uniform(0.5, 2.0, 6), knee)
+    scaling = Scaling(rng.normal(size=6), rng.uniform(0.5, 2.0, 6), knee, relative)
     net = Net(options, scaling, initial((6, 9, 5, 2), rng))
     strain = 1e-4 * rng.normal(size=(11, 6))
     path = tmp_path / "net.onnx"

@@ -41,6 +41,7 @@ def scene():
         {
             "plate.size": [120, 80],
             "camera.pixels": [320, 240],
+            "gauges.kind": "ring",
             "gauges.reading": "A",
             "gauges.margin": 10,
         },

@@ -64,7 +64,7 @@ REFUSALS = [
     ),
     ({"plate.theory": "small"}, "plate.theory is 'small'; give 'linear' or 'large'"),
     ({"touches.radius": -1}, "touches.radius is -1 mm; give at least 0 mm"),
-    ({"dataset.touches": 4, "gauges.reading": "B"}, "dataset.touches is 4; give at most 3"),
+    ({"dataset.touches": 4, "gauges.kind": "ring"}, "dataset.touches is 4; give at most 3"),
     ({"dataset.touches": 1}, "[dataset] needs [gauges]; add [gauges] or leave [dataset] out"),
     ({"plate": 3}, "plate is 3; give a table of keys"),
     ({"title": 3}, "title is 3; give a text"),
@@ -84,7 +84,7 @@ REFUSALS = [
     ),
     ({"estimator": NET}, "[estimator] needs [gauges]; add [gauges] or leave [estimator] out"),
     (
-        {"estimator": NET, "gauges.reading": "B", "training.margin": 130},
+        {"estimator": NET, "gauges.kind": "ring", "training.margin": 130},
         "training.margin is 130 mm; give less than half of the plate's shorter side, 127 mm",
     ),
 ]

@@ -85,7 +85,7 @@ def test_the_costs_are_those_of_the_parts():
     import fe
     from dic.tiles import MARGIN
     from fe.energy import free
-    from rig.scene.parts import TILE_MARGIN, TWIN_ELEMENTS
+    from rig.scene.counts import TILE_MARGIN, TWIN_ELEMENTS
     from rig.twin import ELEMENTS
 
     scene = rig.load("twin", {"plate.size": [254, 127], "plate.edges": MIXED})
