@@ -1,8 +1,8 @@
 """The whole chain: what is correlated against error in mm and time a frame.
 
-Parts: tiles, hand, modes, edge. One touch of 2 to 4 N wanders over the plate of the shipped twin. Times
-are of one thread's processor, from a picture to its touches, median; the error is the root mean
-square of the place.
+Parts: tiles, hand, modes, edge. One touch of 2 to 4 N wanders over the plate of the shipped twin.
+Times are of one thread's processor, from a picture to its touches, median; the error is the root
+mean square of the place.
 """
 
 import time
