@@ -3,8 +3,8 @@
     python benchmarks/closed_loop.py [--minutes 10] [--size 512] [--calibrate]
 
 See `emulated_bench`. With --calibrate projector and latency are measured first, by the app itself
-in the same loop. Printed: how far from each touch its mark lies on the plate, at that moment and
-with the age of the mark taken out; frames a second; how old what is shown is; memory.
+in the same loop. Printed: how far from each touch its mark lies on the plate at that moment, also
+by what the touch does; frames a second; how old what is shown is; memory.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import signal
 import socket
 import tempfile
 import time
+from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +38,7 @@ from rig.calibration.projector import Light
 from rig.markers import Screen, project
 
 SETTLED = 20.0  # s after which memory must be flat
+SPAN, STILL = 0.3, 1.0  # s and mm: a touch that has gone less far is still, less round moves on
 # The projector hangs a little askew.
 T_TRUE = np.array([[2.82, 0.06, 268.0], [0.03, -2.80, 752.0], [2e-5, -3e-5, 1.0]])
 
@@ -97,7 +99,7 @@ def run(scene: Path, room: Room, camera, listener: Listener, seconds: float) -> 
             raise OSError(app.stderr.read())
         time.sleep(0.1)
     time.sleep(2.0)
-    room.begin(script.tour((254.0, 254.0)))
+    room.begin(script.tour((254.0, 254.0)), script.TOUR_LENGTH)
     begun, memory = time.monotonic(), []
     room.late = 0
     while time.monotonic() - begun < seconds and app.poll() is None:
@@ -116,12 +118,13 @@ def run(scene: Path, room: Room, camera, listener: Listener, seconds: float) -> 
 def report(figures, room, listener, begun, seconds, memory) -> None:
     """Print what a run has shown."""
     frames = [one for one in room.seen if begun + 2 < one[0] < begun + seconds]
-    away = np.array([gap for _, touches, lit in frames for gap in gaps(touches, lit)])
-    print(f"mark to touch, now: {quantiles(away)} mm of {len(away)}")
+    phases = by_phase(frames)
+    away = np.concatenate(list(phases.values()))
+    print(f"mark to touch: {quantiles(away)} mm of {len(away)}")
+    for name, part in sorted(phases.items()):
+        print(f"  {name}: {quantiles(np.array(part))} mm of {len(part)}")
     found = [gap for heard in listener.heard for gap in missed(frames, *heard)]
-    print(f"  touch as found, when it was seen: {quantiles(np.array(found))} mm")
-    for age in (0.05, 0.1, 0.15):
-        print(f"  where it was {1e3 * age:.0f} ms before: {quantiles(aged(frames, age))} mm")
+    print(f"touch as found, where it was when it was seen: {quantiles(np.array(found))} mm")
     ages = np.array([came - said["captured"] for came, said in listener.heard if came > begun])
     print(
         f"app: {figures['fps']:.1f} frames a second, {figures['dropped']} dropped;"
@@ -133,27 +136,33 @@ def report(figures, room, listener, begun, seconds, memory) -> None:
           f" afterwards; load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")  # fmt: skip
 
 
-def gaps(touches, lit) -> list[float]:
-    """Distances of marks from touches that press with 0.5 N or more, mm."""
-    pressed = [index for index, touch in enumerate(touches) if touch.force >= 0.5]
-    return [float(np.hypot(*(lit[i] - (touches[i].x, touches[i].y)))) for i in pressed]
+def by_phase(frames) -> dict[str, list[float]]:
+    """Distances of marks from touches of 0.5 N or more, mm, by what the touches do."""
+    times, found = np.array([one[0] for one in frames]), defaultdict(list)
+    for now, touches, lit in frames:
+        middle, early = (frames[np.searchsorted(times, now - age)][1] for age in (SPAN / 2, SPAN))
+        for index, touch in enumerate(touches):
+            if touch.force >= 0.5:
+                gap = np.hypot(*(lit[index] - (touch.x, touch.y)))
+                found[phase(index, early, middle, touches)].append(float(gap))
+    return found
 
 
-def aged(frames, age: float) -> np.ndarray:
-    """Distances of the marks from where the touches were `age` s before."""
-    times = np.array([one[0] for one in frames])
-    found = []
-    for time_, touches, lit in frames:
-        before = frames[max(int(np.searchsorted(times, time_ - age)), 0)][1]
-        if len(before) == len(touches):
-            found += gaps(before, lit)
-    return np.array(found)
+def phase(index: int, early, middle, now) -> str:
+    """Say what a touch does, from the touches at three times `SPAN` / 2 apart."""
+    if not len(early) == len(middle) == len(now):
+        return "another has come or gone" if len(now) > 1 or len(early) > 1 else "just come"
+    a, b, c = (np.array([at[index].x, at[index].y]) for at in (early, middle, now))
+    if np.hypot(*(c - a)) < STILL:
+        return "still"
+    return "moving" if np.hypot(*(c - 2 * b + a)) < STILL else "turning"
 
 
 def missed(frames, came: float, said: dict) -> list[float]:
     """Distances of the touches found in a frame from those that were there, mm."""
     times = np.array([one[0] for one in frames])
-    before = frames[max(int(np.searchsorted(times, said["captured"])) - 1, 0)][1]
+    # The stamp has whole microseconds.
+    before = frames[max(int(np.searchsorted(times, said["captured"] + 1e-3)) - 1, 0)][1]
     marks = said["touches"]
     if said["captured"] < times[0] or len(before) != len(marks):
         return []

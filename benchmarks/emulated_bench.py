@@ -20,6 +20,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import cv2
 import numpy as np
 from websockets.exceptions import WebSocketException
 from websockets.sync.client import connect
@@ -45,6 +46,7 @@ PROJECTOR = (1280, 800)
 STRENGTH = 1.0  # the projector's white over the light of the room
 REACH = 40.0  # mm round a touch in which light counts as its mark
 Script = Callable[[float], tuple[fe.Touch, ...]]
+Bent = tuple[tuple[fe.Touch, ...], np.ndarray]  # touches, and how far each point has moved, mm
 
 
 class Display:
@@ -70,7 +72,7 @@ class Display:
         self._pixels: np.ndarray | None = pixels
 
     def _pixels_of_server(self) -> np.ndarray | None:
-        """Memory of the server, (H, W, 3) RGB; None while it is not laid out yet."""
+        """Memory of the server, (H, W, 4) BGRX; None while it is not laid out yet."""
         file = self._folder / "Xvfb_screen0"
         if not file.exists() or file.stat().st_size < 100:
             return None
@@ -80,7 +82,7 @@ class Display:
         if not height or len(memory) < start + height * stride:
             return None
         pixels = memory[start : start + height * stride].reshape(height, -1, 4)
-        return pixels[:, : header[4], 2::-1]
+        return pixels[:, : header[4]]
 
     def unplug(self) -> None:
         """Stop the server."""
@@ -91,7 +93,7 @@ class Display:
 
     def read(self) -> np.ndarray | None:
         """Picture (H, W, 3) RGB; None without a display."""
-        return None if self._pixels is None else np.ascontiguousarray(self._pixels)
+        return None if self._pixels is None else cv2.cvtColor(self._pixels, cv2.COLOR_BGRA2RGB)
 
 
 class Lit:
@@ -111,18 +113,19 @@ class Lit:
 class Room(threading.Thread):
     """Renders the plate 30 times a second into the file that the camera sends from.
 
+    How the plate bends takes half of the time of a frame, so it is known before: a script goes
+    round and round, and an exposure is always a whole number of frames after its beginning.
+
     Attributes
     ----------
     camera : synthetic.Camera
-    script : callable
-        Touches by the time since `begin`; None before.
     lamp : float
         Light of the room over what it was.
     shift : (x, y), px
         Of the camera.
     seen : deque of (time, touches, lit)
-        Of each frame: the touches, and the places (n, 2) mm where the light of their marks fell,
-        NaN where none did.
+        Of each frame: when it was exposed, the touches, and the places (n, 2) mm where the light of
+        their marks fell, NaN where none did.
     """
 
     def __init__(self, scene, display: Display, file: Path, T_true: np.ndarray):
@@ -138,21 +141,20 @@ class Room(threading.Thread):
         file.write_bytes(bytes(START + 2 * width * height))
         with file.open("r+b") as opened:
             self._memory = mmap.mmap(opened.fileno(), 0)
-        self._begun: float | None = None
         self._ending = threading.Event()
-        self.script: Script | None = None
+        self._round: tuple[Bent, ...] = (self._bend(()),)
         self.lamp, self.shift = 1.0, (0.0, 0.0)
         self.cover = self._sensor.cover
         self.late = 0
         self.seen: deque[tuple[float, tuple[fe.Touch, ...], np.ndarray]] = deque(maxlen=36000)
 
-    def begin(self, script: Script) -> None:
-        """Let a script begin now."""
-        self.script, self._begun = script, time.monotonic()
+    def begin(self, script: Script, length: float) -> None:
+        """Let a script begin, which goes round every `length` s."""
+        self._round = tuple(self._bend(script(n / RATE)) for n in range(round(RATE * length)))
 
     def rest(self) -> None:
         """Let nobody touch the plate."""
-        self.script = self._begun = None
+        self._round = (self._bend(()),)
 
     def close(self) -> None:
         """End the thread."""
@@ -160,44 +162,47 @@ class Room(threading.Thread):
         self.join()
 
     def run(self) -> None:
-        """Body of the thread."""
-        due, number = time.monotonic(), 0
+        """Body of the thread: what it is too late for is left out."""
+        begun, number = time.monotonic(), 0
         while not self._ending.is_set():
-            self._draw(number)
-            number, due = number + 1, due + 1 / RATE
-            late = time.monotonic() - due
-            if late > 0:
-                self.late, due = self.late + 1, due + late
-            self._ending.wait(max(0.0, -late))
+            self._expose(number, begun + number / RATE)
+            late = time.monotonic() - begun - (number + 1) / RATE
+            missed = max(0, int(late * RATE + 1))
+            self.late, number = self.late + missed, number + 1 + missed
+            self._ending.wait(max(0.0, begun + number / RATE - time.monotonic()))
 
-    def _draw(self, number: int) -> None:
-        begun, script = self._begun, self.script
-        touches = script(time.monotonic() - begun) if script and begun else ()
+    def _bend(self, touches: tuple[fe.Touch, ...]) -> Bent:
+        points = self._twin.warper.points
+        if not touches:
+            return touches, np.zeros((len(points), 3), np.float32)
+        moved = self._twin.solver.deflect(touches).displacement(points, "top")
+        return touches, moved.astype(np.float32)
+
+    def _expose(self, number: int, now: float) -> None:
+        touches, moved = self._round[number % len(self._round)]
         picture = self._display.read()
         bright = picture is not None and bool(picture[::4, ::4].any())
         light = self._light.seen(picture) if bright else np.float32(1.0)
         self._sensor.light, self._sensor.cover = light * np.float32(self.lamp), self.cover
-        warper, slot = self._twin.warper, number % 2
-        moved = np.zeros((len(warper.points), 3))
-        if touches:
-            moved = self._twin.solver.deflect(touches).displacement(warper.points, "top")
-        start, size = START + slot * self._shape[0] * self._shape[1], self._shape
+        slot, size = 1 - self._memory[0], self._shape
+        start = START + slot * size[0] * size[1]
         out = np.frombuffer(self._memory, np.uint8, size[0] * size[1], start).reshape(size)
         rng = np.random.default_rng((7, number))
-        warper.render(moved, self._sensor, rng, shift=self.shift, out=out)
+        self._twin.warper.render(moved, self._sensor, rng, shift=self.shift, out=out)
+        struct.pack_into("<d", self._memory, 8 + 8 * slot, now)
         self._memory[0] = slot
-        self.seen.append((time.monotonic(), touches, self._places_lit(picture, touches)))
+        self.seen.append((now, touches, self._places_lit(picture, touches)))
 
     def _places_lit(self, picture: np.ndarray | None, touches) -> np.ndarray:
         """Middles of the light near each touch, (n, 2) mm."""
         places = np.full((len(touches), 2), np.nan)
         if picture is None or not touches:
             return places
-        thin = picture[::2, ::2, 1].astype(np.float64)
+        thin = picture[::4, ::4, 1].astype(np.float64)
         rows, columns = np.nonzero(thin)
         if not len(rows):
             return places
-        px = 2.0 * np.column_stack([columns, rows])
+        px = 4.0 * np.column_stack([columns, rows])
         mm = project(np.linalg.inv(self._screen.T_px_plate), px)
         true = np.array([(touch.x, touch.y) for touch in touches])
         away = np.linalg.norm(mm[:, None] - true[None], axis=2)

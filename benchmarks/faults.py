@@ -28,6 +28,7 @@ from pathlib import Path
 
 import numpy as np
 from emulated_bench import (
+    RATE,
     Display,
     Listener,
     Room,
@@ -92,7 +93,7 @@ class Bench:
         wait(lambda: self.listener.heard or self.app.poll() is not None, 120)
         if self.app.poll() is not None:
             raise OSError((self.folder / "errors").read_text())
-        self.room.begin(lambda seconds: (TOUCH,))
+        self.room.begin(lambda seconds: (TOUCH,), 1 / RATE)
         if self.back(time.monotonic(), 60) is None:
             last = self.heard(0.0)[-1:]
             said = (self.folder / "errors").read_text()

@@ -17,7 +17,8 @@ HASTE = 2000.0  # mm/s², by which a finger gains or loses speed; a stroke of 10
 QUICK = 200.0  # mm/s, standard deviation of the speed with which a finger lands
 LEAST = 0.2  # mm; what a frame says of a place is no better: a finger is soft
 PACE = 0.14  # s over which the velocity of a touch is taken,
-FEWEST = 3  # from so many frames or more
+FEWEST = 3  # from so many frames or more,
+STEADY = 2.0  # and where it exceeds what noise explains by so many standard deviations
 ABSENT = 0.15  # s that a touch may be missing before it has left
 MOVED = 1.0  # mm, and
 SURE = 5.0  # standard deviations of a place, or 3.5 of a difference of two: less is no move
@@ -68,7 +69,7 @@ class Track:
         if len(times) < FEWEST:
             return 0.0, 0.0
         vx, vy = times @ self.recent[:, 1:3] / (times @ times)
-        doubt = SURE**2 * self.recent[:, 3].mean() / (times @ times)
+        doubt = STEADY**2 * self.recent[:, 3].mean() / (times @ times)
         share = max(0.0, 1.0 - doubt / max(vx**2 + vy**2, 1e-12))
         return float(share * vx), float(share * vy)
 

@@ -5,8 +5,9 @@
 It prints the folder that clients must be given as UMOCKDEV_DIR, then obeys words on stdin and
 answers each with "done". Pixel (x, y) of frame n is (x + 3 y + 7 n) mod 256; a camera that is given
 a JPEG file sends nothing else, and after "show:FOLDER" it sends the files *.raw there in turn.
-After "clock:SECONDS" its time stamps are so much ahead; after "watch:FILE" it sends what is in that
-file now: its first byte says which of the two pictures that follow from byte 4096 on is whole.
+After "clock:SECONDS" its time stamps are so much ahead; after "watch:FILE" it sends what another
+program takes there, as soon as it is whole: the first byte says which of the two pictures that
+follow from byte 4096 on, and the doubles from byte 8 on when each of them was exposed.
 """
 
 import errno
@@ -20,6 +21,7 @@ from pathlib import Path
 from bench import HUB, GLib, descriptors, handler, run, start, usb_tape
 
 WIDTH, HEIGHT, RATE = int(sys.argv[1]), int(sys.argv[2]), float(sys.argv[3])
+LOOK = 2  # ms from one look at a watched file to the next
 PATIENCE = 200  # ms that a client waits for a frame before it may ask again
 BUFFERS = 4
 ROOM = -(-2 * WIDTH * HEIGHT // 4096) * 4096
@@ -91,6 +93,7 @@ class EmulatedCamera:
         self.skip = 0
         self.shown = []
         self.watched = None
+        self.taken = 0.0  # s: when the last watched picture was exposed
         self.ahead = 0.0  # s, of its clock
         self.plug()
         self.answers = {
@@ -121,20 +124,33 @@ class EmulatedCamera:
             self.testbed.remove_device("/sys" + place)
 
     def tick(self):
-        """Time for another frame."""
+        """Time for another frame, unless another program takes them."""
+        if not self.watched:
+            self.send(time.monotonic())
+        return True
+
+    def look(self):
+        """Send what a watched file has new."""
+        taken = struct.unpack_from("<d", self.watched, 8 + 8 * self.watched[0])[0]
+        if taken > self.taken:
+            self.taken = taken
+            self.send(taken)
+        return True
+
+    def send(self, taken):
+        """Give a picture, exposed at `taken`, to whoever waits for one."""
         if not self.streaming or self.frozen or self.gone:
-            return True
+            return
         self.number += 1
         if self.skip:
             self.skip -= 1
         elif self.empty:
             index = self.empty.pop(0)
             os.pwrite(self.memory, self.picture(), index * ROOM)
-            self.full.append((index, self.number, time.monotonic() + self.ahead))
+            self.full.append((index, self.number, taken + self.ahead))
             if self.waiting:
                 waiting, self.waiting = self.waiting, None
                 waiting.answer(self.dequeue_buffer(waiting))
-        return True
 
     def picture(self):
         if self.watched:
@@ -361,6 +377,7 @@ class EmulatedCamera:
             case _ if word.startswith("watch:"):
                 with Path(word.partition(":")[2]).open("rb") as file:
                     self.watched = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+                GLib.timeout_add(LOOK, self.look)
         return "done"
 
 
