@@ -242,20 +242,27 @@ def with_strain(
     watch: Stopwatch,
     alignment: Alignment | None = None,
 ) -> Sensed:
-    """Add what strain says, where it is wanted, to what `sense` found in a frame, and mend it.
+    """Add what strain says, where it is wanted, to what `sense` found in a frame, and mend it all.
 
     The state stays as it was found: the next frame starts from what this one shows.
     """
-    if alignment:
-        sensed = replace(sensed, estimate=alignment.apply(sensed.estimate))
     if strain_chain is None:
-        return sensed
+        return _mended(sensed, alignment)
     strain, found = sense_strain(strain_chain, sensed.sums, sensed.state, watch)
     if sensed.trouble:
         found = None
     start = np.empty((0, 3)) if found is None else _places(found)
     after = replace(sensed.state, from_strain=start)
-    return replace(sensed, strain=strain, from_strain=found, state=after)
+    told = replace(sensed, strain=strain, from_strain=found, state=after)
+    return _mended(told, alignment)
+
+
+def _mended(sensed: Sensed, alignment: Alignment | None) -> Sensed:
+    """Mend each estimate of a frame by what known presses have shown."""
+    if alignment is None:
+        return sensed
+    told = {name: getattr(sensed, name) for name in ("estimate", "from_strain", "from_pattern")}
+    return replace(sensed, **{name: alignment.apply(said) for name, said in told.items() if said})
 
 
 def _places(estimate: Estimate) -> NDArray[np.float64]:

@@ -9,6 +9,7 @@ import pytest
 import fe
 from rig import live
 from rig.bench import build_bench
+from rig.calibration.alignment import Alignment
 from rig.stopwatch import Stopwatch
 from rig.twin import build_twin
 from rig.zero import LEAST_NOISE, take_zero
@@ -128,6 +129,20 @@ def test_strain_tells_the_same_touch(rig):
     again = live.sense_strain(rig.strain, sums, begun, rig.watch)[1]
     assert again is not None
     np.testing.assert_allclose(again.xy, found.xy, atol=0.1)
+
+
+def test_known_presses_mend_every_touch_and_leave_what_the_next_frame_starts_from(rig):
+    sensed = live.sense(rig.chain, rig.twin.frame(20, PRESS), rig.state, rig.watch)
+    sensed = replace(sensed, from_pattern=sensed.estimate)
+    moved = Alignment(np.array([[1.0, 0.0, 3.0], [0.0, 1.0, -2.0]]), 1.1, 0.1, 0.01, 0.01, ())
+    plain = live.with_strain(rig.strain, sensed, rig.watch)
+    mended = live.with_strain(rig.strain, sensed, rig.watch, moved)
+    for name in ("estimate", "from_strain", "from_pattern"):
+        before, after = getattr(plain, name), getattr(mended, name)
+        np.testing.assert_allclose(after.xy, before.xy + np.array([3.0, -2.0]))
+        np.testing.assert_allclose(after.force, 1.1 * before.force)
+    np.testing.assert_array_equal(mended.state.from_strain, plain.state.from_strain)
+    np.testing.assert_array_equal(mended.state.touches, plain.state.touches)
 
 
 def test_under_a_hand_there_is_no_strain_and_no_touch_from_it(rig):
