@@ -16,7 +16,7 @@ from math import sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from models.descent import Fit, covariance, descend, least_apart
+from models.descent import Fit, descend, weak_or_close
 from models.forward import LinearForward
 from models.knowledge import Prior
 from models.search import Search
@@ -59,7 +59,8 @@ class Task:
         """Touches of least χ² downhill of some; see `descend`."""
         if not len(touches):
             chi2 = float(self.measured @ self.measured)
-            return Fit(touches, self.measured, np.empty((0, len(self.measured))), chi2)
+            tangent = np.empty((0, len(self.measured)))
+            return Fit(touches, self.measured, tangent, chi2, True, np.empty((0, 0)))
         forward, bounds = self.search.forward, self.search.bounds
         return descend(self.measured, forward, touches, bounds, self.prior, share)
 
@@ -78,7 +79,7 @@ class Task:
 
 def look(task: Task, begun: Fit) -> Fit:
     """Find touches from those of the last frame on, and afresh where these mislead."""
-    fit = _follow(task, begun if task.known else without_idle(task, begun)[0])
+    fit = _follow(task, begun if task.known else without_idle(task, begun))
     if not len(begun.touches) or (len(fit.touches) == len(begun.touches) and task.explained(fit)):
         return fit
     return min(fit, _follow(task, task.fit(begun.touches[:0])), key=task.cost)
@@ -158,37 +159,27 @@ def _pairs_anew(task: Task, fit: Fit) -> Fit:
     return fit
 
 
-def without_idle(task: Task, fit: Fit) -> tuple[Fit, NDArray[np.float64]]:
-    """Leave out touches, one by one, without which χ² rises by less than a touch must bring.
-
-    Returns
-    -------
-    fit : Fit
-        Of the n touches that stay.
-    spread : (3n, 3n) float64
-        Their covariance.
-    """
-    spread = covariance(fit.jacobian, task.prior.precision)
+def without_idle(task: Task, fit: Fit) -> Fit:
+    """Leave out touches, one by one, without which χ² rises by less than a touch must bring."""
     while len(fit.touches):
-        tried = [task.fit(fewer) for fewer in _with_one_less(fit.touches, spread, task.gain)]
+        tried = [task.fit(fewer) for fewer in _with_one_less(fit, task.gain)]
         fewer = min(tried, key=task.cost, default=fit)
         if task.cost(fewer) >= task.cost(fit):
             break
-        fit, spread = fewer, covariance(fewer.jacobian, task.prior.precision)
-    return fit, spread
+        fit = fewer
+    return fit
 
 
-def _with_one_less(touches: NDArray, spread: NDArray, gain: float) -> Iterator[NDArray[np.float64]]:
+def _with_one_less(fit: Fit, gain: float) -> Iterator[NDArray[np.float64]]:
     """Touches without the weakest, or with the two merged that are least apart.
 
     A touch whose force stands far out of its own noise, and two that stand well apart, need no
     second fit to be kept.
     """
-    evidence = touches[:, 2] ** 2 / spread.diagonal()[2::3]
-    weakest = int(np.argmin(evidence))
-    if evidence[weakest] <= CLEAR * gain:
+    touches = fit.touches
+    weakest, evidence, i, j, apart = weak_or_close(touches, fit.spread)
+    if evidence <= CLEAR * gain:
         yield np.delete(touches, weakest, axis=0)
-    i, j, apart = least_apart(touches, spread)
     if apart <= CLEAR * gain:
         merged = np.delete(touches, j, axis=0)
         force = touches[i, 2] + touches[j, 2]

@@ -40,9 +40,7 @@ class Search:
 
     def within(self, touches: NDArray) -> bool:
         """Whether all touches (n, 3) lie within the bounds, and none on a bound of its place."""
-        low, high = self.bounds[:, :2]
-        places = touches[:, :2]
-        return bool(((places > low) & (places < high)).all())
+        return bool(_within(touches, self.bounds))
 
     def best(self, residual: NDArray, tangent: NDArray) -> tuple[int, float, float]:
         """Candidate that explains most of a residual beside the touches already there.
@@ -127,38 +125,72 @@ def renewed(search: Search, forward: Forward) -> Search:
 
 
 @njit(cache=True, nogil=True)
+def _within(touches: NDArray, bounds: NDArray) -> bool:
+    for touch in touches:
+        for k in range(2):
+            if not bounds[0, k] < touch[k] < bounds[1, k]:
+                return False
+    return True
+
+
+@njit(cache=True, nogil=True, fastmath=True)
 def _orthonormal(tangent: NDArray) -> NDArray:
     """Orthonormal rows that span what k rows (k, m) span, by Gram and Schmidt, to rounding."""
     basis = tangent.copy()
     for k in range(len(basis)):
-        row = basis[k]
-        whole = row @ row
+        whole = _dot(basis[k], basis[k])
         for before in range(k):
-            row -= (basis[before] @ row) * basis[before]
-        left = row @ row
+            share = _dot(basis[before], basis[k])
+            for i in range(basis.shape[1]):
+                basis[k, i] -= share * basis[before, i]
+        left = _dot(basis[k], basis[k])
         # Below this only rounding tells a row from those before.
-        row *= 1.0 / np.sqrt(left) if left > 1e-13 * whole else 0.0
+        basis[k] *= 1.0 / np.sqrt(left) if left > 1e-13 * whole else 0.0
     return basis
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _dot(one: NDArray, other: NDArray) -> float:
+    """Product of two short rows, which a call of BLAS would take longer to begin."""
+    total = 0.0 * one[0]
+    for i in range(len(one)):
+        total += one[i] * other[i]
+    return total
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _inside(row: NDArray, basis: NDArray) -> float:
+    """Sum of squares of the part of a row (m,) in an orthonormal basis (k, m).
+
+    Three of its rows, those of one touch, pass through the cache with the row.
+    """
+    total = 0.0
+    for k in range(0, len(basis) - 2, 3):
+        x, y, force = np.float32(0.0), np.float32(0.0), np.float32(0.0)
+        for i in range(len(row)):
+            x += row[i] * basis[k, i]
+            y += row[i] * basis[k + 1, i]
+            force += row[i] * basis[k + 2, i]
+        total += float(x**2 + y**2 + force**2)
+    for k in range(len(basis) - len(basis) % 3, len(basis)):
+        total += _dot(row, basis[k]) ** 2
+    return total
 
 
 @njit(cache=True, nogil=True)
 def _best(
     response: NDArray, energy: NDArray, residual: NDArray, tangent: NDArray
 ) -> tuple[int, float, float]:
-    along, free = response @ residual.astype(np.float32), energy.copy()
-    if len(tangent):
-        basis = _orthonormal(tangent).astype(np.float32)
-        inside = response @ basis.T
-        along -= inside @ (basis @ residual.astype(np.float32))
-        for g in range(len(free)):
-            for k in range(len(basis)):
-                free[g] -= inside[g, k] ** 2
+    basis = _orthonormal(tangent)
+    outside = residual - (basis @ residual) @ basis
+    along = response @ outside.astype(np.float32)
+    rows = basis.astype(np.float32)
     best, most, force = 0, 0.0, 0.0
-    for g in range(len(free)):
-        if along[g] > 0 and free[g] > ALIKE * energy[g]:
-            gain = along[g] ** 2 / free[g]
-            if gain > most:
-                best, most, force = g, gain, along[g] / free[g]
+    for g in range(len(along)):
+        if along[g] > 0:
+            free = energy[g] - _inside(response[g], rows)
+            if free > ALIKE * energy[g] and along[g] ** 2 > most * free:
+                best, most, force = g, along[g] ** 2 / free, along[g] / free
     return best, most, force
 
 

@@ -47,7 +47,8 @@ def responses(table: Table, places: NDArray) -> NDArray:
     groups, numbers, channels = table.whitening.shape
     raw = np.empty((3 * len(places), groups * channels))
     for n in range(len(places)):
-        _read_channels(table, places[n, 0], places[n, 1], raw[3 * n : 3 * n + 3])
+        value, along_x, along_y = raw[3 * n], raw[3 * n + 1], raw[3 * n + 2]
+        _read_channels(table, places[n, 0], places[n, 1], 1.0, value, along_x, along_y)
     return _whiten(table, raw).reshape(len(places), 3, groups * numbers)
 
 
@@ -55,26 +56,22 @@ def responses(table: Table, places: NDArray) -> NDArray:
 def plain_responses(table: Table, places: NDArray) -> NDArray:
     """Whitened response to 1 N at each place (n, 2), without derivatives: (n, m)."""
     groups, _, channels = table.whitening.shape
-    raw, read = np.empty((len(places), groups * channels)), np.empty((3, groups * channels))
+    raw, read = np.empty((len(places), groups * channels)), np.empty((2, groups * channels))
     for n in range(len(places)):
-        _read_channels(table, places[n, 0], places[n, 1], read)
-        raw[n] = read[0]
+        _read_channels(table, places[n, 0], places[n, 1], 1.0, raw[n], read[0], read[1])
     return _whiten(table, raw)
 
 
 @njit(cache=True, nogil=True)
 def read_touches(table: Table, touches: NDArray) -> tuple[NDArray, NDArray]:
     """Measurement (m,) under touches x, y, F, (n, 3), and its derivatives in them, (3 n, m)."""
-    found = responses(table, touches[:, :2])
-    predicted = np.zeros(found.shape[2])
-    jacobian = np.empty((3 * len(touches), found.shape[2]))
+    groups, _, channels = table.whitening.shape
+    raw = np.empty((3 * len(touches), groups * channels))
     for n in range(len(touches)):
-        force = touches[n, 2]
-        predicted += force * found[n, 0]
-        jacobian[3 * n] = force * found[n, 1]
-        jacobian[3 * n + 1] = force * found[n, 2]
-        jacobian[3 * n + 2] = found[n, 0]
-    return predicted, jacobian
+        x, y, force = touches[n]
+        _read_channels(table, x, y, force, raw[3 * n + 2], raw[3 * n], raw[3 * n + 1])
+    jacobian = _whiten(table, raw)
+    return touches[:, 2].copy() @ jacobian[2::3].copy(), jacobian
 
 
 @njit(cache=True, nogil=True)
@@ -94,24 +91,32 @@ def _weights(place: float, nodes: NDArray, unit: float, weights: NDArray) -> int
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _read_channels(table: Table, x: float, y: float, raw: NDArray) -> None:
-    """Fill value and slopes along x and y of all channels at a place, (3, M c)."""
+def _read_channels(
+    table: Table,
+    x: float,
+    y: float,
+    force: float,
+    value: NDArray,
+    along_x: NDArray,
+    along_y: NDArray,
+) -> None:
+    """Fill value, and `force` times the slopes along x and y, of all channels at a place."""
     across, down = np.empty((2, 4)), np.empty((2, 4))
     first = _weights(x, table.x, table.units[0], across)
     start = _weights(y, table.y, table.units[1], down)
     a, b, c, d = down[0, 0], down[0, 1], down[0, 2], down[0, 3]
     slope_a, slope_b, slope_c, slope_d = down[1, 0], down[1, 1], down[1, 2], down[1, 3]
-    raw[:] = 0.0
+    value[:], along_x[:], along_y[:] = 0.0, 0.0, 0.0
     for i in range(4):
-        value_x, slope_x = across[0, i], across[1, i]
+        value_x, slope_x, turn_x = across[0, i], force * across[1, i], force * across[0, i]
         unknown = table.values[first + i, start : start + 4]
-        for k in range(raw.shape[1]):
+        for k in range(len(value)):
             t, u, v, w = unknown[0, k], unknown[1, k], unknown[2, k], unknown[3, k]
-            value = a * t + b * u + c * v + d * w
+            read = a * t + b * u + c * v + d * w
             slope = slope_a * t + slope_b * u + slope_c * v + slope_d * w
-            raw[0, k] += value_x * value
-            raw[1, k] += slope_x * value
-            raw[2, k] += value_x * slope
+            value[k] += value_x * read
+            along_x[k] += slope_x * read
+            along_y[k] += turn_x * slope
 
 
 @njit(cache=True, nogil=True)
@@ -132,7 +137,9 @@ def _whiten(table: Table, raw: NDArray) -> NDArray:
 def _whiten_groups(whitening: NDArray, raw: NDArray, white: NDArray) -> None:
     groups, numbers, channels = whitening.shape
     if numbers == channels == 1:
-        white[:] = raw * whitening[:, 0, 0]
+        for part in range(len(raw)):
+            for g in range(groups):
+                white[part, g] = whitening[g, 0, 0] * raw[part, g]
         return
     for part in range(len(raw)):
         for g in range(groups):
