@@ -1,6 +1,6 @@
 """The limit: from the noise of a pixel to a touch, and what each way of measuring keeps of it.
 
-Parts: steps, ways, shipped. All on the shipped twin; bounds are Cramér and Rao's, with shift,
+Parts: steps, over, ways, shipped. All on the shipped twin; bounds are Cramér and Rao's, with shift,
 rotation and scale of the camera and the light unknown.
 """
 
@@ -24,6 +24,7 @@ from models.ring import inside_edges
 from rig import live
 from rig.bench import Bench, build_bench
 from rig.report.figure import Figure, judged
+from rig.report.plate_map import at
 from rig.twin import Twin, build_twin
 from rig.zero import take_zero
 
@@ -33,6 +34,7 @@ REFERENCE = 16  # frames
 SUBSET, STEP, WINDOW = 21, 5, 5
 FRAMES = 100
 STEPS = "From the noise of a pixel to a touch of 1 N (shipped twin)"
+OVER = "Bound of a touch of 1 N over the plate, every pixel, one frame"
 WAYS = "What each way of measuring keeps, a touch of 1 N, rms over the plate 25 mm from the edges"
 
 
@@ -96,6 +98,14 @@ def steps() -> Iterator[Figure]:
         ("touch, bound of the force", f"{1e3 * force:.1f}", "mN"),
     ):
         yield from line(STEPS, name, figure=(value, unit))
+
+
+def over() -> Iterator[Figure]:
+    """Bounds of place and force over the whole plate, from every pixel."""
+    places = over_plate(case().bench.plate.size, 16)
+    errors = expected_errors(every_pixel(), np.column_stack([places, np.full(len(places), FORCE)]))
+    for (x, y), place, force in zip(places.tolist(), errors.place, errors.force, strict=True):
+        yield from line(OVER, at(x, y), place=(f"{place:.4g}", "mm"), force=(f"{force:.4g}", "N"))
 
 
 def ways() -> Iterator[Figure]:
@@ -224,7 +234,7 @@ def on_picture(places: NDArray) -> NDArray[np.float64]:
     return np.rint(seen)
 
 
-PARTS = {"steps": steps, "ways": ways, "shipped": shipped}
+PARTS = {"steps": steps, "over": over, "ways": ways, "shipped": shipped}
 
 if __name__ == "__main__":
     run(PARTS, __doc__)

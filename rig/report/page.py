@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from rig.report import pareto, table
+from rig.report import bars, pareto, plate_map, table
 from rig.report.figure import Figure
 from rig.report.runner import Outcome
 from rig.report.study import Section, Study
@@ -73,19 +73,27 @@ def _study(result: Result, folder: Path) -> list[str]:
         words = " ".join(result.outcome.words.split()) or "it said nothing"
         blocks.append(f"> **{result.outcome.state}**: `{words.replace('`', '')}`")
     for count, (title, figures) in enumerate(table.tables(result.figures).items()):
-        blocks += [f"#### {title}", *_picture(result, count, figures, folder)]
-        blocks.append(table.markdown(figures))
+        picture = f"{PICTURES}/{result.study.name}-{count + 1}.png"
+        blocks += [f"#### {title}", *_shown(figures, folder, picture)]
     return blocks
 
 
-def _picture(result: Result, count: int, figures: list[Figure], folder: Path) -> list[str]:
-    if len(pareto.trades(figures)) < 2:
-        return []
-    name = f"{result.study.name}-{count + 1}.png"
+def _shown(figures: list[Figure], folder: Path, picture: str) -> list[str]:
+    """Show a table as lines, as a picture, or as both."""
     (folder / PICTURES).mkdir(exist_ok=True)
-    pareto.draw(figures, folder / PICTURES / name)
-    best = " → ".join(trade.case for trade in pareto.front(pareto.trades(figures)))
-    return [f"![{figures[0].table}]({PICTURES}/{name})", f"Not beaten in both: {best}."]
+    link = f"![{figures[0].table}]({picture})"
+    if plate_map.is_map(figures):
+        plate_map.draw(figures, folder / picture)
+        return [link]
+    lines, trades = table.markdown(figures), pareto.trades(figures)
+    if len(trades) > 1:
+        pareto.draw(figures, folder / picture)
+        best = " → ".join(trade.case for trade in pareto.front(trades))
+        return [link, f"Not beaten in both: {best}.", lines]
+    if len(bars.ratios(figures)) > 2:
+        bars.draw(figures, folder / picture)
+        return [link, lines]
+    return [lines]
 
 
 def _html(text: str, folder: Path) -> str:

@@ -9,6 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from rig.cli import application
+from rig.report import bars, plate_map
 from rig.report.build import build
 from rig.report.compare import changes
 from rig.report.figure import Figure, judged, read, write
@@ -134,6 +135,23 @@ def test_the_front_holds_what_no_other_setting_beats_in_both():
 def test_a_case_without_a_number_is_not_drawn():
     figures = [Figure("T", "a", "time", "1", "s"), Figure("T", "a", "error", "refused")]
     assert trades(figures) == []
+
+
+def test_figures_at_places_of_a_plate_are_drawn_as_maps(tmp_path):
+    places = [(x, y) for x in (5.0, 15.0, 25.0) for y in (10.0, 30.0)]
+    figures = [Figure("T", plate_map.at(x, y), "place", f"{x * y}", "mm") for x, y in places]
+    assert plate_map.is_map(figures)
+    assert not plate_map.is_map([*figures, Figure("T", "mean", "place", "1", "mm")])
+    plate_map.draw(figures, tmp_path / "map.png")
+    assert (tmp_path / "map.png").stat().st_size > 5000
+
+
+def test_ratios_to_the_bound_are_drawn_as_bars(tmp_path):
+    figures = [Figure("T", f"way {n}", bars.QUANTITY, f"{n}") for n in (1, 2, 20)]
+    figures.append(Figure("T", "way 1", "force", "3", "N"))
+    assert len(bars.ratios(figures)) == 3
+    bars.draw(figures, tmp_path / "bars.png")
+    assert (tmp_path / "bars.png").stat().st_size > 5000
 
 
 def test_a_table_has_a_line_a_case_and_says_which_bars_are_missed():
