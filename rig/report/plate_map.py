@@ -34,10 +34,10 @@ def draw(figures: list[Figure], path: Path) -> None:
     for axes, quantity in zip(panels, quantities, strict=True):
         rows = [figure for figure in figures if figure.quantity == quantity]
         x, y, values = _grid(rows)
-        norm = LogNorm(float(values.min()), float(np.quantile(values, 0.95)))
-        drawn = axes.pcolormesh(x, y, values, norm=norm, cmap="viridis_r")
+        low, high = float(values.min()), float(np.quantile(values, 0.95))
+        drawn = axes.pcolormesh(x, y, values, norm=LogNorm(low, high), cmap="viridis_r")
         levels = [s * 10.0**e for e in range(-4, 4) for s in (1, 3)]
-        within = [level for level in levels if norm.vmin < level < norm.vmax]
+        within = [level for level in levels if low < level < high]
         lines = axes.contour(x, y, values, levels=within, colors="black", linewidths=0.7)
         axes.clabel(lines, fmt="%g")
         axes.set(title=quantity, xlabel="x, mm", ylabel="y, mm", aspect="equal")
