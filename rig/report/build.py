@@ -30,9 +30,11 @@ def build(
     ValueError
         If a name is none of a study.
     """
-    chosen = [study for section in contents.sections for study in section.studies]
-    _require_known(names, chosen)
-    chosen = [s for s in chosen if s.words(effort) is not None and (not names or s.name in names)]
+    known = [study for section in contents.sections for study in section.studies]
+    _require_known(names, known)
+    asked = [study for study in known if not names or study.name in names]
+    chosen = [study for study in asked if study.words(effort) is not False]
+    left = [study.title for study in known if study not in chosen]
     code, results = code_hash(contents.home), {}
     for count, study in enumerate(chosen):
         tell(study, count, len(chosen))
@@ -41,7 +43,9 @@ def build(
         (section, [results[study.name] for study in section.studies if study.name in results])
         for section in contents.sections
     ]
-    page.write(folder, head(effort, now), [(section, found) for section, found in parts if found])
+    page.write(
+        folder, head(effort, left, now), [(section, found) for section, found in parts if found]
+    )
     return list(results.values())
 
 

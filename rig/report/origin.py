@@ -15,8 +15,9 @@ from rig.scene import load, shipped
 PACKAGES = ("dic", "fe", "synthetic", "models", "rig")
 
 
-def head(effort: str, now: datetime) -> str:
-    """Return the beginning of the page: title, date, machine, versions, scenes."""
+def head(effort: str, left_out: list[str], now: datetime) -> str:
+    """Return the beginning of the page: title, date, what is missing, machine, versions, scenes."""
+    missing = f" Left out of it: {'; '.join(left_out)}." if left_out else ""
     found = versions()
     named = ", ".join(f"{name} {version}" for name, version in found.items() if version)
     computer = "; ".join(finding.text for finding in look_at_computer())
@@ -26,7 +27,7 @@ def head(effort: str, now: datetime) -> str:
             "# Report: error against run time, stiff and extreme cases",
             f"Built on {now:%Y-%m-%d %H:%M} by `touchplate report`, effort {effort}. Figures and"
             " outcomes of each study stand in `raw/`, a CSV and a JSON file each. Seeds are fixed"
-            " in the studies.",
+            f" in the studies.{missing}",
             f"Machine: {processor()}; {computer}. Times are of one thread unless stated.",
             f"Versions: Python {platform.python_version()}, {named}.",
             f"Scenes, by the hash of their content: {scenes}.",

@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 Effort = Literal["quick", "normal", "full"]
+Words = tuple[str, ...] | Literal[False]
 CONTENTS = "report.toml"
 
 
@@ -22,8 +23,8 @@ class Study(BaseModel):
         What its files are called; its heading; what it compares, in Markdown.
     program : str
         A Python file of the folder of studies.
-    quick, normal, full : tuple of str, or None
-        Further words on its command line by effort; None where it is left out.
+    quick, normal, full : tuple of str, or False
+        Further words on its command line by effort; False where it is left out.
     limit : float
         Seconds after which it is stopped at the normal effort; a full one has no limit.
     """
@@ -34,14 +35,14 @@ class Study(BaseModel):
     title: str
     text: str = ""
     program: str
-    quick: tuple[str, ...] | None = ()
-    normal: tuple[str, ...] | None = ()
-    full: tuple[str, ...] | None = ()
+    quick: Words = ()
+    normal: Words = ()
+    full: Words = ()
     limit: Annotated[float, Field(gt=0)] = 600.0
 
-    def words(self, effort: Effort) -> tuple[str, ...] | None:
-        """Return the words of an effort, None where the study is left out of it."""
-        return {"quick": self.quick, "normal": self.normal, "full": self.full}[effort]
+    def words(self, effort: Effort) -> Words:
+        """Return the words of an effort, False where the study is left out of it."""
+        return getattr(self, effort)
 
 
 class Section(BaseModel):

@@ -121,6 +121,16 @@ def test_the_words_of_the_effort_reach_the_study(home, tmp_path):
     assert result.outcome.state == "done"
 
 
+def test_what_an_effort_leaves_out_is_named(home, tmp_path):
+    contents = home / "report.toml"
+    left_out = 'program = "good.py"\nquick = false'
+    contents.write_text(contents.read_text().replace('program = "good.py"', left_out))
+    assert [r.study.name for r in built(home, tmp_path / "out", "quick", ["meshes", "broken"])] == [
+        "broken"
+    ]
+    assert "Left out of it: Meshes; Endless." in (tmp_path / "out/report.md").read_text()
+
+
 def test_a_table_with_time_and_error_gives_a_picture_and_its_pareto_front(home, tmp_path):
     built(home, tmp_path / "out", names=["meshes"])
     assert (tmp_path / "out/pictures/meshes-1.png").stat().st_size > 5000
