@@ -10,15 +10,17 @@ compare what stands side by side.
 import os
 import sys
 import time
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 from dic_peers import pyramid, pyvale_field
 from dic_photographs import compare_open_hole as compare_open_hole
 from dic_photographs import compare_star as compare_star
-from dic_photographs import report_photographs
+from dic_photographs import photograph_rows
 from dic_pictures import displacement, eight_bit, speckle
 
 import dic
@@ -30,10 +32,13 @@ DRAWS = 16
 EDGE_DRAWS = 60  # few points share much of their noise: 16 draws are known to 5 % only
 
 
-def row(figure, value, bar="", met=None):
-    """Print one line of the table."""
-    verdict = "" if met is None else ("met" if met else "MISSED")
-    print(f"{figure:<54s} {value:<44s} {bar:<16s} {verdict}", flush=True)
+class Row(NamedTuple):
+    """A figure beside its bar; `met` is None where there is none."""
+
+    figure: str
+    value: str
+    bar: str = ""
+    met: bool | None = None
 
 
 def seconds(work, repeats=7):
@@ -51,7 +56,7 @@ def milliseconds(timing):
     return f"{1e3 * timing[0]:.1f} ± {1e3 * timing[1]:.1f} ms"
 
 
-def report_bias():
+def bias_rows():
     """Rigid shifts of 0 to 1 px on pictures of 8 bit, subset 21, order 1."""
     rng, plain = np.random.default_rng(1), speckle(SIDE)
     clean, noisy = [], []
@@ -66,7 +71,7 @@ def report_bias():
             bias.append(np.mean(off, axis=0))
     for name, bias, bar in (("σ 0", clean, 0.5), ("σ 2", noisy, 1.0)):
         worst = 1e3 * np.abs(bias).max()
-        row(
+        yield Row(
             f"largest bias over the shifts, {name}",
             f"{worst:.2f} mpx",
             f"≤ {bar} mpx",
@@ -79,7 +84,7 @@ def moved_by(first, shift):
     return np.tile([shift, shift / 2], (len(dic.prepare(first).xy), 1))
 
 
-def report_noise(subset, order):
+def noise_rows(subset, order):
     """Sample the scatter; print it over the floor, and the predicted σ over it."""
     rng = np.random.default_rng(subset + order)
     plain, moved = speckle(SIDE), speckle(SIDE, (0.4, 0.2))
@@ -93,14 +98,16 @@ def report_noise(subset, order):
     scatter, predicted = _spread([f.u for f in fields], [f.sigma_u for f in fields])
     name = f"subset {subset}, order {order}"
     over = scatter / floor
-    row(f"scatter ÷ floor, {name}", f"{over:.3f} ({1e3 * scatter:.2f} mpx)", "≤ 1.03", over <= 1.03)
-    _report_prediction(f"predicted ÷ sampled σ of u, {name}", predicted / scatter)
+    yield Row(
+        f"scatter ÷ floor, {name}", f"{over:.3f} ({1e3 * scatter:.2f} mpx)", "≤ 1.03", over <= 1.03
+    )
+    yield _prediction(f"predicted ÷ sampled σ of u, {name}", predicted / scatter)
     strains = [dic.strain(field) for field in fields]
     for k, part in enumerate(("exx", "eyy", "exy")):
         scatter, predicted = _spread(
             [getattr(e, part) for e in strains], [e.sigma[:, k] for e in strains]
         )
-        _report_prediction(f"predicted ÷ sampled σ of {part}, {name}", predicted / scatter)
+        yield _prediction(f"predicted ÷ sampled σ of {part}, {name}", predicted / scatter)
 
 
 def _spread(values, sigmas):
@@ -111,11 +118,11 @@ def _spread(values, sigmas):
     return np.sqrt(values[:, known].var(axis=0, ddof=1).mean()), np.sqrt(predicted)
 
 
-def _report_prediction(figure, ratio):
-    row(figure, f"{ratio:.3f}", "within 10 %", abs(ratio - 1) <= 0.1)
+def _prediction(figure, ratio):
+    return Row(figure, f"{ratio:.3f}", "within 10 %", abs(ratio - 1) <= 0.1)
 
 
-def report_noise_at_edges():
+def noise_at_edges_rows():
     """Predicted over sampled σ where a ROI with a hole of 120 px cuts subsets and windows."""
     rng = np.random.default_rng(7)
     plain, moved = speckle(SIDE), speckle(SIDE, (0.4, 0.2))
@@ -135,10 +142,10 @@ def report_noise_at_edges():
             parts[part] = [getattr(e, part) for e in strains], [e.sigma[:, k] for e in strains]
         for part, (values, sigmas) in parts.items():
             scatter, predicted = _spread(np.array(values)[:, near], np.array(sigmas)[:, near])
-            _report_prediction(f"predicted ÷ sampled σ of {part} {name}", predicted / scatter)
+            yield _prediction(f"predicted ÷ sampled σ of {part} {name}", predicted / scatter)
 
 
-def report_full_field():
+def full_field_rows():
     """Time of a full field, 512², subset 21, step 5, beside pyvale on the same pictures."""
     rng = np.random.default_rng(2)
     first, second = (eight_bit(speckle(SIDE, s), NOISE, rng) for s in ((0.0, 0.0), (0.4, 0.2)))
@@ -146,10 +153,10 @@ def report_full_field():
         ref = dic.prepare(first, order=order)
         last = dic.correlate(ref, second)
         whole = seconds(lambda o=order: dic.correlate(dic.prepare(first, order=o), second), 15)
-        row(f"full field, all of it, order {order}", milliseconds(whole))
+        yield Row(f"full field, all of it, order {order}", milliseconds(whole))
         live = seconds(lambda r=ref, g=last: dic.correlate(r, second, guess=g), 15)
         rate = 1e-3 * len(ref.xy) / live[0]
-        row(
+        yield Row(
             f"full field, no preparation, last frame, order {order}",
             f"{milliseconds(live)}, {rate:.0f} kPOI/s/core",
             "≥ 200" if order == 1 else "",
@@ -157,15 +164,15 @@ def report_full_field():
         )
         peer = pyvale_field(first, second, order)
         if peer is None:
-            row(f"pyvale, order {order}", "not installed")
+            yield Row(f"pyvale, order {order}", "not installed")
             continue
-        row(f"pyvale, order {order}", milliseconds(peer.timing))
+        yield Row(f"pyvale, order {order}", milliseconds(peer.timing))
         times = peer.timing[0] / whole[0]
-        row(f"speed over pyvale's, order {order}", f"{times:.1f}", f"≥ {bar}", times >= bar)
-    row("strain of the field, window 5", milliseconds(seconds(lambda: dic.strain(last))))
+        yield Row(f"speed over pyvale's, order {order}", f"{times:.1f}", f"≥ {bar}", times >= bar)
+    yield Row("strain of the field, window 5", milliseconds(seconds(lambda: dic.strain(last))))
 
 
-def report_tracker():
+def tracker_rows():
     """Scattered points of subset 31 in 1024², from the last frame, beside OpenCV's PyrLK."""
     rng, shift = np.random.default_rng(3), (0.4, 0.2)
     plain = speckle(WIDE)
@@ -176,7 +183,7 @@ def report_tracker():
         last = dic.correlate(ref, second, guess=np.tile(shift, (count, 1)))
         ours = seconds(lambda r=ref, g=last: dic.correlate(r, second, guess=g), 31)
         theirs = seconds(lambda n=count: pyramid(first, second, places[:n]), 31)
-        row(
+        yield Row(
             f"tracker, {count} points, beside PyrLK",
             f"{milliseconds(ours)} beside {milliseconds(theirs)}",
             "no slower",
@@ -191,10 +198,12 @@ def report_tracker():
         moved = pyramid(eight_bit(plain), frame, places)
         theirs.append(np.mean(moved, axis=0) - (shift, shift / 2))
     worst, other = (1e3 * np.abs(bias).max() for bias in (ours, theirs))
-    row("tracker, largest bias", f"{worst:.2f} mpx; PyrLK {other:.2f}", "≤ 0.7 mpx", worst <= 0.7)
+    yield Row(
+        "tracker, largest bias", f"{worst:.2f} mpx; PyrLK {other:.2f}", "≤ 0.7 mpx", worst <= 0.7
+    )
 
 
-def report_tiles():
+def tiles_rows():
     """Tile sums of a frame of 1024², tiles of 16 px."""
     rng = np.random.default_rng(4)
     first, second = (eight_bit(speckle(WIDE, s), NOISE, rng) for s in ((0.0, 0.0), (0.4, 0.2)))
@@ -202,7 +211,7 @@ def report_tiles():
     flow = np.tile([0.4, 0.2], (len(ref.hessian), 1))
     for name, given, bar in (("without", None, 4), ("with", flow, 18)):
         timing = seconds(lambda g=given: dic.tile_sums(ref, second, g), 15)
-        row(
+        yield Row(
             f"tile sums {name} warp, 1024²",
             milliseconds(timing),
             f"≤ {bar} ms",
@@ -210,7 +219,7 @@ def report_tiles():
         )
 
 
-def report_threads():
+def threads_rows():
     """Wall time of eight frames on one thread and on two."""
     rng = np.random.default_rng(5)
     first, second = (eight_bit(speckle(SIDE, s), NOISE, rng) for s in ((0.0, 0.0), (0.4, 0.2)))
@@ -226,10 +235,10 @@ def report_threads():
                 times.append(time.perf_counter() - start)
             wall[count] = min(times)
     load, gain = os.getloadavg()[0], wall[1] / wall[2]
-    row(f"two threads over one (load {load:.1f})", f"{gain:.2f}", "≥ 1.7, idle", gain >= 1.7)
+    yield Row(f"two threads over one (load {load:.1f})", f"{gain:.2f}", "≥ 1.7, idle", gain >= 1.7)
 
 
-def report_stretch():
+def stretch_rows():
     """Half again as long along x, as much narrower along y, in ten steps."""
     ref, frames = dic.prepare(eight_bit(speckle(SIDE))), []
     for k in range(1, 11):
@@ -241,8 +250,10 @@ def report_stretch():
     seen = np.all((ref.xy + moved >= corner) & (ref.xy + moved <= SIDE - 1 - corner), axis=1)
     off = (np.column_stack([field.u, field.v]) - moved)[seen & field.valid]
     share, rms = field.valid[seen].mean(), np.sqrt(np.mean(off**2))
-    row("50 % strain in ten steps, valid of those seen", f"{share:.2%}", "≥ 99 %", share >= 0.99)
-    row("50 % strain, rms error", f"{rms:.4f} px", "≤ 0.01 px", rms <= 0.01)
+    yield Row(
+        "50 % strain in ten steps, valid of those seen", f"{share:.2%}", "≥ 99 %", share >= 0.99
+    )
+    yield Row("50 % strain, rms error", f"{rms:.4f} px", "≤ 0.01 px", rms <= 0.01)
 
 
 def hard_frames(plain, moved, rng):
@@ -267,7 +278,7 @@ def hard_frames(plain, moved, rng):
         yield f"contrast {contrast}", *weak, NOISE
 
 
-def report_hard_frames():
+def hard_frames_rows():
     """Error and share of valid points under bad light, and points that are wrong by over 5 σ.
 
     The limits in `dic.verdict` were chosen on other spots and other noise (seeds 6 and 106 to 611).
@@ -286,30 +297,37 @@ def report_hard_frames():
             wrong, valid = wrong + count, valid + len(off)
             rms = np.sqrt(np.mean(off**2)) if len(off) else np.nan
             worst = beyond.max() if len(off) else np.nan
-            row(
+            yield Row(
                 f"  {name}",
                 f"valid {field.valid.mean():.1%}, rms {1e3 * rms:.1f} mpx, worst {worst:.1f} σ",
                 f"{count} beyond 5 σ" if count else "",
             )
-    row("valid points wrong by more than 5 σ", f"{wrong} of {valid}", "none", wrong == 0)
+    yield Row("valid points wrong by more than 5 σ", f"{wrong} of {valid}", "none", wrong == 0)
+
+
+def rows(folder: str | None = None) -> Iterator[Row]:
+    """Measure every figure that can be had."""
+    cv2.setNumThreads(1)
+    yield from bias_rows()
+    for subset in (21, 31):
+        for order in (1, 2):
+            yield from noise_rows(subset, order)
+    yield from noise_at_edges_rows()
+    yield from full_field_rows()
+    yield from tracker_rows()
+    yield from tiles_rows()
+    yield from threads_rows()
+    yield from stretch_rows()
+    if folder is not None:
+        yield from (Row(*row) for row in photograph_rows(Path(folder)))
+    yield from hard_frames_rows()
 
 
 def main(folder: str | None = None) -> None:
-    """Print every figure that can be had."""
-    cv2.setNumThreads(1)
-    report_bias()
-    for subset in (21, 31):
-        for order in (1, 2):
-            report_noise(subset, order)
-    report_noise_at_edges()
-    report_full_field()
-    report_tracker()
-    report_tiles()
-    report_threads()
-    report_stretch()
-    if folder is not None:
-        report_photographs(Path(folder), row)
-    report_hard_frames()
+    """Print them."""
+    for figure, value, bar, met in rows(folder):
+        verdict = "" if met is None else ("met" if met else "MISSED")
+        print(f"{figure:<54s} {value:<44s} {bar:<16s} {verdict}", flush=True)
 
 
 if __name__ == "__main__":

@@ -11,11 +11,11 @@ HOLE = (145.0, 472.0, 52.0)  # px, place and radius of the hole
 SHORTEST = 18.0  # px, period from which the wave of star 5 is looked at
 
 
-def report_photographs(folder, row):
-    """Print all three, through `row(figure, value, bar, met)`."""
-    report_open_hole(folder / "open_hole", row)
-    report_rotation(folder / "rotation", row)
-    report_star(folder / "star5", row)
+def photograph_rows(folder):
+    """Measure all three: figure, value, bar, met."""
+    yield from open_hole_rows(folder / "open_hole")
+    yield from rotation_rows(folder / "rotation")
+    yield from star_rows(folder / "star5")
 
 
 @dataclass(frozen=True)
@@ -48,15 +48,20 @@ def compare_open_hole(folder):
     return OpenHole(len(place), ours.mean(), ours[plate].mean(), *rms)
 
 
-def report_open_hole(folder, row):
+def open_hole_rows(folder):
     hole = compare_open_hole(folder)
     share = hole.on_plate
-    row("open hole, valid of those on the plate", f"{share:.2%}", "≥ 99 %", share >= 0.99)
+    yield ("open hole, valid of those on the plate", f"{share:.2%}", "≥ 99 %", share >= 0.99)
     for part, rms in (("u", hole.rms_u), ("v", hole.rms_v)):
-        row(f"open hole, rms of {part} less the other", f"{rms:.4f} px", "≤ 0.01 px", rms <= 0.01)
+        yield (
+            f"open hole, rms of {part} less the other",
+            f"{rms:.4f} px",
+            "≤ 0.01 px",
+            rms <= 0.01,
+        )
 
 
-def report_rotation(folder, row):
+def rotation_rows(folder):
     """Compare with the affine motion that the field itself follows: the picture only turns."""
     pair = [dic.read_image(folder / f"rotation_{n}.tif") for n in ("000", "170")]
     for order in (1, 2):
@@ -70,13 +75,13 @@ def report_rotation(folder, row):
         angle = np.degrees(np.arctan2(turn[0, 1], turn[0, 0]))
         share, off = disp.valid[seen].mean(), (moved - known @ turn)[disp.valid]
         rms = np.sqrt(np.mean(off**2))
-        row(
+        yield (
             f"rotation, order {order}: valid of those seen",
             f"{share:.2%}, angle {angle:.5f}°",
             "≥ 99 %",
             share >= 0.99,
         )
-        row(f"rotation, order {order}: rms", f"{rms:.4f} px", "≤ 0.01 px", rms <= 0.01)
+        yield (f"rotation, order {order}: rms", f"{rms:.4f} px", "≤ 0.01 px", rms <= 0.01)
 
 
 @dataclass(frozen=True)
@@ -135,7 +140,7 @@ def measure_star(field, period, wave):
     return Efficiency(float(noise), float(limit))
 
 
-def report_star(folder, row):
+def star_rows(folder):
     """Print noise × period at 10 % loss, lower is better: as the peers do it, and smoothed."""
     for subset, order, windows in ((21, 1, (11,)), (15, 1, (9,)), (21, 2, ()), (31, 2, ())):
         disp, period, wave = _star(folder, subset, order)
@@ -143,7 +148,7 @@ def report_star(folder, row):
         fields |= {f"{n} points smoothed": dic.smooth(disp, n) for n in windows}
         for name, field in fields.items():
             star = measure_star(field, period, wave)
-            row(
+            yield (
                 f"star 5, subset {subset}, {name}: MEI",
                 f"{star.mei:.3f} = {1e3 * star.noise:.2f} mpx × {star.period:.1f} px",
                 "≤ 0.34",

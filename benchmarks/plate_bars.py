@@ -63,11 +63,16 @@ class Row:
     bar: str
 
 
+def rows() -> Iterator[Row]:
+    """Measure every row."""
+    for part in (edge_rows, rate_rows, cost_rows, data_rows, mesh_rows):
+        yield from part()
+
+
 def main() -> None:
-    """Print every row."""
-    for rows in (edge_rows, rate_rows, cost_rows, data_rows, mesh_rows):
-        for row in rows():
-            print(f"{row.what:62s} {row.measured:>32s}   bar {row.bar}", flush=True)
+    """Print them."""
+    for row in rows():
+        print(f"{row.what:62s} {row.measured:>32s}   bar {row.bar}", flush=True)
 
 
 def mesh_rows() -> Iterator[Row]:

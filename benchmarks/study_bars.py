@@ -1,0 +1,67 @@
+"""Figures beside their bars: what each package is held to, in the report's table.
+
+Parts: correlation, plates, strain, pattern, extremes. Each is what ``dic_bars.py``,
+``plate_bars.py``, ``solver_bars.py``, ``pattern_bars.py`` and ``solver_extremes.py`` print; all of
+them take an hour or two.
+"""
+
+from collections.abc import Iterator, Mapping
+
+import bars
+import dic_bars
+import pattern_bars
+import plate_bars
+import solver_bars
+import solver_extremes
+from study import run
+
+from rig.report.figure import Figure
+
+
+def correlation() -> Iterator[Figure]:
+    """Bias, scatter, failures, and speed beside peers, on rendered pictures."""
+    for name, value, bar, met in dic_bars.rows():
+        verdict = "" if met is None else "met" if met else "missed"
+        yield Figure("Correlation", name, "measured", value, "", bar, verdict)
+
+
+def plates() -> Iterator[Figure]:
+    """Linear plates."""
+    for row in plate_bars.rows():
+        yield Figure("Linear plates", row.what, "measured", row.measured)
+        yield Figure("Linear plates", row.what, "bar", row.bar)
+
+
+def strain() -> Iterator[Figure]:
+    """Touches from 72 strains."""
+    return of_the_solver(solver_bars.PARTS)
+
+
+def pattern() -> Iterator[Figure]:
+    """Touches from the whole pattern."""
+    return of_the_solver(pattern_bars.PARTS)
+
+
+def extremes() -> Iterator[Figure]:
+    """Press at the ends of forces, places and numbers."""
+    return of_the_solver(solver_extremes.PARTS)
+
+
+def of_the_solver(parts: Mapping[str, bars.Part]) -> Iterator[Figure]:
+    """Make a table a heading."""
+    for part in parts.values():
+        for what, measured, bar in part.rows(1.0):
+            yield Figure(part.heading, what, "measured", measured)
+            yield Figure(part.heading, what, "bar", bar)
+
+
+PARTS = {
+    "correlation": correlation,
+    "plates": plates,
+    "strain": strain,
+    "pattern": pattern,
+    "extremes": extremes,
+}
+
+if __name__ == "__main__":
+    run(PARTS, __doc__)
