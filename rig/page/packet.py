@@ -19,6 +19,7 @@ from rig.snapshot import Mark, Snapshot, StrainMap
 
 JPEG_QUALITY = 80
 NOTHING = Desk()
+STEP = 128  # px: widths are rounded up to whole steps, so that pages share their pictures
 BRIGHTENED = 3  # the projector is dim on purpose, and a page that is watched by day need not be
 
 
@@ -48,19 +49,29 @@ class Packet:
         self.screen = screen
         self.desk = desk
         self.shown = snapshot.touches if shown is None else shown
+        self._pictures: dict[int, bytes] = {}
 
-    def parts(self, wanted: set[str]) -> dict[str, bytes]:
+    def parts(self, wanted: str) -> dict[str, bytes]:
         """Binary parts among ``camera``, ``strain`` and ``projector`` that are wanted and exist.
 
         ``camera`` and ``projector`` (brightened) are JPEG pictures; ``strain`` is exx, eyy and
         exy one after the other, (3, R, C) little-endian float32.
+
+        Parameters
+        ----------
+        wanted : str
+            Names; ``camera:600`` is content with a picture of 600 px or more across.
         """
-        there = {"camera"}
-        if self.snapshot.strain is not None:
-            there.add("strain")
-        if self.screen is not None:
-            there.add("projector")
-        return {name: getattr(self, f"_{name}") for name in sorted(wanted & there)}
+        words = (word.partition(":") for word in wanted.split())
+        asked = {name: across for name, _, across in words}
+        parts = {}
+        if "camera" in asked:
+            parts["camera"] = self._camera(asked["camera"])
+        if "projector" in asked and self.screen is not None:
+            parts["projector"] = self._projector
+        if "strain" in asked and self.snapshot.strain is not None:
+            parts["strain"] = self._strain
+        return parts
 
     def header(self, parts: dict[str, bytes], controls: bool) -> str:
         """JSON text that goes before the given parts and names them in order.
@@ -76,9 +87,14 @@ class Packet:
             _plain(_describe(self.snapshot, self.screen) | asdict(self.desk)), allow_nan=False
         )
 
-    @cached_property
-    def _camera(self) -> bytes:
-        return _jpeg(self.snapshot.image)
+    def _camera(self, across: str) -> bytes:
+        height, width = self.snapshot.image.shape
+        wide = -(-int(across) // STEP) * STEP if across.isdecimal() else width
+        wide = max(min(wide, width), 1)
+        if wide not in self._pictures:
+            size = wide, max(round(height * wide / width), 1)
+            self._pictures[wide] = _jpeg(_resized(self.snapshot.image, size))
+        return self._pictures[wide]
 
     @cached_property
     def _projector(self) -> bytes:
@@ -92,6 +108,12 @@ class Packet:
         if strain is None:
             return b""
         return np.stack([strain.exx, strain.eyy, strain.exy]).astype("<f4").tobytes()
+
+
+def _resized(image: NDArray[np.uint8], size: tuple[int, int]) -> NDArray[np.uint8]:
+    if image.shape == size[::-1]:
+        return image
+    return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
 
 
 def _jpeg(picture: NDArray[np.uint8]) -> bytes:

@@ -162,7 +162,7 @@ async def _stream(websocket: WebSocket, publisher: Publisher) -> None:
             if packet is None:
                 await websocket.close(GOING_AWAY)
                 return
-            parts = packet.parts(set(wanted.split()))
+            parts = packet.parts(wanted)
             await websocket.send_text(packet.header(parts, bool(websocket.scope.get(CONTROLS))))
             for part in parts.values():
                 await websocket.send_bytes(part)

@@ -37,8 +37,9 @@ function connect() {
 function ask() {
   if (socket.readyState !== WebSocket.OPEN) return;
   owed = false;
-  const map = choice.view === "camera" && choice.component !== "none";
-  socket.send(map ? "camera strain" : choice.view);
+  const camera = frame ? `camera:${picture.canvas.width}` : "camera";  // no larger than it is shown
+  const map = choice.component === "none" ? "" : " strain";
+  socket.send(choice.view === "camera" ? camera + map : choice.view);
 }
 
 async function accept(header, parts) {
@@ -49,9 +50,10 @@ async function accept(header, parts) {
   else ask();
   const [cameraBitmap, projectorBitmap] = await Promise.all([decode(part.camera), decode(part.projector)]);
   const values = part.strain && new Float32Array(part.strain);
-  if (waiting && waiting.sequence > header.sequence) return;
-  if (!waiting) requestAnimationFrame(draw);
+  const newest = waiting ?? frame, late = newest ? newest.captured - header.captured : 0;
+  if (late > 0 && late < RECONNECT / 1000) return;  // a later one was ready first
   waiting = { ...header, cameraBitmap, projectorBitmap, values };
+  if (!document.hidden) draw();  // at once: waiting for a turn to draw makes it 8 ms older
 }
 
 function draw() {
@@ -146,6 +148,7 @@ find("picture").addEventListener("pointermove", (event) => { pointer = picture.t
 find("picture").addEventListener("pointerleave", () => { pointer = null; showProbe(); });
 new ResizeObserver(redraw).observe(find("frame"));
 paintRamp(find("ramp"));
+document.addEventListener("visibilitychange", () => { if (!document.hidden) draw(); });
 setInterval(watch, 250);
 watch();
 connect();

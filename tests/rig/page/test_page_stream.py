@@ -67,6 +67,24 @@ def test_only_wanted_parts_that_exist_are_sent(snapshot):
         assert ask(client, "")[1] == {}
 
 
+@pytest.mark.parametrize(
+    ("asked", "shape"),
+    [
+        ("camera:300", (312, 384)),  # whole steps of 128 px
+        ("camera:384", (312, 384)),
+        ("camera:0", (1, 1)),
+        ("camera:9000", (520, 640)),
+        ("camera:-5", (520, 640)),
+        ("camera:wide", (520, 640)),
+    ],
+)
+def test_a_page_gets_its_picture_no_smaller_than_it_shows_it(snapshot, asked, shape):
+    with serve(0) as publisher, stream(publisher) as client:
+        publisher.publish(snapshot(1))
+        _, parts = ask(client, asked)
+    assert picture(parts["camera"]).shape == shape
+
+
 def test_what_is_not_a_number_is_null(snapshot):
     with serve(0) as publisher, stream(publisher) as client:
         publisher.publish(snapshot(1, latency=(np.nan, np.inf), noise=np.float32(np.nan)))
