@@ -9,7 +9,7 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check
 export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: help install torch demo test quick lint format bench report docs system-deps clean
+.PHONY: help install torch demo test slow lint format bench report docs system-deps clean
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -37,11 +37,12 @@ torch:
 demo: $(STAMP)  ## start the digital twin of the bench and print the address of its page
 	@exec $(BIN)/touchplate run twin
 
-test: $(STAMP) lint  ## linters, types, import layers and every test
-	$(BIN)/python -m pytest
+PYTEST := $(BIN)/python -m pytest --numprocesses auto --maxprocesses 4
+test: $(STAMP) lint  ## linters, types, import layers and all tests but slow statistics
+	$(PYTEST) -m "not slow"
 
-quick: $(STAMP)  ## the tests without the slow statistics
-	$(BIN)/python -m pytest -m "not slow"
+slow: $(STAMP)  ## slow statistics, and every row of the table of stiff and extreme cases
+	$(PYTEST) -m slow
 
 lint: $(STAMP)
 	$(BIN)/ruff check .
@@ -53,7 +54,7 @@ format: $(STAMP)  ## put the code into its form
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-bench: $(STAMP)  ## print the figures of the README
+bench: $(STAMP)  ## score the whole way once, on rendered pictures
 	$(BIN)/python benchmarks/whole_way.py $(DATA)
 
 report: $(STAMP)  ## run all studies; the page is results/report/report.html
