@@ -1,4 +1,4 @@
-"""Print the figures of the README, each beside its bar.
+"""Print what the whole way reaches on rendered pictures, each figure beside its bar.
 
 Usage: ``python benchmarks/whole_way.py [FOLDER]``, or ``make bench DATA=FOLDER``. FOLDER holds
 ``open_hole`` and ``star5``, pictures of others that are not in this repository; without it those
