@@ -12,13 +12,13 @@ from models.estimate import Estimate, Result
 from models.large import LargeForward
 from rig import live
 from rig.bench import Bench
+from rig.quality import SLIGHT
 from rig.source import Frame
 from rig.stopwatch import Stopwatch
 from rig.track import Event, Tracks
 from rig.zero import Zero, fits, share
 
 LATENCY = "capture to touches"
-SLIGHT = 0.02  # of the tiles, flat ones at the border mostly: nothing that a user could mend
 
 
 @dataclass(frozen=True, eq=False)

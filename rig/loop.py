@@ -12,6 +12,7 @@ from models.pattern import noise_of
 from rig import live
 from rig.bench import Bench
 from rig.follow import LATENCY, Follower, Seen
+from rig.quality import signs
 from rig.recording.shot import Recorder, Shot
 from rig.snapshot import Snapshot, StrainMap
 from rig.source import Frame, Source
@@ -152,6 +153,7 @@ class Loop:
             status=self._source.status,
             strain_reason="no frames come",
             fresh=False,
+            signs=(),
             events=follower.miss(self._clock()),
         )
 
@@ -224,6 +226,7 @@ class Loop:
             noise=noise_of(sensed.sums, follower.chain.reference.tiles),
             strain_reason="" if shown else "the scene names no [comparison] by strain",
             events=seen.events,
+            signs=signs(follower.chain, sensed),
         )
 
 

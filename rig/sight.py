@@ -71,7 +71,7 @@ def trouble(reference: TileReference, sums: TileSums, hidden: NDArray[np.bool_])
     share = float(np.mean(hidden))
     if share > HIDDEN:
         return f"{share:.0%} of the pattern is hidden; clear the view or put the camera back"
-    if _contrast(sums, ~hidden, reference.tiles.size) < DARK:
+    if contrast(sums, ~hidden, reference.tiles.size) < DARK:
         return "the pattern is too faint to follow; look after the light"
     return ""
 
@@ -90,8 +90,17 @@ def missed(reference: TileReference, sums: TileSums, hidden: NDArray[np.bool_]) 
     return float(1.0 - np.quantile(gains, DARKEST)) if clear.any() else 0.0
 
 
-def _contrast(sums: TileSums, sight: NDArray[np.bool_], size: int) -> float:
-    """Contrast of a frame over that of the reference: the gain of the light, by least squares."""
+def contrast(sums: TileSums, sight: NDArray[np.bool_], size: int) -> float:
+    """Contrast of a frame over that of the reference: the gain of the light, by least squares.
+
+    Parameters
+    ----------
+    sums : TileSums
+    sight : (T,) bool
+        Tiles that count.
+    size : int, px
+        Side of a tile.
+    """
     pixels = np.count_nonzero(sight) * size**2
     ff, f = sums.light[sight, 4:].sum(axis=0)
     e, ef = sums.e[sight].sum(), sums.ef[sight].sum()

@@ -42,6 +42,15 @@ class Mark:
     velocity: tuple[float, float] = (0.0, 0.0)
 
 
+@dataclass(frozen=True)
+class Sign:
+    """A figure of a frame's quality: what it is, how it reads, and whether it gives doubt."""
+
+    name: str
+    says: str
+    doubt: bool
+
+
 @dataclass(frozen=True, eq=False)
 class StrainMap:
     """Strain of the seen face on a grid of the camera picture.
@@ -114,6 +123,8 @@ class Snapshot:
         Whether this is a new frame; else none came, and the last one stands for it.
     events : tuple of Event
         What appeared, moved and left in this frame.
+    signs : tuple of Sign
+        How good the frame is; none where no touch was looked for.
     """
 
     sequence: int
@@ -139,3 +150,4 @@ class Snapshot:
     strain_reason: str = ""
     fresh: bool = True
     events: tuple[Event, ...] = ()
+    signs: tuple[Sign, ...] = ()

@@ -144,6 +144,7 @@ def _describe(shot: Snapshot, screen: Screen | None) -> dict[str, Any]:
         "stages": shot.stages,
         "latency": shot.latency,
         "noise": shot.noise,
+        "signs": [asdict(sign) for sign in shot.signs],
     }
 
 

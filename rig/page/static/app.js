@@ -4,7 +4,7 @@ import { Limit, paintRamp } from "./colour.js";
 import { Picture, component, inverse, strainAt, through } from "./picture.js";
 import { Chart } from "./chart.js";
 import { ask as wish, showDesk } from "./desk.js";
-import { show, showBar, showFigures, showStages, showTouches } from "./panels.js";
+import { show, showBar, showFigures, showSigns, showStages, showTouches } from "./panels.js";
 
 const RECONNECT = 1000, STALE = 1500, FIGURES = 125;  // ms
 const KEYS = { 0: "none", 1: "exx", x: "exx", 2: "eyy", y: "eyy", 3: "exy", s: "exy" };
@@ -87,6 +87,7 @@ function showAll(now) {
   figured = now;
   const span = now - draws[0];
   showFigures(frame, span > 500 ? (draws.length - 1) / span * 1000 : null);
+  showSigns(frame);
   showTouches(frame);
   showStages(frame);
   showDesk(frame);

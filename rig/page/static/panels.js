@@ -32,6 +32,14 @@ export function showFigures(frame, pageRate) {
   show("noise", text(frame.noise, 1));
 }
 
+// What gives doubt has a mark and a word for who cannot see the colour.
+export function showSigns({ signs }) {
+  document.getElementById("quality").hidden = !signs.length;
+  document.getElementById("signs").replaceChildren(...signs.map(({ name, says, doubt }) =>
+    make("div", { className: doubt ? "doubted" : "", title: doubt ? "in doubt" : "" },
+      make("dt", {}, name), make("dd", {}, doubt ? `▲ ${says}` : says))));
+}
+
 export function showTouches(frame) {
   const rows = SOURCES.filter(([source]) => frame[source] !== null).flatMap(([source, name]) => touchRows(frame[source], source, name));
   document.getElementById("touches").replaceChildren(...rows);

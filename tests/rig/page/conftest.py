@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rig.markers import project
-from rig.snapshot import Mark, Snapshot, StrainMap
+from rig.snapshot import Mark, Sign, Snapshot, StrainMap
 
 PLATE = (254.0, 200.0)  # mm
 SIZE = (640, 520)  # px, width and height
@@ -45,6 +45,7 @@ def draw_snapshot(sequence: int, *, size=SIZE, with_strain=True, status="two tou
         ),
         "latency": (9.4, 13.1),
         "noise": 2.03,
+        "signs": (Sign("light", "98% of that at rest", False), Sign("noise", "<b>9</b> gl", True)),
         "strain_reason": "" if with_strain else "the scene asks for no strain",
     }  # fmt: skip
     return Snapshot(**{**known, **changes})

@@ -1,0 +1,84 @@
+"""Quality of a frame: what an operator reads, and what gives him doubt."""
+
+import time
+
+import numpy as np
+import pytest
+
+import fe
+from rig import live
+from rig.bench import build_bench
+from rig.quality import signs
+from rig.stopwatch import Stopwatch
+from rig.twin import build_twin
+from rig.zero import take_zero
+
+PRESS = (fe.Touch(90.0, 120.0, 3.0),)
+
+
+@pytest.fixture
+def look(small):
+    """Sense a frame of a twin, changed by a function; gives its signs by name."""
+    scene = small({"source.shift": [0.0, 1.5]})
+    twin = build_twin(scene)
+    zero = take_zero([twin.frame(k, ()) for k in range(16)])
+    chain, _ = build_bench(scene, lambda done, total: None).prepare(zero)
+
+    def look(touches=(), change=lambda image: image, sequence=20):
+        image = change(twin.frame(sequence, touches).astype(float)).clip(0, 255).astype(np.uint8)
+        sensed = live.sense(chain, image, live.at_rest(chain), Stopwatch(time.monotonic))
+        return {sign.name: sign for sign in signs(chain, sensed)}
+
+    return look
+
+
+def doubted(found):
+    return {name for name, sign in found.items() if sign.doubt}
+
+
+def test_a_frame_at_rest_gives_no_doubt(look):
+    found = look()
+    assert doubted(found) == set()
+    assert found["pattern in sight"].says == "100%"
+    assert found["light"].says == "100% of that at rest"
+    assert found["doubt of a touch"].says == "–"
+
+
+def test_a_touch_says_how_sure_it_is(look):
+    place, force = look(PRESS)["doubt of a touch"].says.split(", ")
+    assert 0.2 < float(place.removesuffix(" mm")) < 2.0
+    assert 0.002 < float(force.removesuffix(" N")) < 0.2
+
+
+def test_half_the_light_is_said(look):
+    found = look(change=lambda image: 0.5 * image)
+    assert found["light"].says == "50% of that at rest"
+    assert found["light"].doubt
+
+
+def test_a_camera_that_has_moved_is_said(look):
+    found = look(sequence=60)
+    assert found["camera moved"].says == "1.50 px"
+    assert doubted(found) == {"camera moved"}
+
+
+def test_a_hand_is_said(look):
+    def hand(image):
+        image[100:180, 120:200] = 0.0
+        return image
+
+    assert "pattern in sight" in doubted(look(change=hand))
+
+
+def test_noise_is_said(look):
+    rng = np.random.default_rng(0)
+    found = look(change=lambda image: image + rng.normal(0, 3.0, image.shape))
+    assert "noise" in doubted(found)
+    noise, rest = found["noise"].says.removesuffix(" at rest").split(" gl, ")
+    assert float(noise) ** 2 == pytest.approx(float(rest) ** 2 + 9.0, rel=0.1)
+
+
+def test_a_picture_without_a_pattern_tells_no_misfit(look):
+    found = look(change=lambda image: np.full_like(image, 90.0))
+    assert found["misfit"].says == "–"
+    assert found["misfit"].doubt
