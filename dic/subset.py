@@ -13,12 +13,11 @@ import math
 import numpy as np
 from numba import njit
 
-from dic.spline import filter_square
+from dic.block import RIM, read, read_part
 from dic.warp import PAD, TAPS, sample, weights
 
 _SPREAD = 2  # px by which the whole part of the motion may differ within a subset
 _SPARE = TAPS - 1 + _SPREAD  # columns of a block beyond the side of its subset
-_RIM = 7  # px around a block in which the recursive filter forgets its border: 0.43^7 = 0.3 %
 _VECTOR = 32  # px, loops over whole multiples of it leave no remainder
 _GENTLE = 0.03  # px by which a subset may deform and still be warped as if it did not
 LOST, SHIFTED, WARPED = 0, 1, 2  # what `warp` did
@@ -50,7 +49,7 @@ def make_tools(half, count):
     """Make the arrays in which one subset is worked on, for `count` coefficients a component."""
     side = 2 * half + 1
     width = side + _SPARE
-    part, pixels = (width + 2 * _RIM) // _VECTOR * _VECTOR + _VECTOR, side * width
+    part, pixels = (width + 2 * RIM) // _VECTOR * _VECTOR + _VECTOR, side * width
     middle = np.empty((2, pixels), np.float32)
     for n in range(pixels):
         # The columns beyond the side weigh nothing; they move with the last one.
@@ -161,9 +160,9 @@ def _shift(frame, filtered, left, top, u, v, side, tools):
 def _fetch(frame, filtered, x, y, side, tools):
     """Copy the block of coefficients for the pixels from (x, y) on."""
     if filtered:
-        _read(frame, x - 2 + PAD, y - 2 + PAD, side, tools[7][0])
+        read(frame, x - 2 + PAD, y - 2 + PAD, side + _SPARE, tools[7][0])
     else:
-        _read_part(frame, x - 2, y - 2, side, tools)
+        read_part(frame, x - 2, y - 2, side + _SPARE, tools[8], tools[9], tools[7][0])
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -227,78 +226,6 @@ def _one_by_one(spline, left, top, side, motion, out):
     for n in range(out.shape[0]):
         row, column = n // width, min(n % width, side - 1)
         out[n] = sample(spline, left + column + motion[0, n], top + row + motion[1, n])
-
-
-@njit(cache=True, nogil=True)
-def _read(plane, x, y, side, block):
-    """Copy a block from a plane; beyond its border stands the nearest value."""
-    width, (rows, columns) = side + _SPARE, plane.shape
-    for j in range(width):
-        line = plane[min(max(y + j, 0), rows - 1)]
-        if x >= 0 and x + width <= columns:
-            for i in range(width):
-                block[j * width + i] = line[x + i]
-        else:
-            for i in range(width):
-                block[j * width + i] = line[min(max(x + i, 0), columns - 1)]
-
-
-@njit(cache=True, nogil=True)
-def _read_part(image, x, y, side, tools):
-    """Copy a block from the filtered part of the frame, which is filtered anew if it must move."""
-    part, corner = tools[8], tools[9]
-    spare = part.shape[1] - side - _SPARE
-    away_x, away_y = x - corner[0], y - corner[1]
-    if min(away_x, away_y) < _RIM or max(away_x, away_y) > spare - _RIM:
-        away_x = away_y = spare // 2
-        corner[0], corner[1] = x - away_x, y - away_y
-        _cut(image, corner[0], corner[1], part[0])
-        filter_square(part[0], part[1])
-    _read(part[0], away_x, away_y, side, tools[7][0])
-
-
-@njit(cache=True, nogil=True)
-def _cut(image, x, y, part):
-    """Copy a square of the picture, gone on beyond its border, less the level of its middle."""
-    (rows, columns), size = image.shape, part.shape[0]
-    level = np.float32(_grey(image, x + size // 2, y + size // 2))
-    inside = x >= 0 and x + size <= columns
-    for j in range(size):
-        if inside and 0 <= y + j < rows:
-            line = image[y + j]
-            for i in range(size):
-                part[j, i] = np.float32(line[x + i]) - level
-        else:
-            for i in range(size):
-                part[j, i] = np.float32(_grey(image, x + i, y + j)) - level
-
-
-@njit(cache=True, nogil=True)
-def _grey(image, x, y):
-    """Grey level of a pixel, beyond the border as in `dic.spline.coefficients`."""
-    rows = image.shape[0]
-    if y < 0 or y >= rows:
-        end = 0 if y < 0 else rows - 1
-        return 2 * _grey_in_row(image[end], x) - _grey_in_row(image[_mirror(y, rows)], x)
-    return _grey_in_row(image[y], x)
-
-
-@njit(cache=True, nogil=True)
-def _grey_in_row(row, x):
-    count = row.shape[0]
-    if x < 0 or x >= count:
-        end = 0 if x < 0 else count - 1
-        return 2 * np.float64(row[end]) - np.float64(row[_mirror(x, count)])
-    return np.float64(row[x])
-
-
-@njit(cache=True, nogil=True)
-def _mirror(i, count):
-    if i < 0:
-        i = -i
-    if i >= count:
-        i = 2 * count - 2 - i
-    return min(max(i, 0), count - 1)
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
