@@ -9,6 +9,7 @@ replaced, and the table of all that is there to docs/paper.md.
 import argparse
 import sys
 
+from paper_bench import bench
 from paper_bent import change, deformable
 from paper_bound import bound
 from paper_one import best, finest, noise, one, other, search, spacing, without
@@ -36,6 +37,7 @@ SYSTEMS = {
     "deformable": deformable,
     "change": change,
     "seen": seen,
+    "bench": bench,
 }
 
 

@@ -15,10 +15,11 @@ from scipy.special import chdtrc
 
 from models.descent import covariance
 from models.estimate import Estimate, Result
+from models.forward import Forward
 from models.growth import GAIN
 from models.net import Net, predict
 from models.refine import refine
-from models.seen_gauges import SeenGauges, WhiteGauges
+from models.seen_gauges import SeenGauges
 
 __all__ = ["NetTouch", "jacobian", "tell_touch"]
 
@@ -30,10 +31,12 @@ class NetTouch:
     Attributes
     ----------
     net : Net
-    white : WhiteGauges
-        The same strains as a measurement.
+    towards : (m, 3M) float64
+        From the strains to numbers with white noise.
+    forward : Forward
+        Of these numbers.
     root : (3M, 3M) float64
-        Of the covariance of their noise.
+        Of the covariance of the strains.
     error : (2, 2) float64, mm²
         Mean square of what the net is off by without noise.
     steps : int
@@ -41,7 +44,8 @@ class NetTouch:
     """
 
     net: Net
-    white: WhiteGauges
+    towards: NDArray[np.float64]
+    forward: Forward
     root: NDArray[np.float64]
     error: NDArray[np.float64]
     steps: int = 0
@@ -52,11 +56,12 @@ class NetTouch:
         Without solver steps χ² leaves out what a small move of the touch would explain: that is the
         net's error, which the covariance holds.
         """
-        flat, forward = strain.ravel(), self.white.forward
-        measured = self.white.towards @ flat
+        flat, forward = strain.ravel(), self.forward
+        measured = self.towards @ flat
         place = np.clip(predict(self.net, flat)[:1], 0.0, forward.plate.size)
         response = forward.response(place)[0]
-        force = float(measured @ response / (response @ response))
+        power = float(response @ response)  # 0 on an edge that is held
+        force = float(measured @ response) / power if power > 0.0 else 0.0
         touch = np.array([[*place[0], force]])
         if self.steps and force > 0.0:
             touch = refine(measured, forward, touch, self.steps)
@@ -76,7 +81,7 @@ class NetTouch:
         softer = -touch[2] * (slopes @ response) / power  # N per mm, by the place being off
         off = np.vstack([np.eye(2), softer])
         moved = off @ jacobian(self.net, strain)
-        moved[2] += response @ self.white.towards / power
+        moved[2] += response @ self.towards / power
         shown = moved @ self.root
         return shown @ shown.T + off @ self.error @ off.T
 
@@ -109,8 +114,8 @@ def tell_touch(
             f"net must tell x and y of one touch, got {told.shape[1]} numbers; train one without"
             " [dataset]"
         )
-    off = told - places
-    return NetTouch(net, seen.white(root), root, off.T @ off / len(off), steps)
+    off, white = told - places, seen.white(root)
+    return NetTouch(net, white.towards, white.forward, root, off.T @ off / len(off), steps)
 
 
 def jacobian(net: Net, strain: NDArray[np.float64]) -> NDArray[np.float64]:

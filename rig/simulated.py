@@ -57,8 +57,10 @@ class Noise:
         Standard deviation, or root of the covariance.
     pictures : Dataset or None
         Read by DIC in rendered pictures, with the noise that is in these.
+    towards : (m, I) float64
+        From strains to numbers with white noise.
     forward : LinearForward
-        Of the strains, whitened: what bounds an estimate of the touches.
+        Of these numbers: what bounds an estimate of the touches.
     forces : (N,) float64, N
         Of the test touches.
     """
@@ -66,6 +68,7 @@ class Noise:
     pool: Dataset
     root: float | np.ndarray
     pictures: Dataset | None
+    towards: np.ndarray
     forward: LinearForward
     forces: np.ndarray
 
@@ -118,7 +121,8 @@ def _noisy(
 
         eye = open_eye(lesson.view, report)
         plate, root = eye.seen, eye.root.astype(np.float32)
-        forward = eye.seen.white(eye.root).forward
+        white = eye.seen.white(eye.root)
+        towards, forward = white.towards, white.forward
         if training.pictures:
             seen = random_places(lesson.plate.size, training.margin, training.pictures, rng)
             touches = np.column_stack([seen, _draw(training, len(seen), rng)])
@@ -127,12 +131,11 @@ def _noisy(
         from models.strain_gauges import gauges
 
         plate = influence(lesson.plate.build(), lesson.gauges.build(lesson.plate), report)
-        mean = np.sqrt(np.mean(plate.strain(places[0]) ** 2))
-        root = float(training.noise * mean)
-        forward = gauges(plate, root)
+        root = float(training.noise * np.sqrt(np.mean(plate.strain(places[0]) ** 2)))
+        towards, forward = np.eye(3 * len(plate.gauges)) / root, gauges(plate, root)
     clear = [_pressed(plate, *each) for each in zip(places, forces, strict=True)]
     drawn = [next(noisy(iter([each]), root, rng)) for each in clear]
-    noise = Noise(clear[0], root, pictures, forward, forces[2])
+    noise = Noise(clear[0], root, pictures, towards, forward, forces[2])
     return Sets(drawn[0], drawn[1], drawn[2], noise)
 
 

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 import synthetic
-from models.estimate import Estimate, Result
 from models.from_presses import Corrected, correct
 from models.motions import Motions, see_motions
 from rig import live
@@ -25,8 +24,7 @@ from rig.calibration.evidence import CHANCE
 from rig.calibration.lens import Lens
 from rig.calibration.pose import Pose
 from rig.calibration.store import parse
-from rig.recording.layout import there
-from rig.recording.session import Session
+from rig.recording.session import Session, told
 from rig.script import ASKED
 from rig.stopwatch import Stopwatch
 from rig.view import marks
@@ -87,7 +85,7 @@ def presses(session: Session) -> list[Pressed]:
     times = session.column("frames/captured")
     images = session.arrays["frames/image"]
     for index in range(session.frames):
-        taken = collector.see(marks(_estimate(session.row(index))), float(times[index]))
+        taken = collector.see(marks(told(session.row(index))), float(times[index]))
         if taken:
             first = int(np.searchsorted(times, times[index] - HOLD / 2))
             frames = np.asarray(images[first : index + 1], dtype=np.float32)
@@ -214,14 +212,3 @@ def _learned(corrected: Corrected, score: Score) -> Learned:
         terms=("force",),
     )
     return Learned(lens, pose, alignment, score, corrected.chance)
-
-
-def _estimate(row: dict[str, NDArray]) -> Estimate:
-    """Touches that were found when a frame was recorded."""
-    place = there(row["touches/place"])
-    blocks = row["touches/covariance"][: len(place)]
-    spread = np.zeros((3 * len(place), 3 * len(place)))
-    for index, block in enumerate(blocks):
-        own = slice(3 * index, 3 * index + 3)
-        spread[own, own] = block
-    return Estimate(place[:, :2], place[:, 2], spread, 0.0, 1, 1.0, Result.FOUND)

@@ -1,93 +1,52 @@
-"""`touchplate score MODEL`: repeat the test of a stored net."""
+"""`touchplate score MODEL`: repeat the test of a stored net, or score a recording."""
 
 from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
-from pydantic import ValidationError
 
 from rig.commands.output import emit, progress
-from rig.lesson import lesson
-from rig.scene import Scene
-from rig.scene.refusal import sentence
-from rig.simulated import Sets, model_path, simulate
+from rig.commands.score_table import table, touch_table, write_map
+from rig.scored import Scored, is_recording, score_model, score_recording
+from rig.simulated import model_path
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
-    from models.net import Net
+    from rich.console import Group
 
 
 def score(
-    model: Annotated[str, typer.Argument(help="Name of a trained scene, or path of a model file.")],
+    model: Annotated[
+        str,
+        typer.Argument(help="Name of a trained scene, path of a model file, or of a recording."),
+    ],
+    error_map: Annotated[
+        Path | None,
+        typer.Option("--map", metavar="FILE", help="Write the error over the plate: .csv or .png."),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Repeat the test of a stored net on the touches of the scene that it was trained for."""
-    from models import store
+    """Repeat the test of a stored net on the touches of the scene that it was trained for.
 
-    path = model_path(model) if Path(model).suffix in ("", ".toml") else Path(model)
-    trained, about = store.load(path)
-    bench = _bench(about, path)
-    taught = lesson(bench)
-    with progress("influence") as report:
-        sets = simulate(taught, report)
-    scores = figures(trained.net, sets, taught.touches)
-    emit(table(bench.title, scores), {"model": str(path)} | scores, as_json)
-
-
-def figures(net: Net, sets: Sets, touches: int) -> dict[str, dict[str, float]]:
-    """Return the score of `net` on each data set, as plain numbers by name.
-
-    Touches of a sample are paired with the true ones before they are measured. Where the net tells
-    magnitudes their mean error follows, in units of the smallest force.
+    Of a recording whose truth is known, as in the twin, the touches that were found are scored.
     """
-    from models.net import predict
-
-    return {
-        name: _judge(data.targets, predict(net, data.strain), touches)
-        for name, data in sets.named().items()
-    }
-
-
-def _judge(true: np.ndarray, told: np.ndarray, touches: int) -> dict[str, float]:
-    from models.score import matched_error
-    from models.score import score as judge
-
-    places = [each[:, : 2 * touches].reshape(-1, touches, 2) for each in (true, told)]
-    error, order = matched_error(*places)
-    rows = asdict(judge(error.ravel()))
-    if true.shape[1] > 2 * touches:
-        forces = np.take_along_axis(told[:, 2 * touches :], order, axis=1)
-        rows["magnitude"] = float(np.abs(forces - true[:, 2 * touches :]).mean())
-    return rows
+    path = model_path(model) if Path(model).suffix in ("", ".toml") else Path(model)
+    with progress("influence") as report:
+        scored = score_recording(path) if is_recording(path) else score_model(path, report)
+    if error_map:
+        write_map(error_map, scored.map())
+    said = {"model": str(path)} | scored.nets
+    if scored.touches:
+        said |= {"touches": asdict(scored.touches), "bands": [asdict(one) for one in scored.bands]}
+    emit(_tables(scored), said, as_json)
 
 
-def table(title: str, scores: dict[str, dict[str, float]]) -> Table:
-    """Return the scores as a table, in mm."""
-    from rich.table import Table
+def _tables(scored: Scored) -> Group:
+    from rich.console import Group
 
-    limit = next(iter(scores.values()))["limit"]
-    columns = ["touches", "number", "mean mm", "median mm", "95 % mm", "max mm"]
-    shown = Table(*columns, f"below {limit:g} mm", title=title)
-    forces = any("magnitude" in row for row in scores.values())
-    if forces:
-        shown.add_column("magnitude ± smallest force")
-    for name, row in scores.items():
-        distances = [f"{row[key]:.3f}" for key in ("mean", "p50", "p95", "max")]
-        more = [f"{row['magnitude']:.3f}"] if forces else []
-        shown.add_row(name, f"{row['count']:g}", *distances, f"{row['share']:.1%}", *more)
-    return shown
-
-
-def _bench(about: dict[str, Any], path: Path) -> Scene:
-    try:
-        return Scene.model_validate(about.get("scene"))
-    except ValidationError as error:
-        raise ValueError(
-            f"model file {path} names a bench that this release does not know"
-            f" ({sentence(error, Scene)}); train the model again"
-        ) from error
+    shown = [table(scored.title, scored.nets)] if scored.nets else []
+    if scored.touches:
+        shown.append(touch_table(scored.title, scored.touches, scored.bands))
+    return Group(*shown)

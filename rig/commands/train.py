@@ -10,9 +10,10 @@ import numpy as np
 import typer
 
 from rig.commands.output import console, emit, progress
-from rig.commands.score import figures, table
+from rig.commands.score_table import table
 from rig.lesson import Lesson, lesson
 from rig.scene import load, parse_overrides
+from rig.scored import figures
 from rig.simulated import Sets, model_path, simulate
 
 if TYPE_CHECKING:

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rig.commands.output import emit, progress
-from rig.commands.score import figures
 from rig.commands.train import descend
 from rig.lesson import Lesson, lesson
 from rig.scene import load, parse_overrides
+from rig.scored import figures
 from rig.simulated import Sets, simulate
 
 if TYPE_CHECKING:

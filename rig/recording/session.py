@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fe
+from models.estimate import Estimate, Result
 from rig.recording.cut import Padded, missing, whole_frames
 from rig.recording.layout import FORMAT, LAST, VERSION, there
 from rig.scene import Scene
@@ -74,6 +75,35 @@ def frame(row: Mapping[str, NDArray]) -> Frame:
     if row["frames/truth_known"]:
         truth = tuple(fe.Touch(*finger.tolist()) for finger in there(row["frames/truth"]))
     return Frame(int(row[LAST]), float(row["frames/captured"]), row["frames/image"], truth)
+
+
+def told(row: Mapping[str, NDArray]) -> Estimate:
+    """Touches that were found when a frame was recorded."""
+    place = there(row["touches/place"])
+    blocks = row["touches/covariance"][: len(place)]
+    spread = np.zeros((3 * len(place), 3 * len(place)))
+    for index, block in enumerate(blocks):
+        own = slice(3 * index, 3 * index + 3)
+        spread[own, own] = block
+    result = Result.FOUND if len(place) else Result.NO_TOUCH
+    return Estimate(place[:, :2], place[:, 2], spread, 0.0, 1, 1.0, result)
+
+
+def told_touches(session: Session, least: float) -> tuple[list[Estimate], list[NDArray]]:
+    """Return what was found, and x, y, F of what was there, in frames whose source knew it.
+
+    Frames in which something presses less than `least` N are left out.
+    """
+    names = "frames/truth", "frames/truth_known", "touches/place", "touches/covariance"
+    columns = {name: session.column(name) for name in names}
+    found, pressed = [], []
+    for index in np.flatnonzero(columns["frames/truth_known"]):
+        row = {name: column[index] for name, column in columns.items()}
+        truth = there(row["frames/truth"])[:, :3]
+        if (truth[:, 2] >= least).all():
+            found.append(told(row))
+            pressed.append(truth)
+    return found, pressed
 
 
 @contextmanager

@@ -1,5 +1,6 @@
 """One touch told by a net from strains: found, sure of itself, and none where nothing presses."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -73,6 +74,16 @@ def test_steps_of_the_solver_bring_the_touch_nearer(bench):
 def test_noise_alone_is_no_touch(bench, steps):
     estimates, _ = told(bench, steps, force=0.0)
     assert [each.result for each in estimates] == [Result.NO_TOUCH] * len(estimates)
+
+
+@pytest.mark.parametrize("steps", [0, 2])
+def test_a_net_that_points_off_the_plate_tells_no_touch(bench, steps):
+    """Its place is put on the clamped edge, where no touch strains the plate."""
+    *hidden, (weights, biases) = bench.net.layers
+    wrong = replace(bench.net, layers=(*hidden, (weights, biases + 1e4)))
+    teller = tell_touch(wrong, bench.seen, bench.root, bench.around, steps)
+    strain = FORCE * bench.seen.strain(np.array([[50.0, 40.0]]))[0]
+    assert teller.tell(strain).result is Result.NO_TOUCH
 
 
 def test_the_strains_fit_where_the_net_is_a_little_off(bench):

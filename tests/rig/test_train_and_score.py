@@ -79,6 +79,32 @@ def test_score_repeats_the_figures_of_training_from_the_file_alone(bench, traine
         assert figures[name] == trained[1][name]
 
 
+def test_the_error_over_the_plate_is_written_and_drawn(bench, trained):
+    folder, touchplate = bench
+    for name in ("map.csv", "map.png"):
+        done = touchplate("score", "oblong", "--map", name, "--json")
+        assert done.returncode == 0, done.stderr
+    head, *rows = (folder / "map.csv").read_text().splitlines()
+    assert head == "x_mm,y_mm,touches,mean_mm,largest_mm"
+    assert len(rows) == 12 * 8
+    assert sum(int(row.split(",")[2]) for row in rows) == 200
+    assert (folder / "map.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_noise_of_the_gauges_brings_bound_bands_and_honesty(bench):
+    noise = ["--set", "training.noise=0.02", "--set", "training.force=[1.0, 4.0]"]
+    inputs = ["--set", "estimator.inputs=relative", "--set", "estimator.outputs=scaled"]
+    done = bench[1]("train", "oblong.toml", "--json", "--out", "noisy.h5", *noise, *inputs)
+    assert done.returncode == 0, done.stderr
+    scored = json.loads(bench[1]("score", "noisy.h5", "--json").stdout)
+    total, bands = scored["touches"], scored["bands"]
+    assert (total["touches"], total["misses"], total["false"]) == (200, 0, 0)
+    assert 0.0 < total["bound"] < total["rms"]
+    assert [len(band["force"]) for band in bands] == [2, 2, 2]
+    assert bands[0]["bound"] > 1.5 * bands[-1]["bound"]  # four times the force
+    assert 0.5 < total["inside"][0] < total["inside"][1] < total["inside"][2]
+
+
 def test_score_prints_a_table_and_needs_no_torch(bench, trained):
     done = bench[1]("score", "oblong")
     assert done.returncode == 0
@@ -101,6 +127,8 @@ def test_score_prints_a_table_and_needs_no_torch(bench, trained):
     ("arguments", "sentence"),
     [
         (["score", "never-trained"], "results/never-trained/model.h5 does not exist; train"),
+        (["score", "oblong", "--map", "map.pdf"], "is no .csv and no .png; name one of these"),
+        (["score", "oblong", "--map", "none/map.csv"], "cannot be written"),
         (["score", "foreign.h5"], "foreign.h5 is damaged or no HDF5 file; train"),
         (["train", "twin"], 'has no net to train; give its [estimator] kind = "net"'),
         (["train", "oblong.toml", "--out", "oblong.toml/m.h5"], "cannot be written"),
