@@ -9,7 +9,7 @@ import pytest
 from rig.report.figure import read
 
 STUDY = Path(__file__).parents[1] / "benchmarks" / "study_stiff.py"
-ROWS = {"plates": 28, "shells": 18, "rendering": 5, "correlation": 18, "loop": 20}
+ROWS = {"plates": 28, "shells": 18, "rendering": 5, "correlation": 18, "estimation": 25, "loop": 20}
 
 
 @pytest.mark.slow
