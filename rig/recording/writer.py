@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.recording.layout import FORMAT, LAST, PICTURES, VERSION, Shapes
+from rig.recording.mark import SUPERBLOCK, unmarked
 from rig.zero import Zero
 
 if TYPE_CHECKING:
     import h5py
 
 MANY = 64  # frames whose small numbers share a chunk
-SUPERBLOCK = 48  # bytes at the start of the file: version, marks, end, checksum
 
 
 class Writer:
@@ -50,10 +50,8 @@ class Writer:
         reference.attrs["noise"] = zero.noise
         self._arrays = {name: _create(self._file, name, *layout[name]) for name in layout}
         self._file.swmr_mode = True
-        self._file.flush()
-        self._path = path
-        with path.open("rb") as raw:
-            self._open_mark = raw.read(SUPERBLOCK)
+        self._raw = path.open("r+b", buffering=0)
+        self._flush()
         self.frames = 0
 
     def append(self, rows: Mapping[str, NDArray]) -> None:
@@ -66,18 +64,19 @@ class Writer:
         """
         for name, array in self._arrays.items():
             if name == LAST:  # the others are on their way before a frame counts as whole
-                self._file.flush()
+                self._flush()
             array.resize(self.frames + 1, axis=0)
             if name in PICTURES:
                 start = (self.frames, *[0] * (array.ndim - 1))
                 array.id.write_direct_chunk(start, _deflate(rows[name]))
             else:
                 array[self.frames] = rows[name]
-        self._file.flush()
+        self._flush()
         self.frames += 1
 
     def close(self) -> None:
         """End the file; other programs open it without further ado from now on."""
+        self._raw.close()
         self._file.close()
 
     def abandon(self) -> None:
@@ -87,8 +86,19 @@ class Writer:
         """
         with suppress(OSError, RuntimeError):
             self._file.close()
-        with self._path.open("r+b") as raw:
-            raw.write(self._open_mark)
+        self._put(self._whole)
+        self._raw.close()
+
+    def _flush(self) -> None:
+        """Hand all to the system, so that any program could open it now."""
+        self._file.flush()
+        self._raw.seek(0)
+        self._whole = unmarked(self._raw.read(SUPERBLOCK))
+        self._put(self._whole)
+
+    def _put(self, superblock: bytes) -> None:
+        self._raw.seek(0)
+        self._raw.write(superblock)
 
 
 def _create(file: h5py.File, name: str, shape: tuple[int, ...], kind: str) -> h5py.Dataset:
