@@ -13,7 +13,6 @@ import argparse
 import json
 import os
 import signal
-import socket
 import tempfile
 import time
 from collections import defaultdict
@@ -26,6 +25,7 @@ from emulated_bench import (
     Listener,
     Room,
     emulated_camera,
+    free_port,
     keep_lens_and_pose,
     scene_of,
     touchplate,
@@ -186,12 +186,6 @@ def quantiles(away: np.ndarray) -> str:
 def resident(pid: int) -> int:
     """Memory of the app itself, bytes."""
     return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 if __name__ == "__main__":

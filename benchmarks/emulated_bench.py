@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import mmap
 import os
+import socket
 import struct
 import subprocess
 import sys
@@ -317,3 +318,10 @@ def twin_of(size: int):
             "source.script": "tour",
         },
     )
+
+
+def free_port() -> int:
+    """Find a port that nobody has."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
