@@ -23,7 +23,7 @@ RING = np.concatenate([on_edges(PAPER.size), inside_edges(PAPER.size)])
 MESHES, TRUTH = (20, 40, 80, 100, 120, 160), 400
 PVC = fe.Plate((254.0, 254.0), thickness=1.0, young=3000.0, poisson=0.38)
 PRESSES = ((127.0, 127.0), (60.0, 90.0), (100.0, 200.0), (40.0, 45.0))
-FORCES = (0.05, 0.5, 5.0)
+FORCES = (0.2, 5.0)
 GAUGES = 25.0 + inside_edges((204.0, 204.0), 17.0, 0.0)
 
 
