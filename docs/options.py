@@ -15,13 +15,19 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
     name = page.file.src_uri.removeprefix(FOLDER).removesuffix(".md")
     if not page.file.src_uri.startswith(FOLDER) or name not in COMMANDS:
         return markdown
-    group = typer.main.get_command(application([name]))
-    lines = ["## All options", "| option | what it does | if left out |", "|---|---|---|"]
-    for parameter in group.commands[name].params:
+    command = typer.main.get_command(application([name])).commands[name]
+    parts = getattr(command, "commands", {"All options": command})
+    tables = [_table(title, part.params) for title, part in parts.items()]
+    return "\n\n".join([markdown.rstrip(), *tables]) + "\n"
+
+
+def _table(title: str, parameters) -> str:
+    lines = ["| option | what it does | if left out |", "|---|---|---|"]
+    for parameter in parameters:
         words = ", ".join(f"`{word}`" for word in parameter.opts)
         text = (getattr(parameter, "help", None) or "").replace("|", "\\|").replace("\n", " ")
         lines.append(f"| {words} | {text} | {_default(parameter)} |")
-    return "\n\n".join([markdown.rstrip(), lines[0], "\n".join(lines[1:])]) + "\n"
+    return "\n".join([f"## {title}", "", *lines])
 
 
 def _default(parameter) -> str:

@@ -58,7 +58,11 @@ def application(arguments: Sequence[str]) -> typer.Typer:
         pretty_exceptions_enable=False,
     )
     for name, text in COMMANDS.items():
-        app.command(name, help=text)(_function(name) if name in arguments else _not_asked)
+        part = _part(name) if name in arguments else _not_asked
+        if isinstance(part, typer.Typer):
+            app.add_typer(part, name=name, help=text)
+        else:
+            app.command(name, help=text)(part)
     return app
 
 
@@ -78,7 +82,8 @@ def _options(
     pass
 
 
-def _function(name: str) -> Callable[..., None]:
+def _part(name: str) -> Callable[..., None] | typer.Typer:
+    """Command, or group of commands, of a name."""
     return getattr(import_module(f"rig.commands.{name}"), name)
 
 

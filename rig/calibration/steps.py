@@ -19,6 +19,7 @@ from rig.calibration.pose import Pose, find_pose
 from rig.calibration.projector import Light, brightness, find_light
 from rig.calibration.store import Calibration
 from rig.scene import Scene
+from rig.scene.loop import Projector
 from rig.scene.plate import Plate
 
 PICTURES = {".png", ".tif", ".tiff", ".bmp", ".jpg", ".jpeg"}
@@ -60,7 +61,7 @@ def from_boards(folder: Path, board: Board, left_out: tuple[int, ...]) -> Lens:
 
 def from_corners(scene: Scene, known: Calibration, corners: list[tuple[float, float]]) -> Pose:
     """Find the plate from its corners in a picture, px: origin, end of x, far corner, end of y."""
-    plate = _plate(scene)
+    plate = plate_of(scene)
     (a, b), height = plate.size, plate.thickness / 2
     mm = np.array([(0, 0, height), (a, 0, height), (a, b, height), (0, b, height)])
     if len(corners) != 4:
@@ -76,19 +77,13 @@ def from_patch(
     if view is None:
         raise ValueError(f"the first picture in '{folder}' shows no board; look at its light")
     T = np.array([[1.0, 0.0, at[0]], [0.0, -1.0, at[1]]])
-    return find_pose(known.known_lens(), on_plate([(view, T)], _plate(scene).thickness / 2))
+    return find_pose(known.known_lens(), on_plate([(view, T)], plate_of(scene).thickness / 2))
 
 
 def from_stripes(scene: Scene, known: Calibration, folder: Path) -> Light:
     """Find the projector from pictures of its Gray code, in the order of `gray.patterns`."""
-    camera = known.camera()
-    if camera is None or scene.projector is None:
-        raise ValueError(
-            "the projector is found through a calibrated camera; add [projector], and run"
-            " `touchplate calibrate camera` and `pose` first"
-        )
-    plate, size = _plate(scene), scene.projector.size
-    return light_of(pictures(folder), camera, plate, size)
+    window, camera = projector_of(scene), posed(known)
+    return light_of(pictures(folder), camera, plate_of(scene), window.size)
 
 
 def light_of(
@@ -112,18 +107,35 @@ def from_stills(folder: Path, black: float) -> Photon:
 
 def write_stripes(scene: Scene, folder: Path) -> int:
     """Write the pictures that the projector must show; gives their number."""
-    if scene.projector is None:
-        raise ValueError(f"scene '{scene.title}' has no projector; add [projector]")
-    stripes = gray.patterns(scene.projector.size)
+    stripes = gray.patterns(projector_of(scene).size)
     for index, picture in enumerate(stripes):
         cv2.imwrite(str(folder / f"{index:02d}.png"), picture)
     return len(stripes)
 
 
-def _plate(scene: Scene) -> Plate:
+def plate_of(scene: Scene) -> Plate:
+    """Return the plate of a scene that must have one."""
     if scene.plate is None:
         raise ValueError(f"scene '{scene.title}' has no plate; add [plate]")
     return scene.plate
+
+
+def projector_of(scene: Scene) -> Projector:
+    """Return the projector of a scene that must have one."""
+    if scene.projector is None:
+        raise ValueError(f"scene '{scene.title}' has no projector; add [projector]")
+    return scene.projector
+
+
+def posed(known: Calibration) -> synthetic.Camera:
+    """Return the camera that lens and pose must have told."""
+    camera = known.camera()
+    if camera is None:
+        raise ValueError(
+            "the projector is found through a calibrated camera; run `touchplate calibrate camera`"
+            " and `pose` first"
+        )
+    return camera
 
 
 def _read(path: Path) -> NDArray[np.uint8]:

@@ -2,106 +2,211 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
+from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from rig.commands.output import emit
 
 if TYPE_CHECKING:
-    from rig.calibration.store import Calibration
+    from rig.calibration.board import Board
+    from rig.calibration.guide import Guide
+    from rig.calibration.store import Calibration, Part
     from rig.scene import Scene
 
-
-class What(StrEnum):
-    """What can be calibrated; `collect` does the rest from presses."""
-
-    CAMERA = "camera"
-    POSE = "pose"
-    PROJECTOR = "projector"
-    NOISE = "noise"
-    LATENCY = "latency"
-    STRIPES = "stripes"
-
-
 PART = {"camera": "lens"}  # name of what is kept, where it is another
-GUIDE = """What to do, in this order; the command and the page say it step by step:
+Name = Annotated[str, typer.Argument(help="Name of a shipped scene, or a TOML file.")]
+Pictures = Annotated[
+    Path | None, typer.Option(help="Folder of pictures [the scene's source, live].")
+]
+Squares = Annotated[tuple[int, int], typer.Option(help="Squares of the board.")]
+Square = Annotated[float, typer.Option(help="Side of a square, mm, as measured.")]
+Marker = Annotated[float, typer.Option(help="Side of a marker, mm, as measured.")]
+Settings = Annotated[
+    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override the scene.")
+]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+SQUARES, SQUARE, MARKER = (11, 8), 20.0, 15.0
 
-camera: show a ChArUco board to the camera, tilted to all sides, over the whole picture.
-pose: lay the board on the plate, or mark the plate's four corners in a picture.
-projector: leave the plate alone while stripes are projected.
-latency: leave it alone while the projector flashes.
-noise: leave it alone, and change the light twice when asked.
-
-With --pictures a folder of pictures serves: ten of the board; one of the board on the plate; one of
-each picture that `stripes` writes; for noise a folder for each of three exposures."""
+calibrate = typer.Typer(no_args_is_help=True)
 
 
-def calibrate(
-    what: Annotated[What, typer.Argument(help=GUIDE)],
-    scene: Annotated[str, typer.Argument(help="Name of a shipped scene, or a TOML file.")],
-    pictures: Annotated[
-        Path | None, typer.Option(help="Folder of pictures [the scene's source, live].")
-    ] = None,
-    squares: Annotated[tuple[int, int], typer.Option(help="Squares of the board.")] = (11, 8),
-    square: Annotated[float, typer.Option(help="Side of a square, mm, as measured.")] = 20.0,
-    marker: Annotated[float, typer.Option(help="Side of a marker, mm, as measured.")] = 15.0,
+@calibrate.command()
+def camera(
+    scene: Name,
+    pictures: Pictures = None,
+    squares: Squares = SQUARES,
+    square: Square = SQUARE,
+    marker: Marker = MARKER,
     leave_out: Annotated[list[int] | None, typer.Option(help="Bad view, from 0.")] = None,
-    corner: Annotated[list[str] | None, typer.Option(help="x,y px of a plate corner.")] = None,
-    at: Annotated[tuple[float, float], typer.Option(help="Board's top left, mm.")] = (0.0, 0.0),
-    black: Annotated[float, typer.Option(help="Grey level without light.")] = 0.0,
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override the scene.")
-    ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    settings: Settings = None,
+    as_json: Json = False,
 ) -> None:
-    """Calibrate a part of a bench and keep it beside the scene, with its date and error."""
+    """Find the lens: show a ChArUco board, tilted to all sides, over the whole picture.
+
+    With --pictures ten views of it.
+    """
+    from rig.calibration import steps
+
+    bench, board = _bench(scene, settings), _board(squares, square, marker)
+    if pictures:
+        part = steps.from_boards(pictures, board, tuple(leave_out or ()))
+    else:
+        from rig.calibration.board_guides import LensGuide
+
+        part = bench.live("camera", LensGuide(board))
+    bench.keep("camera", part, as_json)
+
+
+@calibrate.command()
+def pose(
+    scene: Name,
+    pictures: Pictures = None,
+    squares: Squares = SQUARES,
+    square: Square = SQUARE,
+    marker: Marker = MARKER,
+    at: Annotated[tuple[float, float], typer.Option(help="Board's top left, mm.")] = (0.0, 0.0),
+    corner: Annotated[list[str] | None, typer.Option(help="x,y px of a plate corner.")] = None,
+    settings: Settings = None,
+    as_json: Json = False,
+) -> None:
+    """Find the plate: lay the board on it, or mark its four corners in a picture.
+
+    With --pictures one of the board on the plate.
+    """
+    from rig.calibration import steps
+
+    bench, board = _bench(scene, settings), _board(squares, square, marker)
+    if corner:
+        part = steps.from_corners(bench.scene, bench.known, [_pair(text) for text in corner])
+    elif pictures:
+        part = steps.from_patch(bench.scene, bench.known, pictures, board, at)
+    else:
+        from rig.calibration.board_guides import PoseGuide
+
+        height = steps.plate_of(bench.scene).thickness / 2
+        part = bench.live("pose", PoseGuide(bench.known.known_lens(), board, at, height))
+    bench.keep("pose", part, as_json)
+
+
+@calibrate.command()
+def projector(
+    scene: Name, pictures: Pictures = None, settings: Settings = None, as_json: Json = False
+) -> None:
+    """Find the projector: leave the plate alone while stripes are projected.
+
+    With --pictures what the camera saw of each picture that `stripes` writes.
+    """
+    from rig.calibration import steps
+
+    bench = _bench(scene, settings)
+    if pictures:
+        part = steps.from_stripes(bench.scene, bench.known, pictures)
+    else:
+        from rig.calibration.light_guides import StripesGuide
+
+        window, view = steps.projector_of(bench.scene), steps.posed(bench.known)
+        guide = StripesGuide(view, steps.plate_of(bench.scene), window.size)
+        part = bench.live("projector", guide)
+    bench.keep("projector", part, as_json)
+
+
+@calibrate.command()
+def latency(scene: Name, settings: Settings = None, as_json: Json = False) -> None:
+    """Find how late light comes: leave the plate alone while the projector flashes."""
+    import numpy as np
+
+    from rig.calibration import steps
+    from rig.calibration.light_guides import LatencyGuide
+
+    bench = _bench(scene, settings)
+    steps.projector_of(bench.scene)
+    bench.keep("latency", bench.live("latency", LatencyGuide(np.random.default_rng())), as_json)
+
+
+@calibrate.command()
+def noise(
+    scene: Name,
+    pictures: Pictures = None,
+    black: Annotated[float, typer.Option(help="Grey level without light.")] = 0.0,
+    settings: Settings = None,
+    as_json: Json = False,
+) -> None:
+    """Find noise and gain of the camera: leave it alone, and change the light twice when asked.
+
+    With --pictures a folder for each of three exposures.
+    """
+    from rig.calibration import steps
+
+    bench = _bench(scene, settings)
+    if pictures:
+        part = steps.from_stills(pictures, black)
+    else:
+        from rig.calibration.noise_guide import NoiseGuide
+
+        part = bench.live("noise", NoiseGuide(black))
+    bench.keep("noise", part, as_json)
+
+
+@calibrate.command()
+def stripes(
+    scene: Name,
+    pictures: Annotated[Path, typer.Option(help="Folder for them.")] = Path(),
+    settings: Settings = None,
+    as_json: Json = False,
+) -> None:
+    """Write the pictures that find the projector, for another program to show."""
+    from rig.calibration import steps
+
+    pictures.mkdir(parents=True, exist_ok=True)
+    count = steps.write_stripes(_bench(scene, settings).scene, pictures)
+    emit(f"{count} pictures in {pictures}", {"pictures": count}, as_json)
+
+
+@dataclass(frozen=True)
+class _Bench:
+    """A scene, what is known of it, and the file in which that is kept."""
+
+    scene: Scene
+    known: Calibration
+    path: Path
+
+    def live(self, what: str, guide: Guide) -> Part:
+        from rig.commands.guided import live
+
+        return live(what, self.scene, self.known, guide)
+
+    def keep(self, what: str, part: Part, as_json: bool) -> None:
+        """Keep a part with its date and error, and say what it is like."""
+        from rig.calibration import store
+
+        kept = store.keep(self.path, part)
+        entry = getattr(kept, PART.get(what, what)).model_dump(mode="json")
+        doubts = kept.doubts(self.scene, datetime.now(UTC))
+        left_out = list(getattr(part, "left_out", ()))
+        error, residual = entry["error"], entry["residual"]
+        lines = [f"{what}: error {error:.3g}, residual {residual:.3g}; in {self.path}"]
+        if left_out:
+            lines.append(f"views left out: {', '.join(map(str, left_out))}")
+        said = entry | {"path": str(self.path), "doubts": doubts, "left_out": left_out}
+        emit("\n".join([*lines, *doubts]), said, as_json)
+
+
+def _bench(name: str, settings: list[str] | None) -> _Bench:
     import rig
-    from rig.calibration import steps, store
+    from rig.calibration import store
+
+    path = store.beside(name)
+    return _Bench(rig.load(name, rig.scene.parse_overrides(settings or [])), store.read(path), path)
+
+
+def _board(squares: tuple[int, int], square: float, marker: float) -> Board:
     from rig.calibration.board import Board
 
-    loaded = rig.load(scene, rig.scene.parse_overrides(settings or []))
-    path = store.beside(scene)
-    folder = pictures or Path()
-    if what is What.STRIPES:
-        folder.mkdir(parents=True, exist_ok=True)
-        count = steps.write_stripes(loaded, folder)
-        emit(f"{count} pictures in {folder}", {"pictures": count}, as_json)
-        return
-    known, board = store.read(path), Board(squares, square, marker)
-    match what:
-        case What.POSE if corner:
-            part = steps.from_corners(loaded, known, [_pair(text) for text in corner])
-        case _ if pictures is None:
-            from rig.commands.guided import live
-
-            part = live(what.value, loaded, known, board, at, black)
-        case What.LATENCY:
-            raise ValueError("latency is measured live; leave --pictures out")
-        case What.CAMERA:
-            part = steps.from_boards(folder, board, tuple(leave_out or ()))
-        case What.POSE:
-            part = steps.from_patch(loaded, known, folder, board, at)
-        case What.PROJECTOR:
-            part = steps.from_stripes(loaded, known, folder)
-        case _:
-            part = steps.from_stills(folder, black)
-    said = _said(store.keep(path, part), what, path, loaded)
-    left_out = list(getattr(part, "left_out", ()))
-    lines = [f"{what.value}: error {said['error']:.3g}, residual {said['residual']:.3g}; in {path}"]
-    if left_out:
-        lines.append(f"views left out: {', '.join(map(str, left_out))}")
-    emit("\n".join([*lines, *said["doubts"]]), said | {"left_out": left_out}, as_json)
-
-
-def _said(kept: Calibration, what: What, path: Path, scene: Scene) -> dict[str, Any]:
-    from datetime import UTC, datetime
-
-    entry = getattr(kept, PART.get(what.value, what.value))
-    figures = entry.model_dump(mode="json")
-    return figures | {"path": str(path), "doubts": kept.doubts(scene, datetime.now(UTC))}
+    return Board(squares, square, marker)
 
 
 def _pair(text: str) -> tuple[float, float]:

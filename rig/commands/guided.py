@@ -6,9 +6,6 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from rig.calibration.board import Board
 from rig.calibration.guide import Guide, Progress
 from rig.calibration.store import Calibration, Part
 from rig.commands.output import console
@@ -27,66 +24,24 @@ if TYPE_CHECKING:
     from rig.projector.content import Content
 
 
-def live(
-    what: str,
-    scene: Scene,
-    known: Calibration,
-    board: Board,
-    at: tuple[float, float],
-    black: float,
-) -> Part:
+def live(what: str, scene: Scene, known: Calibration, guide: Guide) -> Part:
     """Calibrate one part of a bench with its own source, window and page.
 
     Raises
     ------
     ValueError
-        If the scene lacks what the part needs, or what was taken determines nothing.
+        If what was taken determines nothing.
     OSError
         If no frames come.
     """
     from rig.calibration.guided import lead
     from rig.inputs import open_input
 
-    guide = _guide(what, scene, known, board, at, black)
     with interruptible(), ExitStack() as open_parts:
         show = _window(what, scene, known, open_parts)
         teller = _Teller(what, scene, known, open_parts)
         source, _ = open_parts.enter_context(open_input(scene, console().print))
         return lead(guide, source, show, teller.tell, teller.dropped)
-
-
-def _guide(
-    what: str,
-    scene: Scene,
-    known: Calibration,
-    board: Board,
-    at: tuple[float, float],
-    black: float,
-) -> Guide:
-    from rig.calibration.board_guides import LensGuide, PoseGuide
-    from rig.calibration.light_guides import LatencyGuide, StripesGuide
-    from rig.calibration.noise_guide import NoiseGuide
-
-    match what, scene.plate, scene.projector, known.camera():
-        case "camera", _, _, _:
-            return LensGuide(board)
-        case "noise", _, _, _:
-            return NoiseGuide(black)
-        case "pose", plate, _, _ if plate:
-            return PoseGuide(known.known_lens(), board, at, plate.thickness / 2)
-        case "latency", _, projector, _ if projector:
-            return LatencyGuide(np.random.default_rng())
-        case "projector", plate, projector, camera if plate and projector and camera:
-            return StripesGuide(camera, plate, projector.size)
-        case "projector", _, _, None:
-            raise ValueError(
-                "the projector is found through a calibrated camera; run `touchplate calibrate"
-                " camera` and `pose` first"
-            )
-    raise ValueError(
-        f"scene '{scene.title}' lacks what is to be calibrated; add [plate] and, for projector and"
-        " latency, [projector]"
-    )
 
 
 def _window(

@@ -32,12 +32,23 @@ def test_help_names_every_command_and_imports_none():
         assert name in done.stdout
 
 
-@pytest.mark.parametrize("name", cli.COMMANDS)
+CALIBRATIONS = ("camera", "pose", "projector", "latency", "noise", "stripes")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [*sorted(set(cli.COMMANDS) - {"calibrate"}), *(f"calibrate {what}" for what in CALIBRATIONS)],
+)
 def test_every_command_has_help(name):
-    arguments = [name, "--help"]
+    arguments = [*name.split(), "--help"]
     done = CliRunner().invoke(cli.application(arguments), arguments)
     assert done.exit_code == 0, done.output
     assert "--json" in done.output
+
+
+def test_the_help_of_calibrate_names_what_it_can():
+    done = CliRunner().invoke(cli.application(["calibrate"]), ["calibrate", "--help"])
+    assert all(what in done.output for what in CALIBRATIONS)
 
 
 @pytest.mark.parametrize(
@@ -83,7 +94,7 @@ def run_raising(error, monkeypatch):
     def broken() -> None:
         raise error
 
-    monkeypatch.setattr(cli, "_function", lambda name: broken)
+    monkeypatch.setattr(cli, "_part", lambda name: broken)
     monkeypatch.setattr(sys, "argv", ["touchplate", "show"])
     cli.main()
 
