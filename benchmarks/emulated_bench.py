@@ -43,6 +43,7 @@ from tests.rig.emulation.clients import WRAPPER, Emulation  # noqa: E402  (the t
 
 START = 4096  # bytes before the first picture of the file that the camera sends from
 RATE = 30.0
+SLACK = 1 / 3  # of a frame by which an exposure may be late
 PROJECTOR = (1280, 800)
 STRENGTH = 1.0  # the projector's white over the light of the room
 REACH = 40.0  # mm round a touch in which light counts as its mark
@@ -168,7 +169,7 @@ class Room(threading.Thread):
         while not self._ending.is_set():
             self._expose(number, begun + number / RATE)
             late = time.monotonic() - begun - (number + 1) / RATE
-            missed = max(0, int(late * RATE + 1))
+            missed = max(0, int(late * RATE + 1 - SLACK))
             self.late, number = self.late + missed, number + 1 + missed
             self._ending.wait(max(0.0, begun + number / RATE - time.monotonic()))
 

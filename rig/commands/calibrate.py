@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 PART = {"camera": "lens"}  # name of what is kept, where it is another
 Name = Annotated[str, typer.Argument(help="Name of a shipped scene, or a TOML file.")]
 Pictures = Annotated[
-    Path | None, typer.Option(help="Folder of pictures [the scene's source, live].")
+    Path | None, typer.Option(help="Folder of pictures; else live, from the scene's source.")
 ]
 Squares = Annotated[tuple[int, int], typer.Option(help="Squares of the board.")]
 Square = Annotated[float, typer.Option(help="Side of a square, mm, as measured.")]

@@ -15,7 +15,7 @@ def record(
     name: Annotated[str, typer.Argument(help="Name of the recording, without folders.")],
     folder: Annotated[Path, typer.Option(help="Folder of the recordings.")] = Path("recordings"),
     frames: Annotated[
-        int | None, typer.Option(min=1, help="Stop after so many frames [run until Ctrl-C].")
+        int | None, typer.Option(min=1, help="Stop after so many frames, else by Ctrl-C.")
     ] = None,
     settings: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override the scene.")

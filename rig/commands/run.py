@@ -32,7 +32,7 @@ Sink = Callable[["Snapshot"], object]
 def run(
     scene: Annotated[str, typer.Argument(help="Name of a shipped scene, or a TOML file.")],
     frames: Annotated[
-        int | None, typer.Option(min=1, help="Stop after so many frames [run until Ctrl-C].")
+        int | None, typer.Option(min=1, help="Stop after so many frames, else by Ctrl-C.")
     ] = None,
     headless: Annotated[bool, typer.Option(help="Neither page nor projector.")] = False,
     record: Annotated[
