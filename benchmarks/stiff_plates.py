@@ -71,7 +71,7 @@ def near_edges() -> Iterator[Figure]:
     for place, one, other in zip(places[:2], coarse, fine, strict=False):
         name = f"touch at {place} mm, clamped edges"
         yield from known(name, "w far below that of the middle", one / other - 1)
-    name, right = f"touch at {places[2]} mm, clamped edges", f"{coarse[2]:g}"
+    name, right = f"touch at {places[2]} mm, clamped edges", f"{abs(coarse[2]):g}"
     yield from case(name, "on the edge", right, "nothing moves", bar="0", met=coarse[2] == 0.0)
 
 
