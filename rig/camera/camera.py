@@ -9,8 +9,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from types import TracebackType
-
     from rig.camera.controls import Setting
     from rig.camera.device import Device
     from rig.source import Frame
@@ -83,12 +81,7 @@ class Camera:
         """Leave the camera open for the block."""
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         """Close the camera."""
         self.close()
 

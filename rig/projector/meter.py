@@ -6,7 +6,6 @@ It works in a thread of its own, and never holds the loop.
 from __future__ import annotations
 
 from concurrent.futures import Future, ThreadPoolExecutor
-from types import TracebackType
 
 import numpy as np
 
@@ -45,12 +44,7 @@ class Meter:
         """Measure while the block runs."""
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         """End the thread."""
         self._pool.shutdown(cancel_futures=True)
 

@@ -9,7 +9,6 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from queue import Full, Queue
-from types import TracebackType
 from typing import Any
 
 from rig.live import Chain
@@ -71,12 +70,7 @@ class Recorder:
         self._thread.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         """Write what waits, then close the file."""
         while self._thread.is_alive():
             with suppress(Full):
