@@ -74,6 +74,16 @@ def lesson(scene: Scene, camera: synthetic.Camera | None = None) -> Lesson:
             )
 
 
+def camera_of(scene: Scene, calibration: str) -> synthetic.Camera | None:
+    """Return the camera of a calibration (JSON), where a scene's gauges are read by one like it."""
+    if not calibration or scene.camera is None:
+        return None
+    from rig.calibration.store import parse
+
+    camera = parse(calibration, "of the model").camera()
+    return camera if camera is not None and camera.size == scene.camera.pixels else None
+
+
 def _view(
     scene: Scene,
     plate: Plate,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic import ValidationError
 
-from rig.lesson import lesson
+from rig.lesson import camera_of, lesson
 from rig.scene import Scene
 from rig.scene.refusal import sentence
 from rig.simulated import Noise, Sets, simulate
@@ -121,7 +121,8 @@ def score_model(path: Path, report: Callable[[int, int], None]) -> Scored:
 
     trained, about = store.load(path)
     scene = _bench(about, path)
-    taught, net = lesson(scene), trained.net
+    camera = camera_of(scene, str(about.get("calibration", "")))
+    taught, net = lesson(scene, camera), trained.net
     sets = simulate(taught, report)
     nets = figures(net, sets, taught.touches)
     if sets.noise and taught.touches == 1:

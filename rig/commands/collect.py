@@ -50,7 +50,11 @@ def collect(
     overrides = parse_overrides(settings or []) | {"touches.most": 1}
     loaded = load(scene, overrides)
     if loaded.source and loaded.source.kind == "twin":
-        loaded = load(scene, overrides | {"source.script": "collect"})
+        overrides |= {"source.script": "collect"}
+    if loaded.estimator and loaded.estimator.kind == "net":
+        # Presses are known from the whole pattern: a net may not be trained yet.
+        overrides |= {"estimator": {"kind": "pattern"}}
+    loaded = load(scene, overrides)
     # What older presses mended is not applied: these are to say what the bench itself finds.
     calibration = known(scene, loaded).model_copy(update={"presses": None})
     with interruptible(), ExitStack() as open_parts:

@@ -1,15 +1,29 @@
-"""What `touchplate train SCENE --from SESSION` does: known presses correct the forward model."""
+"""What `touchplate train SCENE --from SESSION` does first: presses correct the forward model."""
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from rig.commands.output import emit, progress
+from rig.commands.output import progress
 from rig.scene import Scene
 
+if TYPE_CHECKING:
+    from models.net import Net
+    from rig.calibration.net_presses import PressScore
+    from rig.lesson import Lesson
 
-def learn_from(name: str, scene: Scene, path: Path, as_json: bool) -> None:
+
+@dataclass(frozen=True)
+class Lessons:
+    """What presses taught: a sentence for people and figures for machines."""
+
+    sentence: str
+    figures: dict[str, Any]
+
+
+def learn_from(name: str, scene: Scene, path: Path) -> Lessons:
     """Correct the forward model of a scene by the known presses of a recording.
 
     What helps on the presses held out is kept beside the scene, as a calibration.
@@ -17,7 +31,7 @@ def learn_from(name: str, scene: Scene, path: Path, as_json: bool) -> None:
     Raises
     ------
     ValueError
-        If the scene is not that of the recording, or finds touches by a net.
+        If the scene is not that of the recording, or has gauges that no camera reads.
     OSError
         If the recording cannot be read.
     """
@@ -25,10 +39,10 @@ def learn_from(name: str, scene: Scene, path: Path, as_json: bool) -> None:
     from rig.calibration.session import learn
     from rig.recording.session import open_session
 
-    if scene.estimator is None or scene.estimator.kind != "pattern":
+    if not _seen(scene):
         raise ValueError(
-            f"scene '{scene.title}' has no estimator of kind 'pattern', and known presses correct"
-            " no other; leave --from out"
+            f"scene '{scene.title}' has no estimator of kind 'pattern' and no net whose gauges a"
+            " camera reads, and known presses correct no other; leave --from out"
         )
     with open_session(path) as session, progress("plate") as report:
         if (session.scene.plate, session.scene.camera) != (scene.plate, scene.camera):
@@ -43,9 +57,27 @@ def learn_from(name: str, scene: Scene, path: Path, as_json: bool) -> None:
         for part in (learned.lens, learned.pose, learned.alignment):
             store.keep(store.beside(name), part)
     figures = {"softness": 1 / learned.alignment.gain, "focal_px": learned.lens.focal, "kept": kept}
-    emit(
+    return Lessons(
         f"{score.held_out} presses held out: {score.place_before:.2f} → {score.place_after:.2f} mm,"
         f" force {100 * score.force_before:.1f} → {100 * score.force_after:.1f} %; {said}",
         asdict(score) | figures,
-        as_json,
+    )
+
+
+def judge_net(name: str, net: Net, taught: Lesson, scene: Scene, path: Path) -> PressScore:
+    """Tell the presses of a recording by a net, through the camera as it is known now."""
+    from rig.calibration import store
+    from rig.calibration.net_presses import score_presses
+    from rig.recording.session import open_session
+
+    calibration = store.read(store.beside(name))
+    with open_session(path) as session, progress("presses") as report:
+        return score_presses(net, taught, scene, calibration, session, report)
+
+
+def _seen(scene: Scene) -> bool:
+    """Whether the touches of a scene are found in pictures."""
+    kind = scene.estimator.kind if scene.estimator else ""
+    return kind == "pattern" or (
+        kind == "net" and scene.gauges is not None and scene.gauges.subset is not None
     )

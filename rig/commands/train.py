@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import time
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import typer
 
+from rig.commands.from_session import judge_net, learn_from
 from rig.commands.output import console, emit, progress
 from rig.commands.score_table import table
-from rig.lesson import Lesson, lesson
-from rig.scene import load, parse_overrides
+from rig.lesson import Lesson, camera_of, lesson
+from rig.scene import Scene, load, parse_overrides
+from rig.scene.sensing import NetEstimator
 from rig.scored import figures
 from rig.simulated import Sets, model_path, simulate
 
@@ -52,17 +55,18 @@ def train(
 ) -> None:
     """Train the net of a scene on simulated touches, test it and store it.
 
-    From a recording of known presses the forward model is corrected instead: camera and stiffness.
+    From a recording of known presses the forward model is corrected first: camera and stiffness. A
+    net is then trained through that camera, and told the presses.
     """
     from models import store
 
     bench = load(scene, parse_overrides(settings or []))
-    if session:
-        from rig.commands.from_session import learn_from
-
-        learn_from(scene, bench, session, as_json)
+    learned = learn_from(scene, bench, session) if session else None
+    if learned and not isinstance(bench.estimator, NetEstimator):
+        emit(learned.sentence, learned.figures, as_json)
         return
-    taught = lesson(bench)
+    calibration = _calibration(scene, bench)
+    taught = lesson(bench, camera_of(bench, calibration))
     path = out or Path(taught.net.model or model_path(scene))
     store.prepare(path)
     with progress("influence") as report:
@@ -70,7 +74,8 @@ def train(
     began = time.monotonic()
     trained = _train(taught, sets, path.with_name(f"{path.stem}.part.npz"))
     seconds = time.monotonic() - began
-    store.save(path, trained, {"scene": bench.model_dump(mode="json")})
+    about = {"scene": bench.model_dump(mode="json"), "calibration": calibration}
+    store.save(path, trained, about)
     if onnx:
         from models.onnx_file import write_onnx
 
@@ -79,7 +84,21 @@ def train(
         _draw(curves, trained, _check(taught))
     scores = figures(trained.net, sets, taught.touches)
     console().print(f"trained in {seconds:.0f} s, stored in {path}")
-    emit(table(bench.title, scores), {"model": str(path), "seconds": seconds} | scores, as_json)
+    said = {"model": str(path), "seconds": seconds} | scores
+    if learned and session:
+        told = judge_net(scene, trained.net, taught, bench, session)
+        console().print(f"{learned.sentence}; {told.sentence}")
+        said |= {"presses": learned.figures | {"net": asdict(told)}}
+    emit(table(bench.title, scores), said, as_json)
+
+
+def _calibration(name: str, bench: Scene) -> str:
+    """Return the calibration beside a scene as JSON, where a camera reads its gauges."""
+    if bench.gauges is None or bench.gauges.subset is None:
+        return ""
+    from rig.calibration.store import beside, read
+
+    return read(beside(name)).model_dump_json(exclude_none=True)
 
 
 def _train(taught: Lesson, sets: Sets, part: Path) -> Trained:
