@@ -84,7 +84,7 @@ class OnTime:
 
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory):
-    """Make a folder with a scene and a recording of presses on a bench that is not as the scene says."""
+    """Make a folder with a scene, and a recording of presses on a bench that is not as it says."""
     folder = tmp_path_factory.mktemp("bench")
     (folder / "small.toml").write_text(SCENE)
     with pytest.MonkeyPatch.context() as patch:
