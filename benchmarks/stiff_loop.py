@@ -79,9 +79,8 @@ def pressed(
         image = np.rint(change(twin.frame(number, touches).astype(float))).clip(0, 255)
         seen = follower.see(Frame(number, number / 30.0, image.astype(np.uint8), None))
     said, found = follower.sentence(seen.sensed), seen.sensed.estimate
-    right, sure = compared(
-        found, np.array([(t.x, t.y, t.force) for t in touches]), bench.least_force
-    )
+    truth = np.array([(touch.x, touch.y, touch.force) for touch in touches])
+    right, sure = compared(found, truth, trace(follower, truth))
     doubted = bool(seen.sensed.trouble) or said not in PLAIN
     reason = f"{len(touches) or 'no'} touch{'es' * (len(touches) > 1)}"
     return case(name, reason, right, said, bar=BAR, met=sure or doubted)
