@@ -11,7 +11,7 @@ from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
-from paper_table import read
+from paper_table import read, read_curves
 
 mpl.use("Agg")
 from matplotlib import pyplot as plt
@@ -40,6 +40,8 @@ CURVES = {
 }
 """Of each figure: its system, where line and abscissa stand, legend and axis."""
 
+COLOURS = "tab:blue", "tab:orange", "tab:green"
+
 
 def curves(folder):
     """Draw the figures that are curves of a loss."""
@@ -58,6 +60,38 @@ def curves(folder):
         axes.set(xlabel=axis, ylabel="loss, mm", yscale="log", title=f"figure {name}")
         axes.legend()
         picture.savefig(folder / f"figure-{name}.png", dpi=120)
+
+
+def training(folder):
+    """Draw how the losses of three touches fell (figure 4A), from the curves kept."""
+    lines = defaultdict(list)
+    for row in read_curves():
+        lines[row.line].append((row.epoch, row.training, row.validation))
+    picture, axes = plt.subplots(figsize=(5, 4), layout="constrained")
+    for (line, points), colour in zip(lines.items(), COLOURS, strict=False):
+        epoch, *losses = np.transpose(points)
+        for loss, style, name in zip(losses, ("--", "-"), ("training", "validation"), strict=True):
+            axes.plot(epoch, loss, style, color=colour, label=f"{line}, {name}")
+    axes.set(xlabel="epoch", ylabel="loss, mm", xscale="log", yscale="log", title="figure 4A")
+    axes.legend(fontsize="small")
+    picture.savefig(folder / "figure-4A.png", dpi=120)
+
+
+def magnitudes(folder):
+    """Draw how places and magnitudes share the loss by its weight k (figure 4C)."""
+    found = defaultdict(dict)
+    for figure in read():
+        if figure.system == "two magnitudes (4C)":
+            weight, what = re.search(r"k ([\d.]+): (\w+)", figure.what).groups()
+            found[what].setdefault(float(weight), []).append(figure.value)
+    picture, axes = plt.subplots(figsize=(5, 4), layout="constrained")
+    for what, unit in (("position", "mm"), ("magnitude", "Δ0")):
+        weights = sorted(found[what])
+        middle = [np.median(found[what][weight]) for weight in weights]
+        axes.plot(weights, middle, "o-", label=f"{what}, {unit}")
+    axes.set(xlabel="k", ylabel="error", xscale="log", title="figure 4C")
+    axes.legend()
+    picture.savefig(folder / "figure-4C.png", dpi=120)
 
 
 def of_net(folder, path):
@@ -90,6 +124,8 @@ def main(folder: str, model: str | None = None) -> None:
     place = Path(folder)
     place.mkdir(parents=True, exist_ok=True)
     curves(place)
+    training(place)
+    magnitudes(place)
     if model:
         of_net(place, Path(model))
     print(*sorted(place.glob("figure*.png")), sep="\n")

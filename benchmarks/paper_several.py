@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 from paper_sets import TESTED, Effort, Figures, pressed, several
-from paper_table import Figure
+from paper_table import Figure, store_curve
 
 import models
 import rig
@@ -13,6 +13,9 @@ from models.net import NetOptions, predict
 from models.recipe import Recipe
 from models.score import matched_error
 from models.train import train
+
+LOOKS = 40
+"""At the losses on the way, for figure 4A."""
 
 _RANDOM = {"dataset.places": "random", "dataset.seed": 1, "dataset.samples": TESTED}
 """What makes samples for a test of a scene's training samples."""
@@ -70,16 +73,19 @@ def _equal(touches: int, steps, paper: str, effort: Effort) -> Figures:
     """Nets of the paper's three sizes on touches of equal force, streamed."""
     pool, first, test = several(touches)
     for layers, whole in steps.items():
-        recipe = Recipe(effort.epochs(whole), 1e-3, "cosine", "scaled", check=whole)
+        epochs = effort.epochs(whole)
+        recipe = Recipe(epochs, 1e-3, "cosine", "scaled", check=max(epochs // LOOKS, 1))
         for seed in range(effort.seeds):
             rng = np.random.default_rng(seed)
             stream = batches.superposed(pool, touches, 512, rng)
-            options = NetOptions(layers)
-            net = train(
-                first, test, options, recipe, rng, loss=loss.distance(touches), batches=stream
-            ).net
+            options, judge = NetOptions(layers), loss.distance(touches)
+            done = train(first, test, options, recipe, rng, loss=judge, batches=stream)
             name = f"{len(layers)}×{layers[0]}"
-            yield from _pressed(f"{touches} equal touches", name, paper, recipe, seed, net, test)
+            if touches == 3 and seed == 0:
+                store_curve(name, recipe.check, done.history)
+            yield from _pressed(
+                f"{touches} equal touches", name, paper, recipe, seed, done.net, test
+            )
 
 
 def _pressed(system, name, paper, recipe, seed, net, test) -> Figures:

@@ -8,6 +8,7 @@ import numpy as np
 
 RAW = Path("docs/paper.csv")
 PAGE = Path("docs/paper.md")
+CURVES = Path("docs/paper-curves.csv")
 NOTES = Path("benchmarks/paper_notes.md")
 
 
@@ -60,6 +61,37 @@ def read() -> list[Figure]:
             )
             for row in csv.DictReader(file)
         ]
+
+
+class Point(NamedTuple):
+    """Losses of a net of three touches on its way, mm (figure 4A)."""
+
+    line: str
+    epoch: int
+    training: float
+    validation: float
+
+
+def store_curve(line: str, check: int, history: np.ndarray) -> None:
+    """Keep the losses (checks, 2) of a training, one each `check` epochs, in the place of older."""
+    points = [point for point in read_curves() if point.line != line]
+    points += [
+        Point(line, 1 + check * number, *losses) for number, losses in enumerate(history.tolist())
+    ]
+    with CURVES.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(Point._fields)
+        for line, epoch, *losses in points:
+            writer.writerow((line, epoch, *(f"{loss:.4g}" for loss in losses)))
+
+
+def read_curves() -> list[Point]:
+    """Return the losses kept."""
+    if not CURVES.exists():
+        return []
+    with CURVES.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.reader(file))[1:]
+    return [Point(line, int(epoch), *map(float, losses)) for line, epoch, *losses in rows]
 
 
 def write() -> None:

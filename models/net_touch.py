@@ -23,6 +23,9 @@ from models.seen_gauges import SeenGauges
 
 __all__ = ["NetTouch", "jacobian", "tell_touch"]
 
+NEAR = 9
+"""Places around a touch over which the net's own error is averaged: a net is worse near edges."""
+
 
 @dataclass(frozen=True, eq=False)
 class NetTouch:
@@ -37,8 +40,8 @@ class NetTouch:
         Of these numbers.
     root : (3M, 3M) float64
         Of the covariance of the strains.
-    error : (2, 2) float64, mm²
-        Mean square of what the net is off by without noise.
+    places, off : (N, 2) float64, mm
+        Touches without noise, and what the net is off by there.
     steps : int
         Steps of the solver that follow what the net tells.
     """
@@ -47,7 +50,8 @@ class NetTouch:
     towards: NDArray[np.float64]
     forward: Forward
     root: NDArray[np.float64]
-    error: NDArray[np.float64]
+    places: NDArray[np.float64]
+    off: NDArray[np.float64]
     steps: int = 0
 
     def tell(self, strain: NDArray[np.float64]) -> Estimate:
@@ -82,8 +86,12 @@ class NetTouch:
         off = np.vstack([np.eye(2), softer])
         moved = off @ jacobian(self.net, strain)
         moved[2] += response @ self.towards / power
-        shown = moved @ self.root
-        return shown @ shown.T + off @ self.error @ off.T
+        shown, own = moved @ self.root, off @ self._off_near(touch[:2]).T
+        return shown @ shown.T + own @ own.T / NEAR
+
+    def _off_near(self, place: NDArray) -> NDArray[np.float64]:
+        """Return what the net is off by at the measured places around one, (NEAR, 2) mm."""
+        return self.off[np.argsort(np.sum((self.places - place) ** 2, axis=1))[:NEAR]]
 
 
 def tell_touch(
@@ -114,8 +122,8 @@ def tell_touch(
             f"net must tell x and y of one touch, got {told.shape[1]} numbers; train one without"
             " [dataset]"
         )
-    off, white = told - places, seen.white(root)
-    return NetTouch(net, white.towards, white.forward, root, off.T @ off / len(off), steps)
+    white = seen.white(root)
+    return NetTouch(net, white.towards, white.forward, root, places, told - places, steps)
 
 
 def jacobian(net: Net, strain: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -190,10 +190,10 @@ def _teller(net: Net, noise: Noise) -> NetTouch:
     from models.net_touch import NetTouch
 
     clear, places = noise.pool.strain[:CLEAR], noise.pool.targets[:CLEAR]
-    off = predict(net, clear) - places
+    off = np.asarray(predict(net, clear) - places, np.float64)
     alone = isinstance(noise.root, float)
     root = noise.root * np.eye(clear.shape[1]) if alone else np.asarray(noise.root, np.float64)
-    return NetTouch(net, noise.towards, noise.forward, root, off.T @ off / len(off))
+    return NetTouch(net, noise.towards, noise.forward, root, places, off)
 
 
 def _bound(forward: LinearForward, touches: np.ndarray) -> np.ndarray:

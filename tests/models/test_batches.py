@@ -5,7 +5,7 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from models.batches import estimated, gain, noisy, shuffled, superposed
+from models.batches import estimated, gain, mixed, noisy, shuffled, superposed
 from models.dataset import Dataset, flatten
 
 SINGLE = Dataset(np.diag(np.arange(1.0, 9.0)), np.arange(16.0).reshape(8, 2)[::-1])
@@ -73,3 +73,14 @@ def test_targets_of_several_touches_are_places_and_magnitudes_if_asked():
     with_force = flatten(np.zeros((1, 5, 3)), touches, unit=0.5)
     np.testing.assert_array_equal(with_force.targets, [[1, 2, 3, 4, 1, 4]])
     assert with_force.strain.shape == (1, 15)
+
+
+def test_two_kinds_of_batches_are_joined_row_by_row():
+    one, other = (
+        iter([Dataset(np.full((rows, 3), value), np.full((rows, 2), value))] * 2)
+        for rows, value in ((4, 1.0), (2, 5.0))
+    )
+    joined = list(mixed(one, other))
+    assert [len(each) for each in joined] == [6, 6]
+    np.testing.assert_array_equal(joined[0].targets[:, 0], [1, 1, 1, 1, 5, 5])
+    np.testing.assert_array_equal(joined[0].strain[:, 0], joined[0].targets[:, 0])
