@@ -57,7 +57,7 @@ def collect(
     loaded = load(scene, overrides)
     # What older presses mended is not applied: these are to say what the bench itself finds.
     calibration = known(scene, loaded).model_copy(update={"presses": None})
-    with interruptible(), ExitStack() as open_parts:
+    with ExitStack() as open_parts, interruptible():
         collector = _ask(loaded, calibration, presses, record, open_parts)
     if table:
         _write(table, collector.taken)

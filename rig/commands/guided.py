@@ -37,7 +37,7 @@ def live(what: str, scene: Scene, known: Calibration, guide: Guide) -> Part:
     from rig.calibration.guided import lead
     from rig.inputs import open_input
 
-    with interruptible(), ExitStack() as open_parts:
+    with ExitStack() as open_parts, interruptible():
         show = _window(what, scene, known, open_parts)
         teller = _Teller(what, scene, known, open_parts)
         source, _ = open_parts.enter_context(open_input(scene, console().print))

@@ -83,7 +83,7 @@ def live(
     """Run the loop of a scene; the body of `run` and `record`."""
     loop = None
     try:
-        with interruptible(), ExitStack() as open_parts:
+        with ExitStack() as open_parts, interruptible():
             loop, sinks = start(scene, calibration, headless, record, open_parts)
             _follow(loop, sinks, frames)
     except KeyboardInterrupt:

@@ -1,0 +1,64 @@
+"""Ctrl-C: ends what may be ended, also where it was lost, and never what closes."""
+
+import signal
+import time
+from contextlib import suppress
+
+import pytest
+
+from rig.process import AGAIN, deaf_to_interrupts, interruptible
+
+
+def lose_an_interrupt():
+    """As a callback of compiled code does."""
+    with suppress(KeyboardInterrupt):
+        signal.raise_signal(signal.SIGINT)
+
+
+def run(*steps):
+    with interruptible():
+        for step in steps:
+            step()
+
+
+def fail():
+    raise SystemError
+
+
+def test_an_interrupt_that_was_lost_comes_again():
+    with pytest.raises(KeyboardInterrupt):
+        run(lose_an_interrupt, lose_an_interrupt, lambda: time.sleep(20 * AGAIN))
+
+
+def test_an_interrupt_that_became_a_system_error_is_one_again():
+    with pytest.raises(KeyboardInterrupt):
+        run(lose_an_interrupt, fail)
+
+
+def test_an_own_system_error_stays_one():
+    with pytest.raises(SystemError):
+        run(fail)
+
+
+def test_nothing_comes_again_after_the_block():
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt):
+        run(lambda: signal.raise_signal(signal.SIGINT))
+    assert signal.getsignal(signal.SIGINT) is before
+    time.sleep(2 * AGAIN)
+
+
+def test_what_closes_within_the_block_is_not_broken_off():
+    closed = []
+
+    def close():
+        try:
+            signal.raise_signal(signal.SIGINT)
+        finally:
+            with deaf_to_interrupts():
+                time.sleep(2 * AGAIN)
+                closed.append(True)
+
+    with pytest.raises(KeyboardInterrupt):
+        run(close)
+    assert closed
