@@ -73,14 +73,9 @@ def _train(view: View, pictures: Dataset | None, recipe: Recipe, rng):
     """Return a net that learns from a view, with a share of pictures among it if there are any."""
     stream = batches.noisy(batches.shuffled(view.pool, 512, rng), view.root, rng)
     if pictures is not None:
-        stream = map(_mix, stream, batches.shuffled(pictures, round(512 * SHARE), rng))
+        stream = batches.mixed(stream, batches.shuffled(pictures, round(512 * SHARE), rng))
     first = next(batches.noisy(iter([view.pool]), view.root, rng))
     return train(first, view.test, NetOptions((128, 128), "silu"), recipe, rng, batches=stream).net
-
-
-def _mix(batch: Dataset, more: Dataset) -> Dataset:
-    strain = np.concatenate([batch.strain, more.strain])
-    return Dataset(strain, np.concatenate([batch.targets, more.targets]))
 
 
 def _view(plate: fe.Plate, camera: synthetic.AnyCamera) -> View:

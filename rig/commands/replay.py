@@ -26,7 +26,7 @@ def replay(
             warn(session.cut)
         said = _replay(session)
     lines = [f"{said['frames']} frames, {said['different']} with other touches than then"]
-    truth = said["pattern"]
+    truth = said["net"] or said["pattern"]
     if truth["scored"]:
         lines.append(
             f"against the truth: median {truth['position_median_mm']:.3g} mm and"
@@ -45,14 +45,18 @@ def _replay(session: Session) -> dict[str, Any]:
 
     with progress("plate modes") as report:
         bench = build_bench(session.scene, report, parse(session.calibration, "in the recording"))
-    watch, tally, different = Stopwatch(time.perf_counter), Tally(bench.least_force), 0
+    watch, different = Stopwatch(time.perf_counter), 0
+    pattern, net = Tally(bench.least_force), Tally(bench.least_force)
     for one in play(session, bench, watch):
         different += not one.same
+        told, whole = one.sensed.estimate, one.sensed.from_pattern
         if one.frame.truth is not None:
-            tally.add(one.sensed.estimate, one.frame.truth)
+            pattern.add(whole or told, one.frame.truth)
+            net.add(told, one.frame.truth)
     return {
         "frames": session.frames,
         "different": different,
         "stages_ms": {name: {"median": mid, "p95": slow} for name, mid, slow in watch.table()},
-        "pattern": tally.summary(),
+        "pattern": pattern.summary(),
+        "net": net.summary() if bench.net else None,
     }

@@ -93,6 +93,18 @@ def test_net_strain_and_pattern_are_scored_in_one_run(netted, in_hand):
     assert medians[2] < medians[0]
 
 
+def test_a_net_tells_touches_of_a_camera_that_knows_no_truth(netted, in_hand):
+    twin = build_twin(netted())
+    scene = netted({"source": {"kind": "opencv"}, "comparison": None})
+    source = in_hand(twin, [*range(16), *range(60, 90, 3)], with_truth=False)
+    loop = Loop(build_bench(scene, quiet), source)
+    shots = list(loop)
+    assert sum(len(shot.touches) for shot in shots) > 3
+    assert all(shot.truth is None for shot in shots)
+    said = loop.summary()
+    assert (said["net"]["frames"], said["strain"]) == (0, None)
+
+
 def test_what_the_net_tells_is_followed_and_replayed_bit_for_bit(netted, in_hand, tmp_path):
     scene, path = netted(), tmp_path / "session.h5"
     with Recorder(path, {"scene": scene.model_dump_json()}) as recorder:
