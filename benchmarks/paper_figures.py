@@ -11,7 +11,7 @@ from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
-from paper_table import read, read_curves
+from paper_table import final, read_curves
 
 mpl.use("Agg")
 from matplotlib import pyplot as plt
@@ -32,13 +32,13 @@ CURVES = {
         "error, % of the strain of load 1",
     ),
     "5D": (
-        "deformable (5D)",
-        r"(?P<line>\d steps?).*load (?P<x>[\d.]+)",
+        "deformable",
+        r"(?P<line>\d steps?( on the change)?).*load (?P<x>[\d.]+)",
         "{}",
         "load, Δ0",
     ),
 }
-"""Of each figure: its system, where line and abscissa stand, legend and axis."""
+"""Of each figure: how its systems begin, where line and abscissa stand, legend and axis."""
 
 COLOURS = "tab:blue", "tab:orange", "tab:green"
 
@@ -46,17 +46,17 @@ COLOURS = "tab:blue", "tab:orange", "tab:green"
 def curves(folder):
     """Draw the figures that are curves of a loss."""
     for name, (system, pattern, legend, axis) in CURVES.items():
-        lines = defaultdict(lambda: defaultdict(list))
-        for figure in read():
-            if figure.system == system and (found := re.search(pattern, figure.what)):
-                lines[found["line"]][float(found["x"])].append(figure.value)
+        lines = defaultdict(dict)
+        for (begun, what), figures in final().items():
+            if begun.startswith(system) and (found := re.search(pattern, what)):
+                values = [figure.value for figure in figures]
+                lines[found["line"]][float(found["x"])] = float(np.median(values))
         if not lines:
             continue
         picture, axes = plt.subplots(figsize=(5, 4), layout="constrained")
         for line, points in lines.items():
             x = sorted(points)
-            middle = [np.median(points[each]) for each in x]
-            axes.plot(x, middle, "o-", label=legend.format(line))
+            axes.plot(x, [points[each] for each in x], "o-", label=legend.format(line))
         axes.set(xlabel=axis, ylabel="loss, mm", yscale="log", title=f"figure {name}")
         axes.legend()
         picture.savefig(folder / f"figure-{name}.png", dpi=120)
@@ -80,15 +80,14 @@ def training(folder):
 def magnitudes(folder):
     """Draw how places and magnitudes share the loss by its weight k (figure 4C)."""
     found = defaultdict(dict)
-    for figure in read():
-        if figure.system == "two magnitudes (4C)":
-            weight, what = re.search(r"k ([\d.]+): (\w+)", figure.what).groups()
-            found[what].setdefault(float(weight), []).append(figure.value)
+    for (system, told), figures in final().items():
+        if system == "two magnitudes (4C)":
+            weight, what = re.search(r"k ([\d.]+): (\w+)", told).groups()
+            found[what][float(weight)] = np.median([figure.value for figure in figures])
     picture, axes = plt.subplots(figsize=(5, 4), layout="constrained")
     for what, unit in (("position", "mm"), ("magnitude", "Δ0")):
         weights = sorted(found[what])
-        middle = [np.median(found[what][weight]) for weight in weights]
-        axes.plot(weights, middle, "o-", label=f"{what}, {unit}")
+        axes.plot(weights, [found[what][each] for each in weights], "o-", label=f"{what}, {unit}")
     axes.set(xlabel="k", ylabel="error", xscale="log", title="figure 4C")
     axes.legend()
     picture.savefig(folder / "figure-4C.png", dpi=120)

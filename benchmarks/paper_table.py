@@ -94,17 +94,26 @@ def read_curves() -> list[Point]:
     return [Point(line, int(epoch), *map(float, losses)) for line, epoch, *losses in rows]
 
 
-def write() -> None:
-    """Write the table of the figures kept, those of the most epochs of each."""
+def final() -> dict[tuple[str, str], list[Figure]]:
+    """Return the figures kept by system and quantity, those of the most epochs of each."""
     groups: dict[tuple[str, str], list[Figure]] = {}
     for figure in read():
         groups.setdefault((figure.system, figure.what), []).append(figure)
+    most = {group: max(figure.epochs for figure in groups[group]) for group in groups}
+    return {
+        group: [figure for figure in figures if figure.epochs == most[group]]
+        for group, figures in groups.items()
+    }
+
+
+def write() -> None:
+    """Write the table of the figures kept, those of the most epochs of each."""
+    groups = final()
     lines = ["| system | figure | paper | here | seeds | epochs |", "|---|---|---|---|---|---|"]
     systems, before = list(dict.fromkeys(system for system, _ in groups)), ""
     for system, what in sorted(groups, key=lambda group: systems.index(group[0])):
         figures = groups[system, what]
-        epochs = max(figure.epochs for figure in figures)
-        values = [figure.value for figure in figures if figure.epochs == epochs]
+        epochs, values = figures[0].epochs, [figure.value for figure in figures]
         shown = "" if system == before else system
         before = system
         lines.append(
