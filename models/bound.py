@@ -18,10 +18,10 @@ PIXELS = 4  # side of the tiles over which motion counts as constant, px
 
 def pixel_level(
     modes: fe.Modes,
-    camera: synthetic.Camera,
+    camera: synthetic.AnyCamera,
     height: float,
     picture: NDArray,
-    moves: Callable[[synthetic.Camera, NDArray], NDArray] = synthetic.rigid,
+    moves: Callable[[synthetic.AnyCamera, NDArray], NDArray] = synthetic.rigid,
 ) -> Pattern:
     """Information of every pixel, with motion resolved over 4 px.
 

@@ -102,11 +102,11 @@ class Motions:
 
 def see_motions(
     modes: fe.Modes,
-    camera: synthetic.Camera,
+    camera: synthetic.AnyCamera,
     height: float,
     tiles: Tiles,
     large: LargePlate | None = None,
-    moves: Callable[[synthetic.Camera, NDArray], NDArray] = synthetic.rigid,
+    moves: Callable[[synthetic.AnyCamera, NDArray], NDArray] = synthetic.rigid,
 ) -> Motions:
     """See motions of the plate and of the camera on every tile, as means over the tile.
 
@@ -114,7 +114,7 @@ def see_motions(
     ----------
     modes : fe.Modes
         Enough of them carry a touch's field: 200 to 0.2 %.
-    camera : synthetic.Camera
+    camera : synthetic.AnyCamera
     height : float, mm
         Height of the seen face over the plate's middle plane.
     tiles : Tiles
@@ -137,7 +137,7 @@ def see_motions(
     return Motions(modes, large, tiles, spread, basis, nearer)
 
 
-def with_tilts(camera: synthetic.Camera, px: NDArray) -> NDArray[np.float64]:
+def with_tilts(camera: synthetic.AnyCamera, px: NDArray) -> NDArray[np.float64]:
     """Image motion by shift, turn and scale, and by the two tilts of a pinhole, (N, 2, R) px.
 
     A camera that tilts by θ sees a ray (x, y) move by f θ (x², x y), beside a shift; so does a
@@ -153,7 +153,7 @@ def with_tilts(camera: synthetic.Camera, px: NDArray) -> NDArray[np.float64]:
 
 
 def _modes_seen(
-    modes: fe.Modes, camera: synthetic.Camera, height: float, px: NDArray
+    modes: fe.Modes, camera: synthetic.AnyCamera, height: float, px: NDArray
 ) -> NDArray[np.float64]:
     """Image motion of every mode at pixels, (N, 2, K) px; zero beside the plate."""
     inside, places = _on_plate(modes.plate, camera, height, px)
@@ -165,7 +165,7 @@ def _modes_seen(
 
 
 def _drifts_seen(
-    large: LargePlate, camera: synthetic.Camera, height: float, px: NDArray
+    large: LargePlate, camera: synthetic.AnyCamera, height: float, px: NDArray
 ) -> NDArray[np.float64]:
     """Image motion of every field in the plane at pixels, (N, 2, U) px."""
     inside, places = _on_plate(large.modes.plate, camera, height, px)
@@ -176,7 +176,7 @@ def _drifts_seen(
 
 
 def _nearer(
-    modes: fe.Modes, camera: synthetic.Camera, height: float, px: NDArray
+    modes: fe.Modes, camera: synthetic.AnyCamera, height: float, px: NDArray
 ) -> NDArray[np.float64]:
     """Share of its distance by which every mode brings the plate nearer at pixels, (N, K)."""
     nearer = np.zeros((len(px), len(modes.stiffness)))
@@ -189,7 +189,7 @@ def _nearer(
 
 
 def _on_plate(
-    plate: fe.Plate, camera: synthetic.Camera, height: float, px: NDArray
+    plate: fe.Plate, camera: synthetic.AnyCamera, height: float, px: NDArray
 ) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
     """Which pixels (N,) see the plate, and where those do, mm."""
     places = camera.on_plate(px, height)

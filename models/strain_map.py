@@ -76,7 +76,7 @@ class StrainMap:
 
 
 def see_strain(
-    pattern: Pattern, blocks: TileBlocks, camera: synthetic.Camera, window: int
+    pattern: Pattern, blocks: TileBlocks, camera: synthetic.AnyCamera, window: int
 ) -> StrainMap:
     """Set up the strain map as a measurement of touches.
 
@@ -85,7 +85,7 @@ def see_strain(
     pattern : Pattern
         The whole pattern of the same reference.
     blocks : TileBlocks
-    camera : synthetic.Camera
+    camera : synthetic.AnyCamera
     window : int
         Points along the side of the strain window, odd.
     """

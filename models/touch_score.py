@@ -151,16 +151,18 @@ def _score(
     deviations = np.abs(error) / pairs.sigma[chosen][found]
     least = None if bound is None else float(np.sqrt(bound[chosen][found].mean()))
     one, two, three = (float((deviations < number).mean()) for number in (1, 2, 3))
+    median, late = (float(share) for share in np.percentile(off, [50, 95]))
     return TouchScore(
-        extent,
-        count,
-        misses,
-        false,
-        float(off.mean()),
-        *(float(share) for share in np.percentile(off, [50, 95])),
-        float(off.max()),
-        float(np.sqrt(np.mean(off**2))),
-        least,
-        float(np.abs(error[:, 2]).mean()),
-        (one, two, three),
+        force=extent,
+        touches=count,
+        misses=misses,
+        false=false,
+        mean=float(off.mean()),
+        p50=median,
+        p95=late,
+        max=float(off.max()),
+        rms=float(np.sqrt(np.mean(off**2))),
+        bound=least,
+        force_error=float(np.abs(error[:, 2]).mean()),
+        inside=(one, two, three),
     )

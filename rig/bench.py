@@ -37,7 +37,7 @@ class Bench:
     Attributes
     ----------
     plate : fe.Plate
-    camera : synthetic.Camera
+    camera : synthetic.AnyCamera
     height : float, mm
         Height of the seen face over the plate's middle plane.
     motions : models.Motions
@@ -59,7 +59,7 @@ class Bench:
     """
 
     plate: fe.Plate
-    camera: synthetic.Camera
+    camera: synthetic.AnyCamera
     height: float
     motions: Motions
     dic: Dic

@@ -26,7 +26,7 @@ class View:
 
     Attributes
     ----------
-    camera : synthetic.Camera
+    camera : synthetic.AnyCamera
     reference_frames : int
         Pictures averaged into the reference.
     """
@@ -34,7 +34,7 @@ class View:
     plate: Plate
     gauges: Ring | Lattice
     subset: int
-    camera: synthetic.Camera
+    camera: synthetic.AnyCamera
     pattern: Pattern
     sensor: Sensor
     training: Training

@@ -47,7 +47,7 @@ class Lesson:
         return self.samples is not None and self.samples.magnitudes > 1
 
 
-def lesson(scene: Scene, camera: synthetic.Camera | None = None) -> Lesson:
+def lesson(scene: Scene, camera: synthetic.AnyCamera | None = None) -> Lesson:
     """Return what a net is trained from; `camera` is the one that was calibrated, if any.
 
     Raises
@@ -74,7 +74,7 @@ def lesson(scene: Scene, camera: synthetic.Camera | None = None) -> Lesson:
             )
 
 
-def camera_of(scene: Scene, calibration: str) -> synthetic.Camera | None:
+def camera_of(scene: Scene, calibration: str) -> synthetic.AnyCamera | None:
     """Return the camera of a calibration (JSON), where a scene's gauges are read by one like it."""
     if not calibration or scene.camera is None:
         return None
@@ -89,7 +89,7 @@ def _view(
     plate: Plate,
     gauges: Ring | Lattice,
     training: Training,
-    camera: synthetic.Camera | None,
+    camera: synthetic.AnyCamera | None,
 ) -> View | None:
     """Return what says how a camera sees the gauges; None where they are on the face."""
     if gauges.subset is None:

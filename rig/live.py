@@ -78,7 +78,9 @@ class StrainChain:
     most: int
 
 
-def prepare_strain(chain: Chain, camera: synthetic.Camera, block: int, window: int) -> StrainChain:
+def prepare_strain(
+    chain: Chain, camera: synthetic.AnyCamera, block: int, window: int
+) -> StrainChain:
     """Prepare strain over blocks of `block` tiles and windows of `window` blocks a side."""
     blocks = prepare_blocks(chain.reference, block)
     strain_map = see_strain(chain.pattern, blocks, camera, window)

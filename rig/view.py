@@ -24,7 +24,7 @@ class View:
     T_px_plate: NDArray[np.float64]
 
 
-def look(plate: fe.Plate, camera: synthetic.Camera, height: float) -> View:
+def look(plate: fe.Plate, camera: synthetic.AnyCamera, height: float) -> View:
     """See the face at `height` (mm) of a plate through a camera."""
     a, b = plate.size
     corners = np.array([(0.0, 0.0), (a, 0.0), (a, b), (0.0, b)])

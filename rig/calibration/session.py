@@ -103,7 +103,7 @@ def learn(session: Session, report: Callable[[int, int], None]) -> Learned:
     OSError
         If the file is damaged.
     """
-    bench, kept = _bench(session, report), _without_slips(presses(session))
+    (bench, camera), kept = _bench(session, report), _without_slips(presses(session))
     chain, look = _chain(bench, session), _look(bench)
     sensed = [_sense(chain, one) for one in kept]
     touches = np.array([one.touch for one in kept])
@@ -113,7 +113,7 @@ def learn(session: Session, report: Callable[[int, int], None]) -> Learned:
 
     def by(chosen: NDArray) -> Corrected:
         given = pictures[chosen], touches[chosen], noise, hidden[chosen]
-        return correct(bench.camera, look, chain.reference, *given)
+        return correct(camera, look, chain.reference, *given)
 
     held = np.arange(len(kept)) % 3 == 2
     part = by(~held)
@@ -125,8 +125,8 @@ def learn(session: Session, report: Callable[[int, int], None]) -> Learned:
     return _learned(by(np.ones(len(kept), dtype=bool)), score)
 
 
-def _bench(session: Session, report: Callable[[int, int], None]) -> Bench:
-    """Build the bench of a recording without what older presses mended."""
+def _bench(session: Session, report: Callable[[int, int], None]) -> tuple[Bench, synthetic.Camera]:
+    """Build the bench of a recording, and its camera, without what older presses mended."""
     known = parse(session.calibration, "in the recording").model_copy(update={"presses": None})
     bench = build_bench(session.scene, report, known)
     if not isinstance(bench.camera, synthetic.Camera):
@@ -134,7 +134,7 @@ def _bench(session: Session, report: Callable[[int, int], None]) -> Bench:
             f"scene '{session.scene.title}' has a camera of kind '{bench.camera.kind}', and presses"
             " correct a pinhole camera; mend it with `touchplate collect`"
         )
-    return replace(bench, strain=False, net=None, most=1)
+    return replace(bench, strain=False, net=None, most=1), bench.camera
 
 
 def _chain(bench: Bench, session: Session) -> live.Chain:

@@ -89,6 +89,10 @@ def _left_out(scene: Scene, absent: tuple[str, ...], theory: Theory | None) -> t
             left.append(LeftOut("strain map", "the scene names no [comparison] by strain"))
     if "net" not in (e.kind for e in (scene.estimator, scene.comparison) if e):
         left.append(LeftOut("torch", "no net in this scene"))
+    if scene.camera and scene.camera.kind == "telecentric":
+        left.append(
+            LeftOut("out-of-plane terms", "a telecentric camera sees no motion along its view")
+        )
     if isinstance(scene.source, Twin):
         left.append(LeftOut("camera device", "pictures are rendered"))
     return tuple(left)

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 
 class Pinhole(Section):
-    """A perspective camera over the middle of the plate, looking at the touched face."""
+    """A camera over the middle of the plate, looking at the touched face."""
 
-    kind: Literal["pinhole"] = Field("pinhole", description="projection")
+    kind: Literal["pinhole", "telecentric"] = Field("pinhole", description="projection")
     pixels: tuple[Annotated[Count, Field(ge=64)], Annotated[Count, Field(ge=64)]] = Field(
         description="width and height of the picture, px"
     )
@@ -29,11 +29,12 @@ class Pinhole(Section):
     )
     rate: Rate = Field(30.0, gt=0, description="pictures a second, fps")
 
-    def build(self, plate: Plate) -> synthetic.Camera:
+    def build(self, plate: Plate) -> synthetic.AnyCamera:
         """Return the camera that sees the whole of `plate`."""
         import synthetic
 
-        return synthetic.pinhole_above(
+        above = {"pinhole": synthetic.pinhole_above, "telecentric": synthetic.telecentric_above}
+        return above[self.kind](
             plate.size, stand_off=self.stand_off, pixels=self.pixels, margin=self.margin
         )
 
