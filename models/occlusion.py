@@ -21,7 +21,10 @@ UNKNOWNS = 4  # shift in x and y, gain, offset
 
 
 def hidden_tiles(reference: TileReference, sums: TileSums, noise: float) -> NDArray[np.bool_]:
-    """Tiles (T,) that show something else, with their neighbours, which it may reach into.
+    """Tiles (T,) that show something else, with those beside them, which it may reach into.
+
+    What lies across a corner stays: of a hand over a tenth of the picture that hides 11.0 % of the
+    tiles and not 11.7 %, and the rim of a hand is where touches are.
 
     Parameters
     ----------
@@ -48,7 +51,7 @@ def hidden_tiles(reference: TileReference, sums: TileSums, noise: float) -> NDAr
     unsure = noise * np.sqrt(inverse[:, 2, 2].clip(0.0))
     dimmed = np.abs(gain - np.quantile(gain, IN_SIGHT)) > DIMMED + LIMIT * unsure
     grid = ((unexplained > allowed) | dimmed).reshape(reference.tiles.shape)
-    return np.asarray(binary_dilation(grid, np.ones((3, 3))), dtype=np.bool_).ravel()
+    return np.asarray(binary_dilation(grid), dtype=np.bool_).ravel()
 
 
 def _local(
