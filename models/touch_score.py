@@ -109,7 +109,7 @@ def pair_touches(told: Sequence[Estimate], truth: Sequence[ArrayLike]) -> Pairs:
 def score_touches(
     pairs: Pairs, bound: NDArray[np.float64] | None = None
 ) -> tuple[TouchScore, list[TouchScore]]:
-    """Return the score of all touches, and that of each band of forces.
+    """Return the score of all touches, and that of each band of forces where these differ.
 
     Parameters
     ----------
@@ -118,12 +118,13 @@ def score_touches(
         Least variance of the place of each true touch.
     """
     force = pairs.truth[:, 2]
-    if not len(force):
-        return _score(pairs, force > 0, bound, pairs.false), []
+    total = _score(pairs, np.ones(len(force), dtype=bool), bound, pairs.false)
+    if not len(force) or force.max() <= force.min() * (1.0 + 1e-9):
+        return total, []
     edges = np.geomspace(force.min(), force.max(), BANDS + 1)
     band = np.clip(np.searchsorted(edges, force, side="right") - 1, 0, BANDS - 1)
     bands = [_score(pairs, band == number, bound, 0) for number in np.unique(band)]
-    return _score(pairs, np.ones(len(force), dtype=bool), bound, pairs.false), bands
+    return total, bands
 
 
 def _pair(told: Estimate, truth: NDArray) -> NDArray[np.float64]:
