@@ -83,8 +83,9 @@ def _left_out(scene: Scene, absent: tuple[str, ...], theory: Theory | None) -> t
     if scene.touches and scene.touches.most == 1:
         left.append(LeftOut("counting of touches", "one touch at most is expected"))
     if scene.dic:
-        why = f"sums over {tiles(scene.dic, scene)} tiles keep what the pixels know"
-        left.append(LeftOut("subset matching", why))
+        if not (scene.gauges and scene.gauges.subset):
+            why = f"sums over {tiles(scene.dic, scene)} tiles keep what the pixels know"
+            left.append(LeftOut("subset matching", why))
         if not isinstance(scene.comparison, StrainEstimator):
             left.append(LeftOut("strain map", "the scene names no [comparison] by strain"))
     if "net" not in (e.kind for e in (scene.estimator, scene.comparison) if e):

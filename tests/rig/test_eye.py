@@ -6,6 +6,7 @@ import pytest
 import rig
 from rig.eye import open_eye
 from rig.lesson import camera_of, lesson
+from rig.scene.account import account
 from rig.simulated import simulate
 
 SCENE = {
@@ -90,3 +91,11 @@ def test_a_camera_of_another_size_is_not_taken(scene):
 
 def _with(section, **changes):
     return section.model_copy(update=changes)
+
+
+def test_the_account_of_a_scene_names_the_gauges_that_dic_reads():
+    said = account(rig.load("twin-net"))
+    parts = {part.name: part.what for part in said.parts}
+    assert parts["gauges"] == "lattice of 169 gauges, read by DIC with subsets of 71 px"
+    assert parts["training"].startswith("20000 training")
+    assert "subset matching" not in {part.name for part in said.left_out}
