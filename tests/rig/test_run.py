@@ -139,7 +139,7 @@ def test_a_second_start_computes_nothing_and_a_damaged_file_stops_it(touchplate,
     assert "plate modes" in first.stderr
     assert "plate modes" not in second.stderr
     kinds = sorted(path.parent.name for path in tmp_path.rglob("*.npz"))
-    assert kinds == ["modes", "sharp-pattern"]
+    assert kinds == ["modes", "regime", "sharp-pattern"]
     (modes,) = (tmp_path / "modes").iterdir()
     modes.write_bytes(modes.read_bytes()[:-50])
     third = touchplate("--frames=1", "--headless", "--json", TOUCHPLATE_CACHE=str(tmp_path))
