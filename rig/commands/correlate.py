@@ -34,7 +34,7 @@ def correlate(
         Path | None, typer.Option(metavar="MASK", help="Picture that is black where to leave out.")
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder of the results; results/DEF if left out.")
+        Path | None, typer.Option(metavar="DIR", help="Folder of the results, else results/DEF.")
     ] = None,
     pictures: Annotated[
         bool, typer.Option("--pictures", help="Draw each field alone too, σ and ZNCC among them.")
