@@ -94,7 +94,7 @@ def test_a_frame_fills_every_part_of_the_page(page, snapshot):
     with serve(0, SCREEN) as publisher, feed(publisher, snapshot):
         open_live(page, publisher)
         expect(page.locator("#touches tr")).to_have_count(6)
-        expect(page.locator("#touches")).to_contain_text("± 0.0")
+        expect(page.locator("#touches")).to_contain_text("± 0.03")
         expect(page.locator("#status")).to_have_text("two touches")
         expect(page.locator("#fps")).to_have_text("29.7")
         expect(page.locator("#dropped")).to_have_text("3")
