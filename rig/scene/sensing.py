@@ -13,9 +13,9 @@ from rig.scene.section import Section
 class Dic(Section):
     """Correlation of each picture with the reference."""
 
-    tile: Count = Field(8, ge=4, le=64, description="side of the tiles whose sums are kept, px")
+    tile: Count = Field(16, ge=4, le=64, description="side of the tiles whose sums are kept, px")
     subset: Count = Field(
-        25, ge=5, description="side of the window that gives one displacement of the map, px, odd"
+        49, ge=5, description="side of the window that gives one displacement of the map, px, odd"
     )
     window: Count = Field(5, ge=3, description="side of the strain window, displacements, odd")
     reference_frames: Count = Field(16, ge=2, description="pictures averaged into the reference")
