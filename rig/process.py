@@ -8,23 +8,35 @@ from typing import Any
 
 AGAIN = 0.5  # s after which an interrupt that was lost comes again
 REPEATS = hasattr(signal, "setitimer")  # not on Windows
+BLOCKS = hasattr(signal, "pthread_sigmask")  # nor this
 SIGNALS = (signal.SIGINT, signal.SIGALRM) if REPEATS else (signal.SIGINT,)
 
 
 @contextmanager
 def deaf_to_interrupts() -> Iterator[None]:
-    """Let a process that starts here ignore Ctrl-C from its first instruction on.
+    """Let a process that starts here be deaf to Ctrl-C from its first instruction on.
 
-    A new process that still imports would die of it with a traceback.
+    A new process that still imports would die of it with a traceback. This one puts an answer off
+    until the block has ended.
     """
     if threading.current_thread() is not threading.main_thread():  # signals are the main thread's
         yield
         return
-    before = _answer(signal.SIG_IGN)
+    asked = False
+
+    def note(signum: int, frame: object) -> None:
+        nonlocal asked
+        asked = True
+
+    before = _answer(note if BLOCKS else signal.SIG_IGN)
+    _block(True)  # what a new process inherits
     try:
         yield
     finally:
         _restore(before)
+        _block(False)
+        if asked:
+            signal.raise_signal(signal.SIGINT)
 
 
 @contextmanager
@@ -63,6 +75,17 @@ def _answer(handler: Any) -> list[Any]:
 def _restore(before: list[Any]) -> None:
     for one, handler in zip(SIGNALS, before, strict=True):
         signal.signal(one, handler)
+
+
+def _block(deaf: bool) -> None:
+    """Hold Ctrl-C back from this thread and the processes that it starts, or let it through."""
+    if BLOCKS:
+        if deaf:
+            from multiprocessing import resource_tracker
+
+            resource_tracker.ensure_running()  # where it starts later it lets signals through
+        how = signal.SIG_BLOCK if deaf else signal.SIG_UNBLOCK
+        signal.pthread_sigmask(how, {signal.SIGINT})
 
 
 def _wake(seconds: float) -> None:

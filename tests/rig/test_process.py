@@ -1,6 +1,8 @@
 """Ctrl-C: ends what may be ended, also where it was lost, and never what closes."""
 
 import signal
+import subprocess
+import sys
 import time
 from contextlib import suppress
 
@@ -62,3 +64,24 @@ def test_what_closes_within_the_block_is_not_broken_off():
     with pytest.raises(KeyboardInterrupt):
         run(close)
     assert closed
+
+
+def test_an_interrupt_while_a_process_starts_is_answered_after():
+    done = []
+
+    def start():
+        with deaf_to_interrupts():
+            signal.raise_signal(signal.SIGINT)
+            done.append("started")
+        done.append("went on")
+
+    with pytest.raises(KeyboardInterrupt):
+        run(start)
+    assert done == ["started"]
+
+
+def test_a_process_that_starts_in_the_block_is_deaf_to_interrupts():
+    code = "import os, signal; os.kill(os.getpid(), signal.SIGINT); print('deaf')"
+    with deaf_to_interrupts():
+        process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE)
+    assert process.communicate(timeout=60)[0] == b"deaf\n"
