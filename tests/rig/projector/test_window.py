@@ -149,10 +149,11 @@ def test_no_display_is_a_sentence_and_the_loop_goes_on():
 @pytest.mark.parametrize("seconds", [0.0, 0.1, 0.2, 0.4])
 def test_ctrl_c_ends_loop_and_window_without_a_word(tmp_path, seconds):
     script = """
-import time
+import signal, time
 from rig.markers import fit_plate
 from rig.projector import open_projector
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores it
     try:
         with open_projector(fit_plate((640, 400), (254.0, 180.0)), ":4094") as show:
             print("open", flush=True)
