@@ -104,7 +104,9 @@ class _Graph:
         if net.scaling.relative:
             squares = self.apply("Mul", strain, strain)
             along = self.apply("MatMul", squares, np.ones((len(net.scaling.centre), 1)))
-            strain = self.apply("Div", strain, self.apply("Sqrt", along))
+            # Strains that are all 0 stay 0; no other norm is as small as that.
+            norm = self.apply("Max", self.apply("Sqrt", along), np.finfo(np.float64).tiny)
+            strain = self.apply("Div", strain, norm)
         return self.apply("Div", self.apply("Sub", strain, net.scaling.centre), net.scaling.scale)
 
     def layers(self, net: Net, x: str) -> str:
