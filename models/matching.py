@@ -9,6 +9,21 @@ from scipy.optimize import linear_sum_assignment
 import fe
 from models.estimate import Estimate
 
+__all__ = ["match", "pair"]
+
+
+def pair(
+    told: NDArray[np.float64], true: NDArray[np.float64]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Pair places told (n, 2) with true ones (m, 2) so that the sum of distances is the least.
+
+    Returns
+    -------
+    told, true : (k,) int
+        Indices of the pairs, k = the smaller of n and m.
+    """
+    return linear_sum_assignment(np.linalg.norm(told[:, None] - true, axis=2))
+
 
 def match(
     estimate: Estimate, truth: tuple[fe.Touch, ...]
@@ -23,10 +38,7 @@ def match(
         Estimated less true force.
     true_force : (k,) float64, N
     """
-    if not estimate.count or not truth:
-        return np.empty(0), np.empty(0), np.empty(0)
-    places = np.array([(touch.x, touch.y) for touch in truth])
-    forces = np.array([touch.force for touch in truth])
-    distance = np.linalg.norm(estimate.xy[:, None] - places[None], axis=2)
-    found, true = linear_sum_assignment(distance)
-    return distance[found, true], estimate.force[found] - forces[true], forces[true]
+    there = np.array([(touch.x, touch.y, touch.force) for touch in truth]).reshape(-1, 3)
+    found, true = pair(estimate.xy, there[:, :2])
+    distance = np.linalg.norm(estimate.xy[found] - there[true, :2], axis=1)
+    return distance, estimate.force[found] - there[true, 2], there[true, 2]

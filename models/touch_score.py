@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import linear_sum_assignment
 
 from models.estimate import Estimate
+from models.matching import pair
 
 __all__ = ["Pairs", "TouchScore", "pair_touches", "score_touches"]
 
@@ -131,8 +131,7 @@ def _pair(told: Estimate, truth: NDArray) -> NDArray[np.float64]:
     """Truth, error and σ of each true touch, (k, 3, 3)."""
     found = np.full((len(truth), 3, 3), np.nan)
     found[:, 0] = truth
-    apart = np.linalg.norm(told.xy[:, None] - truth[None, :, :2], axis=2)
-    for here, true in zip(*linear_sum_assignment(apart), strict=True):
+    for here, true in zip(*pair(told.xy, truth[:, :2]), strict=True):
         found[true, 1] = np.array([*told.xy[here], told.force[here]]) - truth[true]
         found[true, 2] = np.sqrt(np.diag(told.touch_covariance(here)))
     return found

@@ -6,6 +6,8 @@ from hypothesis import strategies as st
 
 import fe
 import models
+from models.matching import pair
+from models.touch_score import pair_touches
 
 
 def estimate(touches):
@@ -50,3 +52,21 @@ def test_a_false_or_missed_touch_stays_without_partner():
     np.testing.assert_allclose(position, [1.0])
     assert len(models.match(estimate([]), truth)[0]) == 0
     assert len(models.match(estimate([(1.0, 1.0, 1.0)]), ())[0]) == 0
+
+
+def test_a_pair_is_two_indices():
+    told, true = pair(np.array([(90.0, 41.0), (10.0, 20.0), (50.0, 5.0)]), np.array([(12.0, 20.0)]))
+    np.testing.assert_array_equal(told, [1])
+    np.testing.assert_array_equal(true, [0])
+    assert [len(each) for each in pair(np.empty((0, 2)), np.ones((3, 2)))] == [0, 0]
+
+
+@given(st.integers(0, 4), st.integers(0, 4), st.integers(0, 100))
+def test_frames_and_sets_of_touches_are_paired_alike(found, there, seed):
+    rng = np.random.default_rng(seed)
+    told, true = (rng.uniform(1.0, 90.0, (count, 3)) for count in (found, there))
+    position, force, _ = models.match(estimate(told), tuple(fe.Touch(*each) for each in true))
+    pairs = pair_touches([estimate(told)], [true])
+    seen = np.isfinite(pairs.distance)
+    np.testing.assert_allclose(np.sort(position), np.sort(pairs.distance[seen]))
+    np.testing.assert_allclose(np.sort(force), np.sort(pairs.error[seen, 2]))
