@@ -94,5 +94,5 @@ def _tables(findings: list[Finding], rule: str | None) -> Group:
     table = Table("topic", "", "found", "what to do", box=SIMPLE)
     for finding in findings:
         state = Text(finding.state, COLOURS[finding.state])
-        table.add_row(finding.topic, state, Text(finding.text), Text(finding.remedy))
-    return Group(table, Text(rule)) if rule else Group(table)
+        table.add_row(finding.topic, state, finding.text, finding.remedy)
+    return Group(table, rule) if rule else Group(table)

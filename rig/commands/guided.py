@@ -71,7 +71,9 @@ class _Teller:
             from rig.commands.panes import open_page
 
             self._publisher = open_parts.enter_context(open_page(scene.page, None))
-            console().print(f"page: [bold]{self._publisher.url}[/bold]   (Ctrl-C ends)")
+            console().print(
+                f"page: [bold]{self._publisher.url}[/bold]   (Ctrl-C ends)", markup=True
+            )
 
     def tell(self, progress: Progress, frame: Frame) -> None:
         """Say what is new."""

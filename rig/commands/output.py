@@ -21,19 +21,24 @@ Report = Callable[..., None]
 @cache
 def console() -> Console:
     """Return the console of the running text, on stderr."""
+    return _plain(stderr=True)
+
+
+def _plain(stderr: bool) -> Console:
+    """Return a console that writes text as it is: names of [sections] are no markup."""
     from rich.console import Console
 
-    return Console(stderr=True)
+    return Console(stderr=stderr, markup=False, emoji=False)
 
 
 def say(sentence: str) -> None:
-    """Write a sentence for the user as it is: names of [sections] are no markup."""
-    console().print(sentence, markup=False, highlight=False)
+    """Write a sentence for the user."""
+    console().print(sentence, highlight=False)
 
 
 def warn(sentence: str) -> None:
     """Write a sentence that the user should not overlook."""
-    console().print(sentence, style="yellow", markup=False, highlight=False)
+    console().print(sentence, style="yellow", highlight=False)
 
 
 @contextmanager
@@ -45,11 +50,11 @@ def progress(title: str) -> Iterator[Report]:
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
     bar = Progress(
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         BarColumn(),
         TextColumn("{task.completed:.0f}/{task.total:.0f}"),
         TimeRemainingColumn(),
-        TextColumn("{task.fields[note]}"),
+        TextColumn("{task.fields[note]}", markup=False),
         console=console(),
     )
     task = bar.add_task(title, total=1, note="")
@@ -76,9 +81,7 @@ def emit(renderable: RenderableType, data: Mapping[str, Any], as_json: bool) -> 
     if as_json:
         sys.stdout.write(json.dumps(data, allow_nan=False) + "\n")
     else:
-        from rich.console import Console
-
-        Console().print(renderable)
+        _plain(stderr=False).print(renderable)
 
 
 def require_free(folder: Path, force: bool) -> None:

@@ -56,9 +56,9 @@ def open_panes(
         from rig.operator import Operator
 
         publisher = open_parts.enter_context(open_page(scene.page, screen))
-        console().print(f"page: [bold]{publisher.url}[/bold]   (Ctrl-C ends)")
+        console().print(f"page: [bold]{publisher.url}[/bold]   (Ctrl-C ends)", markup=True)
         if publisher.link:
-            console().print(f"others may look: [bold]{publisher.link}[/bold]")
+            console().print(f"others may look: [bold]{publisher.link}[/bold]", markup=True)
         meter = None
         if show:
             from rig.projector.meter import Meter

@@ -34,12 +34,11 @@ def _tables(said: Account) -> Group:
     from rich.box import SIMPLE
     from rich.console import Group
     from rich.table import Table
-    from rich.text import Text  # what is said may hold [sections]; these are no markup
 
-    parts = Table("in", "what", "cost", "imports", box=SIMPLE, title=Text(said.title))
+    parts = Table("in", "what", "cost", "imports", box=SIMPLE, title=said.title)
     for part in said.parts:
-        parts.add_row(part.name, Text(part.what), Text(part.cost), "\n".join(part.imports))
+        parts.add_row(part.name, part.what, part.cost, "\n".join(part.imports))
     left_out = Table("left out", "why", box=SIMPLE)
     for part in said.left_out:
-        left_out.add_row(part.name, Text(part.why))
+        left_out.add_row(part.name, part.why)
     return Group(parts, left_out)

@@ -4,6 +4,8 @@ import subprocess
 import sys
 
 import pytest
+from rich.markup import render
+from typer.main import get_command
 from typer.testing import CliRunner
 
 from rig import cli
@@ -44,6 +46,16 @@ def test_every_command_has_help(name):
     done = CliRunner().invoke(cli.application(arguments), arguments)
     assert done.exit_code == 0, done.output
     assert "--json" in done.output
+
+
+@pytest.mark.parametrize("name", cli.COMMANDS)
+def test_no_help_holds_brackets_that_markup_would_swallow(name):
+    waiting = [get_command(cli.application([name])).commands[name]]
+    while waiting:
+        command = waiting.pop()
+        waiting += getattr(command, "commands", {}).values()
+        for text in (command.help, *(each.help for each in command.params)):
+            assert render(text or "").plain == (text or "")
 
 
 def test_the_help_of_calibrate_names_what_it_can():

@@ -3,6 +3,7 @@ import json
 
 import pytest
 from rich.console import Console
+from rich.table import Table
 
 from rig.commands import output
 
@@ -40,6 +41,31 @@ def test_no_bar_is_drawn_for_what_is_already_there(screen):
     with output.progress("influence"):
         pass
     assert screen.getvalue() == ""
+
+
+def test_brackets_are_no_markup_in_a_result(capsys):
+    table = Table("of [camera]", title="[results/SCENE/model.h5]")
+    table.add_row("[those of the grid] :bug:")
+    output.emit("add [camera] or leave it out", {}, as_json=False)
+    output.emit(table, {}, as_json=False)
+    text = capsys.readouterr().out
+    for part in ("add [camera] or", "of [camera]", "[results/SCENE/model.h5]"):
+        assert part in text
+    assert "[those of the grid] :bug:" in text
+
+
+def test_brackets_are_no_markup_in_running_text(capsys):
+    output.console.cache_clear()
+    output.console().print("one: [camera] is known")
+    output.say("two: [camera] is known")
+    output.warn("three: [camera] is known")
+    with output.progress("[grid]") as report:
+        report(1, 1, "four: [camera] is known")
+    text = capsys.readouterr().err
+    output.console.cache_clear()
+    for count in ("one", "two", "three", "four"):
+        assert f"{count}: [camera] is known" in text
+    assert "[grid]" in text
 
 
 def test_the_console_writes_on_stderr(capsys):
