@@ -1,15 +1,11 @@
-"""Rows of figures beside their bars: printed, and kept in docs/solver-figures.md."""
+"""Rows of figures beside their bars, printed; `study_bars` puts them into the report."""
 
-import re
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-
-PAGE = Path(__file__).parents[1] / "docs" / "solver-figures.md"
 
 Row = tuple[str, str, str]  # what, figure, bar
 
@@ -22,27 +18,12 @@ class Part:
     rows: Callable[[float], Iterator[Row]]
 
 
-def show(parts: dict[str, Part], command: str, arguments: Sequence[str]) -> None:
-    """Print the parts named, all if none is, and write them to the page after ``--write``."""
+def show(parts: dict[str, Part], arguments: Sequence[str]) -> None:
+    """Print the parts named, all if none is; ``--quick`` draws a twentieth of the scenes."""
     wanted = [name for name in arguments if not name.startswith("--")] or list(parts)
     for name in wanted:
-        rows = []
         for row in parts[name].rows(0.05 if "--quick" in arguments else 1.0):
             print("{:56s} {:>44s}   bar {}".format(*row), flush=True)
-            rows.append(row)
-        if "--write" in arguments:
-            options = " ".join(option for option in arguments if option.startswith("--"))
-            write(parts[name].heading, f"python benchmarks/{command} {options} {name}", rows)
-
-
-def write(heading: str, command: str, rows: Sequence[Row]) -> None:
-    """Put a table in place of the one that stands under its heading."""
-    head, *sections = re.split(r"^(?=## )", PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)
-    lines = [f"## {heading}", "", f"`{command}`", "", "| | measured | bar |", "| --- | --- | --- |"]
-    lines += ["| " + " | ".join(row) + " |" for row in rows]
-    kept = {section.splitlines()[0]: section.strip() for section in sections}
-    kept[lines[0]] = "\n".join(lines)
-    PAGE.write_text("\n\n".join([head.strip(), *kept.values()]) + "\n", encoding="utf-8")
 
 
 def beside(errors: Sequence, bounds: Sequence) -> str:

@@ -16,6 +16,7 @@ import signal
 import tempfile
 import time
 from collections import defaultdict
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -43,29 +44,38 @@ SPAN, STILL = 0.3, 1.0  # s and mm: a touch that has gone less far is still, les
 T_TRUE = np.array([[2.82, 0.06, 268.0], [0.03, -2.80, 752.0], [2e-5, -3e-5, 1.0]])
 
 
+Row = tuple[str, str]  # what, figure
+
+
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--minutes", type=float, default=10.0)
     options.add_argument("--size", type=int, default=1024)
     options.add_argument("--calibrate", action="store_true")
     given = options.parse_args()
+    for what, figure in rows(given.minutes, given.size, given.calibrate):
+        print(f"{what:<52s} {figure}", flush=True)
+
+
+def rows(minutes: float, size: int, live: bool) -> Iterator[Row]:
+    """Run the loop; `live` says whether projector and latency are measured in it first."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         display = Display(folder)
-        room = Room(twin_of(given.size), display, folder / "pictures", T_TRUE)
+        room = Room(twin_of(size), display, folder / "pictures", T_TRUE)
         room.start()
         try:
-            with emulated_camera((given.size, given.size), folder / "pictures") as camera:
+            with emulated_camera((size, size), folder / "pictures") as camera:
                 port = free_port()
-                scene = scene_of(folder, display, port, given.size)
-                calibrate(scene, room, camera, given.calibrate)
-                run(scene, room, camera, Listener(port), 60 * given.minutes)
+                scene = scene_of(folder, display, port, size)
+                yield from calibrate(scene, room, camera, live)
+                yield from run(scene, room, camera, Listener(port), 60 * minutes)
         finally:
             room.close()
             display.unplug()
 
 
-def calibrate(scene: Path, room: Room, camera, live: bool) -> None:
+def calibrate(scene: Path, room: Room, camera, live: bool) -> Iterator[Row]:
     """Keep the true lens and pose; measure projector and latency, or keep the truth there too."""
     path = store.beside(scene)
     keep_lens_and_pose(scene, room.camera)
@@ -77,21 +87,19 @@ def calibrate(scene: Path, room: Room, camera, live: bool) -> None:
         out, said = app.communicate(timeout=300)
         if app.returncode:
             raise OSError(f"calibrate {what}: {said.strip().splitlines()[-1]}")
-        figures = json.loads(out)
-        print(f"calibrate {what}: error {figures['error']:.4g}")
+        yield f"calibrate {what}: error", f"{json.loads(out)['error']:.4g}"
     grid = np.stack(np.meshgrid(np.linspace(5, 249, 9), np.linspace(5, 249, 9)), -1).reshape(-1, 2)
     known = store.read(path)
     shown = project(known.screen().T_px_plate, grid)
     away = np.linalg.norm(project(np.linalg.inv(T_TRUE), shown) - grid, axis=1)
     latency = known.latency
-    print(
-        f"projector off by {away.max():.3f} mm at most, strength {known.projector.strength:.3f}"
-        f" of 1, latency {1e3 * latency.median:.0f} ms, p95 {1e3 * latency.p95:.0f} ms"
-    )
+    yield "projector off by, at most", f"{away.max():.3f} mm"
+    yield "strength of the projector", f"{known.projector.strength:.3f} of 1"
+    yield "latency", f"{1e3 * latency.median:.0f} ms, p95 {1e3 * latency.p95:.0f} ms"
 
 
-def run(scene: Path, room: Room, camera, listener: Listener, seconds: float) -> None:
-    """Run the app while the tour of touches goes round, and print the figures."""
+def run(scene: Path, room: Room, camera, listener: Listener, seconds: float) -> Iterator[Row]:
+    """Run the app while the tour of touches goes round, and tell the figures."""
     app = touchplate(camera, "run", scene, "--json")
     listener.start()
     while not listener.heard:
@@ -111,29 +119,34 @@ def run(scene: Path, room: Room, camera, listener: Listener, seconds: float) -> 
     out, said = app.communicate(timeout=60)
     if app.returncode:
         raise OSError(f"the app has ended: {said}")
-    report(json.loads(out[out.index("{") :]), room, listener, begun, seconds, memory)
-    print(f"frames that the renderer was late with: {late} of {30 * seconds:.0f}")
+    yield from of_the_marks(room, listener, begun, seconds)
+    yield from of_the_app(json.loads(out[out.index("{") :]), listener, begun)
+    flat = np.array([size for at, size in memory if at > min(SETTLED, seconds / 3)])
+    yield "memory", f"{flat[0] / 2**20:.0f} MB, {100 * (flat.max() / flat[0] - 1):+.1f} % at most"
+    yield "frames that the renderer left out", f"{late} of {30 * seconds:.0f}"
 
 
-def report(figures, room, listener, begun, seconds, memory) -> None:
-    """Print what a run has shown."""
+def of_the_marks(room: Room, listener: Listener, begun: float, seconds: float) -> Iterator[Row]:
+    """Tell where marks were lit."""
     frames = [one for one in room.seen if begun + 2 < one[0] < begun + seconds]
     phases = by_phase(frames)
-    away = np.concatenate(list(phases.values()))
-    print(f"mark to touch: {quantiles(away)} mm of {len(away)}")
+    yield "mark to touch", quantiles(np.concatenate(list(phases.values())))
     for name, part in sorted(phases.items()):
-        print(f"  {name}: {quantiles(np.array(part))} mm of {len(part)}")
+        yield f"mark to touch, {name}", quantiles(np.array(part))
     found = [gap for heard in listener.heard for gap in missed(frames, *heard)]
-    print(f"touch as found, where it was when it was seen: {quantiles(np.array(found))} mm")
+    yield "touch as found, where it was when it was seen", quantiles(np.array(found))
+
+
+def of_the_app(figures: dict, listener: Listener, begun: float) -> Iterator[Row]:
+    """Tell how fast the app was."""
     ages = np.array([came - said["captured"] for came, said in listener.heard if came > begun])
-    print(
-        f"app: {figures['fps']:.1f} frames a second, {figures['dropped']} dropped;"
-        f" touches {1e3 * np.median(ages):.0f} ms old when sent, {1e3 * ages.max():.0f} at most"
+    yield "frames a second", f"{figures['fps']:.1f}, {figures['dropped']} dropped"
+    yield (
+        "age of touches when sent",
+        f"median {1e3 * np.median(ages):.0f} ms, {1e3 * ages.max():.0f} ms at most",
     )
-    print(f"capture to touches {figures['latency_ms']}")
-    flat = np.array([size for at, size in memory if at > min(SETTLED, seconds / 3)])
-    print(f"memory {flat[0] / 2**20:.0f} MB, {100 * (flat.max() / flat[0] - 1):+.1f} % at most"
-          f" afterwards; load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")  # fmt: skip
+    for name, value in figures["latency_ms"].items():
+        yield f"capture to touches, {name}", f"{value:.1f} ms"
 
 
 def by_phase(frames) -> dict[str, list[float]]:
@@ -179,7 +192,8 @@ def quantiles(away: np.ndarray) -> str:
     if not len(there):
         return "none lit"
     return (
-        f"median {np.median(there):.2f}, p95 {np.percentile(there, 95):.2f} ({missing:.1%} not lit)"
+        f"median {np.median(there):.2f} mm, p95 {np.percentile(there, 95):.2f} mm"
+        f" ({missing:.1%} of {len(away)} not lit)"
     )
 
 

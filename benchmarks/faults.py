@@ -1,10 +1,12 @@
 """What goes wrong on a bench: each fault, what the user sees, and how soon the touch is back.
 
-    python benchmarks/faults.py [--size 512] [--out docs/faults.md]
+    python benchmarks/faults.py [--size 512]
 
 See `emulated_bench`. One finger presses all the time; a fault happens, is undone, and the time
 counts from then until the touch is found again, three frames in a row within 8 mm. Any other touch
-that is told meanwhile is a false one.
+that is told meanwhile is a false one. A disk that is full is a limit on the size of the app's
+files. The clock that jumps is the camera's; the loop itself reads the monotonic clock alone, which
+no setting of the date moves.
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from datetime import UTC, datetime
 from pathlib import Path
@@ -34,6 +36,7 @@ import synthetic
 from rig.calibration import store
 from rig.recording.session import open_session
 
+SIZE = 512  # px
 AWAY = 0.4  # s that a device is away while it is reset
 
 
@@ -252,46 +255,25 @@ def busy_port() -> int:
     return HELD.getsockname()[1]
 
 
-HEAD = """# Faults
-
-Written by `python benchmarks/faults.py`: a plate under an emulated camera and display, one finger
-that presses all the time. "Back" counts from the end of the fault until the touch is found again
-(three frames in a row), for the projector until its mark is lit again. A false touch is one told
-where nobody presses.
-
-| fault | what the user sees | back | false touches |
-|---|---|---|---|
-"""
-FOOT = """
-A disk that is full is a limit on the size of the app's files. The clock that jumps is the camera's;
-the loop itself reads the monotonic clock alone, which no setting of the date moves. Of a killed app
-the frame that was being written is lost and no other.
-"""
+def rows(size: int) -> Iterator[Row]:
+    """Let everything go wrong, one after the other."""
+    with tempfile.TemporaryDirectory() as name, ExitStack() as parts:
+        bench = Bench(Path(name), size, parts)
+        bench.start()
+        for step in (of_the_camera, of_the_light, of_the_projector):
+            yield from step(bench)
+        yield of_the_clients(bench)
+        yield from of_the_disk(bench)
+        yield of_the_app(bench)
+        yield of_the_twin()
+        yield from of_the_start(bench)
 
 
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--size", type=int, default=512)
-    options.add_argument("--out", type=Path)
-    given = options.parse_args()
-    rows: list[Row] = []
-    with tempfile.TemporaryDirectory() as name, ExitStack() as parts:
-        bench = Bench(Path(name), given.size, parts)
-        bench.start()
-        steps = (of_the_camera, of_the_light, of_the_projector)
-        for step in steps:
-            rows += tell(step(bench))
-        rows += tell([of_the_clients(bench), *of_the_disk(bench)])
-        rows += tell([of_the_app(bench), of_the_twin(), *of_the_start(bench)])
-    if given.out:
-        lines = [f"| {row.fault} | {row.sees} | {row.back} | {row.false} |\n" for row in rows]
-        given.out.write_text(HEAD + "".join(lines) + FOOT, encoding="utf-8")
-
-
-def tell(rows: list[Row]) -> list[Row]:
-    for row in rows:
+    options.add_argument("--size", type=int, default=SIZE)
+    for row in rows(options.parse_args().size):
         print(f"{row.fault:42} {row.back:10} {row.false:20} {row.sees}", flush=True)
-    return rows
 
 
 if __name__ == "__main__":

@@ -22,6 +22,7 @@ from rig.tally import Tally
 from rig.twin import build_twin
 from rig.zero import take_zero
 
+WALL = time.monotonic
 BAR = 10.0  # ms, p95 of capture to touches
 WAYS = {
     "sparse": {"dic.tile": 49, "estimator.modes": 150, "comparison": None},
@@ -61,7 +62,7 @@ def main(*arguments: str) -> None:
     given = list(arguments)
     count = int(given.pop(given.index("--frames") + 1)) if "--frames" in given else 200
     wanted = [name for name in given if name in WAYS] or list(WAYS)
-    clock = time.thread_time if "--cpu" in given else time.monotonic
+    clock = time.thread_time if "--cpu" in given else WALL
     rest, frames = photograph(count)
     for way in wanted:
         watch, scores, tiles = run(way, rest, frames, clock)

@@ -12,6 +12,7 @@ import argparse
 import os
 import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -74,12 +75,9 @@ def cpu_of(thread: str) -> float:
     return (int(stat[11]) + int(stat[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--seconds", type=float, default=20.0)
-    options.add_argument("--size", type=int, default=1024)
-    given = options.parse_args()
-    shots, end = pictures(given.size), threading.Event()
+def rows(seconds: float, size: int) -> Iterator[tuple[str, str]]:
+    """Watch the page for some time."""
+    shots, end = pictures(size), threading.Event()
     with serve(0) as publisher, sync_playwright() as play:
         feeder = threading.Thread(target=feed, args=(publisher, shots, end))
         feeder.start()
@@ -90,16 +88,24 @@ def main() -> None:
         page.wait_for_timeout(3000)  # the first frames compile and lay out
         page.evaluate("window.ages = []")
         began, cost = time.monotonic(), cpu_of("page")
-        page.wait_for_timeout(1000 * given.seconds)
+        page.wait_for_timeout(1000 * seconds)
         ages = np.array(page.evaluate("window.ages"))
-        seconds, cost = time.monotonic() - began, cpu_of("page") - cost
+        taken, cost = time.monotonic() - began, cpu_of("page") - cost
         end.set()
         feeder.join()
         browser.close()
-    print(f"load of the machine {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
-    print(f"frames drawn  {len(ages) / seconds:5.1f} of {RATE:g} a second")
-    print(f"age           {np.median(ages):5.1f} ms median, {np.percentile(ages, 95):.1f} ms p95")
-    print(f"server        {100 * cost / seconds:5.1f} % of a core")
+    yield "frames drawn", f"{len(ages) / taken:.1f} of {RATE:g} a second"
+    yield "age", f"median {np.median(ages):.1f} ms, p95 {np.percentile(ages, 95):.1f} ms"
+    yield "server", f"{100 * cost / taken:.0f} % of a core"
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options.add_argument("--seconds", type=float, default=20.0)
+    options.add_argument("--size", type=int, default=1024)
+    given = options.parse_args()
+    for what, figure in rows(given.seconds, given.size):
+        print(f"{what:14s} {figure}")
 
 
 if __name__ == "__main__":

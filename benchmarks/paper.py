@@ -1,9 +1,9 @@
-"""Run the paper's systems, and write each figure beside the paper's own.
+"""Run the paper's systems with any effort, and keep their figures.
 
 Usage: ``python benchmarks/paper.py [--quick | --cut N] [--seeds N] [SYSTEM ...]``; the systems are
 the keys of SYSTEMS, all of them if none is named. ``--cut N`` takes an Nth of the epochs,
-``--quick`` a tenth. Figures go to docs/paper.csv, where those of the same system and effort are
-replaced, and the table of all that is there to docs/paper.md.
+``--quick`` a tenth. Figures go to results/paper/paper.csv, where those of the same system and
+effort are replaced; `paper_figures.py` draws them, `study_paper.py` tables them for the report.
 """
 
 import argparse
@@ -16,7 +16,7 @@ from paper_one import best, finest, noise, one, other, search, spacing, without
 from paper_seen import seen
 from paper_sets import Effort
 from paper_several import doubled, magnitudes, magnitudes_unordered, three, two, unordered
-from paper_table import store, write
+from paper_table import store
 
 SYSTEMS = {
     "one": one,
@@ -42,8 +42,8 @@ SYSTEMS = {
 
 
 def main(*arguments: str) -> None:
-    """Run the systems asked for, and write the table."""
-    parser = argparse.ArgumentParser(description="The paper's systems in one table.")
+    """Run the systems asked for."""
+    parser = argparse.ArgumentParser(description="The paper's systems.")
     parser.add_argument("systems", nargs="*", metavar="SYSTEM", help=", ".join(SYSTEMS))
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--cut", type=int, default=1)
@@ -56,7 +56,6 @@ def main(*arguments: str) -> None:
             print(f"{figure.system:32s} {figure.what:60s} {figure.value:9.3f}", flush=True)
             figures.append(figure)
         store(figures)
-        write()
 
 
 if __name__ == "__main__":

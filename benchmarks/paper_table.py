@@ -1,15 +1,14 @@
-"""Figures of the paper's systems: kept as CSV, shown as one table with the paper's own beside."""
+"""Figures of the paper's systems, kept as CSV; the losses of a training on its way."""
 
 import csv
+from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-RAW = Path("docs/paper.csv")
-PAGE = Path("docs/paper.md")
-CURVES = Path("docs/paper-curves.csv")
-NOTES = Path("benchmarks/paper_notes.md")
+RAW = Path("results/paper/paper.csv")
+CURVES = Path("results/paper/curves.csv")
 
 
 class Figure(NamedTuple):
@@ -39,6 +38,7 @@ def store(figures: list[Figure]) -> None:
     """Add figures to those kept; of one system, quantity, effort and seed the last one stays."""
     known = {(kept.system, kept.what, kept.epochs, kept.seed): kept for kept in read()}
     known |= {(new.system, new.what, new.epochs, new.seed): new for new in figures}
+    RAW.parent.mkdir(parents=True, exist_ok=True)
     with RAW.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(Figure._fields)
@@ -78,6 +78,7 @@ def store_curve(line: str, check: int, history: np.ndarray) -> None:
     points += [
         Point(line, 1 + check * number, *losses) for number, losses in enumerate(history.tolist())
     ]
+    CURVES.parent.mkdir(parents=True, exist_ok=True)
     with CURVES.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(Point._fields)
@@ -94,11 +95,17 @@ def read_curves() -> list[Point]:
     return [Point(line, int(epoch), *map(float, losses)) for line, epoch, *losses in rows]
 
 
+def grouped(figures: Iterable[Figure]) -> dict[tuple[str, str], list[Figure]]:
+    """Put the figures of all seeds of a system and quantity together."""
+    groups: dict[tuple[str, str], list[Figure]] = {}
+    for figure in figures:
+        groups.setdefault((figure.system, figure.what), []).append(figure)
+    return groups
+
+
 def final() -> dict[tuple[str, str], list[Figure]]:
     """Return the figures kept by system and quantity, those of the most epochs of each."""
-    groups: dict[tuple[str, str], list[Figure]] = {}
-    for figure in read():
-        groups.setdefault((figure.system, figure.what), []).append(figure)
+    groups = grouped(read())
     most = {group: max(figure.epochs for figure in groups[group]) for group in groups}
     return {
         group: [figure for figure in figures if figure.epochs == most[group]]
@@ -106,25 +113,7 @@ def final() -> dict[tuple[str, str], list[Figure]]:
     }
 
 
-def write() -> None:
-    """Write the table of the figures kept, those of the most epochs of each."""
-    groups = final()
-    lines = ["| system | figure | paper | here | seeds | epochs |", "|---|---|---|---|---|---|"]
-    systems, before = list(dict.fromkeys(system for system, _ in groups)), ""
-    for system, what in sorted(groups, key=lambda group: systems.index(group[0])):
-        figures = groups[system, what]
-        epochs, values = figures[0].epochs, [figure.value for figure in figures]
-        shown = "" if system == before else system
-        before = system
-        lines.append(
-            f"| {shown} | {what} | {figures[0].paper} | {_spread(values)} | {len(values)} | "
-            f"{epochs or ''} |"
-        )
-    notes = NOTES.read_text(encoding="utf-8")
-    PAGE.write_text(notes.replace("TABLE\n", "\n".join(lines) + "\n"), encoding="utf-8")
-
-
-def _spread(values: list[float]) -> str:
+def spread(values: list[float]) -> str:
     """Median, and least and largest of several."""
     middle = f"{np.median(values):.3g}"
     if len(values) == 1:

@@ -1,10 +1,9 @@
 """Print what the solver reaches on rendered pictures, the whole pattern seen at once.
 
-Usage: ``python benchmarks/pattern_bars.py [--quick] [--write] [PART ...]``; parts: small (touches
+Usage: ``python benchmarks/pattern_bars.py [--quick] [PART ...]``; parts: small (touches
 of linear theory, against the bound), time, and four and two (touches of 0.5 to 5 N on a plate of
 1 mm with so many clamped edges, pictures rendered from the shell), all of them if none is named.
-``--quick`` draws a twentieth of the scenes, ``--write`` keeps the rows in docs/solver-figures.md.
-Times are of the processor, on one core.
+``--quick`` draws a twentieth of the scenes. Times are of the processor, on one core.
 """
 
 import sys
@@ -216,4 +215,4 @@ PARTS = {
 
 
 if __name__ == "__main__":
-    show(PARTS, "pattern_bars.py", sys.argv[1:])
+    show(PARTS, sys.argv[1:])

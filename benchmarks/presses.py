@@ -166,22 +166,25 @@ WAYS: dict[str, tuple[Callable, tuple[str, ...]]] = {
 }
 
 
-def main(*arguments: str) -> None:
-    """Print a row a way of measuring."""
-    draws, count = (1, 60) if "--quick" in arguments else (4, 120)
+def rows(draws: int, count: int) -> Iterator[tuple[str, dict[str, str]]]:
+    """Give a line a way of measuring: what is measured, and each model's error of it."""
     for name, (way, mends) in WAYS.items():
         errors = np.array([list(way(np.random.default_rng(seed), count)) for seed in range(draws)])
         before, *after, perfect = np.sqrt(np.square(errors).mean(axis=0))
         for index, (what, unit, scale) in enumerate((("place", "mm", 1.0), ("force", "%", 100.0))):
-            said = [
-                f"{how} {scale * one[index]:.3f} = {one[index] / perfect[index]:.2f} of it"
-                for how, one in zip(mends, after, strict=True)
-            ]
-            print(
-                f"{name:22s} {what}, {unit}: as it is {scale * before[index]:.3f}, right model"
-                f" {scale * perfect[index]:.3f}, {', '.join(said)}   bar ≤ 1.2",
-                flush=True,
-            )
+            ends = {"as it is": before[index], "right model": perfect[index]}
+            cells = {how: f"{scale * error:.3f} {unit}" for how, error in ends.items()}
+            for how, one in zip(mends, after, strict=True):
+                ratio = one[index] / perfect[index]
+                cells[how] = f"{scale * one[index]:.3f} {unit}, {ratio:.2f} of the right model's"
+            yield f"{name}: {what}", cells
+
+
+def main(*arguments: str) -> None:
+    """Print a row a way of measuring."""
+    for name, cells in rows(*(1, 60) if "--quick" in arguments else (4, 120)):
+        said = ", ".join(f"{how} {error}" for how, error in cells.items())
+        print(f"{name:32s} {said}   bar ≤ 1.2", flush=True)
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
 """Print what the solver reaches on strains at 72 gauges, each figure beside its bar.
 
-Usage: ``python benchmarks/solver_bars.py [--quick] [--write] [PART ...]``; parts are exact, noise,
-count, robust and time, all of them if none is named. ``--quick`` draws a twentieth of the scenes,
-``--write`` keeps the rows in docs/solver-figures.md. Times are of the processor, on one core.
+Usage: ``python benchmarks/solver_bars.py [--quick] [PART ...]``; parts are exact, noise,
+count, robust and time, all of them if none is named. ``--quick`` draws a twentieth of the scenes.
+Times are of the processor, on one core.
 """
 
 import sys
@@ -193,4 +193,4 @@ PARTS = {
 
 
 if __name__ == "__main__":
-    show(PARTS, "solver_bars.py", sys.argv[1:])
+    show(PARTS, sys.argv[1:])

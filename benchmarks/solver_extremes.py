@@ -1,6 +1,6 @@
 """Print what the solver makes of extreme touches: right, refused, or silently wrong.
 
-Usage: ``python benchmarks/solver_extremes.py [--quick] [--write] [PART ...]``; parts are forces,
+Usage: ``python benchmarks/solver_extremes.py [--quick] [PART ...]``; parts are forces,
 edges, together and float32, all of them if none is named. Strain of 72 gauges on a plate of
 100 x 100 mm, with noise of a hundredth of the strain of 1 N where nothing else is said.
 
@@ -118,4 +118,4 @@ PARTS = {
 
 
 if __name__ == "__main__":
-    show(PARTS, "solver_extremes.py", sys.argv[1:])
+    show(PARTS, sys.argv[1:])

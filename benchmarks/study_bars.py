@@ -1,8 +1,7 @@
 """Figures beside their bars: what each package is held to, in the report's table.
 
-Parts: correlation, plates, strain, pattern, extremes. Each is what ``dic_bars.py``,
-``plate_bars.py``, ``solver_bars.py``, ``pattern_bars.py`` and ``solver_extremes.py`` print; all of
-them take an hour or two.
+Parts: correlation, plates, strain, extremes, pattern, large. Each is what ``dic_bars.py``,
+``plate_bars.py``, ``solver_bars.py``, ``solver_extremes.py`` and ``pattern_bars.py`` print.
 """
 
 from collections.abc import Iterator, Mapping
@@ -16,6 +15,9 @@ import solver_extremes
 from study import run
 
 from rig.report.figure import Figure
+
+LARGE = ("four", "two")
+"""Parts of `pattern_bars` on a plate that large touches bend."""
 
 
 def correlation() -> Iterator[Figure]:
@@ -37,14 +39,20 @@ def strain() -> Iterator[Figure]:
     return of_the_solver(solver_bars.PARTS)
 
 
-def pattern() -> Iterator[Figure]:
-    """Touches from the whole pattern."""
-    return of_the_solver(pattern_bars.PARTS)
-
-
 def extremes() -> Iterator[Figure]:
     """Press at the ends of forces, places and numbers."""
     return of_the_solver(solver_extremes.PARTS)
+
+
+def pattern() -> Iterator[Figure]:
+    """Touches from the whole pattern, of linear theory."""
+    parts = pattern_bars.PARTS.items()
+    return of_the_solver({name: part for name, part in parts if name not in LARGE})
+
+
+def large() -> Iterator[Figure]:
+    """Touches from the whole pattern that bend the plate by more than its thickness."""
+    return of_the_solver({name: pattern_bars.PARTS[name] for name in LARGE})
 
 
 def of_the_solver(parts: Mapping[str, bars.Part]) -> Iterator[Figure]:
@@ -59,8 +67,9 @@ PARTS = {
     "correlation": correlation,
     "plates": plates,
     "strain": strain,
-    "pattern": pattern,
     "extremes": extremes,
+    "pattern": pattern,
+    "large": large,
 }
 
 if __name__ == "__main__":

@@ -7,21 +7,21 @@ beside where they are installed (extra ``peers``; OpenCV is always there).
 from collections.abc import Iterator
 
 import cv2
-import dic_figures
+import dic_settings
 from study import line, run
 
 from rig.report.figure import Figure
 
 TABLES = {
     "shift": "Correlation of a rigid shift",
-    "waves": f"Correlation of waves of {dic_figures.LENGTH:.0f} px, 0.5 px high",
+    "waves": f"Correlation of waves of {dic_settings.LENGTH:.0f} px, 0.5 px high",
 }
 
 
 def settings() -> Iterator[Figure]:
     """Measure every setting once, and tell it for both motions."""
     cv2.setNumThreads(1)
-    measured = list(dic_figures.measure(dic_figures.pictures()))
+    measured = list(dic_settings.measure(dic_settings.pictures()))
     for motion, table in TABLES.items():
         for one in measured:
             yield from line(
@@ -35,7 +35,7 @@ def settings() -> Iterator[Figure]:
             )
 
 
-def named(one: dic_figures.Line) -> str:
+def named(one: dic_settings.Line) -> str:
     """Name a setting."""
     name = f"{one.code} {one.subset}/{one.step}, order {one.order}"
     if one.window != "-":
