@@ -15,7 +15,7 @@ from models.pattern import Motions, see_motions
 from rig import cache, live
 from rig.calibration.alignment import Alignment
 from rig.scene import Scene
-from rig.scene.bench import Pinhole
+from rig.scene.bench import Camera
 from rig.scene.plate import Plate
 from rig.scene.sensing import Dic, NetEstimator, PatternEstimator, StrainEstimator
 from rig.scene.theory import Theory, choose, largest_force
@@ -140,7 +140,7 @@ def build_bench(
     match scene:
         case Scene(
             plate=Plate() as plate,
-            camera=Pinhole() as camera,
+            camera=Camera() as camera,
             dic=Dic() as dic,
             estimator=PatternEstimator() | NetEstimator() as estimator,
         ):

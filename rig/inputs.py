@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rig.scene import Scene
-from rig.scene.bench import Pinhole
+from rig.scene.bench import Camera as CameraSection
 from rig.scene.source import (
     Basler,
     Device,
@@ -67,11 +67,11 @@ def open_input(scene: Scene, say: Callable[[str], object]) -> Iterator[tuple[Sou
                 if session.cut:
                     say(session.cut)
                 yield Playback(session), session.zero
-        case Folder() | Video() as kept, Pinhole(rate=rate):
+        case Folder() | Video() as kept, CameraSection(rate=rate):
             from rig.camera.device import InOrder
 
             yield InOrder(_kept(kept, rate)), None
-        case Device() as device, Pinhole() as view:
+        case Device() as device, CameraSection() as view:
             from rig.camera import Camera
 
             with Camera(_opening(device, view), rescue=_rescue(device)) as camera:
@@ -92,7 +92,7 @@ def _kept(source: Folder | Video, rate: float) -> OpenDevice:
     return (open_folder if isinstance(source, Folder) else open_video)(source.path, rate)
 
 
-def _opening(device: Device, view: Pinhole) -> Opening:
+def _opening(device: Device, view: CameraSection) -> Opening:
     """Choose what opens a camera, again after each outage."""
     given = view.pixels, view.rate, device.controls()
     match device:

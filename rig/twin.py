@@ -13,7 +13,7 @@ import synthetic
 from rig import cache, script
 from rig.pressed import Solver, plate_solver, press
 from rig.scene import Scene
-from rig.scene.bench import Pattern, Pinhole, Sensor
+from rig.scene.bench import Camera, Pattern, Sensor
 from rig.scene.plate import Plate, Touches
 from rig.scene.source import Twin as TwinSection
 from rig.script import Script
@@ -86,7 +86,7 @@ def build_twin(scene: Scene, progress: Callable[[int, int], None] | None = None)
     match scene:
         case Scene(
             plate=Plate() as plate,
-            camera=Pinhole() as camera,
+            camera=Camera() as camera,
             pattern=Pattern() as pattern,
             sensor=Sensor() as sensor,
             source=TwinSection() as source,

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 import fe
 from rig.process import deaf_to_interrupts
 from rig.scene import Scene
-from rig.scene.bench import Pinhole
+from rig.scene.bench import Camera
 from rig.script import STILL
 from rig.source import Frame
 
@@ -124,7 +124,7 @@ def open_twin(scene: Scene) -> Iterator[TwinSource]:
             memory.unlink()
 
 
-def _camera(scene: Scene) -> Pinhole:
+def _camera(scene: Scene) -> Camera:
     """Camera of the twin, after the checks that need no process."""
     if scene.source is None or scene.camera is None:
         raise ValueError(

@@ -17,7 +17,7 @@ from dic.tile_field import prepare_blocks
 from dic.tiles import lay_tiles, prepare_tiles, tile_sums
 from models.design import Errors, alike, expected_errors, gradient_energy, over_plate
 from rig.design.setup import Setup
-from rig.scene.bench import Pinhole
+from rig.scene.bench import Camera
 from rig.scene.plate import Plate
 
 MODES = 200  # of the plate, on
@@ -111,7 +111,7 @@ def time_of_frame(given: Setup, motions: models.Motions) -> float:
     return float(np.median(spent))
 
 
-def seen(plate: Plate, camera: Pinhole, tile: int) -> models.Motions:
+def seen(plate: Plate, camera: Camera, tile: int) -> models.Motions:
     """See the motions of the plate and of the camera on tiles of `tile` px."""
     flat, view = plate.build(), camera.build(plate)
     modes = fe.modes(flat, MODES, mesh=fe.grid(flat, ELEMENTS))

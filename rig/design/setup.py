@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from rig.scene import Scene
-from rig.scene.bench import Pattern, Pinhole, Sensor
+from rig.scene.bench import Camera, Pattern, Sensor
 from rig.scene.plate import Plate
 from rig.scene.sensing import Dic
 
@@ -23,7 +23,7 @@ class Setup:
     """The sections of a scene that a design is made from, all of them there."""
 
     plate: Plate
-    camera: Pinhole
+    camera: Camera
     pattern: Pattern
     sensor: Sensor
     dic: Dic
@@ -41,7 +41,7 @@ class Setup:
         return float(np.sqrt(self.sensor.noise**2 + ROUNDING))
 
     @property
-    def geometry(self) -> tuple[Plate, Pinhole, int]:
+    def geometry(self) -> tuple[Plate, Camera, int]:
         """What decides how touches are seen, whatever the pattern and the noise."""
         return self.plate, self.camera, self.tile
 
@@ -66,7 +66,7 @@ def setup_of(scene: Scene) -> Setup:
     match scene:
         case Scene(
             plate=Plate() as plate,
-            camera=Pinhole() as camera,
+            camera=Camera() as camera,
             pattern=Pattern() as pattern,
             sensor=Sensor() as sensor,
             dic=Dic() as dic,

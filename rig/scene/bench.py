@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from rig.scene.plate import Plate
 
 
-class Pinhole(Section):
+class Camera(Section):
     """A camera over the middle of the plate, looking at the touched face."""
 
     kind: Literal["pinhole", "telecentric"] = Field("pinhole", description="projection")

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from rig.scene import counts
-from rig.scene.bench import Gauges, Lattice, Pattern, Pinhole, Ring, Sensor
+from rig.scene.bench import Camera, Gauges, Lattice, Pattern, Ring, Sensor
 from rig.scene.dataset import Dataset
 from rig.scene.loop import Outputs, Page, Projector
 from rig.scene.plate import SIDES, Base, Mixed, Plate, Touches
@@ -49,7 +49,7 @@ def describe(name: str, section: Section, scene: Scene) -> Part:
     match section:
         case Plate() | Base() | Touches() | Gauges() | Dataset():
             return _mechanics(name, section, scene)
-        case Pinhole() | Pattern() | Sensor():
+        case Camera() | Pattern() | Sensor():
             return _optics(name, section, scene)
         case PatternEstimator() | StrainEstimator() | NetEstimator() | Training() | Dic():
             return _sensing(name, section, scene)
@@ -117,9 +117,9 @@ def _dataset(name: str, section: Dataset, scene: Scene) -> Part:
     return Part(name, what, f"{size / 1e6:.3g} MB on disk", ("fe", "models", "h5py"))
 
 
-def _optics(name: str, section: Pinhole | Pattern | Sensor, scene: Scene) -> Part:
+def _optics(name: str, section: Camera | Pattern | Sensor, scene: Scene) -> Part:
     match section:
-        case Pinhole(pixels=(width, height)):
+        case Camera(pixels=(width, height)):
             what = f"{section.kind}, {width} × {height} px at {section.stand_off:g} mm"
             cost = f"{width * height / 1e6 * section.rate:.3g} million pixels a second"
             return Part(name, what, cost, ("synthetic",))

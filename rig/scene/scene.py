@@ -5,7 +5,7 @@ from __future__ import annotations
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from rig.scene.bench import AnyGauges, Pattern, Pinhole, Sensor
+from rig.scene.bench import AnyGauges, Camera, Pattern, Sensor
 from rig.scene.dataset import Dataset
 from rig.scene.loop import Outputs, Page, Projector
 from rig.scene.plate import Base, Plate, Touches
@@ -54,7 +54,7 @@ class Scene(Section):
     plate: Plate | None = Field(None, description="the plate that is touched")
     base: Base | None = Field(None, description="how the plate is bent before any touch")
     touches: Touches | None = Field(None, description="the touches that are expected")
-    camera: Pinhole | None = Field(None, description="the camera")
+    camera: Camera | None = Field(None, description="the camera")
     pattern: Pattern | None = Field(None, description="the speckle pattern")
     sensor: Sensor | None = Field(None, description="the sensor of the camera")
     gauges: AnyGauges | None = Field(None, description="strain gauges")
