@@ -17,6 +17,7 @@ from dic.displacement import DisplacementField, Status
 
 _STATUS_COLOURS = (
     "#2f9e44", "#ced4da", "#f1c40f", "#343a40", "#f783ac", "#4dabf7", "#e03131", "#7048e8",
+    "#8c5a2b",
 )  # fmt: skip
 _OPACITY = 0.75
 _DPI = 100

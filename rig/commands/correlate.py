@@ -56,27 +56,22 @@ def correlate(
     strain = dic.strain(field, window=window, kind=kind)
     seconds = time.perf_counter() - start
 
-    _write(folder, before, field, strain, each=pictures)
+    with folder_aside(folder) as aside:
+        _write(aside, before, field, strain)
+        if pictures:
+            dic.export.pictures(aside, before, field, strain)
     figures = _figures(field, strain) | {"seconds": seconds, "folder": str(folder)}
     emit(_tables(figures), figures, as_json)
 
 
 def _write(
-    folder: Path,
-    image: np.ndarray,
-    field: dic.DisplacementField,
-    strain: dic.StrainField,
-    *,
-    each: bool,
+    folder: Path, image: np.ndarray, field: dic.DisplacementField, strain: dic.StrainField
 ) -> None:
     from dic import export
 
-    with folder_aside(folder) as aside:
-        export.write_hdf5(aside / "fields.h5", field, strain)
-        export.write_csv(aside / "fields.csv", field, strain)
-        export.overview(aside / "fields.png", image, field, strain)
-        if each:
-            export.pictures(aside, image, field, strain)
+    export.write_hdf5(folder / "fields.h5", field, strain)
+    export.write_csv(folder / "fields.csv", field, strain)
+    export.overview(folder / "fields.png", image, field, strain)
 
 
 def _figures(field: dic.DisplacementField, strain: dic.StrainField) -> dict[str, Any]:
