@@ -1,7 +1,7 @@
-"""Put the headline figures of a report into the README, between two marks.
+"""Put figures of a report into the README, each table between two marks.
 
-Usage: ``python benchmarks/headline.py [REPORT]``, the folder of a report, docs/report if left out.
-What stands in the README is so found in the report's CSV; a test holds that.
+Usage: ``python benchmarks/headline.py [REPORT]``, the folder of a full report, docs/report if left
+out. What stands in the README is so found in the report's CSV; a test holds that.
 """
 
 import sys
@@ -12,7 +12,8 @@ from rig.report.compare import RAW
 from rig.report.figure import Figure, read
 
 ROOT = Path(__file__).parents[1]
-BEGIN, END = "<!-- figures of the report -->", "<!-- end of the figures -->"
+FIGURES = "<!-- figures of the report -->", "<!-- end of the figures -->"
+STEPS = "<!-- times of the steps -->", "<!-- end of the times -->"
 
 
 class Headline(NamedTuple):
@@ -85,16 +86,41 @@ HEADLINES = (
 
 
 def main(folder: str = "docs/report") -> None:
-    """Rewrite the block."""
-    found = [figure_of(headline, ROOT / folder / RAW) for headline in HEADLINES]
+    """Rewrite both tables."""
+    raw, readme = ROOT / folder / RAW, ROOT / "README.md"
+    text = readme.read_text(encoding="utf-8")
+    text = between(text, FIGURES, headlines(raw))
+    text = between(text, STEPS, steps(raw))
+    readme.write_text(text, encoding="utf-8")
+
+
+def headlines(raw: Path) -> list[str]:
+    """Return the table of the headlines."""
     lines = ["| figure | measured | bar |", "|---|---|---|"]
-    for headline, figure in zip(HEADLINES, found, strict=True):
-        value = f"{figure.value} {figure.unit}".strip()
-        lines.append(f"| {headline.words} | {value} | {figure.bar} |")
-    readme = ROOT / "README.md"
-    before, rest = readme.read_text(encoding="utf-8").split(BEGIN)
-    after = rest.split(END)[1]
-    readme.write_text(before + "\n".join([BEGIN, *lines, END]) + after, encoding="utf-8")
+    for headline in HEADLINES:
+        figure = figure_of(headline, raw)
+        lines.append(f"| {headline.words} | {told(figure)} | {figure.bar} |")
+    return lines
+
+
+def steps(raw: Path) -> list[str]:
+    """Return the table of a newcomer's steps, a line a command."""
+    lines, found = ["| command | first time | again |", "|---|---|---|"], {}
+    for figure in read(raw / "newcomer.csv"):
+        found.setdefault(figure.case, {})[figure.quantity] = told(figure)
+    for command, times in found.items():
+        lines.append(f"| `{command}` | {times['first time']} | {times.get('again', '')} |")
+    return lines
+
+
+def told(figure: Figure) -> str:
+    return f"{figure.value} {figure.unit}".strip()
+
+
+def between(text: str, marks: tuple[str, str], lines: list[str]) -> str:
+    """Put lines in place of those between two marks."""
+    before, rest = text.split(marks[0])
+    return before + "\n".join([marks[0], *lines, marks[1]]) + rest.split(marks[1])[1]
 
 
 def figure_of(headline: Headline, raw: Path) -> Figure:

@@ -13,7 +13,8 @@ from rig.cli import COMMANDS
 from rig.report.figure import read
 from rig.scene.account import account
 
-BEGIN, END = "<!-- figures of the report -->", "<!-- end of the figures -->"
+FIGURES = "<!-- figures of the report -->", "<!-- end of the figures -->"
+STEPS = "<!-- times of the steps -->", "<!-- end of the times -->"
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])
 LINK = re.compile(r"\]\(([^)\s]+)\)")
@@ -69,9 +70,24 @@ def test_the_scenes_of_the_readme_load_and_say_what_they_hold(tmp_path):
         assert {part.name for part in said.parts} >= {"plate", "estimator"}
 
 
-def test_every_figure_of_the_readme_is_in_the_report():
+def lines_between(marks):
     text = (ROOT / "README.md").read_text(encoding="utf-8")
-    lines = text.split(BEGIN)[1].split(END)[0].strip().splitlines()[2:]
+    return text.split(marks[0])[1].split(marks[1])[0].strip().splitlines()[2:]
+
+
+def test_every_step_of_the_readme_is_timed_by_the_report():
+    measured = {}
+    for figure in read(ROOT / "docs/report/raw/newcomer.csv"):
+        measured.setdefault(figure.case, []).append(f"{figure.value} {figure.unit}")
+    lines = [[cell.strip(" `") for cell in line.split("|")[1:-1]] for line in lines_between(STEPS)]
+    assert {command: [time for time in times if time] for command, *times in lines} == measured
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    for command in measured:
+        assert command in text.split(STEPS[0])[0], command
+
+
+def test_every_figure_of_the_readme_is_in_the_report():
+    lines = lines_between(FIGURES)
     assert len(lines) > 5
     told = {
         (f"{figure.value} {figure.unit}".strip(), figure.bar)

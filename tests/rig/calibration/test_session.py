@@ -16,30 +16,22 @@ from rig.script import STILL
 from rig.stopwatch import Stopwatch
 from rig.twin import build_twin
 from rig.zero import take_zero
+from tests.rig.conftest import SMALL
 
 RATE, FRAMES, COUNT = 30.0, 24, 12  # frames a second and a press
-SMALL = {
-    "plate.size": [254, 203],
-    "camera.pixels": [384, 320],
-    "pattern.diameter": 3.5,
-    "dic.tile": 8,
-    "estimator.modes": 100,
-    "touches.force": [2, 4],
-    "touches.most": 1,
-    "source.script": "collect",
-}
+BENCH = SMALL | {"touches.force": [2, 4], "touches.most": 1, "source.script": "collect"}
 
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("TOUCHPLATE_CACHE", str(tmp_path_factory.mktemp("cache")))
-        yield rig.load("twin", SMALL)
+        yield rig.load("twin", BENCH)
 
 
 def recorded(scene, rng, **wrong):
     """Record a bench that is not as its scene says; what was found then is a little off."""
-    real = rig.load("twin", SMALL | wrong)
+    real = rig.load("twin", BENCH | wrong)
     twin, asked = build_twin(real), targets(scene)[:COUNT]
     zero = take_zero([twin.frame(number, ()) for number in range(16)])
     images, places, spreads = [], [], []
@@ -97,7 +89,7 @@ def test_what_is_kept_is_what_the_loop_takes(scene, rng, tmp_path):
         store.keep(path, part)
     bench = build_bench(scene, quiet, store.read(path))
     assert bench.camera.focal == learned.lens.focal
-    twin = build_twin(rig.load("twin", SMALL | wrong))
+    twin = build_twin(rig.load("twin", BENCH | wrong))
     chain, _ = bench.prepare(session.zero)
     errors = []
     for number, press in enumerate(targets(scene)[COUNT:], start=2000):
