@@ -51,14 +51,14 @@ def camera(
     """
     from rig.calibration import steps
 
-    bench, board = _bench(scene, settings), _board(squares, square, marker)
+    bench, board = _bench("camera", scene, settings), _board(squares, square, marker)
     if pictures:
         part = steps.from_boards(pictures, board, tuple(leave_out or ()))
     else:
         from rig.calibration.board_guides import LensGuide
 
-        part = bench.live("camera", LensGuide(board))
-    bench.keep("camera", part, as_json)
+        part = bench.live(LensGuide(board))
+    bench.keep(part, as_json)
 
 
 @calibrate.command()
@@ -79,7 +79,7 @@ def pose(
     """
     from rig.calibration import steps
 
-    bench, board = _bench(scene, settings), _board(squares, square, marker)
+    bench, board = _bench("pose", scene, settings), _board(squares, square, marker)
     if corner:
         part = steps.from_corners(bench.scene, bench.known, [_pair(text) for text in corner])
     elif pictures:
@@ -88,8 +88,8 @@ def pose(
         from rig.calibration.board_guides import PoseGuide
 
         height = steps.plate_of(bench.scene).thickness / 2
-        part = bench.live("pose", PoseGuide(bench.known.known_lens(), board, at, height))
-    bench.keep("pose", part, as_json)
+        part = bench.live(PoseGuide(bench.known.known_lens(), board, at, height))
+    bench.keep(part, as_json)
 
 
 @calibrate.command()
@@ -102,7 +102,7 @@ def projector(
     """
     from rig.calibration import steps
 
-    bench = _bench(scene, settings)
+    bench = _bench("projector", scene, settings)
     if pictures:
         part = steps.from_stripes(bench.scene, bench.known, pictures)
     else:
@@ -110,8 +110,8 @@ def projector(
 
         window, view = steps.projector_of(bench.scene), steps.posed(bench.known)
         guide = StripesGuide(view, steps.plate_of(bench.scene), window.size)
-        part = bench.live("projector", guide)
-    bench.keep("projector", part, as_json)
+        part = bench.live(guide)
+    bench.keep(part, as_json)
 
 
 @calibrate.command()
@@ -122,9 +122,9 @@ def latency(scene: Name, settings: Settings = None, as_json: Json = False) -> No
     from rig.calibration import steps
     from rig.calibration.light_guides import LatencyGuide
 
-    bench = _bench(scene, settings)
+    bench = _bench("latency", scene, settings)
     steps.projector_of(bench.scene)
-    bench.keep("latency", bench.live("latency", LatencyGuide(np.random.default_rng())), as_json)
+    bench.keep(bench.live(LatencyGuide(np.random.default_rng())), as_json)
 
 
 @calibrate.command()
@@ -141,14 +141,14 @@ def noise(
     """
     from rig.calibration import steps
 
-    bench = _bench(scene, settings)
+    bench = _bench("noise", scene, settings)
     if pictures:
         part = steps.from_stills(pictures, black)
     else:
         from rig.calibration.noise_guide import NoiseGuide
 
-        part = bench.live("noise", NoiseGuide(black))
-    bench.keep("noise", part, as_json)
+        part = bench.live(NoiseGuide(black))
+    bench.keep(part, as_json)
 
 
 @calibrate.command()
@@ -162,45 +162,47 @@ def stripes(
     from rig.calibration import steps
 
     pictures.mkdir(parents=True, exist_ok=True)
-    count = steps.write_stripes(_bench(scene, settings).scene, pictures)
+    count = steps.write_stripes(_bench("projector", scene, settings).scene, pictures)
     emit(f"{count} pictures in {pictures}", {"pictures": count}, as_json)
 
 
 @dataclass(frozen=True)
 class _Bench:
-    """A scene, what is known of it, and the file in which that is kept."""
+    """A part of a bench, its scene, what is known of it, and the file in which that is kept."""
 
+    what: str
     scene: Scene
     known: Calibration
     path: Path
 
-    def live(self, what: str, guide: Guide) -> Part:
+    def live(self, guide: Guide) -> Part:
         from rig.commands.guided import live
 
-        return live(what, self.scene, self.known, guide)
+        return live(self.what, self.scene, self.known, guide)
 
-    def keep(self, what: str, part: Part, as_json: bool) -> None:
+    def keep(self, part: Part, as_json: bool) -> None:
         """Keep a part with its date and error, and say what it is like."""
         from rig.calibration import store
 
         kept = store.keep(self.path, part)
-        entry = getattr(kept, PART.get(what, what)).model_dump(mode="json")
+        entry = getattr(kept, PART.get(self.what, self.what)).model_dump(mode="json")
         doubts = kept.doubts(self.scene, datetime.now(UTC))
         left_out = list(getattr(part, "left_out", ()))
         error, residual = entry["error"], entry["residual"]
-        lines = [f"{what}: error {error:.3g}, residual {residual:.3g}; in {self.path}"]
+        lines = [f"{self.what}: error {error:.3g}, residual {residual:.3g}; in {self.path}"]
         if left_out:
             lines.append(f"views left out: {', '.join(map(str, left_out))}")
         said = entry | {"path": str(self.path), "doubts": doubts, "left_out": left_out}
         emit("\n".join([*lines, *doubts]), said, as_json)
 
 
-def _bench(name: str, settings: list[str] | None) -> _Bench:
+def _bench(what: str, name: str, settings: list[str] | None) -> _Bench:
     import rig
     from rig.calibration import store
 
     path = store.beside(name)
-    return _Bench(rig.load(name, rig.scene.parse_overrides(settings or [])), store.read(path), path)
+    scene = rig.load(name, rig.scene.parse_overrides(settings or []))
+    return _Bench(what, scene, store.read(path), path)
 
 
 def _board(squares: tuple[int, int], square: float, marker: float) -> Board:
