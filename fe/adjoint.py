@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fe.functional import derivative
+from fe.functional import Functional, derivative
 from fe.linear import Linear
 from fe.load import disc
 from fe.mesh import Mesh
 from fe.plate import Plate
 
-# Measurements between two words of progress.
+# Measurements between two words of progress, all three of some points.
 _BLOCK = 24
 
 
@@ -66,29 +66,42 @@ class Adjoint:
 
 def solve_adjoint(
     linear: Linear,
-    channels: int,
-    add_loads: Callable[[NDArray[np.float64], slice], None],
+    at: NDArray[np.float64],
+    orders: Sequence[tuple[int, int]],
+    read: Callable[[Mesh, NDArray[np.float64], int, int], Functional],
+    scale: NDArray[np.float64],
     progress: Callable[[int, int], object] | None = None,
 ) -> Adjoint:
-    """Solve once for each channel.
+    """Solve once for each of three derivatives of w at each point.
 
     Parameters
     ----------
     linear : Linear
-    channels : int
-        Number C of them.
-    add_loads : callable
-        Adds the functionals b of the channels of a slice to a table (..., slice length) of zeros,
-        for a force of 1 N into the plate.
+    at : (M, 2) float64, mm
+        The points.
+    orders : three of (int, int)
+        Orders p by x and q by y of the derivatives.
+    read : callable
+        Gives the functionals that take a derivative: `derivative`, or another with its arguments.
+    scale : (3 M,) float64
+        Factor of each channel, for a force of 1 N into the plate.
     progress : callable, optional
         Called with the channels done and their number.
+
+    Returns
+    -------
+    Adjoint
+        Of 3 M channels: all three of the first point, then of the second, ...
     """
-    values = np.empty((*linear.mesh.shape, channels))
-    for first in range(0, channels, _BLOCK):
-        part = slice(first, min(first + _BLOCK, channels))
-        loads = np.zeros((*linear.mesh.shape, part.stop - part.start))
-        add_loads(loads, part)
-        values[:, :, part] = linear.solve(loads)
+    values = np.empty((*linear.mesh.shape, 3 * len(at)))
+    for first in range(0, len(scale), _BLOCK):
+        last = min(first + _BLOCK, len(scale))
+        loads = np.zeros((*linear.mesh.shape, last - first))
+        for component, (p, q) in enumerate(orders):
+            channels = np.arange(first + component, last, 3)
+            functional = read(linear.mesh, at[channels // 3], p, q)
+            functional.add_to(loads, scale[channels], channels - first)
+        values[:, :, first:last] = linear.solve(loads)
         if progress is not None:
-            progress(part.stop, channels)
+            progress(last, len(scale))
     return Adjoint(linear.plate, linear.mesh, values)

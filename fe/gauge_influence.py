@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fe.adjoint import Adjoint, solve_adjoint
-from fe.functional import averaged, recovered
+from fe.functional import Functional, averaged, recovered
 from fe.linear import CURVATURES, Face, Linear, height
 from fe.mesh import Mesh, mesh_for
 from fe.plate import Plate
@@ -127,21 +127,13 @@ def influence(
     gauges = plate.points(gauges, "gauge")
     linear = Linear(plate, mesh_for(plate, mesh))
     _check_windows(plate, gauges, length)
+
+    def read(mesh: Mesh, xy: NDArray[np.float64], p: int, q: int) -> Functional:
+        return averaged(mesh, xy, length, p, q) if length > 0 else recovered(mesh, xy, p, q)
+
     # Strain is -z times the curvature of w, and a touch of 1 N is -1 N along z.
-    lever = height(plate, gauges, face)
-
-    def add_loads(loads: NDArray, part: slice) -> None:
-        for component, (p, q) in enumerate(CURVATURES):
-            first = part.start + (component - part.start) % 3
-            channels = np.arange(first, part.stop, 3)
-            at = gauges[channels // 3]
-            if length > 0:
-                read = averaged(linear.mesh, at, length, p, q)
-            else:
-                read = recovered(linear.mesh, at, p, q)
-            read.add_to(loads, lever[channels // 3], channels - part.start)
-
-    return Influence(solve_adjoint(linear, 3 * len(gauges), add_loads, progress), gauges)
+    lever = np.repeat(height(plate, gauges, face), 3)
+    return Influence(solve_adjoint(linear, gauges, CURVATURES, read, lever, progress), gauges)
 
 
 def _check_windows(plate: Plate, gauges: NDArray[np.float64], length: float) -> None:

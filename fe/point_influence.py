@@ -121,12 +121,6 @@ def displacement_influence(
     z = height(plate, at, face)
     # u = -z w,x and v = -z w,y; a touch of 1 N is -1 N along z.
     scale = np.column_stack([z, z, -np.ones(len(at))]).ravel()
-
-    def add_loads(loads: NDArray, part: slice) -> None:
-        for component, (p, q) in enumerate(_ORDERS):
-            first = part.start + (component - part.start) % 3
-            channels = np.arange(first, part.stop, 3)
-            read = derivative(linear.mesh, at[channels // 3], p, q)
-            read.add_to(loads, scale[channels], channels - part.start)
-
-    return DisplacementInfluence(solve_adjoint(linear, 3 * len(at), add_loads, progress), at)
+    return DisplacementInfluence(
+        solve_adjoint(linear, at, _ORDERS, derivative, scale, progress), at
+    )
