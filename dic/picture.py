@@ -1,31 +1,37 @@
-"""Fields drawn over the grey reference: one alone, or several on one sheet."""
+"""Fields drawn over the grey reference: one alone, or several on one sheet.
+
+Drawn by Pillow, pixel by pixel: a library for charts takes longer to load than a pair to correlate.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
+import cv2
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import BoundaryNorm, ListedColormap
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from PIL import Image, ImageDraw
 
+from dic import axes
+from dic.axes import Box
 from dic.displacement import DisplacementField, Status
+from dic.grid import Grid
 
 _STATUS_COLOURS = (
     "#2f9e44", "#ced4da", "#f1c40f", "#343a40", "#f783ac", "#4dabf7", "#e03131", "#7048e8",
     "#8c5a2b",
 )  # fmt: skip
+_BLUE_TO_RED = (
+    "#053061", "#2166ac", "#4393c3", "#92c5de", "#d1e5f0", "#f7f7f7", "#fddbc7", "#f4a582",
+    "#d6604d", "#b2182b", "#67001f",
+)  # fmt: skip
 _OPACITY = 0.75
-_DPI = 100
-_TICKS = 5  # at most, on an axis
-# Inches about each image: for the numbers and names of the axes, the title, and the scale.
-_LEFT, _RIGHT, _BELOW, _ABOVE = 0.75, 1.9, 0.6, 0.4
-_ALONE, _ON_SHEET = (9.0, 7.0), (4.0, 4.0)  # inches that the image of one panel may take
+_ALONE, _ON_SHEET = (900, 700), (400, 400)  # px that the image of one panel may take
 _ACROSS = 3  # panels a row of a sheet
+_DOT = 4  # px, radius of a point that is on no grid
 
 
 @dataclass(frozen=True)
@@ -39,21 +45,21 @@ class _Look:
 _LOOKS = {
     "u": _Look("Displacement u, to the right", "px", 1, "viridis"),
     "v": _Look("Displacement v, downwards", "px", 1, "viridis"),
-    "exx": _Look("Strain exx", "µε", 1e6, "RdBu_r"),
-    "eyy": _Look("Strain eyy", "µε", 1e6, "RdBu_r"),
-    "exy": _Look("Shear strain exy (tensor)", "µε", 1e6, "RdBu_r"),
+    "exx": _Look("Strain exx", "µε", 1e6, "diverging"),
+    "eyy": _Look("Strain eyy", "µε", 1e6, "diverging"),
+    "exy": _Look("Shear strain exy (tensor)", "µε", 1e6, "diverging"),
     "sigma_u": _Look("Standard deviation of u", "px", 1, "magma"),
     "sigma_exx": _Look("Standard deviation of exx", "µε", 1e6, "magma"),
     "zncc": _Look("Correlation ZNCC", "1", 1, "cividis"),
-    "status": _Look("Status", "", 1, ""),
+    "status": _Look("Status", "", 1, "status"),
 }
 
 
 def draw(path: Path, image: NDArray, name: str, values: NDArray, disp: DisplacementField) -> None:
     """Draw the field `values` (N,) called `name` over `image` (H, W) into a PNG at `path`."""
-    figure, panels = _frame(image.shape, _ALONE, (1, 1))
-    _panel(*panels[0], image, name, values, disp)
-    _save(figure, path)
+    sheet, boxes = _frame(image.shape, _ALONE, (1, 1))
+    _panel(sheet, boxes[0], image, name, values, disp)
+    sheet.save(path, compress_level=1)
 
 
 def draw_sheet(
@@ -61,58 +67,80 @@ def draw_sheet(
 ) -> None:
     """Draw fields (N,) by name over `image` (H, W), three a row, into one PNG at `path`."""
     rows = -(-len(fields) // _ACROSS)
-    figure, panels = _frame(image.shape, _ON_SHEET, (rows, _ACROSS))
-    for panel, (name, values) in zip(panels, fields.items(), strict=False):
-        _panel(*panel, image, name, values, disp)
-    _save(figure, path)
-
-
-def _panel(
-    axes: Axes, beside: Axes, image: NDArray, name: str, values: NDArray, disp: DisplacementField
-) -> None:
-    """Draw a field over the image, and its scale beside it."""
-    height, width = image.shape
-    dark, bright = np.percentile(image[::4, ::4], (1, 99))
-    axes.imshow(image, cmap="gray", vmin=dark, vmax=bright, interpolation="nearest")
-    look = _LOOKS[name]
-    if name == "status":
-        _draw_status(axes, beside, values, disp)
-    else:
-        limits = _limits(values * look.scale, look.colours)
-        drawn = _map(axes, values * look.scale, disp, look.colours, limits)
-        axes.figure.colorbar(drawn, cax=beside, extend="both", label=look.unit)
-    axes.set(title=look.title, xlabel="x, px", ylabel="y, px")
-    axes.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5))
-    axes.locator_params(nbins=_TICKS)
-
-
-def _save(figure: Figure, path: Path) -> None:
-    figure.savefig(path, dpi=_DPI, pil_kwargs={"compress_level": 1})
+    sheet, boxes = _frame(image.shape, _ON_SHEET, (rows, _ACROSS))
+    for box, (name, values) in zip(boxes, fields.items(), strict=False):
+        _panel(sheet, box, image, name, values, disp)
+    sheet.save(path, compress_level=1)
 
 
 def _frame(
-    shape: tuple[int, ...], most: tuple[float, float], counts: tuple[int, int]
-) -> tuple[Figure, list[tuple[Axes, Axes]]]:
-    """Figure with room for rows and columns of images (H, W), and beside each for its scale.
-
-    The room is stated and not sought for: a layout that is sought draws everything twice.
-    """
+    shape: tuple[int, ...], most: tuple[int, int], counts: tuple[int, int]
+) -> tuple[Image.Image, list[Box]]:
+    """White sheet with room for rows and columns of images (H, W) and what stands about each."""
     height, width = shape
-    across, up = np.array([width, height]) * min(most[0] / width, most[1] / height)
-    cell = np.array([across + _LEFT + _RIGHT, up + _BELOW + _ABOVE])
-    whole = cell * counts[::-1]
-    figure = Figure(figsize=(float(whole[0]), float(whole[1])))
-    FigureCanvasAgg(figure)
-
-    def box(x: float, y: float, wide: float) -> Axes:
-        return figure.add_axes((x / whole[0], y / whole[1], wide / whole[0], up / whole[1]))
-
-    corners = [
-        cell * (column, row) + (_LEFT, _BELOW)
-        for row in reversed(range(counts[0]))
+    scale = min(most[0] / width, most[1] / height)
+    wide, high = max(round(width * scale), 1), max(round(height * scale), 1)
+    across, up = wide + axes.LEFT + axes.RIGHT, high + axes.BELOW + axes.ABOVE
+    boxes = [
+        Box(column * across + axes.LEFT, row * up + axes.ABOVE, wide, high)
+        for row in range(counts[0])
         for column in range(counts[1])
     ]
-    return figure, [(box(x, y, across), box(x + across + 0.2, y, 0.18)) for x, y in corners]
+    return Image.new("RGB", (counts[1] * across, counts[0] * up), "white"), boxes
+
+
+def _panel(
+    sheet: Image.Image,
+    box: Box,
+    image: NDArray,
+    name: str,
+    values: NDArray,
+    disp: DisplacementField,
+) -> None:
+    """Draw a field over the image, the axes about it and its scale beside it."""
+    look = _LOOKS[name]
+    colours, values, known = _colours(look.colours), values * look.scale, np.isfinite(values)
+    limits = (0.0, float(len(colours))) if name == "status" else _limits(values, look.colours)
+    share = np.where(known, (values - limits[0]) / (limits[1] - limits[0]), 0)
+    shades = colours[np.clip(share * len(colours), 0, len(colours) - 1).astype(int)]
+    grey = _grey(image, box)
+    if disp.grid is None:
+        pixels = _dots(grey, shades, known, image.shape, disp.xy)
+    else:
+        pixels = _cells(grey, shades, known, image.shape, disp.grid)
+    sheet.paste(Image.fromarray(pixels), (box.left, box.top))
+    pen = ImageDraw.Draw(sheet)
+    axes.draw_axes(pen, box, image.shape, look.title)
+    faded = np.rint(_OPACITY * colours + (1 - _OPACITY) * 255).astype(np.uint8)
+    if name == "status":
+        axes.draw_legend(pen, box, faded, _counted(values))
+    else:
+        axes.draw_scale(sheet, box, faded, limits, look.unit)
+
+
+def _counted(values: NDArray) -> list[str]:
+    """Name of each status, and how many points have it."""
+    counts = np.bincount(values.astype(int), minlength=len(Status))
+    return [f"{s.name.lower().replace('_', ' ')} ({counts[s]})" for s in Status]
+
+
+@cache
+def _colours(name: str) -> NDArray[np.uint8]:
+    """Colours (K, 3) from the lowest value to the highest."""
+    if name == "status":
+        return _table(_STATUS_COLOURS)
+    if name == "diverging":
+        known = _table(_BLUE_TO_RED)
+        at = np.linspace(0, len(known) - 1, 256)
+        each = [np.interp(at, np.arange(len(known)), channel) for channel in known.T]
+        return np.rint(each).astype(np.uint8).T
+    levels = np.arange(256, dtype=np.uint8)[:, None]
+    blue_first = cv2.applyColorMap(levels, getattr(cv2, f"COLORMAP_{name.upper()}"))
+    return np.asarray(blue_first[:, 0, ::-1], dtype=np.uint8)
+
+
+def _table(names: tuple[str, ...]) -> NDArray[np.uint8]:
+    return np.array([list(bytes.fromhex(name[1:])) for name in names], dtype=np.uint8)
 
 
 def _limits(values: NDArray, colours: str) -> tuple[float, float]:
@@ -121,29 +149,49 @@ def _limits(values: NDArray, colours: str) -> tuple[float, float]:
     if len(known) == 0:
         return 0.0, 1.0
     low, high = (float(limit) for limit in np.percentile(known, (1, 99)))
-    if colours == "RdBu_r":
+    if colours == "diverging":
         high = max(abs(low), abs(high))
         low = -high
-    return (low, high) if high > low else (low - 0.5, high + 0.5)
+    return (low, high) if high - low > 1e-9 * max(abs(low), abs(high)) else (low - 0.5, high + 0.5)
 
 
-def _map(axes: Axes, values: NDArray, disp: DisplacementField, colours, limits):
-    style = {"cmap": colours, "vmin": limits[0], "vmax": limits[1]}
-    if disp.grid is None:
-        return axes.scatter(*disp.xy.T, c=values, s=30, edgecolors="white", linewidths=0.5, **style)
-    half = disp.grid.step / 2
-    xs, ys = disp.grid.xs, disp.grid.ys
-    extent = (xs[0] - half, xs[-1] + half, ys[-1] + half, ys[0] - half)
-    cells = np.ma.masked_invalid(values.reshape(disp.grid.shape))
-    return axes.imshow(cells, extent=extent, alpha=_OPACITY, interpolation="nearest", **style)
+def _seen(count: int, pixels: int) -> NDArray[np.float64]:
+    """Place in a line of `count` pixels, px, at which each of `pixels` on the sheet looks."""
+    return (np.arange(pixels) + 0.5) * count / pixels - 0.5
 
 
-def _draw_status(axes: Axes, beside: Axes, values: NDArray, disp: DisplacementField) -> None:
-    colours = ListedColormap(_STATUS_COLOURS)
-    drawn = _map(axes, values.astype(float), disp, colours, (-0.5, len(Status) - 0.5))
-    drawn.set_norm(BoundaryNorm(np.arange(len(Status) + 1) - 0.5, len(Status)))
-    bar = axes.figure.colorbar(drawn, cax=beside, ticks=np.arange(len(Status)))
-    counts = np.bincount(values.astype(int), minlength=len(Status))
-    bar.ax.set_yticklabels(
-        [f"{s.name.lower().replace('_', ' ')} ({counts[s]})" for s in Status], fontsize=8
+def _grey(image: NDArray, box: Box) -> NDArray[np.float32]:
+    """Image as it stands in its box, (high, wide, 1), from black 0 to white 255."""
+    dark, bright = np.percentile(image[::4, ::4], (1, 99))
+    rows, columns = (
+        np.rint(_seen(count, pixels)).astype(int)
+        for count, pixels in zip(image.shape, (box.high, box.wide), strict=True)
     )
+    light = (image[rows[:, None], columns].astype(np.float32) - dark) / max(bright - dark, 1e-12)
+    return np.float32(255) * np.clip(light, 0, 1).astype(np.float32)[..., None]
+
+
+def _cells(grey, shades, known, shape, grid: Grid) -> NDArray[np.uint8]:
+    """Lay the colours (N, 3) of a grid as cells over the grey (high, wide, 1)."""
+    rows, columns = (
+        np.rint((_seen(count, pixels) - line[0]) / grid.step).astype(int)
+        for count, pixels, line in zip(shape, grey.shape, (grid.ys, grid.xs), strict=False)
+    )
+    row, column = (
+        np.clip(line, 0, n - 1) for line, n in zip((rows, columns), grid.shape, strict=True)
+    )
+    places = row[:, None] * grid.shape[1] + column
+    drawn = (row == rows)[:, None] & (column == columns) & known[places]
+    opacity = np.where(drawn, np.float32(_OPACITY), np.float32(0))[..., None]
+    return np.rint(grey + opacity * (shades[places] - grey)).astype(np.uint8)
+
+
+def _dots(grey, shades, known, shape, xy: NDArray) -> NDArray[np.uint8]:
+    """Draw the colours (N, 3) of scattered points as dots with a white rim over the grey."""
+    pixels = np.repeat(np.rint(grey).astype(np.uint8), 3, axis=2)
+    scale = np.array(grey.shape[1::-1]) / shape[::-1]
+    for (x, y), shade in zip((xy[known] + 0.5) * scale, shades[known], strict=True):
+        middle = int(x), int(y)
+        cv2.circle(pixels, middle, _DOT + 1, (255, 255, 255), cv2.FILLED, cv2.LINE_AA)
+        cv2.circle(pixels, middle, _DOT, shade.tolist(), cv2.FILLED, cv2.LINE_AA)
+    return pixels
