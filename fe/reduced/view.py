@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from math import inf
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -16,15 +18,18 @@ from fe.reduced.result import Trust
 if TYPE_CHECKING:
     from fe.reduced.reduced import Reduced
 
+_RECENT = 8
+"""Readings kept: an estimator asks for the state that it ended in, and began from, again."""
+
 
 class Reading(NamedTuple):
     """What M places measure under T touches.
 
     Attributes
     ----------
-    values : (M, 3) float64
+    values : (M, 3) float64, read only
         Strain exx, eyy, exy, or displacement u, v, w in mm.
-    jacobian : (M, 3, T, 3) float64
+    jacobian : (M, 3, T, 3) float64, read only
         Their derivatives by x, y in mm and F in N of each touch.
     result : Trust
     """
@@ -80,8 +85,16 @@ class View:
             force or radius that makes sense.
         """
         xy = self.plate.points(xy, "touch")
-        force, radii = _checked(force, len(xy)), np.full(len(xy), _radius(radius))
-        state = self.reduced.balance(xy, force, radii)
+        force = _checked(force, len(xy))
+        return self._recent(xy.tobytes(), force.tobytes(), _radius(radius))
+
+    @cached_property
+    def _recent(self) -> Callable[[bytes, bytes, float], Reading]:
+        return lru_cache(_RECENT)(self._read)
+
+    def _read(self, places: bytes, forces: bytes, radius: float) -> Reading:
+        xy, force = np.frombuffer(places).reshape(-1, 2), np.frombuffer(forces)
+        state = self.reduced.balance(xy, force, np.full(len(xy), radius))
         n, channels = self.fixed.shape[1], len(self.fixed)
         moving = self.moving.read(xy, radius).reshape(len(xy), channels, -1)
         slopes = self.moving.gradient(xy, radius).reshape(*moving.shape, 2)
@@ -93,6 +106,7 @@ class View:
         jacobian = by_weights @ state.weights_by + self.plane @ plane_by
         jacobian = jacobian.reshape(channels, len(xy), 3)
         jacobian[:, :, :2] += np.einsum("tcad,ta->ctd", slopes, weights)
+        values.flags.writeable = jacobian.flags.writeable = False
         result = self.reduced.trust(xy, state)
         return Reading(values.reshape(-1, 3), jacobian.reshape(-1, 3, len(xy), 3), result)
 
