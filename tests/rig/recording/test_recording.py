@@ -5,6 +5,7 @@ import resource
 import signal
 import subprocess
 import sys
+import threading
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -14,7 +15,7 @@ import numpy as np
 import pytest
 
 from rig.recording.mark import SUPERBLOCK, unmarked
-from rig.recording.recorder import RESERVE
+from rig.recording.recorder import RESERVE, Recorder
 from rig.recording.replay import replay
 from rig.recording.session import open_session
 from rig.stopwatch import Stopwatch
@@ -43,13 +44,23 @@ def test_a_replay_finds_the_same_touches_bit_for_bit(session, tmp_path):
         ]
 
 
-def test_a_slow_disk_leaves_frames_out_and_the_others_are_found_again(session, tmp_path):
+def test_a_slow_disk_leaves_frames_out_and_the_others_are_found_again(
+    session, tmp_path, monkeypatch
+):
     path = tmp_path / "session.h5"
-    calls = iter(range(1000))
+    calls, left_out, put = iter(range(1000)), threading.Event(), Recorder.put
+
+    def watched(recorder, shot):
+        put(recorder, shot)
+        if recorder.dropped:
+            left_out.set()
 
     def slow(_):
-        time.sleep(2.0 if next(calls) == 3 else 0.0)  # two frames and more take less
+        if next(calls) == 3:  # as slow as it takes
+            assert left_out.wait(60.0)
         return 2 * RESERVE
+
+    monkeypatch.setattr(Recorder, "put", watched)
 
     bench, shots, recorder = session(path, PRESSED, free=slow, waiting=1)
     assert recorder.dropped > 0
