@@ -166,7 +166,7 @@ def _median(work, repeats=30):
 
 def large_rows(clamped, share) -> Iterator[Row]:
     """Touches of 0.5 to 5 N on a plate of 1 mm; the frame before was pressed a tenth less."""
-    bench, count = stand(1.0, 1024, EDGES[clamped]), max(int(20 * share), 4)
+    bench, count = stand(1.0, 1024, EDGES[clamped]), max(int(10 * share), 4)
     plate = models.large_plate(fe.reduce(bench.plate), MODES)
     see = partial(models.see_motions, plate.modes, bench.camera, 0.5, bench.reference.tiles)
     ways = {}
