@@ -15,6 +15,13 @@ from dic.tiles import Tiles
 from models.large import LargePlate
 from models.spread import Spread, spread_over
 
+SKIRT = 3
+"""Tiles beside the plate up to which its motion goes on as that of its nearest point.
+
+A free edge moves, and splines through a motion that ended there would be off by a hundredth of a
+pixel some tiles into the plate.
+"""
+
 
 @dataclass(frozen=True, eq=False)
 class Motions:
@@ -124,16 +131,16 @@ def see_motions(
         Motions of the camera: from camera and pixels (N, 2) to (N, 2, R) px a unit of each;
         `with_tilts` where it may tilt as well.
     """
-    spread = spread_over(tiles.shape)
-    seen = [_tile_mean(tiles, lambda px: _modes_seen(modes, camera, height, px))]
+    spread, skirt = spread_over(tiles.shape), float(SKIRT * tiles.size)
+    seen = [_tile_mean(tiles, lambda px: _modes_seen(modes, camera, height, px, skirt))]
     if large is not None:
-        seen.append(_tile_mean(tiles, lambda px: _drifts_seen(large, camera, height, px)))
+        seen.append(_tile_mean(tiles, lambda px: _drifts_seen(large, camera, height, px, skirt)))
     seen.append(_tile_mean(tiles, lambda px: moves(camera, px)))
     motions = np.concatenate(seen, axis=2)
     coefficients = spread.fit(motions.reshape(len(motions), -1))
     basis = coefficients.reshape(-1, motions.shape[2]).astype(np.float32)
     nearer = np.zeros((len(basis) // 2, motions.shape[2]), dtype=np.float32)
-    nearer[:, : len(modes.stiffness)] = spread.fit(_nearer(modes, camera, height, tiles.xy))
+    nearer[:, : len(modes.stiffness)] = spread.fit(_nearer(modes, camera, height, tiles.xy, skirt))
     return Motions(modes, large, tiles, spread, basis, nearer)
 
 
@@ -153,22 +160,21 @@ def with_tilts(camera: synthetic.AnyCamera, px: NDArray) -> NDArray[np.float64]:
 
 
 def _modes_seen(
-    modes: fe.Modes, camera: synthetic.AnyCamera, height: float, px: NDArray
+    modes: fe.Modes, camera: synthetic.AnyCamera, height: float, px: NDArray, skirt: float
 ) -> NDArray[np.float64]:
-    """Image motion of every mode at pixels, (N, 2, K) px; zero beside the plate."""
-    inside, places = _on_plate(modes.plate, camera, height, px)
+    """Image motion of every mode at pixels, (N, 2, K) px; zero beside the plate and its skirt."""
+    inside, places = _near_plate(modes.plate, camera, height, px, skirt)
     seen = np.zeros((len(px), 2, len(modes.stiffness)))
-    seen[inside] = synthetic.seen(
-        camera, px[inside], modes.value(places), modes.slope(places), height
-    )
+    at = camera.project(np.column_stack([places, np.full(len(places), height)]))
+    seen[inside] = synthetic.seen(camera, at, modes.value(places), modes.slope(places), height)
     return seen
 
 
 def _drifts_seen(
-    large: LargePlate, camera: synthetic.AnyCamera, height: float, px: NDArray
+    large: LargePlate, camera: synthetic.AnyCamera, height: float, px: NDArray, skirt: float
 ) -> NDArray[np.float64]:
     """Image motion of every field in the plane at pixels, (N, 2, U) px."""
-    inside, places = _on_plate(large.modes.plate, camera, height, px)
+    inside, places = _near_plate(large.modes.plate, camera, height, px, skirt)
     seen = np.zeros((len(px), 2, large.drifts))
     along = camera.jacobian(np.column_stack([places, np.full(len(places), height)]))[:, :, :2]
     seen[inside] = along @ large.drift(places)
@@ -176,25 +182,26 @@ def _drifts_seen(
 
 
 def _nearer(
-    modes: fe.Modes, camera: synthetic.AnyCamera, height: float, px: NDArray
+    modes: fe.Modes, camera: synthetic.AnyCamera, height: float, px: NDArray, skirt: float
 ) -> NDArray[np.float64]:
     """Share of its distance by which every mode brings the plate nearer at pixels, (N, K)."""
     nearer = np.zeros((len(px), len(modes.stiffness)))
     if isinstance(camera, synthetic.Camera):
-        inside, places = _on_plate(modes.plate, camera, height, px)
+        inside, places = _near_plate(modes.plate, camera, height, px, skirt)
         pose = camera.T_cam_plate
         depth = places @ pose[2, :2] + pose[2, 2] * height + pose[2, 3]
         nearer[inside] = -pose[2, 2] * modes.value(places) / depth[:, None]
     return nearer
 
 
-def _on_plate(
-    plate: fe.Plate, camera: synthetic.AnyCamera, height: float, px: NDArray
+def _near_plate(
+    plate: fe.Plate, camera: synthetic.AnyCamera, height: float, px: NDArray, skirt: float
 ) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
-    """Which pixels (N,) see the plate, and where those do, mm."""
-    places = camera.on_plate(px, height)
-    inside = np.all((places >= 0) & (places <= np.asarray(plate.size)), axis=1)
-    return np.asarray(inside), places[inside]
+    """Which pixels (N,) are within `skirt` px of the plate, and its points nearest to them, mm."""
+    nearest = np.clip(camera.on_plate(px, height), 0.0, np.asarray(plate.size))
+    seen = camera.project(np.column_stack([nearest, np.full(len(nearest), height)]))
+    near = np.abs(seen - px).max(axis=1) <= skirt
+    return near, nearest[near]
 
 
 def _tile_mean(
