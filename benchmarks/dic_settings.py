@@ -9,13 +9,13 @@ import os
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from dic_peers import Peer, al_dic_field, pyramid, pyvale_field
 from numpy.typing import NDArray
+from study import cpu_seconds
 
 import dic
 import synthetic
@@ -132,12 +132,7 @@ def full_field_peers(seen) -> Iterator[Line]:
         yield Line(*setting, points, taken, taken, *errors)
 
 
-def timed(run: Callable[[], object], times: int = 5) -> float:
-    """Median CPU time of some runs, ms."""
-    run()
-    taken = []
-    for _ in range(times):
-        start = time.process_time()
-        run()
-        taken.append(1e3 * (time.process_time() - start))
-    return float(np.median(taken))
+def timed(work: Callable[[], object]) -> float:
+    """Median CPU time of five runs after a first, ms."""
+    work()
+    return 1e3 * cpu_seconds(work, 5)
