@@ -33,10 +33,10 @@ from emulated_bench import (
     twin_of,
 )
 
-from rig import script
 from rig.calibration import store
 from rig.calibration.projector import Light
-from rig.markers import Screen, project
+from rig.projector.markers import Screen, project
+from rig.sources import script
 
 SETTLED = 20.0  # s after which memory must be flat
 SPAN, STILL = 0.3, 1.0  # s and mm: a touch that has gone less far is still, less round moves on

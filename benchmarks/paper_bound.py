@@ -5,11 +5,11 @@ from paper_sets import Effort, Figures, pressed, several
 from paper_table import Figure
 
 import models
-from models import batches
-from models.net import NetOptions, predict
-from models.recipe import Recipe
-from models.refine import refine
-from models.train import train
+from models.nets import batches
+from models.nets.net import NetOptions, predict
+from models.nets.recipe import Recipe
+from models.nets.refine import refine
+from models.nets.train import train
 
 # σ over the root mean square strain of a unit touch: of the test, and between which it is drawn in
 # training. An estimate moves with the noise in the same way at every level, best learnt from much.

@@ -17,8 +17,8 @@ from bars import Part, Row, beside, show, timed, times
 import fe
 import models
 import synthetic
-from dic.tiles import TileReference, prepare_tiles, tile_sums
-from models.matching import match
+from dic.tiles.tiles import TileReference, prepare_tiles, tile_sums
+from models.scores.matching import match
 
 SENSOR = synthetic.Sensor(noise=2.0)
 NOISE = np.sqrt(SENSOR.noise**2 + 1 / 12)  # with the rounding to whole grey levels

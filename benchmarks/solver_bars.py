@@ -13,8 +13,8 @@ from bars import Part, Row, beside, show, timed, times
 
 import fe
 import models
-from models.matching import match
-from models.ring import inside_edges
+from models.data.gauge_layout import inside_edges
+from models.scores.matching import match
 
 PLATE = fe.Plate((100.0, 100.0), 1.0, 3000.0, 0.3)
 MARGIN = 10.0  # mm, between the touches and the edges

@@ -6,7 +6,7 @@ from stiff import case
 from stiff_plates import known
 
 import fe
-from fe.mesh import borders
+from fe.elements.mesh import borders
 from fe.shell import Base, Shell, Verdict
 from rig.report.figure import Figure
 from tests.fe.elastica import elastica

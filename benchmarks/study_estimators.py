@@ -16,12 +16,12 @@ from paper_sets import pressed, sets, several
 from study import line, run
 
 import models
-from models import batches, regression
 from models.estimate import Estimate
-from models.net import NetOptions, predict
-from models.recipe import BEST, BEST_NET, Recipe
-from models.refine import refine
-from models.train import train
+from models.nets import batches, regression
+from models.nets.net import NetOptions, predict
+from models.nets.recipe import BEST, BEST_NET, Recipe
+from models.nets.refine import refine
+from models.nets.train import train
 from rig.report.figure import Figure
 
 TABLE = "One touch, 72 gauges, noise 1 %"

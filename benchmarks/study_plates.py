@@ -13,9 +13,9 @@ from stiff_plates import PAPER
 from study import cpu_seconds, line, run
 
 import fe
-from fe.energy import stiffness
-from fe.functional import derivative
-from models.ring import inside_edges, on_edges
+from fe.elements.functional import derivative
+from fe.linear.energy import stiffness
+from models.data.gauge_layout import inside_edges, on_edges
 from rig.report.figure import Figure
 
 LOADS = ((50.0, 50.0), (30.0, 20.0), (10.0, 50.0), (20.0, 10.0))
