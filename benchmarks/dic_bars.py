@@ -246,7 +246,7 @@ def stretch_rows():
     for k in range(1, 11):
         stretch = 1 + 0.05 * k, 1 / (1 + 0.05 * k)
         frames.append(eight_bit(speckle(SIDE, (0.7 * k, -0.4 * k), stretch)))
-    *_, field = dic.follow(ref, frames)
+    *_, field = dic.correlate_sequence(ref, frames)
     moved = displacement(SIDE, ref.xy, (7.0, -4.0), (1.5, 1 / 1.5))
     corner = ref.half * np.array([1.5, 1 / 1.5]) + 1
     seen = np.all((ref.xy + moved >= corner) & (ref.xy + moved <= SIDE - 1 - corner), axis=1)

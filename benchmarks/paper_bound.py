@@ -32,7 +32,7 @@ def bound(effort: Effort) -> Figures:
         for level in LEVELS:
             sigma = level * unit
             seen = next(batches.noisy(iter([test]), sigma, rng))
-            forward = models.gauges(answer, sigma)
+            forward = models.gauge_forward(answer, sigma)
             for what, value in _over_bound(forward, predict(net, seen.strain), seen):
                 what = f"noise {level:.0%}: {what}"
                 yield Figure("trained with noise", what, "", recipe.epochs, seed, value)

@@ -21,7 +21,7 @@ from models.nets import store
 from models.nets.net import predict
 from models.scores.score import position_error
 from rig.training.data import simulate
-from rig.training.plan import lesson
+from rig.training.plan import training_plan
 
 CURVES = {
     "3D": ("spacing (3D)", r"Ls (?P<line>\d+), Lt (?P<x>\d+)", "Ls {} mm", "Lt, mm"),
@@ -97,7 +97,7 @@ def of_net(folder, path):
     """Draw the training, the places and the histogram of one net."""
     trained, about = store.load(path)
     sets = simulate(
-        lesson(rig.scene.Scene.model_validate(about["scene"])), lambda done, total: None
+        training_plan(rig.scene.Scene.model_validate(about["scene"])), lambda done, total: None
     )
     told = predict(trained.net, sets.test.strain)
     local = position_error(sets.validation.targets, predict(trained.net, sets.validation.strain))

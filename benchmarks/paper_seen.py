@@ -19,7 +19,7 @@ import rig
 import synthetic
 from models.data import dataset, gauge_layout
 from models.data.dataset import Dataset
-from models.forward.simulator import see
+from models.forward.simulator import through_camera
 from models.nets import batches
 from models.nets.net import NetOptions, predict
 from models.nets.recipe import Recipe
@@ -84,7 +84,7 @@ def _view(plate: fe.Plate, camera: synthetic.AnyCamera) -> View:
     places = gauge_layout.inside_edges(plate.size)
     px = np.rint(camera.project(np.column_stack([places, np.full(len(places), top)])))
     gauges = synthetic.strain_gauges(px, SUBSET, window=1)
-    unit = see(modes, camera, gauges)
+    unit = through_camera(modes, camera, gauges)
 
     def read(places):
         return FORCE * unit(places).reshape(len(places), -1)

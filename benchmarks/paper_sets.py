@@ -14,7 +14,7 @@ from models.nets.net import predict
 from models.scores.score import position_error
 from rig.plates.cached import influence
 from rig.training.data import simulate
-from rig.training.plan import lesson
+from rig.training.plan import training_plan
 
 STREAMED = 20000  # unit touches that several are drawn from
 TESTED = 2000  # samples of several touches in the test
@@ -37,7 +37,7 @@ class Effort(NamedTuple):
 def sets(*settings: str):
     """Training, validation and test touches of paper-one, changed by key=value."""
     scene = rig.load("paper-one", dict(setting.split("=") for setting in settings))
-    return simulate(lesson(scene), lambda done, total: None)
+    return simulate(training_plan(scene), lambda done, total: None)
 
 
 def pressed(name: str):

@@ -176,7 +176,7 @@ def magnitudes_unordered(effort: Effort) -> Figures:
         rng = np.random.default_rng(seed)
         stream = batches.superposed(pool, 2, 512, rng, largest)
         first = next(batches.superposed(pool, 2, 4096, rng, largest))
-        began, judge = time.process_time(), set_encoding.unordered(2, k=1.0)
+        began, judge = time.process_time(), set_encoding.permutation_invariant_loss(2, k=1.0)
         net, recipe = _smooth(first, test, 2, effort.epochs(30000), rng, stream, judge)
         spent, told = time.process_time() - began, predict(net, test.strain)
         error, order = matched_error(_places(test.targets, 2), _places(told, 2))

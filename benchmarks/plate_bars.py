@@ -162,7 +162,7 @@ def rate_rows() -> Iterator[Row]:
     far = far[np.hypot(*(far - 50.0).T) > 20.0]
     touch = fe.Touch(50.0, 50.0, 1.0)
 
-    def rate(read: Callable[[fe.State], NDArray[np.float64]]) -> str:
+    def rate(read: Callable[[fe.LinearState], NDArray[np.float64]]) -> str:
         values = [read(fe.deflect(PAPER, [touch], fe.Mesh(PAPER.size, (n, n)))) for n in COUNTS]
         coarse, fine = (np.linalg.norm(value - values[-1]) for value in values[:2])
         return f"h^{np.log2(coarse / fine):.2f}"
@@ -173,10 +173,10 @@ def rate_rows() -> Iterator[Row]:
     yield Row("strain, second derivative of the element", rate(plain_strain(far)), "2")
 
 
-def plain_strain(xy: NDArray[np.float64]) -> Callable[[fe.State], NDArray[np.float64]]:
+def plain_strain(xy: NDArray[np.float64]) -> Callable[[fe.LinearState], NDArray[np.float64]]:
     """Read curvatures (K, 2) as the element has them, without recovery."""
 
-    def read(state: fe.State) -> NDArray[np.float64]:
+    def read(state: fe.LinearState) -> NDArray[np.float64]:
         return np.concatenate(
             [derivative(state.mesh, xy, p, q).of(state.values) for p, q in ((2, 0), (0, 2))]
         )

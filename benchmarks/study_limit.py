@@ -22,7 +22,7 @@ from models.data.gauge_layout import inside_edges
 from models.design.expected_errors import expected_errors, over_plate
 from models.forward.linear import Forward, modal
 from rig.live import chain as live
-from rig.live.baseline import take_zero
+from rig.live.baseline import average_reference
 from rig.live.bench import Bench, build_bench
 from rig.report.figure import Figure, judged
 from rig.report.plate_map import at
@@ -190,9 +190,9 @@ def by_strain() -> Forward:
 def chain(size: int) -> live.Chain:
     """Prepare the live chain on tiles of `size` px, with a reference of many frames."""
     bench, twin, *_ = case()
-    zero = take_zero([twin.frame(n, ()) for n in range(REFERENCE)])
+    zero = average_reference([twin.frame(n, ()) for n in range(REFERENCE)])
     tiles = dic.lay_tiles((bench.camera.size[1], bench.camera.size[0]), size)
-    motions = models.see_motions(bench.motions.modes, bench.camera, bench.height, tiles)
+    motions = models.prepare_motions(bench.motions.modes, bench.camera, bench.height, tiles)
     return live.prepare_chain(zero, motions, bench.most)
 
 
@@ -201,9 +201,13 @@ def by_gauges(gauges: synthetic.Gauges) -> Forward:
     bench, _, still, noise = case()
     modes, camera = bench.motions.modes, bench.camera
     points = camera.on_plate(gauges.px, bench.height)
-    seen = synthetic.seen(camera, gauges.px, modes.value(points), modes.slope(points), bench.height)
+    seen = synthetic.image_motion_basis(
+        camera, gauges.px, modes.value(points), modes.slope(points), bench.height
+    )
     response = np.asarray(gauges.read(seen)).reshape(-1, len(modes.stiffness))
-    rigid = np.asarray(gauges.read(synthetic.rigid(camera, gauges.px))).reshape(len(response), -1)
+    rigid = np.asarray(gauges.read(synthetic.rigid_motion_basis(camera, gauges.px))).reshape(
+        len(response), -1
+    )
     texture = synthetic.texture_at(still, gauges.xy, gauges.size)
     root = np.linalg.cholesky(gauges.covariance(texture, noise))
     whitened, free = (np.linalg.solve(root, part) for part in (response, rigid))

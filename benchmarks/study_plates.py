@@ -55,12 +55,12 @@ def linear(count: int) -> fe.Linear:
     return fe.Linear(PAPER, fe.Mesh(PAPER.size, (count, count)))
 
 
-def states(solver: fe.Linear) -> list[fe.State]:
+def states(solver: fe.Linear) -> list[fe.LinearState]:
     """Bend it by each load."""
     return [solver.deflect([fe.Touch(*place, 1.0)]) for place in LOADS]
 
 
-def plain_strain(state: fe.State) -> NDArray[np.float64]:
+def plain_strain(state: fe.LinearState) -> NDArray[np.float64]:
     """Strain (K, 3) from the second derivatives of the elements, without recovery."""
     curvatures = [
         derivative(state.mesh, RING, p, q).of(state.values)[:, 0]
@@ -165,7 +165,7 @@ def _by_linear():
 
 
 def _by_reduced():
-    plate = fe.reduce(PVC)
+    plate = fe.reduced_plate(PVC)
     return lambda place, force: plate.solve([fe.Touch(*place, force)])
 
 

@@ -24,7 +24,7 @@ import synthetic
 from dic.images.spline import coefficients, gradient
 from models.estimate import Estimate
 from rig.live import chain as live
-from rig.live.baseline import take_zero
+from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
 from rig.sources.twin import Twin, build_twin
 from rig.system.timing import Stopwatch
@@ -103,11 +103,11 @@ def random_touches(bench, twin, bound, count) -> tuple[np.ndarray, np.ndarray]:
 def _estimates(bench, twin: Twin, script) -> Iterator[Estimate]:
     """Take the reference, then estimate a frame for each entry of the script."""
     images = [twin.frame(n, ()) for n in range(REFERENCE)]
-    chain, _ = bench.prepare(take_zero(images))
+    chain, _ = bench.prepare(average_reference(images))
     state, watch = live.at_rest(chain), Stopwatch(lambda: 0.0)
     for n, touches in enumerate(script):
         image = twin.frame(1000 + n, touches)
-        sensed = live.sense(chain, image, state, watch)
+        sensed = live.estimate_frame(chain, image, state, watch)
         estimate, state = sensed.estimate, sensed.state
         yield estimate
 

@@ -7,8 +7,8 @@ from .correlation.reference import (
     prepare as prepare,
 )
 from .correlation.sequence import (
-    compose as compose,
-    follow as follow,
+    compose_displacements as compose_displacements,
+    correlate_sequence as correlate_sequence,
 )
 from .fields.displacement import (
     DisplacementField as DisplacementField,
@@ -30,9 +30,9 @@ from .images.quality import (
     sssig as sssig,
 )
 from .settings import (
-    Advice as Advice,
-    choose as choose,
+    SettingsAdvice as SettingsAdvice,
     mean_intensity_gradient as mean_intensity_gradient,
+    recommend_settings as recommend_settings,
     speckle_size as speckle_size,
     sub_pixel_bias as sub_pixel_bias,
 )

@@ -20,7 +20,7 @@ _TAPER = 24  # px at the border that fade to grey, so that a shifted picture doe
 
 
 @dataclass(frozen=True)
-class Advice:
+class SettingsAdvice:
     """Subset and step for a pattern and a camera.
 
     Attributes
@@ -121,7 +121,7 @@ def _faded(grey: NDArray) -> NDArray[np.float64]:
     return grey
 
 
-def choose(image: ArrayLike, noise: float, sigma: float = 0.01) -> Advice:
+def recommend_settings(image: ArrayLike, noise: float, sigma: float = 0.01) -> SettingsAdvice:
     """Choose the smallest subset that measures to `sigma`, and a step of a quarter of it.
 
     Parameters
@@ -146,7 +146,7 @@ def choose(image: ArrayLike, noise: float, sigma: float = 0.01) -> Advice:
             continue
         reached = _floor(steep, subset, noise)
         if reached <= sigma:
-            return Advice(subset, max(subset // 4, 1), reached, speckle)
+            return SettingsAdvice(subset, max(subset // 4, 1), reached, speckle)
     raise ValueError(
         f"no subset up to {min(_SIZES[-1], *grey.shape)} px measures to {sigma:g} px at a noise of "
         f"{noise:g} grey levels; ask for more, or give the pattern more contrast"

@@ -13,10 +13,10 @@ from .linear.gauge_influence import (
 )
 from .linear.linear import (
     Linear as Linear,
-    State as State,
+    LinearState as LinearState,
     deflect as deflect,
 )
-from .linear.linear_range import regime as regime
+from .linear.linear_range import linear_range as linear_range
 from .linear.plate_modes import (
     Modes as Modes,
     modes as modes,
@@ -25,7 +25,7 @@ from .linear.point_influence import (
     DisplacementInfluence as DisplacementInfluence,
     displacement_influence as displacement_influence,
 )
-from .linear.validity import Regime as Regime
+from .linear.validity import LinearRange as LinearRange
 from .output.plot import draw as draw
 from .output.vtu import write_vtu as write_vtu
 from .plate.edges import (
@@ -44,9 +44,9 @@ from .plate.plate import (
 from .reduced import (
     LargeState as LargeState,
     Reduced as Reduced,
+    ReducedReadings as ReducedReadings,
     Trust as Trust,
-    View as View,
-    reduce as reduce,
+    reduced_plate as reduced_plate,
 )
 from .shell import (
     Base as Base,

@@ -6,9 +6,9 @@ from .data.reader import (
     read_dataset as read_dataset,
 )
 from .data.sampling_plan import (
-    Box as Box,
-    Lattice as Lattice,
-    Plan as Plan,
+    SamplingPlan as SamplingPlan,
+    TouchBox as TouchBox,
+    TouchLattice as TouchLattice,
 )
 from .data.writer import (
     DatasetFile as DatasetFile,
@@ -22,10 +22,10 @@ from .estimate import (
     Estimate as Estimate,
     Result as Result,
 )
-from .forward.gauges import gauges as gauges
+from .forward.gauges import gauge_forward as gauge_forward
 from .forward.image_motion import (
-    Motions as Motions,
-    see_motions as see_motions,
+    ImageMotions as ImageMotions,
+    prepare_motions as prepare_motions,
     with_tilts as with_tilts,
 )
 from .forward.large import (
@@ -40,22 +40,22 @@ from .forward.linear import (
 )
 from .forward.occlusion import hidden_tiles as hidden_tiles
 from .forward.simulator import (
-    Answer as Answer,
-    balance as balance,
+    Simulator as Simulator,
+    large_deflection as large_deflection,
     superpose as superpose,
 )
 from .forward.strain_map import (
     StrainMap as StrainMap,
-    see_strain as see_strain,
+    prepare_strain_map as prepare_strain_map,
 )
 from .forward.tile_pattern import (
-    Pattern as Pattern,
-    see_pattern as see_pattern,
+    TilePattern as TilePattern,
+    prepare_pattern as prepare_pattern,
 )
 from .inverse.candidates import (
-    Search as Search,
-    prepare_search as prepare_search,
-    renewed as renewed,
+    CandidateGrid as CandidateGrid,
+    prepare_candidates as prepare_candidates,
+    with_forward as with_forward,
 )
 from .inverse.irls import find_robust as find_robust
 from .inverse.levenberg_marquardt import covariance as covariance

@@ -154,7 +154,7 @@ def test_above_the_plate_x_runs_right_and_y_runs_up_in_the_picture():
 def test_what_is_pressed_away_from_a_pinhole_moves_towards_the_middle_of_its_picture():
     points = np.array([(100.0, 70.0), (20.0, 15.0)])
     pressed = np.tile([0.0, 0.0, -0.5], (2, 1))
-    motion = synthetic.motion(CAMERA, points, pressed, z=1.0)
+    motion = synthetic.image_motion(CAMERA, points, pressed, z=1.0)
     outwards = CAMERA.project(np.column_stack([points, [1.0, 1.0]])) - CAMERA.centre
     assert np.all(np.einsum("kc,kc->k", motion, outwards) < 0)
 

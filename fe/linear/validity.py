@@ -13,7 +13,7 @@ TOLERANCE = 0.05
 
 
 @dataclass(frozen=True)
-class Regime:
+class LinearRange:
     """What a touch does to a plate, and what linear theory makes of it.
 
     Attributes
@@ -45,7 +45,7 @@ class Regime:
         return {name: np.asarray(value) for name, value in asdict(self).items()}
 
     @classmethod
-    def from_arrays(cls, arrays: Mapping[str, np.ndarray]) -> Regime:
+    def from_arrays(cls, arrays: Mapping[str, np.ndarray]) -> LinearRange:
         """Return the regime that `arrays` came from.
 
         Raises

@@ -22,7 +22,7 @@ from fe.reduced.training import Parts, Snapshots
 _LINEAR, _REST, _STRESSES, _DRIFTS = 16, 24, 110, 36
 
 
-class Basis(NamedTuple):
+class ReducedBasis(NamedTuple):
     """What the reduced plate is made of, besides the functions that move with the touch.
 
     Attributes
@@ -40,9 +40,9 @@ class Basis(NamedTuple):
     drifts: NDArray[np.float64]
 
 
-def basis(karman: Karman, states: Snapshots, parts: Parts) -> Basis:
+def basis(karman: Karman, states: Snapshots, parts: Parts) -> ReducedBasis:
     """Find the basis of some states and of the parts of their deflections."""
-    return Basis(_shapes(karman, parts), _stresses(karman, states), _drifts(karman, states))
+    return ReducedBasis(_shapes(karman, parts), _stresses(karman, states), _drifts(karman, states))
 
 
 def _shapes(karman: Karman, parts: Parts) -> NDArray[np.float64]:

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 import fe
 from fe.elements.hermite import gram
 from fe.reduced.large_state import drift_at
-from fe.reduced.view import View
+from fe.reduced.view import ReducedReadings
 
 # A light touch has the shape of the response, but a finger's is what is looked for: N.
 TYPICAL = 1.5
@@ -30,13 +30,13 @@ class LargeForward:
 
     Attributes
     ----------
-    view : View
+    view : ReducedReadings
         Of C readings.
     whitening : (m, C) float64
         Rows of zeros for what is missing.
     """
 
-    view: View
+    view: ReducedReadings
     whitening: NDArray[np.float64]
 
     @property
@@ -115,13 +115,13 @@ class LargePlate:
     reduced : fe.Reduced
     modes : fe.Modes
         K modes on the mesh of the reduced plate.
-    view : View
+    view : ReducedReadings
         Reads K + U amplitudes, and up to two zeros.
     """
 
     reduced: fe.Reduced
     modes: fe.Modes
-    view: View
+    view: ReducedReadings
 
     @property
     def drifts(self) -> int:
@@ -164,4 +164,4 @@ def large_plate(reduced: fe.Reduced, count: int = 200) -> LargePlate:
     plane[count : count + drifts, reduced.forms.stresses :] = np.eye(drifts)
     channels = moving.reshape(*reduced.mesh.shape, -1)
     adjoint = fe.Adjoint(reduced.plate, reduced.mesh, channels)
-    return LargePlate(reduced, modes, View(reduced, adjoint, fixed, plane))
+    return LargePlate(reduced, modes, ReducedReadings(reduced, adjoint, fixed, plane))

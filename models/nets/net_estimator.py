@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc
 
 from models.estimate import Estimate, Result
-from models.forward.camera_gauges import SeenGauges
+from models.forward.camera_gauges import CameraGauges
 from models.forward.linear import Forward
 from models.inverse.greedy import GAIN
 from models.inverse.levenberg_marquardt import covariance
@@ -95,7 +95,7 @@ class NetTouch:
 
 
 def tell_touch(
-    net: Net, seen: SeenGauges, root: NDArray[np.float64], places: NDArray, steps: int = 0
+    net: Net, seen: CameraGauges, root: NDArray[np.float64], places: NDArray, steps: int = 0
 ) -> NetTouch:
     """Prepare a net for strains that a camera sees.
 
@@ -103,7 +103,7 @@ def tell_touch(
     ----------
     net : Net
         Of one place, trained on these gauges.
-    seen : SeenGauges
+    seen : CameraGauges
     root : (3M, 3M) float64
         Of the covariance of the strains.
     places : (N, 2) float64, mm

@@ -13,9 +13,9 @@ from models.data.dataset import Dataset
 from models.nets.checkpoint import Checkpoint, fingerprint
 from models.nets.loss import distance
 from models.nets.net import Net, NetOptions, Scaling, initial, scaling
-from models.nets.optimise import Descent, Task, descend, finish
+from models.nets.optimise import Descent, TrainingTask, descend, finish
 from models.nets.recipe import Recipe
-from models.nets.set_encoding import encode, unordered
+from models.nets.set_encoding import encode, permutation_invariant_loss
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -94,8 +94,8 @@ def train(
     start = initial(sizes, rng)
     live = training.strain.std(axis=0) > 0.0  # of reading B one input in three; the rest is 0
     fed = replace(scale, centre=scale.centre[live], scale=scale.scale[live])
-    usual = unordered(options.poles) if options.poles else distance()
-    task = Task(fed, live, _outputs(told, recipe), options.activation, loss or usual)
+    usual = permutation_invariant_loss(options.poles) if options.poles else distance()
+    task = TrainingTask(fed, live, _outputs(told, recipe), options.activation, loss or usual)
     with _one_thread():
         layers = _tensors(start, live)
         fixed = task.tensors(training)

@@ -19,11 +19,11 @@ from models.nets.train import train
 if TYPE_CHECKING:
     from models.nets.loss import Loss
 
-__all__ = ["Surface", "TwoStep", "predict_two_step", "train_two_step"]
+__all__ = ["DeformableSurface", "TwoStep", "predict_two_step", "train_two_step"]
 
 
 @dataclass(frozen=True)
-class Surface:
+class DeformableSurface:
     """Touches on bases that differ.
 
     Attributes
@@ -71,8 +71,8 @@ class TwoStep:
 
 
 def train_two_step(
-    training: Surface,
-    validation: Surface,
+    training: DeformableSurface,
+    validation: DeformableSurface,
     options: tuple[NetOptions, NetOptions],
     recipe: Recipe,
     rng: np.random.Generator,

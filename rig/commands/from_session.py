@@ -12,7 +12,7 @@ from rig.scene import Scene
 if TYPE_CHECKING:
     from models.nets.net import Net
     from rig.training.net_presses import PressScore
-    from rig.training.plan import Lesson
+    from rig.training.plan import TrainingPlan
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ def learn_from(name: str, scene: Scene, path: Path) -> Lessons:
     )
 
 
-def judge_net(name: str, net: Net, taught: Lesson, scene: Scene, path: Path) -> PressScore:
+def judge_net(name: str, net: Net, taught: TrainingPlan, scene: Scene, path: Path) -> PressScore:
     """Tell the presses of a recording by a net, through the camera as it is known now."""
     from rig.calibration import store
     from rig.recording.session import open_session

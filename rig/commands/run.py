@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rig.live.snapshot import Snapshot
     from rig.projector.show import Show
     from rig.recording.control import Switch
-    from rig.recording.recorder import Recorder
+    from rig.recording.recorder import SessionRecorder
     from rig.scene import Scene
 
 READY = "the source gets ready; then the reference is taken …"
@@ -57,12 +57,12 @@ def run(
 def known(name: str, scene: Scene) -> Calibration:
     """Read the calibration beside a scene, and say what is to be doubted in it."""
     from rig.calibration.store import beside, read
-    from rig.scene.source import Device
+    from rig.scene.source import DeviceSection
 
     path = beside(name)
     calibration = read(path)
     doubts = calibration.doubts(scene, datetime.now(UTC))
-    if isinstance(scene.source, Device) and scene.camera and calibration.camera() is None:
+    if isinstance(scene.source, DeviceSection) and scene.camera and calibration.camera() is None:
         doubts.append(
             f"'{path}' holds no lens and pose: the camera is taken to look straight down from"
             f" {scene.camera.stand_off:g} mm; run `touchplate calibrate camera` and `pose`"
@@ -128,16 +128,16 @@ def start(
 def _switch(scene: Scene, calibration: Calibration, path: Path | None) -> Switch:
     """Make the recording, on from the first frame if its file was named."""
     from rig.recording.control import Switch
-    from rig.recording.recorder import Recorder
+    from rig.recording.recorder import SessionRecorder
 
-    def new(file: Path | None) -> Recorder:
+    def new(file: Path | None) -> SessionRecorder:
         now = datetime.now(UTC)
         texts = {
             "scene": scene.model_dump_json(),
             "calibration": calibration.model_dump_json(exclude_none=True),
             "started": now.isoformat(timespec="seconds"),
         }
-        return Recorder(file or Path(f"session-{now:%Y%m%d-%H%M%S}.h5"), texts)
+        return SessionRecorder(file or Path(f"session-{now:%Y%m%d-%H%M%S}.h5"), texts)
 
     return Switch(new, path)
 

@@ -16,9 +16,9 @@ from rig.commands.output import console, emit, progress
 from rig.commands.score_table import table
 from rig.scene import Scene, load, parse_overrides
 from rig.scene.sensing import NetEstimator
-from rig.training.data import Sets, model_path, simulate
+from rig.training.data import TrainingSets, model_path, simulate
 from rig.training.model_score import figures
-from rig.training.plan import Lesson, lesson
+from rig.training.plan import TrainingPlan, training_plan
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -67,7 +67,7 @@ def train(
         emit(learned.sentence, learned.figures, as_json)
         return
     calibration = _calibration(scene, bench)
-    taught = lesson(bench, camera_of(bench, calibration))
+    taught = training_plan(bench, camera_of(bench, calibration))
     path = out or Path(taught.net.model or model_path(scene))
     store.prepare(path)
     with progress("influence") as report:
@@ -102,7 +102,7 @@ def _calibration(name: str, bench: Scene) -> str:
     return read(beside(name)).model_dump_json(exclude_none=True)
 
 
-def _train(taught: Lesson, sets: Sets, part: Path) -> Trained:
+def _train(taught: TrainingPlan, sets: TrainingSets, part: Path) -> Trained:
     """Train with a bar that shows the loss; go on where a run was killed that left `part`."""
     from models.nets.checkpoint import Checkpoint
 
@@ -118,8 +118,8 @@ def _train(taught: Lesson, sets: Sets, part: Path) -> Trained:
 
 
 def descend(
-    taught: Lesson,
-    sets: Sets,
+    taught: TrainingPlan,
+    sets: TrainingSets,
     layers: tuple[int, ...],
     on_epoch: Callable[[int, float], None] | None = None,
     checkpoint: Checkpoint | None = None,
@@ -145,7 +145,7 @@ def descend(
     )
 
 
-def _batches(taught: Lesson, sets: Sets) -> Iterator[Dataset] | None:
+def _batches(taught: TrainingPlan, sets: TrainingSets) -> Iterator[Dataset] | None:
     """Draw what each step learns from; None where it is all of the training set."""
     from models.nets.batches import mixed, noisy, shuffled
 
@@ -161,18 +161,18 @@ def _batches(taught: Lesson, sets: Sets) -> Iterator[Dataset] | None:
     return mixed(stream, shuffled(pictures, few, rng))
 
 
-def _loss(taught: Lesson) -> Loss:
+def _loss(taught: TrainingPlan) -> Loss:
     """Return equation 2 or 3 of the paper, for what the net of a scene tells."""
     from models.nets.loss import distance, magnitudes_too
-    from models.nets.set_encoding import unordered
+    from models.nets.set_encoding import permutation_invariant_loss
 
     weight = taught.net.magnitude_weight
     if taught.net.told == "poles":
-        return unordered(taught.touches, weight)
+        return permutation_invariant_loss(taught.touches, weight)
     return magnitudes_too(taught.touches, weight) if taught.magnitudes else distance(taught.touches)
 
 
-def _check(taught: Lesson) -> int:
+def _check(taught: TrainingPlan) -> int:
     """Return the epochs between two looks at the validation set."""
     return BATCHES_A_CHECK if taught.net.batch else 1
 

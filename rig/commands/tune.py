@@ -11,9 +11,9 @@ import typer
 from rig.commands.output import emit, progress
 from rig.commands.train import descend
 from rig.scene import load, parse_overrides
-from rig.training.data import Sets, simulate
+from rig.training.data import TrainingSets, simulate
 from rig.training.model_score import figures
-from rig.training.plan import Lesson, lesson
+from rig.training.plan import TrainingPlan, training_plan
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -41,7 +41,7 @@ def tune(
     from models.workers import workers
 
     bench = load(scene, parse_overrides(settings or []))
-    taught = lesson(bench)
+    taught = training_plan(bench)
     if storage is None:
         home = Path("results") / Path(scene).stem
         home.mkdir(parents=True, exist_ok=True)
@@ -63,13 +63,13 @@ def tune(
     emit(_table(bench.title, found), {"storage": storage, "candidates": rows}, as_json)
 
 
-def _loss(taught: Lesson, sets: Sets, layers: tuple[int, ...]) -> float:
+def _loss(taught: TrainingPlan, sets: TrainingSets, layers: tuple[int, ...]) -> float:
     """Train a net with these layers by the recipe of the scene; return its validation loss."""
     net = descend(taught, sets, layers).net
     return figures(net, sets, taught.touches)["validation"]["mean"]
 
 
-def _study(taught: Lesson) -> str:
+def _study(taught: TrainingPlan) -> str:
     """Name a study by all that its losses depend on, so that no two kinds mix."""
     from rig.system.cache import key
 

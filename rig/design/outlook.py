@@ -21,7 +21,7 @@ from rig.scene.theory import largest_force
 
 
 @dataclass(frozen=True)
-class Change:
+class DesignChange:
     """One thing that is changed, and what comes of it.
 
     Attributes
@@ -63,7 +63,7 @@ class Design:
         Time of a frame with a touch that is followed, on this machine.
     rate : float, frames a second
         What camera and machine give together.
-    changes : tuple of Change
+    changes : tuple of DesignChange
         The most helpful first.
     """
 
@@ -74,7 +74,7 @@ class Design:
     largest: float | None
     frame: float
     rate: float
-    changes: tuple[Change, ...]
+    changes: tuple[DesignChange, ...]
 
 
 def design(scene: Scene, report: Callable[[int, int, str], None]) -> Design:
@@ -113,6 +113,6 @@ def design(scene: Scene, report: Callable[[int, int, str], None]) -> Design:
     )
 
 
-def _change(texts: tuple[str, str, str], now: Errors, then: Errors, linear: float) -> Change:
+def _change(texts: tuple[str, str, str], now: Errors, then: Errors, linear: float) -> DesignChange:
     place, force = float(np.median(then.place)), float(np.median(then.force))
-    return Change(*texts, place, force, float(np.median(now.place)) / place, linear)
+    return DesignChange(*texts, place, force, float(np.median(now.place)) / place, linear)

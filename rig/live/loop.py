@@ -10,13 +10,13 @@ from typing import Any
 
 from models.forward.tile_pattern import noise_of
 from rig.live import chain as live
-from rig.live.baseline import Zero, restless, take_zero
+from rig.live.baseline import ReferenceFrame, average_reference, moved_during_reference
 from rig.live.bench import Bench
 from rig.live.quality import signs
-from rig.live.run_score import Tally
+from rig.live.run_score import RunScore
 from rig.live.shot import Recorder, Shot
-from rig.live.snapshot import Snapshot, StrainMap
-from rig.live.tracker import LATENCY, Follower, Seen
+from rig.live.snapshot import Snapshot, StrainOverlay
+from rig.live.tracker import LATENCY, FrameProcessor, FrameResult
 from rig.live.view import View, look, marks, strain_map, true_marks
 from rig.system.frame import Frame, Source
 from rig.system.timing import Stopwatch
@@ -39,7 +39,7 @@ class Loop:
         Monotonic time, s; the same that stamps the frames.
     recorder : Recorder or None
         Keeps what every frame said; it never holds the loop up.
-    zero : Zero or None
+    zero : ReferenceFrame or None
         The plate at rest, where the source knows it.
     """
 
@@ -49,15 +49,15 @@ class Loop:
         source: Source,
         clock: Callable[[], float] = time.monotonic,
         recorder: Recorder | None = None,
-        zero: Zero | None = None,
+        zero: ReferenceFrame | None = None,
     ):
         self.bench = bench
         self.dropped = 0
         self.frames = 0
         self.watch = Stopwatch(clock)
-        self.tally = Tally(bench.least_force)
-        self.strain_tally = Tally(bench.least_force)
-        self.net_tally = Tally(bench.least_force)
+        self.tally = RunScore(bench.least_force)
+        self.strain_tally = RunScore(bench.least_force)
+        self.net_tally = RunScore(bench.least_force)
         self._recorder = recorder
         self._source = source
         self._clock = clock
@@ -93,7 +93,7 @@ class Loop:
             If something touched the plate or moved whenever the reference was taken.
         """
         zero = self._zero or self._take_zero()
-        follower = Follower(self.bench, zero, self.watch, self._clock)
+        follower = FrameProcessor(self.bench, zero, self.watch, self._clock)
         if self._recorder:
             self._recorder.begin(zero, follower.chain, follower.strain is not None)
         view = look(self.bench.plate, self.bench.camera, self.bench.height)
@@ -129,7 +129,7 @@ class Loop:
             "recorded": self._recorder.summary() if self._recorder else None,
         }
 
-    def _take(self, frame: Frame, follower: Follower, view: View) -> Snapshot:
+    def _take(self, frame: Frame, follower: FrameProcessor, view: View) -> Snapshot:
         if self._sequence is not None:
             self.dropped += frame.sequence - self._sequence - 1
         self._sequence = frame.sequence
@@ -143,7 +143,7 @@ class Loop:
         self._finished.append(now)
         return self._snapshot(frame, follower, view, seen, errors)
 
-    def _without_frame(self, shot: Snapshot, follower: Follower) -> Snapshot:
+    def _without_frame(self, shot: Snapshot, follower: FrameProcessor) -> Snapshot:
         return replace(
             shot,
             touches=(),
@@ -157,7 +157,7 @@ class Loop:
             events=follower.miss(self._clock()),
         )
 
-    def _take_zero(self) -> Zero:
+    def _take_zero(self) -> ReferenceFrame:
         for _ in range(ATTEMPTS):
             frames = [self._next() for _ in range(self.bench.reference_frames)]
             if any(frame.truth for frame in frames):
@@ -166,8 +166,8 @@ class Loop:
                     " or set dic.reference_frames to fewer"
                 )
             images = [frame.image for frame in frames]
-            if not restless(images):
-                return take_zero(images)
+            if not moved_during_reference(images):
+                return average_reference(images)
         raise ValueError(
             f"something moved in the picture in each of {ATTEMPTS} series of reference frames;"
             " leave the plate alone, or set camera exposure longer if its light flickers"
@@ -182,7 +182,7 @@ class Loop:
             raise OSError(f"{self._source.status}; none came for {PATIENCE:g} s, look after it")
         return frame
 
-    def _score(self, frame: Frame, sensed: live.Sensed) -> tuple[float, float] | None:
+    def _score(self, frame: Frame, sensed: live.FrameEstimate) -> tuple[float, float] | None:
         if frame.truth is None:
             return None
         if sensed.from_strain is not None:
@@ -195,9 +195,9 @@ class Loop:
     def _snapshot(
         self,
         frame: Frame,
-        follower: Follower,
+        follower: FrameProcessor,
         view: View,
-        seen: Seen,
+        seen: FrameResult,
         errors: tuple[float, float] | None,
     ) -> Snapshot:
         told = self.net_tally if self.bench.net else self.tally
@@ -230,7 +230,9 @@ class Loop:
         )
 
 
-def _shown(strain_chain: live.StrainChain | None, sensed: live.Sensed) -> StrainMap | None:
+def _shown(
+    strain_chain: live.StrainChain | None, sensed: live.FrameEstimate
+) -> StrainOverlay | None:
     if strain_chain is None or sensed.strain is None:
         return None
     return strain_map(strain_chain, sensed.strain)

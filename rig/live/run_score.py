@@ -21,7 +21,7 @@ def _errors() -> deque[float]:
 
 
 @dataclass
-class Tally:
+class RunScore:
     """Counts frames and keeps the errors of the last `KEPT` matched touches.
 
     Attributes

@@ -52,7 +52,7 @@ class Sign:
 
 
 @dataclass(frozen=True, eq=False)
-class StrainMap:
+class StrainOverlay:
     """Strain of the seen face on a grid of the camera picture.
 
     Attributes
@@ -99,7 +99,7 @@ class Snapshot:
         Touches found from strain alone.
     truth : tuple of Mark or None
         Touches that the source knows to be there; None where it cannot know.
-    strain : StrainMap or None
+    strain : StrainOverlay or None
         The strain map of this frame.
     status : str
         One sentence for the user.
@@ -136,7 +136,7 @@ class Snapshot:
     touches: tuple[Mark, ...]
     from_strain: tuple[Mark, ...]
     truth: tuple[Mark, ...] | None
-    strain: StrainMap | None
+    strain: StrainOverlay | None
     status: str
     position_error: float | None
     force_error: float | None

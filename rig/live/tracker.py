@@ -11,7 +11,7 @@ import numpy as np
 from models.estimate import Estimate, Result
 from models.forward.large import LargeForward
 from rig.live import chain as live
-from rig.live.baseline import Zero, fits, share
+from rig.live.baseline import ReferenceFrame, drift_weight, is_consistent
 from rig.live.bench import Bench
 from rig.live.quality import SLIGHT
 from rig.live.tracks import Event, Tracks
@@ -22,14 +22,14 @@ LATENCY = "capture to touches"
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class FrameResult:
     """What a frame says in the light of those before it.
 
     Attributes
     ----------
-    before : State
+    before : ChainState
         What it was sensed from.
-    sensed : Sensed
+    sensed : FrameEstimate
     identities : (n,) int
         Of the touches found.
     velocities : (n,) pairs of float, mm/s
@@ -37,20 +37,20 @@ class Seen:
     events : tuple of Event
     """
 
-    before: live.State
-    sensed: live.Sensed
+    before: live.ChainState
+    sensed: live.FrameEstimate
     identities: tuple[int, ...]
     velocities: tuple[tuple[float, float], ...]
     events: tuple[Event, ...]
 
 
-class Follower:
+class FrameProcessor:
     """Senses frame after frame.
 
     Parameters
     ----------
     bench : Bench
-    zero : Zero
+    zero : ReferenceFrame
         The plate at rest.
     watch : Stopwatch
     clock : callable
@@ -67,7 +67,9 @@ class Follower:
         If the reference does not suit the bench.
     """
 
-    def __init__(self, bench: Bench, zero: Zero, watch: Stopwatch, clock: Callable[[], float]):
+    def __init__(
+        self, bench: Bench, zero: ReferenceFrame, watch: Stopwatch, clock: Callable[[], float]
+    ):
         self.chain, self.strain = bench.prepare(zero)
         self._net = bench.prepare_net(zero, self.chain)
         self._bench, self._watch, self._clock = bench, watch, clock
@@ -75,12 +77,14 @@ class Follower:
         self._captured: float | None = None
         self._warm_up(zero)
 
-    def see(self, frame: Frame) -> Seen:
+    def see(self, frame: Frame) -> FrameResult:
         """Sense a frame and follow its touches."""
         before, watch = self._state, self._watch
         watch.add("arrive", self._clock() - frame.captured)
         last = frame.captured if self._captured is None else self._captured
-        sensed = live.sense(self.chain, frame.image, before, watch, share(frame.captured - last))
+        sensed = live.estimate_frame(
+            self.chain, frame.image, before, watch, drift_weight(frame.captured - last)
+        )
         if self._net:
             sensed = self._net.tell(self.chain, frame.image, sensed, watch)
         watch.add(LATENCY, self._clock() - frame.captured)
@@ -91,27 +95,27 @@ class Follower:
         self._state, self._captured = sensed.state, frame.captured
         pace = {track.identity: track.sure_velocity for track in self._tracks.tracks}
         velocities = tuple(pace[identity] for identity in identities)
-        return Seen(before, sensed, identities, velocities, events)
+        return FrameResult(before, sensed, identities, velocities, events)
 
     def miss(self, time: float) -> tuple[Event, ...]:
         """Let touches leave while no frames come."""
-        self._tracks, _, events = self._tracks.follow(live.NOTHING, time)
+        self._tracks, _, events = self._tracks.follow(live.NO_ESTIMATE, time)
         return events
 
-    def sentence(self, sensed: live.Sensed) -> str:
+    def sentence(self, sensed: live.FrameEstimate) -> str:
         """Say what a frame shows, and what is to be doubted in it."""
-        if sensed.trouble:
-            return sensed.trouble
+        if sensed.unusable_reason:
+            return sensed.unusable_reason
         said, share = _count(sensed.estimate), float(np.mean(sensed.hidden))
         if share > SLIGHT:
             said += f"; {share:.0%} of the pattern is hidden"
-        elif not fits(sensed.estimate):
+        elif not is_consistent(sensed.estimate):
             said += ", but the picture does not fit: is something in the way, or the pattern worn?"
         if doubt := self._doubt(sensed):
             said += f"; {doubt}"
         return said
 
-    def _doubt(self, sensed: live.Sensed) -> str:
+    def _doubt(self, sensed: live.FrameEstimate) -> str:
         """Say what is wrong with the theory under these touches; empty where it holds."""
         touches, forward = sensed.state.touches, self.chain.sights.search.forward
         if not len(touches):
@@ -123,11 +127,11 @@ class Follower:
             return "" if trust is Trust.TRAINED else trust.value
         return self._bench.theory.beyond(float(touches[:, 2].max()))
 
-    def _warm_up(self, zero: Zero) -> None:
+    def _warm_up(self, zero: ReferenceFrame) -> None:
         """Pass the reference through the chain: what compiles does so before time counts."""
         watch = Stopwatch(time.monotonic)
         picture = np.rint(zero.image).astype(np.uint8)
-        sensed = live.sense(self.chain, picture, self._state, watch)
+        sensed = live.estimate_frame(self.chain, picture, self._state, watch)
         if self._net:
             sensed = self._net.tell(self.chain, picture, sensed, watch)
         live.with_strain(self.strain, sensed, watch)

@@ -13,7 +13,7 @@ import fe
 import synthetic
 from models.estimate import Estimate
 from rig.live.chain import StrainChain
-from rig.live.snapshot import Mark, StrainMap
+from rig.live.snapshot import Mark, StrainOverlay
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,9 +67,9 @@ def _mark(estimate: Estimate, index: int) -> Mark:
     )
 
 
-def strain_map(chain: StrainChain, strain: NDArray) -> StrainMap:
+def strain_map(chain: StrainChain, strain: NDArray) -> StrainOverlay:
     """Strain (T, 3) as a grid over the picture."""
     tiles = chain.blocks.reference.tiles
     exx, eyy, exy = strain.T.reshape(3, *tiles.shape).astype(np.float32)
     sigma = chain.noise * np.median(chain.map.sigma, axis=0)
-    return StrainMap(tiles.xs, tiles.ys, exx, eyy, exy, tuple(sigma.tolist()))
+    return StrainOverlay(tiles.xs, tiles.ys, exx, eyy, exy, tuple(sigma.tolist()))

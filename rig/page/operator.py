@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, get_args
 
 from rig.live.snapshot import Snapshot
-from rig.page.controls import UNITS, Desk, Measured, Recording, Setting
+from rig.page.controls import UNITS, Desk, Measured, PageSetting, Recording
 from rig.projector.modes import Mode
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ class Operator:
             notes.append(self._switch.refusal)
         settings = ()
         if modes := self._modes():
-            settings = (Setting(MODE, "Marks", self._show.mode if self._show else "", modes),)
+            settings = (PageSetting(MODE, "Marks", self._show.mode if self._show else "", modes),)
         return Desk(tuple(notes), self._recording(), settings, self._measured)
 
     def _recording(self) -> Recording:

@@ -18,7 +18,7 @@ from rig.projector.window import Projector, open_projector
 if TYPE_CHECKING:
     from rig.calibration.store import Calibration
     from rig.live.snapshot import Mark, Snapshot
-    from rig.scene.loop import Projector as Section
+    from rig.scene.loop import ProjectorSection
     from rig.system.frame import Source
 
 OLDEST = 0.1  # s from the capture of a frame, after which its touches are not shown any more
@@ -30,7 +30,7 @@ class Show:
 
     Parameters
     ----------
-    window : Projector
+    window : ProjectorSection
     screen : Screen
     mode : Mode
     plate_size : (a, b), mm
@@ -98,7 +98,10 @@ class Show:
 
 @contextmanager
 def open_show(
-    section: Section, screen: Screen, plate_size: tuple[float, float], calibration: Calibration
+    section: ProjectorSection,
+    screen: Screen,
+    plate_size: tuple[float, float],
+    calibration: Calibration,
 ) -> Iterator[Show]:
     """Open the window of a scene's projector.
 

@@ -8,23 +8,23 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rig.live.baseline import Zero
+from rig.live.baseline import ReferenceFrame
 from rig.live.chain import Chain
 from rig.live.shot import Shot
-from rig.recording.recorder import Recorder
+from rig.recording.recorder import SessionRecorder
 
 
 @dataclass(frozen=True, eq=False)
 class Begun:
     """What the loop began with; each recording begins with it."""
 
-    zero: Zero
+    zero: ReferenceFrame
     chain: Chain
     strain: bool
 
 
 class Switch:
-    """A `rig.live.shot.Recorder` that hands on to a recording while one runs.
+    """A `rig.live.shot.SessionRecorder` that hands on to a recording while one runs.
 
     Parameters
     ----------
@@ -41,11 +41,11 @@ class Switch:
         Why the last recording could not be started, as a sentence; empty if it could.
     """
 
-    def __init__(self, open_recorder: Callable[[Path | None], Recorder], first: Path | None):
+    def __init__(self, open_recorder: Callable[[Path | None], SessionRecorder], first: Path | None):
         self.begun: Begun | None = None
         self.refusal = ""
         self._open = open_recorder
-        self._recorder: Recorder | None = None
+        self._recorder: SessionRecorder | None = None
         self._running = ExitStack()
         if first:
             self._recorder = self._running.enter_context(open_recorder(first))
@@ -79,14 +79,14 @@ class Switch:
         if self.begun:
             recorder.begin(self.begun.zero, self.begun.chain, self.begun.strain)
 
-    def begin(self, zero: Zero, chain: Chain, strain: bool) -> None:
-        """See `rig.live.shot.Recorder`."""
+    def begin(self, zero: ReferenceFrame, chain: Chain, strain: bool) -> None:
+        """See `rig.live.shot.SessionRecorder`."""
         self.begun = Begun(zero, chain, strain)
         if self._recorder:
             self._recorder.begin(zero, chain, strain)
 
     def put(self, shot: Shot) -> None:
-        """See `rig.live.shot.Recorder`."""
+        """See `rig.live.shot.SessionRecorder`."""
         if self._recorder:
             self._recorder.put(shot)
 

@@ -10,7 +10,7 @@ from rig.scene.quantity import Count, Force, Length, Ratio, odd
 from rig.scene.section import Section
 
 
-class Dic(Section):
+class DicSection(Section):
     """Correlation of each picture with the reference."""
 
     tile: Count = Field(16, ge=4, le=64, description="side of the tiles whose sums are kept, px")
@@ -88,7 +88,7 @@ Estimator = Annotated[
 ]
 
 
-class Training(Section):
+class TrainingSection(Section):
     """The simulated touches that train and test a net."""
 
     spacing: Length = Field(5.0, gt=0, description="distance between training touches, mm")

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 import fe
 from rig.scene import Scene
-from rig.scene.bench import Camera
+from rig.scene.bench import CameraSection
 from rig.sources.script import STILL
 from rig.system.frame import Frame
 from rig.system.process import deaf_to_interrupts
@@ -124,7 +124,7 @@ def open_twin(scene: Scene) -> Iterator[TwinSource]:
             memory.unlink()
 
 
-def _camera(scene: Scene) -> Camera:
+def _camera(scene: Scene) -> CameraSection:
     """Camera of the twin, after the checks that need no process."""
     if scene.source is None or scene.camera is None:
         raise ValueError(

@@ -12,8 +12,8 @@ from pydantic import ValidationError
 from rig.calibration.camera_of import camera_of
 from rig.scene import Scene
 from rig.scene.refusal import sentence
-from rig.training.data import Noise, Sets, simulate
-from rig.training.plan import lesson
+from rig.training.data import TrainingNoise, TrainingSets, simulate
+from rig.training.plan import training_plan
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -123,7 +123,7 @@ def score_model(path: Path, report: Callable[[int, int], None]) -> Scored:
     trained, about = store.load(path)
     scene = _bench(about, path)
     camera = camera_of(scene, str(about.get("calibration", "")))
-    taught, net = lesson(scene, camera), trained.net
+    taught, net = training_plan(scene, camera), trained.net
     sets = simulate(taught, report)
     nets = figures(net, sets, taught.touches)
     if sets.noise and taught.touches == 1:
@@ -136,7 +136,7 @@ def score_model(path: Path, report: Callable[[int, int], None]) -> Scored:
     return Scored(scene.title, size, nets, None, [], xy, error.ravel())
 
 
-def figures(net: Net, sets: Sets, touches: int) -> dict[str, dict[str, float]]:
+def figures(net: Net, sets: TrainingSets, touches: int) -> dict[str, dict[str, float]]:
     """Return the score of `net` on each data set, as plain numbers by name.
 
     Touches of a sample are paired with the true ones before they are measured. Where the net tells
@@ -170,7 +170,7 @@ def _matched(true: np.ndarray, told: np.ndarray, touches: int) -> tuple[np.ndarr
 
 
 def _judge_noisy(
-    net: Net, test: Dataset, noise: Noise
+    net: Net, test: Dataset, noise: TrainingNoise
 ) -> tuple[Pairs, TouchScore, list[TouchScore]]:
     """Score what a net says of touches in noise, and of noise alone."""
     from models.scores.touch_score import pair_touches, score_touches
@@ -185,7 +185,7 @@ def _judge_noisy(
     return pairs, *score_touches(pairs, _bound(noise.forward, truth))
 
 
-def _teller(net: Net, noise: Noise) -> NetTouch:
+def _teller(net: Net, noise: TrainingNoise) -> NetTouch:
     """Return a net that says how sure it is, from the error that it makes without noise."""
     from models.nets.net import predict
     from models.nets.net_estimator import NetTouch

@@ -17,7 +17,7 @@ from rig.recording.session import Session
 from rig.scene import Scene
 from rig.scene.sensing import PatternEstimator
 from rig.system.timing import Stopwatch
-from rig.training.plan import Lesson
+from rig.training.plan import TrainingPlan
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class PressScore:
 
 def score_presses(
     net: Net,
-    taught: Lesson,
+    taught: TrainingPlan,
     scene: Scene,
     calibration: Calibration,
     session: Session,
@@ -74,7 +74,7 @@ def score_presses(
     ready, watch = prepare_net(plan, chain, session.zero, bench.camera), Stopwatch(lambda: 0.0)
     off, found = [], presses(session)
     for one in found:
-        sensed = live.sense(chain, one.picture, live.at_rest(chain), watch)
+        sensed = live.estimate_frame(chain, one.picture, live.at_rest(chain), watch)
         told = ready.tell(chain, one.picture, sensed, watch).estimate
         if told.count:
             off.append(np.hypot(*(told.xy[0] - one.touch[:2])))

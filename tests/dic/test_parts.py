@@ -126,7 +126,7 @@ def test_dense_motion_is_exact_for_parabolas_inside_the_grid():
     x, y = grid.xy.T
     motion = np.zeros((len(x), 2, 3))
     motion[:, 0, 0], motion[:, 1, 0] = 1e-3 * x * x - 2e-3 * x * y, 3e-3 * y * y
-    net = dense_motion.net(motion, grid)
+    net = dense_motion.motion_grid(motion, grid)
     px, py = 37, 29
     (column, across), (row, down) = (
         divmod(p - o, 5) for p, o in zip((px, py), net.origin, strict=True)

@@ -18,9 +18,9 @@ NOISE = 1.7  # grey levels
 def test_a_patch_of_the_pattern_tells_the_bound_of_the_whole(bench):
     picture = bench.picture()
     patch = picture[60:200, 80:250]
-    motions = models.see_motions(bench.modes, bench.camera, bench.height, bench.reference.tiles)
-    expected = models.see_pattern(motions, alike(motions.tiles, gradient_energy(patch, 8)))
-    true = models.see_pattern(motions, bench.reference)
+    motions = models.prepare_motions(bench.modes, bench.camera, bench.height, bench.reference.tiles)
+    expected = models.prepare_pattern(motions, alike(motions.tiles, gradient_energy(patch, 8)))
+    true = models.prepare_pattern(motions, bench.reference)
     rng = np.random.default_rng(3)
     touches = np.column_stack([rng.uniform((25, 20), (125, 90), (40, 2)), rng.uniform(1, 3, 40)])
     said, right = (expected_errors(one.forward(NOISE), touches) for one in (expected, true))

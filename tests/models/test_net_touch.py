@@ -10,7 +10,7 @@ import fe
 import synthetic
 from models.data.dataset import Dataset, grid, random_places
 from models.estimate import Result
-from models.forward.camera_gauges import see_gauges
+from models.forward.camera_gauges import prepare_camera_gauges
 from models.nets import net
 from models.nets.net_estimator import NetTouch, jacobian, tell_touch
 from models.nets.recipe import Recipe
@@ -25,7 +25,7 @@ def bench():
     """Return a net trained on the strains of gauges under a camera, and what it was trained for."""
     plate = fe.Plate(SIZE, thickness=1.0, young=3000.0, poisson=0.3, edges=fe.Clamped())
     camera = synthetic.pinhole_above(SIZE, stand_off=300.0, pixels=(400, 320))
-    seen = see_gauges(fe.modes(plate, 60), camera, grid(SIZE, 15.0, 15.0), subset=31)
+    seen = prepare_camera_gauges(fe.modes(plate, 60), camera, grid(SIZE, 15.0, 15.0), subset=31)
     rng = np.random.default_rng(1)
     root = seen.root(100.0 + 40.0 * rng.standard_normal((320, 400)), 1.0)
     places = random_places(SIZE, 15.0, 1500, rng)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from models.data.reader import read_dataset
-from models.data.sampling_plan import BLOCK, Box, Plan
+from models.data.sampling_plan import BLOCK, SamplingPlan, TouchBox
 from models.data.writer import begin_dataset
 from models.forward.simulator import superpose
 from models.nets.tune import tune
@@ -24,7 +24,7 @@ cloudpickle.register_pickle_by_value(sys.modules[__name__])
 SCHEDULER = "from distributed.cli.dask_scheduler import main; main()"
 WORKER = "from distributed.cli.dask_worker import main; main()"
 GAUGES = np.array([[10.0, 0.0], [60.0, 15.0]])
-PLAN = Plan(Box((5.0, 5.0, 0.5), (55.0, 35.0, 1.0)), touches=2, samples=5 * BLOCK - 7)
+PLAN = SamplingPlan(TouchBox((5.0, 5.0, 0.5), (55.0, 35.0, 1.0)), touches=2, samples=5 * BLOCK - 7)
 
 
 def start(code, *arguments):

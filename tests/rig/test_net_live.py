@@ -9,12 +9,12 @@ import pytest
 
 from models.nets import store
 from rig.commands.train import descend
-from rig.live.baseline import Zero, take_zero
+from rig.live.baseline import ReferenceFrame, average_reference
 from rig.live.bench import build_bench
 from rig.live.loop import Loop
 from rig.live.net_chain import plan_net
-from rig.live.tracker import Follower
-from rig.recording.recorder import Recorder
+from rig.live.tracker import FrameProcessor
+from rig.recording.recorder import SessionRecorder
 from rig.recording.replay import replay
 from rig.recording.session import open_session
 from rig.scene.theory import choose
@@ -23,7 +23,7 @@ from rig.system.frame import Frame
 from rig.system.timing import Stopwatch
 from rig.training.data import simulate
 from rig.training.model_score import score_model
-from rig.training.plan import lesson
+from rig.training.plan import training_plan
 
 NET = {
     "kind": "net",
@@ -63,7 +63,7 @@ def netted(small, model):
         named = SCENE | {"estimator": NET | {"model": str(model)}}
         scene = small(deepcopy(named) | dict(overrides))
         if not model.exists():
-            taught = lesson(small(named))
+            taught = training_plan(small(named))
             trained = descend(taught, simulate(taught, quiet), taught.net.layers)
             store.save(model, trained, {"scene": small(named).model_dump(mode="json")})
         return scene
@@ -118,7 +118,7 @@ def test_a_net_tells_touches_of_a_camera_that_knows_no_truth(netted, in_hand):
 
 def test_what_the_net_tells_is_followed_and_replayed_bit_for_bit(netted, in_hand, tmp_path):
     scene, path = netted(), tmp_path / "session.h5"
-    with Recorder(path, {"scene": scene.model_dump_json()}) as recorder:
+    with SessionRecorder(path, {"scene": scene.model_dump_json()}) as recorder:
         _, shots = run(scene, in_hand, range(60, 90, 3), recorder=recorder)
     assert any(mark.identity is not None for shot in shots for mark in shot.touches)
     with open_session(path) as session:
@@ -131,8 +131,8 @@ def test_nothing_is_told_on_an_untouched_plate_or_behind_a_hand(netted, in_hand)
     _, shots = run(scene, in_hand, range(20, 40))
     assert all(shot.touches == () for shot in shots)
     twin = build_twin(scene)
-    zero = take_zero([twin.frame(k, ()) for k in range(16)])
-    follower = Follower(build_bench(scene, quiet), zero, Stopwatch(lambda: 0.0), lambda: 0.0)
+    zero = average_reference([twin.frame(k, ()) for k in range(16)])
+    follower = FrameProcessor(build_bench(scene, quiet), zero, Stopwatch(lambda: 0.0), lambda: 0.0)
     image = twin.frame(50, ()).copy()
     image[100:180, 150:260] = 0
     assert follower.see(Frame(0, 0.0, image, None)).sensed.estimate.count == 0
@@ -178,8 +178,8 @@ def test_gauges_that_stand_off_the_pattern_are_said(netted):
     scene = netted()
     bench, twin = build_bench(scene, quiet), build_twin(scene)
     image = np.mean([twin.frame(k, ()) for k in range(4)], axis=0).astype(np.float32)
-    chain, _ = bench.prepare(Zero(image, 2.0))
+    chain, _ = bench.prepare(ReferenceFrame(image, 2.0))
     blank = image.copy()
     blank[:, :150] = 120.0
     with pytest.raises(ValueError, match=r"of 63 gauges show no pattern to follow; look after"):
-        bench.prepare_net(Zero(blank, 2.0), chain)
+        bench.prepare_net(ReferenceFrame(blank, 2.0), chain)

@@ -9,7 +9,7 @@ import pytest
 import rig
 from rig.live.bench import build_bench
 from rig.live.loop import Loop
-from rig.recording.recorder import Recorder
+from rig.recording.recorder import SessionRecorder
 from rig.sources.script import STILL, TURN
 from rig.sources.twin import build_twin
 from rig.system.frame import Frame
@@ -94,7 +94,7 @@ def bench(tmp_path_factory):
         real = build_twin(rig.load(folder / "small.toml", pattern | REAL))
         first = round(STILL * RATE)
         frames = [*range(16), *range(first, first + round(PRESSES * TURN * RATE), STEP)]
-        with Recorder(
+        with SessionRecorder(
             folder / "session.h5", {"scene": scene.model_dump_json()}, waiting=1000
         ) as recorder:
             quiet = build_bench(scene, lambda done, total: None)
@@ -151,11 +151,11 @@ def _presses(folder, model):
     from rig.calibration.store import Calibration
     from rig.recording.session import open_session
     from rig.training.net_presses import score_presses
-    from rig.training.plan import lesson
+    from rig.training.plan import training_plan
 
     scene = rig.load(folder / "small.toml")
     net = load(folder / model)[0].net
     with open_session(folder / "session.h5") as session:
         return score_presses(
-            net, lesson(scene), scene, Calibration(), session, lambda done, total: None
+            net, training_plan(scene), scene, Calibration(), session, lambda done, total: None
         )

@@ -9,7 +9,7 @@ import synthetic
 from dic.tiles.tiles import lay_tiles
 from rig.calibration.projector import brightness
 from rig.live import chain as live
-from rig.live.baseline import Zero
+from rig.live.baseline import ReferenceFrame
 from rig.live.snapshot import Mark
 from rig.live.view import look, marks
 from rig.projector.display_log import Shown
@@ -98,8 +98,8 @@ def test_the_meter_says_beforehand_how_far_light_moves_a_touch():
     solver = fe.Linear(plate, fe.grid(plate, 32))
     rest = photograph(warper, np.zeros((len(warper.points), 3)))
     tiles = lay_tiles(rest.shape, 8)
-    motions = models.see_motions(fe.modes(plate, 60), camera, 1.0, tiles)
-    chain = live.prepare_chain(Zero(rest.astype(np.float32), 2.0), motions, 1)
+    motions = models.prepare_motions(fe.modes(plate, 60), camera, 1.0, tiles)
+    chain = live.prepare_chain(ReferenceFrame(rest.astype(np.float32), 2.0), motions, 1)
     screen = fit_plate((640, 512), plate.size)
     light_map = see_light(screen, look(plate, camera, 1.0).T_px_plate, camera.size, 1.0, DARK)
     told, happened = [], []
@@ -123,7 +123,7 @@ def photograph(warper, moved):
 
 
 def found(chain, image):
-    return live.sense(chain, image, live.at_rest(chain), Stopwatch(lambda: 0.0)).estimate
+    return live.estimate_frame(chain, image, live.at_rest(chain), Stopwatch(lambda: 0.0)).estimate
 
 
 def test_the_meter_speaks_only_where_light_does_harm():
