@@ -21,7 +21,7 @@ from rig.live.bench import build_bench
 from rig.live.net_chain import NetPlan, prepare_net
 from rig.sources.twin import build_twin
 from rig.system.timing import Stopwatch
-from rig.training.data import simulate
+from rig.training.data import simulate_sets
 from rig.training.plan import training_plan
 
 SYSTEM = "bench, strain by DIC (2.2)"
@@ -36,7 +36,7 @@ def bench(effort: Effort) -> Figures:
     taught = replace(
         taught, net=taught.net.model_copy(update={"epochs": effort.epochs(taught.net.epochs)})
     )
-    sets, pictures = simulate(taught, lambda done, total: None), _Pictures(scene)
+    sets, pictures = simulate_sets(taught, lambda done, total: None), _Pictures(scene)
     epochs = taught.net.epochs
     for seed in range(effort.seeds):
         again = replace(taught, net=taught.net.model_copy(update={"seed": seed}))

@@ -20,7 +20,7 @@ import rig
 from models.nets import store
 from models.nets.net import predict
 from models.scores.score import position_error
-from rig.training.data import simulate
+from rig.training.data import simulate_sets
 from rig.training.plan import training_plan
 
 CURVES = {
@@ -95,8 +95,8 @@ def magnitudes(folder):
 
 def of_net(folder, path):
     """Draw the training, the places and the histogram of one net."""
-    trained, about = store.load(path)
-    sets = simulate(
+    trained, about = store.load_net(path)
+    sets = simulate_sets(
         training_plan(rig.scene.Scene.model_validate(about["scene"])), lambda done, total: None
     )
     told = predict(trained.net, sets.test.strain)

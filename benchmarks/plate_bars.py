@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 import fe
 from fe.elements.functional import derivative
-from models.data.gauge_layout import inside_edges, on_edges
+from models.data.gauge_layout import gauges_inside_edges, gauges_on_edges
 from tests.fe.levy import levy
 
 PAPER = fe.Plate((100.0, 100.0), thickness=1.0, young=3000.0, poisson=0.3)
@@ -26,8 +26,8 @@ PAPER = fe.Plate((100.0, 100.0), thickness=1.0, young=3000.0, poisson=0.3)
 # the diagonals, so the 45 of one eighth stand for all.
 EIGHTH = [(x, y) for x in np.arange(10.0, 51.0, 5.0) for y in np.arange(10.0, x + 1.0, 5.0)]
 RINGS = {
-    "on the edges (reading B)": on_edges(PAPER.size),
-    "5 mm inside (reading A)": inside_edges(PAPER.size),
+    "on the edges (reading B)": gauges_on_edges(PAPER.size),
+    "5 mm inside (reading A)": gauges_inside_edges(PAPER.size),
 }
 # Deflection under a load on the clamped and the supported square, times D/(P a²): double series.
 SQUARES = {

@@ -20,7 +20,7 @@ import rig
 import synthetic
 from dic.tiles.tiles import lay_tiles
 from models.data import gauge_layout
-from models.design.press_calibration import correct
+from models.design.press_calibration import correct_by_presses
 from rig.calibration.presses import fit_presses
 from rig.live import chain as live
 from rig.live.alignment import Alignment, align
@@ -47,7 +47,7 @@ def rms(found: np.ndarray, true: np.ndarray) -> np.ndarray:
 
 def gauges(rng: np.random.Generator, count: int) -> Iterator[np.ndarray]:
     """Errors of the model as it is, mended, and right, of gauges 15 mm from the edges."""
-    mesh, places = fe.grid(PLATE, 40), gauge_layout.inside_edges(PLATE.size, 15.0, 15.0)
+    mesh, places = fe.grid(PLATE, 40), gauge_layout.gauges_inside_edges(PLATE.size, 15.0, 15.0)
     assumed = fe.influence(PLATE, places, mesh)
     moved = fe.influence(PLATE, places + rng.normal(0, PLACE, places.shape), mesh)
     factor = SOFTER * (1 + rng.normal(0, GAIN, len(places)))
@@ -119,7 +119,7 @@ def pattern(rng: np.random.Generator, count: int, off: float = 1.0) -> Iterator[
     yield rms(raw, fresh)
     yield rms(mapped(assumed, pictures, known).mend(raw), fresh)
     one = zero.noise / np.sqrt(1 + 1 / REFERENCE)  # of a frame
-    corrected = correct(
+    corrected = correct_by_presses(
         view,
         lambda camera: seen_by(assumed, camera),
         assumed.reference,

@@ -13,14 +13,14 @@ from bars import Part, Row, beside, show, timed, times
 
 import fe
 import models
-from models.data.gauge_layout import inside_edges
+from models.data.gauge_layout import gauges_inside_edges
 from models.scores.matching import match
 
 PLATE = fe.Plate((100.0, 100.0), 1.0, 3000.0, 0.3)
 MARGIN = 10.0  # mm, between the touches and the edges
 APART = 5.0  # mm
 FORCE = (1.0, 10.0)  # N
-INFLUENCE = fe.influence(PLATE, inside_edges(PLATE.size))
+INFLUENCE = fe.influence(PLATE, gauges_inside_edges(PLATE.size))
 LATTICE = np.stack(np.meshgrid(*2 * [np.arange(10.0, 91.0, 5.0)]), axis=-1).reshape(-1, 2)
 UNIT = np.sqrt(np.mean(INFLUENCE.strain(LATTICE) ** 2))  # rms strain of a touch of 1 N
 

@@ -21,7 +21,7 @@ from models.nets import batches, regression
 from models.nets.net import NetOptions, predict
 from models.nets.recipe import BEST, BEST_NET, Recipe
 from models.nets.refine import refine
-from models.nets.train import train
+from models.nets.train import train_net
 from rig.report.figure import Figure
 
 TABLE = "One touch, 72 gauges, noise 1 %"
@@ -83,12 +83,15 @@ def nets() -> Iterator[Figure]:
     for name, make in (
         (
             "net, the paper's recipe",
-            lambda: train(data.training, data.validation, NetOptions(), Recipe(), rng),
+            lambda: train_net(data.training, data.validation, NetOptions(), Recipe(), rng),
         ),
-        ("net, best recipe", lambda: train(data.training, data.validation, BEST_NET, BEST, rng)),
+        (
+            "net, best recipe",
+            lambda: train_net(data.training, data.validation, BEST_NET, BEST, rng),
+        ),
         (
             "net trained with noise",
-            lambda: train(
+            lambda: train_net(
                 first,
                 test,
                 NetOptions((128,) * 3, "silu"),

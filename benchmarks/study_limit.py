@@ -18,8 +18,8 @@ import dic
 import models
 import rig
 import synthetic
-from models.data.gauge_layout import inside_edges
-from models.design.expected_errors import expected_errors, over_plate
+from models.data.gauge_layout import gauges_inside_edges
+from models.design.expected_errors import expected_errors, places_over_plate
 from models.forward.linear import Forward, modal
 from rig.live import chain as live
 from rig.live.baseline import average_reference
@@ -61,7 +61,7 @@ def case() -> Case:
 def touches() -> NDArray[np.float64]:
     """Touches of 1 N over the plate, away from its edges."""
     size = case().bench.plate.size
-    places = over_plate(size, 16)
+    places = places_over_plate(size, 16)
     inner = np.all((places >= INSET) & (places <= np.array(size) - INSET), axis=1)
     return np.column_stack([places[inner], np.full(inner.sum(), FORCE)])
 
@@ -102,7 +102,7 @@ def steps() -> Iterator[Figure]:
 
 def over() -> Iterator[Figure]:
     """Bounds of place and force over the whole plate, from every pixel."""
-    places = over_plate(case().bench.plate.size, 16)
+    places = places_over_plate(case().bench.plate.size, 16)
     errors = expected_errors(every_pixel(), np.column_stack([places, np.full(len(places), FORCE)]))
     for (x, y), place, force in zip(places.tolist(), errors.place, errors.force, strict=True):
         yield from line(OVER, at(x, y), place=(f"{place:.4g}", "mm"), force=(f"{force:.4g}", "N"))
@@ -219,7 +219,7 @@ def by_gauges(gauges: synthetic.Gauges) -> Forward:
 def ring() -> NDArray[np.float64]:
     """72 places on a ring 25 mm inside the edges, px."""
     a, b = case().bench.plate.size
-    inner = INSET + inside_edges((a - 2 * INSET, b - 2 * INSET), (a - 2 * INSET) / 18, 0.0)
+    inner = INSET + gauges_inside_edges((a - 2 * INSET, b - 2 * INSET), (a - 2 * INSET) / 18, 0.0)
     return on_picture(inner)
 
 

@@ -15,16 +15,16 @@ from study import cpu_seconds, line, run
 import fe
 from fe.elements.functional import derivative
 from fe.linear.energy import stiffness
-from models.data.gauge_layout import inside_edges, on_edges
+from models.data.gauge_layout import gauges_inside_edges, gauges_on_edges
 from rig.report.figure import Figure
 
 LOADS = ((50.0, 50.0), (30.0, 20.0), (10.0, 50.0), (20.0, 10.0))
-RING = np.concatenate([on_edges(PAPER.size), inside_edges(PAPER.size)])
+RING = np.concatenate([gauges_on_edges(PAPER.size), gauges_inside_edges(PAPER.size)])
 MESHES, TRUTH = (20, 40, 80, 100, 120, 160), 400
 PVC = fe.Plate((254.0, 254.0), thickness=1.0, young=3000.0, poisson=0.38)
 PRESSES = ((127.0, 127.0), (60.0, 90.0), (100.0, 200.0), (40.0, 45.0))
 FORCES = (0.2, 5.0)
-GAUGES = 25.0 + inside_edges((204.0, 204.0), 17.0, 0.0)
+GAUGES = 25.0 + gauges_inside_edges((204.0, 204.0), 17.0, 0.0)
 
 
 def meshes() -> Iterator[Figure]:

@@ -21,7 +21,7 @@ import fe
 import models
 import rig
 import synthetic
-from dic.images.spline import coefficients, gradient
+from dic.images.spline import spline_coefficients, spline_gradient
 from models.estimate import Estimate
 from rig.live import chain as live
 from rig.live.baseline import average_reference
@@ -163,7 +163,7 @@ def shift_rows() -> Iterator[Row]:
 
 def _floor(picture: np.ndarray, noise: float) -> float:
     """√2 σ / √SSSIG at subset 21, order 1, with the full 6 x 6 Hessian, px."""
-    fx, fy = gradient(coefficients(picture))
+    fx, fy = spline_gradient(spline_coefficients(picture))
     half, step, variances = 10, 25, []
     eta, xi = np.mgrid[-half : half + 1, -half : half + 1]
     shape = np.stack([np.ones_like(xi), xi, eta]).reshape(3, -1)

@@ -21,13 +21,21 @@ from .fields.local_fit import (
 )
 from .fields.strain_field import (
     StrainField as StrainField,
+    StrainKind as StrainKind,
     strain as strain,
+    strain_measure as strain_measure,
 )
 from .fields.strain_matrix import strain_operator as strain_operator
-from .images.image import read_image as read_image
+from .images.image import check_image as check_image, read_image as read_image
 from .images.quality import (
+    box_sums as box_sums,
+    lies_inside as lies_inside,
     noise_floor as noise_floor,
     sssig as sssig,
+)
+from .images.spline import (
+    spline_coefficients as spline_coefficients,
+    spline_gradient as spline_gradient,
 )
 from .settings import (
     SettingsAdvice as SettingsAdvice,
@@ -40,6 +48,7 @@ from .tiles.tile_field import (
     TileBlocks as TileBlocks,
     prepare_blocks as prepare_blocks,
     tile_displacement as tile_displacement,
+    tile_gradient as tile_gradient,
 )
 from .tiles.tiles import (
     TileReference as TileReference,

@@ -11,7 +11,7 @@ from dic.correlation.correlation import correlate
 from dic.correlation.reference import prepare
 from dic.images.image import check_image
 from dic.images.quality import box_sums, noise_floor
-from dic.images.spline import coefficients, gradient, noise_slope
+from dic.images.spline import noise_slope, spline_coefficients, spline_gradient
 
 _SPOTS = 3  # speckles across a subset, iDICs Good Practices Guide
 _SIZES = range(11, 102, 2)  # px
@@ -40,7 +40,7 @@ class SettingsAdvice:
 
 def mean_intensity_gradient(image: ArrayLike) -> float:
     """Mean of |∇f|, grey levels per px: MIG (Pan, Lu, Xie 2010, Opt. Lasers Eng. 48, 469)."""
-    fx, fy = gradient(coefficients(check_image(image, "reference")))
+    fx, fy = spline_gradient(spline_coefficients(check_image(image, "reference")))
     return float(np.mean(np.hypot(fx, fy)))
 
 
@@ -140,7 +140,7 @@ def recommend_settings(image: ArrayLike, noise: float, sigma: float = 0.01) -> S
     """
     grey = check_image(image, "reference")
     speckle = speckle_size(grey)
-    steep = np.stack([np.square(slope) for slope in gradient(coefficients(grey))])
+    steep = np.stack([np.square(slope) for slope in spline_gradient(spline_coefficients(grey))])
     for subset in _SIZES:
         if subset < _SPOTS * speckle or subset > min(grey.shape):
             continue

@@ -1,5 +1,9 @@
 """Public names of `fe`: the one list, read by type checkers and by the lazy loader."""
 
+from .elements.hermite import (
+    HERMITE_DERIVATIVES as HERMITE_DERIVATIVES,
+    hermite_gram as hermite_gram,
+)
 from .elements.mesh import (
     Mesh as Mesh,
     default_mesh as default_mesh,
@@ -25,7 +29,11 @@ from .linear.point_influence import (
     DisplacementInfluence as DisplacementInfluence,
     displacement_influence as displacement_influence,
 )
-from .linear.validity import LinearRange as LinearRange
+from .linear.validity import (
+    LINEAR_TOLERANCE as LINEAR_TOLERANCE,
+    LinearRange as LinearRange,
+    as_percent as as_percent,
+)
 from .output.plot import draw as draw
 from .output.vtu import write_vtu as write_vtu
 from .plate.edges import (
@@ -48,11 +56,14 @@ from .reduced import (
     Trust as Trust,
     reduced_plate as reduced_plate,
 )
+from .reduced.large_state import drift_at as drift_at
 from .shell import (
     Base as Base,
     Shell as Shell,
     ShellState as ShellState,
     Stability as Stability,
     Verdict as Verdict,
+    shell_mesh as shell_mesh,
     solve as solve,
 )
+from .shell.base import check_base as check_base

@@ -23,7 +23,7 @@ from dic.fields import shape
 from dic.fields.displacement import DisplacementField, Status
 from dic.fields.grid import Grid
 from dic.images.image import check_image, check_pair
-from dic.images.spline import coefficients
+from dic.images.spline import spline_coefficients
 
 _TOGETHER = 10  # iterations of the whole field
 _PART = 2500  # px filtered for one point, in the time that the whole picture takes
@@ -76,7 +76,9 @@ def correlate(
         _iterate_points(ref, frame, False, points, usable)
         usable &= np.isnan(points.change)
     if usable.any():
-        spline = coefficients(np.subtract(image, image.mean(dtype=np.float64), dtype=np.float32))
+        spline = spline_coefficients(
+            np.subtract(image, image.mean(dtype=np.float64), dtype=np.float32)
+        )
         if ref.grid is not None:
             _iterate_field(ref, ref.grid, spline, points)
             usable = point_status.is_correlated(ref, points) & ~points.still

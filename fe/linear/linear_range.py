@@ -18,7 +18,7 @@ from fe.elements.functional import derivative
 from fe.elements.mesh import Mesh, grid
 from fe.linear.linear import Linear, LinearState
 from fe.linear.membrane import Membrane, Stretched, stretch
-from fe.linear.validity import TOLERANCE, LinearRange
+from fe.linear.validity import LINEAR_TOLERANCE, LinearRange
 from fe.plate.plate import Plate
 
 # Deflection is right to 1 % on this many elements along the longer side.
@@ -64,7 +64,7 @@ def linear_range(plate: Plate, force: float) -> LinearRange:
     error = max(1.0 / share - 1.0, _strain_error(linear, plane, share))
     ratio = share * depth / float(plate.material(place)[0][0])
     return LinearRange(
-        theory="linear" if error <= TOLERANCE else "large",
+        theory="linear" if error <= LINEAR_TOLERANCE else "large",
         force=force,
         place=(float(place[0, 0]), float(place[0, 1])),
         deflection=share * depth,

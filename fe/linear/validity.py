@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-TOLERANCE = 0.05
+LINEAR_TOLERANCE = 0.05
 """Error of linear theory up to which it is taken: what a good camera bench knows of its plate."""
 
 
@@ -19,7 +19,7 @@ class LinearRange:
     Attributes
     ----------
     theory : {"linear", "large"}
-        The smaller theory that is right to `TOLERANCE`.
+        The smaller theory that is right to `LINEAR_TOLERANCE`.
     force : float
         Of the touch, N.
     place : tuple of float
@@ -63,10 +63,10 @@ class LinearRange:
         x, y = self.place
         return (
             f"w/h is up to {self.ratio:.2g} under {self.force:g} N at ({x:g}, {y:g}) mm, where "
-            f"linear theory is off by {percent(self.error)}"
+            f"linear theory is off by {as_percent(self.error)}"
         )
 
 
-def percent(share: float) -> str:
+def as_percent(share: float) -> str:
     """Write a relative error for people: two digits, and no more than that it is all wrong."""
     return f"{100 * share:.2g} %" if share < 0.995 else "more than 100 %"

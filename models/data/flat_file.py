@@ -14,8 +14,6 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-__all__ = ["ArrayPlace", "lay_out", "locate"]
-
 
 @dataclass(frozen=True)
 class ArrayPlace:

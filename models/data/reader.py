@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 
 from models.data.flat_file import ArrayPlace, locate
 
-__all__ = ["ARRAYS", "FORMAT", "VERSION", "Samples", "checksum", "open_dataset", "read_dataset"]
-
 FORMAT = "touchplate data set"
 VERSION = 1
 ARRAYS = ("strain", "touches", "gauges", "sums", "done")

@@ -14,8 +14,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["BLOCK", "SamplingPlan", "TouchBox", "TouchLattice"]
-
 BLOCK = 4096
 """Samples in a block. The seed of a block holds its number, so another size is another data set."""
 

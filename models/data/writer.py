@@ -24,8 +24,6 @@ from models.data.sampling_plan import BLOCK, SamplingPlan
 from models.forward.simulator import Simulator
 from models.workers import Map
 
-__all__ = ["DatasetFile", "begin_dataset"]
-
 
 @dataclass(frozen=True, eq=False)
 class DatasetFile:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 import fe
 import synthetic
-from dic.tiles.tiles import prepare_tiles
+from dic import prepare_tiles
 from models.forward.tile_pattern import TilePattern, prepare_motions, prepare_pattern
 from models.inverse.levenberg_marquardt import covariance
 

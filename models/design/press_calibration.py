@@ -17,8 +17,7 @@ from scipy.spatial.transform import Rotation
 from scipy.special import chdtrc
 
 import synthetic
-from dic.tiles.tile_field import prepare_blocks, tile_gradient
-from dic.tiles.tiles import TileReference, tile_sums
+from dic import TileReference, prepare_blocks, tile_gradient, tile_sums
 from models.design.shared_reference import SharedReference
 from models.forward.image_motion import ImageMotions
 
@@ -56,7 +55,7 @@ class PriorSigma:
 
 
 @dataclass(frozen=True, eq=False)
-class Corrected:
+class PressCorrection:
     """A forward model that known presses have corrected.
 
     Attributes
@@ -85,7 +84,7 @@ class Corrected:
         return towards @ self.covariance[:6, :6] @ towards.T
 
 
-def correct(
+def correct_by_presses(
     camera: synthetic.Camera,
     look: Callable[[synthetic.Camera], ImageMotions],
     reference: TileReference,
@@ -94,7 +93,7 @@ def correct(
     noise: tuple[float, float],
     hidden: NDArray | None = None,
     doubt: PriorSigma | None = None,
-) -> Corrected:
+) -> PressCorrection:
     """Correct camera and softness by pictures of known presses.
 
     Parameters
@@ -143,7 +142,7 @@ def correct(
         still += step[SHARED:].reshape(len(touches), -1)[:, OWN:]
     covariance = np.asarray(np.linalg.inv(normal)[:SHARED, :SHARED], dtype=np.float64)
     proof = float(numbers @ (np.linalg.inv(covariance) - np.diag(prior)) @ numbers)
-    return Corrected(
+    return PressCorrection(
         camera=_moved(camera, numbers),
         softness=float(np.exp(numbers[-1])),
         covariance=covariance,

@@ -17,8 +17,6 @@ import synthetic
 from models.forward.linear import LinearForward, modal
 from models.forward.simulator import read_modes
 
-__all__ = ["CameraGauges", "WhiteGauges", "prepare_camera_gauges"]
-
 
 @dataclass(frozen=True, eq=False)
 class CameraGauges:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import fe
 import synthetic
-from dic.tiles.tiles import Tiles
+from dic import Tiles
 from models.forward.large import LargePlate
 from models.forward.tile_spline import TileSpline, spread_over
 

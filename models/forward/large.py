@@ -14,9 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 import fe
-from fe.elements.hermite import gram
-from fe.reduced.large_state import drift_at
-from fe.reduced.view import ReducedReadings
+from fe import ReducedReadings, drift_at, hermite_gram
 
 # A light touch has the shape of the response, but a finger's is what is looked for: N.
 TYPICAL = 1.5
@@ -150,7 +148,7 @@ class LargePlate:
 def large_plate(reduced: fe.Reduced, count: int = 200) -> LargePlate:
     """Carry the motion of a reduced plate by `count` of its modes and its fields in the plane."""
     modes = fe.modes(reduced.plate, count, reduced.mesh)
-    x, y = (gram(line, 0, 0) for line in reduced.mesh.lines)
+    x, y = (hermite_gram(line, 0, 0) for line in reduced.mesh.lines)
     # ∫ φ w dA of each mode: modes are orthonormal, so these are amplitudes.
     loads = np.einsum("ai,ijk,jb->abk", x.toarray(), modes.values, y.toarray(), optimize=True)
     drifts = reduced.drifts.shape[-1]

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 import fe
 import synthetic
 
-__all__ = ["Simulator", "large_deflection", "read_modes", "superpose", "through_camera"]
-
 Simulator = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """From touches (n, k, 3), mm, mm, N, to strain (n, M, 3): exx, eyy, exy of M gauges."""
 

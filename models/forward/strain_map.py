@@ -16,9 +16,7 @@ from scipy.sparse import bsr_array, csr_array, kron
 
 import fe
 import synthetic
-from dic.fields.displacement import DisplacementField, Status
-from dic.fields.strain_matrix import strain_operator
-from dic.tiles.tile_field import TileBlocks
+from dic import DisplacementField, Status, TileBlocks, strain_operator
 from models.forward.linear import LinearForward, modal
 from models.forward.tile_pattern import TilePattern
 

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from fe.elements.hermite import DERIVATIVES
+from fe import HERMITE_DERIVATIVES
 
 
 class ForwardTable(NamedTuple):
@@ -83,7 +83,7 @@ def _weights(place: float, nodes: NDArray, unit: float, weights: NDArray) -> int
     t = (place - nodes[element]) / h
     for order in range(2):
         for i in range(4):
-            c = DERIVATIVES[order, i]
+            c = HERMITE_DERIVATIVES[order, i]
             scale = 1.0 if i % 2 == 0 else h / unit
             scale = scale / h if order == 1 else scale
             weights[order, i] = scale * (c[0] + t * (c[1] + t * (c[2] + t * c[3])))

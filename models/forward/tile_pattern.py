@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-from dic.tiles.tiles import TileReference, Tiles, TileSums
+from dic import TileReference, Tiles, TileSums
 from models.estimate import Estimate
 from models.forward.image_motion import (
     ImageMotions as ImageMotions,
@@ -183,7 +183,7 @@ def _reduced(
     return TilePattern(motions, reference, whole, hidden, normal, share, factor)
 
 
-def noise_of(sums: TileSums, tiles: Tiles) -> float:
+def noise_from_sums(sums: TileSums, tiles: Tiles) -> float:
     """Noise of a frame, grey levels: the median tile, which a hand or a new touch hardly moves."""
     return float(np.sqrt(np.median(sums.ee)) / tiles.size)
 

@@ -11,10 +11,8 @@ if TYPE_CHECKING:
 
     Loss = Callable[[Tensor, Tensor], Tensor]
 
-__all__ = ["base_too", "distance", "error_sum", "magnitudes_too", "mean_square"]
 
-
-def distance(touches: int = 1) -> "Loss":
+def distance_loss(touches: int = 1) -> "Loss":
     """Return equations 1 and 2: the mean distance of predicted and true touches, mm.
 
     Parameters
@@ -30,7 +28,7 @@ def distance(touches: int = 1) -> "Loss":
     return loss
 
 
-def magnitudes_too(touches: int, k: float) -> "Loss":
+def magnitude_loss(touches: int, k: float) -> "Loss":
     """Return equation 3: the distance, and k times the relative error of the magnitudes.
 
     Parameters
@@ -40,7 +38,7 @@ def magnitudes_too(touches: int, k: float) -> "Loss":
     k
         Weight of the magnitudes, mm.
     """
-    place = distance(touches)
+    place = distance_loss(touches)
 
     def loss(predicted: "Tensor", true: "Tensor") -> "Tensor":
         error = predicted[:, 2 * touches :] / true[:, 2 * touches :] - 1.0
@@ -49,7 +47,7 @@ def magnitudes_too(touches: int, k: float) -> "Loss":
     return loss
 
 
-def base_too(k: float) -> "Loss":
+def base_loss(k: float) -> "Loss":
     """Return equation 4: the distance, and k times the error of bend and twist together.
 
     Parameters
@@ -57,7 +55,7 @@ def base_too(k: float) -> "Loss":
     k
         Weight of what follows x and y in the targets, mm for each of its units.
     """
-    place, base = distance(), error_sum()
+    place, base = distance_loss(), error_sum()
 
     def loss(predicted: "Tensor", true: "Tensor") -> "Tensor":
         return place(predicted, true) + k * base(predicted[:, 2:], true[:, 2:])

@@ -21,14 +21,12 @@ from models.inverse.levenberg_marquardt import covariance
 from models.nets.net import Net, predict
 from models.nets.refine import refine
 
-__all__ = ["NetTouch", "jacobian", "tell_touch"]
-
 NEAR = 9
 """Places around a touch over which the net's own error is averaged: a net is worse near edges."""
 
 
 @dataclass(frozen=True, eq=False)
-class NetTouch:
+class NetEstimate:
     """A net of one touch, and what is known of the strains that it is fed.
 
     Attributes
@@ -94,9 +92,9 @@ class NetTouch:
         return self.off[np.argsort(np.sum((self.places - place) ** 2, axis=1))[:NEAR]]
 
 
-def tell_touch(
+def estimate_touch(
     net: Net, seen: CameraGauges, root: NDArray[np.float64], places: NDArray, steps: int = 0
-) -> NetTouch:
+) -> NetEstimate:
     """Prepare a net for strains that a camera sees.
 
     Parameters
@@ -123,7 +121,7 @@ def tell_touch(
             " [dataset]"
         )
     white = seen.white(root)
-    return NetTouch(net, white.towards, white.forward, root, places, told - places, steps)
+    return NetEstimate(net, white.towards, white.forward, root, places, told - places, steps)
 
 
 def jacobian(net: Net, strain: NDArray[np.float64]) -> NDArray[np.float64]:

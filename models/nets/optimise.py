@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     Layers = list[tuple[Tensor, Tensor]]
     Pairs = tuple[Tensor, Tensor]
 
-__all__ = ["Descent", "TrainingTask", "descend", "finish"]
-
 # What Adam remembers of each parameter.
 _MOMENTS = ("step", "exp_avg", "exp_avg_sq")
 

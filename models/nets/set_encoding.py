@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from models.nets.loss import Loss
 
-__all__ = ["decode", "encode", "permutation_invariant_loss"]
-
 # Touches nearer than this are weighed as if they were so far apart, mm: to first order the error
 # of a place is that of p over p', which has no end where two places meet; the true error has.
 _NEAR = 2.0

@@ -11,7 +11,7 @@ import numpy as np
 
 from models.data.dataset import Dataset
 from models.nets.checkpoint import Checkpoint, fingerprint
-from models.nets.loss import distance
+from models.nets.loss import distance_loss
 from models.nets.net import Net, NetOptions, Scaling, initial, scaling
 from models.nets.optimise import Descent, TrainingTask, descend, finish
 from models.nets.recipe import Recipe
@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
     Layers = list[tuple[Tensor, Tensor]]
     Pairs = tuple[Tensor, Tensor]
-
-__all__ = ["Recipe", "Trained", "train"]
 
 
 @dataclass(frozen=True)
@@ -45,7 +43,7 @@ class Trained:
     history: np.ndarray
 
 
-def train(
+def train_net(
     training: Dataset,
     validation: Dataset,
     options: NetOptions,
@@ -94,7 +92,7 @@ def train(
     start = initial(sizes, rng)
     live = training.strain.std(axis=0) > 0.0  # of reading B one input in three; the rest is 0
     fed = replace(scale, centre=scale.centre[live], scale=scale.scale[live])
-    usual = permutation_invariant_loss(options.poles) if options.poles else distance()
+    usual = permutation_invariant_loss(options.poles) if options.poles else distance_loss()
     task = TrainingTask(fed, live, _outputs(told, recipe), options.activation, loss or usual)
     with _one_thread():
         layers = _tensors(start, live)

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import synthetic
-from models.design.press_calibration import Corrected, correct
-from models.forward.image_motion import ImageMotions, prepare_motions
+from models import ImageMotions, PressCorrection, correct_by_presses, prepare_motions
 from rig.calibration.collect import HOLD, Collector, HeldOutScore, Taken, rms, targets
 from rig.calibration.lens import Lens
 from rig.calibration.pose import Pose
@@ -111,9 +110,9 @@ def learn(session: Session, report: Callable[[int, int], None]) -> Learned:
     hidden = np.array([one.hidden for one in sensed])
     noise = _noise(kept, session.zero.noise, bench.reference_frames)
 
-    def by(chosen: NDArray) -> Corrected:
+    def by(chosen: NDArray) -> PressCorrection:
         given = pictures[chosen], touches[chosen], noise, hidden[chosen]
-        return correct(camera, look, chain.reference, *given)
+        return correct_by_presses(camera, look, chain.reference, *given)
 
     held = np.arange(len(kept)) % 3 == 2
     part = by(~held)
@@ -192,7 +191,7 @@ def _found(sensed: list[live.FrameEstimate]) -> NDArray[np.float64]:
     return np.array([(*one.estimate.xy[0], one.estimate.force[0]) for one in sensed])
 
 
-def _learned(corrected: Corrected, score: HeldOutScore) -> Learned:
+def _learned(corrected: PressCorrection, score: HeldOutScore) -> Learned:
     camera, softness = corrected.camera, corrected.softness
     spread = np.sqrt(np.diag(corrected.covariance))
     lens = Lens(

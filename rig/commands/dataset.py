@@ -40,7 +40,7 @@ def dataset(
 ) -> None:
     """Write the samples of a scene to disk; a run that was cut off goes on where it ended."""
     import models
-    from models.workers import workers
+    from models import workers
 
     task = _task(load(scene, parse_overrides(settings or [])))
     plan = task.samples.build(task.plate)
@@ -106,7 +106,7 @@ def _task(scene: Scene) -> BlockTask:
 
 
 def _check_base(plate: PlateSection, base: BaseSection, radius: float) -> None:
-    from fe.shell.base import check_base
+    from fe import check_base
 
     check_base(plate.build(), base.build())
     if radius:
@@ -127,7 +127,7 @@ def _answer(task: BlockTask, gauges: np.ndarray, report: Report) -> Simulator:
     if task.base is None:
         flat = influence(plate, gauges, report)
         return models.superpose(partial(flat.strain, radius=task.radius))
-    from fe.shell import Shell, shell_mesh
+    from fe import Shell, shell_mesh
 
     bent = Shell(plate, shell_mesh(plate)).at(task.base.build())
     console().print(f"bent by its base: {bent.stability.verdict.value}")

@@ -14,7 +14,7 @@ from rig.commands.output import emit, progress
 if TYPE_CHECKING:
     from rich.console import Group
 
-    from models.design.expected_errors import Errors
+    from models import ExpectedErrors
     from rig.design.outlook import Design
 
 WAYS = {"bound": "bound of the pattern", "pattern": "as the scene has it", "strain": "by strain"}
@@ -55,7 +55,7 @@ def design(
     emit(_tables(made), _data(made), as_json)
 
 
-def _figures(errors: Errors) -> dict[str, float]:
+def _figures(errors: ExpectedErrors) -> dict[str, float]:
     """Quantiles over the plate; forces for 1 mm are those of the place at 1 N."""
     needed = errors.force_for(1.0)
     return {

@@ -10,7 +10,7 @@ from rig.commands.output import progress
 from rig.scene import Scene
 
 if TYPE_CHECKING:
-    from models.nets.net import Net
+    from models import Net
     from rig.training.net_presses import PressScore
     from rig.training.plan import TrainingPlan
 

@@ -11,14 +11,14 @@ import typer
 from rig.commands.output import emit, progress
 from rig.commands.train import descend
 from rig.scene import load, parse_overrides
-from rig.training.data import TrainingSets, simulate
+from rig.training.data import TrainingSets, simulate_sets
 from rig.training.model_score import figures
 from rig.training.plan import TrainingPlan, training_plan
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from models.nets.tune import Candidate
+    from models import NetCandidate
 
 
 def tune(
@@ -37,8 +37,7 @@ def tune(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Train nets of random sizes; a search that was cut off goes on where it ended."""
-    from models.nets import tune as search
-    from models.workers import workers
+    from models import tune_net, workers
 
     bench = load(scene, parse_overrides(settings or []))
     taught = training_plan(bench)
@@ -48,9 +47,9 @@ def tune(
         storage = f"sqlite:///{home / 'search.db'}"
     with workers(scheduler) as each:
         with progress("influence") as report:
-            sets = simulate(taught, report)
+            sets = simulate_sets(taught, report)
         with progress("search") as report:
-            found = search.tune(
+            found = tune_net(
                 partial(_loss, taught, sets),
                 trials,
                 storage,
@@ -77,7 +76,7 @@ def _study(taught: TrainingPlan) -> str:
     return key("search", [part and part.model_dump(mode="json") for part in sections])[:16]
 
 
-def _table(title: str, found: list[Candidate]) -> Table:
+def _table(title: str, found: list[NetCandidate]) -> Table:
     from rich.table import Table
 
     shown = Table("rank", "loss mm", "layers", title=title)

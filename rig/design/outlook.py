@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import fe
-from models.design.expected_errors import Errors
+from models import ExpectedErrors
 from rig.design.prediction import from_strain, linear_to, predict, seen, time_of_frame
 from rig.design.setup import changes, setup_of
 from rig.scene import Scene
@@ -69,7 +69,7 @@ class Design:
 
     title: str
     plate: fe.Plate
-    sensed: dict[str, Errors]
+    sensed: dict[str, ExpectedErrors]
     linear_to: float
     largest: float | None
     frame: float
@@ -113,6 +113,8 @@ def design(scene: Scene, report: Callable[[int, int, str], None]) -> Design:
     )
 
 
-def _change(texts: tuple[str, str, str], now: Errors, then: Errors, linear: float) -> DesignChange:
+def _change(
+    texts: tuple[str, str, str], now: ExpectedErrors, then: ExpectedErrors, linear: float
+) -> DesignChange:
     place, force = float(np.median(then.place)), float(np.median(then.force))
     return DesignChange(*texts, place, force, float(np.median(now.place)) / place, linear)

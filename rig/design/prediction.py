@@ -13,15 +13,8 @@ import numpy as np
 import fe
 import models
 import synthetic
-from dic.tiles.tile_field import prepare_blocks
-from dic.tiles.tiles import lay_tiles, prepare_tiles, tile_sums
-from models.design.expected_errors import (
-    Errors,
-    alike,
-    expected_errors,
-    gradient_energy,
-    over_plate,
-)
+from dic import lay_tiles, prepare_blocks, prepare_tiles, tile_sums
+from models import ExpectedErrors, equal_tiles, expected_errors, gradient_energy, places_over_plate
 from rig.design.setup import Setup
 from rig.scene.bench import CameraSection
 from rig.scene.plate import PlateSection
@@ -47,15 +40,15 @@ class Prediction:
     """
 
     setup: Setup
-    unit: Errors
+    unit: ExpectedErrors
     energy: float
 
-    def against(self, noise: float) -> Errors:
+    def against(self, noise: float) -> ExpectedErrors:
         """Return the errors for a noise, grey levels, of a frame less the reference."""
         return self.unit.scaled(noise / float(np.sqrt(self.energy)))
 
     @property
-    def errors(self) -> Errors:
+    def errors(self) -> ExpectedErrors:
         """Errors for the noise of the setup."""
         return self.against(self.setup.noise)
 
@@ -75,10 +68,10 @@ def predict(setup: Setup, like: Prediction | None = None) -> Prediction:
     return Prediction(setup, unit, _energy(setup))
 
 
-def from_strain(prediction: Prediction, motions: models.ImageMotions) -> Errors:
+def from_strain(prediction: Prediction, motions: models.ImageMotions) -> ExpectedErrors:
     """Predict errors under 1 N over the plate from strain maps alone."""
     given = prediction.setup
-    reference = alike(motions.tiles, prediction.energy)
+    reference = equal_tiles(motions.tiles, prediction.energy)
     pattern = models.prepare_pattern(motions, reference)
     blocks = prepare_blocks(reference, given.dic.block)
     strain = models.prepare_strain_map(
@@ -88,12 +81,12 @@ def from_strain(prediction: Prediction, motions: models.ImageMotions) -> Errors:
 
 
 def linear_to(plate: fe.Plate) -> float:
-    """Find the force up to which linear theory is right to `fe.linear.validity.TOLERANCE`, N."""
-    from fe.linear.validity import TOLERANCE
+    """Find the force up to which linear theory is right to `fe.LINEAR_TOLERANCE`, N."""
+    from fe import LINEAR_TOLERANCE
 
     force = UNIT
     for _ in range(8):  # the error grows with the square of the force, nearly
-        force *= float(np.sqrt(TOLERANCE / fe.linear_range(plate, force).error))
+        force *= float(np.sqrt(LINEAR_TOLERANCE / fe.linear_range(plate, force).error))
     return force
 
 
@@ -127,10 +120,10 @@ def seen(plate: PlateSection, camera: CameraSection, tile: int) -> models.ImageM
     return models.prepare_motions(modes, view, flat.thickness / 2, tiles)
 
 
-def _unit(given: Setup) -> Errors:
+def _unit(given: Setup) -> ExpectedErrors:
     motions = seen(given.plate, given.camera, given.tile)
     try:
-        pattern = models.prepare_pattern(motions, alike(motions.tiles, 1.0))
+        pattern = models.prepare_pattern(motions, equal_tiles(motions.tiles, 1.0))
     except np.linalg.LinAlgError:
         width, height = given.camera.pixels
         raise ValueError(
@@ -155,5 +148,5 @@ def _energy(given: Setup) -> float:
 
 
 def _touches(size: tuple[float, float]) -> np.ndarray:
-    places = over_plate(size)
+    places = places_over_plate(size)
     return np.column_stack([places, np.full(len(places), UNIT)])

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-from dic.tiles.tiles import lay_tiles
-from models.estimate import Estimate
-from models.forward.tile_pattern import TilePattern
+from dic import lay_tiles
+from models import Estimate, TilePattern
 
 LEAST_NOISE = 0.05  # grey levels: less than the rounding of an 8-bit picture
 TILE = 16  # px, side of the tiles in which motion is looked for while the reference is taken

@@ -10,8 +10,8 @@ import numpy as np
 
 import fe
 import synthetic
-from dic.tiles.tiles import lay_tiles
-from models.forward.tile_pattern import ImageMotions, prepare_motions
+from dic import lay_tiles
+from models import ImageMotions, prepare_motions
 from rig.live import chain as live
 from rig.live.alignment import Alignment
 from rig.live.baseline import ReferenceFrame
@@ -23,7 +23,7 @@ from rig.scene.sensing import DicSection, NetEstimator, PatternEstimator, Strain
 from rig.scene.theory import Theory, choose, largest_force
 
 if TYPE_CHECKING:
-    from models.forward.large import LargePlate
+    from models import LargePlate
     from rig.calibration.store import Calibration
     from rig.live.net_chain import NetChain, NetPlan
 
@@ -192,7 +192,7 @@ def _fields(
     """Give what carries the motion of a plate: its modes, and under large touches more."""
     if theory.name == "linear":
         return plate_modes(plate, count, report), None
-    from models.forward.large import large_plate
+    from models import large_plate
 
     large = large_plate(reduced(plate, theory.force, report), count)
     return large.modes, large

@@ -8,14 +8,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 import synthetic
-from dic.tiles.tile_field import TileBlocks, prepare_blocks, tile_displacement
-from dic.tiles.tiles import TileReference, TileSums, prepare_tiles, tile_sums
-from models.estimate import Estimate, Result
-from models.forward.occlusion import hidden_tiles
-from models.forward.strain_map import StrainMap, prepare_strain_map
-from models.forward.tile_pattern import ImageMotions, TilePattern, prepare_pattern
-from models.inverse.candidates import CandidateGrid, prepare_candidates
-from models.inverse.solver import find
+from dic import (
+    TileBlocks,
+    TileReference,
+    TileSums,
+    prepare_blocks,
+    prepare_tiles,
+    tile_displacement,
+    tile_sums,
+)
+from models import (
+    CandidateGrid,
+    Estimate,
+    ImageMotions,
+    Result,
+    StrainMap,
+    TilePattern,
+    find,
+    hidden_tiles,
+    prepare_candidates,
+    prepare_pattern,
+    prepare_strain_map,
+)
 from rig.live.alignment import Alignment
 from rig.live.baseline import ReferenceFrame, is_consistent, update_drift
 from rig.live.illumination import sums_without_gain_offset, unlit

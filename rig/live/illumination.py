@@ -11,8 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from dic.tiles.tile_field import TileBlocks, tile_gradient
-from dic.tiles.tiles import TileReference, TileSums
+from dic import TileBlocks, TileReference, TileSums, tile_gradient
 
 
 def unlit(blocks: TileBlocks) -> TileReference:

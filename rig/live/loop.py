@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
-from models.forward.tile_pattern import noise_of
+from models import noise_from_sums
 from rig.live import chain as live
 from rig.live.baseline import ReferenceFrame, average_reference, moved_during_reference
 from rig.live.bench import Bench
@@ -223,7 +223,7 @@ class Loop:
             dropped=self.dropped,
             stages=tuple(row for row in self.watch.table() if row[0] != LATENCY),
             latency=self.watch.quantiles(LATENCY),
-            noise=noise_of(sensed.sums, follower.chain.reference.tiles),
+            noise=noise_from_sums(sensed.sums, follower.chain.reference.tiles),
             strain_reason="" if shown else "the scene names no [comparison] by strain",
             events=seen.events,
             signs=signs(follower.chain, sensed),

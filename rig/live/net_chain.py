@@ -16,11 +16,15 @@ from pydantic import ValidationError
 
 import dic
 import synthetic
-from models.estimate import Estimate
-from models.forward.camera_gauges import CameraGauges, prepare_camera_gauges
-from models.nets.net import Net
-from models.nets.net_estimator import NetTouch, tell_touch
-from models.nets.store import load
+from models import (
+    CameraGauges,
+    Estimate,
+    Net,
+    NetEstimate,
+    estimate_touch,
+    load_net,
+    prepare_camera_gauges,
+)
 from rig.live.baseline import ReferenceFrame
 from rig.live.chain import NO_ESTIMATE, Chain, FrameEstimate
 from rig.scene import Scene
@@ -74,7 +78,7 @@ class NetChain:
 
     reference: dic.Reference
     seen: CameraGauges
-    touch: NetTouch
+    touch: NetEstimate
     tiles: NDArray[np.int64]
 
     def tell(
@@ -131,7 +135,7 @@ def plan_net(scene: Scene, theory: Theory) -> NetPlan:
             f"scene '{scene.title}' expects up to {scene.touches.most} touches, and its net tells"
             " one; set touches.most to 1"
         )
-    trained, about = load(model)
+    trained, about = load_net(model)
     _check_same(scene, about.get("scene"), Path(model))
     margin = scene.training.margin if scene.training else 0.0
     return NetPlan(trained.net, gauges.build(plate), subset, steps, margin)
@@ -178,5 +182,5 @@ def prepare_net(
     sides = (np.linspace(plan.margin, side - plan.margin, PLACES) for side in (a, b))
     places = np.stack(np.meshgrid(*sides), axis=-1).reshape(-1, 2)
     apart = np.abs(seen.gauges.xy[:, None] - motions.tiles.xy).max(axis=2)
-    touch = tell_touch(plan.net, seen, root, places, plan.steps)
+    touch = estimate_touch(plan.net, seen, root, places, plan.steps)
     return NetChain(reference, seen, touch, apart.argmin(axis=1))

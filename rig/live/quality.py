@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.estimate import Estimate
-from models.forward.tile_pattern import noise_of
+from models import Estimate, noise_from_sums
 from rig.live.baseline import is_consistent
 from rig.live.chain import Chain, FrameEstimate
 from rig.live.snapshot import Sign
@@ -23,7 +22,7 @@ def signs(chain: Chain, sensed: FrameEstimate) -> tuple[Sign, ...]:
     hidden, sums, tiles = sensed.hidden, sensed.sums, chain.reference.tiles
     estimate = sensed.from_pattern or sensed.estimate
     seen = 1.0 - float(np.mean(hidden))
-    noise = noise_of(sums, tiles)
+    noise = noise_from_sums(sums, tiles)
     shift = float(np.hypot(*sensed.state.motion[chain.pattern.count :][:2]))
     return (
         Sign("pattern in sight", f"{seen:.0%}", seen < 1.0 - SLIGHT),

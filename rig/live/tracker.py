@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.estimate import Estimate, Result
-from models.forward.large import LargeForward
+from models import Estimate, LargeForward, Result
 from rig.live import chain as live
 from rig.live.baseline import ReferenceFrame, drift_weight, is_consistent
 from rig.live.bench import Bench
@@ -121,7 +120,7 @@ class FrameProcessor:
         if not len(touches):
             return ""
         if isinstance(forward, LargeForward):
-            from fe.reduced.result import Trust
+            from fe import Trust
 
             trust = forward.trust(touches)
             return "" if trust is Trust.TRAINED else trust.value

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import fe
 import synthetic
-from models.estimate import Estimate
+from models import Estimate
 from rig.live.chain import StrainChain
 from rig.live.snapshot import Mark, StrainOverlay
 

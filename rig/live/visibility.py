@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-from dic.tiles.tiles import TileReference, TileSums
-from models.forward.tile_pattern import TilePattern
-from models.inverse.candidates import CandidateGrid
+from dic import TileReference, TileSums
+from models import CandidateGrid, TilePattern
 
 HIDDEN = 0.75  # of the tiles, beyond which the others say too little
 DARK = 0.3  # of the contrast of the reference, below which there is no pattern to follow

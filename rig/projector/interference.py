@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from dic.tiles.tiles import tile_sums
+from dic import tile_sums
 from rig.live.chain import Chain
 from rig.live.illumination import sums_without_gain_offset
 from rig.live.snapshot import Mark

@@ -30,7 +30,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from models.estimate import Estimate
+from models import Estimate
 from rig.live.chain import Chain, ChainState
 from rig.live.shot import Shot
 

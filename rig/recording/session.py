@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fe
-from models.estimate import Estimate, Result
+from models import Estimate, Result
 from rig.live.baseline import ReferenceFrame
 from rig.recording.layout import FORMAT, LAST, VERSION, there
 from rig.recording.truncated import Padded, missing, whole_frames

@@ -17,7 +17,7 @@ from rig.scene.source import TwinSection
 from rig.scene.theory import Theory, choose, largest_force
 
 if TYPE_CHECKING:
-    from fe.linear.validity import LinearRange
+    from fe import LinearRange
 
 
 REDUCED = Part(

@@ -99,9 +99,9 @@ class RingSection(GaugesSection):
 
     def build(self, plate: PlateSection) -> np.ndarray:
         """Return the places on `plate`, (M, 2) float64, mm."""
-        from models.data import gauge_layout
+        from models import gauges_inside_edges, gauges_on_edges
 
-        places = {"A": gauge_layout.inside_edges, "B": gauge_layout.on_edges}[self.reading]
+        places = {"A": gauges_inside_edges, "B": gauges_on_edges}[self.reading]
         return places(plate.size, self.spacing, self.margin)
 
 
@@ -113,9 +113,9 @@ class LatticeSection(GaugesSection):
 
     def build(self, plate: PlateSection) -> np.ndarray:
         """Return the places on `plate`, (M, 2) float64, mm."""
-        from models.data.dataset import grid
+        from models import grid_places
 
-        return grid(plate.size, self.spacing, self.margin)
+        return grid_places(plate.size, self.spacing, self.margin)
 
 
 AnyGauges = Annotated[RingSection | LatticeSection, Field(discriminator="kind")]

@@ -59,11 +59,11 @@ class DatasetSection(Section):
         import numpy as np
 
         import models
-        from models.data import dataset
+        from models import grid_places, midpoint_places
 
-        places = dataset.grid(plate.size, self.spacing, self.margin)
+        places = grid_places(plate.size, self.spacing, self.margin)
         if self.places == "between":
-            places = dataset.midpoints(plate.size, self.spacing, self.margin, self.side)
+            places = midpoint_places(plate.size, self.spacing, self.margin, self.side)
         return models.TouchLattice(places, self.force * np.arange(1.0, self.magnitudes + 1))
 
     def _box(self, plate: PlateSection) -> models.TouchBox:

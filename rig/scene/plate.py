@@ -12,7 +12,6 @@ from rig.scene.section import Section
 
 if TYPE_CHECKING:
     import fe
-    import fe.shell
 
 Positive = Field(gt=0)
 SIDES = ("west", "east", "south", "north")
@@ -185,9 +184,9 @@ class BaseSection(Section):
         0.0, gt=-90, lt=90, description="by which they turned against each other about x, deg"
     )
 
-    def build(self) -> fe.shell.Base:
+    def build(self) -> fe.Base:
         """Return the base that `fe` knows."""
-        from fe.shell import Base
+        from fe import Base
 
         return Base(self.bend, self.twist)
 

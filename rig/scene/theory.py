@@ -11,7 +11,7 @@ from rig.scene.scene import Scene
 
 if TYPE_CHECKING:
     import fe
-    from fe.linear.validity import LinearRange
+    from fe import LinearRange
 
 
 FINGER = 5.0  # N, up to which a finger presses, where a scene names no forces
@@ -53,18 +53,18 @@ class Theory:
         """
         if self.name == "large" or self.regime is None:
             return inf
-        from fe.linear.validity import TOLERANCE
+        from fe import LINEAR_TOLERANCE
 
-        return self.regime.force * max(1.0, sqrt(TOLERANCE / max(self.regime.error, 1e-9)))
+        return self.regime.force * max(1.0, sqrt(LINEAR_TOLERANCE / max(self.regime.error, 1e-9)))
 
     def beyond(self, force: float) -> str:
         """Say what linear theory costs under a force beyond the limit; empty below."""
         if force <= self.limit or self.regime is None:
             return ""
-        from fe.linear.validity import percent
+        from fe import as_percent
 
         error = self.regime.error * (force / self.regime.force) ** 2
-        off = percent(error)
+        off = as_percent(error)
         return f"{force:.2g} N is more than linear theory is good for; it is off by {off}"
 
 

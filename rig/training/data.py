@@ -16,8 +16,7 @@ from rig.training.plan import TrainingPlan
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from models.data.dataset import Dataset, StrainInfluence
-    from models.forward.linear import LinearForward
+    from models import Dataset, LinearForward, StrainInfluence
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,21 +69,21 @@ class TrainingNoise:
     forces: np.ndarray
 
 
-def simulate(lesson: TrainingPlan, report: Callable[[int, int], None]) -> TrainingSets:
+def simulate_sets(lesson: TrainingPlan, report: Callable[[int, int], None]) -> TrainingSets:
     """Return the three data sets; `report` is called while the influence is not in the cache."""
-    from models.data import dataset
+    from models import grid_places, midpoint_places, random_places
 
     if lesson.samples:
         return _several(lesson, lesson.samples, report)
     size, training = lesson.plate.size, lesson.training
     spacing, margin = training.spacing, training.margin
     rng = np.random.default_rng(training.test_seed)
-    drawn = dataset.random_places(size, margin, training.test, rng)
-    between = dataset.midpoints(size, spacing, margin, training.validation)
+    drawn = random_places(size, margin, training.test, rng)
+    between = midpoint_places(size, spacing, margin, training.validation)
     if training.samples:
-        grid = dataset.random_places(size, margin, training.samples, rng)
+        grid = random_places(size, margin, training.samples, rng)
     else:
-        grid = dataset.grid(size, spacing, margin)
+        grid = grid_places(size, spacing, margin)
     if lesson.view or training.noise:
         return _noisy(lesson, (grid, between, drawn), rng, report)
     touches = influence(lesson.plate.build(), lesson.gauges.build(lesson.plate), report)
@@ -95,9 +94,9 @@ def simulate(lesson: TrainingPlan, report: Callable[[int, int], None]) -> Traini
 
 def _at_force(plate: StrainInfluence, places: np.ndarray, force: float | np.ndarray) -> Dataset:
     """Return what gauges read of touches at places (N, 2), of one force or one each."""
-    from models.data.dataset import Dataset, simulate
+    from models import Dataset, simulate_dataset
 
-    unit = simulate(plate, places)
+    unit = simulate_dataset(plate, places)
     return Dataset(unit.strain * np.reshape(force, (-1, 1)), unit.targets)
 
 
@@ -108,8 +107,7 @@ def _noisy(
     report: Callable[[int, int], None],
 ) -> TrainingSets:
     """Return touches of random forces with noise: that of the gauges, or of pictures of them."""
-    from models.data.dataset import Dataset, random_places
-    from models.nets.batches import noisy
+    from models import Dataset, noisy_batches, random_places
 
     training, pictures = lesson.training, None
     forces = [_draw(training, len(each), rng) for each in places]
@@ -125,13 +123,13 @@ def _noisy(
             touches = np.column_stack([seen, _draw(training, len(seen), rng)])
             pictures = Dataset(eye.correlate(touches, rng), seen)
     else:
-        from models.forward.gauges import gauge_forward
+        from models import gauge_forward
 
         plate = influence(lesson.plate.build(), lesson.gauges.build(lesson.plate), report)
         root = float(training.noise * np.sqrt(np.mean(plate.strain(places[0]) ** 2)))
         towards, forward = np.eye(3 * len(plate.gauges)) / root, gauge_forward(plate, root)
     clear = [_at_force(plate, *each) for each in zip(places, forces, strict=True)]
-    drawn = [next(noisy(iter([each]), root, rng)) for each in clear]
+    drawn = [next(noisy_batches(iter([each]), root, rng)) for each in clear]
     noise = TrainingNoise(clear[0], root, pictures, towards, forward, forces[2])
     return TrainingSets(drawn[0], drawn[1], drawn[2], noise)
 
@@ -147,7 +145,7 @@ def _several(
 ) -> TrainingSets:
     """Return samples of several touches, superposed."""
     import models
-    from models.data.dataset import flatten
+    from models import flatten_samples
 
     plate, training = lesson.plate, lesson.training
     touches = influence(plate.build(), lesson.gauges.build(plate), report)
@@ -158,7 +156,7 @@ def _several(
         plan = section.build(plate)
         blocks = [plan.block(number) for number in range(plan.blocks)]
         strain = np.concatenate([answer(block).astype(np.float32) for block in blocks])
-        return flatten(strain, np.concatenate(blocks), unit)
+        return flatten_samples(strain, np.concatenate(blocks), unit)
 
     random = {"places": "random", "order": "canonical", "samples": training.test}
     watched, tested = (

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.nets.net import Net
+from models import Net
 from rig.calibration.session import presses
 from rig.calibration.store import Calibration
 from rig.live import chain as live

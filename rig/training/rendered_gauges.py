@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import synthetic
-from models.forward.camera_gauges import CameraGauges, prepare_camera_gauges
+from models import CameraGauges, prepare_camera_gauges
 from rig.live.bench import MODES
 from rig.plates.cached import plate_modes
 from rig.scene.bench import LatticeSection, PatternSection, RingSection, SensorSection

@@ -11,7 +11,7 @@ import pytest
 import fe
 from fe.elements.functional import derivative
 from fe.linear.linear_range import linear_range
-from fe.linear.validity import TOLERANCE, LinearRange
+from fe.linear.validity import LINEAR_TOLERANCE, LinearRange
 from fe.reduced.karman import Karman
 
 C, S, F = fe.Clamped(), fe.Supported(), fe.Free()
@@ -96,7 +96,7 @@ def test_one_percent_and_ten_percent_lie_where_they_are_known_to_lie():
 def test_the_smaller_theory_is_taken_up_to_the_tolerance():
     weak, strong = linear_range(PVC, force_for(PVC, 0.1)), linear_range(PVC, force_for(PVC, 0.4))
     assert (weak.theory, strong.theory) == ("linear", "large")
-    assert weak.error < TOLERANCE < strong.error
+    assert weak.error < LINEAR_TOLERANCE < strong.error
     assert strong.sentence.startswith("w/h is up to 0.38 under ")
     assert "at (127, 90) mm, where linear theory is off by 11 %" in strong.sentence
     assert linear_range(PVC, 1e3).sentence.endswith("off by more than 100 %")

@@ -11,7 +11,7 @@ import pytest
 from models.data.dataset import Dataset
 from models.nets.checkpoint import Checkpoint
 from models.nets.net import NetOptions
-from models.nets.train import Recipe, train
+from models.nets.train import Recipe, train_net
 
 RUN = """
 import os, signal, sys
@@ -63,7 +63,7 @@ def test_the_checkpoint_of_another_training_is_not_gone_on_from(tmp_path):
     epochs = []
     rng = np.random.default_rng(0)
     tell = lambda epoch, loss: epochs.append(epoch)  # noqa: E731
-    train(data, data, NetOptions((3,)), Recipe(3), rng, tell, checkpoint=checkpoint)
+    train_net(data, data, NetOptions((3,)), Recipe(3), rng, tell, checkpoint=checkpoint)
     assert epochs == [1, 2, 3]
 
 

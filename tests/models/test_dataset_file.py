@@ -12,12 +12,12 @@ import pytest
 
 from models import begin_dataset, read_dataset, superpose
 from models.data import writer
-from models.data.dataset import grid
+from models.data.dataset import grid_places
 from models.data.flat_file import locate
 from models.data.sampling_plan import BLOCK, SamplingPlan, TouchBox, TouchLattice
 
 GAUGES = np.array([(0.0, 5.0), (60.0, 15.0), (25.0, 40.0), (35.0, 0.0)])
-PLACES = grid((60.0, 40.0), spacing=5.0, margin=10.0)
+PLACES = grid_places((60.0, 40.0), spacing=5.0, margin=10.0)
 PLAN = SamplingPlan(TouchLattice(PLACES, np.arange(1.0, 6.0)), 2, 3 * BLOCK + 1000, seed=7)
 ABOUT = {"scene": {"plate": {"thickness": 1.0}, "dataset": {"seed": 7}}}
 

@@ -10,7 +10,7 @@ import fe
 import models
 import synthetic
 from dic.tiles.tiles import TileSums, lay_tiles, prepare_tiles, tile_sums
-from models.forward.tile_pattern import noise_of
+from models.forward.tile_pattern import noise_from_sums
 
 TOP = 0.5  # mm, half the thickness of the plate
 NOISE = 2.0  # grey levels, as the bench of `conftest.py`
@@ -223,7 +223,7 @@ def test_noise_is_read_from_the_frame_whatever_a_hand_covers(bench):
     rng = np.random.default_rng(6)
     frame = bench.picture() + rng.normal(0, NOISE, bench.reference.image.shape)
     frame[:, :80] = 20.0  # a hand over a quarter
-    noise = noise_of(tile_sums(bench.reference, frame), bench.reference.tiles)
+    noise = noise_from_sums(tile_sums(bench.reference, frame), bench.reference.tiles)
     assert noise == pytest.approx(NOISE, rel=0.1)
 
 

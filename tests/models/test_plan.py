@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, strategies as st
 
 from models.data import sampling_plan as plan_module
-from models.data.dataset import grid
+from models.data.dataset import grid_places
 from models.data.sampling_plan import SamplingPlan, TouchBox, TouchLattice
 
-PLACES = grid((60.0, 40.0), spacing=10.0, margin=10.0)  # 5 x 3
+PLACES = grid_places((60.0, 40.0), spacing=10.0, margin=10.0)  # 5 x 3
 FORCES = np.array([0.5, 1.0, 1.5])  # N
 
 
@@ -36,7 +36,7 @@ def test_without_a_number_of_samples_a_lattice_gives_every_combination_once(touc
 
 
 def test_one_touch_on_the_grid_of_the_paper_is_its_289_places():
-    places = grid((100.0, 100.0), spacing=5.0, margin=10.0)
+    places = grid_places((100.0, 100.0), spacing=5.0, margin=10.0)
     got = everything(SamplingPlan(TouchLattice(places, np.ones(1)), 1, None))
     assert got.shape == (289, 1, 3)
     np.testing.assert_array_equal(got[:, 0, :2], places)
@@ -96,7 +96,7 @@ def test_doubled_samples_come_twice_with_their_touches_swapped():
 
 
 def test_the_set_of_the_paper_with_ten_magnitudes_is_drawn_from_four_million():
-    places = grid((100.0, 100.0), spacing=5.0, margin=10.0)
+    places = grid_places((100.0, 100.0), spacing=5.0, margin=10.0)
     plan = SamplingPlan(TouchLattice(places, np.arange(1.0, 11.0)), 2, 86400)
     assert plan.combinations == 41616 * 100
     assert plan.rows == 86400

@@ -15,7 +15,7 @@ from models.data.reader import read_dataset
 from models.data.sampling_plan import BLOCK, SamplingPlan, TouchBox
 from models.data.writer import begin_dataset
 from models.forward.simulator import superpose
-from models.nets.tune import tune
+from models.nets.tune import tune_net
 from models.workers import workers
 
 # Workers do not find this file.
@@ -110,11 +110,11 @@ def test_a_search_has_each_trial_once_though_a_worker_is_killed(cluster, tmp_pat
             stop(crew[0])
 
     with workers(address) as each:
-        found = tune(judge, 8, storage, on_trial=kill_one, each=each)
+        found = tune_net(judge, 8, storage, on_trial=kill_one, each=each)
     assert heard == list(range(1, 9))
     assert len(found) == 8
     assert all(candidate.loss == sum(candidate.layers) for candidate in found)
-    assert tune(judge, 8, storage) == found  # nothing is left to do
+    assert tune_net(judge, 8, storage) == found  # nothing is left to do
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ import pytest
 import rig
 from rig.calibration.camera_of import camera_of
 from rig.scene.account import account
-from rig.training.data import simulate
+from rig.training.data import simulate_sets
 from rig.training.plan import training_plan
 from rig.training.rendered_gauges import render_gauges
 
@@ -50,7 +50,7 @@ def test_averaged_pictures_have_less_noise(scene):
 
 
 def test_samples_have_forces_between_the_bounds_and_noise_that_is_drawn_anew(scene):
-    sets = simulate(training_plan(scene), quiet)
+    sets = simulate_sets(training_plan(scene), quiet)
     noise = sets.noise
     assert len(sets.training) == len(noise.pool) == 50
     assert ((noise.forces >= 2.0) & (noise.forces <= 8.0)).all()
@@ -62,7 +62,7 @@ def test_samples_have_forces_between_the_bounds_and_noise_that_is_drawn_anew(sce
 
 def test_gauges_on_the_face_have_the_noise_that_the_scene_states():
     scene = rig.load("paper-one", {"training.noise": 0.05, "training.test": 50})
-    sets = simulate(training_plan(scene), quiet)
+    sets = simulate_sets(training_plan(scene), quiet)
     assert sets.noise.root == pytest.approx(0.05 * np.sqrt(np.mean(sets.noise.pool.strain**2)))
     assert np.std(sets.training.strain - sets.noise.pool.strain) == pytest.approx(
         sets.noise.root, rel=0.02
@@ -83,7 +83,7 @@ def test_what_cannot_be_seen_is_refused(small, changes, sentence):
     source = {"source": None} if "pattern" in changes else {}
     scene = small(named | gauges | source | changes)
     with pytest.raises(ValueError, match=sentence):
-        simulate(training_plan(scene), quiet)
+        simulate_sets(training_plan(scene), quiet)
 
 
 def test_a_camera_of_another_size_is_not_taken(scene):

@@ -21,7 +21,7 @@ from rig.scene.theory import choose
 from rig.sources.twin import build_twin
 from rig.system.frame import Frame
 from rig.system.timing import Stopwatch
-from rig.training.data import simulate
+from rig.training.data import simulate_sets
 from rig.training.model_score import score_model
 from rig.training.plan import training_plan
 
@@ -64,8 +64,8 @@ def netted(small, model):
         scene = small(deepcopy(named) | dict(overrides))
         if not model.exists():
             taught = training_plan(small(named))
-            trained = descend(taught, simulate(taught, quiet), taught.net.layers)
-            store.save(model, trained, {"scene": small(named).model_dump(mode="json")})
+            trained = descend(taught, simulate_sets(taught, quiet), taught.net.layers)
+            store.save_net(model, trained, {"scene": small(named).model_dump(mode="json")})
         return scene
 
     return make

@@ -12,7 +12,7 @@ from rig.live.bench import build_bench
 from rig.scene.account import account
 from rig.sources.twin import build_twin
 from rig.system.timing import Stopwatch
-from rig.training.data import simulate
+from rig.training.data import simulate_sets
 from rig.training.plan import training_plan
 
 PRESS = fe.Touch(90.0, 120.0, 30.0)  # N; without the plate's motion towards it a camera sees little
@@ -53,7 +53,9 @@ def test_it_sees_less_of_a_touch_than_a_pinhole(small):
     }
     size = {
         kind: np.std(
-            simulate(training_plan(small(net | {"camera.kind": kind})), quiet).noise.pool.strain
+            simulate_sets(
+                training_plan(small(net | {"camera.kind": kind})), quiet
+            ).noise.pool.strain
         )
         for kind in ("telecentric", "pinhole")
     }

@@ -140,21 +140,21 @@ def test_the_model_file_remembers_the_camera(bench):
     folder, touchplate = bench
     scored = touchplate("score", "model.h5")
     assert scored["test"]["count"] == 100
-    from models.nets.store import load
+    from models.nets.store import load_net
 
-    assert "T_cam_plate" in load(folder / "model.h5")[1]["calibration"]
+    assert "T_cam_plate" in load_net(folder / "model.h5")[1]["calibration"]
 
 
 def _presses(folder, model):
     """Tell the presses by a net without any calibration."""
-    from models.nets.store import load
+    from models.nets.store import load_net
     from rig.calibration.store import Calibration
     from rig.recording.session import open_session
     from rig.training.net_presses import score_presses
     from rig.training.plan import training_plan
 
     scene = rig.load(folder / "small.toml")
-    net = load(folder / model)[0].net
+    net = load_net(folder / model)[0].net
     with open_session(folder / "session.h5") as session:
         return score_presses(
             net, training_plan(scene), scene, Calibration(), session, lambda done, total: None
