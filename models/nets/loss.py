@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from torch import Tensor
 
-    Loss = Callable[[Tensor, Tensor], Tensor]
+Loss = Callable[["Tensor", "Tensor"], "Tensor"]
+"""Predictions and targets of a batch in, the loss out."""
 
 
-def distance_loss(touches: int = 1) -> "Loss":
+def distance_loss(touches: int = 1) -> Loss:
     """Return equations 1 and 2: the mean distance of predicted and true touches, mm.
 
     Parameters
@@ -28,7 +29,7 @@ def distance_loss(touches: int = 1) -> "Loss":
     return loss
 
 
-def magnitude_loss(touches: int, k: float) -> "Loss":
+def magnitude_loss(touches: int, k: float) -> Loss:
     """Return equation 3: the distance, and k times the relative error of the magnitudes.
 
     Parameters
@@ -47,7 +48,7 @@ def magnitude_loss(touches: int, k: float) -> "Loss":
     return loss
 
 
-def base_loss(k: float) -> "Loss":
+def base_loss(k: float) -> Loss:
     """Return equation 4: the distance, and k times the error of bend and twist together.
 
     Parameters
@@ -63,11 +64,11 @@ def base_loss(k: float) -> "Loss":
     return loss
 
 
-def error_sum() -> "Loss":
+def error_sum() -> Loss:
     """Return the second part of equation 4: the sum of the errors of all targets."""
     return lambda predicted, true: (predicted - true).abs().sum(dim=1).mean()
 
 
-def mean_square() -> "Loss":
+def mean_square() -> Loss:
     """Return the mean square of all errors, whose root a bound on variances is about."""
     return lambda predicted, true: ((predicted - true) ** 2).mean()

@@ -43,14 +43,14 @@ def test_a_search_goes_on_where_it_ended_with_other_architectures(tmp_path):
 
 KILLED = """
 import os, signal
-from models.nets.tune import tune
+from models.nets.tune import tune_net
 def judge(layers):
     judge.count += 1
     if judge.count == 3:
         os.kill(os.getpid(), signal.SIGKILL)
     return 1.0
 judge.count = 0
-tune(judge, 5, {storage!r})
+tune_net(judge, 5, {storage!r})
 """
 
 
