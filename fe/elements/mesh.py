@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fe.arrays import F64
 from fe.elements.line import Line, divide
 from fe.plate.plate import Plate
 
@@ -58,11 +59,12 @@ class Mesh:
                     f"breaks of a mesh along {name} must ascend between 0 and {side:g} mm, "
                     f"got {places}"
                 )
-            least = _FEWEST * (len(places) + 1)
-            if count < least:
+            min_count = _FEWEST * (len(places) + 1)
+            if count < min_count:
                 between = f" ({_FEWEST} between borders of patches)" if places else ""
                 raise ValueError(
-                    f"mesh must have at least {least} elements along {name}{between}, got {count}"
+                    f"mesh must have at least {min_count} elements along {name}{between}, "
+                    f"got {count}"
                 )
 
     @cached_property
@@ -75,7 +77,7 @@ class Mesh:
         return x, y
 
     @property
-    def nodes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def nodes(self) -> tuple[F64, F64]:
         """Places of the nodes along x (nx + 1,) and along y (ny + 1,), mm."""
         return self.lines[0].nodes, self.lines[1].nodes
 
@@ -90,12 +92,12 @@ class Mesh:
         return self.lines[0].unknowns, self.lines[1].unknowns
 
     @property
-    def middles(self) -> NDArray[np.float64]:
+    def middles(self) -> F64:
         """Middle of each element, (nx, ny, 2) float64, mm."""
         x, y = (0.5 * (nodes[1:] + nodes[:-1]) for nodes in self.nodes)
         return np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
 
-    def table(self, values: ArrayLike, functions: int) -> NDArray[np.float64]:
+    def table(self, values: ArrayLike, functions: int) -> F64:
         """Return the unknowns of some functions as a read-only array of the right shape.
 
         Raises
@@ -153,7 +155,7 @@ def borders(plate: Plate) -> Breaks:
     return along[0], along[1]
 
 
-def on_elements(plate: Plate, mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def on_elements(plate: Plate, mesh: Mesh) -> tuple[F64, F64]:
     """Thickness, mm, and Young's modulus, MPa, of each element: two (nx, ny) float64."""
     thickness, young = plate.material(mesh.middles.reshape(-1, 2))
     return thickness.reshape(mesh.counts), young.reshape(mesh.counts)

@@ -7,8 +7,8 @@ from math import ceil
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fe.arrays import F64, I64
 from fe.elements.mesh import Mesh
 from fe.plate.plate import Plate, Touch
 
@@ -30,9 +30,9 @@ class Loads(NamedTuple):
         Touch to which each belongs.
     """
 
-    xy: NDArray[np.float64]
-    along_z: NDArray[np.float64]
-    touch: NDArray[np.int64]
+    xy: F64
+    along_z: F64
+    touch: I64
 
 
 def spread(plate: Plate, mesh: Mesh, touches: Sequence[Touch]) -> Loads:
@@ -55,9 +55,7 @@ def spread(plate: Plate, mesh: Mesh, touches: Sequence[Touch]) -> Loads:
     )
 
 
-def disc(
-    plate: Plate, mesh: Mesh, xy: NDArray[np.float64], radius: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def disc(plate: Plate, mesh: Mesh, xy: F64, radius: float) -> tuple[F64, F64]:
     """Quadrature of the mean over discs: rings of Gauss in r², evenly spaced points on each.
 
     Parameters
@@ -86,18 +84,19 @@ def disc(
         return xy, np.ones(1)
     _check_inside(plate, xy, radius)
     apart = _APART * min(mesh.units)
-    nodes, shares = np.polynomial.legendre.leggauss(max(_FEWEST_RINGS, ceil(radius / apart)))
-    offsets, weights = [], []
-    for r, share in zip(radius * np.sqrt(0.5 * (nodes + 1)), 0.5 * shares, strict=True):
+    nodes, parts = np.polynomial.legendre.leggauss(max(_FEWEST_RINGS, ceil(radius / apart)))
+    offsets: list[F64] = []
+    weights: list[F64] = []
+    for r, part in zip(radius * np.sqrt(0.5 * (nodes + 1)), 0.5 * parts, strict=True):
         count = max(8, 4 * ceil(0.5 * np.pi * r / apart))
         angle = 2 * np.pi * (np.arange(count) + 0.5) / count
         offsets.append(r * np.column_stack([np.cos(angle), np.sin(angle)]))
-        weights.append(np.full(count, share / count))
+        weights.append(np.full(count, part / count))
     points = xy[:, None] + np.concatenate(offsets)
     return points.reshape(-1, 2), np.concatenate(weights)
 
 
-def _check_inside(plate: Plate, xy: NDArray, radius: float) -> None:
+def _check_inside(plate: Plate, xy: F64, radius: float) -> None:
     room = np.minimum(xy, np.array(plate.size) - xy).min(axis=1)
     if (room < radius).any():
         k = int(np.argmin(room))

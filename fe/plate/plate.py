@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fe.arrays import F64, Mask
 from fe.plate.edges import Clamped, Edge, Edges, check_edge, check_held
 
 # A point this far outside, in parts of the side, is on the edge but for rounding.
@@ -167,7 +168,7 @@ class Plate:
         """Area of the face, mm²."""
         return self.size[0] * self.size[1]
 
-    def material(self, xy: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def material(self, xy: ArrayLike) -> tuple[F64, F64]:
         """Thickness and Young's modulus at points (K, 2) mm: two (K,) float64, mm and MPa.
 
         A point on the border of a patch belongs to the side of larger x and of larger y.
@@ -179,7 +180,7 @@ class Plate:
             thickness[here], young[here] = patch.thickness, patch.young
         return thickness, young
 
-    def points(self, xy: ArrayLike, name: str = "point") -> NDArray[np.float64]:
+    def points(self, xy: ArrayLike, name: str = "point") -> F64:
         """Return points as an array after checking that they lie on the plate.
 
         Parameters
@@ -215,7 +216,7 @@ class Plate:
         return xy
 
 
-def _within(x: NDArray, span: tuple[float, float], side: float) -> NDArray[np.bool_]:
+def _within(x: F64, span: tuple[float, float], side: float) -> Mask:
     return (x >= span[0]) & ((x < span[1]) | (span[1] == side))
 
 

@@ -9,8 +9,9 @@ from math import inf
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fe.arrays import F64
 from fe.linear.adjoint import Adjoint
 from fe.plate.plate import Plate
 from fe.reduced.result import Trust
@@ -34,8 +35,8 @@ class Reading(NamedTuple):
     result : Trust
     """
 
-    values: NDArray[np.float64]
-    jacobian: NDArray[np.float64]
+    values: F64
+    jacobian: F64
     result: Trust
 
 
@@ -58,8 +59,8 @@ class ReducedReadings:
 
     reduced: Reduced
     moving: Adjoint
-    fixed: NDArray[np.float64]
-    plane: NDArray[np.float64]
+    fixed: F64
+    plane: F64
 
     @property
     def plate(self) -> Plate:
@@ -111,7 +112,7 @@ class ReducedReadings:
         return Reading(values.reshape(-1, 3), jacobian.reshape(-1, 3, len(xy), 3), result)
 
 
-def _checked(force: ArrayLike, touches: int) -> NDArray[np.float64]:
+def _checked(force: ArrayLike, touches: int) -> F64:
     """Check forces (T,) N, one for each touch."""
     force = np.asarray(force, dtype=np.float64)
     if force.shape != (touches,) or touches == 0:
