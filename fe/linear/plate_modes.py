@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import ceil, sqrt
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -272,9 +271,8 @@ def _ritz(plate: Plate, mesh: Mesh, beams_x: F64, beams_y: F64, count: int) -> t
 
         return product
 
-    products = bending_products(plate.poisson, along(0, beams_x), along(1, beams_y), np.kron)
+    products: F64 = bending_products(plate.poisson, along(0, beams_x), along(1, beams_y), np.kron)
     last = min(count, len(products)) - 1
-    found: Any = eigh(plate.rigidity * products, subset_by_index=(0, last))
-    stiffness: F64 = found[0]
-    mixture: F64 = found[1]
+    found: tuple[F64, F64] = eigh(plate.rigidity * products, subset_by_index=(0, last))
+    stiffness, mixture = found
     return stiffness, _signed(mixture).reshape(beams_x.shape[1], beams_y.shape[1], -1)

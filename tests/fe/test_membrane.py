@@ -8,6 +8,7 @@ import pytest
 
 import fe
 from fe.linear.membrane import Membrane
+from fe.reduced.large_state import middle_strain
 
 E, NU, H = 3000.0, 0.38, 1.5
 PLATE = fe.Plate((90.0, 60.0), H, E, NU)
@@ -60,3 +61,12 @@ def test_a_slope_stretches_by_half_its_square():
     truth = [0.5 * 0.03**2, 0.5 * 0.02**2, -0.5 * 0.03 * 0.02]
     for value, expected in zip(membrane.stretching(values), truth, strict=True):
         assert value == pytest.approx(expected, rel=1e-9)
+
+
+def test_strain_of_the_middle_follows_from_its_stress_by_hookes_law():
+    mesh, xy = fe.Mesh(PLATE.size, (8, 6)), np.array([[12.3, 45.6], [90.0, 0.0]])
+    stress = np.broadcast_to(np.array([5.0, -2.0, 3.0])[:, None], (9, 7, 3, 1))
+    exx, eyy, exy = (5.0 + NU * 2.0, -2.0 - NU * 5.0, (1 + NU) * 3.0)
+    truth = np.array([exx, eyy, exy]) / (E * H)
+    found = middle_strain(PLATE, mesh, stress, xy)[:, :, 0]
+    np.testing.assert_allclose(found, [truth, truth], rtol=1e-9)

@@ -153,7 +153,7 @@ def test_its_energy_lies_above_that_of_the_whole_plate_and_hardly(clamped):
 
 
 def test_strain_of_the_middle_is_the_derivative_of_how_it_moves(clamped):
-    """After von Kármán, u_(a,b) + ½ w,a w,b; measured TODO."""
+    """After von Kármán, u_(a,b) + ½ w,a w,b."""
     state = clamped.solve(touches(PLACES, FORCES))
     at, step = np.array([[45.0, 12.1], [71.3, 51.2], [17.7, 20.3]]), 1e-3
     gradient = np.stack(

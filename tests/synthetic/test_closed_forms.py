@@ -43,6 +43,8 @@ def test_rotation_strains_nothing_and_shear_is_half_of_its_angle():
     turned = closed_forms.rotation(2.5, about=(10.0, 5.0))
     assert np.allclose(closed_forms.strain_of(turned, POINTS, "green-lagrange"), 0, atol=1e-15)
     assert np.allclose(turned(np.array([[10.0, 5.0]])), 0)
+    quarter = closed_forms.rotation(np.pi / 2, about=(10.0, 5.0))(np.array([[13.0, 5.0]]))
+    assert np.allclose(quarter, [[-3.0, 3.0, 0.0]])  # from x towards y
     sheared = closed_forms.Uniform(((0.0, 0.02), (0.0, 0.0)))
     assert np.allclose(closed_forms.strain_of(sheared, [[1.0, 2.0]]), [[0.0, 0.0, 0.01]])
 
