@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from fe.arrays import F64
 from fe.elements.line import Line, divide
+from fe.plate.checks import array, short, whole
 from fe.plate.plate import Plate
 
 # Recovery of curvature needs five elements between breaks; one more leaves an inside.
@@ -49,12 +50,31 @@ class Mesh:
     breaks: Breaks = ((), ())
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "size", tuple(float(v) for v in self.size))
-        object.__setattr__(self, "counts", tuple(int(v) for v in self.counts))
-        breaks = tuple(tuple(float(v) for v in places) for places in self.breaks)
+        size = array(self.size, "size of a mesh", "mm")
+        if size.shape != (2,) or not (np.isfinite(size) & (size > 0)).all():
+            raise ValueError(
+                f"size of a mesh must be two positive sides in mm, got {short(self.size)}"
+            )
+        counts = array(self.counts, "elements of a mesh", "whole numbers")
+        if counts.shape != (2,):
+            raise ValueError(
+                f"elements of a mesh must be given along x and y, got {short(self.counts)}"
+            )
+        object.__setattr__(self, "size", (float(size[0]), float(size[1])))
+        object.__setattr__(
+            self, "counts", tuple(whole(v, "elements of a mesh") for v in self.counts)
+        )
+        if len(self.breaks) != 2:
+            raise ValueError(
+                f"breaks of a mesh must be given along x and y, got {short(self.breaks)}"
+            )
+        breaks = tuple(
+            tuple(float(v) for v in array(places, "breaks of a mesh", "mm").ravel())
+            for places in self.breaks
+        )
         object.__setattr__(self, "breaks", breaks)
         for name, side, count, places in zip("xy", self.size, self.counts, breaks, strict=True):
-            if (np.diff([0.0, *places, side]) <= 0).any():
+            if not (np.diff([0.0, *places, side]) > 0).all():
                 raise ValueError(
                     f"breaks of a mesh along {name} must ascend between 0 and {side:g} mm, "
                     f"got {places}"
@@ -105,7 +125,7 @@ class Mesh:
         ValueError
             The shape is not `(*mesh.shape, functions)`.
         """
-        table = np.ascontiguousarray(values, dtype=np.float64)
+        table = array(values, "nodal values", "numbers")
         expected = (*self.shape, functions)
         if table.shape != expected:
             raise ValueError(
@@ -126,6 +146,8 @@ def grid(plate: Plate, longer: int) -> Mesh:
     longer : int
         Elements along the longer side; more where patches need them.
     """
+    if whole(longer, "elements along the longer side") < 1:
+        raise ValueError(f"elements along the longer side must be 1 or more, got {longer}; use 40")
     side = max(plate.size)
     breaks = borders(plate)
     counts = tuple(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +15,7 @@ from fe.elements.mesh import Mesh, mesh_for
 from fe.elements.storage import restore, store
 from fe.linear.adjoint import Adjoint, solve_adjoint
 from fe.linear.linear import CURVATURES, Face, Linear, height
+from fe.plate.checks import number
 from fe.plate.plate import Plate
 
 
@@ -138,7 +140,7 @@ def influence(
 
 
 def _check_windows(plate: Plate, gauges: F64, length: float) -> None:
-    if not length >= 0:
+    if not 0 <= number(length, "gauge length", "mm") < inf:
         raise ValueError(f"gauge length must be 0 mm or more, got {length:g} mm; use 0 for a point")
     corners = gauges + 0.5 * length * np.array([(-1, -1), (1, -1), (-1, 1), (1, 1)])[:, None]
     room = (corners >= 0) & (corners <= np.array(plate.size))

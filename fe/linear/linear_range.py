@@ -9,8 +9,6 @@ and S = ∫ N_ab ½ w,a w,b dA. S. Timoshenko and S. Woinowsky-Krieger, Theory o
 
 from __future__ import annotations
 
-from math import isfinite
-
 import numpy as np
 
 from fe.arrays import F64
@@ -19,6 +17,7 @@ from fe.elements.mesh import Mesh, grid
 from fe.linear.linear import Linear, LinearState
 from fe.linear.membrane import Membrane, Stretched, stretch
 from fe.linear.validity import LINEAR_TOLERANCE, LinearRange
+from fe.plate.checks import positive
 from fe.plate.plate import Plate
 
 # Deflection is right to 1 % on this many elements along the longer side.
@@ -49,10 +48,7 @@ def linear_range(plate: Plate, force: float) -> LinearRange:
     ValueError
         The force is not positive.
     """
-    if not (isfinite(force) and force > 0):
-        raise ValueError(
-            f"expected force must be positive and finite, got {force:g} N; give the largest one"
-        )
+    force = positive(force, "expected force", "N")
     mesh = grid(plate, _LONG_SIDE)
     place, linear = _worst(Linear(plate, mesh), force)
     depth = -float(linear.deflection(place)[0])

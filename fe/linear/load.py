@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import ceil
+from math import ceil, inf
 from typing import NamedTuple
 
 import numpy as np
 
 from fe.arrays import F64, I64
 from fe.elements.mesh import Mesh
+from fe.plate.checks import number
 from fe.plate.plate import Plate, Touch
 
 # Points of a disc lie at most this many elements apart, and on this many rings at least: the mean
@@ -80,7 +81,7 @@ def disc(plate: Plate, mesh: Mesh, xy: F64, radius: float) -> tuple[F64, F64]:
     ValueError
         A disc reaches over an edge.
     """
-    if radius == 0:
+    if number(radius, "touch radius", "mm") == 0:
         return xy, np.ones(1)
     _check_inside(plate, xy, radius)
     apart = _APART * min(mesh.units)
@@ -97,6 +98,10 @@ def disc(plate: Plate, mesh: Mesh, xy: F64, radius: float) -> tuple[F64, F64]:
 
 
 def _check_inside(plate: Plate, xy: F64, radius: float) -> None:
+    if not 0 < radius < inf:
+        raise ValueError(
+            f"touch radius must be 0 mm or more and finite, got {radius:g} mm; write 0 for a point"
+        )
     room = np.minimum(xy, np.array(plate.size) - xy).min(axis=1)
     if (room < radius).any():
         k = int(np.argmin(room))

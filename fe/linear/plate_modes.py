@@ -21,6 +21,7 @@ from fe.elements.storage import restore, store
 from fe.linear.energy import bending_products, free
 from fe.linear.linear import CURVATURES, Linear
 from fe.linear.load import disc
+from fe.plate.checks import whole
 from fe.plate.edges import Clamped
 from fe.plate.plate import Plate
 
@@ -163,7 +164,7 @@ def modes(
         The mesh cannot carry that many modes.
     """
     mesh = mesh_for(plate, mesh)
-    if count < 1:
+    if whole(count, "number of modes") < 1:
         raise ValueError(f"number of modes must be at least 1, got {count}")
     alike = {plate.sides.west, plate.sides.east, plate.sides.south, plate.sides.north}
     if alike == {Clamped()} and not plate.patches:

@@ -50,9 +50,15 @@ class LinearRange:
 
         Raises
         ------
-        KeyError
+        ValueError
             One of them is missing.
         """
+        missing = set(cls.__dataclass_fields__) - set(arrays)
+        if missing:
+            raise ValueError(
+                f"stored arrays must hold {min(missing)!r}, got {', '.join(arrays)}; compute them "
+                "again"
+            )
         said: dict[str, Any] = {name: arrays[name].tolist() for name in cls.__dataclass_fields__}
         said["place"] = tuple(said["place"])
         return cls(**said)

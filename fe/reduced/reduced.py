@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import isfinite
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +16,7 @@ from fe.elements.storage import restore, store
 from fe.linear.adjoint import Adjoint
 from fe.linear.linear import CURVATURES, Face, LinearState, height
 from fe.linear.load import disc
+from fe.plate.checks import positive
 from fe.plate.plate import Plate, Touch
 from fe.reduced.assembly import assemble
 from fe.reduced.basis import basis
@@ -223,8 +223,7 @@ def reduced_plate(
     ValueError
         The mesh does not fit the plate, or the force is not positive.
     """
-    if not (isfinite(force) and force > 0):
-        raise ValueError(f"largest force must be positive, got {force:g} N; a finger has 5 N")
+    force = positive(force, "largest force", "N")
     mesh = _mesh(plate) if mesh is None else mesh_for(plate, mesh)
     karman = Karman(plate, mesh)
     shapes = touch_shapes(karman)

@@ -12,6 +12,7 @@ from scipy.special import j0
 
 from fe.arrays import F64
 from fe.elements.mesh import Mesh
+from fe.plate.checks import number
 from fe.plate.plate import Plate
 from fe.shell.support import Motion
 
@@ -44,6 +45,8 @@ class Base:
     twist: float = 0.0
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "bend", number(self.bend, "bend of the base", "mm"))
+        object.__setattr__(self, "twist", number(self.twist, "twist of the base", "degrees"))
         if not (isfinite(self.bend) and self.bend >= 0):
             raise ValueError(
                 f"bend of the base must be 0 mm or more, got {self.bend:g} mm; give the distance "
