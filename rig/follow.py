@@ -16,6 +16,7 @@ from rig.quality import SLIGHT
 from rig.source import Frame
 from rig.stopwatch import Stopwatch
 from rig.track import Event, Tracks
+from rig.warm_up import Report, quiet, rehearsal
 from rig.zero import Zero, fits, share
 
 LATENCY = "capture to touches"
@@ -55,6 +56,8 @@ class Follower:
     watch : Stopwatch
     clock : callable
         Monotonic time, s; the same that stamps the frames.
+    report : callable
+        Called while frames that are made up go through everything first; see `rehearsal`.
 
     Attributes
     ----------
@@ -67,13 +70,23 @@ class Follower:
         If the reference does not suit the bench.
     """
 
-    def __init__(self, bench: Bench, zero: Zero, watch: Stopwatch, clock: Callable[[], float]):
+    def __init__(
+        self,
+        bench: Bench,
+        zero: Zero,
+        watch: Stopwatch,
+        clock: Callable[[], float],
+        report: Report = quiet,
+    ):
         self.chain, self.strain = bench.prepare(zero)
         self._net = bench.prepare_net(zero, self.chain)
-        self._bench, self._watch, self._clock = bench, watch, clock
-        self._state, self._tracks = live.at_rest(self.chain), Tracks()
-        self._captured: float | None = None
-        self._warm_up(zero)
+        self._bench, self._clock = bench, clock
+        self._watch = Stopwatch(time.monotonic)  # what is made up counts for nothing
+        self._begin()
+        for frame in rehearsal(self.chain, bench.theory.force, report):
+            self.sentence(self.see(frame).sensed)
+        self._watch = watch
+        self._begin()
 
     def see(self, frame: Frame) -> Seen:
         """Sense a frame and follow its touches."""
@@ -123,14 +136,10 @@ class Follower:
             return "" if trust is Trust.TRAINED else trust.value
         return self._bench.theory.beyond(float(touches[:, 2].max()))
 
-    def _warm_up(self, zero: Zero) -> None:
-        """Pass the reference through the chain: what compiles does so before time counts."""
-        watch = Stopwatch(time.monotonic)
-        picture = np.rint(zero.image).astype(np.uint8)
-        sensed = live.sense(self.chain, picture, self._state, watch)
-        if self._net:
-            sensed = self._net.tell(self.chain, picture, sensed, watch)
-        live.with_strain(self.strain, sensed, watch)
+    def _begin(self) -> None:
+        """Start from a plate at rest, and know no touch."""
+        self._state, self._tracks = live.at_rest(self.chain), Tracks()
+        self._captured: float | None = None
 
 
 def _count(estimate: Estimate) -> str:

@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from models.pattern import noise_of
 from rig import live
 from rig.bench import Bench
@@ -18,13 +20,21 @@ from rig.snapshot import Snapshot, StrainMap
 from rig.source import Frame, Source
 from rig.stopwatch import Stopwatch
 from rig.tally import Tally
-from rig.view import View, look, marks, strain_map, true_marks
+from rig.view import View, bare, look, marks, strain_map, true_marks
 from rig.zero import Zero, restless, take_zero
 
 PATIENCE = 5.0  # s without a frame after which a source is given up before the reference is there
 SILENCE = 0.5  # s without a frame after which the user is told
 ATTEMPTS = 30  # series of reference frames that are thrown away because something moved
 PACE = 60  # frames over which the running rate is measured
+
+
+Tell = Callable[[int, int, Snapshot], object]
+"""Called as ``tell(done, total, snapshot)`` while the loop gets ready."""
+
+
+def _nobody(done: int, total: int, shot: Snapshot) -> None:
+    """Nobody is told."""
 
 
 class Loop:
@@ -62,6 +72,8 @@ class Loop:
         self._source = source
         self._clock = clock
         self._zero = zero
+        self._view = look(bench.plate, bench.camera, bench.height)
+        self._follower: Follower | None = None
         self._sequence: int | None = None
         self._first: float | None = None
         self._finished: deque[float] = deque(maxlen=PACE)
@@ -80,10 +92,13 @@ class Loop:
             return None
         return (self.frames - 1) / (self._finished[-1] - self._first)
 
-    def __iter__(self) -> Iterator[Snapshot]:
-        """Take the reference, then yield a snapshot a frame until the source ends.
+    def get_ready(self, tell: Tell = _nobody) -> Follower:
+        """Take the reference and pass all that may come through the chain, so that nothing waits.
 
-        While no frames come, the last one is shown without touches and with what the source says.
+        Parameters
+        ----------
+        tell : callable
+            Takes how many steps are done, of how many, and what can be shown meanwhile.
 
         Raises
         ------
@@ -92,11 +107,32 @@ class Loop:
         ValueError
             If something touched the plate or moved whenever the reference was taken.
         """
+        if self._follower:
+            return self._follower
         zero = self._zero or self._take_zero()
-        follower = Follower(self.bench, zero, self.watch, self._clock)
+        rest = Frame(0, self._clock(), np.rint(zero.image).astype(np.uint8))
+
+        def report(done: int, total: int, what: str) -> None:
+            status = f"getting ready: {what} ({done} of {total})"
+            shot = bare(rest, self.bench.plate.size, self._view, status)
+            tell(done, total, replace(shot, fresh=False))
+
+        self._follower = Follower(self.bench, zero, self.watch, self._clock, report)
         if self._recorder:
-            self._recorder.begin(zero, follower.chain, follower.strain is not None)
-        view = look(self.bench.plate, self.bench.camera, self.bench.height)
+            self._recorder.begin(zero, self._follower.chain, self._follower.strain is not None)
+        return self._follower
+
+    def __iter__(self) -> Iterator[Snapshot]:
+        """Get ready, then yield a snapshot a frame until the source ends.
+
+        While no frames come, the last one is shown without touches and with what the source says.
+
+        Raises
+        ------
+        OSError, ValueError
+            See `get_ready`.
+        """
+        follower, view = self.get_ready(), self._view
         shot: Snapshot | None = None
         while True:
             try:
@@ -162,8 +198,8 @@ class Loop:
             frames = [self._next() for _ in range(self.bench.reference_frames)]
             if any(frame.truth for frame in frames):
                 raise ValueError(
-                    "plate was touched while the reference was taken; leave the machine more time"
-                    " or set dic.reference_frames to fewer"
+                    "plate was touched while the reference was taken; let nothing touch it in the"
+                    f" first {self.bench.reference_frames} frames"
                 )
             images = [frame.image for frame in frames]
             if not restless(images):
