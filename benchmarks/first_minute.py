@@ -1,4 +1,4 @@
-"""`touchplate` with a twin that is pressed, covered or bumped as a case of `study_first_minute` says.
+"""`touchplate` with a twin that is pressed or covered as a case of `study_first_minute` says.
 
     python benchmarks/first_minute.py CASE WORD ...
     python benchmarks/first_minute.py CASE alone FRAMES

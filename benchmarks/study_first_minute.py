@@ -1,9 +1,9 @@
 """The first run after an install: frames dropped after the first one shown, by what it shows.
 
-Parts: fresh, again, alone. Each case is the command itself on the shipped twin of 1024², headless; *fresh*
-with nothing compiled, *again* with what that left. A frame counts as dropped if the source gave it a
-number and the loop did not sense it: because the loop was at work, or because the twin, which has
-to render on the same machine in the time that a camera takes to expose, was late itself. *Alone*
+Parts: fresh, again, alone. Each case is the command itself on the shipped twin of 1024², headless;
+*fresh* with nothing compiled, *again* with what was compiled before. A frame counts as dropped if
+the source gave it a number and the loop did not sense it: because the loop was at work, or because
+the twin, which must render in the time of a frame on the same machine, was late itself. *Alone*
 nothing is done with the frames: what is dropped then, the twin left out.
 """
 

@@ -24,7 +24,8 @@ from rig.view import View, bare, look, marks, strain_map, true_marks
 from rig.zero import Zero, restless, take_zero
 
 PATIENCE = 5.0  # s without a frame after which a source is given up before the reference is there
-SILENCE = 0.5  # s without a frame after which the user is told
+SILENCE = 0.5  # s without a frame after which the user is told,
+MISSED = 3  # or so many of the intervals between the frames of the reference, if these are longer
 ATTEMPTS = 30  # series of reference frames that are thrown away because something moved
 PACE = 60  # frames over which the running rate is measured
 
@@ -74,6 +75,7 @@ class Loop:
         self._zero = zero
         self._view = look(bench.plate, bench.camera, bench.height)
         self._follower: Follower | None = None
+        self._silence = SILENCE
         self._sequence: int | None = None
         self._first: float | None = None
         self._finished: deque[float] = deque(maxlen=PACE)
@@ -136,7 +138,7 @@ class Loop:
         shot: Snapshot | None = None
         while True:
             try:
-                frame = self._source.grab(SILENCE)
+                frame = self._source.grab(self._silence)
             except EOFError:
                 return
             if frame:
@@ -203,6 +205,8 @@ class Loop:
                 )
             images = [frame.image for frame in frames]
             if not restless(images):
+                pace = (frames[-1].captured - frames[0].captured) / (len(frames) - 1)
+                self._silence = max(SILENCE, MISSED * pace)
                 return take_zero(images)
         raise ValueError(
             f"something moved in the picture in each of {ATTEMPTS} series of reference frames;"

@@ -139,6 +139,21 @@ def test_a_source_that_falls_silent_shows_no_touch_and_says_why(start):
     assert loop.frames == 2
 
 
+@pytest.mark.parametrize(("interval", "patience"), [(1 / 30, 0.5), (0.5, 1.5), (2.0, 6.0)])
+def test_a_slow_source_is_not_taken_for_a_silent_one(start, interval, patience):
+    loop, asked = start(range(20)), []
+    grab = loop._source.grab
+
+    def slow(timeout):
+        asked.append(timeout)
+        frame = grab(timeout)
+        return replace(frame, captured=interval * frame.sequence)
+
+    loop._source.grab = slow
+    run(loop, 2)
+    assert asked[-1] == pytest.approx(patience)
+
+
 def test_a_source_that_never_speaks_is_one_sentence(start):
     loop = start(range(20))
     loop._source = Unplugged(loop._source, range(9))
