@@ -18,6 +18,7 @@ from pathlib import Path
 
 from study import line, run
 
+from rig.cli import THREADS
 from rig.report.figure import Figure, judged
 
 FRAMES = 1000
@@ -73,7 +74,7 @@ def _run(case: str, kernels: str, frames: int) -> tuple[dict, float, float]:
     began = time.perf_counter()
     ended = subprocess.run(
         [sys.executable, PROGRAM, case, *words],
-        env=os.environ | {"NUMBA_CACHE_DIR": kernels},
+        env=os.environ | dict.fromkeys(THREADS, "1") | {"NUMBA_CACHE_DIR": kernels},
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     if ended.returncode:
