@@ -65,9 +65,17 @@ class TwinSource:
         return None
 
     def begin(self) -> None:
-        """Let the script begin; until then the plate stands still."""
-        with suppress(ConnectionError):  # of a process that has ended; the next grab says so
+        """Let the script begin; until then the plate stands still.
+
+        Frames that were announced meanwhile are over: the link holds some hundred of them, and a
+        twin that has to wait for it leaves the next ones out.
+        """
+        with suppress(EOFError, ConnectionError):  # it has ended; the next grab says so
+            if not self._started:
+                self._start()
             self._link.send(None)
+            while self._receive() is not None:
+                pass
 
     def _newest(self) -> Frame | None:
         """Newest of the frames that were announced; None if it was overwritten meanwhile."""
@@ -179,9 +187,11 @@ def _play(
     link.recv()
     start, sequence, still = clock(), 0, True
     while True:
-        still = still and not link.poll()
         if still:
             twin = replace(twin, rest=sequence + 1)
+        if still and link.poll():
+            link.send(link.recv())
+            still = False
         slot = sequence % SLOTS
         touches = twin.touches(sequence)
         numbers[slot] = -1

@@ -96,6 +96,19 @@ def test_a_frame_that_is_being_overwritten_is_left_for_the_next(ring, number):
     assert source.grab(1.0).sequence == 2
 
 
+def test_frames_from_before_the_script_are_over_when_it_begins(ring):
+    source, there, deliver, _ = ring
+    deliver(0)
+    assert source.grab(1.0).sequence == 0
+    deliver(1)
+    deliver(2)
+    there.send(None)  # heard
+    deliver(40)
+    source.begin()
+    assert [there.recv() for _ in range(2)] == [None, None]  # of the first grab and of the begin
+    assert source.grab(1.0).sequence == 40
+
+
 def test_a_twin_that_has_ended_is_told_by_the_grab_and_not_by_the_begin(ring):
     source, there, _, _ = ring
     there.close()
