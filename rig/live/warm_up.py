@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from dic.tiles import TileReference
+from dic import TileReference
 from rig.live.chain import Chain
 from rig.system.frame import Frame
 
@@ -76,7 +76,7 @@ def _pressed(chain: Chain, count: int, force: float) -> NDArray[np.float32]:
     turn = 2 * np.pi * (np.arange(count) + 0.3) / count
     share = 0.5 + ROUND * np.column_stack([np.cos(turn), np.sin(turn)])
     amplitudes = pattern.still()
-    amplitudes[: pattern.count] = pattern.motions.pressed(
+    amplitudes[: pattern.count] = pattern.motions.modal_amplitudes(
         share * np.asarray(pattern.motions.modes.plate.size), np.full(count, force)
     )
     return _moved(chain.reference, pattern.motions.flow(amplitudes))
