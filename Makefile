@@ -63,8 +63,8 @@ bench: $(STAMP)  ## score the whole way once, on rendered pictures
 report: $(STAMP)  ## run all studies; the page is results/report/report.html
 	$(BIN)/touchplate report
 
-docs: $(STAMP)  ## build the pages of docs/ into results/site
-	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
+docs: $(STAMP)  ## build the pages of docs/ into results/site; a warning fails
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build
 
 system-deps:  ## Debian packages that the tests of browser, display, devices and CalculiX need (as root)
 	apt-get update -qq

@@ -4,7 +4,9 @@ import os
 import re
 import subprocess
 import sys
+from html.parser import HTMLParser
 from pathlib import Path
+from urllib.parse import unquote, urlsplit
 
 import pytest
 
@@ -50,9 +52,9 @@ def test_every_command_has_a_page_that_the_list_links_to():
 
 
 def test_every_decision_is_in_the_list():
-    listed = (ROOT / "docs/README.md").read_text(encoding="utf-8")
-    for record in sorted((ROOT / "docs/decisions").glob("*.md")):
-        assert f"](decisions/{record.name})" in listed, record.name
+    listed = (ROOT / "docs/decisions/README.md").read_text(encoding="utf-8")
+    for record in sorted((ROOT / "docs/decisions").glob("0*.md")):
+        assert f"]({record.name})" in listed, record.name
 
 
 def scenes_of(page):
@@ -99,12 +101,53 @@ def test_every_figure_of_the_readme_is_in_the_report():
         assert (measured, bar) in told, line
 
 
-def test_the_pages_build_without_a_warning(tmp_path):
-    """MkDocs is strict here: a warning is an error."""
-    command = [sys.executable, "-m", "mkdocs", "build", "--quiet", "--site-dir", str(tmp_path)]
-    environment = os.environ | {"NO_MKDOCS_2_WARNING": "1"}
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """Build the site as `make docs` does; MkDocs is strict, a warning ends it with 1."""
+    folder = tmp_path_factory.mktemp("site")
     built = subprocess.run(
-        command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False
-    )
+        [sys.executable, "-m", "mkdocs", "build", "--site-dir", str(folder)],
+        cwd=ROOT, env=os.environ | {"NO_MKDOCS_2_WARNING": "1"},
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
     assert built.returncode == 0, built.stderr
-    assert (tmp_path / "index.html").exists()
+    return folder
+
+
+class Anatomy(HTMLParser):
+    """What a page of the site points to, what it fetches, and the names of its places."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.links, self.fetched, self.places = [], [], {""}
+        self.feed(path.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag, attributes):
+        given = dict(attributes)
+        self.places |= {given.get("id"), given.get("name")}
+        if tag in ("script", "img", "link", "source"):
+            self.fetched += [given[name] for name in ("src", "href") if given.get(name)]
+        elif given.get("href"):
+            self.links.append(given["href"])
+
+
+def test_every_link_of_the_site_resolves_and_nothing_is_fetched_from_outside(site):
+    pages = {path: Anatomy(path) for path in site.rglob("*.html")}
+    for path, page in pages.items():
+        assert not [link for link in page.fetched if urlsplit(link).netloc], path
+        for link in page.links + page.fetched:
+            parts = urlsplit(link)
+            if parts.scheme in ("http", "https", "mailto", "data"):
+                continue
+            base = site if parts.path.startswith("/") else path.parent
+            target = (base / unquote(parts.path).lstrip("/")).resolve() if parts.path else path
+            target = target / "index.html" if target.is_dir() else target
+            assert target.is_file(), f"{link} in {path.relative_to(site)}"
+            if parts.fragment and target in pages:
+                assert unquote(parts.fragment) in pages[target].places, f"{link} in {path.name}"
+
+
+def test_the_readme_is_the_home_of_the_site(site):
+    title = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()[0].lstrip("# ")
+    home = (site / "index.html").read_text(encoding="utf-8")
+    assert re.search(rf"<h1[^>]*>{title}<", home)
