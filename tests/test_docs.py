@@ -1,15 +1,18 @@
 """The pages: every link leads somewhere, every command and decision has its place, they build."""
 
+import importlib
 import os
 import re
 import subprocess
 import sys
+import tomllib
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 import pytest
 
+import dic
 import rig
 from rig.cli import COMMANDS
 from rig.report.figure import read
@@ -18,6 +21,7 @@ from rig.scene.account import account
 FIGURES = "<!-- figures of the report -->", "<!-- end of the figures -->"
 STEPS = "<!-- times of the steps -->", "<!-- end of the times -->"
 ROOT = Path(__file__).parents[1]
+TUTORIALS = [ROOT / "docs/tutorials" / name for name in ("photographs.md", "plate.md")]
 PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 
@@ -63,8 +67,8 @@ def scenes_of(page):
     return dict(re.findall(r"```toml\n# (\S+\.toml)\n(.*?)```", text, re.DOTALL))
 
 
-def test_the_scenes_of_the_readme_load_and_say_what_they_hold(tmp_path):
-    scenes = scenes_of(ROOT / "README.md")
+def test_the_scenes_of_the_tutorial_load_and_say_what_they_hold(tmp_path):
+    scenes = scenes_of(TUTORIALS[1])
     assert scenes.keys() == {"my-plate.toml", "my-net.toml"}
     for name, text in scenes.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
@@ -72,33 +76,53 @@ def test_the_scenes_of_the_readme_load_and_say_what_they_hold(tmp_path):
         assert {part.name for part in said.parts} >= {"plate", "estimator"}
 
 
-def lines_between(marks):
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
+def lines_between(page, marks):
+    text = page.read_text(encoding="utf-8")
     return text.split(marks[0])[1].split(marks[1])[0].strip().splitlines()[2:]
 
 
-def test_every_step_of_the_readme_is_timed_by_the_report():
+def test_every_step_of_the_tutorials_is_timed_by_the_report():
     measured = {}
     for figure in read(ROOT / "docs/report/raw/newcomer.csv"):
         measured.setdefault(figure.case, []).append(f"{figure.value} {figure.unit}")
-    lines = [[cell.strip(" `") for cell in line.split("|")[1:-1]] for line in lines_between(STEPS)]
-    assert {command: [time for time in times if time] for command, *times in lines} == measured
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    for command in measured:
-        assert command in text.split(STEPS[0])[0], command
+    timed = {}
+    for page in TUTORIALS:
+        steps = page.read_text(encoding="utf-8").split(STEPS[0])[0]
+        for line in lines_between(page, STEPS):
+            command, *times = (cell.strip(" `") for cell in line.split("|")[1:-1])
+            timed[command] = [time for time in times if time]
+            assert command in steps, f"{command} in {names(page)}"
+    assert timed == measured
 
 
 def test_every_figure_of_the_readme_is_in_the_report():
-    lines = lines_between(FIGURES)
+    lines = lines_between(ROOT / "README.md", FIGURES)
     assert len(lines) > 5
-    told = {
+    reported = {
         (f"{figure.value} {figure.unit}".strip(), figure.bar)
         for path in (ROOT / "docs/report/raw").glob("*.csv")
         for figure in read(path)
     }
     for line in lines:
         _, _, measured, bar, _ = (cell.strip() for cell in line.split("|"))
-        assert (measured, bar) in told, line
+        assert (measured, bar) in reported, line
+
+
+def code_of(page):
+    """Python that a page shows, one block after the other."""
+    return re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if code_of(page)], ids=names)
+def test_the_code_of_a_page_runs(page, tmp_path, monkeypatch):
+    """In a folder with the photographs of the example, which are also `before` and `after`."""
+    monkeypatch.chdir(tmp_path)
+    example = ROOT / "examples/09_photographs.py"
+    subprocess.run([sys.executable, example, "."], check=True, capture_output=True)
+    known = {name: dic.read_image(f"{name}.png") for name in ("before", "after")}
+    known["reference"] = known["before"]
+    for block in code_of(page):
+        exec(block, known)  # noqa: S102
 
 
 @pytest.fixture(scope="module")
@@ -145,6 +169,24 @@ def test_every_link_of_the_site_resolves_and_nothing_is_fetched_from_outside(sit
             assert target.is_file(), f"{link} in {path.relative_to(site)}"
             if parts.fragment and target in pages:
                 assert unquote(parts.fragment) in pages[target].places, f"{link} in {path.name}"
+
+
+@pytest.mark.parametrize("name", ["dic", "fe", "models", "rig", "synthetic"])
+def test_every_public_name_has_its_entry(site, name):
+    page = (site / f"api/{name}.html").read_text(encoding="utf-8")
+    headings = set(re.findall(r"<h3[^>]*>\s*([\w.]+)", page))
+    assert headings == {f"{name}.{public}" for public in importlib.import_module(name).__all__}
+
+
+def test_every_key_of_a_scene_is_explained(site):
+    page = (site / "scene-keys.html").read_text(encoding="utf-8")
+    shown = set(re.findall(r"<td><code>(\w+)</code></td>", page))
+    sections = set(re.findall(r'<h2 id="(\w+)"', page))
+    assert sections == set(rig.Scene.model_fields)
+    for path in (ROOT / "rig/scenes").glob("*.toml"):
+        scene = tomllib.loads(path.read_text(encoding="utf-8"))
+        keys = {key for section in scene.values() if isinstance(section, dict) for key in section}
+        assert keys - {"kind"} <= shown, path.name
 
 
 def test_the_readme_is_the_home_of_the_site(site):
