@@ -2,12 +2,14 @@
 
 import importlib
 import os
+import pkgutil
 import re
 import subprocess
 import sys
 import tomllib
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import get_args
 from urllib.parse import unquote, urlsplit
 
 import pytest
@@ -59,6 +61,44 @@ def test_every_decision_is_in_the_list():
     listed = (ROOT / "docs/decisions/README.md").read_text(encoding="utf-8")
     for record in sorted((ROOT / "docs/decisions").glob("0*.md")):
         assert f"]({record.name})" in listed, record.name
+
+
+def test_the_glossary_defines_each_word_once_in_order():
+    rows = (ROOT / "docs/glossary.md").read_text(encoding="utf-8").splitlines()
+    terms = [row.split("|")[1].strip() for row in rows if row.startswith("| ")][1:]
+    assert len(terms) > 60
+    assert terms == sorted(set(terms), key=str.casefold)
+
+
+NAME = re.compile(r"`((?:dic|fe|models|rig|synthetic)(?:\.\w+)+)(?:\(.*?\))?`")
+FILE = re.compile(r"(?:dic|fe|models|rig|synthetic|benchmarks|examples|tests)(?:/[a-z\d_-]+)+\.\w+")
+
+
+def is_a_name(dotted):
+    """Whether it can be imported, or is a key of a scene."""
+    try:
+        pkgutil.resolve_name(dotted)
+    except (ImportError, AttributeError):
+        section, *keys = dotted.split(".")
+        models = list(sections_of(rig.Scene.model_fields[section].annotation))
+        return len(keys) == 1 and any(keys[0] in model.model_fields for model in models)
+    return True
+
+
+def sections_of(annotation):
+    if hasattr(annotation, "model_fields"):
+        yield annotation
+    for inner in get_args(annotation):
+        yield from sections_of(inner)
+
+
+@pytest.mark.parametrize(
+    "page", [page for page in PAGES if "report/" not in names(page)], ids=names
+)
+def test_every_name_and_file_of_the_code_that_a_page_names_is_there(page):
+    text = page.read_text(encoding="utf-8")
+    assert [name for name in NAME.findall(text) if not is_a_name(name)] == []
+    assert [name for name in FILE.findall(text) if not (ROOT / name).exists()] == []
 
 
 def scenes_of(page):

@@ -51,7 +51,7 @@ def opened(browser: Browser, address: str) -> Page:
     """Open a page and wait for the first press."""
     page = browser.new_page(viewport=VIEW)
     page.goto(address)
-    expect(page.locator("#status")).to_have_text(PRESSED, timeout=180_000)
+    expect(page.locator("#status")).to_have_text(PRESSED, timeout=600_000)
     return page
 
 
