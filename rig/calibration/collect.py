@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fe
+from rig.calibration.requested_presses import requested_presses
 from rig.live.alignment import Alignment, align
 from rig.live.snapshot import Mark
 from rig.scene import Scene
-from rig.sources.script import asked
 
 HOLD = 0.6  # s that a press must stand still; the second half counts, when a finger has settled
 STEADY = 0.05  # of the force, by which it may vary meanwhile, beside what its noise explains
@@ -38,7 +38,7 @@ def targets(scene: Scene) -> tuple[fe.Touch, ...]:
             " as twin has them"
         )
     seed = scene.source.seed if scene.source.kind == "twin" else 0
-    return asked(scene.plate.size, scene.touches.force, seed)
+    return requested_presses(scene.plate.size, scene.touches.force, seed)
 
 
 @dataclass(frozen=True, eq=False)
