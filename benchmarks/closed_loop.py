@@ -33,10 +33,10 @@ from emulated_bench import (
     twin_of,
 )
 
-from rig import script
 from rig.calibration import store
-from rig.calibration.projector import Light
-from rig.markers import Screen, project
+from rig.calibration.projector import ProjectorLight
+from rig.projector.markers import Screen, project
+from rig.sources import script
 
 SETTLED = 20.0  # s after which memory must be flat
 SPAN, STILL = 0.3, 1.0  # s and mm: a touch that has gone less far is still, less round moves on
@@ -80,7 +80,7 @@ def calibrate(scene: Path, room: Room, camera, live: bool) -> Iterator[Row]:
     path = store.beside(scene)
     keep_lens_and_pose(scene, room.camera)
     if not live:
-        store.keep(path, Light(Screen(PROJECTOR, T_TRUE), 0.3, 0.1, 1.0, 1.0, 51.0))
+        store.keep(path, ProjectorLight(Screen(PROJECTOR, T_TRUE), 0.3, 0.1, 1.0, 1.0, 51.0))
         return
     for what in ("projector", "latency"):
         app = touchplate(camera, "calibrate", what, scene, "--json")

@@ -18,9 +18,11 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 from dic_peers import pyramid, pyvale_field
-from dic_photographs import compare_open_hole as compare_open_hole
-from dic_photographs import compare_star as compare_star
-from dic_photographs import photograph_rows
+from dic_photographs import (
+    compare_open_hole as compare_open_hole,
+    compare_star as compare_star,
+    photograph_rows,
+)
 from dic_pictures import displacement, eight_bit, speckle
 
 import dic
@@ -244,7 +246,7 @@ def stretch_rows():
     for k in range(1, 11):
         stretch = 1 + 0.05 * k, 1 / (1 + 0.05 * k)
         frames.append(eight_bit(speckle(SIDE, (0.7 * k, -0.4 * k), stretch)))
-    *_, field = dic.follow(ref, frames)
+    *_, field = dic.correlate_sequence(ref, frames)
     moved = displacement(SIDE, ref.xy, (7.0, -4.0), (1.5, 1 / 1.5))
     corner = ref.half * np.array([1.5, 1 / 1.5]) + 1
     seen = np.all((ref.xy + moved >= corner) & (ref.xy + moved <= SIDE - 1 - corner), axis=1)
@@ -281,7 +283,7 @@ def hard_frames(plain, moved, rng):
 def hard_frames_rows():
     """Error and share of valid points under bad light, and points that are wrong by over 5 σ.
 
-    The limits in `dic.verdict` were chosen on other spots and other noise (seeds 6 and 106 to 611).
+    The limits in `point_status` were chosen on other spots and noise (seeds 6, 106 to 611).
     """
     shift, wrong, valid = np.array([0.4, 0.2]), 0, 0
     for seed in (713, 814):

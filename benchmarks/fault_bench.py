@@ -25,7 +25,7 @@ from emulated_bench import (
 from websockets.sync.client import connect
 
 import fe
-from rig.markers import fit_plate
+from rig.projector.markers import fit_plate
 
 TOUCH = fe.Touch(100.0, 140.0, 3.0)
 NEAR, FAR = 8.0, 25.0  # mm: found again; somewhere else

@@ -15,9 +15,9 @@ from itertools import islice
 import numpy as np
 
 import fe
-from rig import script
-from rig.script import STILL
-from rig.twin import Twin
+from rig.sources import script
+from rig.sources.script import STILL
+from rig.sources.twin import Twin
 
 PLACES = ((0.31, 0.28), (0.66, 0.71), (0.27, 0.74), (0.72, 0.33))
 TOUCHES = {"touch": 1, "two": 2, "four": 4}
@@ -62,7 +62,7 @@ def prepare(case: str) -> None:
     """Put the case in the place of the tour."""
     script.tour = lambda size: pressed(case, size)
     if case == "hand":
-        from rig import twin
+        from rig.sources import twin
 
         twin.Twin = Covered
 
@@ -70,7 +70,7 @@ def prepare(case: str) -> None:
 def numbers() -> Iterator[int]:
     """Grab frame after frame of the twin and give their numbers."""
     import rig
-    from rig.twin_source import open_twin
+    from rig.sources.twin_source import open_twin
 
     with open_twin(rig.load("twin")) as source:
         source.begin()

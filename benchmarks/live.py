@@ -14,13 +14,13 @@ import numpy as np
 
 import fe
 import rig
-from rig.bench import build_bench
-from rig.follow import LATENCY, Follower
-from rig.source import Frame
-from rig.stopwatch import Stopwatch
-from rig.tally import Tally
-from rig.twin import build_twin
-from rig.zero import take_zero
+from rig.live.baseline import average_reference
+from rig.live.bench import build_bench
+from rig.live.run_score import RunScore
+from rig.live.tracker import LATENCY, FrameProcessor
+from rig.sources.twin import build_twin
+from rig.system.frame import Frame
+from rig.system.timing import Stopwatch
 
 WALL = time.monotonic
 BAR = 10.0  # ms, p95 of capture to touches
@@ -49,8 +49,8 @@ def photograph(count: int):
 def run(way: str, rest, frames, clock):
     """Stopwatch, scores and number of tiles of a run."""
     bench = build_bench(rig.load("twin", WAYS[way]), lambda done, total: None)
-    watch, tally = Stopwatch(clock), Tally(bench.least_force)
-    follower = Follower(bench, take_zero(rest), watch, clock)
+    watch, tally = Stopwatch(clock), RunScore(bench.least_force)
+    follower = FrameProcessor(bench, average_reference(rest), watch, clock)
     for number, (image, touches) in enumerate(frames):
         seen = follower.see(Frame(number, clock(), image, touches))
         tally.add(seen.sensed.from_strain or seen.sensed.estimate, touches)

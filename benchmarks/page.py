@@ -18,9 +18,9 @@ from pathlib import Path
 import numpy as np
 from playwright.sync_api import sync_playwright
 
-from rig.markers import fit_plate, project
+from rig.live.snapshot import Mark, Snapshot, StrainOverlay
 from rig.page import serve
-from rig.snapshot import Mark, Snapshot, StrainMap
+from rig.projector.markers import fit_plate, project
 
 RATE = 30.0
 PLATE = (254.0, 254.0)
@@ -51,7 +51,7 @@ def pictures(size: int) -> list[Snapshot]:
         mark = Mark(100.0 + number, 120.0, 2.0, (1.0, 0.6, 0.3), 0.03)
         shots.append(Snapshot(
             number, 0.0, image.astype(np.uint8), PLATE, project(T, corners), T, (mark,), (), None,
-            StrainMap(at, at, *maps, (2e-5, 2e-5, 2e-5)), "one touch", None, None, None, None,
+            StrainOverlay(at, at, *maps, (2e-5, 2e-5, 2e-5)), "one touch", None, None, None, None,
             RATE, 0, (("correlate", 5.0, 7.0),), (8.0, 12.0), 2.0,
         ))  # fmt: skip
     return shots

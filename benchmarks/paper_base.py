@@ -11,10 +11,10 @@ import numpy as np
 
 import fe
 import rig
-from fe.mesh import Mesh
+from fe.elements.mesh import Mesh
 from fe.shell import Base, Shell, Verdict
-from models.two_step import Surface
-from rig import cache
+from models.nets.two_step import DeformableSurface
+from rig.system import cache
 
 RATIOS = (0.5, 0.75, 1.0, 1.25, 1.5)
 BEND = (1.0, 4.0)  # mm
@@ -24,7 +24,7 @@ TOUCHES = 200  # on each base
 ELEMENTS = 20  # a side
 
 
-def surfaces(any_load: bool = False) -> list[Surface]:
+def surfaces(any_load: bool = False) -> list[DeformableSurface]:
     """Return training and validation touches, then test touches of each ratio to load 1.
 
     The load of the first two is 1, or drawn between the ratios for each touch.
@@ -66,7 +66,7 @@ def _strains(plate, gauges):
 def _surface(kept, rows, force):
     before = np.repeat(kept["before"][rows], TOUCHES, axis=0)
     touch = (force * kept["touch"][rows]).reshape(len(before), -1)
-    return Surface(
+    return DeformableSurface(
         before,
         before + touch,
         np.repeat(kept["bases"][rows], TOUCHES, axis=0),

@@ -13,16 +13,16 @@ from paper_table import Figure
 
 import fe
 import rig
-from models.dataset import random_places
-from rig import live
-from rig.bench import build_bench
+from models.data.dataset import random_places
 from rig.commands.train import descend
-from rig.from_net import NetPlan, prepare_net
-from rig.lesson import lesson
-from rig.simulated import simulate
-from rig.stopwatch import Stopwatch
-from rig.twin import build_twin
-from rig.zero import Zero
+from rig.live import chain as live
+from rig.live.baseline import ReferenceFrame
+from rig.live.bench import build_bench
+from rig.live.net_chain import NetPlan, prepare_net
+from rig.sources.twin import build_twin
+from rig.system.timing import Stopwatch
+from rig.training.data import simulate_sets
+from rig.training.plan import training_plan
 
 SYSTEM = "bench, strain by DIC (2.2)"
 PRESSES = 60
@@ -32,11 +32,11 @@ FRAMES = 16  # averaged, of every press and of the reference
 def bench(effort: Effort) -> Figures:
     """One touch on the bench of the paper's validation."""
     scene = rig.load("paper-bench")
-    taught = lesson(scene)
+    taught = training_plan(scene)
     taught = replace(
         taught, net=taught.net.model_copy(update={"epochs": effort.epochs(taught.net.epochs)})
     )
-    sets, pictures = simulate(taught, lambda done, total: None), _Pictures(scene)
+    sets, pictures = simulate_sets(taught, lambda done, total: None), _Pictures(scene)
     epochs = taught.net.epochs
     for seed in range(effort.seeds):
         again = replace(taught, net=taught.net.model_copy(update={"seed": seed}))
@@ -78,13 +78,13 @@ class _Pictures:
             return np.mean(frames, axis=0, dtype=np.float32)
 
         noise = scene.sensor.noise * np.sqrt(2 / FRAMES)
-        self.zero = Zero(mean(), noise)
+        self.zero = ReferenceFrame(mean(), noise)
         self.images = [mean(touch) for touch in touches]
         whole = rig.load("paper-bench", {"estimator": {"kind": "pattern"}})
         self.bench = build_bench(whole, lambda done, total: None)
         self.chain, self.strain = self.bench.prepare(self.zero)
         watch, rest = Stopwatch(lambda: 0.0), live.at_rest(self.chain)
-        self.sensed = [live.sense(self.chain, image, rest, watch) for image in self.images]
+        self.sensed = [live.estimate_frame(self.chain, image, rest, watch) for image in self.images]
 
     def by_net(self, net, steps):
         """Errors of a net, (N,) mm."""

@@ -5,11 +5,11 @@ from paper_sets import Effort, Figures, pressed, several
 from paper_table import Figure
 
 import models
-from models import batches
-from models.net import NetOptions, predict
-from models.recipe import Recipe
-from models.refine import refine
-from models.train import train
+from models.nets import batches
+from models.nets.net import NetOptions, predict
+from models.nets.recipe import Recipe
+from models.nets.refine import refine
+from models.nets.train import train_net
 
 # σ over the root mean square strain of a unit touch: of the test, and between which it is drawn in
 # training. An estimate moves with the noise in the same way at every level, best learnt from much.
@@ -28,11 +28,11 @@ def bound(effort: Effort) -> Figures:
     for seed in range(effort.seeds):
         rng = np.random.default_rng(seed)
         stream = batches.estimated(pool, gain, (TAUGHT[0] * unit, TAUGHT[1] * unit), 512, rng)
-        net = train(first, test, options, recipe, rng, batches=stream).net
+        net = train_net(first, test, options, recipe, rng, batches=stream).net
         for level in LEVELS:
             sigma = level * unit
-            seen = next(batches.noisy(iter([test]), sigma, rng))
-            forward = models.gauges(answer, sigma)
+            seen = next(batches.noisy_batches(iter([test]), sigma, rng))
+            forward = models.gauge_forward(answer, sigma)
             for what, value in _over_bound(forward, predict(net, seen.strain), seen):
                 what = f"noise {level:.0%}: {what}"
                 yield Figure("trained with noise", what, "", recipe.epochs, seed, value)

@@ -17,11 +17,11 @@ mpl.use("Agg")
 from matplotlib import pyplot as plt
 
 import rig
-from models import store
-from models.net import predict
-from models.score import position_error
-from rig.lesson import lesson
-from rig.simulated import simulate
+from models.nets import store
+from models.nets.net import predict
+from models.scores.score import position_error
+from rig.training.data import simulate_sets
+from rig.training.plan import training_plan
 
 CURVES = {
     "3D": ("spacing (3D)", r"Ls (?P<line>\d+), Lt (?P<x>\d+)", "Ls {} mm", "Lt, mm"),
@@ -95,9 +95,9 @@ def magnitudes(folder):
 
 def of_net(folder, path):
     """Draw the training, the places and the histogram of one net."""
-    trained, about = store.load(path)
-    sets = simulate(
-        lesson(rig.scene.Scene.model_validate(about["scene"])), lambda done, total: None
+    trained, about = store.load_net(path)
+    sets = simulate_sets(
+        training_plan(rig.scene.Scene.model_validate(about["scene"])), lambda done, total: None
     )
     told = predict(trained.net, sets.test.strain)
     local = position_error(sets.validation.targets, predict(trained.net, sets.validation.strain))

@@ -8,12 +8,13 @@ import numpy as np
 from paper_sets import Effort, Figures, errors, sets
 from paper_table import Figure
 
-from models import alternatives, dataset, regression
-from models.net import NetOptions
-from models.recipe import BEST, BEST_NET, Recipe
-from models.score import position_error
-from models.train import train
-from models.tune import tune
+from models.data import dataset
+from models.nets import baselines, regression
+from models.nets.net import NetOptions
+from models.nets.recipe import BEST, BEST_NET, Recipe
+from models.nets.train import train_net
+from models.nets.tune import tune_net
+from models.scores.score import position_error
 
 
 def one(effort: Effort) -> Figures:
@@ -23,7 +24,7 @@ def one(effort: Effort) -> Figures:
         data = sets(f"gauges.reading={reading}")
         for seed in range(effort.seeds):
             rng = np.random.default_rng(seed)
-            net = train(data.training, data.validation, NetOptions(), recipe, rng).net
+            net = train_net(data.training, data.validation, NetOptions(), recipe, rng).net
             watched, tested = errors(net, data.validation), errors(net, data.test)
             for what, paper, value in (
                 ("training loss, mm", "< 0.3", errors(net, data.training).mean()),
@@ -44,7 +45,7 @@ def best(effort: Effort) -> Figures:
     data = sets()
     for seed in range(effort.seeds):
         began, rng = time.process_time(), np.random.default_rng(seed)
-        net = train(data.training, data.validation, BEST_NET, BEST, rng).net
+        net = train_net(data.training, data.validation, BEST_NET, BEST, rng).net
         spent, tested = time.process_time() - began, errors(net, data.test)
         for what, value in (
             ("3000 random: loss, mm", tested.mean()),
@@ -66,7 +67,7 @@ def without(effort: Effort) -> Figures:
         for seed in range(effort.seeds):
             rng = np.random.default_rng(seed)
             tested = errors(
-                train(data.training, data.validation, options, recipe, rng).net, data.test
+                train_net(data.training, data.validation, options, recipe, rng).net, data.test
             )
             what = f"{name}: 3000 random: loss, mm"
             yield Figure("best recipe changed", what, "", BEST.epochs, seed, tested.mean())
@@ -84,7 +85,7 @@ def other(effort: Effort) -> Figures:
     ):
         yield from _tested(fit.__name__.replace("_", " "), paper, 0, 0, fit(data.training), data)
     epochs = effort.epochs(10000)
-    for fit in (alternatives.convolutional, alternatives.adversarial):
+    for fit in (baselines.convolutional, baselines.adversarial):
         for seed in range(effort.seeds):
             predictor = fit(data.training, epochs, seed)
             yield from _tested(f"{fit.__name__} net", "worse", epochs, seed, predictor, data)
@@ -103,7 +104,7 @@ def noise(effort: Effort) -> Figures:
     unit = np.sqrt(np.mean(data.training.strain**2))
     for seed in range(effort.seeds):
         rng = np.random.default_rng(seed)
-        net = train(data.training, data.validation, NetOptions(), recipe, rng).net
+        net = train_net(data.training, data.validation, NetOptions(), recipe, rng).net
         for share in (0.0, 0.01, 0.03, 0.1):
             error = share * unit * rng.normal(size=data.test.strain.shape)
             for load in (1, 2, 5, 10):
@@ -130,7 +131,7 @@ def _spaced(pairs, effort: Effort) -> Figures:
         data = sets(f"gauges.spacing={apart} mm", f"training.spacing={touches} mm")
         for seed in range(effort.seeds):
             rng = np.random.default_rng(seed)
-            net = train(data.training, data.validation, NetOptions(), recipe, rng).net
+            net = train_net(data.training, data.validation, NetOptions(), recipe, rng).net
             paper = {(5, 5): "0.38", (1, 1): "0.06"}.get((apart, touches), "")
             what = f"Ls {apart}, Lt {touches} mm: loss, mm"
             value = errors(net, data.test).mean()
@@ -143,11 +144,11 @@ def search(effort: Effort) -> Figures:
 
     def judge(layers):
         rng = np.random.default_rng(0)
-        net = train(data.training, data.validation, NetOptions(layers), recipe, rng).net
+        net = train_net(data.training, data.validation, NetOptions(layers), recipe, rng).net
         return errors(net, data.validation).mean()
 
     for seed in range(effort.seeds):
-        losses = [candidate.loss for candidate in tune(judge, 50, seed=seed)]
+        losses = [candidate.loss for candidate in tune_net(judge, 50, seed=seed)]
         for what, paper, value in (
             ("best of 50: validation loss, mm", "0.24", losses[0]),
             ("median of 50: validation loss, mm", "0.30", np.median(losses)),

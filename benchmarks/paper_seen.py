@@ -17,13 +17,14 @@ import dic
 import fe
 import rig
 import synthetic
-from models import batches, dataset, ring
-from models.answer import see
-from models.dataset import Dataset
-from models.net import NetOptions, predict
-from models.recipe import Recipe
-from models.score import position_error
-from models.train import train
+from models.data import dataset, gauge_layout
+from models.data.dataset import Dataset
+from models.forward.simulator import through_camera
+from models.nets import batches
+from models.nets.net import NetOptions, predict
+from models.nets.recipe import Recipe
+from models.nets.train import train_net
+from models.scores.score import position_error
 
 SYSTEM = "seen by a camera"
 FORCE = 1.0  # N
@@ -71,19 +72,23 @@ def seen(effort: Effort) -> Figures:
 
 def _train(view: View, pictures: Dataset | None, recipe: Recipe, rng):
     """Return a net that learns from a view, with a share of pictures among it if there are any."""
-    stream = batches.noisy(batches.shuffled(view.pool, 512, rng), view.root, rng)
+    stream = batches.noisy_batches(batches.shuffled_batches(view.pool, 512, rng), view.root, rng)
     if pictures is not None:
-        stream = batches.mixed(stream, batches.shuffled(pictures, round(512 * SHARE), rng))
-    first = next(batches.noisy(iter([view.pool]), view.root, rng))
-    return train(first, view.test, NetOptions((128, 128), "silu"), recipe, rng, batches=stream).net
+        stream = batches.mixed_batches(
+            stream, batches.shuffled_batches(pictures, round(512 * SHARE), rng)
+        )
+    first = next(batches.noisy_batches(iter([view.pool]), view.root, rng))
+    return train_net(
+        first, view.test, NetOptions((128, 128), "silu"), recipe, rng, batches=stream
+    ).net
 
 
 def _view(plate: fe.Plate, camera: synthetic.AnyCamera) -> View:
     rng, modes, top = np.random.default_rng(0), fe.modes(plate, MODES), plate.thickness / 2
-    places = ring.inside_edges(plate.size)
+    places = gauge_layout.gauges_inside_edges(plate.size)
     px = np.rint(camera.project(np.column_stack([places, np.full(len(places), top)])))
     gauges = synthetic.strain_gauges(px, SUBSET, window=1)
-    unit = see(modes, camera, gauges)
+    unit = through_camera(modes, camera, gauges)
 
     def read(places):
         return FORCE * unit(places).reshape(len(places), -1)
@@ -103,7 +108,7 @@ def _view(plate: fe.Plate, camera: synthetic.AnyCamera) -> View:
     test = touched(TESTED)
     return View(
         touched(POOL),
-        next(batches.noisy(iter([test]), root, rng)),
+        next(batches.noisy_batches(iter([test]), root, rng)),
         root,
         *(
             Dataset(correlate(each.targets), each.targets)

@@ -17,8 +17,8 @@ from bars import Part, Row, beside, show, timed, times
 import fe
 import models
 import synthetic
-from dic.tiles import TileReference, prepare_tiles, tile_sums
-from models.matching import match
+from dic.tiles.tiles import TileReference, prepare_tiles, tile_sums
+from models.scores.matching import match
 
 SENSOR = synthetic.Sensor(noise=2.0)
 NOISE = np.sqrt(SENSOR.noise**2 + 1 / 12)  # with the rounding to whole grey levels
@@ -63,14 +63,14 @@ def sense(pattern, search, image, start=(), passes=3, masked=True):
     """Touches in a picture, moved and masked anew in each pass, and the search used last."""
     motion = pattern.still()
     if len(start):
-        motion[: pattern.count] = pattern.motions.pressed(start[:, :2], start[:, 2])
+        motion[: pattern.count] = pattern.motions.modal_amplitudes(start[:, :2], start[:, 2])
     for _ in range(passes):
         sums = tile_sums(pattern.reference, image, pattern.motions.flow(motion))
         if masked:
             sight = pattern.hiding(models.hidden_tiles(pattern.reference, sums, AGAINST))
             if sight is not pattern:
-                pattern, search = sight, models.renewed(search, sight.forward(AGAINST))
-        right = pattern.right_side(sums, motion)
+                pattern, search = sight, models.with_forward(search, sight.forward(AGAINST))
+        right = pattern.gradient(sums, motion)
         estimate = models.find(pattern.whiten(right, AGAINST), search, start=start, most=3)
         start = np.column_stack([estimate.xy, estimate.force])
         motion = pattern.amplitudes(estimate, right)
@@ -82,15 +82,15 @@ def small_rows(share) -> Iterator[Row]:
     bench, count = stand(2.0, 1024), max(int(50 * share), 10)
     modes = fe.modes(bench.plate, MODES)
     height = bench.plate.thickness / 2
-    motions = models.see_motions(modes, bench.camera, height, bench.reference.tiles)
-    pattern = models.see_pattern(motions, bench.reference)
-    search = models.prepare_search(pattern.forward(AGAINST))
+    motions = models.prepare_motions(modes, bench.camera, height, bench.reference.tiles)
+    pattern = models.prepare_pattern(motions, bench.reference)
+    search = models.prepare_candidates(pattern.forward(AGAINST))
     span = (SENSOR.white - SENSOR.black) * SENSOR.top
     still = span * bench.light(np.zeros((len(bench.warper.points), 3)))
     fine = models.pixel_level(modes, bench.camera, height, still)
     linear = fe.Linear(bench.plate, fe.grid(bench.plate, 64))
     # A palm from a corner, over a tenth of the picture.
-    palm = synthetic.Hand(np.array([(540.0, -50.0), (1080.0, -50.0), (1080.0, 540.0)]), 0.5)
+    palm = synthetic.Occluder(np.array([(540.0, -50.0), (1080.0, -50.0), (1080.0, 540.0)]), 0.5)
     cases = {
         "still": (None, (0.0, 0.0), "≤ 1.15"),
         "camera shifted by 0.3 px": (None, (0.3, 0.0), "no change"),
@@ -126,11 +126,11 @@ def time_rows(share) -> Iterator[Row]:
     """Follow one touch; hidden tiles are looked for in each frame."""
     for pixels, plain, warped in ((1024, "≤ 6 ms", "≤ 20 ms"), (2048, "≤ 14 ms", "≤ 70 ms")):
         bench = stand(2.0, pixels)
-        motions = models.see_motions(
+        motions = models.prepare_motions(
             fe.modes(bench.plate, MODES), bench.camera, 1.0, bench.reference.tiles
         )
-        pattern = models.see_pattern(motions, bench.reference)
-        search = models.prepare_search(pattern.forward(NOISE))
+        pattern = models.prepare_pattern(motions, bench.reference)
+        search = models.prepare_candidates(pattern.forward(NOISE))
         # What does not move by more than a fraction of a pixel needs no warp.
         for force, name, bar in ((0.3, "no warp", plain), (3.0, "one warp", warped)):
             moved = fe.deflect(bench.plate, [fe.Touch(150.0, 100.0, force)])
@@ -139,7 +139,7 @@ def time_rows(share) -> Iterator[Row]:
             start = np.array([[150.3, 99.7, 0.97 * force]])
             motion = pattern.still()
             if name == "one warp":
-                motion[: pattern.count] = motions.pressed(start[:, :2], start[:, 2])
+                motion[: pattern.count] = motions.modal_amplitudes(start[:, :2], start[:, 2])
             work = partial(_frame, pattern, search, image, motion, start)
             yield f"{pixels}², {name}: a frame", _median(work), bar
         mask = partial(_masked, pattern, search)
@@ -150,13 +150,13 @@ def _frame(pattern, search, image, motion, start):
     flow = pattern.motions.flow(motion) if motion.any() else None
     sums = tile_sums(pattern.reference, image, flow)
     models.hidden_tiles(pattern.reference, sums, NOISE)
-    white = pattern.whiten(pattern.right_side(sums, motion), NOISE)
+    white = pattern.whiten(pattern.gradient(sums, motion), NOISE)
     return models.find(white, search, start=start)
 
 
 def _masked(pattern, search):
     hidden = np.arange(len(pattern.hidden)) < len(pattern.hidden) // 10
-    return models.renewed(search, pattern.hiding(hidden).forward(NOISE))
+    return models.with_forward(search, pattern.hiding(hidden).forward(NOISE))
 
 
 def _median(work, repeats=30):
@@ -167,12 +167,12 @@ def _median(work, repeats=30):
 def large_rows(clamped, share) -> Iterator[Row]:
     """Touches of 0.5 to 5 N on a plate of 1 mm; the frame before was pressed a tenth less."""
     bench, count = stand(1.0, 1024, EDGES[clamped]), max(int(10 * share), 4)
-    plate = models.large_plate(fe.reduce(bench.plate), MODES)
-    see = partial(models.see_motions, plate.modes, bench.camera, 0.5, bench.reference.tiles)
+    plate = models.large_plate(fe.reduced_plate(bench.plate), MODES)
+    see = partial(models.prepare_motions, plate.modes, bench.camera, 0.5, bench.reference.tiles)
     ways = {}
     for name, motions in (("reduced plate", see(plate)), ("linear", see())):
-        pattern = models.see_pattern(motions, bench.reference)
-        ways[name] = pattern, models.prepare_search(pattern.forward(AGAINST))
+        pattern = models.prepare_pattern(motions, bench.reference)
+        ways[name] = pattern, models.prepare_candidates(pattern.forward(AGAINST))
     mesh = fe.grid(bench.plate, 40)
     for number, place_bar, time_bar in ((1, "≤ 0.3 mm", "≤ 20 ms"), (2, "≤ 0.6 mm", "≤ 60 ms")):
         rng, found = np.random.default_rng(number), {name: [] for name in ways}

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fe
-from fe.functional import derivative
-from models.ring import inside_edges, on_edges
+from fe.elements.functional import derivative
+from models.data.gauge_layout import gauges_inside_edges, gauges_on_edges
 from tests.fe.levy import levy
 
 PAPER = fe.Plate((100.0, 100.0), thickness=1.0, young=3000.0, poisson=0.3)
@@ -26,8 +26,8 @@ PAPER = fe.Plate((100.0, 100.0), thickness=1.0, young=3000.0, poisson=0.3)
 # the diagonals, so the 45 of one eighth stand for all.
 EIGHTH = [(x, y) for x in np.arange(10.0, 51.0, 5.0) for y in np.arange(10.0, x + 1.0, 5.0)]
 RINGS = {
-    "on the edges (reading B)": on_edges(PAPER.size),
-    "5 mm inside (reading A)": inside_edges(PAPER.size),
+    "on the edges (reading B)": gauges_on_edges(PAPER.size),
+    "5 mm inside (reading A)": gauges_inside_edges(PAPER.size),
 }
 # Deflection under a load on the clamped and the supported square, times D/(P a²): double series.
 SQUARES = {
@@ -162,7 +162,7 @@ def rate_rows() -> Iterator[Row]:
     far = far[np.hypot(*(far - 50.0).T) > 20.0]
     touch = fe.Touch(50.0, 50.0, 1.0)
 
-    def rate(read: Callable[[fe.State], NDArray[np.float64]]) -> str:
+    def rate(read: Callable[[fe.LinearState], NDArray[np.float64]]) -> str:
         values = [read(fe.deflect(PAPER, [touch], fe.Mesh(PAPER.size, (n, n)))) for n in COUNTS]
         coarse, fine = (np.linalg.norm(value - values[-1]) for value in values[:2])
         return f"h^{np.log2(coarse / fine):.2f}"
@@ -173,10 +173,10 @@ def rate_rows() -> Iterator[Row]:
     yield Row("strain, second derivative of the element", rate(plain_strain(far)), "2")
 
 
-def plain_strain(xy: NDArray[np.float64]) -> Callable[[fe.State], NDArray[np.float64]]:
+def plain_strain(xy: NDArray[np.float64]) -> Callable[[fe.LinearState], NDArray[np.float64]]:
     """Read curvatures (K, 2) as the element has them, without recovery."""
 
-    def read(state: fe.State) -> NDArray[np.float64]:
+    def read(state: fe.LinearState) -> NDArray[np.float64]:
         return np.concatenate(
             [derivative(state.mesh, xy, p, q).of(state.values) for p, q in ((2, 0), (0, 2))]
         )
@@ -186,7 +186,9 @@ def plain_strain(xy: NDArray[np.float64]) -> Callable[[fe.State], NDArray[np.flo
 
 def cost_rows() -> Iterator[Row]:
     """Influence of 72 gauges in a process of its own, then 289 single solves in another."""
-    made = "import fe, models.ring as r; p = fe.Plate((100.0, 100.0), 1.0, 3000.0, 0.3)"
+    made = (
+        "import fe, models.data.gauge_layout as r; p = fe.Plate((100.0, 100.0), 1.0, 3000.0, 0.3)"
+    )
     influence = alone(made, "fe.influence(p, r.on_edges(p.size))")
     singles = alone(
         made + "; s = fe.Linear(p, fe.default_mesh(p))",

@@ -18,16 +18,16 @@ import fe
 import models
 import rig
 import synthetic
-from dic.tiles import lay_tiles
-from models import ring
-from models.from_presses import correct
-from rig import live
-from rig.bench import plate_modes
-from rig.calibration.alignment import Alignment, align
+from dic.tiles.tiles import lay_tiles
+from models.data import gauge_layout
+from models.design.press_calibration import correct_by_presses
 from rig.calibration.presses import fit_presses
-from rig.script import asked
-from rig.stopwatch import Stopwatch
-from rig.zero import take_zero
+from rig.live import chain as live
+from rig.live.alignment import Alignment, align
+from rig.live.baseline import average_reference
+from rig.plates.cached import plate_modes
+from rig.sources.script import asked
+from rig.system.timing import Stopwatch
 
 SOFTER, GAIN, PLACE = 1.1, 0.02, 0.5  # stiffness, gain as a share, place in mm
 PRESSES, FRAMES, REFERENCE = 20, 8, 16
@@ -47,7 +47,7 @@ def rms(found: np.ndarray, true: np.ndarray) -> np.ndarray:
 
 def gauges(rng: np.random.Generator, count: int) -> Iterator[np.ndarray]:
     """Errors of the model as it is, mended, and right, of gauges 15 mm from the edges."""
-    mesh, places = fe.grid(PLATE, 40), ring.inside_edges(PLATE.size, 15.0, 15.0)
+    mesh, places = fe.grid(PLATE, 40), gauge_layout.gauges_inside_edges(PLATE.size, 15.0, 15.0)
     assumed = fe.influence(PLATE, places, mesh)
     moved = fe.influence(PLATE, places + rng.normal(0, PLACE, places.shape), mesh)
     factor = SOFTER * (1 + rng.normal(0, GAIN, len(places)))
@@ -90,7 +90,7 @@ def chain(plate: fe.Plate, camera: synthetic.Camera, zero, tile: int, modes: int
     """Prepare what the live loop makes of a reference, if plate and camera are as given."""
     tiles = lay_tiles((camera.size[1], camera.size[0]), tile)
     shapes = plate_modes(plate, modes, lambda done, total: None)
-    motions = models.see_motions(shapes, camera, plate.thickness / 2, tiles)
+    motions = models.prepare_motions(shapes, camera, plate.thickness / 2, tiles)
     return live.prepare_chain(zero, motions, 1)
 
 
@@ -107,7 +107,7 @@ def pattern(rng: np.random.Generator, count: int, off: float = 1.0) -> Iterator[
     soft = replace(plate, young=plate.young / (1 + off * (SOFTER - 1)))
     warper = synthetic.prepare_warp(scene.pattern.build(scene.plate), seen, plate.thickness / 2)
     eye = Eye(fe.Linear(soft, fe.grid(soft, 64)), warper, scene.sensor.build(), rng)
-    zero = take_zero([eye.picture() for _ in range(REFERENCE)])
+    zero = average_reference([eye.picture() for _ in range(REFERENCE)])
     parts = zero, scene.dic.tile, scene.estimator.modes
     assumed, right = chain(plate, view, *parts), chain(soft, seen, *parts)
     known = np.array([(t.x, t.y, t.force) for t in asked(plate.size, (2.0, 4.0), 0)][:PRESSES])
@@ -119,7 +119,7 @@ def pattern(rng: np.random.Generator, count: int, off: float = 1.0) -> Iterator[
     yield rms(raw, fresh)
     yield rms(mapped(assumed, pictures, known).mend(raw), fresh)
     one = zero.noise / np.sqrt(1 + 1 / REFERENCE)  # of a frame
-    corrected = correct(
+    corrected = correct_by_presses(
         view,
         lambda camera: seen_by(assumed, camera),
         assumed.reference,
@@ -141,16 +141,18 @@ def mapped(assumed: live.Chain, pictures: list[list[np.ndarray]], known: np.ndar
     return align(tuple(fe.Touch(*touch) for touch in known.tolist()), found, sigma)
 
 
-def seen_by(assumed: live.Chain, camera: synthetic.Camera) -> models.Motions:
+def seen_by(assumed: live.Chain, camera: synthetic.Camera) -> models.ImageMotions:
     """See the motions of a chain by another camera."""
     motions = assumed.pattern.motions
     height = motions.modes.plate.thickness / 2
-    return models.see_motions(motions.modes, camera, height, motions.tiles)
+    return models.prepare_motions(motions.modes, camera, height, motions.tiles)
 
 
 def sense(chain: live.Chain, image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """x, y, F of the one touch in a picture, and their standard deviations."""
-    estimate = live.sense(chain, image, live.at_rest(chain), Stopwatch(lambda: 0.0)).estimate
+    estimate = live.estimate_frame(
+        chain, image, live.at_rest(chain), Stopwatch(lambda: 0.0)
+    ).estimate
     if estimate.count != 1:
         raise SystemExit(f"{estimate.count} touches found in a picture of one")
     return (

@@ -16,16 +16,16 @@ import numpy as np
 
 import fe
 import rig
-from rig import live
-from rig.bench import build_bench
-from rig.markers import draw_marks, fit_plate
+from rig.live import chain as live
+from rig.live.baseline import average_reference
+from rig.live.bench import build_bench
+from rig.live.view import look, marks
 from rig.projector.interference import interference
-from rig.projector.light import divided, see_light
+from rig.projector.light_map import divided, see_light
+from rig.projector.markers import draw_marks, fit_plate
 from rig.projector.modes import placed
-from rig.stopwatch import Stopwatch
-from rig.twin import build_twin
-from rig.view import look, marks
-from rig.zero import take_zero
+from rig.sources.twin import build_twin
+from rig.system.timing import Stopwatch
 
 SENSOR_DARK = 51.0  # grey levels that the twin's sensor reads without light
 PROJECTOR = (1280, 800)
@@ -44,7 +44,7 @@ def find(chain, image, start):
     """Touch in a frame, begun from where it was in the last one."""
     state = live.at_rest(chain)
     for _ in range(2):
-        found = live.sense(chain, image, state, Stopwatch(time.monotonic))
+        found = live.estimate_frame(chain, image, state, Stopwatch(time.monotonic))
         state = found.state
     return found.estimate
 
@@ -58,7 +58,7 @@ def main() -> None:
     twin, bench = build_twin(scene), build_bench(scene, lambda done, total: None)
     dark = np.ones(twin.warper.light.shape, np.float32)
     rest = [photograph(twin, (), dark, (9, k)) for k in range(scene.dic.reference_frames)]
-    chain = live.prepare_chain(take_zero(rest), bench.motions, 1)
+    chain = live.prepare_chain(average_reference(rest), bench.motions, 1)
     screen = fit_plate(PROJECTOR, bench.plate.size)
     view = look(bench.plate, bench.camera, bench.height)
     map_ = see_light(screen, view.T_px_plate, bench.camera.size, given.strength, SENSOR_DARK)

@@ -151,7 +151,7 @@ def main(elements, states, times):
     for name, edges in EDGES.items():
         plate = fe.Plate((SIDE, SIDE), thickness=1.0, young=3000.0, poisson=0.38, edges=edges)
         began = time.process_time()
-        reduced = fe.reduce(plate)
+        reduced = fe.reduced_plate(plate)
         taken = time.process_time() - began
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
         stored = sum(array.nbytes for array in reduced.arrays().values()) / 2**20

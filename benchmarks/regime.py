@@ -1,4 +1,4 @@
-"""Print how far linear theory is off against the shell, and what `fe.regime` says without it.
+"""Print how far linear theory is off against the shell, and what `fe.linear_range` says without it.
 
 Usage: ``python benchmarks/regime.py [ELEMENTS]``, elements of the shell along the longer side.
 The plate is PVC, 254 x 254 x 1 mm; the touch presses where it gives most. Both errors are relative:
@@ -13,7 +13,7 @@ import time
 import numpy as np
 
 import fe
-from fe.linear_range import regime
+from fe.linear.linear_range import linear_range
 from fe.shell import solve
 
 ELEMENTS = 24
@@ -50,11 +50,11 @@ def measured(plate, said, elements):
 
 def force_for(plate, ratio):
     """Force that deflects the plate to w/h = `ratio`, N, by halving."""
-    low = ratio * 1e-6 / regime(plate, 1e-6).ratio
+    low = ratio * 1e-6 / linear_range(plate, 1e-6).ratio
     high = 200.0 * low
     for _ in range(20):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if regime(plate, middle).ratio < ratio else (low, middle)
+        low, high = (middle, high) if linear_range(plate, middle).ratio < ratio else (low, middle)
     return low
 
 
@@ -63,14 +63,14 @@ def seconds(plate):
     taken = []
     for _ in range(REPEATS):
         began = time.perf_counter()
-        regime(plate, 1.0)
+        linear_range(plate, 1.0)
         taken.append(time.perf_counter() - began)
     return np.median(taken), np.ptp(taken)
 
 
 def main(elements):
     """Print one block for each way of holding the plate."""
-    regime(PVC, 1.0)
+    linear_range(PVC, 1.0)
     print(f"shell on {elements} x {elements} elements")
     print("   force N   w/h said   w/h shell   error said   error of linear theory")
     for name, edges in EDGES.items():
@@ -78,7 +78,7 @@ def main(elements):
         median, spread = seconds(plate)
         print(f"{name}: regime in {median:.3f} s, spread {spread:.3f} s")
         for ratio in RATIOS:
-            said = regime(plate, force_for(plate, ratio))
+            said = linear_range(plate, force_for(plate, ratio))
             row = f"{said.force:10.4f} {said.ratio:10.3f}"
             if found := measured(plate, said, elements):
                 row += f" {found[0]:11.3f} {100 * said.error:10.2f} % {100 * found[1]:10.2f} %"

@@ -13,14 +13,14 @@ from bars import Part, Row, beside, show, timed, times
 
 import fe
 import models
-from models.matching import match
-from models.ring import inside_edges
+from models.data.gauge_layout import gauges_inside_edges
+from models.scores.matching import match
 
 PLATE = fe.Plate((100.0, 100.0), 1.0, 3000.0, 0.3)
 MARGIN = 10.0  # mm, between the touches and the edges
 APART = 5.0  # mm
 FORCE = (1.0, 10.0)  # N
-INFLUENCE = fe.influence(PLATE, inside_edges(PLATE.size))
+INFLUENCE = fe.influence(PLATE, gauges_inside_edges(PLATE.size))
 LATTICE = np.stack(np.meshgrid(*2 * [np.arange(10.0, 91.0, 5.0)]), axis=-1).reshape(-1, 2)
 UNIT = np.sqrt(np.mean(INFLUENCE.strain(LATTICE) ** 2))  # rms strain of a touch of 1 N
 
@@ -36,7 +36,7 @@ def draw(rng, count):
 
 def prepared(noise):
     """Search at a noise of `noise` times the rms strain of a touch of 1 N."""
-    return models.prepare_search(models.gauges(INFLUENCE, noise * UNIT))
+    return models.prepare_candidates(models.gauge_forward(INFLUENCE, noise * UNIT))
 
 
 def measured(forward, touches, rng=None):
@@ -150,7 +150,7 @@ def robust_rows(share) -> Iterator[Row]:
         figure = f"{right / hard:.1%}; count {counted / hard:.1%}; {np.median(spent):.0f} ms"
         yield f"20 % false by 30 σ, {count} touches: within 1 mm", figure, "≥ 98 %"
     lost = np.repeat(INFLUENCE.gauges[:, :1] > 94.0, 3, axis=1)
-    partial = models.prepare_search(models.gauges(INFLUENCE, 0.01 * UNIT, lost))
+    partial = models.prepare_candidates(models.gauge_forward(INFLUENCE, 0.01 * UNIT, lost))
     for count in (1, 2, 3):
         rng, right, tried = np.random.default_rng(count), 0, 0
         while tried < scenes:

@@ -12,14 +12,14 @@ from stiff import case
 import fe
 import rig
 from models import Estimate
-from rig.bench import Bench, build_bench
-from rig.follow import Follower
+from rig.live.baseline import average_reference
+from rig.live.bench import Bench, build_bench
+from rig.live.tracker import FrameProcessor
 from rig.report.figure import Figure
-from rig.source import Frame
-from rig.stopwatch import Stopwatch
-from rig.twin import Twin, build_twin
-from rig.zero import take_zero
-from synthetic import Hand
+from rig.sources.twin import Twin, build_twin
+from rig.system.frame import Frame
+from rig.system.timing import Stopwatch
+from synthetic import Occluder
 
 SMALL = {
     "plate.size": [254, 203],
@@ -31,7 +31,7 @@ SMALL = {
     "comparison": None,
 }
 PRESS, NEAR = fe.Touch(80.0, 120.0, 2.5), fe.Touch(83.0, 120.0, 2.5)
-ARM = Hand(np.array([(190.0, -20.0), (410.0, -20.0), (410.0, 340.0), (190.0, 340.0)]), 0.45)
+ARM = Occluder(np.array([(190.0, -20.0), (410.0, -20.0), (410.0, 340.0), (190.0, 340.0)]), 0.45)
 FRAMES = 12  # after the change; the last one counts
 SIGMAS, BAR = 5.0, "right within 5 σ, or said"
 PLAIN = ("no touch", "one touch", "2 touches")  # sentences without a doubt
@@ -71,8 +71,8 @@ def pressed(
     name: str, bench: Bench, twin: Twin, touches: tuple[fe.Touch, ...], change: Change
 ) -> Iterator[Figure]:
     """Follow spoilt pictures of touches; what the last of them says counts."""
-    follower = Follower(
-        bench, take_zero([twin.frame(k, ()) for k in range(16)]), Stopwatch(time.monotonic),
+    follower = FrameProcessor(
+        bench, average_reference([twin.frame(k, ()) for k in range(16)]), Stopwatch(time.monotonic),
         time.monotonic,
     )  # fmt: skip
     for number in range(20, 20 + FRAMES):
@@ -81,12 +81,12 @@ def pressed(
     said, found = follower.sentence(seen.sensed), seen.sensed.estimate
     truth = np.array([(touch.x, touch.y, touch.force) for touch in touches])
     right, sure = compared(found, truth, trace(follower, truth))
-    doubted = bool(seen.sensed.trouble) or said not in PLAIN
+    doubted = bool(seen.sensed.unusable_reason) or said not in PLAIN
     reason = f"{len(touches) or 'no'} touch{'es' * (len(touches) > 1)}"
     return case(name, reason, right, said, bar=BAR, met=sure or doubted)
 
 
-def trace(follower: Follower, truth: np.ndarray) -> float:
+def trace(follower: FrameProcessor, truth: np.ndarray) -> float:
     """How far touches stand out of the noise of a picture, in its σ."""
     if not len(truth):
         return 0.0

@@ -6,7 +6,7 @@ from stiff import case
 from stiff_plates import known
 
 import fe
-from fe.mesh import borders
+from fe.elements.mesh import borders
 from fe.shell import Base, Shell, Verdict
 from rig.report.figure import Figure
 from tests.fe.elastica import elastica
@@ -98,7 +98,7 @@ def trusted() -> Iterator[Figure]:
     """Press a reduced plate within and beyond the forces that it was made for."""
     plate = fe.Plate((90.0, 70.0), 1.0, YOUNG, 0.3)
     mesh = fe.Mesh(plate.size, (24, 18), borders(plate))
-    reduced = fe.reduce(plate, mesh, force=10.0)
+    reduced = fe.reduced_plate(plate, mesh, force=10.0)
     for force, wanted in (
         (10.0, fe.Trust.TRAINED),
         (100.0, fe.Trust.BEYOND),

@@ -55,8 +55,8 @@ def correlation() -> Iterator[Figure]:
 
 def solver() -> Iterator[Figure]:
     """Compare a tracked frame of 72 gauges with SciPy's least squares on the same model."""
-    forward = models.gauges(INFLUENCE, STRAIN_NOISE)
-    search = models.prepare_search(forward)
+    forward = models.gauge_forward(INFLUENCE, STRAIN_NOISE)
+    search = models.prepare_candidates(forward)
     for count in (1, 4):
         rng, spent, errors = np.random.default_rng(count), ([], []), ([], [])
         for scene in range(SCENES):

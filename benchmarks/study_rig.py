@@ -13,7 +13,7 @@ import page as seen
 import presses as pressed
 from study import line, run
 
-from rig.follow import LATENCY
+from rig.live.tracker import LATENCY
 from rig.report.figure import Figure
 
 MINUTES = 10.0

@@ -21,13 +21,13 @@ import fe
 import models
 import rig
 import synthetic
-from dic.spline import coefficients, gradient
+from dic.images.spline import spline_coefficients, spline_gradient
 from models.estimate import Estimate
-from rig import live
-from rig.bench import build_bench
-from rig.stopwatch import Stopwatch
-from rig.twin import Twin, build_twin
-from rig.zero import take_zero
+from rig.live import chain as live
+from rig.live.baseline import average_reference
+from rig.live.bench import build_bench
+from rig.sources.twin import Twin, build_twin
+from rig.system.timing import Stopwatch
 
 INSET = 25.0  # mm from an edge
 FORCE = (2.0, 4.0)  # N
@@ -103,11 +103,11 @@ def random_touches(bench, twin, bound, count) -> tuple[np.ndarray, np.ndarray]:
 def _estimates(bench, twin: Twin, script) -> Iterator[Estimate]:
     """Take the reference, then estimate a frame for each entry of the script."""
     images = [twin.frame(n, ()) for n in range(REFERENCE)]
-    chain, _ = bench.prepare(take_zero(images))
+    chain, _ = bench.prepare(average_reference(images))
     state, watch = live.at_rest(chain), Stopwatch(lambda: 0.0)
     for n, touches in enumerate(script):
         image = twin.frame(1000 + n, touches)
-        sensed = live.sense(chain, image, state, watch)
+        sensed = live.estimate_frame(chain, image, state, watch)
         estimate, state = sensed.estimate, sensed.state
         yield estimate
 
@@ -163,7 +163,7 @@ def shift_rows() -> Iterator[Row]:
 
 def _floor(picture: np.ndarray, noise: float) -> float:
     """√2 σ / √SSSIG at subset 21, order 1, with the full 6 x 6 Hessian, px."""
-    fx, fy = gradient(coefficients(picture))
+    fx, fy = spline_gradient(spline_coefficients(picture))
     half, step, variances = 10, 25, []
     eta, xi = np.mgrid[-half : half + 1, -half : half + 1]
     shape = np.stack([np.ones_like(xi), xi, eta]).reshape(3, -1)

@@ -1,5 +1,6 @@
 """The house itself: flat packages with generic names, found in this tree and nowhere else."""
 
+import ast
 import importlib
 import importlib.metadata
 import tomllib
@@ -34,6 +35,23 @@ def test_a_door_is_not_hidden_by_the_file_of_its_name(name):
         module = importlib.import_module(f"{name}.{path.stem}")
         if path.stem in package.__all__ and hasattr(module, path.stem):
             assert getattr(package, path.stem) is getattr(module, path.stem)
+
+
+@pytest.mark.parametrize("name", PACKAGES)
+def test_a_package_takes_from_others_what_they_offer(name):
+    for path in sorted((ROOT / name).rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                taken = [(alias.name, None) for alias in node.names]
+            elif isinstance(node, ast.ImportFrom):
+                taken = [(node.module or "", alias.name) for alias in node.names]
+            else:
+                continue
+            for module, public in taken:
+                if module.split(".")[0] not in set(PACKAGES) - {name}:
+                    continue
+                assert module in PACKAGES, f"{path}: {module} is inside a package"
+                assert public is None or public in importlib.import_module(module).__all__, path
 
 
 def test_tests_are_no_packages():

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fe
-from rig.calibration.alignment import Alignment, align
+from rig.live.alignment import Alignment, align
+from rig.live.snapshot import Mark
 from rig.scene import Scene
-from rig.script import asked
-from rig.snapshot import Mark
+from rig.sources.script import asked
 
 HOLD = 0.6  # s that a press must stand still; the second half counts, when a finger has settled
 STEADY = 0.05  # of the force, by which it may vary meanwhile, beside what its noise explains
@@ -155,7 +155,7 @@ def _still(before: NDArray, now: NDArray, sigma: NDArray) -> bool:
 
 
 @dataclass(frozen=True)
-class Score:
+class HeldOutScore:
     """Presses held out, one at a time: RMS errors as found, and as the others mend them.
 
     Places in mm, forces as shares; slips are not among them.
@@ -174,7 +174,7 @@ class Score:
         return after <= before
 
 
-def score(taken: Sequence[Taken]) -> tuple[Alignment, Score]:
+def score(taken: Sequence[Taken]) -> tuple[Alignment, HeldOutScore]:
     """Fit what known presses mend, and score each press by a fit to all others.
 
     Raises
@@ -195,7 +195,7 @@ def score(taken: Sequence[Taken]) -> tuple[Alignment, Score]:
         after[[index]] = part.mend(found[[index]])
     true = np.array([(press.x, press.y, press.force) for press in presses])
     before, after = (rms(given[fair], true[fair]) for given in (found, after))
-    return mended, Score(len(fair), before[0], after[0], before[1], after[1])
+    return mended, HeldOutScore(len(fair), before[0], after[0], before[1], after[1])
 
 
 def rms(found: NDArray, true: NDArray) -> tuple[float, float]:

@@ -11,14 +11,14 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 import synthetic
-from rig.calibration import gray
 from rig.calibration.guide import Progress
 from rig.calibration.latency import Latency, measure_latency
-from rig.calibration.projector import Light
+from rig.calibration.projector import ProjectorLight
 from rig.calibration.steps import light_of
+from rig.projector import gray_code
 from rig.projector.content import Content, Plain, Stripe
-from rig.scene.plate import Plate
-from rig.source import Frame
+from rig.scene.plate import PlateSection
+from rig.system.frame import Frame
 
 SETTLING = 0.5  # s from a new picture to the first frame that counts
 MEAN = 2  # frames of each picture
@@ -35,12 +35,12 @@ class StripesGuide:
     ----------
     camera : synthetic.Camera
         Calibrated, at the pose of the plate.
-    plate : Plate
+    plate : PlateSection
     size : (width, height) of the projector, px
     """
 
     camera: synthetic.Camera
-    plate: Plate
+    plate: PlateSection
     size: tuple[int, int]
     _images: list[NDArray] = field(default_factory=list)
     _series: list[NDArray] = field(default_factory=list)
@@ -49,7 +49,7 @@ class StripesGuide:
     @property
     def progress(self) -> Progress:
         """See `Guide`."""
-        wanted = gray.count(self.size)
+        wanted = gray_code.count(self.size)
         return Progress(
             "leave the plate alone and keep the light steady", len(self._images), wanted
         )
@@ -57,11 +57,11 @@ class StripesGuide:
     @property
     def shows(self) -> Content:
         """See `Guide`."""
-        return Stripe(min(len(self._images), gray.count(self.size) - 1))
+        return Stripe(min(len(self._images), gray_code.count(self.size) - 1))
 
     def see(self, frame: Frame) -> None:
         """See `Guide`."""
-        if len(self._images) == gray.count(self.size):
+        if len(self._images) == gray_code.count(self.size):
             return
         if self._since is None:
             self._since = frame.captured
@@ -76,9 +76,9 @@ class StripesGuide:
         """See `Guide`; all pictures are taken anew."""
         self._images, self._series, self._since = [], [], None
 
-    def result(self) -> Light | None:
+    def result(self) -> ProjectorLight | None:
         """See `Guide`."""
-        if len(self._images) < gray.count(self.size):
+        if len(self._images) < gray_code.count(self.size):
             return None
         return light_of(self._images, self.camera, self.plate, self.size)
 

@@ -10,20 +10,20 @@ import numpy as np
 from pydantic import Field, ValidationError
 
 import synthetic
-from rig.calibration.alignment import Alignment
 from rig.calibration.latency import Latency
 from rig.calibration.lens import Lens
 from rig.calibration.photon import Photon
 from rig.calibration.pose import Pose
-from rig.calibration.projector import Light
-from rig.markers import Screen
-from rig.projector.light import LightMap, see_light
+from rig.calibration.projector import ProjectorLight
+from rig.live.alignment import Alignment
+from rig.projector.light_map import LightMap, see_light
+from rig.projector.markers import Screen
 from rig.scene import Scene
 from rig.scene.section import Section
 
 AGE = timedelta(days=30)  # after which a bench has been bumped at least once
 Row = tuple[float, ...]
-Part = Lens | Pose | Light | Photon | Latency | Alignment
+Part = Lens | Pose | ProjectorLight | Photon | Latency | Alignment
 """What can be calibrated."""
 
 
@@ -180,7 +180,7 @@ def entry_of(part: Part, now: datetime) -> dict:
             T, spread = _rows(part.camera.T_cam_plate), _rows(part.covariance)
             figures = {"date": now, "error": part.error, "residual": part.residual}
             return {"pose": PoseEntry(**figures, T_cam_plate=T, covariance=spread)}
-        case Light():
+        case ProjectorLight():
             figures = {"date": now, "error": part.error, "residual": part.residual}
             figures |= {"strength": part.strength, "black": part.black}
             T = _rows(part.screen.T_px_plate)

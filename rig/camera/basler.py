@@ -6,10 +6,10 @@ import time
 from importlib import import_module
 from typing import Any
 
-from rig.camera.controls import Controls, Setting
+from rig.camera.controls import Controls, ControlSetting
 from rig.camera.nodes import DeviceClock, set_up
-from rig.extra import need
-from rig.source import Frame
+from rig.system.frame import Frame
+from rig.system.optional import need
 
 TICKS = 1e9  # a second, of USB3 cameras; GigE cameras say theirs
 
@@ -17,7 +17,7 @@ TICKS = 1e9  # a second, of USB3 cameras; GigE cameras say theirs
 class BaslerCamera:
     """A `Device` on an open camera of pypylon; use `open_basler`."""
 
-    def __init__(self, camera: Any, name: str, settings: tuple[Setting, ...]):
+    def __init__(self, camera: Any, name: str, settings: tuple[ControlSetting, ...]):
         self.name, self.settings = name, settings
         self._camera = camera
         self._pylon = import_module("pypylon.pylon")

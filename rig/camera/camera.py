@@ -9,9 +9,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from rig.camera.controls import Setting
-    from rig.camera.device import Device
-    from rig.source import Frame
+    from rig.camera.controls import ControlSetting
+    from rig.camera.device import OpenDevice
+    from rig.system.frame import Frame
 
 SLICE = 0.1  # s that one wait for a picture takes: so soon does the thread see that it shall end
 SILENCE = 1.0  # s without a picture after which the device is opened anew
@@ -19,8 +19,8 @@ RETRY = 0.25  # s between attempts to open a device that has gone
 END = 2.0  # s that the thread gets to end; a driver that hangs is left behind
 
 
-class Camera:
-    """A `rig.source.Source` on a device, with a thread that reads every picture at once.
+class LiveCamera:
+    """A `rig.system.frame.Source` on a device, with a thread that reads every picture at once.
 
     A driver queues pictures that nobody takes: after a pause of 0.5 s the next two would be half a
     second old. Where the device goes (unplugged, frozen) it is opened again until it comes back.
@@ -40,7 +40,7 @@ class Camera:
     ----------
     status : str
         One sentence for the user.
-    settings : tuple of Setting
+    settings : tuple of ControlSetting
         What became of the controls when the device was last opened.
     dropped : int
         Pictures that the device numbered and `grab` never gave.
@@ -57,7 +57,7 @@ class Camera:
 
     def __init__(
         self,
-        open_device: Callable[[], Device],
+        open_device: Callable[[], OpenDevice],
         clock: Callable[[], float] = time.monotonic,
         rescue: Callable[[], object] | None = None,
     ):
@@ -71,13 +71,13 @@ class Camera:
         self._news = threading.Condition()
         self._ending = threading.Event()
         self._ended = False
-        self._device: Device | None = open_device()
-        self.settings: tuple[Setting, ...] = self._device.settings
+        self._device: OpenDevice | None = open_device()
+        self.settings: tuple[ControlSetting, ...] = self._device.settings
         self.status = self._sound = f"{self._device.name} is open"
         self._thread = threading.Thread(target=self._drain, name="camera", daemon=True)
         self._thread.start()
 
-    def __enter__(self) -> Camera:
+    def __enter__(self) -> LiveCamera:
         """Leave the camera open for the block."""
         return self
 

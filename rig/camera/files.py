@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import dic
-from rig.camera.controls import Setting
-from rig.source import Frame
+from rig.camera.controls import ControlSetting
+from rig.system.frame import Frame
 
 SUFFIXES = {".png", ".tif", ".tiff", ".bmp", ".jpg", ".jpeg", ".pgm"}
 
@@ -29,7 +29,7 @@ class Pictures:
         Pictures that come late keep their number and their turn; None waits for nothing.
     """
 
-    settings: tuple[Setting, ...] = ()
+    settings: tuple[ControlSetting, ...] = ()
 
     def __init__(self, name: str, pictures: Iterator[NDArray[np.uint8]], rate: float | None):
         self.name = name

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections import deque
 from typing import Any, Protocol
 
-from rig.camera.controls import Controls, Knob, Setting, hold
+from rig.camera.controls import Controls, ControlSetting, Knob, hold
 from rig.camera.panel import Panel
 from rig.camera.reasons import unsupported
 
@@ -45,7 +45,7 @@ class Nodes(Protocol):
 
 def set_up(
     nodes: Nodes, name: str, size: tuple[int, int], rate: float, controls: Controls
-) -> tuple[Setting, ...]:
+) -> tuple[ControlSetting, ...]:
     """Set size, format and rate, then hold the controls.
 
     Raises

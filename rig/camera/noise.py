@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rig.camera.camera import Camera
+from rig.camera.camera import LiveCamera
 
 FRAMES = 30
 PATIENCE = 2.0  # s for a frame
@@ -16,7 +16,7 @@ DARK = 5
 
 
 @dataclass(frozen=True)
-class Noise:
+class CameraNoise:
     """Figures of a series of pictures of a scene that does not move.
 
     Attributes
@@ -47,7 +47,7 @@ class Noise:
     age: float
 
 
-def measure_noise(camera: Camera, frames: int = FRAMES) -> Noise:
+def measure_noise(camera: LiveCamera, frames: int = FRAMES) -> CameraNoise:
     """Grab frames of a still scene and say how they differ.
 
     Mean and squares run along with the frames (Welford, Technometrics 4, 1962), so that any number
@@ -76,7 +76,7 @@ def measure_noise(camera: Camera, frames: int = FRAMES) -> Noise:
         mean = mean + change / count
         squares = squares + change * (image - mean)
     brightness = mean + np.mean(levels)
-    return Noise(
+    return CameraNoise(
         frames=frames,
         dropped=camera.dropped,
         rate=(frames - 1) / (times[-1] - times[0]),

@@ -18,12 +18,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from rig.camera.controls import Controls, Knob, Setting, hold
+from rig.camera.controls import Controls, ControlSetting, Knob, hold
 from rig.camera.device import stamp
 from rig.camera.panel import Panel
 from rig.camera.pixels import FORMATS, brightness, name_of
 from rig.camera.reasons import refusal, unsupported
-from rig.source import Frame
+from rig.system.frame import Frame
 
 PATIENCE = ("OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT", "1")
 """Seconds that OpenCV waits for a frame, else 10; it looks there before its first frame."""
@@ -54,7 +54,7 @@ class OpenCvCamera:
         name: str,
         capture: cv2.VideoCapture,
         layout: tuple[str, tuple[int, int]],
-        settings: tuple[Setting, ...],
+        settings: tuple[ControlSetting, ...],
     ):
         self.name, self.settings = name, settings
         self._capture = capture

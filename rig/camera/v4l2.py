@@ -16,13 +16,13 @@ from typing import Any
 
 import numpy as np
 
-from rig.camera.controls import Controls, Knob, Setting, hold
+from rig.camera.controls import Controls, ControlSetting, Knob, hold
 from rig.camera.device import stamp
 from rig.camera.panel import Panel
 from rig.camera.pixels import FORMATS, brightness, name_of
 from rig.camera.reasons import refusal, unsupported
-from rig.extra import need
-from rig.source import Frame
+from rig.system.frame import Frame
+from rig.system.optional import need
 
 BUFFERS = 4
 PAUSE = 0.002  # s before a driver that was ready and gave nothing is asked again
@@ -45,7 +45,7 @@ STEPS = {Knob.EXPOSURE: 1e-4}  # s
 class V4l2Camera:
     """A `Device` that takes pictures from the buffers of the driver; use `open_camera`."""
 
-    def __init__(self, video: Any, name: str, handle: int, settings: tuple[Setting, ...]):
+    def __init__(self, video: Any, name: str, handle: int, settings: tuple[ControlSetting, ...]):
         self.name, self.settings = name, settings
         self._video, self._handle = video, handle
         self._kind, self._memory = video.BufferType.VIDEO_CAPTURE, video.Memory.MMAP

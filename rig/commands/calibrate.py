@@ -12,7 +12,7 @@ import typer
 from rig.commands.output import emit
 
 if TYPE_CHECKING:
-    from rig.calibration.board import Board
+    from rig.calibration.board import CharucoBoard
     from rig.calibration.guide import Guide
     from rig.calibration.store import Calibration, Part
     from rig.scene import Scene
@@ -205,10 +205,10 @@ def _bench(what: str, name: str, settings: list[str] | None) -> _Bench:
     return _Bench(what, scene, store.read(path), path)
 
 
-def _board(squares: tuple[int, int], square: float, marker: float) -> Board:
-    from rig.calibration.board import Board
+def _board(squares: tuple[int, int], square: float, marker: float) -> CharucoBoard:
+    from rig.calibration.board import CharucoBoard
 
-    return Board(squares, square, marker)
+    return CharucoBoard(squares, square, marker)
 
 
 def _pair(text: str) -> tuple[float, float]:

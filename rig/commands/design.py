@@ -14,7 +14,7 @@ from rig.commands.output import emit, progress
 if TYPE_CHECKING:
     from rich.console import Group
 
-    from models.design import Errors
+    from models import ExpectedErrors
     from rig.design.outlook import Design
 
 WAYS = {"bound": "bound of the pattern", "pattern": "as the scene has it", "strain": "by strain"}
@@ -49,13 +49,13 @@ def design(
     with progress("design") as report:
         made = predict(loaded, report)
     if picture:
-        from rig.design.picture import draw_map
+        from rig.design.plot import draw_map
 
         draw_map(made, picture)
     emit(_tables(made), _data(made), as_json)
 
 
-def _figures(errors: Errors) -> dict[str, float]:
+def _figures(errors: ExpectedErrors) -> dict[str, float]:
     """Quantiles over the plate; forces for 1 mm are those of the place at 1 N."""
     needed = errors.force_for(1.0)
     return {

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rig.commands.output import emit
-from rig.doctor.finding import Finding, State, wrong
+from rig.doctor.finding import Finding, FindingState, wrong
 
 if TYPE_CHECKING:
     from rich.console import Group
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rig.usb import UsbDevice
 
 RESULTS = Path("results")
-COLOURS = {State.GOOD: "green", State.ABSENT: "yellow", State.WRONG: "red"}
+COLOURS = {FindingState.GOOD: "green", FindingState.ABSENT: "yellow", FindingState.WRONG: "red"}
 
 
 def doctor(
@@ -53,7 +53,7 @@ def doctor(
         findings += more
     rule = devices.udev_rule(usb)
     data = {
-        "ready": all(finding.state is not State.WRONG for finding in findings),
+        "ready": all(finding.state is not FindingState.WRONG for finding in findings),
         "findings": [asdict(finding) for finding in findings],
         "versions": machine.versions(),
         "usb": [asdict(device) for device in usb],

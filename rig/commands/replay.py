@@ -37,16 +37,16 @@ def replay(
 
 
 def _replay(session: Session) -> dict[str, Any]:
-    from rig.bench import build_bench
     from rig.calibration.store import parse
+    from rig.live.bench import build_bench
+    from rig.live.run_score import RunScore
     from rig.recording.replay import replay as play
-    from rig.stopwatch import Stopwatch
-    from rig.tally import Tally
+    from rig.system.timing import Stopwatch
 
     with progress("plate modes") as report:
         bench = build_bench(session.scene, report, parse(session.calibration, "in the recording"))
     watch, different = Stopwatch(time.perf_counter), 0
-    pattern, net = Tally(bench.least_force), Tally(bench.least_force)
+    pattern, net = RunScore(bench.least_force), RunScore(bench.least_force)
     for one in play(session, bench, watch):
         different += not one.same
         told, whole = one.sensed.estimate, one.sensed.from_pattern

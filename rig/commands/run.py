@@ -12,18 +12,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rig.commands.output import emit, progress, say, warn
-from rig.process import interruptible
+from rig.system.process import interruptible
 
 if TYPE_CHECKING:
     from rich.table import Table
 
     from rig.calibration.store import Calibration
-    from rig.loop import Loop
+    from rig.live.loop import Loop
+    from rig.live.snapshot import Snapshot
     from rig.projector.show import Show
-    from rig.recording.recorder import Recorder
-    from rig.recording.switch import Switch
+    from rig.recording.control import Switch
+    from rig.recording.recorder import SessionRecorder
     from rig.scene import Scene
-    from rig.snapshot import Snapshot
 
 READY = "the source gets ready; then the reference is taken …"
 SCREEN = (1280, 800)  # px, of a projector that is not there: the page shows what it would show
@@ -58,12 +58,12 @@ def run(
 def known(name: str, scene: Scene) -> Calibration:
     """Read the calibration beside a scene, and say what is to be doubted in it."""
     from rig.calibration.store import beside, read
-    from rig.scene.source import Device
+    from rig.scene.source import DeviceSection
 
     path = beside(name)
     calibration = read(path)
     doubts = calibration.doubts(scene, datetime.now(UTC))
-    if isinstance(scene.source, Device) and scene.camera and calibration.camera() is None:
+    if isinstance(scene.source, DeviceSection) and scene.camera and calibration.camera() is None:
         doubts.append(
             f"'{path}' holds no lens and pose: the camera is taken to look straight down from"
             f" {scene.camera.stand_off:g} mm; run `touchplate calibrate camera` and `pose`"
@@ -107,13 +107,13 @@ def start(
     if record or (scene.page and not headless):
         switch = open_parts.enter_context(_switch(scene, calibration, record))
     show, sinks = _open_sinks(scene, calibration, headless, switch, open_parts)
-    from rig.inputs import open_input
+    from rig.sources.open_source import open_input
 
     source, zero = open_parts.enter_context(open_input(scene, say))
-    from rig.bench import build_bench
-    from rig.loop import Loop
-    from rig.source import Waiting
-    from rig.view import look
+    from rig.live.bench import build_bench
+    from rig.live.loop import Loop
+    from rig.live.view import look
+    from rig.system.frame import Waiting
 
     with progress("plate modes") as report:
         bench = build_bench(scene, report, calibration)
@@ -144,17 +144,17 @@ def _tell(
 
 def _switch(scene: Scene, calibration: Calibration, path: Path | None) -> Switch:
     """Make the recording, on from the first frame if its file was named."""
-    from rig.recording.recorder import Recorder
-    from rig.recording.switch import Switch
+    from rig.recording.control import Switch
+    from rig.recording.recorder import SessionRecorder
 
-    def new(file: Path | None) -> Recorder:
+    def new(file: Path | None) -> SessionRecorder:
         now = datetime.now(UTC)
         texts = {
             "scene": scene.model_dump_json(),
             "calibration": calibration.model_dump_json(exclude_none=True),
             "started": now.isoformat(timespec="seconds"),
         }
-        return Recorder(file or Path(f"session-{now:%Y%m%d-%H%M%S}.h5"), texts)
+        return SessionRecorder(file or Path(f"session-{now:%Y%m%d-%H%M%S}.h5"), texts)
 
     return Switch(new, path)
 
@@ -168,13 +168,13 @@ def _open_sinks(
 ) -> tuple[Show | None, list[Sink]]:
     if not scene.plate or (headless and not scene.outputs):
         return None, []
-    from rig.markers import fit_plate
+    from rig.projector.markers import fit_plate
 
     size = scene.projector.size if scene.projector else SCREEN
     screen = calibration.screen() or fit_plate(size, scene.plate.size)
     show, sinks = None, []
     if not headless:
-        from rig.commands.panes import open_panes
+        from rig.commands.page_panels import open_panes
 
         doubts = tuple(calibration.doubts(scene, datetime.now(UTC)))
         show, sinks = open_panes(scene, calibration, doubts, screen, switch, open_parts)

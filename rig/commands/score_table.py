@@ -11,8 +11,7 @@ import numpy as np
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from models.error_map import ErrorMap
-    from models.touch_score import TouchScore
+    from models import ErrorMap, TouchScore
 
 ROWS = {
     "touches": "touches",

@@ -10,28 +10,26 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 import typer
 
+from rig.calibration.camera_of import camera_of
 from rig.commands.from_session import judge_net, learn_from
 from rig.commands.output import console, emit, progress
 from rig.commands.score_table import table
-from rig.lesson import Lesson, camera_of, lesson
 from rig.scene import Scene, load, parse_overrides
 from rig.scene.sensing import NetEstimator
-from rig.scored import figures
-from rig.simulated import Sets, model_path, simulate
+from rig.training.data import TrainingSets, model_path, simulate_sets
+from rig.training.model_score import figures
+from rig.training.plan import TrainingPlan, training_plan
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from models.checkpoint import Checkpoint
-    from models.dataset import Dataset
-    from models.loss import Loss
-    from models.train import Trained
+    from models import Checkpoint, Dataset, Loss, Trained
 
 BATCHES_A_CHECK = 100
 """Looking at the validation set costs as much as several batches."""
 
 
-def train(
+def train_net(
     scene: Annotated[str, typer.Argument(help="Name of a shipped scene, or path of a TOML file.")],
     out: Annotated[
         Path | None, typer.Option(help="Model file; results/SCENE/model.h5 by default.")
@@ -58,7 +56,7 @@ def train(
     From a recording of known presses the forward model is corrected first: camera and stiffness. A
     net is then trained through that camera, and told the presses.
     """
-    from models import store
+    from models import prepare_net_file, save_net
 
     bench = load(scene, parse_overrides(settings or []))
     learned = learn_from(scene, bench, session) if session else None
@@ -66,18 +64,18 @@ def train(
         emit(learned.sentence, learned.figures, as_json)
         return
     calibration = _calibration(scene, bench)
-    taught = lesson(bench, camera_of(bench, calibration))
+    taught = training_plan(bench, camera_of(bench, calibration))
     path = out or Path(taught.net.model or model_path(scene))
-    store.prepare(path)
+    prepare_net_file(path)
     with progress("influence") as report:
-        sets = simulate(taught, report)
+        sets = simulate_sets(taught, report)
     began = time.monotonic()
     trained = _train(taught, sets, path.with_name(f"{path.stem}.part.npz"))
     seconds = time.monotonic() - began
     about = {"scene": bench.model_dump(mode="json"), "calibration": calibration}
-    store.save(path, trained, about)
+    save_net(path, trained, about)
     if onnx:
-        from models.onnx_file import write_onnx
+        from models import write_onnx
 
         write_onnx(onnx, trained.net)
     if curves:
@@ -101,9 +99,9 @@ def _calibration(name: str, bench: Scene) -> str:
     return read(beside(name)).model_dump_json(exclude_none=True)
 
 
-def _train(taught: Lesson, sets: Sets, part: Path) -> Trained:
+def _train(taught: TrainingPlan, sets: TrainingSets, part: Path) -> Trained:
     """Train with a bar that shows the loss; go on where a run was killed that left `part`."""
-    from models.checkpoint import Checkpoint
+    from models import Checkpoint
 
     epochs = taught.net.epochs
     with progress("training") as report:
@@ -117,21 +115,19 @@ def _train(taught: Lesson, sets: Sets, part: Path) -> Trained:
 
 
 def descend(
-    taught: Lesson,
-    sets: Sets,
+    taught: TrainingPlan,
+    sets: TrainingSets,
     layers: tuple[int, ...],
     on_epoch: Callable[[int, float], None] | None = None,
     checkpoint: Checkpoint | None = None,
 ) -> Trained:
     """Train a net with these layers by the recipe of a scene."""
-    from models.net import NetOptions
-    from models.recipe import Recipe
-    from models.train import train
+    from models import NetOptions, Recipe, train_net
 
     net, touches = taught.net, taught.touches
     rng = np.random.default_rng(net.seed)
     poles = touches if net.told == "poles" else 0
-    return train(
+    return train_net(
         sets.training,
         sets.validation,
         NetOptions(layers, net.activation, net.inputs, poles),
@@ -144,34 +140,37 @@ def descend(
     )
 
 
-def _batches(taught: Lesson, sets: Sets) -> Iterator[Dataset] | None:
+def _batches(taught: TrainingPlan, sets: TrainingSets) -> Iterator[Dataset] | None:
     """Draw what each step learns from; None where it is all of the training set."""
-    from models.batches import mixed, noisy, shuffled
+    from models import mixed_batches, noisy_batches, shuffled_batches
 
     size, rng = taught.net.batch, np.random.default_rng(taught.net.seed)
     if sets.noise is None:
-        return shuffled(sets.training, size, rng) if size else None
+        return shuffled_batches(sets.training, size, rng) if size else None
     pool, pictures = sets.noise.pool, sets.noise.pictures
     size = min(size or len(pool), len(pool))
-    stream = noisy(shuffled(pool, size, rng), sets.noise.root, rng)
+    stream = noisy_batches(shuffled_batches(pool, size, rng), sets.noise.root, rng)
     if pictures is None:
         return stream
     few = max(round(size * taught.training.share), 1)
-    return mixed(stream, shuffled(pictures, few, rng))
+    return mixed_batches(stream, shuffled_batches(pictures, few, rng))
 
 
-def _loss(taught: Lesson) -> Loss:
+def _loss(taught: TrainingPlan) -> Loss:
     """Return equation 2 or 3 of the paper, for what the net of a scene tells."""
-    from models.loss import distance, magnitudes_too
-    from models.poles import unordered
+    from models import distance_loss, magnitude_loss, permutation_invariant_loss
 
     weight = taught.net.magnitude_weight
     if taught.net.told == "poles":
-        return unordered(taught.touches, weight)
-    return magnitudes_too(taught.touches, weight) if taught.magnitudes else distance(taught.touches)
+        return permutation_invariant_loss(taught.touches, weight)
+    return (
+        magnitude_loss(taught.touches, weight)
+        if taught.magnitudes
+        else distance_loss(taught.touches)
+    )
 
 
-def _check(taught: Lesson) -> int:
+def _check(taught: TrainingPlan) -> int:
     """Return the epochs between two looks at the validation set."""
     return BATCHES_A_CHECK if taught.net.batch else 1
 

@@ -10,15 +10,15 @@ import typer
 
 from rig.commands.output import emit, progress
 from rig.commands.train import descend
-from rig.lesson import Lesson, lesson
 from rig.scene import load, parse_overrides
-from rig.scored import figures
-from rig.simulated import Sets, simulate
+from rig.training.data import TrainingSets, simulate_sets
+from rig.training.model_score import figures
+from rig.training.plan import TrainingPlan, training_plan
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from models.tune import Candidate
+    from models import NetCandidate
 
 
 def tune(
@@ -37,20 +37,19 @@ def tune(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Train nets of random sizes; a search that was cut off goes on where it ended."""
-    from models import tune as search
-    from models.workers import workers
+    from models import tune_net, workers
 
     bench = load(scene, parse_overrides(settings or []))
-    taught = lesson(bench)
+    taught = training_plan(bench)
     if storage is None:
         home = Path("results") / Path(scene).stem
         home.mkdir(parents=True, exist_ok=True)
         storage = f"sqlite:///{home / 'search.db'}"
     with workers(scheduler) as each:
         with progress("influence") as report:
-            sets = simulate(taught, report)
+            sets = simulate_sets(taught, report)
         with progress("search") as report:
-            found = search.tune(
+            found = tune_net(
                 partial(_loss, taught, sets),
                 trials,
                 storage,
@@ -63,21 +62,21 @@ def tune(
     emit(_table(bench.title, found), {"storage": storage, "candidates": rows}, as_json)
 
 
-def _loss(taught: Lesson, sets: Sets, layers: tuple[int, ...]) -> float:
+def _loss(taught: TrainingPlan, sets: TrainingSets, layers: tuple[int, ...]) -> float:
     """Train a net with these layers by the recipe of the scene; return its validation loss."""
     net = descend(taught, sets, layers).net
     return figures(net, sets, taught.touches)["validation"]["mean"]
 
 
-def _study(taught: Lesson) -> str:
+def _study(taught: TrainingPlan) -> str:
     """Name a study by all that its losses depend on, so that no two kinds mix."""
-    from rig.cache import key
+    from rig.system.cache import key
 
     sections = (taught.plate, taught.gauges, taught.training, taught.net, taught.samples)
     return key("search", [part and part.model_dump(mode="json") for part in sections])[:16]
 
 
-def _table(title: str, found: list[Candidate]) -> Table:
+def _table(title: str, found: list[NetCandidate]) -> Table:
     from rich.table import Table
 
     shown = Table("rank", "loss mm", "layers", title=title)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from rig.camera import Camera, Controls
-from rig.camera.noise import Noise, measure_noise
+from rig.camera import Controls, LiveCamera
+from rig.camera.noise import CameraNoise, measure_noise
 from rig.camera.opencv import open_camera
 from rig.doctor.finding import Finding, good, wrong
 
@@ -19,7 +19,7 @@ OLDEST = 0.1  # s
 
 def examine(
     device: str, size: tuple[int, int], rate: float, frames: int
-) -> tuple[Noise, list[Finding]]:
+) -> tuple[CameraNoise, list[Finding]]:
     """Hold the controls of a camera and measure the noise of `frames` pictures.
 
     Raises
@@ -27,7 +27,7 @@ def examine(
     OSError
         If the camera does not open or gives no pictures.
     """
-    with Camera(lambda: open_camera(device, size, rate, Controls())) as camera:
+    with LiveCamera(lambda: open_camera(device, size, rate, Controls())) as camera:
         for _ in range(SETTLE):
             camera.grab(1.0)
         findings = [
@@ -42,7 +42,7 @@ def examine(
     return noise, findings
 
 
-def _judge(noise: Noise) -> Iterator[Finding]:
+def _judge(noise: CameraNoise) -> Iterator[Finding]:
     figures = (
         (f"noise {noise.sigma:.2f} grey levels", noise.sigma <= MOST_NOISE,
          "give it more light and less gain, and see that nothing moves"),

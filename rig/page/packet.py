@@ -13,9 +13,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.markers import Screen, draw_marks, project
-from rig.page.desk import Desk
-from rig.snapshot import Mark, Snapshot, StrainMap
+from rig.live.snapshot import Mark, Snapshot, StrainOverlay
+from rig.page.controls import Desk
+from rig.projector.markers import Screen, draw_marks, project
 
 JPEG_QUALITY = 80
 NOTHING = Desk()
@@ -153,7 +153,7 @@ def _marks(marks: tuple[Mark, ...]) -> list[dict[str, Any]]:
     return [asdict(mark) for mark in marks]
 
 
-def _grid(strain: StrainMap) -> dict[str, Any]:
+def _grid(strain: StrainOverlay) -> dict[str, Any]:
     return {
         "x": (strain.xs[0], strain.xs[-1]),
         "y": (strain.ys[0], strain.ys[-1]),

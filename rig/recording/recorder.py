@@ -11,19 +11,19 @@ from pathlib import Path
 from queue import Full, Queue
 from typing import Any
 
-from rig.live import Chain
+from rig.live.baseline import ReferenceFrame
+from rig.live.chain import Chain
+from rig.live.shot import Shot
 from rig.recording.layout import Shapes, rows, shapes
-from rig.recording.place import require_new
-from rig.recording.shot import Shot
+from rig.recording.paths import require_new
 from rig.recording.writer import Writer
-from rig.zero import Zero
 
 WAITING = 8  # frames that may wait to be written, 10 MB at a megapixel
 RESERVE = 256 * 2**20  # bytes that are left free: a full disk would spoil the file and more
 
 
-class Recorder:
-    """See `rig.recording.shot.Recorder`; use it as a context.
+class SessionRecorder:
+    """See `rig.live.shot.SessionRecorder`; use it as a context.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Recorder:
         self._waiting: Queue[Shot | None] = Queue(waiting)
         self._thread = threading.Thread(target=self._write, name="recorder", daemon=True)
 
-    def __enter__(self) -> Recorder:
+    def __enter__(self) -> SessionRecorder:
         """Record what is put while the block runs."""
         self._thread.start()
         return self
@@ -77,7 +77,7 @@ class Recorder:
                 self._waiting.put(None, timeout=0.1)
                 self._thread.join()
 
-    def begin(self, zero: Zero, chain: Chain, strain: bool) -> None:
+    def begin(self, zero: ReferenceFrame, chain: Chain, strain: bool) -> None:
         """Open the file; a disk that is full or read-only ends the recording and nothing else."""
         self._layout = shapes(chain, strain)
         try:

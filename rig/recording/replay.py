@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rig import live
-from rig.bench import Bench
+from rig.live import chain as live
+from rig.live.bench import Bench
 from rig.recording.layout import covariances, places, state, there
 from rig.recording.session import Session, frame
-from rig.source import Frame
-from rig.stopwatch import Stopwatch
+from rig.system.frame import Frame
+from rig.system.timing import Stopwatch
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +20,7 @@ class Replayed:
     """One frame, what is found in it now, and whether that is what was found then, bit for bit."""
 
     frame: Frame
-    sensed: live.Sensed
+    sensed: live.FrameEstimate
     same: bool
 
 
@@ -40,7 +40,7 @@ def replay(session: Session, bench: Bench, watch: Stopwatch) -> Iterator[Replaye
     for index in range(session.frames):
         row = session.row(index)
         shot = frame(row)
-        sensed = live.sense(chain, shot.image, state(row), watch)
+        sensed = live.estimate_frame(chain, shot.image, state(row), watch)
         if net:
             sensed = net.tell(chain, shot.image, sensed, watch)
         sensed = live.with_strain(strain_chain, sensed, watch, bench.alignment)

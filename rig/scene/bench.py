@@ -13,10 +13,10 @@ if TYPE_CHECKING:
     import numpy as np
 
     import synthetic
-    from rig.scene.plate import Plate
+    from rig.scene.plate import PlateSection
 
 
-class Camera(Section):
+class CameraSection(Section):
     """A camera over the middle of the plate, looking at the touched face."""
 
     kind: Literal["pinhole", "telecentric"] = Field("pinhole", description="projection")
@@ -29,7 +29,7 @@ class Camera(Section):
     )
     rate: Rate = Field(30.0, gt=0, description="pictures a second, fps")
 
-    def build(self, plate: Plate) -> synthetic.AnyCamera:
+    def build(self, plate: PlateSection) -> synthetic.AnyCamera:
         """Return the camera that sees the whole of `plate`."""
         import synthetic
 
@@ -39,7 +39,7 @@ class Camera(Section):
         )
 
 
-class Pattern(Section):
+class PatternSection(Section):
     """The speckle pattern on the touched face."""
 
     diameter: Length = Field(gt=0, description="diameter of a speckle, mm")
@@ -50,14 +50,14 @@ class Pattern(Section):
     )
     seed: Count = Field(0, ge=0, description="seed of the random places")
 
-    def build(self, plate: Plate) -> synthetic.Pattern:
+    def build(self, plate: PlateSection) -> synthetic.Pattern:
         """Return the pattern drawn over `plate`."""
         import synthetic
 
         return synthetic.speckle(size=plate.size, **self.model_dump())
 
 
-class Sensor(Section):
+class SensorSection(Section):
     """The sensor of the camera."""
 
     noise: Grey = Field(2.0, ge=0, description="standard deviation of its noise, grey levels")
@@ -70,7 +70,7 @@ class Sensor(Section):
         return synthetic.Sensor(noise=self.noise, bits=self.bits)
 
 
-class Gauges(Section):
+class GaugesSection(Section):
     """What all arrangements of gauges have in common."""
 
     spacing: Length = Field(5.0, gt=0, description="distance of neighbours, mm")
@@ -86,7 +86,7 @@ class Gauges(Section):
         return value if value is None else odd(value)
 
 
-class Ring(Gauges):
+class RingSection(GaugesSection):
     """Strain gauges in a ring along the edges, as in the paper.
 
     The paper does not show where they lie: reading A is the rectangle `margin` inside the edges,
@@ -97,25 +97,25 @@ class Ring(Gauges):
     reading: Literal["A", "B"] = Field("B", description="reading of the paper")
     margin: Length = Field(5.0, ge=0, description="distance from corners, and edges in A, mm")
 
-    def build(self, plate: Plate) -> np.ndarray:
+    def build(self, plate: PlateSection) -> np.ndarray:
         """Return the places on `plate`, (M, 2) float64, mm."""
-        from models import ring
+        from models import gauges_inside_edges, gauges_on_edges
 
-        places = {"A": ring.inside_edges, "B": ring.on_edges}[self.reading]
+        places = {"A": gauges_inside_edges, "B": gauges_on_edges}[self.reading]
         return places(plate.size, self.spacing, self.margin)
 
 
-class Lattice(Gauges):
+class LatticeSection(GaugesSection):
     """Strain gauges on a grid over the middle of the plate, which DIC reads as easily as a ring."""
 
     kind: Literal["lattice"] = Field(description="arrangement")
     margin: Length = Field(5.0, ge=0, description="distance from the edges, mm")
 
-    def build(self, plate: Plate) -> np.ndarray:
+    def build(self, plate: PlateSection) -> np.ndarray:
         """Return the places on `plate`, (M, 2) float64, mm."""
-        from models.dataset import grid
+        from models import grid_places
 
-        return grid(plate.size, self.spacing, self.margin)
+        return grid_places(plate.size, self.spacing, self.margin)
 
 
-AnyGauges = Annotated[Ring | Lattice, Field(discriminator="kind")]
+AnyGauges = Annotated[RingSection | LatticeSection, Field(discriminator="kind")]

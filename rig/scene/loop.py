@@ -22,7 +22,7 @@ class Page(Section):
     )
 
 
-class Projector(Section):
+class ProjectorSection(Section):
     """The window that shows the touches on the plate."""
 
     display: str = Field(":0", min_length=1, description="name of the X display")
@@ -37,7 +37,7 @@ class Projector(Section):
     )
 
 
-class Tuio(Section):
+class TuioSection(Section):
     """Touches by TUIO 1.1 over UDP."""
 
     host: str = Field("127.0.0.1", min_length=1, description="address of the client")
@@ -62,6 +62,6 @@ class Lsl(Section):
 class Outputs(Section):
     """Where touches are sent to; also by a headless run."""
 
-    tuio: Tuio | None = Field(None, description="tables of fingers")
+    tuio: TuioSection | None = Field(None, description="tables of fingers")
     websocket: Websocket | None = Field(None, description="programs that read JSON")
     lsl: Lsl | None = Field(None, description="beside recordings of EEG and the like")

@@ -10,7 +10,7 @@ from rig.scene.quantity import Count, Force, Length, Ratio, odd
 from rig.scene.section import Section
 
 
-class Dic(Section):
+class DicSection(Section):
     """Correlation of each picture with the reference."""
 
     tile: Count = Field(16, ge=4, le=64, description="side of the tiles whose sums are kept, px")
@@ -63,7 +63,8 @@ class NetEstimator(Section):
         "raw", description="begin at 0 mm, or at the mean of the places in units of their spread"
     )
     told: Literal["columns", "poles"] = Field(
-        "columns", description="touches in a sorted list, or without an order, by models.poles"
+        "columns",
+        description="touches in a sorted list, or without an order, by models.nets.set_encoding",
     )
     decay: Literal["constant", "cosine"] = Field(
         "constant", description="keep the step size, or let it fall to 0"
@@ -87,7 +88,7 @@ Estimator = Annotated[
 ]
 
 
-class Training(Section):
+class TrainingSection(Section):
     """The simulated touches that train and test a net."""
 
     spacing: Length = Field(5.0, gt=0, description="distance between training touches, mm")

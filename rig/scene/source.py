@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 Text = Annotated[str, Field(min_length=1)]
 
 
-class Twin(Section):
+class TwinSection(Section):
     """The digital twin: pictures are rendered, so the truth is known."""
 
     kind: Literal["twin"] = Field("twin", description="where pictures come from")
@@ -29,7 +29,7 @@ class Twin(Section):
     )
 
 
-class Device(Section):
+class DeviceSection(Section):
     """A camera, whose controls are held still; [camera] says its size and rate."""
 
     exposure: Time | None = Field(None, gt=0, description="exposure, s [as the camera found it]")
@@ -44,28 +44,28 @@ class Device(Section):
         return Controls(self.exposure, self.gain, self.focus, self.white_balance)
 
 
-class OpenCv(Device):
+class OpenCv(DeviceSection):
     """A camera at a device node, through OpenCV: any UVC camera."""
 
     kind: Literal["opencv"] = Field(description="where pictures come from")
     device: Text = Field("/dev/video0", description="device node")
 
 
-class V4l2(Device):
+class V4l2(DeviceSection):
     """The same through the kernel itself, which numbers its frames (needs linuxpy)."""
 
     kind: Literal["v4l2"] = Field(description="where pictures come from")
     device: Text = Field("/dev/video0", description="device node")
 
 
-class Basler(Device):
+class Basler(DeviceSection):
     """A Basler camera (needs pypylon)."""
 
     kind: Literal["basler"] = Field(description="where pictures come from")
     serial: Text = Field(description="serial number")
 
 
-class Genicam(Device):
+class Genicam(DeviceSection):
     """A GenICam camera through the GenTL producer of its maker (needs harvesters)."""
 
     kind: Literal["genicam"] = Field(description="where pictures come from")
@@ -95,6 +95,6 @@ class Recorded(Section):
 
 
 Source = Annotated[
-    Twin | OpenCv | V4l2 | Basler | Genicam | Folder | Video | Recorded,
+    TwinSection | OpenCv | V4l2 | Basler | Genicam | Folder | Video | Recorded,
     Field(discriminator="kind"),
 ]

@@ -46,7 +46,7 @@ class BoardState:
     time: float
 
 
-class Board:
+class UsbBoard:
     """An open board; use `open_board`.
 
     Attributes
@@ -120,7 +120,7 @@ class Board:
 
 
 @contextmanager
-def open_board(device: UsbDevice, backend: IBackend | None = None) -> Iterator[Board]:
+def open_board(device: UsbDevice, backend: IBackend | None = None) -> Iterator[UsbBoard]:
     """Open a board; its outputs are off when the block ends, where it still listens.
 
     Raises
@@ -130,7 +130,7 @@ def open_board(device: UsbDevice, backend: IBackend | None = None) -> Iterator[B
     """
     found = find_device(device, backend)
     try:
-        board = Board(found, device.label)
+        board = UsbBoard(found, device.label)
         try:
             yield board
         finally:

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.integrate import quad, solve_bvp
 
 import fe
-from fe.hermite import gram
+from fe.elements.hermite import hermite_gram
 from fe.shell import Shell
 from fe.shell.newton import equilibrium
 from fe.shell.problem import Problem
@@ -116,4 +116,4 @@ def pressed_shell(thickness, pressure):
 
 def _even(line):
     """Work of an even load of 1 per length on the unknowns of a line."""
-    return gram(line, 0, 0) @ np.tile([1.0, 0.0], line.unknowns // 2)
+    return hermite_gram(line, 0, 0) @ np.tile([1.0, 0.0], line.unknowns // 2)

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import rig
-from rig.bench import build_bench
-from rig.loop import Loop
-from rig.recording.recorder import Recorder
-from rig.source import Frame
-from rig.twin import build_twin
+from rig.live.bench import build_bench
+from rig.live.loop import Loop
+from rig.recording.recorder import SessionRecorder
+from rig.sources.twin import build_twin
+from rig.system.frame import Frame
 
 SMALL = {
     "plate.size": [254, 203],
@@ -75,7 +75,7 @@ def session(small, in_hand):
         scene = small({"touches.most": 2})
         bench = build_bench(scene, lambda done, total: None)
         source = in_hand(build_twin(scene), [*range(16), *sequences])
-        with Recorder(
+        with SessionRecorder(
             path, {"scene": scene.model_dump_json()}, waiting=waiting, **options
         ) as recorder:
             stream = iter(Loop(bench, source, recorder=recorder))

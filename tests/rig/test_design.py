@@ -8,15 +8,16 @@ import pytest
 from scipy.interpolate import RegularGridInterpolator
 from typer.testing import CliRunner
 
-from models.design import shape_over
-from rig import cli, live
-from rig.bench import build_bench
+from models.design.expected_errors import shape_over
+from rig import cli
 from rig.design.outlook import design
 from rig.design.prediction import linear_to, predict
 from rig.design.setup import changes, setup_of
-from rig.stopwatch import Stopwatch
-from rig.twin import build_twin
-from rig.zero import take_zero
+from rig.live import chain as live
+from rig.live.baseline import average_reference
+from rig.live.bench import build_bench
+from rig.sources.twin import build_twin
+from rig.system.timing import Stopwatch
 
 
 def quiet(*_):
@@ -28,8 +29,8 @@ def test_more_force_than_the_linear_limit_needs_large_theory(small):
 
     plate = small().plate.build()
     limit = linear_to(plate)
-    assert fe.regime(plate, 0.97 * limit).theory == "linear"
-    assert fe.regime(plate, 1.03 * limit).theory == "large"
+    assert fe.linear_range(plate, 0.97 * limit).theory == "linear"
+    assert fe.linear_range(plate, 1.03 * limit).theory == "large"
 
 
 def test_changes_change_one_thing_each(small):
@@ -121,14 +122,16 @@ def test_predicted_errors_are_those_of_a_simulated_run(small):
     errors = predict(setup_of(scene)).errors
     twin = build_twin(scene)
     bench = build_bench(scene, quiet)
-    zero = take_zero([twin.frame(k, ()) for k in range(bench.reference_frames)])
+    zero = average_reference([twin.frame(k, ()) for k in range(bench.reference_frames)])
     chain, _ = bench.prepare(zero)
     place, force = over(scene.plate.size, errors.place), over(scene.plate.size, errors.force)
     off, push = [], []
     for number in range(100, 350):
         (touch,) = twin.touches(number)
         image = twin.frame(number, (touch,))
-        found = live.sense(chain, image, live.at_rest(chain), Stopwatch(lambda: 0.0)).estimate
+        found = live.estimate_frame(
+            chain, image, live.at_rest(chain), Stopwatch(lambda: 0.0)
+        ).estimate
         assert found.count == 1
         away = np.linalg.norm(found.xy[0] - (touch.x, touch.y))
         off.append(away / place((touch.y, touch.x)) * touch.force)

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from rig import cli
 from rig.doctor import devices, machine
-from rig.doctor.finding import State
+from rig.doctor.finding import FindingState
 from rig.usb import UsbDevice
 
 EYE = UsbDevice(
@@ -71,19 +71,19 @@ def test_a_missing_package_is_wrong_and_a_missing_extra_is_absent(monkeypatch):
 
     monkeypatch.setattr(metadata, "version", version)
     findings = {finding.topic: finding for finding in machine.look_at_packages()}
-    assert findings["packages"].state is State.WRONG
+    assert findings["packages"].state is FindingState.WRONG
     assert findings["packages"].text == "missing: numba"
-    assert findings["extra vision"].state is State.ABSENT
+    assert findings["extra vision"].state is FindingState.ABSENT
     assert findings["extra vision"].remedy == "pip install 'touchplate[vision]'"
 
 
 def test_a_disk_that_is_nearly_full_is_wrong(monkeypatch, tmp_path):
     monkeypatch.setattr(machine, "LEAST_FREE", 1e9)
     finding = machine.look_at_disk(tmp_path / "results" / "later")
-    assert finding.state is State.WRONG
+    assert finding.state is FindingState.WRONG
     assert f"free at {tmp_path}" in finding.text
     monkeypatch.setattr(machine, "LEAST_FREE", 0)
-    assert machine.look_at_disk(tmp_path).state is State.GOOD
+    assert machine.look_at_disk(tmp_path).state is FindingState.GOOD
 
 
 def test_screens_and_x_servers_are_listed(monkeypatch, tmp_path):
@@ -122,7 +122,7 @@ def nodes(monkeypatch, tmp_path):
 
 def test_a_camera_is_named_and_its_metadata_are_left_out(nodes):
     (finding,) = devices.look_at_cameras()
-    assert finding.state is State.GOOD
+    assert finding.state is FindingState.GOOD
     assert finding.text == f"{nodes}/video0 is Speckle Eye"
 
 
@@ -135,7 +135,7 @@ def test_a_camera_that_another_program_has_open_is_said_with_its_name(nodes):
         other.stdout.readline()
         (finding,) = devices.look_at_cameras()
         other.communicate(b"\n")
-    assert finding.state is State.WRONG
+    assert finding.state is FindingState.WRONG
     assert "in use by python" in finding.text
     assert f"(process {other.pid})" in finding.text
 
@@ -151,7 +151,7 @@ def test_usb_devices_of_a_bench_are_listed_and_others_are_not(nodes):
     eye, board = devices.look_at_usb([EYE, MOUSE, BOARD])
     assert eye.text == "Eye 046d:0825 at 1-2.3, serial number E7, /dev/video0"
     assert board.text == "Light 1209:0001 at 1-4"
-    assert devices.look_at_usb([MOUSE]).__next__().state is State.ABSENT
+    assert devices.look_at_usb([MOUSE]).__next__().state is FindingState.ABSENT
 
 
 def test_the_udev_rule_names_what_we_may_not_use(nodes, monkeypatch):
@@ -159,9 +159,9 @@ def test_the_udev_rule_names_what_we_may_not_use(nodes, monkeypatch):
     (nodes / "bus" / "usb" / "001" / "003").touch()
     monkeypatch.setattr("os.access", lambda path, mode: False)
     eye, board = devices.look_at_usb([EYE, BOARD])  # the board has no node here
-    assert eye.state is State.WRONG
+    assert eye.state is FindingState.WRONG
     assert eye.remedy == "paste the rule below into /etc/udev/rules.d/60-touchplate.rules"
-    assert board.state is State.GOOD
+    assert board.state is FindingState.GOOD
     lines = devices.udev_rule([EYE, replace(EYE, ports=(7,)), MOUSE]).splitlines()
     assert lines[2:] == [
         'SUBSYSTEM=="usb", ATTR{idVendor}=="046d", ATTR{idProduct}=="0825", GROUP="plugdev",'

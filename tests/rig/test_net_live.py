@@ -7,23 +7,23 @@ from copy import deepcopy
 import numpy as np
 import pytest
 
-from models import store
-from rig.bench import build_bench
+from models.nets import store
 from rig.commands.train import descend
-from rig.follow import Follower
-from rig.from_net import plan_net
-from rig.lesson import lesson
-from rig.loop import Loop
-from rig.recording.recorder import Recorder
+from rig.live.baseline import ReferenceFrame, average_reference
+from rig.live.bench import build_bench
+from rig.live.loop import Loop
+from rig.live.net_chain import plan_net
+from rig.live.tracker import FrameProcessor
+from rig.recording.recorder import SessionRecorder
 from rig.recording.replay import replay
 from rig.recording.session import open_session
 from rig.scene.theory import choose
-from rig.scored import score_model
-from rig.simulated import simulate
-from rig.source import Frame
-from rig.stopwatch import Stopwatch
-from rig.twin import build_twin
-from rig.zero import Zero, take_zero
+from rig.sources.twin import build_twin
+from rig.system.frame import Frame
+from rig.system.timing import Stopwatch
+from rig.training.data import simulate_sets
+from rig.training.model_score import score_model
+from rig.training.plan import training_plan
 
 NET = {
     "kind": "net",
@@ -63,9 +63,9 @@ def netted(small, model):
         named = SCENE | {"estimator": NET | {"model": str(model)}}
         scene = small(deepcopy(named) | dict(overrides))
         if not model.exists():
-            taught = lesson(small(named))
-            trained = descend(taught, simulate(taught, quiet), taught.net.layers)
-            store.save(model, trained, {"scene": small(named).model_dump(mode="json")})
+            taught = training_plan(small(named))
+            trained = descend(taught, simulate_sets(taught, quiet), taught.net.layers)
+            store.save_net(model, trained, {"scene": small(named).model_dump(mode="json")})
         return scene
 
     return make
@@ -118,7 +118,7 @@ def test_a_net_tells_touches_of_a_camera_that_knows_no_truth(netted, in_hand):
 
 def test_what_the_net_tells_is_followed_and_replayed_bit_for_bit(netted, in_hand, tmp_path):
     scene, path = netted(), tmp_path / "session.h5"
-    with Recorder(path, {"scene": scene.model_dump_json()}) as recorder:
+    with SessionRecorder(path, {"scene": scene.model_dump_json()}) as recorder:
         _, shots = run(scene, in_hand, range(60, 90, 3), recorder=recorder)
     assert any(mark.identity is not None for shot in shots for mark in shot.touches)
     with open_session(path) as session:
@@ -131,8 +131,8 @@ def test_nothing_is_told_on_an_untouched_plate_or_behind_a_hand(netted, in_hand)
     _, shots = run(scene, in_hand, range(20, 40))
     assert all(shot.touches == () for shot in shots)
     twin = build_twin(scene)
-    zero = take_zero([twin.frame(k, ()) for k in range(16)])
-    follower = Follower(build_bench(scene, quiet), zero, Stopwatch(lambda: 0.0), lambda: 0.0)
+    zero = average_reference([twin.frame(k, ()) for k in range(16)])
+    follower = FrameProcessor(build_bench(scene, quiet), zero, Stopwatch(lambda: 0.0), lambda: 0.0)
     image = twin.frame(50, ()).copy()
     image[100:180, 150:260] = 0
     assert follower.see(Frame(0, 0.0, image, None)).sensed.estimate.count == 0
@@ -141,7 +141,7 @@ def test_nothing_is_told_on_an_untouched_plate_or_behind_a_hand(netted, in_hand)
 def test_a_net_needs_no_torch_live(netted):
     scene = netted()
     code = (
-        "import sys; from rig.scene import Scene; from rig.bench import build_bench;"
+        "import sys; from rig.scene import Scene; from rig.live.bench import build_bench;"
         f"build_bench(Scene.model_validate_json({scene.model_dump_json()!r}), lambda d, t: None);"
         "sys.exit('torch' in sys.modules)"
     )
@@ -150,9 +150,9 @@ def test_a_net_needs_no_torch_live(netted):
 
 def test_a_scene_without_a_net_imports_none(small):
     code = (
-        "import sys; from rig.scene import Scene; from rig.bench import build_bench;"
+        "import sys; from rig.scene import Scene; from rig.live.bench import build_bench;"
         f"build_bench(Scene.model_validate_json({small().model_dump_json()!r}), lambda d, t: None);"
-        "sys.exit('rig.from_net' in sys.modules or 'models.net' in sys.modules)"
+        "sys.exit('rig.live.net_chain' in sys.modules or 'models.nets.net' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
@@ -178,8 +178,8 @@ def test_gauges_that_stand_off_the_pattern_are_said(netted):
     scene = netted()
     bench, twin = build_bench(scene, quiet), build_twin(scene)
     image = np.mean([twin.frame(k, ()) for k in range(4)], axis=0).astype(np.float32)
-    chain, _ = bench.prepare(Zero(image, 2.0))
+    chain, _ = bench.prepare(ReferenceFrame(image, 2.0))
     blank = image.copy()
     blank[:, :150] = 120.0
     with pytest.raises(ValueError, match=r"of 63 gauges show no pattern to follow; look after"):
-        bench.prepare_net(Zero(blank, 2.0), chain)
+        bench.prepare_net(ReferenceFrame(blank, 2.0), chain)

@@ -15,12 +15,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rig import twin_source
-from rig.bench import build_bench
-from rig.loop import Loop
-from rig.script import STILL
-from rig.twin import build_twin
-from rig.twin_source import SLOTS, TwinSource, _play, _views, open_twin
+from rig.live.bench import build_bench
+from rig.live.loop import Loop
+from rig.sources import twin_source
+from rig.sources.script import STILL
+from rig.sources.twin import build_twin
+from rig.sources.twin_source import SLOTS, TwinSource, _play, _views, open_twin
 
 PATIENCE = 30.0  # s
 
@@ -182,7 +182,7 @@ def test_a_twin_that_is_killed_is_one_sentence(small):
 def test_the_twin_ends_when_its_loop_is_killed(small, small_settings, ended, shared_memory, grabs):
     code = f"""
 import multiprocessing, rig, time
-from rig.twin_source import open_twin
+from rig.sources.twin_source import open_twin
 settings = [text.removeprefix("--set=") for text in {small_settings!r}]
 with open_twin(rig.load("twin", rig.scene.parse_overrides(settings))) as source:
     for _ in range({grabs}):
@@ -262,7 +262,7 @@ def test_however_slow_it_is_the_reference_is_untouched_and_then_touches_come(
     small, hurried, monkeypatch, seconds, series
 ):
     restless = iter([True] * (series - 1) + [False])
-    monkeypatch.setattr("rig.loop.restless", lambda images: next(restless))
+    monkeypatch.setattr("rig.live.loop.moved_during_reference", lambda images: next(restless))
     scene = small(FEW)
     source = hurried(scene, seconds)
     loop = Loop(build_bench(scene, lambda done, total: None), source)

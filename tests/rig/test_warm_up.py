@@ -12,12 +12,12 @@ import time
 import numpy as np
 import pytest
 
-from rig.bench import build_bench
-from rig.follow import Follower
-from rig.stopwatch import Stopwatch
-from rig.twin import build_twin
-from rig.warm_up import rehearsal
-from rig.zero import take_zero
+from rig.live.baseline import average_reference
+from rig.live.bench import build_bench
+from rig.live.tracker import FrameProcessor
+from rig.live.warm_up import rehearsal
+from rig.sources.twin import build_twin
+from rig.system.timing import Stopwatch
 
 CODE = """
 import gc, json, sys, time
@@ -25,12 +25,12 @@ import numpy as np
 from numba.core import event
 from numba.core.dispatcher import Dispatcher
 import fe, rig
-from rig.bench import build_bench
-from rig.follow import Follower
-from rig.source import Frame
-from rig.stopwatch import Stopwatch
-from rig.twin import build_twin
-from rig.zero import take_zero
+from rig.live.bench import build_bench
+from rig.live.tracker import FrameProcessor
+from rig.system.frame import Frame
+from rig.system.timing import Stopwatch
+from rig.sources.twin import build_twin
+from rig.live.baseline import average_reference
 
 class Compiled(event.Listener):
     names = []
@@ -59,10 +59,10 @@ shade = np.linspace(0.6, 1.0, hand.shape[1]) * twin.frame(begun, touches[:1])
 dark = 0.1 * twin.frame(begun, ())
 bumped = [twin.frame(moved, touches[:count]) for count in (0, 1)]
 shots += [hand, hand, shade.astype(np.uint8), dark.astype(np.uint8), *bumped]
-zero = take_zero([twin.frame(number, ()) for number in range(16)])
+zero = average_reference([twin.frame(number, ()) for number in range(16)])
 compiled = Compiled()
 event.register("numba:compile", compiled)
-follower = Follower(bench, zero, Stopwatch(time.monotonic), time.monotonic)
+follower = FrameProcessor(bench, zero, Stopwatch(time.monotonic), time.monotonic)
 first, known = len(compiled.names), kernels()
 said = []
 for number, image in enumerate(shots):
@@ -130,13 +130,13 @@ def test_nor_does_one_of_large_deflection(told, small, bumped):
 def chain(small):
     scene = small()
     bench, twin = build_bench(scene, lambda done, total: None), build_twin(scene)
-    zero = take_zero([twin.frame(number, ()) for number in range(16)])
+    zero = average_reference([twin.frame(number, ()) for number in range(16)])
     return bench, zero, bench.prepare(zero)[0]
 
 
 def test_what_is_made_up_shows_what_it_says(chain):
     bench, zero, _ = chain
-    follower = Follower(bench, zero, Stopwatch(time.monotonic), time.monotonic)
+    follower = FrameProcessor(bench, zero, Stopwatch(time.monotonic), time.monotonic)
     names, said = [], {}
     for frame in rehearsal(follower.chain, 3.0, lambda done, total, what: names.append(what)):
         assert (frame.image.dtype, frame.image.shape) == (np.uint8, (320, 384))
@@ -152,7 +152,7 @@ def test_what_is_made_up_shows_what_it_says(chain):
 def test_getting_ready_is_reported_step_by_step_and_leaves_no_trace(chain):
     bench, zero, _ = chain
     steps, watch = [], Stopwatch(time.monotonic)
-    follower = Follower(
+    follower = FrameProcessor(
         bench, zero, watch, time.monotonic, lambda *step: steps.append(step)
     )  # fmt: skip
     assert [done for done, _, _ in steps] == list(range(len(steps)))

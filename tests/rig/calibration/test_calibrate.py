@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from rig import cli
 from rig.calibration import store
-from rig.calibration.board import Board
+from rig.calibration.board import CharucoBoard
 
 SCENE = """
 title = "a bench"
@@ -26,7 +26,7 @@ stand_off = 460
 [projector]
 size = [64, 40]
 """
-BOARD = Board((11, 9), 20.0, 15.0)
+BOARD = CharucoBoard((11, 9), 20.0, 15.0)
 STANDS = [(127, 100, 430), (330, 100, 380), (-90, 120, 370), (127, 320, 360), (130, -130, 380)]
 
 

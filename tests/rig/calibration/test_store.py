@@ -8,23 +8,23 @@ import pytest
 import rig
 import synthetic
 from rig.calibration import store
-from rig.calibration.alignment import Alignment
 from rig.calibration.latency import Latency
 from rig.calibration.lens import Lens
 from rig.calibration.photon import Photon
 from rig.calibration.pose import Pose
-from rig.calibration.projector import Light
-from rig.markers import Screen
+from rig.calibration.projector import ProjectorLight
+from rig.live.alignment import Alignment
+from rig.projector.markers import Screen
 
 BENT = synthetic.Distortion(-0.1, 0.05, 1e-3, -2e-3, 0.01)
 LENS = Lens((1024, 1024), 1970.2, (510.1, 513.7), BENT, 0.4, 0.08, 0.02, ())
 POSE = Pose(
-    LENS.camera(synthetic.looking((127, 120, 500), (127, 127, 0))), np.eye(6) * 1e-4, 0.1, 0.03
+    LENS.camera(synthetic.look_at((127, 120, 500), (127, 127, 0))), np.eye(6) * 1e-4, 0.1, 0.03
 )
 SCREEN = Screen((1280, 800), np.array([[3.0, 0.1, 250], [0.0, -3.1, 780], [1e-5, 0, 1]]))
 MENDED = Alignment(np.array([[1.01, 0, -0.5], [0, 0.99, 0.4]]), 1.1, 0.3, 0.02, 0.004, (3,))
 PARTS = (
-    LENS, POSE, Light(SCREEN, 0.5, 0.2, 0.9), Photon(0.03, 1.5, 1e-4, 0.01, 0.02),
+    LENS, POSE, ProjectorLight(SCREEN, 0.5, 0.2, 0.9), Photon(0.03, 1.5, 1e-4, 0.01, 0.02),
     Latency(0.05, 0.07, 1e-3, 20, 1), MENDED,
 )  # fmt: skip
 

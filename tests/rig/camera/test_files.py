@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from rig.camera import Camera, InOrder
+from rig.camera import InOrder, LiveCamera
 from rig.camera.files import open_folder, open_video
 
 SHAPE = (32, 48)
@@ -31,7 +31,7 @@ def test_pictures_come_in_the_order_of_their_numbers_and_end(folder):
 
 
 def test_a_folder_plays_as_a_camera_at_its_rate(folder):
-    with Camera(lambda: open_folder(folder, rate=20)) as camera:
+    with LiveCamera(lambda: open_folder(folder, rate=20)) as camera:
         frames = [camera.grab(5.0) for _ in range(4)]
         with pytest.raises(EOFError, match=f"{folder} has ended after 4 pictures"):
             camera.grab(5.0)

@@ -13,10 +13,10 @@ import pytest
 from playwright.sync_api import expect, sync_playwright
 
 from rig.calibration.guide import Progress
-from rig.markers import fit_plate
 from rig.page import serve
-from rig.page.access import Access
-from rig.page.desk import Desk, Measured, Recording, Setting, Wizard
+from rig.page.controls import Desk, Measured, PageSetting, Recording, Wizard
+from rig.projector.markers import fit_plate
+from rig.web.access import Access
 
 pytestmark = pytest.mark.browser
 
@@ -230,7 +230,7 @@ def test_a_status_is_text_and_never_markup(page, snapshot):
 DESK = Desk(
     ("the disk is nearly full",),
     Recording(False, "nothing is recorded", 0, 0),
-    (Setting("projector.mode", "Marks", "beside", ("on", "beside")),),
+    (PageSetting("projector.mode", "Marks", "beside", ("on", "beside")),),
     (Measured("pose", 3, 0.081, "mm"), Measured("latency", 0, 0.0021, "s")),
 )
 GUIDED = Desk(

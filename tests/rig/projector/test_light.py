@@ -6,19 +6,19 @@ import pytest
 import fe
 import models
 import synthetic
-from dic.tiles import lay_tiles
-from rig import live
+from dic.tiles.tiles import lay_tiles
 from rig.calibration.projector import brightness
-from rig.markers import draw_marks, fit_plate
+from rig.live import chain as live
+from rig.live.baseline import ReferenceFrame
+from rig.live.snapshot import Mark
+from rig.live.view import look, marks
+from rig.projector.display_log import Shown
 from rig.projector.interference import Interference, interference
-from rig.projector.light import divided, see_light
-from rig.projector.relit import Relit
-from rig.projector.shown import Shown
-from rig.snapshot import Mark
-from rig.source import Frame
-from rig.stopwatch import Stopwatch
-from rig.view import look, marks
-from rig.zero import Zero
+from rig.projector.light_correction import Relit
+from rig.projector.light_map import divided, see_light
+from rig.projector.markers import draw_marks, fit_plate
+from rig.system.frame import Frame
+from rig.system.timing import Stopwatch
 
 SCREEN = fit_plate((640, 400), (254.0, 180.0))
 CAMERA = (500, 380)
@@ -98,8 +98,8 @@ def test_the_meter_says_beforehand_how_far_light_moves_a_touch():
     solver = fe.Linear(plate, fe.grid(plate, 32))
     rest = photograph(warper, np.zeros((len(warper.points), 3)))
     tiles = lay_tiles(rest.shape, 8)
-    motions = models.see_motions(fe.modes(plate, 60), camera, 1.0, tiles)
-    chain = live.prepare_chain(Zero(rest.astype(np.float32), 2.0), motions, 1)
+    motions = models.prepare_motions(fe.modes(plate, 60), camera, 1.0, tiles)
+    chain = live.prepare_chain(ReferenceFrame(rest.astype(np.float32), 2.0), motions, 1)
     screen = fit_plate((640, 512), plate.size)
     light_map = see_light(screen, look(plate, camera, 1.0).T_px_plate, camera.size, 1.0, DARK)
     told, happened = [], []
@@ -123,7 +123,7 @@ def photograph(warper, moved):
 
 
 def found(chain, image):
-    return live.sense(chain, image, live.at_rest(chain), Stopwatch(lambda: 0.0)).estimate
+    return live.estimate_frame(chain, image, live.at_rest(chain), Stopwatch(lambda: 0.0)).estimate
 
 
 def test_the_meter_speaks_only_where_light_does_harm():

@@ -14,11 +14,11 @@ import h5py
 import numpy as np
 import pytest
 
-from rig.recording.mark import SUPERBLOCK, unmarked
-from rig.recording.recorder import RESERVE, Recorder
+from rig.recording.recorder import RESERVE, SessionRecorder
 from rig.recording.replay import replay
 from rig.recording.session import open_session
-from rig.stopwatch import Stopwatch
+from rig.recording.swmr_flag import SUPERBLOCK, unmarked
+from rig.system.timing import Stopwatch
 
 PRESSED = [*range(30, 34), *range(60, 66), *range(480, 490)]  # nobody, one finger, two fingers
 
@@ -48,7 +48,7 @@ def test_a_slow_disk_leaves_frames_out_and_the_others_are_found_again(
     session, tmp_path, monkeypatch
 ):
     path = tmp_path / "session.h5"
-    calls, left_out, put = iter(range(1000)), threading.Event(), Recorder.put
+    calls, left_out, put = iter(range(1000)), threading.Event(), SessionRecorder.put
 
     def watched(recorder, shot):
         put(recorder, shot)
@@ -60,7 +60,7 @@ def test_a_slow_disk_leaves_frames_out_and_the_others_are_found_again(
             assert left_out.wait(60.0)
         return 2 * RESERVE
 
-    monkeypatch.setattr(Recorder, "put", watched)
+    monkeypatch.setattr(SessionRecorder, "put", watched)
 
     bench, shots, recorder = session(path, PRESSED, free=slow, waiting=1)
     assert recorder.dropped > 0
@@ -107,7 +107,7 @@ from pathlib import Path
 import numpy as np
 from rig.recording.layout import LAST
 from rig.recording.writer import Writer
-from rig.zero import Zero
+from rig.live.baseline import Zero
 layout = {"frames/image": ((60, 80), "u1"), "touches/place": ((2, 3), "f8"), LAST: ((), "i8")}
 scene = '{"title": "a test"}'
 zero = Zero(np.ones((60, 80), np.float32), 2.0)

@@ -1,0 +1,69 @@
+"""Public names of `fe`: the one list, read by type checkers and by the lazy loader."""
+
+from .elements.hermite import (
+    HERMITE_DERIVATIVES as HERMITE_DERIVATIVES,
+    hermite_gram as hermite_gram,
+)
+from .elements.mesh import (
+    Mesh as Mesh,
+    default_mesh as default_mesh,
+    grid as grid,
+)
+from .linear.adjoint import Adjoint as Adjoint
+from .linear.compliances import compliance as compliance
+from .linear.gauge_influence import (
+    Influence as Influence,
+    influence as influence,
+)
+from .linear.linear import (
+    Linear as Linear,
+    LinearState as LinearState,
+    deflect as deflect,
+)
+from .linear.linear_range import linear_range as linear_range
+from .linear.plate_modes import (
+    Modes as Modes,
+    modes as modes,
+)
+from .linear.point_influence import (
+    DisplacementInfluence as DisplacementInfluence,
+    displacement_influence as displacement_influence,
+)
+from .linear.validity import (
+    LINEAR_TOLERANCE as LINEAR_TOLERANCE,
+    LinearRange as LinearRange,
+    as_percent as as_percent,
+)
+from .output.plot import draw as draw
+from .output.vtu import write_vtu as write_vtu
+from .plate.edges import (
+    Clamped as Clamped,
+    Edge as Edge,
+    Edges as Edges,
+    Elastic as Elastic,
+    Free as Free,
+    Supported as Supported,
+)
+from .plate.plate import (
+    Patch as Patch,
+    Plate as Plate,
+    Touch as Touch,
+)
+from .reduced import (
+    LargeState as LargeState,
+    Reduced as Reduced,
+    ReducedReadings as ReducedReadings,
+    Trust as Trust,
+    reduced_plate as reduced_plate,
+)
+from .reduced.large_state import drift_at as drift_at
+from .shell import (
+    Base as Base,
+    Shell as Shell,
+    ShellState as ShellState,
+    Stability as Stability,
+    Verdict as Verdict,
+    shell_mesh as shell_mesh,
+    solve as solve,
+)
+from .shell.base import check_base as check_base

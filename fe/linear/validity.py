@@ -1,0 +1,72 @@
+"""Whether linear theory holds for a plate and its touches: numbers that need no plate to read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+LINEAR_TOLERANCE = 0.05
+"""Error of linear theory up to which it is taken: what a good camera bench knows of its plate."""
+
+
+@dataclass(frozen=True)
+class LinearRange:
+    """What a touch does to a plate, and what linear theory makes of it.
+
+    Attributes
+    ----------
+    theory : {"linear", "large"}
+        The smaller theory that is right to `LINEAR_TOLERANCE`.
+    force : float
+        Of the touch, N.
+    place : tuple of float
+        Where the plate deflects most for its thickness, mm.
+    deflection : float
+        There, under the touch, mm, positive into the plate.
+    ratio : float
+        Deflection over the thickness there.
+    error : float
+        Of linear theory, relative: the larger of its error in that deflection and in the strain of
+        the touched face, root of the sum of squares over the whole face.
+    """
+
+    theory: Literal["linear", "large"]
+    force: float
+    place: tuple[float, float]
+    deflection: float
+    ratio: float
+    error: float
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Return everything as named arrays, for a file."""
+        return {name: np.asarray(value) for name, value in asdict(self).items()}
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, np.ndarray]) -> LinearRange:
+        """Return the regime that `arrays` came from.
+
+        Raises
+        ------
+        KeyError
+            One of them is missing.
+        """
+        said: dict[str, Any] = {name: arrays[name].tolist() for name in cls.__dataclass_fields__}
+        said["place"] = tuple(said["place"])
+        return cls(**said)
+
+    @property
+    def sentence(self) -> str:
+        """Text for the user."""
+        x, y = self.place
+        return (
+            f"w/h is up to {self.ratio:.2g} under {self.force:g} N at ({x:g}, {y:g}) mm, where "
+            f"linear theory is off by {as_percent(self.error)}"
+        )
+
+
+def as_percent(share: float) -> str:
+    """Write a relative error for people: two digits, and no more than that it is all wrong."""
+    return f"{100 * share:.2g} %" if share < 0.995 else "more than 100 %"

@@ -1,0 +1,81 @@
+"""What the page shows beside the frame: notes, recording, settings, a guided calibration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rig.calibration.guide import Progress
+
+
+@dataclass(frozen=True)
+class PageSetting:
+    """Something that may be changed while the loop runs.
+
+    Attributes
+    ----------
+    key : str
+        As the scene has it, such as "projector.mode".
+    label : str
+    value : str
+    choices : tuple of str
+    """
+
+    key: str
+    label: str
+    value: str
+    choices: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Recording:
+    """The recording: whether one runs, and how it is."""
+
+    running: bool
+    status: str
+    frames: int
+    dropped: int
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A part of the calibration: its age and what it leaves, with its unit."""
+
+    name: str
+    days: int
+    error: float
+    unit: str
+
+
+UNITS = {"latency": "s", "noise": "share"}
+"""Units of the errors of a calibration's parts, where they are not mm."""
+
+
+@dataclass(frozen=True)
+class Wizard:
+    """A guided calibration on its way, and the unit of its error."""
+
+    what: str
+    progress: Progress
+    unit: str
+
+
+@dataclass(frozen=True)
+class Desk:
+    """Everything beside the frame.
+
+    Attributes
+    ----------
+    notes : tuple of str
+        What the user should know, a sentence each.
+    recording : Recording or None
+        None where nothing can be recorded.
+    settings : tuple of PageSetting
+    calibration : tuple of Measured
+    wizard : Wizard or None
+    """
+
+    notes: tuple[str, ...] = ()
+    recording: Recording | None = None
+    settings: tuple[PageSetting, ...] = ()
+    calibration: tuple[Measured, ...] = ()
+    wizard: Wizard | None = None
