@@ -159,3 +159,16 @@ def test_large_touches(example, tmp_path):
         "large-touch.png",
         "bent-base.vtu",
     }
+
+
+def test_live_loop(example):
+    printed = example(9)
+    rows = printed.lines("one touch in the last of")
+    assert rows[0][1:] == [384, 320]
+    place, force = printed.line("median error:")
+    assert place < 6  # mm; measured 3.4, and σ is 3: the camera is small
+    assert force < 0.3  # N; measured 0.05
+    assert printed.line("missed:") == [0, 0]
+    times = [line.split()[0] for line in printed.splitlines() if ": touch 1 at" in line]
+    assert len(times) >= 10
+    assert times == sorted(times, key=float)

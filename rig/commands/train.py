@@ -29,7 +29,7 @@ BATCHES_A_CHECK = 100
 """Looking at the validation set costs as much as several batches."""
 
 
-def train_net(
+def train(
     scene: Annotated[str, typer.Argument(help="Name of a shipped scene, or path of a TOML file.")],
     out: Annotated[
         Path | None, typer.Option(help="Model file; results/SCENE/model.h5 by default.")
@@ -94,9 +94,9 @@ def _calibration(name: str, bench: Scene) -> str:
     """Return the calibration beside a scene as JSON, where a camera reads its gauges."""
     if bench.gauges is None or bench.gauges.subset is None:
         return ""
-    from rig.calibration.store import beside, read
+    from rig.calibration.store import calibration_beside
 
-    return read(beside(name)).model_dump_json(exclude_none=True)
+    return calibration_beside(name).model_dump_json(exclude_none=True)
 
 
 def _train(taught: TrainingPlan, sets: TrainingSets, part: Path) -> Trained:
