@@ -29,7 +29,7 @@ BATCHES_A_CHECK = 100
 """Looking at the validation set costs as much as several batches."""
 
 
-def train_net(
+def train(
     scene: Annotated[str, typer.Argument(help="Name of a shipped scene, or path of a TOML file.")],
     out: Annotated[
         Path | None, typer.Option(help="Model file; results/SCENE/model.h5 by default.")
