@@ -280,7 +280,7 @@ poisson = 0.38
 edges.kind = "clamped"
 theory = "linear"
 [touches]
-most = 2
+max_touches = 2
 force = [0.5, 4]
 [camera]
 kind = "pinhole"

@@ -54,7 +54,7 @@ def main() -> None:
     options.add_argument("--touches", type=int, default=60)
     options.add_argument("--strength", type=float, default=1.0)
     given = options.parse_args()
-    scene = rig.load("twin", {"touches.most": 1})
+    scene = rig.load("twin", {"touches.max_touches": 1})
     twin, bench = build_twin(scene), build_bench(scene, lambda done, total: None)
     dark = np.ones(twin.warper.light.shape, np.float32)
     rest = [photograph(twin, (), dark, (9, k)) for k in range(scene.dic.reference_frames)]

@@ -6,3 +6,4 @@ from .scene import (
     load as load,
 )
 from .system.cache import CacheError as CacheError
+from .system.version import __version__ as __version__

@@ -6,9 +6,11 @@ anything else is a fault of this program and shows where it happened.
 
 import os
 import sys
+import warnings
 from collections.abc import Callable, Sequence
+from functools import partial
 from importlib import import_module
-from typing import Annotated, NoReturn
+from typing import Annotated, Any, NoReturn
 
 import typer
 
@@ -38,6 +40,7 @@ def main() -> None:
     """Run the command line of this process."""
     for variable in THREADS:
         os.environ.setdefault(variable, "1")
+    warnings.showwarning = partial(_show_warning, warnings.showwarning)
     arguments = [argument for argument in sys.argv[1:] if argument != TRACEBACK]
     try:
         application(arguments)(arguments)
@@ -74,7 +77,26 @@ def sentence(error: ValueError | OSError) -> str:
     return " ".join(text.split()) or type(error).__name__
 
 
+def _show_warning(usual: Callable[..., None], message: Warning | str, *about: Any) -> None:
+    """Give a warning of ours to users, such as that of a renamed key, as one sentence."""
+    if type(message).__module__.partition(".")[0] == "rig":
+        sys.stderr.write(f"touchplate: {message}\n")
+    else:
+        usual(message, *about)
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        from rig.system.version import __version__
+
+        typer.echo(f"touchplate {__version__}")
+        raise typer.Exit
+
+
 def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Say the version.")
+    ] = False,
     traceback: Annotated[  # taken out of the arguments by `main`; here for its help
         bool, typer.Option(TRACEBACK, help="Show where an error happened.")
     ] = False,

@@ -47,7 +47,7 @@ def collect(
     from rig.commands.run import known
     from rig.scene import load, parse_overrides
 
-    overrides = parse_overrides(settings or []) | {"touches.most": 1}
+    overrides = parse_overrides(settings or []) | {"touches.max_touches": 1}
     loaded = load(scene, overrides)
     if loaded.source and loaded.source.kind == "twin":
         overrides |= {"source.script": "collect"}

@@ -164,7 +164,7 @@ def _open_sinks(
     if scene.outputs:
         from rig.out.open import open_outputs
 
-        most = scene.touches.most if scene.touches else 1
+        most = scene.touches.max_touches if scene.touches else 1
         sinks += open_outputs(scene.outputs, scene.plate.size, screen, most, open_parts)
     return show, sinks
 

@@ -29,7 +29,7 @@ BATCHES_A_CHECK = 100
 """Looking at the validation set costs as much as several batches."""
 
 
-def train_net(
+def train(
     scene: Annotated[str, typer.Argument(help="Name of a shipped scene, or path of a TOML file.")],
     out: Annotated[
         Path | None, typer.Option(help="Model file; results/SCENE/model.h5 by default.")
@@ -126,12 +126,14 @@ def descend(
 
     net, touches = taught.net, taught.touches
     rng = np.random.default_rng(net.seed)
-    poles = touches if net.told == "poles" else 0
+    poles = touches if net.target_encoding == "rational" else 0
     return train_net(
         sets.training,
         sets.validation,
         NetOptions(layers, net.activation, net.inputs, poles),
-        Recipe(net.epochs, net.learning_rate, net.decay, net.outputs, net.finish, _check(taught)),
+        Recipe(
+            net.epochs, net.learning_rate, net.decay, net.outputs, net.lbfgs_steps, _check(taught)
+        ),
         rng,
         on_epoch,
         _loss(taught),
@@ -152,7 +154,7 @@ def _batches(taught: TrainingPlan, sets: TrainingSets) -> Iterator[Dataset] | No
     stream = noisy_batches(shuffled_batches(pool, size, rng), sets.noise.root, rng)
     if pictures is None:
         return stream
-    few = max(round(size * taught.training.share), 1)
+    few = max(round(size * taught.training.rendered_fraction), 1)
     return mixed_batches(stream, shuffled_batches(pictures, few, rng))
 
 
@@ -161,7 +163,7 @@ def _loss(taught: TrainingPlan) -> Loss:
     from models import distance_loss, magnitude_loss, permutation_invariant_loss
 
     weight = taught.net.magnitude_weight
-    if taught.net.told == "poles":
+    if taught.net.target_encoding == "rational":
         return permutation_invariant_loss(taught.touches, weight)
     return (
         magnitude_loss(taught.touches, weight)

@@ -89,19 +89,22 @@ class GaugesSection(Section):
 class RingSection(GaugesSection):
     """Strain gauges in a ring along the edges, as in the paper.
 
-    The paper does not show where they lie: reading A is the rectangle `margin` inside the edges,
-    reading B lies on the edges themselves and reproduces the paper's figures.
+    The paper does not show where they lie; on the edges they reproduce its figures.
     """
 
     kind: Literal["ring"] = Field("ring", description="arrangement")
-    reading: Literal["A", "B"] = Field("B", description="reading of the paper")
-    margin: Length = Field(5.0, ge=0, description="distance from corners, and edges in A, mm")
+    placement: Literal["inside", "edges"] = Field(
+        "edges", description="on the edges themselves, or `margin` inside them"
+    )
+    margin: Length = Field(
+        5.0, ge=0, description="distance from corners, and from edges where inside, mm"
+    )
 
     def build(self, plate: PlateSection) -> np.ndarray:
         """Return the places on `plate`, (M, 2) float64, mm."""
         from models import gauges_inside_edges, gauges_on_edges
 
-        places = {"A": gauges_inside_edges, "B": gauges_on_edges}[self.reading]
+        places = {"inside": gauges_inside_edges, "edges": gauges_on_edges}[self.placement]
         return places(plate.size, self.spacing, self.margin)
 
 

@@ -114,7 +114,7 @@ def test_predicted_errors_are_those_of_a_simulated_run(small):
             "camera.pixels": [512, 416],
             "pattern.diameter": 2.6,
             "touches.force": [2, 4],
-            "touches.most": 1,
+            "touches.max_touches": 1,
             "source.script": "random",
             "estimator.modes": 200,
         }
