@@ -1,6 +1,6 @@
 """The command `touchplate`: imports the command that is asked for and no other.
 
-What a user can mend, a ValueError or an OSError, ends in one sentence on stderr and exit code 2;
+What a user can correct, a ValueError or an OSError, ends in one sentence on stderr and exit code 2;
 anything else is a fault of this program and shows where it happened.
 """
 
@@ -17,11 +17,11 @@ import typer
 COMMANDS = {
     "show": "Say what a scene contains, what it leaves out and why.",
     "design": "Say what a bench will reach, before anything is bought.",
-    "correlate": "Correlate two pictures: displacement, strain and their uncertainty.",
+    "correlate": "Correlate two images: displacement, strain and their uncertainty.",
     "run": "Run the live loop of a scene.",
     "record": "Run the live loop and keep all that it sees and says.",
     "replay": "Find the touches of a recording again.",
-    "export": "Write a recording as pictures, tables, surfaces or a video.",
+    "export": "Write a recording as images, tables, surfaces or a video.",
     "calibrate": "Calibrate camera, plate, projector, noise or latency, step by step.",
     "collect": "Ask for known presses, and learn from them what the bench has wrong.",
     "dataset": "Write a data set of simulated touches.",
@@ -29,7 +29,7 @@ COMMANDS = {
     "tune": "Search over layers and sizes of the net of a scene.",
     "score": "Repeat the test of a trained net.",
     "report": "Error against run time, stiff and extreme cases: run the studies, write the page.",
-    "doctor": "Say what this machine has for a bench, what it lacks, and how to mend it.",
+    "doctor": "Say what this machine has for a bench, what it lacks, and the remedy.",
 }
 TRACEBACK = "--traceback"
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")

@@ -55,20 +55,20 @@ def run(
 
 
 def known(name: str, scene: Scene) -> Calibration:
-    """Read the calibration beside a scene, and say what is to be doubted in it."""
+    """Read the calibration beside a scene, and say what is wrong or old in it."""
     from rig.calibration.store import beside, read
     from rig.scene.source import DeviceSection
 
     path = beside(name)
     calibration = read(path)
-    doubts = calibration.doubts(scene, datetime.now(UTC))
+    notes = calibration.doubts(scene, datetime.now(UTC))
     if isinstance(scene.source, DeviceSection) and scene.camera and calibration.camera() is None:
-        doubts.append(
+        notes.append(
             f"'{path}' holds no lens and pose: the camera is taken to look straight down from"
             f" {scene.camera.stand_off:g} mm; run `touchplate calibrate camera` and `pose`"
         )
-    for doubt in doubts:
-        warn(doubt)
+    for note in notes:
+        warn(note)
     return calibration
 
 
@@ -157,15 +157,15 @@ def _open_sinks(
     screen = calibration.screen() or fit_plate(size, scene.plate.size)
     show, sinks = None, []
     if not headless:
-        from rig.commands.page_panels import open_panes
+        from rig.commands.page_panels import open_panels
 
-        doubts = tuple(calibration.doubts(scene, datetime.now(UTC)))
-        show, sinks = open_panes(scene, calibration, doubts, screen, switch, open_parts)
+        notes = tuple(calibration.doubts(scene, datetime.now(UTC)))
+        show, sinks = open_panels(scene, calibration, notes, screen, switch, open_parts)
     if scene.outputs:
         from rig.out.open import open_outputs
 
-        most = scene.touches.max_touches if scene.touches else 1
-        sinks += open_outputs(scene.outputs, scene.plate.size, screen, most, open_parts)
+        max_touches = scene.touches.max_touches if scene.touches else 1
+        sinks += open_outputs(scene.outputs, scene.plate.size, screen, max_touches, open_parts)
     return show, sinks
 
 

@@ -95,5 +95,5 @@ def _left_out(scene: Scene, absent: tuple[str, ...], theory: Theory | None) -> t
             LeftOut("out-of-plane terms", "a telecentric camera sees no motion along its view")
         )
     if isinstance(scene.source, TwinSection):
-        left.append(LeftOut("camera device", "pictures are rendered"))
+        left.append(LeftOut("camera device", "images are rendered"))
     return tuple(left)

@@ -54,7 +54,7 @@ def _held(edges: Edges, side: str) -> int:
 
 
 def tiles(dic: DicSection, scene: Scene) -> int:
-    """Return the number of tiles on a picture of the scene's camera."""
+    """Return the number of tiles on an image of the scene's camera."""
     width, height = scene.camera.pixels if scene.camera else (0, 0)
     return ((width - 2 * TILE_MARGIN) // dic.tile) * ((height - 2 * TILE_MARGIN) // dic.tile)
 

@@ -76,7 +76,7 @@ def describe(name: str, section: Section, scene: Scene) -> Part:
         ):
             return _sensing(name, section, scene)
         case TwinSection() | DeviceSection() | Folder() | Video() | Recorded():
-            return _pictures(name, section, scene)
+            return _images(name, section, scene)
         case Page() | ProjectorSection() | Outputs():
             return _shown(name, section)
     raise TypeError(f"no account of a {type(section).__name__}")
@@ -162,7 +162,7 @@ def _sensing(
 ) -> Part:
     match section:
         case DicSection(tile=tile, reference_frames=frames):
-            what = f"sums over tiles of {tile} px; reference of {frames} pictures"
+            what = f"sums over tiles of {tile} px; reference of {frames} frames"
             return Part(
                 name, what, f"{counts.tiles(section, scene)} tiles a frame", ("dic", "numba")
             )
@@ -194,14 +194,14 @@ def _strain(name: str, scene: Scene) -> Part:
     )
 
 
-def _pictures(
+def _images(
     name: str, section: TwinSection | DeviceSection | Folder | Video | Recorded, scene: Scene
 ) -> Part:
     match section:
         case TwinSection(script=script, seed=seed):
             columns, rows = counts.elements(scene.plate, counts.TWIN_ELEMENTS)
-            cost = f"{columns} × {rows} elements solved and one picture a frame, in its own process"
-            what = f"rendered pictures, script '{script}', seed {seed}"
+            cost = f"{columns} × {rows} elements solved and one image a frame, in its own process"
+            what = f"rendered images, script '{script}', seed {seed}"
             return Part(name, what, cost, ("fe", "synthetic"))
         case OpenCv(device=place) | V4l2(device=place):
             what = f"camera at {place}"

@@ -68,7 +68,7 @@ class Scene(Section):
     )
     training: TrainingSection | None = Field(None, description="training and test touches")
     dataset: DatasetSection | None = Field(None, description="samples of touches on disk")
-    source: Source | None = Field(None, description="where pictures come from")
+    source: Source | None = Field(None, description="where frames come from")
     page: Page | None = Field(None, description="the operator page")
     projector: ProjectorSection | None = Field(None, description="the projector window")
     outputs: Outputs | None = Field(None, description="where touches are sent to")

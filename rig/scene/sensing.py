@@ -11,14 +11,14 @@ from rig.scene.section import Section
 
 
 class DicSection(Section):
-    """Correlation of each picture with the reference."""
+    """Correlation of each frame with the reference."""
 
     tile: Count = Field(16, ge=4, le=64, description="side of the tiles whose sums are kept, px")
     subset: Count = Field(
         49, ge=5, description="side of the window that gives one displacement of the map, px, odd"
     )
     window: Count = Field(5, ge=3, description="side of the strain window, displacements, odd")
-    reference_frames: Count = Field(16, ge=2, description="pictures averaged into the reference")
+    reference_frames: Count = Field(16, ge=2, description="frames averaged into the reference")
 
     @field_validator("subset", "window")
     @classmethod

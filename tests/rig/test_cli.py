@@ -1,4 +1,4 @@
-"""The command line: quick, one sentence for what the user can mend, a traceback when asked for."""
+"""The command line: quick, a sentence for what the user can correct, a traceback on demand."""
 
 import importlib.metadata
 import subprocess
@@ -81,7 +81,7 @@ def test_the_help_of_calibrate_names_what_it_can():
         (["show", "twin", "--set", "plate.thickness"], "touchplate: setting 'plate.thickness'"),
     ],
 )
-def test_what_the_user_can_mend_is_one_line(arguments, sentence):
+def test_what_the_user_can_correct_is_one_line(arguments, sentence):
     done = touchplate(*arguments)
     assert done.returncode == 2
     assert done.stdout == ""

@@ -190,7 +190,7 @@ def test_a_search_prints_its_candidates_and_goes_on(bench):
     "settings",
     [[], ["--set", "estimator.target_encoding=rational", "--set", "estimator.outputs=scaled"]],
 )
-def test_a_net_of_two_touches_tells_places_and_magnitudes(bench, settings):
+def test_a_net_of_two_touches_estimates_places_and_magnitudes(bench, settings):
     (bench[0] / "pair.toml").write_text(PAIR)
     done = bench[1]("train", "pair.toml", "--json", *settings)
     assert done.returncode == 0, done.stderr
