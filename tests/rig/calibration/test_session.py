@@ -19,7 +19,7 @@ from rig.system.timing import Stopwatch
 from tests.rig.conftest import SMALL
 
 RATE, FRAMES, COUNT = 30.0, 24, 12  # frames a second and a press
-BENCH = SMALL | {"touches.force": [2, 4], "touches.most": 1, "source.script": "collect"}
+BENCH = SMALL | {"touches.force": [2, 4], "touches.max_touches": 1, "source.script": "collect"}
 
 
 @pytest.fixture(scope="module")

@@ -74,8 +74,8 @@ def feed(publisher, draw):
 
 
 def pixels(page):
-    """Canvas of the picture, (H, W, 3) RGB."""
-    png = page.evaluate("document.getElementById('picture').toDataURL()").partition(",")[2]
+    """Canvas of the image, (H, W, 3) RGB."""
+    png = page.evaluate("document.getElementById('view-canvas').toDataURL()").partition(",")[2]
     return cv2.imdecode(np.frombuffer(base64.b64decode(png), np.uint8), cv2.IMREAD_COLOR)[..., ::-1]
 
 
@@ -85,7 +85,7 @@ def open_live(page, publisher):
 
 
 def still(snapshot, **changes):
-    """Publish one frame again and again, so that only choices change the picture."""
+    """Publish one frame again and again, so that only choices change the image."""
     shot = snapshot(3, **changes)
     return lambda sequence: snapshot(3, **changes) if sequence else shot
 
@@ -172,7 +172,7 @@ def test_without_strain_the_choice_is_off_and_says_why(page, snapshot):
     assert page.complaints == []
 
 
-def test_the_projector_view_shows_the_projector_picture(page, snapshot):
+def test_the_projector_view_shows_the_projector_image(page, snapshot):
     with serve(0, SCREEN) as publisher, feed(publisher, snapshot):
         open_live(page, publisher)
         expect(page.locator("[value=projector]")).to_be_enabled()
