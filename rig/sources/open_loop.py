@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rig.live.snapshot import Snapshot
     from rig.projector.show import Show
 
-Report = Callable[[int, int], object]
+Report = Callable[[int, int], None]
 """Called as ``report(done, total)``."""
 
 Progress = Callable[[str], AbstractContextManager[Report]]

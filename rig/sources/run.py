@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import ExitStack, contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
@@ -110,7 +110,7 @@ def _frames(
     calibration: Calibration,
     record: Path | None,
     opened: Callable[[Loop], object],
-) -> Iterator[Snapshot]:
+) -> Generator[Snapshot, None, None]:
     with ExitStack() as parts:
         with interruptible():
             loop = parts.enter_context(_open(scene, calibration, record))
@@ -143,4 +143,7 @@ def _open(scene: Scene, calibration: Calibration, record: Path | None) -> Iterat
 
 @contextmanager
 def _progress(title: str) -> Iterator[Report]:
-    yield lambda done, total: LOG.info("%s: %d of %d", title, done, total)
+    def report(done: int, total: int) -> None:
+        LOG.info("%s: %d of %d", title, done, total)
+
+    yield report
