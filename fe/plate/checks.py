@@ -15,7 +15,7 @@ from fe.arrays import F64
 _SMALLEST, _LARGEST = 1e-30, 1e30
 
 
-def number(value: object, name: str, unit: str) -> float:
+def number(given: object, name: str, unit: str) -> float:
     """Return a real number as a float; NaN and infinity pass.
 
     Raises
@@ -23,7 +23,8 @@ def number(value: object, name: str, unit: str) -> float:
     ValueError
         It is no number, or too large for a float.
     """
-    if isinstance(value, np.ndarray) and value.ndim == 0:
+    value: Any = given
+    if getattr(value, "ndim", None) == 0:
         value = value.item()
     if isinstance(value, bool) or not isinstance(value, Real):
         raise ValueError(f"{name} must be a number in {unit}, got {short(value)}; give one")
