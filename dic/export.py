@@ -1,4 +1,4 @@
-"""Fields to files: HDF5, CSV and pictures, each written aside and renamed: whole or not at all."""
+"""Fields to files: HDF5, CSV and plots, each written aside and renamed: whole or not at all."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def columns(disp: DisplacementField, eps: StrainField) -> dict[str, NDArray]:
         "sigma_v": disp.sigma_v,
         "zncc": disp.zncc,
         "iterations": disp.iterations,
-        "share": disp.share,
+        "valid_fraction": disp.valid_fraction,
         "status": disp.status,
         "exx": eps.exx,
         "eyy": eps.eyy,
@@ -108,7 +108,9 @@ def _parameters(disp: DisplacementField, eps: StrainField) -> dict[str, int | st
     }
 
 
-def overview(path: str | Path, image: ArrayLike, disp: DisplacementField, eps: StrainField) -> None:
+def draw_overview(
+    path: str | Path, image: ArrayLike, disp: DisplacementField, eps: StrainField
+) -> None:
     """Draw u, v, status, exx, eyy and exy over the grey reference (H, W), one PNG for all."""
     from dic.plots import plot
 
@@ -118,7 +120,7 @@ def overview(path: str | Path, image: ArrayLike, disp: DisplacementField, eps: S
         plot.draw_sheet(draft, np.asarray(image), fields, disp)
 
 
-def pictures(
+def draw_fields(
     folder: str | Path, image: ArrayLike, disp: DisplacementField, eps: StrainField
 ) -> list[Path]:
     """Draw every field over the grey reference, one PNG each.

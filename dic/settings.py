@@ -15,8 +15,8 @@ from dic.images.spline import noise_slope, spline_coefficients, spline_gradient
 
 _SPOTS = 3  # speckles across a subset, iDICs Good Practices Guide
 _SIZES = range(11, 102, 2)  # px
-_SHARE = 95  # percent of the subsets that shall reach the σ asked for
-_TAPER = 24  # px at the border that fade to grey, so that a shifted picture does not ring
+_PERCENTILE = 95  # of the subsets, that shall reach the σ asked for
+_TAPER = 24  # px at the border that fade to grey, so that a shifted image does not ring
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def speckle_size(image: ArrayLike) -> float:
     Raises
     ------
     ValueError
-        The picture cannot be used, or has no spots: its autocorrelation never falls to one half.
+        The image cannot be used, or has no spots: its autocorrelation never falls to one half.
     """
     grey = check_image(image, "reference").astype(np.float64)
     spectrum = np.square(np.abs(np.fft.rfft2(_faded(grey - grey.mean()))))
@@ -69,7 +69,7 @@ def _half_width(line: NDArray) -> float:
     top = line[1] + (line[1] - line[2]) / 3
     below = np.flatnonzero(line[1:] < top / 2)
     if not len(below) or top <= 0:
-        raise ValueError("reference has no spots that a speckle size could be told of; check focus")
+        raise ValueError("reference has no spots whose size could be measured; check focus")
     first = int(below[0]) + 1
     before, after = top if first == 1 else line[first - 1], line[first]
     return first - 1 + (before - top / 2) / (before - after)
@@ -78,9 +78,9 @@ def _half_width(line: NDArray) -> float:
 def sub_pixel_bias(
     image: ArrayLike, subset: int = 21, shifts: ArrayLike = (0.25, 0.5, 0.75)
 ) -> NDArray[np.float64]:
-    """Measure what interpolation does to shifts of this very picture.
+    """Measure what interpolation does to shifts of this very image.
 
-    The picture is shifted by its Fourier series, which is exact for what the camera resolves, and
+    The image is shifted by its Fourier series, which is exact for what the camera resolves, and
     correlated with itself.
 
     Parameters
@@ -112,7 +112,7 @@ def sub_pixel_bias(
 
 
 def _faded(grey: NDArray) -> NDArray[np.float64]:
-    """Let a picture of mean zero fade out at its border."""
+    """Let an image of mean zero fade out at its border."""
     for axis in (0, 1):
         count = grey.shape[axis]
         away = np.minimum(np.arange(count), np.arange(count)[::-1])
@@ -127,7 +127,7 @@ def recommend_settings(image: ArrayLike, noise: float, sigma: float = 0.01) -> S
     Parameters
     ----------
     image : (H, W), grey levels
-        Picture of the pattern by the camera of the test.
+        Of the pattern, by the camera of the test.
     noise : float, grey levels
         Standard deviation of its noise.
     sigma : float, px
@@ -136,7 +136,7 @@ def recommend_settings(image: ArrayLike, noise: float, sigma: float = 0.01) -> S
     Raises
     ------
     ValueError
-        The picture cannot be used, or no subset up to 101 px reaches `sigma`.
+        The image cannot be used, or no subset up to 101 px reaches `sigma`.
     """
     grey = check_image(image, "reference")
     speckle = speckle_size(grey)
@@ -154,11 +154,11 @@ def recommend_settings(image: ArrayLike, noise: float, sigma: float = 0.01) -> S
 
 
 def _floor(steep: NDArray, subset: int, noise: float) -> float:
-    """σ that 95 % of the subsets of a picture stay below, px; noise in ∇f is no texture."""
+    """σ that 95 % of the subsets of an image stay below, px; noise in ∇f is no texture."""
     half = subset // 2
     ys, xs = (np.arange(half, count - half, max(half, 1)) for count in steep.shape[1:])
     centres = np.stack(np.meshgrid(xs, ys), axis=-1).reshape(-1, 2)
     own = noise_slope() * noise**2 * subset**2
     sums = np.stack([box_sums(plane, centres, half) for plane in steep]) - own
-    least = np.maximum(sums.min(axis=0), 1e-12)
-    return float(np.percentile(noise_floor(noise, least), _SHARE))
+    texture = np.maximum(sums.min(axis=0), 1e-12)
+    return float(np.percentile(noise_floor(noise, texture), _PERCENTILE))

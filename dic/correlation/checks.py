@@ -11,7 +11,7 @@ from dic.images.quality import check_subset
 
 
 def check_options(image: NDArray, subset: int, step: int, order: int) -> None:
-    """Refuse a subset, step, order or blank picture that cannot be used."""
+    """Refuse a subset, step, order or blank image that cannot be used."""
     check_subset(subset, image.shape)
     if step < 1:
         raise ValueError(
@@ -36,21 +36,21 @@ def check_served(device: str, grid: Grid | None) -> None:
 
 
 def read_roi(roi: ArrayLike | None, shape: tuple[int, int]) -> NDArray[np.bool_]:
-    """Read the ROI: (H, W) bool, all of the picture if there is none."""
+    """Read the ROI: (H, W) bool, all of the image if there is none."""
     if roi is None:
         return np.ones(shape, dtype=bool)
     roi = np.asarray(roi, dtype=bool)
     if roi.shape != shape:
         raise ValueError(
-            f"roi has shape {roi.shape}, the picture {shape}; give one value (H, W) for each pixel"
+            f"roi has shape {roi.shape}, the image {shape}; give one value (H, W) for each pixel"
         )
     if not roi.any():
-        raise ValueError("roi leaves no pixel of the picture; set those to be used to True")
+        raise ValueError("roi leaves no pixel of the image; set those to be used to True")
     return roi
 
 
 def read_grid(points: ArrayLike | Grid, subset: int, step: int) -> Grid | None:
-    """Tell whether the points are a grid, and refuse one of another subset or step."""
+    """Return the points if they are a grid, and refuse one of another subset or step."""
     if not isinstance(points, Grid):
         return None
     if (points.subset, points.step) != (subset, step):
@@ -65,7 +65,7 @@ def read_grid(points: ArrayLike | Grid, subset: int, step: int) -> Grid | None:
 
 
 def read_points(points: object, shape: tuple[int, int]) -> NDArray[np.float64]:
-    """Read points (N, 2) px that lie on the picture (H, W)."""
+    """Read points (N, 2) px that lie on the image (H, W)."""
     xy = np.array(points, dtype=np.float64)
     if xy.ndim != 2 or xy.shape[1] != 2 or len(xy) == 0:
         raise ValueError(f"points must be (N, 2) in px, ordered (x, y), got shape {xy.shape}")
@@ -74,7 +74,7 @@ def read_points(points: object, shape: tuple[int, int]) -> NDArray[np.float64]:
     if off.any():
         x, y = xy[off][0]
         raise ValueError(
-            f"point ({x:g}, {y:g}) px lies outside the picture of {width}x{height} px; "
+            f"point ({x:g}, {y:g}) px lies outside the image of {width}x{height} px; "
             "points are ordered (x, y)"
         )
     return xy

@@ -16,7 +16,7 @@ def white(image: NDArray) -> int:
 
 
 def levels(image: NDArray) -> tuple[tuple[int, Status], ...]:
-    """Name black and white of a picture; nothing if it is float, whose range is not known."""
+    """Name black and white of an image; nothing if it is float, whose range is not known."""
     if not np.issubdtype(image.dtype, np.integer):
         return ()
     return (0, Status.DARK), (white(image), Status.SATURATED)
@@ -37,7 +37,7 @@ def gained(
     Returns
     -------
     list of ((N,) float64, Status)
-        Share of the subset, 0…1, and DARK or SATURATED.
+        Fraction of the subset, 0…1, and DARK or SATURATED.
     """
     asked = np.flatnonzero(np.isfinite(moved).all(axis=1))
     if not len(asked):
@@ -45,15 +45,15 @@ def gained(
     found = []
     for level, name in levels(image):
         more = _count(image, level, moved[asked], half) - _count(reference, level, xy[asked], half)
-        share = np.zeros(len(xy))
-        share[asked] = np.maximum(more, 0) / (2 * half + 1) ** 2
-        found.append((share, name))
+        fraction = np.zeros(len(xy))
+        fraction[asked] = np.maximum(more, 0) / (2 * half + 1) ** 2
+        found.append((fraction, name))
     return found
 
 
 @njit(cache=True, nogil=True)
 def _count(image, level, xy, half):
-    """Count the pixels of each subset that have the grey level, (N,), as far as it is seen."""
+    """Count the pixels of each subset on the image that have the grey level, (N,)."""
     rows, columns = image.shape
     count = np.zeros(xy.shape[0], np.int64)
     for n in range(xy.shape[0]):

@@ -25,12 +25,12 @@ from dic.fields.grid import Grid
 from dic.images.image import check_image, check_pair
 from dic.images.spline import spline_coefficients
 
-_TOGETHER = 10  # iterations of the whole field
-_PART = 2500  # px filtered for one point, in the time that the whole picture takes
-_FEW = 0.05  # share of points below which they iterate alone
+_MAX_PASSES = 10  # of the whole field
+_PART = 2500  # px filtered for one point, in the time that the whole image takes
+_FEW = 0.05  # fraction of points below which they iterate alone
 _SEED_SPACINGS = 60, 30  # px, the second where holes or lost parts leave too few
 _BESIDE = 40  # px, how far a motion is carried to points that were lost
-_ENOUGH = 0.5  # share of the seeds found from which they are enough
+_ENOUGH = 0.5  # fraction of the seeds found from which they are enough
 
 
 def correlate(
@@ -42,11 +42,11 @@ def correlate(
     ----------
     ref : Reference
     image : (H, W) uint8, uint16 or float, grey levels
-        The deformed picture, of the size of the reference. Gain and offset of its light are free.
+        The deformed image, of the size of the reference. Gain and offset of its light are free.
     guess : DisplacementField or (N, 2) px, optional
         Displacement to start from, such as the field of the previous frame. NaN is filled from the
         nearest neighbour. Without it, or if all of it is NaN, the points are searched for over the
-        whole picture.
+        whole image.
 
     Returns
     -------
@@ -56,14 +56,14 @@ def correlate(
     Raises
     ------
     ValueError
-        The picture or the guess does not belong to the reference.
+        The image or the guess does not belong to the reference.
 
     Notes
     -----
-    σ: where both pictures carry noise σ, the residual of a subset has the variance (1 + κ)σ², κ ≤ 1
+    σ: where both images carry noise σ, the residual of a subset has the variance (1 + κ)σ², κ ≤ 1
     being what interpolation leaves of the noise between the pixels. From it follows σ, and σ_u² is
     2σ² times the diagonal of the inverse of the full Hessian (motion and light): 2σ²/SSSIG for a
-    balanced pattern. The share of the Hessian that is noise of the reference is taken off, and
+    balanced pattern. The fraction of the Hessian that is noise of the reference is taken off, and
     where a field on a grid is rougher than its σ says, σ is that much larger (`roughness`).
     """
     image = check_image(image, "deformed")
@@ -130,7 +130,7 @@ def _search(ref: Reference, image: NDArray, usable: NDArray):
 
 
 def _seed_places(ref: Reference, usable: NDArray[np.bool_], spacing: int) -> NDArray[np.int64]:
-    """Choose the points to search for: in each cell of the picture the one nearest its middle.
+    """Choose the points to search for: in each cell of the image the one nearest its middle.
 
     Points whose subset is whole come first: a hole in a template is found in other holes.
     """
@@ -146,7 +146,7 @@ def _seed_places(ref: Reference, usable: NDArray[np.bool_], spacing: int) -> NDA
 def _iterate_field(ref: Reference, grid: Grid, spline: NDArray, points: Points) -> None:
     """Iterate a grid on the frame warped by its dense motion, until few points still move."""
     held, sums_of = -1, _summing(ref, grid, spline)
-    for _ in range(_TOGETHER):
+    for _ in range(_MAX_PASSES):
         net = dense_motion.motion_grid(points.motion, grid)
         points.step(ref, sums_of(net), net.base)
         good = point_status.is_correlated(ref, points)
@@ -183,7 +183,7 @@ def _iterate_points(
     Alone, a point does not feel what a lost neighbour does to the dense motion.
     """
     while waiting.any():
-        points.alone(ref, frame, filtered, np.flatnonzero(waiting & ~points.still))
+        points.iterate(ref, frame, filtered, np.flatnonzero(waiting & ~points.still))
         good = point_status.is_correlated(ref, points)
         if not (good & waiting).any():
             return

@@ -13,7 +13,7 @@ from dic.fields.grid import Grid
 
 @dataclass(frozen=True)
 class MotionGrid:
-    """Motion on the grid of POIs, continued over the borders of the picture.
+    """Motion on the grid of POIs, continued over the borders of the image.
 
     Attributes
     ----------
@@ -21,7 +21,7 @@ class MotionGrid:
         u and v less the base, with enough rows and columns around the POIs for every pixel of every
         subset.
     base : (2,) int, px
-        Whole part of the motion of the middle of the picture.
+        Whole part of the motion of the middle of the image.
     origin : (2,) int, px
         Column and row of the first node.
     step : int, px

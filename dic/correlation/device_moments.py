@@ -57,7 +57,7 @@ def summing(
     Notes
     -----
     Pixels, motion and sums are single precision: a displacement differs by less than 1e-4 px from
-    that of `dic.correlation.frame_moments`, the σ of pictures without noise by more.
+    that of `dic.correlation.frame_moments`, the σ of images without noise by more.
     """
     import torch
 
@@ -123,7 +123,7 @@ def _spline_powers() -> NDArray[np.floating]:
 
 
 def _warp(spline: Tensor, pixels: list[NDArray], base: tuple[int, int], motion: Tensor) -> Tensor:
-    """Frame at the moved pixels, (H, W), kept on the picture as `dic.images.warp` does."""
+    """Frame at the moved pixels, (H, W), kept on the image as `dic.images.warp` does."""
     import torch
 
     cells, taps = [], []

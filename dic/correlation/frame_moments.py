@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from dic.correlation.dense_motion import MotionGrid
-from dic.correlation.window import SumPlan, add_row, along, close, plan, raise_powers, together
+from dic.correlation.window import SumPlan, add_row, along, close, open_windows, plan, raise_powers
 from dic.fields import shape
 from dic.images.warp import TAPS, warp_row
 
@@ -75,7 +75,7 @@ def _grid(texture, spline, net, base, windows, columns, sums, out):
     cells, taps = np.empty((2, width), np.int32), np.empty((2, TAPS, width), np.float32)
     g, terms = np.empty(width, np.float32), np.empty((_TERMS, width), np.float32)
     total, window = np.zeros((columns.shape[0], width)), np.empty((columns.shape[0], width))
-    opened = np.empty((together(ys, side), columns.shape[0], width))
+    opened = np.empty((open_windows(ys, side), columns.shape[0], width))
     powers = np.empty((sums[:, 1].max() + 1, side))
     raise_powers(float(half), powers)
     first, last = 0, 0

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from dic.correlation.window import SumPlan, add_row, along, close, plan, raise_powers, together
+from dic.correlation.window import SumPlan, add_row, along, close, open_windows, plan, raise_powers
 from dic.fields import shape
 
 _TERMS = 10
@@ -47,7 +47,7 @@ def _grid(texture, xs, ys, half, columns, sums, out):
     middle = 0.5 * (ys[0] + ys[-1])
     terms = np.empty((_TERMS, width), np.float32)
     total = np.zeros((columns.shape[0], width))
-    ring = together(ys, side)
+    ring = open_windows(ys, side)
     opened = np.empty((ring, columns.shape[0], width))
     window = np.empty_like(total)
     powers = np.empty((sums[:, 1].max() + 1, side))

@@ -33,10 +33,10 @@ class Points:
         """Take one Gauss-Newton step of all points, from sums of motion less `base`."""
         _step_all(sums, np.array(base, dtype=np.float64), _known(ref), self._state())
 
-    def alone(self, ref: Reference, frame: NDArray, filtered: bool, here: NDArray) -> None:
+    def iterate(self, ref: Reference, frame: NDArray, filtered: bool, here: NDArray) -> None:
         """Iterate the points `here` one by one until they stand still.
 
-        `frame` is the picture, of which the parts around the points are filtered, or, if
+        `frame` is the image, of which the parts around the points are filtered, or, if
         `filtered`, its coefficients.
         """
         if ref.subsets is None:

@@ -123,7 +123,7 @@ def _sweep(h, p, pivot, factor):
             column[n] = column[n] * pivot[n] if i != p else -pivot[n]
 
 
-def least_slope(
+def smallest_slope(
     sums: NDArray, status: NDArray, order: int
 ) -> tuple[NDArray[np.float64], NDArray[np.int8]]:
     """Find the direction in which each pattern is least steep, and name what is FLAT.
@@ -137,8 +137,8 @@ def least_slope(
     places, count = _places(order), shape.count(order)
     xx, yy, xy = (sums[:, places[i, k]] for i, k in ((0, 0), (count, count), (0, count)))
     pixels = sums[:, -1]
-    least = (xx + yy) / 2 - np.hypot((xx - yy) / 2, xy)
-    slope = np.sqrt(np.maximum(least, 0) / np.maximum(pixels, 1))
+    smallest = (xx + yy) / 2 - np.hypot((xx - yy) / 2, xy)
+    slope = np.sqrt(np.maximum(smallest, 0) / np.maximum(pixels, 1))
     usable = status == Status.OK
     if not usable.any():
         return slope, status

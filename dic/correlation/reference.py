@@ -1,4 +1,4 @@
-"""The reference picture, prepared once: its texture and how each subset answers to motion."""
+"""The reference image, prepared once: its texture and how each subset answers to motion."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from dic.images.quality import box_areas, box_sums
 from dic.images.spline import spline_coefficients, spline_gradient
 
 _BARE = 0.02  # of the median mean square of ∇f: the inner half of a subset is without pattern
-_CLIPPED = 2 / 3  # share of a subset at black or at white from which it cannot be trusted
+_CLIPPED = 2 / 3  # fraction of a subset at black or at white from which it cannot be trusted
 _LEAK = 3  # px from the edge of the ROI at which the spline keeps 8 % of a jump there
 
 
@@ -78,7 +78,7 @@ def prepare(
     points: ArrayLike | Grid | None = None,
     device: str | None = None,
 ) -> Reference:
-    """Prepare a reference picture for any number of frames.
+    """Prepare a reference image for any number of frames.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def prepare(
     subset : int, px
         Side of the square subset, odd.
     step : int, px
-        Distance of the points of the grid, which covers the picture wherever a whole subset fits.
+        Distance of the points of the grid, which covers the image wherever a whole subset fits.
     order : {0, 1, 2}
         Shape function: 0 a shift, 1 affine, 2 quadratic.
     roi : (H, W) bool, optional
@@ -94,7 +94,7 @@ def prepare(
         only the pixels inside count.
     points : (N, 2), px, or Grid, optional
         Measure at these points (x, y), or on this grid, in place of the usual one. Of a subset that
-        the picture cuts the pixels on it count, if half of them are left.
+        the image cuts the pixels on it count, if half of them are left.
     device : str, optional
         Where torch shall take the sums of the frames, such as "cuda", for a grid. Without it they
         are taken here, by compiled loops.
@@ -119,7 +119,7 @@ def prepare(
     texture = _texture(image, _inner(weight))
     status = _without_bare(texture, centres, status, subset // 2)
     sums = _sums(texture, xy, subset // 2, order, grid)
-    slope, status = normal.least_slope(sums, status, order)
+    slope, status = normal.smallest_slope(sums, status, order)
     return Reference(
         image=image.astype(np.float32),
         texture=texture,
@@ -161,14 +161,14 @@ def _status(
 ) -> NDArray[np.int8]:
     status = np.zeros(len(centres), dtype=np.int8)
     area = box_areas(centres, half, image.shape)
-    least = (2 * half + 1) ** 2 / 2
+    enough = (2 * half + 1) ** 2 / 2
     for level, name in clipping.levels(image):
         clipped = image == level
-        if np.count_nonzero(clipped) > _CLIPPED * least:
+        if np.count_nonzero(clipped) > _CLIPPED * enough:
             status[box_sums(clipped, centres, half) > _CLIPPED * area] = name
     if not weight.all():
-        status[box_sums(weight, centres, half) < least] = Status.EXCLUDED
-    status[area < least] = Status.OUTSIDE
+        status[box_sums(weight, centres, half) < enough] = Status.EXCLUDED
+    status[area < enough] = Status.OUTSIDE
     status[~weight[centres[:, 1], centres[:, 0]]] = Status.EXCLUDED
     return status
 

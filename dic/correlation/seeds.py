@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 _TEMPLATE = 41  # px, large enough to be unique, small enough to survive 5° of rotation
 _REACH = (3, 10, 24)  # px searched around what the neighbour says, then wider
 _FOUND = 0.6  # ZNCC from which a match is believed
-_TRIES = 12  # blind searches over the whole picture before giving up
+_TRIES = 12  # blind searches over the whole image before giving up
 _LINKS = 8  # neighbours of a seed
 _BESIDE = 3.0  # px, a neighbour farther than this from the plane of all is a false match
 
@@ -21,7 +21,7 @@ def find(
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Find the motion of scattered places, most reliable first.
 
-    The first place is searched over the whole picture, every other one near its best neighbour: the
+    The first place is searched over the whole image, every other one near its best neighbour: the
     growing of Pan 2009 (Appl. Opt. 48, 1535, reliability-guided DIC) on templates.
 
     Parameters

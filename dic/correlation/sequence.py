@@ -12,14 +12,14 @@ from dic.correlation.correlation import correlate
 from dic.correlation.reference import Reference, prepare
 from dic.fields.displacement import DisplacementField, Status
 
-_KEPT = 0.98  # share of the points followed so far that a frame must find again
+_KEPT = 0.98  # fraction of the points followed so far that a frame must find again
 _ALIKE = 0.9  # their median ZNCC, below which the pattern has changed too much
 
 
 def correlate_sequence(ref: Reference, frames: Iterable[ArrayLike]) -> Iterator[DisplacementField]:
     """Measure the displacement of every frame from the first reference, one by one.
 
-    A frame is compared with the first picture, from the motion of the frame before. Once the
+    A frame is compared with the first image, from the motion of the frame before. Once the
     pattern has changed too much for that, by strain, light or wear, the frame before becomes the
     reference: the points go on from where they had moved to, so that each stays on its material
     point, and the displacements add up (`compose_displacements`).
@@ -27,7 +27,7 @@ def correlate_sequence(ref: Reference, frames: Iterable[ArrayLike]) -> Iterator[
     Parameters
     ----------
     ref : Reference
-    frames : iterable of (H, W) pictures
+    frames : iterable of (H, W) images
         In the order in which they were taken. They may come live.
 
     Yields
@@ -40,7 +40,7 @@ def correlate_sequence(ref: Reference, frames: Iterable[ArrayLike]) -> Iterator[
     Raises
     ------
     ValueError
-        A picture cannot be used.
+        An image cannot be used.
     """
     base, start, here = ref, None, np.arange(len(ref.xy))
     last, before = None, None
@@ -57,13 +57,13 @@ def correlate_sequence(ref: Reference, frames: Iterable[ArrayLike]) -> Iterator[
 
 
 def _has_changed(last: DisplacementField, found: DisplacementField) -> bool:
-    """Tell whether a frame shows less of the pattern than the one before did."""
+    """Find whether a frame shows less of the pattern than the one before did."""
     if not last.valid.any():
         return False
-    seen = found.status[last.valid] != Status.OUTSIDE
+    inside = found.status[last.valid] != Status.OUTSIDE
     kept = found.valid[last.valid]
     return bool(
-        np.count_nonzero(kept) < _KEPT * np.count_nonzero(seen)
+        np.count_nonzero(kept) < _KEPT * np.count_nonzero(inside)
         or (kept.any() and np.median(found.zncc[found.valid]) < _ALIKE)
     )
 

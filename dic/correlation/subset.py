@@ -30,7 +30,7 @@ _FACTOR = (0, 0, 1, 0, 1, 1)
 def gather(texture, xy, half):
     """Copy fx, fy, f and weight of the subsets around `xy` (N, 2) px, (N, 4, pixels) float32.
 
-    What lies beyond the picture is left at zero.
+    What lies beyond the image is left at zero.
     """
     side, (height, width) = 2 * half + 1, texture.shape[1:]
     out = np.zeros((xy.shape[0], 4, side * (side + _SPARE)), np.float32)
@@ -92,7 +92,7 @@ def lay_out(pixels, place, tools):
 def warp(frame, filtered, place, c, half, tools):
     """Write g(x + u) for the motion c (2, P) of a subset.
 
-    `frame` is the picture itself, of which a part is filtered here, or, if `filtered`, its
+    `frame` is the image itself, of which a part is filtered here, or, if `filtered`, its
     coefficients.
 
     Returns

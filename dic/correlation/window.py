@@ -1,6 +1,6 @@
 """Sums of products of pixels and monomials over many windows, cheaply.
 
-A row of pixels is a few rows of *terms*. Down the picture each term is added up column by column,
+A row of pixels is a few rows of *terms*. Down the image each term is added up column by column,
 with the powers of y that are asked for, so that the sum over the rows of a window is a difference
 of two running sums and its cost does not depend on the size of the window; then the columns of a
 window are summed with the powers of x. Both powers are taken about the middle of the window.
@@ -92,6 +92,6 @@ def raise_powers(middle, powers):
 
 
 @njit(cache=True, nogil=True)
-def together(ys, side):
+def open_windows(ys, side):
     """Count the windows of `side` px at the heights `ys` (R,) that can be open at one time."""
     return 1 if ys.shape[0] == 1 else min(side // (ys[1] - ys[0]) + 1, ys.shape[0])

@@ -19,7 +19,7 @@ class Status(IntEnum):
     FLAT = 2  # too little contrast in some direction to follow
     DARK = 3  # too much of the subset lies at black
     SATURATED = 4  # too much of the subset lies at white
-    OUTSIDE = 5  # most of the subset lies out of the picture, or some of it has moved there
+    OUTSIDE = 5  # most of the subset lies out of the image, or some of it has moved there
     LOW_CORRELATION = 6  # the pattern was not found again
     NOT_CONVERGED = 7  # the iteration still moved when it was stopped
     DISTURBED = 8  # far from what the others leave over: hidden in part, or bent beyond its order
@@ -43,9 +43,9 @@ class DisplacementField:
         Zero-normalised cross-correlation of the subset with the frame, -1…1.
     iterations : (N,) int16
         Iterations until the point stood still.
-    share : (N,) float64
-        Share of the pixels of the subset that were used: less than 1 where the ROI or the border of
-        the picture takes a part.
+    valid_fraction : (N,) float64
+        Fraction of the pixels of the subset that were used: less than 1 where the ROI or the
+        border of the image takes a part.
     status : (N,) int8
         A `Status` each.
     subset : int, px
@@ -64,7 +64,7 @@ class DisplacementField:
     sigma_gradient: NDArray[np.float64]
     zncc: NDArray[np.float64]
     iterations: NDArray[np.int16]
-    share: NDArray[np.float64]
+    valid_fraction: NDArray[np.float64]
     status: NDArray[np.int8]
     subset: int
     order: int

@@ -15,9 +15,9 @@ class Grid:
     Attributes
     ----------
     xs : (C,) int64 or float64, px
-        Columns of the picture at which POIs lie.
+        Columns of the image at which POIs lie.
     ys : (R,) int64 or float64, px
-        Rows of the picture at which POIs lie.
+        Rows of the image at which POIs lie.
     subset : int, px
         Side of the square subset around each POI, odd.
     step : int, px
@@ -31,7 +31,7 @@ class Grid:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """(R, C), so that ``field.u.reshape(grid.shape)`` is a picture."""
+        """(R, C), so that ``field.u.reshape(grid.shape)`` is an image."""
         return len(self.ys), len(self.xs)
 
     @property
@@ -42,7 +42,7 @@ class Grid:
 
 
 def grid_over(shape: tuple[int, int], subset: int, step: int) -> Grid:
-    """Lay POIs over a picture wherever the whole subset fits, the remainder shared by the borders.
+    """Lay POIs over an image wherever the whole subset fits, the rest halved between the borders.
 
     Parameters
     ----------

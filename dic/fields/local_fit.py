@@ -11,7 +11,7 @@ from dic.fields import roughness
 from dic.fields.displacement import DisplacementField
 from dic.fields.grid import Grid
 from dic.fields.shape import monomials
-from dic.fields.strain_field import LEAST
+from dic.fields.strain_field import MIN_FRACTION
 
 _DEGREES = (1, 2, 3, 4)
 _SINGULAR = 1e-12  # of the normal equations: the points lie on lines
@@ -73,7 +73,7 @@ def smooth(disp: DisplacementField, window: int = 9, degree: int = 4) -> SmoothF
     grid = _check(disp, window, degree)
     members, place = _windows(grid.shape, window)
     there = disp.valid[members]
-    enough = disp.valid & (there.sum(axis=1) >= LEAST * window**2)
+    enough = disp.valid & (there.sum(axis=1) >= MIN_FRACTION * window**2)
     kinds = np.column_stack([place[enough], np.packbits(there[enough], axis=1)])
     # Windows in which the same points are used share their weights: nearly all do.
     _, kind, counts = np.unique(kinds, axis=0, return_inverse=True, return_counts=True)
@@ -99,11 +99,11 @@ def _check(disp: DisplacementField, window: int, degree: int) -> Grid:
         )
     if degree not in _DEGREES:
         raise ValueError(f"degree of the polynomial must be 1, 2, 3 or 4, got {degree}; use 4")
-    most = min(disp.grid.shape)
-    if window % 2 == 0 or not degree < window <= most:
+    largest = min(disp.grid.shape)
+    if window % 2 == 0 or not degree < window <= largest:
         raise ValueError(
-            f"smoothing window must be odd, more than the degree {degree} and at most the {most} "
-            f"points of the grid, got {window}; use {degree // 2 * 2 + 5}"
+            f"smoothing window must be odd, more than the degree {degree} and at most the "
+            f"{largest} points of the grid, got {window}; use {degree // 2 * 2 + 5}"
         )
     return disp.grid
 
@@ -125,8 +125,8 @@ def _weights(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Weights (M,) of the M used points of a window that give its value at `place` (row, column).
 
-    Also their products with what the points share of their noise, (M, M). NaN where the points do
-    not hold the polynomial.
+    Also their products with the noise that the points have in common, (M, M). NaN where the points
+    do not hold the polynomial.
     """
     line, extent = np.arange(window), window * grid.step / 2
     pixels = np.arange(grid.subset) - grid.subset // 2

@@ -14,7 +14,7 @@ _DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])  # zero for every cubic
 _STRIDE = 2  # steps
 _MEDIAN = 0.4549  # of χ² with one degree of freedom
 _FEWEST = 100  # differences from which a median is taken
-_EXACT = 1e-6  # px, pictures that are drawn have no noise
+_EXACT = 1e-6  # px, images that are drawn have no noise
 _USUAL = 1.15  # what a pattern that is not the same everywhere makes of it, with noise alone
 
 

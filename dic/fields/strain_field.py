@@ -14,7 +14,7 @@ from dic.fields.displacement import DisplacementField
 from dic.fields.grid import Grid
 
 StrainKind = Literal["small", "green-lagrange", "logarithmic"]
-LEAST = 0.5  # share of a window that must be valid
+MIN_FRACTION = 0.5  # fraction of a window that must be valid
 _NUDGE = 1e-5  # for differences of the strain measures: error 1e-10
 
 
@@ -26,7 +26,7 @@ class StrainField:
     ----------
     xy : (N, 2) float64, px
     exx, eyy, exy : (N,) float64
-        Tensor components along the picture's x and y; engineering shear is 2 exy.
+        Tensor components along the image's x and y; engineering shear is 2 exy.
     sigma : (N, 3) float64
         One standard deviation of exx, eyy, exy.
     valid : (N,) bool
@@ -146,7 +146,7 @@ def _of_windows(disp: DisplacementField, grid: Grid, window: int) -> tuple[NDArr
 def _fit(fields, valid, half, step, overlap, gradient, variance):
     """Fit planes; writes ∂(u, v)/∂(x, y) and their variances where a window holds enough points."""
     rows, columns = valid.shape
-    least = max(3.0, LEAST * (2 * half + 1) ** 2)
+    fewest = max(3.0, MIN_FRACTION * (2 * half + 1) ** 2)
     place = np.empty(((2 * half + 1) ** 2, 2), dtype=np.int64)
     for r in range(rows):
         for c in range(columns):
@@ -158,7 +158,7 @@ def _fit(fields, valid, half, step, overlap, gradient, variance):
                     if valid[i, j]:
                         place[count, 0], place[count, 1] = i, j
                         count += 1
-            if count >= least:
+            if count >= fewest:
                 _fit_one(fields, place[:count], step, overlap, gradient[r, c], variance[r, c])
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 
-from dic.fields.strain_field import LEAST, check_window
+from dic.fields.strain_field import MIN_FRACTION, check_window
 
 
 def strain_operator(valid: NDArray[np.bool_], step: float, window: int) -> csr_array:
@@ -63,7 +63,7 @@ def _slopes(valid: NDArray[np.bool_], step: float, window: int) -> tuple[coo_arr
     y = y - (weight @ y)[:, None] / count
     xx, xy, yy = ((weight * a * b).sum(axis=1)[:, None] for a, b in ((x, x), (x, y), (y, y)))
     determinant = xx * yy - xy * xy
-    enough = weight.sum(axis=1) >= max(3.0, LEAST * window * window)
+    enough = weight.sum(axis=1) >= max(3.0, MIN_FRACTION * window * window)
     usable = valid.ravel() & enough & (determinant[:, 0] > 1e-9 * (xx * yy)[:, 0])
     determinant = np.where(usable[:, None], determinant, 1.0)
     weight = weight * usable[:, None]

@@ -27,7 +27,7 @@ def read(plane, x, y, width, block):
 
 @njit(cache=True, nogil=True)
 def read_part(image, x, y, width, part, corner, block):
-    """Copy a block from the filtered part of a picture, which is filtered anew if it must move.
+    """Copy a block from the filtered part of an image, which is filtered anew if it must move.
 
     `part` (2, P, P) holds the pixels and, filtered, their coefficients from `corner` (2,) px on.
     """
@@ -43,7 +43,7 @@ def read_part(image, x, y, width, part, corner, block):
 
 @njit(cache=True, nogil=True)
 def _cut(image, x, y, part):
-    """Copy a square of the picture, gone on beyond its border, less the level of its middle."""
+    """Copy a square of the image, gone on beyond its border, less the level of its middle."""
     (rows, columns), size = image.shape, part.shape[0]
     level = np.float32(_grey(image, x + size // 2, y + size // 2))
     inside = x >= 0 and x + size <= columns

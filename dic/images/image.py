@@ -1,4 +1,4 @@
-"""Grey pictures: read from a file, and checked at the door."""
+"""Grey images: read from a file, and checked at the door."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _GREY_MODES = ("L", "I;16", "I;16L", "I;16B", "F")
 
 
 def read_image(path: str | Path) -> NDArray:
-    """Read a grey picture.
+    """Read a grey image.
 
     Parameters
     ----------
@@ -27,9 +27,9 @@ def read_image(path: str | Path) -> NDArray:
     Raises
     ------
     OSError
-        The file is missing, truncated or not a picture.
+        The file is missing, truncated or not an image.
     ValueError
-        The picture is in colour, or of another depth.
+        The image is in colour, or of another depth.
     """
     # Not OpenCV: it fills the missing part of a truncated JPEG with grey and goes on.
     from PIL import Image, UnidentifiedImageError
@@ -38,9 +38,9 @@ def read_image(path: str | Path) -> NDArray:
     if not path.is_file():
         raise FileNotFoundError(f"image {path} does not exist; check the path")
     try:
-        with warnings.catch_warnings(action="ignore"), Image.open(path) as picture:
-            picture.load()
-            mode, pixels = picture.mode, np.asarray(picture)
+        with warnings.catch_warnings(action="ignore"), Image.open(path) as image:
+            image.load()
+            mode, pixels = image.mode, np.asarray(image)
     except UnidentifiedImageError:
         raise OSError(
             f"{path} is not an image that can be read; use PNG, TIFF, BMP or JPEG"

@@ -28,7 +28,7 @@ def sssig(image: ArrayLike, subset: int, xy: ArrayLike) -> NDArray[np.float64]:
     Raises
     ------
     ValueError
-        The picture cannot be used, or a subset does not lie on it.
+        The image cannot be used, or a subset does not lie on it.
 
     References
     ----------
@@ -42,7 +42,7 @@ def sssig(image: ArrayLike, subset: int, xy: ArrayLike) -> NDArray[np.float64]:
     if outside.any():
         x, y = centres[outside][0]
         raise ValueError(
-            f"the subset of {subset} px at ({x}, {y}) px leaves the picture; "
+            f"the subset of {subset} px at ({x}, {y}) px leaves the image; "
             f"keep {half} px from its border"
         )
     gx, gy = spline_gradient(spline_coefficients(image))
@@ -55,7 +55,7 @@ def noise_floor(sigma: ArrayLike, sssig: ArrayLike) -> NDArray[np.float64]:
     Parameters
     ----------
     sigma : float or array, grey levels
-        Standard deviation of the noise in each of the two pictures.
+        Standard deviation of the noise in each of the two images.
     sssig : array, (grey levels per px)²
         As from :func:`sssig`; a full Hessian in its place gives the floor with cross terms.
     """
@@ -63,7 +63,7 @@ def noise_floor(sigma: ArrayLike, sssig: ArrayLike) -> NDArray[np.float64]:
 
 
 def check_subset(subset: int, shape: tuple[int, int]) -> None:
-    """Raise ValueError unless `subset` is odd, at least 5 px and fits into the picture (H, W)."""
+    """Raise ValueError unless `subset` is odd, at least 5 px and fits into the image (H, W)."""
     if subset % 2 == 0:
         raise ValueError(
             f"subset size must be odd, got {subset} px; use {subset - 1} or {subset + 1}"
@@ -72,13 +72,13 @@ def check_subset(subset: int, shape: tuple[int, int]) -> None:
         raise ValueError(f"subset size must be at least 5 px, got {subset} px; 15 to 41 is usual")
     if subset > min(shape):
         raise ValueError(
-            f"subset of {subset} px is larger than the picture of {shape[1]}x{shape[0]} px; "
+            f"subset of {subset} px is larger than the image of {shape[1]}x{shape[0]} px; "
             f"use at most {(min(shape) - 1) // 2 * 2 + 1}"
         )
 
 
 def lies_inside(centres: NDArray[np.int64], half: int, shape: tuple[int, int]) -> NDArray[np.bool_]:
-    """Tell where a square of ±`half` px around a centre (x, y) lies on the picture, (N,) bool."""
+    """Find where a square of ±`half` px around a centre (x, y) lies on the image, (N,) bool."""
     room = np.array([shape[1] - 1 - half, shape[0] - 1 - half])
     return np.all((centres >= half) & (centres <= room), axis=1)
 
@@ -94,7 +94,7 @@ def box_sums(plane: NDArray, centres: NDArray[np.int64], half: int) -> NDArray[n
 
 
 def box_areas(centres: NDArray[np.int64], half: int, shape: tuple[int, int]) -> NDArray[np.int64]:
-    """Count the pixels of a picture (H, W) in squares of ±`half` px around centres (N, 2)."""
+    """Count the pixels of an image (H, W) in squares of ±`half` px around centres (N, 2)."""
     start, stop = _ends(centres, half, shape)
     return (stop - start).prod(axis=0)
 
@@ -102,6 +102,6 @@ def box_areas(centres: NDArray[np.int64], half: int, shape: tuple[int, int]) -> 
 def _ends(
     centres: NDArray[np.int64], half: int, shape: tuple[int, ...]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """First column and row (2, N) of squares, and those behind their last, on the picture."""
+    """First column and row (2, N) of squares, and those behind their last, on the image."""
     size = shape[::-1]
     return np.clip(centres - half, 0, size).T, np.clip(centres + half + 1, 0, size).T

@@ -1,4 +1,4 @@
-"""Quintic B-spline interpolation of pictures: the smooth function whose samples are the pixels.
+"""Quintic B-spline interpolation of images: the smooth function whose samples are the pixels.
 
 A cubic costs half and is biased three to four times as much between the pixels: 3.0 against 0.9 mpx
 on rendered speckle with edges of three pixels.
@@ -26,7 +26,7 @@ _HORIZON = 25  # _POLES[0] ** 25 = 7e-10, below float32
 def spline_coefficients(image: ArrayLike) -> NDArray[np.float32]:
     """Coefficients of the interpolating quintic B-spline.
 
-    Beyond a border the picture goes on as its mirror turned by half a turn about the last pixel,
+    Beyond a border the image goes on as its mirror turned by half a turn about the last pixel,
     2 f(0) - f(k): values and slopes pass the border. A plain mirror, without slope, biases the
     outermost points by 10 mpx.
 
@@ -81,7 +81,7 @@ def _cut(padded: NDArray[np.float32]) -> NDArray[np.float32]:
 def _filter(c):
     """Filter along the first axis, all columns at a time; unscaled.
 
-    About the ends the picture is odd but for a constant, which the filter only scales.
+    About the ends the image is odd but for a constant, which the filter only scales.
     """
     last = c.shape[0] - 1
     for pole in _POLES:
@@ -98,7 +98,7 @@ def _filter(c):
 
 @njit(cache=True, nogil=True, fastmath=True)
 def filter_square(square, scratch):
-    """Turn a square picture (n, n) float32 into its coefficients."""
+    """Turn a square image (n, n) float32 into its coefficients."""
     _filter(square)
     _lay(square, np.float32(1), scratch)
     _filter(scratch)

@@ -19,7 +19,7 @@ _SHORT = 6  # px, runs shorter than this gain nothing from vectors
 
 @njit(cache=True, nogil=True, fastmath=True)
 def sample(spline, x, y):
-    """Value of the spline at (x, y) px; places off the picture are moved to its edge."""
+    """Value of the spline at (x, y) px; places off the image are moved to its edge."""
     height, width = spline.shape[0] - 2 * PAD, spline.shape[1] - 2 * PAD
     x = min(max(x, -0.5), width - 0.5)
     y = min(max(y, -0.5), height - 0.5)
@@ -93,7 +93,7 @@ def warp_row(spline, place, u, v, cells, taps, out):
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _split(first, stride, limit, shift, cell, taps):
-    """Split a motion into whole px and the weights of its fraction, kept on the picture."""
+    """Split a motion into whole px and the weights of its fraction, kept on the image."""
     half = np.float32(0.5)
     w0, w1, w2, w3, w4, w5 = taps[0], taps[1], taps[2], taps[3], taps[4], taps[5]
     for n in range(shift.shape[0]):

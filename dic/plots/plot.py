@@ -35,23 +35,23 @@ _DOT = 4  # px, radius of a point that is on no grid
 
 
 @dataclass(frozen=True)
-class _Look:
+class _Style:
     title: str
     unit: str
     scale: float  # the field is multiplied by this
     colours: str  # perceptually uniform; one that diverges for what has a sign
 
 
-_LOOKS = {
-    "u": _Look("Displacement u, to the right", "px", 1, "viridis"),
-    "v": _Look("Displacement v, downwards", "px", 1, "viridis"),
-    "exx": _Look("Strain exx", "µε", 1e6, "diverging"),
-    "eyy": _Look("Strain eyy", "µε", 1e6, "diverging"),
-    "exy": _Look("Shear strain exy (tensor)", "µε", 1e6, "diverging"),
-    "sigma_u": _Look("Standard deviation of u", "px", 1, "magma"),
-    "sigma_exx": _Look("Standard deviation of exx", "µε", 1e6, "magma"),
-    "zncc": _Look("Correlation ZNCC", "1", 1, "cividis"),
-    "status": _Look("Status", "", 1, "status"),
+_STYLES = {
+    "u": _Style("Displacement u, to the right", "px", 1, "viridis"),
+    "v": _Style("Displacement v, downwards", "px", 1, "viridis"),
+    "exx": _Style("Strain exx", "µε", 1e6, "diverging"),
+    "eyy": _Style("Strain eyy", "µε", 1e6, "diverging"),
+    "exy": _Style("Shear strain exy (tensor)", "µε", 1e6, "diverging"),
+    "sigma_u": _Style("Standard deviation of u", "px", 1, "magma"),
+    "sigma_exx": _Style("Standard deviation of exx", "µε", 1e6, "magma"),
+    "zncc": _Style("Correlation ZNCC", "1", 1, "cividis"),
+    "status": _Style("Status", "", 1, "status"),
 }
 
 
@@ -74,11 +74,11 @@ def draw_sheet(
 
 
 def _frame(
-    shape: tuple[int, ...], most: tuple[int, int], counts: tuple[int, int]
+    shape: tuple[int, ...], room: tuple[int, int], counts: tuple[int, int]
 ) -> tuple[Image.Image, list[SheetBox]]:
     """White sheet with room for rows and columns of images (H, W) and what stands about each."""
     height, width = shape
-    scale = min(most[0] / width, most[1] / height)
+    scale = min(room[0] / width, room[1] / height)
     wide, high = max(round(width * scale), 1), max(round(height * scale), 1)
     across, up = wide + axes.LEFT + axes.RIGHT, high + axes.BELOW + axes.ABOVE
     boxes = [
@@ -98,11 +98,11 @@ def _panel(
     disp: DisplacementField,
 ) -> None:
     """Draw a field over the image, the axes about it and its scale beside it."""
-    look = _LOOKS[name]
-    colours, values, known = _colours(look.colours), values * look.scale, np.isfinite(values)
-    limits = (0.0, float(len(colours))) if name == "status" else _limits(values, look.colours)
-    share = np.where(known, (values - limits[0]) / (limits[1] - limits[0]), 0)
-    shades = colours[np.clip(share * len(colours), 0, len(colours) - 1).astype(int)]
+    style = _STYLES[name]
+    colours, values, known = _colours(style.colours), values * style.scale, np.isfinite(values)
+    limits = (0.0, float(len(colours))) if name == "status" else _limits(values, style.colours)
+    height = np.where(known, (values - limits[0]) / (limits[1] - limits[0]), 0)
+    shades = colours[np.clip(height * len(colours), 0, len(colours) - 1).astype(int)]
     grey = _grey(image, box)
     if disp.grid is None:
         pixels = _dots(grey, shades, known, image.shape, disp.xy)
@@ -110,12 +110,12 @@ def _panel(
         pixels = _cells(grey, shades, known, image.shape, disp.grid)
     sheet.paste(Image.fromarray(pixels), (box.left, box.top))
     pen = ImageDraw.Draw(sheet)
-    axes.draw_axes(pen, box, image.shape, look.title)
+    axes.draw_axes(pen, box, image.shape, style.title)
     faded = np.rint(_OPACITY * colours + (1 - _OPACITY) * 255).astype(np.uint8)
     if name == "status":
         axes.draw_legend(pen, box, faded, _counted(values))
     else:
-        axes.draw_scale(sheet, box, faded, limits, look.unit)
+        axes.draw_scale(sheet, box, faded, limits, style.unit)
 
 
 def _counted(values: NDArray) -> list[str]:
@@ -155,8 +155,8 @@ def _limits(values: NDArray, colours: str) -> tuple[float, float]:
     return (low, high) if high - low > 1e-9 * max(abs(low), abs(high)) else (low - 0.5, high + 0.5)
 
 
-def _seen(count: int, pixels: int) -> NDArray[np.float64]:
-    """Place in a line of `count` pixels, px, at which each of `pixels` on the sheet looks."""
+def _sampled(count: int, pixels: int) -> NDArray[np.float64]:
+    """Place in a line of `count` pixels, px, that each of `pixels` on the sheet shows."""
     return (np.arange(pixels) + 0.5) * count / pixels - 0.5
 
 
@@ -164,7 +164,7 @@ def _grey(image: NDArray, box: SheetBox) -> NDArray[np.float32]:
     """Image as it stands in its box, (high, wide, 1), from black 0 to white 255."""
     dark, bright = np.percentile(image[::4, ::4], (1, 99))
     rows, columns = (
-        np.rint(_seen(count, pixels)).astype(int)
+        np.rint(_sampled(count, pixels)).astype(int)
         for count, pixels in zip(image.shape, (box.high, box.wide), strict=True)
     )
     light = (image[rows[:, None], columns].astype(np.float32) - dark) / max(bright - dark, 1e-12)
@@ -174,7 +174,7 @@ def _grey(image: NDArray, box: SheetBox) -> NDArray[np.float32]:
 def _cells(grey, shades, known, shape, grid: Grid) -> NDArray[np.uint8]:
     """Lay the colours (N, 3) of a grid as cells over the grey (high, wide, 1)."""
     rows, columns = (
-        np.rint((_seen(count, pixels) - line[0]) / grid.step).astype(int)
+        np.rint((_sampled(count, pixels) - line[0]) / grid.step).astype(int)
         for count, pixels, line in zip(shape, grey.shape, (grid.ys, grid.xs), strict=False)
     )
     row, column = (

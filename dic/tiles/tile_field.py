@@ -12,9 +12,9 @@ from dic.fields.displacement import DisplacementField, Status
 from dic.fields.grid import Grid
 from dic.tiles.tiles import TileReference, Tiles, TileSums
 
-LEAST_ZNCC = 0.6  # below, the pattern was not found again
-LEAST_SHARE = 0.02  # of the median Hessian: below, a block is too flat to follow
-ROUNDING = 1e-9  # of Σf²: below, a Hessian is what rounding leaves of a picture without pattern
+MIN_ZNCC = 0.6  # below, the pattern was not found again
+MIN_TEXTURE = 0.02  # of the median Hessian: below, a block is too flat to follow
+ROUNDING = 1e-9  # of Σf²: below, a Hessian is what rounding leaves of an image without pattern
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +68,7 @@ def prepare_blocks(reference: TileReference, block: int = 3) -> TileBlocks:
     hessian = _two_by_two(xx - explained_x[0], xy - explained_x[1], yy - explained_y[1])
     summed = _block_sum(hessian.reshape(-1, 4), reference.tiles.shape, block).reshape(-1, 2, 2)
     low = np.linalg.eigvalsh(summed)[:, 0]
-    flat = low <= max(LEAST_SHARE * np.median(low), ROUNDING * ff.max())
+    flat = low <= max(MIN_TEXTURE * np.median(low), ROUNDING * ff.max())
     summed[flat] = np.eye(2)
     status = np.where(flat, Status.FLAT, Status.OK).astype(np.int8)
     return TileBlocks(reference, block, hessian, _inverse(summed), status)
@@ -100,7 +100,7 @@ def tile_displacement(blocks: TileBlocks, sums: TileSums, noise: float) -> Displ
     right = _block_sum(known + tile_gradient(blocks, sums), reference.tiles.shape, blocks.block)
     moved = (blocks.inverse @ right[..., None])[..., 0]
     zncc = _zncc(blocks, sums)
-    lost = (blocks.status == Status.OK) & (zncc < LEAST_ZNCC)
+    lost = (blocks.status == Status.OK) & (zncc < MIN_ZNCC)
     status = np.where(lost, Status.LOW_CORRELATION, blocks.status).astype(np.int8)
     bad = status != Status.OK
     sigma = noise * np.sqrt(blocks.inverse[:, [0, 1], [0, 1]])
@@ -117,7 +117,7 @@ def tile_displacement(blocks: TileBlocks, sums: TileSums, noise: float) -> Displ
         sigma_gradient=np.zeros((count, 2, 2)),
         zncc=zncc,
         iterations=np.ones(count, np.int16),
-        share=np.ones(count),
+        valid_fraction=np.ones(count),
         status=status,
         subset=blocks.grid.subset,
         order=0,

@@ -11,7 +11,7 @@ BEFORE = DEGREE // 2  # knots that a value needs before the pixel to its left
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def sums_in_place(image, reference, gradient, origin, size, shape, out):
-    """Sum fx·e, fy·e, e, e², e·f over every tile into `out` (T, 5), row by row of the picture."""
+    """Sum fx·e, fy·e, e, e², e·f over every tile into `out` (T, 5), row by row of the image."""
     rows, columns = shape
     columnwise = np.empty((5, size * columns), np.float32)
     wide = slice(origin[0], origin[0] + size * columns)

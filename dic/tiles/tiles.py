@@ -17,12 +17,12 @@ from scipy import fft, ndimage
 
 from dic.tiles.tile_kernels import BEFORE, DEGREE, spline_weights, sums_in_place, sums_moved
 
-MARGIN = 8  # px kept free at the border, so that a moved tile still lies on the picture
+MARGIN = 8  # px kept free at the border, so that a moved tile still lies on the image
 
 
 @dataclass(frozen=True)
 class Tiles:
-    """Square tiles side by side over a picture.
+    """Square tiles side by side over an image.
 
     Attributes
     ----------
@@ -54,16 +54,16 @@ class Tiles:
         x, y = np.meshgrid(self.xs, self.ys)
         return np.column_stack([x.ravel(), y.ravel()])
 
-    def sums(self, picture: NDArray) -> NDArray:
-        """Sum a picture (H, W) over each tile, (T,)."""
+    def sums(self, image: NDArray) -> NDArray:
+        """Sum an image (H, W) over each tile, (T,)."""
         (left, top), (rows, columns), size = self.origin, self.shape, self.size
-        covered = picture[top : top + size * rows, left : left + size * columns]
+        covered = image[top : top + size * rows, left : left + size * columns]
         return covered.reshape(rows, size, columns, size).sum(axis=(1, 3)).ravel()
 
 
 @dataclass(frozen=True, eq=False)
 class TileReference:
-    """The undeformed picture, prepared for tile sums.
+    """The undeformed image, prepared for tile sums.
 
     Attributes
     ----------
@@ -114,7 +114,7 @@ class TileSums:
 
 
 def lay_tiles(shape: tuple[int, int], size: int = 16) -> Tiles:
-    """Lay tiles over the middle of a picture of `shape` (H, W), `MARGIN` or more from its border.
+    """Lay tiles over the middle of an image of `shape` (H, W), `MARGIN` or more from its border.
 
     Raises
     ------
@@ -125,7 +125,7 @@ def lay_tiles(shape: tuple[int, int], size: int = 16) -> Tiles:
     rows, columns = (height - 2 * MARGIN) // size, (width - 2 * MARGIN) // size
     if size < 4 or rows < 1 or columns < 1:
         raise ValueError(
-            f"tile size must be 4 px or more and fit the picture less {MARGIN} px at each side, "
+            f"tile size must be 4 px or more and fit the image less {MARGIN} px at each side, "
             f"got {size} px on {width}x{height} px; choose another size"
         )
     origin = ((width - size * columns) // 2, (height - size * rows) // 2)
@@ -133,7 +133,7 @@ def lay_tiles(shape: tuple[int, int], size: int = 16) -> Tiles:
 
 
 def prepare_tiles(image: NDArray, size: int = 16) -> TileReference:
-    """Prepare a reference picture for tile sums.
+    """Prepare a reference image for tile sums.
 
     Parameters
     ----------
@@ -145,16 +145,16 @@ def prepare_tiles(image: NDArray, size: int = 16) -> TileReference:
     Raises
     ------
     ValueError
-        If the picture is not grey, holds NaN, or is too small for one tile.
+        If the image is not grey, holds NaN, or is too small for one tile.
     """
-    picture = _grey(image).astype(np.float32)
-    tiles = lay_tiles(picture.shape, size)
-    f = picture.astype(np.float64)
+    image = _grey(image).astype(np.float32)
+    tiles = lay_tiles(image.shape, size)
+    f = image.astype(np.float64)
     coefficients = _spline_coefficients(f)
     fx, fy = gradient = _spline_gradient(coefficients)
     return TileReference(
         tiles=tiles,
-        image=picture,
+        image=image,
         coefficients=coefficients.astype(np.float32),
         gradient=gradient.astype(np.float32),
         hessian=np.column_stack([tiles.sums(a) for a in (fx * fx, fx * fy, fy * fy)]),
@@ -172,17 +172,17 @@ def tile_sums(
     image : (H, W) array, grey levels
     flow : (T, 2) float64, px, optional
         Expected motion of each tile; the reference is moved there first (by its spline). Without it
-        the picture is compared in place, which is right to (d/2)² for motions below a pixel.
+        the image is compared in place, which is right to (d/2)² for motions below a pixel.
 
     Raises
     ------
     ValueError
-        If the picture is not grey or holds NaN, or picture or flow do not match the reference.
+        If the image is not grey or holds NaN, or image or flow do not match the reference.
     """
     image = _grey(image)
     if image.shape != reference.image.shape:
         raise ValueError(
-            f"picture is {_size(image.shape)} px and the reference {_size(reference.image.shape)} "
+            f"image is {_size(image.shape)} px and the reference {_size(reference.image.shape)} "
             "px; take both with the same camera settings"
         )
     tiles = reference.tiles
@@ -197,7 +197,7 @@ def tile_sums(
         flow = np.asarray(flow, dtype=np.float64)
         if flow.shape != (count, 2) or not np.abs(flow).max() < max(image.shape):
             raise ValueError(
-                f"flow must be ({count}, 2) px, one motion a tile within the picture; "
+                f"flow must be ({count}, 2) px, one motion a tile within the image; "
                 f"got shape {flow.shape} and motions up to {np.abs(flow).max():g} px"
             )
         light = np.empty((count, 6))
@@ -206,14 +206,14 @@ def tile_sums(
 
 
 def _grey(image: NDArray) -> NDArray:
-    picture = np.asarray(image)
-    if picture.ndim != 2:
+    image = np.asarray(image)
+    if image.ndim != 2:
         raise ValueError(
-            f"picture must be grey, (H, W), got shape {picture.shape}; convert it to grey first"
+            f"image must be grey, (H, W), got shape {image.shape}; convert it to grey first"
         )
-    if picture.dtype.kind == "f" and not np.isfinite(picture).all():
-        raise ValueError("picture holds NaN or infinite grey levels; replace them first")
-    return picture
+    if image.dtype.kind == "f" and not np.isfinite(image).all():
+        raise ValueError("image holds NaN or infinite grey levels; replace them first")
+    return image
 
 
 def _size(shape: tuple[int, ...]) -> str:

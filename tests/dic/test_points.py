@@ -69,23 +69,23 @@ def test_point_at_the_border_is_measured_with_what_is_left_of_its_subset(pattern
     ref = dic.prepare(reference, points=xy)
     disp = dic.correlate(ref, pattern.draw((0.5, 0.2)))
     assert list(disp.status) == [Status.OK, Status.OK, Status.OK, Status.OUTSIDE]
-    np.testing.assert_allclose(disp.share, np.array([15, 21, 11, 121 / 21]) / 21)
+    np.testing.assert_allclose(disp.valid_fraction, np.array([15, 21, 11, 121 / 21]) / 21)
     np.testing.assert_allclose(disp.u[:3], 0.5, atol=0.01)
-    away = dic.correlate(ref, pattern.draw((-0.5, 0.2)))  # what is left leaves the picture
+    away = dic.correlate(ref, pattern.draw((-0.5, 0.2)))  # what is left leaves the image
     assert list(away.status) == [Status.OUTSIDE, Status.OK, Status.OUTSIDE, Status.OUTSIDE]
 
 
-def test_a_tracked_frame_takes_memory_for_numbers_of_points_and_no_pictures():
+def test_a_tracked_frame_takes_memory_for_numbers_of_points_and_no_images():
     """A subset of 31 px has 961 pixels; a point gets less memory than a byte for each of them."""
     rng = np.random.default_rng(3)
-    picture = rng.integers(0, 255, (700, 800), dtype=np.uint8)
-    picture = np.kron(picture[::4, ::4], np.ones((4, 4), np.uint8))
-    ref = dic.prepare(picture, 31, points=rng.uniform((30, 30), (770, 670), (72, 2)))
-    last = dic.correlate(ref, picture, guess=np.zeros((72, 2)))
-    dic.correlate(ref, picture, guess=last)
+    image = rng.integers(0, 255, (700, 800), dtype=np.uint8)
+    image = np.kron(image[::4, ::4], np.ones((4, 4), np.uint8))
+    ref = dic.prepare(image, 31, points=rng.uniform((30, 30), (770, 670), (72, 2)))
+    last = dic.correlate(ref, image, guess=np.zeros((72, 2)))
+    dic.correlate(ref, image, guess=last)
     tracemalloc.start()
     try:
-        dic.correlate(ref, picture, guess=last)
+        dic.correlate(ref, image, guess=last)
         _, peak = tracemalloc.get_traced_memory()
     finally:
         tracemalloc.stop()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import dic
-from dic.tiles.tile_field import LEAST_ZNCC, tile_gradient
+from dic.tiles.tile_field import MIN_ZNCC, tile_gradient
 from dic.tiles.tiles import tile_sums
 
 SIZE = 8
@@ -95,14 +95,14 @@ def test_blank_parts_are_flat_and_covered_parts_are_lost(reference, pattern):
     assert (field.status[flat] == dic.Status.FLAT).all()
     assert (field.status[covered] == dic.Status.LOW_CORRELATION).all()
     assert field.valid[seen].all()
-    assert (field.zncc[seen] > LEAST_ZNCC).all()
+    assert (field.zncc[seen] > MIN_ZNCC).all()
     for values in (field.u, field.v, field.sigma_u, field.sigma_v):
         assert np.isfinite(values[field.valid]).all()
         assert np.isnan(values[~field.valid]).all()
 
 
 @pytest.mark.parametrize("level", [0.0, 128.0, 255.0])
-def test_a_picture_without_pattern_is_flat_everywhere(level):
+def test_an_image_without_pattern_is_flat_everywhere(level):
     blocks = dic.prepare_blocks(dic.prepare_tiles(np.full((60, 90), level), SIZE))
     assert (blocks.status == dic.Status.FLAT).all()
     field = dic.tile_displacement(blocks, tile_sums(blocks.reference, np.zeros((60, 90))), 1.0)
