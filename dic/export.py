@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from dic.arrays import AnyArray
 from dic.fields.displacement import DisplacementField, Status
 from dic.fields.strain_field import StrainField
 
 
 @contextmanager
-def aside(path: str | Path) -> Iterator[Path]:
+def aside(path: str | Path) -> Generator[Path]:
     """Give a draft beside `path`; rename it when the block ends well, remove it when not.
 
     Raises
@@ -34,7 +36,7 @@ def aside(path: str | Path) -> Iterator[Path]:
         draft.unlink(missing_ok=True)
 
 
-def columns(disp: DisplacementField, eps: StrainField) -> dict[str, NDArray]:
+def columns(disp: DisplacementField, eps: StrainField) -> dict[str, AnyArray]:
     """Every field under its name, each (N,), in the order in which files list them."""
     return {
         "x": disp.xy[:, 0],
@@ -63,12 +65,14 @@ def write_hdf5(path: str | Path, disp: DisplacementField, eps: StrainField) -> N
     Fields on a grid are (R, C) data sets, others (N,); units stand in the attribute `unit`, the
     parameters in the attributes of the file.
     """
-    import h5py
+    import h5py  # pyright: ignore[reportMissingTypeStubs]
 
     shape = disp.grid.shape if disp.grid is not None else (len(disp.xy),)
     with aside(path) as draft, h5py.File(draft, "w") as file:
         for name, values in columns(disp, eps).items():
-            data = file.create_dataset(name, data=values.reshape(shape), compression="gzip")
+            data = cast("Any", file).create_dataset(
+                name, data=values.reshape(shape), compression="gzip"
+            )
             data.attrs["unit"] = _unit(name)
         for name, value in _parameters(disp, eps).items():
             file.attrs[name] = value

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+
+from dic.arrays import F32, F64, U8, AnyArray
 
 _FEATURES = 2000  # sought in each image
 _BESIDE = 3.0  # px, a pair farther than this from the affine motion is false
@@ -12,9 +15,7 @@ _PAIRS = 12  # that must agree: by chance no more than six do
 _SPAN = (1, 99)  # percentiles of the grey levels that are stretched to 8 bit
 
 
-def affine(
-    reference: NDArray[np.float32], deformed: NDArray[np.float32]
-) -> NDArray[np.float64] | None:
+def affine(reference: F32, deformed: F32) -> F64 | None:
     """Find the affine motion x → A (x, 1) that most features of two images agree on.
 
     Parameters
@@ -42,22 +43,23 @@ def affine(
         return None
     first = np.array([here[pair.queryIdx].pt for pair in pairs])
     second = np.array([there[pair.trainIdx].pt for pair in pairs])
-    found, agree = cv2.estimateAffine2D(first, second, ransacReprojThreshold=_BESIDE)
+    found, agree = cast(
+        "tuple[AnyArray | None, AnyArray]",
+        cv2.estimateAffine2D(first, second, ransacReprojThreshold=_BESIDE),
+    )
     if found is None or np.count_nonzero(agree) < _PAIRS:
         return None
     return np.asarray(found, dtype=np.float64)
 
 
-def straighten(deformed: NDArray[np.float32], motion: NDArray[np.float64]) -> NDArray[np.float32]:
+def straighten(deformed: F32, motion: F64) -> F32:
     """Undo an affine motion (2, 3) of an image: the pixel x shows what lies at A (x, 1)."""
     size = deformed.shape[1], deformed.shape[0]
     turned = cv2.warpAffine(deformed, motion, size, flags=cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP)
     return np.asarray(turned, dtype=np.float32)
 
 
-def follow(
-    xy: NDArray[np.float64], motion: NDArray[np.float64], rest: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def follow(xy: F64, motion: F64, rest: F64) -> F64:
     """Compose what is found in the straightened image with the affine motion.
 
     Parameters
@@ -78,7 +80,7 @@ def follow(
     return whole
 
 
-def _eight_bit(image: NDArray[np.float32]) -> NDArray[np.uint8]:
+def _eight_bit(image: F32) -> U8:
     low, high = np.percentile(image, _SPAN)
     scaled = (image - low) * (255 / max(high - low, 1e-6))
     return np.clip(np.rint(scaled), 0, 255).astype(np.uint8)

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numba import njit
-from numpy.typing import NDArray
+from typing import TypeAlias
 
+import numpy as np
+
+from dic.arrays import F64, I8, AnyArray, Mask
+from dic.compiled import njit
 from dic.correlation import clipping
 from dic.correlation.newton import Points
 from dic.correlation.reference import Reference
 from dic.fields.displacement import DisplacementField, Status
 from dic.fields.roughness import excess
 from dic.images.spline import noise_power, noise_slope
+
+Clipped: TypeAlias = list[tuple[F64, Status]]  # fraction of each subset, DARK or SATURATED
 
 _FOUND = 0.8  # ZNCC below which it is not the same pattern
 _STOPPED = 1e-3  # px, more than this in the last iteration is NOT_CONVERGED
@@ -25,13 +29,13 @@ _MAX_NOISE = 0.5  # fraction of Σ∇f∇fᵀ that may be noise
 _FAR = 5.0  # σ, the distance that shall be as rare as it is for a normal error
 
 
-def is_correlated(ref: Reference, points: Points) -> NDArray[np.bool_]:
+def is_correlated(ref: Reference, points: Points) -> Mask:
     """Find where the pattern was found again, wholly on the image, (N,) bool."""
     known = (ref.status == Status.OK) & (points.zncc >= _FOUND)
     return known & ~leaves_image(ref, points.motion)
 
 
-def displacement_field(ref: Reference, points: Points, image: NDArray) -> DisplacementField:
+def displacement_field(ref: Reference, points: Points, image: AnyArray) -> DisplacementField:
     """Turn the last state of the points in a frame into a measurement, NaN where there is none."""
     noise = np.sqrt(np.maximum(points.residual, 0) / _noise_gain(points.motion, ref.half))
     clipped = _clipped(ref, points, image)
@@ -68,7 +72,7 @@ def displacement_field(ref: Reference, points: Points, image: NDArray) -> Displa
     )
 
 
-def _noise_gain(motion: NDArray, half: int) -> NDArray[np.float64]:
+def _noise_gain(motion: AnyArray, half: int) -> F64:
     """Variance of the residual over that of the noise of one image: 1 + κ, (N,).
 
     κ depends on the fraction of a px by which the subset moved, averaged over what its gradients
@@ -82,13 +86,13 @@ def _noise_gain(motion: NDArray, half: int) -> NDArray[np.float64]:
     return 1 + kept
 
 
-def _noise_fraction(ref: Reference, noise: NDArray) -> NDArray[np.float64]:
+def _noise_fraction(ref: Reference, noise: AnyArray) -> F64:
     """Fraction of Σ∇f∇fᵀ that is noise of the reference, (N,): it answers to no motion."""
     fraction = noise_slope() * np.square(noise) / np.maximum(np.square(ref.slope), 1e-30)
     return np.minimum(fraction, _MAX_NOISE)
 
 
-def _widening(ref: Reference, fraction: NDArray) -> NDArray[np.float64]:
+def _widening(ref: Reference, fraction: AnyArray) -> F64:
     """Widen σ, which is estimated itself, so that an error of 5 σ is as rare as it should be, (N,).
 
     Where a fraction p of the Hessian of n pixels is noise, it is known to 4 p/(1 - p)/(2n) of its
@@ -100,7 +104,7 @@ def _widening(ref: Reference, fraction: NDArray) -> NDArray[np.float64]:
     return 1 + (_FAR**2 + 1) / 4 * fewer
 
 
-def _clipped(ref: Reference, points: Points, image: NDArray):
+def _clipped(ref: Reference, points: Points, image: AnyArray) -> Clipped:
     """Fraction of each subset that clips in the frame and did not before, at black and at white."""
     moved = ref.xy + points.motion[:, :, 0]
     measured = (ref.status == Status.OK) & (points.zncc >= _FOUND)
@@ -108,7 +112,7 @@ def _clipped(ref: Reference, points: Points, image: NDArray):
     return clipping.gained(ref.image, image, ref.xy, moved, ref.half)
 
 
-def _status(ref, points, noise, clipped) -> NDArray[np.int8]:
+def _status(ref: Reference, points: Points, noise: F64, clipped: Clipped) -> I8:
     """Name what became of each point; what is named first stands."""
     measured = (ref.status == Status.OK) & (points.zncc >= _FOUND)
     level = np.median(noise[measured]) if measured.any() else 0.0
@@ -126,7 +130,7 @@ def _status(ref, points, noise, clipped) -> NDArray[np.int8]:
     return status
 
 
-def leaves_image(ref: Reference, motion: NDArray) -> NDArray[np.bool_]:
+def leaves_image(ref: Reference, motion: AnyArray) -> Mask:
     """Find where a corner of the moved subset lies beyond the last pixels, (N,) bool."""
     out = np.empty(len(motion), dtype=bool)
     _leave(ref.xy, motion, ref.half, ref.image.shape, out)
@@ -134,7 +138,7 @@ def leaves_image(ref: Reference, motion: NDArray) -> NDArray[np.bool_]:
 
 
 @njit(cache=True, nogil=True)
-def _leave(xy, motion, half, shape, out):
+def _leave(xy: F64, motion: F64, half: int, shape: tuple[int, ...], out: Mask) -> None:
     """Move the four ends of each subset, which begins at the border where the image cuts it."""
     for n in range(xy.shape[0]):
         out[n] = False

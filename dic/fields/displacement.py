@@ -8,6 +8,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from dic.arrays import F64, I8, Mask
 from dic.fields.grid import Grid
 
 
@@ -55,42 +56,42 @@ class DisplacementField:
         The grid, row by row, or None for scattered points.
     """
 
-    xy: NDArray[np.float64]
-    u: NDArray[np.float64]
-    v: NDArray[np.float64]
-    sigma_u: NDArray[np.float64]
-    sigma_v: NDArray[np.float64]
-    gradient: NDArray[np.float64]
-    sigma_gradient: NDArray[np.float64]
-    zncc: NDArray[np.float64]
+    xy: F64
+    u: F64
+    v: F64
+    sigma_u: F64
+    sigma_v: F64
+    gradient: F64
+    sigma_gradient: F64
+    zncc: F64
     iterations: NDArray[np.int16]
-    valid_fraction: NDArray[np.float64]
-    status: NDArray[np.int8]
+    valid_fraction: F64
+    status: I8
     subset: int
     order: int
     grid: Grid | None
 
     @property
-    def valid(self) -> NDArray[np.bool_]:
+    def valid(self) -> Mask:
         """(N,) True where the point was measured."""
         return self.status == Status.OK
 
     @property
-    def ux(self) -> NDArray[np.float64]:
+    def ux(self) -> F64:
         """∂u/∂x of the subset, (N,)."""
         return self.gradient[:, 0, 0]
 
     @property
-    def uy(self) -> NDArray[np.float64]:
+    def uy(self) -> F64:
         """∂u/∂y of the subset, (N,)."""
         return self.gradient[:, 0, 1]
 
     @property
-    def vx(self) -> NDArray[np.float64]:
+    def vx(self) -> F64:
         """∂v/∂x of the subset, (N,)."""
         return self.gradient[:, 1, 0]
 
     @property
-    def vy(self) -> NDArray[np.float64]:
+    def vy(self) -> F64:
         """∂v/∂y of the subset, (N,)."""
         return self.gradient[:, 1, 1]

@@ -9,8 +9,9 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
+
+from dic.arrays import U8
 
 LEFT, RIGHT, BELOW, ABOVE = 75, 190, 60, 40
 """Room for it about each image, px."""
@@ -54,7 +55,7 @@ def draw_axes(pen: ImageDraw.ImageDraw, box: SheetBox, shape: tuple[int, ...], t
 def draw_scale(
     sheet: Image.Image,
     box: SheetBox,
-    colours: NDArray[np.uint8],
+    colours: U8,
     limits: tuple[float, float],
     unit: str,
 ) -> None:
@@ -81,7 +82,7 @@ def draw_scale(
 
 
 def draw_legend(
-    pen: ImageDraw.ImageDraw, box: SheetBox, colours: NDArray[np.uint8], labels: Sequence[str]
+    pen: ImageDraw.ImageDraw, box: SheetBox, colours: U8, labels: Sequence[str]
 ) -> None:
     """Draw a field of each colour with its label, the first below."""
     left, right = box.left + box.wide + _BESIDE, box.left + box.wide + _BESIDE + _WIDE

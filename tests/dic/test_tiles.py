@@ -9,6 +9,7 @@ import dic
 from dic.tiles.tiles import MARGIN
 
 SIZE = 16
+RAMP = np.add.outer(np.arange(40.0), np.arange(60.0))
 
 
 @pytest.fixture(scope="module")
@@ -162,10 +163,10 @@ def refused(sentence, call, *args):
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        (lambda g: g[:-1], r"^image is 190x149 px and the reference 190x150 px"),
-        (lambda g: np.dstack([g, g, g]), r"^image must be grey, \(H, W\), got shape \(150, 190,"),
-        (lambda g: np.where(g == g.max(), np.nan, g), "^image holds NaN"),
-        (lambda g: np.where(g == g.max(), np.inf, g), "^image holds NaN or infinite"),
+        (lambda g: g[:-1], r"^reference is 190x150 px, deformed is 190x149 px"),
+        (lambda g: np.dstack([g, g, g]), "^deformed image has 3 channels; convert it to grey"),
+        (lambda g: np.where(g == g.max(), np.nan, g), "^deformed image holds 1 pixels that"),
+        (lambda g: np.where(g == g.max(), np.inf, g), "^deformed image holds 1 pixels that"),
     ],
 )
 def test_bad_images_are_refused_in_one_sentence(prepared, frame, change, sentence):
@@ -187,10 +188,11 @@ def test_bad_flows_are_refused_in_one_sentence(prepared, frame, flow, sentence):
 @pytest.mark.parametrize(
     ("image", "size", "sentence"),
     [
-        (np.ones((40, 60)), 3, "^tile size must be 4 px or more .* got 3 px on 60x40 px"),
-        (np.ones((40, 60)), 32, "got 32 px on 60x40 px"),
-        (np.ones(60), 8, "^image must be grey"),
-        (np.full((40, 60), np.nan), 8, "^image holds NaN"),
+        (RAMP, 3, "^tile size must be 4 px or more .* got 3 px on 60x40 px"),
+        (RAMP, 32, "got 32 px on 60x40 px"),
+        (RAMP[0], 8, r"^reference image must be \(H, W\)"),
+        (np.ones((40, 60)), 8, "^reference image is blank"),
+        (RAMP * np.nan, 8, "^reference image holds 2400 pixels that are not finite"),
     ],
 )
 def test_bad_references_are_refused_in_one_sentence(image, size, sentence):
