@@ -14,6 +14,8 @@ from numpy.typing import ArrayLike
 from dic.arrays import AnyArray
 from dic.fields.displacement import DisplacementField, Status
 from dic.fields.strain_field import StrainField
+from dic.images.image import check_image
+from dic.numbers import check_type, read_path
 
 
 @contextmanager
@@ -25,7 +27,7 @@ def aside(path: str | Path) -> Generator[Path]:
     OSError
         The folder does not exist or cannot be written.
     """
-    path = Path(path)
+    path = read_path(path)
     if not path.parent.is_dir():
         raise FileNotFoundError(f"folder {path.parent} does not exist; create it first")
     draft = path.with_name(f".{path.stem}-{os.getpid()}{path.suffix}")
@@ -37,7 +39,20 @@ def aside(path: str | Path) -> Generator[Path]:
 
 
 def columns(disp: DisplacementField, eps: StrainField) -> dict[str, AnyArray]:
-    """Every field under its name, each (N,), in the order in which files list them."""
+    """Every field under its name, each (N,), in the order in which files list them.
+
+    Raises
+    ------
+    ValueError
+        Displacement and strain are no fields, or not of the same points.
+    """
+    check_type(disp, DisplacementField, "disp", "dic.correlate")
+    check_type(eps, StrainField, "eps", "dic.strain")
+    if len(disp.xy) != len(eps.xy):
+        raise ValueError(
+            f"disp and eps must be of the same points, got {len(disp.xy)} and {len(eps.xy)}; "
+            "take the strain of this displacement"
+        )
     return {
         "x": disp.xy[:, 0],
         "y": disp.xy[:, 1],
@@ -118,10 +133,10 @@ def draw_overview(
     """Draw u, v, status, exx, eyy and exy over the grey reference (H, W), one PNG for all."""
     from dic.plots import plot
 
-    table = columns(disp, eps)
+    table, image = columns(disp, eps), check_image(image, "reference")
     fields = {name: table[name] for name in ("u", "v", "status", "exx", "eyy", "exy")}
     with aside(path) as draft:
-        plot.draw_sheet(draft, np.asarray(image), fields, disp)
+        plot.draw_sheet(draft, image, fields, disp)
 
 
 def draw_fields(
@@ -143,12 +158,11 @@ def draw_fields(
     """
     from dic.plots import plot
 
-    folder = Path(folder)
+    table, image, folder = columns(disp, eps), check_image(image, "reference"), read_path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     names = ("u", "v", "exx", "eyy", "exy", "sigma_u", "sigma_exx", "zncc", "status")
-    table = columns(disp, eps)
     paths = [folder / f"{name}.png" for name in names]
     for name, path in zip(names, paths, strict=True):
         with aside(path) as draft:
-            plot.draw(draft, np.asarray(image), name, table[name], disp)
+            plot.draw(draft, image, name, table[name], disp)
     return paths

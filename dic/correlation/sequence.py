@@ -45,7 +45,10 @@ def correlate_sequence(ref: Reference, frames: Iterable[ArrayLike]) -> Iterator[
         An image cannot be used.
     """
     check_type(ref, Reference, "ref", "dic.prepare")
-    check_type(frames, Iterable, "frames", "listing images (H, W)")
+    try:
+        frames = iter(frames)
+    except TypeError:
+        raise ValueError("frames must be images (H, W), one after the other; list them") from None
     base, start, here = ref, None, np.arange(len(ref.xy))
     last, before = None, None
     for frame in frames:

@@ -113,7 +113,8 @@ def check_image(image: ArrayLike, name: str) -> AnyArray:
         )
     if grey.ndim != 2 or min(grey.shape) < _SMALLEST:
         raise ValueError(
-            f"{name} image must be (H, W) of {_SMALLEST} px or more, got shape {grey.shape}"
+            f"{name} image must be (H, W) of {_SMALLEST} px or more, got shape {grey.shape}; "
+            "give one image at a time"
         )
     kind = grey.dtype.newbyteorder("=")
     if kind.kind != "f" and kind.char not in _COMPILED:

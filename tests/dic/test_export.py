@@ -38,8 +38,17 @@ def test_csv_can_be_read_back(tmp_path, measured):
     with (tmp_path / "field.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == len(disp.u)
-    np.testing.assert_allclose([float(r["v"]) for r in rows], disp.v, rtol=1e-8)
-    np.testing.assert_allclose([float(r["sigma_exy"]) for r in rows], eps.sigma[:, 2], rtol=1e-8)
+    fields = {
+        "x": disp.xy[:, 0], "y": disp.xy[:, 1], "u": disp.u, "v": disp.v,
+        "sigma_u": disp.sigma_u, "sigma_v": disp.sigma_v, "zncc": disp.zncc,
+        "iterations": disp.iterations, "valid_fraction": disp.valid_fraction,
+        "status": disp.status, "exx": eps.exx, "eyy": eps.eyy, "exy": eps.exy,
+        "sigma_exx": eps.sigma[:, 0], "sigma_eyy": eps.sigma[:, 1], "sigma_exy": eps.sigma[:, 2],
+        "strain_valid": eps.valid,
+    }  # fmt: skip
+    assert list(rows[0]) == list(fields)
+    for name, values in fields.items():
+        np.testing.assert_allclose([float(r[name]) for r in rows], values, rtol=1e-8)
     assert {r["status"] for r in rows} == {"0", "1"}
 
 

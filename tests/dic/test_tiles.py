@@ -1,5 +1,7 @@
 """Tile sums: what numpy and an independent spline say, and the shift that they contain."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -134,6 +136,22 @@ def test_flows_far_out_of_the_image_do_no_harm(prepared, frame):
     for u, v in [(width - 1, 0), (-width + 1, 40), (0, width - 1), (-30, -width + 1)]:
         sums = dic.tile_sums(prepared, frame, np.full((len(prepared.hessian), 2), (u, v), float))
         assert np.isfinite(as_columns(sums)).all()
+
+
+@pytest.mark.parametrize("flow", [(-31.3, 4.6), (28.2, -33.7)])
+def test_beyond_the_border_the_nearest_coefficient_stands(prepared, frame, flow):
+    pad, count = 60, len(prepared.hessian)
+    tiles, flows = prepared.tiles, np.full((count, 2), flow)
+    wide = replace(
+        prepared,
+        tiles=replace(tiles, origin=(tiles.origin[0] + pad, tiles.origin[1] + pad)),
+        image=np.pad(prepared.image, pad),
+        coefficients=np.pad(prepared.coefficients, pad, mode="edge"),
+    )
+    there = dic.tile_sums(wide, np.pad(frame, pad), flows)
+    here = dic.tile_sums(prepared, frame, flows)
+    np.testing.assert_array_equal(as_columns(here), as_columns(there))
+    np.testing.assert_array_equal(here.light, there.light)
 
 
 def test_light_of_a_moved_reference_is_that_of_numpy(prepared, reference):
