@@ -15,6 +15,8 @@ from dic.fields.grid import Grid
 from dic.numbers import check_type, read_array, read_integer, shown
 
 StrainKind = Literal["small", "green-lagrange", "logarithmic"]
+"""Definition of strain: of small motion, or free of rotation."""
+
 MIN_FRACTION = 0.5  # fraction of a window that must be valid
 _NUDGE = 1e-5  # for differences of the strain measures: error 1e-10
 

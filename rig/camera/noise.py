@@ -17,7 +17,7 @@ DARK = 5
 
 @dataclass(frozen=True)
 class CameraNoise:
-    """Figures of a series of pictures of a scene that does not move.
+    """Figures of a series of images of a scene that does not move.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class CameraNoise:
     flicker : float
         Standard deviation of the mean brightness over its mean: light or exposure that changes.
     contrast : float, grey levels
-        Standard deviation over the mean picture: that of the speckle.
+        Standard deviation over the mean image: that of the speckle.
     clipped : float
         Share of the pixels that are too bright or too dark to say anything.
     age : float, s
@@ -67,7 +67,7 @@ def measure_noise(camera: LiveCamera, frames: int = FRAMES) -> CameraNoise:
     for count in range(1, frames + 1):
         frame = camera.grab(PATIENCE)
         if frame is None:
-            raise OSError(f"{camera.status}; no picture came for {PATIENCE:g} s")
+            raise OSError(f"{camera.status}; no image came for {PATIENCE:g} s")
         ages.append(time.monotonic() - frame.captured)
         times.append(frame.captured)
         levels.append(float(frame.image.mean()))

@@ -95,7 +95,7 @@ def open_camera(name: str, size: tuple[int, int], rate: float, controls: Control
     Raises
     ------
     OSError
-        If there is no such camera, it is in use, may not be used or has no such pictures.
+        If there is no such camera, it is in use, may not be used or has no such images.
     """
     _probe(name)
     os.environ.setdefault(*PATIENCE)

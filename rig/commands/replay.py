@@ -49,10 +49,10 @@ def _replay(session: Session) -> dict[str, Any]:
     pattern, net = RunScore(bench.least_force), RunScore(bench.least_force)
     for one in play(session, bench, watch):
         different += not one.same
-        told, whole = one.sensed.estimate, one.sensed.from_pattern
+        estimate, whole = one.sensed.estimate, one.sensed.from_pattern
         if one.frame.truth is not None:
-            pattern.add(whole or told, one.frame.truth)
-            net.add(told, one.frame.truth)
+            pattern.add(whole or estimate, one.frame.truth)
+            net.add(estimate, one.frame.truth)
     return {
         "frames": session.frames,
         "different": different,

@@ -82,8 +82,8 @@ def interference(
     ----------
     chain : Chain
     light : (H, W) float32
-        On each pixel of the camera, over that of the room, from `LightMap.seen`; where a picture
-        is divided by it, what is left of it.
+        On each pixel of the camera, over that of the room, from `LightMap.on_camera`; where an
+        image is divided by it, what is left of it.
     black : float, grey levels
         What a pixel reads without any light.
     marks : tuple of Mark

@@ -194,7 +194,7 @@ class BaseSection(Section):
 class TouchesSection(Section):
     """The touches that are expected."""
 
-    most: Count = Field(1, ge=1, le=4, description="largest number of touches at one time")
+    max_touches: Count = Field(1, ge=1, le=4, description="largest number at one time")
     force: tuple[Annotated[Force, Positive], Annotated[Force, Positive]] = Field(
         description="smallest and largest force, N"
     )

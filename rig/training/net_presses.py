@@ -70,7 +70,7 @@ def score_presses(
     bench = build_bench(whole, report, calibration)
     chain, _ = bench.prepare(session.zero)
     gauges, margin = taught.gauges.build(taught.plate), taught.training.margin
-    plan = NetPlan(net, gauges, taught.view.subset, taught.net.steps, margin)
+    plan = NetPlan(net, gauges, taught.view.subset, taught.net.solver_steps, margin)
     ready, watch = prepare_net(plan, chain, session.zero, bench.camera), Stopwatch(lambda: 0.0)
     off, found = [], presses(session)
     for one in found:

@@ -66,7 +66,7 @@ def test_without_a_comparison_no_strain_is_prepared(small):
 
 
 def test_the_parts_are_those_of_the_scene(small):
-    bench = build_bench(small({"touches.most": 3, "touches.force": ["0.7 N", "2 N"]}), quiet)
+    bench = build_bench(small({"touches.max_touches": 3, "touches.force": ["0.7 N", "2 N"]}), quiet)
     assert bench.plate.size == (254.0, 203.0)
     assert bench.camera.size == (384, 320)
     assert (bench.height, bench.most, bench.least_force) == (1.0, 3, 0.7)

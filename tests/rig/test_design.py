@@ -90,7 +90,7 @@ def test_a_scene_without_a_camera_or_with_a_bent_plate_is_refused(small):
 
 def test_the_command_prints_writes_and_draws(small_settings, tmp_path):
     picture = tmp_path / "map.png"
-    arguments = ["design", "twin", "--json", f"--picture={picture}", *small_settings]
+    arguments = ["design", "twin", "--json", f"--plot={picture}", *small_settings]
     done = CliRunner().invoke(cli.application(arguments), arguments)
     assert done.exit_code == 0, done.output
     said = json.loads(done.stdout)
@@ -102,7 +102,7 @@ def test_the_command_prints_writes_and_draws(small_settings, tmp_path):
 
 
 def test_a_picture_that_cannot_be_written_is_refused_at_once(tmp_path):
-    arguments = ["design", "twin", f"--picture={tmp_path}/none/map.png"]
+    arguments = ["design", "twin", f"--plot={tmp_path}/none/map.png"]
     done = CliRunner().invoke(cli.application(arguments), arguments)
     assert "must be a *.png in a folder that exists" in str(done.exception)
 
@@ -114,7 +114,7 @@ def test_predicted_errors_are_those_of_a_simulated_run(small):
             "camera.pixels": [512, 416],
             "pattern.diameter": 2.6,
             "touches.force": [2, 4],
-            "touches.most": 1,
+            "touches.max_touches": 1,
             "source.script": "random",
             "estimator.modes": 200,
         }

@@ -11,7 +11,7 @@ from rig.training.plan import training_plan
 from rig.training.rendered_gauges import render_gauges
 
 SCENE = {
-    "touches.most": 1,
+    "touches.max_touches": 1,
     "sensor.noise": 1.0,
     "gauges": {"kind": "lattice", "spacing": 51.0, "margin": 25.0, "subset": 41},
     "training": {"samples": 50, "force": [2.0, 8.0], "margin": 30.0, "test": 40, "pictures": 3},
@@ -61,7 +61,7 @@ def test_samples_have_forces_between_the_bounds_and_noise_that_is_drawn_anew(sce
 
 
 def test_gauges_on_the_face_have_the_noise_that_the_scene_states():
-    scene = rig.load("paper-one", {"training.noise": 0.05, "training.test": 50})
+    scene = rig.load("paper-one", {"training.noise": 0.05, "training.test_samples": 50})
     sets = simulate_sets(training_plan(scene), quiet)
     assert sets.noise.root == pytest.approx(0.05 * np.sqrt(np.mean(sets.noise.pool.strain**2)))
     assert np.std(sets.training.strain - sets.noise.pool.strain) == pytest.approx(

@@ -46,7 +46,7 @@ def test_a_press_is_found_within_its_own_uncertainty(scene):
 
 def test_it_sees_less_of_a_touch_than_a_pinhole(small):
     net = {
-        "touches.most": 1,
+        "touches.max_touches": 1,
         "gauges": {"kind": "lattice", "spacing": 51.0, "margin": 25.0, "subset": 41},
         "estimator": {"kind": "net"},
         "training": {"samples": 40, "margin": 30.0, "test": 20},

@@ -80,13 +80,13 @@ def test_what_the_device_lost_and_what_came_too_fast_both_count_as_dropped():
         assert camera.dropped == 4
 
 
-def test_a_picture_of_another_size_is_left_out_and_said():
+def test_an_image_of_another_size_is_left_out_and_said():
     device = Played()
     with LiveCamera(lambda: device) as camera:
         device.put(0)
         device.put(1, shape=(6, 4))
         wait_for(lambda: camera.refused == 1)
-        assert camera.status == ("a picture of 4 × 6 px came instead of 6 × 4 px; it is left out")
+        assert camera.status == ("an image of 4 × 6 px came instead of 6 × 4 px; it is left out")
         device.put(2)
         wait_for(lambda: camera.status == "played is open")
 
