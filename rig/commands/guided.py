@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rig.calibration.guide import Guide, Progress
 from rig.calibration.store import Calibration, Part
 from rig.commands.output import console
-from rig.live.snapshot import Snapshot
-from rig.live.view import View, look
+from rig.live.view import View, bare, look
 from rig.page.controls import UNITS, Desk, Wizard
 from rig.projector.markers import fit_plate
 from rig.scene import Scene
@@ -84,8 +84,9 @@ class _Reporter:
             console().print(said)
         if self._publisher:
             wizard = Wizard(self._what, progress, UNITS.get(self._what, "mm"))
-            shot = _bare(frame, self._plate_size, self._view, progress.sentence)
-            self._publisher.publish(shot, Desk(wizard=wizard))
+            shot = bare(frame, self._plate_size, self._view, progress.sentence)
+            told = replace(shot, strain_reason="the bench is being calibrated")
+            self._publisher.publish(told, Desk(wizard=wizard))
 
     def dropped(self) -> Iterator[int]:
         """Give the views that were taken out on the page."""
@@ -101,31 +102,3 @@ def _view_of(scene: Scene, known: Calibration) -> tuple[tuple[float, float], Vie
         raise ValueError(f"scene '{scene.title}' has no bench; add [plate] and [camera]")
     view = look(plate.build(), known.camera() or camera.build(plate), plate.thickness / 2)
     return plate.size, view
-
-
-def _bare(frame: Frame, plate_size: tuple[float, float], view: View, status: str) -> Snapshot:
-    """Return a snapshot of an image in which no touch was searched for."""
-    nothing = float("nan")
-    return Snapshot(
-        sequence=frame.sequence,
-        captured=frame.captured,
-        image=frame.image,
-        plate_size=plate_size,
-        plate_outline=view.outline,
-        T_px_plate=view.T_px_plate,
-        touches=(),
-        from_strain=(),
-        truth=None,
-        strain=None,
-        status=status,
-        position_error=None,
-        force_error=None,
-        position_error_median=None,
-        force_error_median=None,
-        fps=nothing,
-        dropped=0,
-        stages=(),
-        latency=(nothing, nothing),
-        noise=nothing,
-        strain_reason="the bench is being calibrated",
-    )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import ExitStack
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -112,9 +113,11 @@ def start(
     from rig.live.bench import build_bench
     from rig.live.loop import Loop
     from rig.live.view import look
+    from rig.system.frame import Waiting
 
     with progress("plate modes") as report:
         bench = build_bench(scene, report, calibration)
+    waiting = source if isinstance(source, Waiting) else None
     if show and scene.camera:
         view = look(bench.plate, bench.camera, bench.height)
         light = calibration.light(view.T_px_plate, bench.camera.size)
@@ -122,7 +125,21 @@ def start(
     if bench.theory.against:
         say(bench.theory.sentence)
     say(READY)
-    return Loop(bench, source, recorder=switch, zero=zero), sinks
+    loop = Loop(bench, source, recorder=switch, zero=zero)
+    with progress("getting ready") as report:
+        loop.get_ready(partial(_tell, report, sinks))
+    if waiting:
+        waiting.begin()
+    return loop, sinks
+
+
+def _tell(
+    report: Callable[[int, int], object], sinks: list[Sink], done: int, total: int, shot: Snapshot
+) -> None:
+    """Say in the terminal, and wherever frames are shown, how far the loop is."""
+    report(done, total)
+    for sink in sinks:
+        sink(shot)
 
 
 def _switch(scene: Scene, calibration: Calibration, path: Path | None) -> Switch:

@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from models import noise_from_sums
 from rig.live import chain as live
 from rig.live.baseline import ReferenceFrame, average_reference, moved_during_reference
@@ -17,14 +19,23 @@ from rig.live.run_score import RunScore
 from rig.live.shot import Recorder, Shot
 from rig.live.snapshot import Snapshot, StrainOverlay
 from rig.live.tracker import LATENCY, FrameProcessor, FrameResult
-from rig.live.view import View, look, marks, strain_map, true_marks
+from rig.live.view import View, bare, look, marks, strain_map, true_marks
 from rig.system.frame import Frame, Source
 from rig.system.timing import Stopwatch
 
 PATIENCE = 5.0  # s without a frame after which a source is given up before the reference is there
-SILENCE = 0.5  # s without a frame after which the user is told
+SILENCE = 0.5  # s without a frame after which the user is told,
+MISSED = 3  # or so many of the intervals between the frames of the reference, if these are longer
 ATTEMPTS = 30  # series of reference frames that are thrown away because something moved
 PACE = 60  # frames over which the running rate is measured
+
+
+Tell = Callable[[int, int, Snapshot], object]
+"""Called as ``tell(done, total, snapshot)`` while the loop gets ready."""
+
+
+def _nobody(done: int, total: int, shot: Snapshot) -> None:
+    """Nobody is told."""
 
 
 class Loop:
@@ -62,6 +73,9 @@ class Loop:
         self._source = source
         self._clock = clock
         self._zero = zero
+        self._view = look(bench.plate, bench.camera, bench.height)
+        self._follower: FrameProcessor | None = None
+        self._silence = SILENCE
         self._sequence: int | None = None
         self._first: float | None = None
         self._finished: deque[float] = deque(maxlen=PACE)
@@ -80,10 +94,13 @@ class Loop:
             return None
         return (self.frames - 1) / (self._finished[-1] - self._first)
 
-    def __iter__(self) -> Iterator[Snapshot]:
-        """Take the reference, then yield a snapshot a frame until the source ends.
+    def get_ready(self, tell: Tell = _nobody) -> FrameProcessor:
+        """Take the reference and pass all that may come through the chain, so that nothing waits.
 
-        While no frames come, the last one is shown without touches and with what the source says.
+        Parameters
+        ----------
+        tell : callable
+            Takes how many steps are done, of how many, and what can be shown meanwhile.
 
         Raises
         ------
@@ -92,15 +109,36 @@ class Loop:
         ValueError
             If something touched the plate or moved whenever the reference was taken.
         """
+        if self._follower:
+            return self._follower
         zero = self._zero or self._take_zero()
-        follower = FrameProcessor(self.bench, zero, self.watch, self._clock)
+        rest = Frame(0, self._clock(), np.rint(zero.image).astype(np.uint8))
+
+        def report(done: int, total: int, what: str) -> None:
+            status = f"getting ready: {what} ({done} of {total})"
+            shot = bare(rest, self.bench.plate.size, self._view, status)
+            tell(done, total, replace(shot, fresh=False))
+
+        self._follower = FrameProcessor(self.bench, zero, self.watch, self._clock, report)
         if self._recorder:
-            self._recorder.begin(zero, follower.chain, follower.strain is not None)
-        view = look(self.bench.plate, self.bench.camera, self.bench.height)
+            self._recorder.begin(zero, self._follower.chain, self._follower.strain is not None)
+        return self._follower
+
+    def __iter__(self) -> Iterator[Snapshot]:
+        """Get ready, then yield a snapshot a frame until the source ends.
+
+        While no frames come, the last one is shown without touches and with what the source says.
+
+        Raises
+        ------
+        OSError, ValueError
+            See `get_ready`.
+        """
+        follower, view = self.get_ready(), self._view
         shot: Snapshot | None = None
         while True:
             try:
-                frame = self._source.grab(SILENCE)
+                frame = self._source.grab(self._silence)
             except EOFError:
                 return
             if frame:
@@ -162,11 +200,13 @@ class Loop:
             frames = [self._next() for _ in range(self.bench.reference_frames)]
             if any(frame.truth for frame in frames):
                 raise ValueError(
-                    "plate was touched while the reference was taken; leave the machine more time"
-                    " or set dic.reference_frames to fewer"
+                    "plate was touched while the reference was taken; let nothing touch it in the"
+                    f" first {self.bench.reference_frames} frames"
                 )
             images = [frame.image for frame in frames]
             if not moved_during_reference(images):
+                pace = (frames[-1].captured - frames[0].captured) / (len(frames) - 1)
+                self._silence = max(SILENCE, MISSED * pace)
                 return average_reference(images)
         raise ValueError(
             f"something moved in the picture in each of {ATTEMPTS} series of reference frames;"

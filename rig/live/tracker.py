@@ -14,6 +14,7 @@ from rig.live.baseline import ReferenceFrame, drift_weight, is_consistent
 from rig.live.bench import Bench
 from rig.live.quality import SLIGHT
 from rig.live.tracks import Event, Tracks
+from rig.live.warm_up import Report, quiet, rehearsal
 from rig.system.frame import Frame
 from rig.system.timing import Stopwatch
 
@@ -54,6 +55,8 @@ class FrameProcessor:
     watch : Stopwatch
     clock : callable
         Monotonic time, s; the same that stamps the frames.
+    report : callable
+        Called while frames that are made up go through everything first; see `rehearsal`.
 
     Attributes
     ----------
@@ -67,14 +70,22 @@ class FrameProcessor:
     """
 
     def __init__(
-        self, bench: Bench, zero: ReferenceFrame, watch: Stopwatch, clock: Callable[[], float]
+        self,
+        bench: Bench,
+        zero: ReferenceFrame,
+        watch: Stopwatch,
+        clock: Callable[[], float],
+        report: Report = quiet,
     ):
         self.chain, self.strain = bench.prepare(zero)
         self._net = bench.prepare_net(zero, self.chain)
-        self._bench, self._watch, self._clock = bench, watch, clock
-        self._state, self._tracks = live.at_rest(self.chain), Tracks()
-        self._captured: float | None = None
-        self._warm_up(zero)
+        self._bench, self._clock = bench, clock
+        self._watch = Stopwatch(time.monotonic)  # what is made up counts for nothing
+        self._begin()
+        for frame in rehearsal(self.chain, bench.theory.force, report):
+            self.sentence(self.see(frame).sensed)
+        self._watch = watch
+        self._begin()
 
     def see(self, frame: Frame) -> FrameResult:
         """Sense a frame and follow its touches."""
@@ -126,14 +137,10 @@ class FrameProcessor:
             return "" if trust is Trust.TRAINED else trust.value
         return self._bench.theory.beyond(float(touches[:, 2].max()))
 
-    def _warm_up(self, zero: ReferenceFrame) -> None:
-        """Pass the reference through the chain: what compiles does so before time counts."""
-        watch = Stopwatch(time.monotonic)
-        picture = np.rint(zero.image).astype(np.uint8)
-        sensed = live.estimate_frame(self.chain, picture, self._state, watch)
-        if self._net:
-            sensed = self._net.tell(self.chain, picture, sensed, watch)
-        live.with_strain(self.strain, sensed, watch)
+    def _begin(self) -> None:
+        """Start from a plate at rest, and know no touch."""
+        self._state, self._tracks = live.at_rest(self.chain), Tracks()
+        self._captured: float | None = None
 
 
 def _count(estimate: Estimate) -> str:

@@ -137,6 +137,7 @@ def _describe(shot: Snapshot, screen: Screen | None) -> dict[str, Any]:
         "strain_reason": shot.strain_reason,
         "projector": None if screen is None else _projection(shot.plate_size, screen),
         "status": shot.status,
+        "fresh": shot.fresh,
         "position_error": (shot.position_error, shot.position_error_median),
         "force_error": (shot.force_error, shot.force_error_median),
         "fps": shot.fps,

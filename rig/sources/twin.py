@@ -41,6 +41,8 @@ class Twin:
         Motion of the camera after the reference was taken.
     radius : float, mm
         Of the disc that a touch presses.
+    rest : int
+        Frames in which the plate stands still before its script begins.
     """
 
     solver: Solver
@@ -51,11 +53,16 @@ class Twin:
     seed: int
     shift: tuple[float, float]
     radius: float
+    rest: int = 0
+
+    def time(self, sequence: int) -> float:
+        """Time of the script at frame `sequence`, s."""
+        return max(0, sequence - self.rest) / self.rate
 
     def touches(self, sequence: int) -> tuple[fe.Touch, ...]:
         """Touches on the plate while frame `sequence` is taken."""
         return tuple(
-            replace(touch, radius=self.radius) for touch in self.script(sequence / self.rate)
+            replace(touch, radius=self.radius) for touch in self.script(self.time(sequence))
         )
 
     def frame(
@@ -69,7 +76,7 @@ class Twin:
             displacement,
             self.sensor,
             np.random.default_rng((self.seed, sequence)),
-            shift=(0.0, 0.0) if script.at_rest(sequence / self.rate) else self.shift,
+            shift=(0.0, 0.0) if script.at_rest(self.time(sequence)) else self.shift,
             out=out,
         )
 

@@ -56,6 +56,12 @@ def small(live_cache, monkeypatch):
 
 
 @pytest.fixture
+def small_overrides():
+    """Return what makes the twin small, as overrides of its scene."""
+    return dict(SMALL)
+
+
+@pytest.fixture
 def in_hand():
     """Make a source without a process: `in_hand(twin, sequences, with_truth=True)`."""
     return InHand

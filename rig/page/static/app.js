@@ -116,7 +116,9 @@ function watch() {
   const [name, title, detail] = {
     live: ["live"],
     waiting: ["connecting", "Waiting for the first frame", "The loop has not published one yet"],
-    stale: ["no new frames", "No new frame", `The last one came ${seconds} s ago; the loop or its camera stands still`],
+    stale: frame?.fresh === false
+      ? ["getting ready", "The loop is at work", `${frame.status}, for ${seconds} s`]
+      : ["no new frames", "No new frame", `The last one came ${seconds} s ago; the loop or its camera stands still`],
     lost: ["disconnected", "The loop has stopped", "This page connects again by itself when it runs"],
   }[dataset.link];
   show("link", name);

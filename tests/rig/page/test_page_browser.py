@@ -184,6 +184,17 @@ def test_the_projector_view_shows_the_projector_image(page, snapshot):
         assert seen.max() > 60
 
 
+def test_a_loop_that_gets_ready_says_for_what(page, snapshot):
+    with serve(port=0) as publisher:
+        page.goto(publisher.url)
+        publisher.publish(snapshot(0, status="getting ready: one touch (1 of 7)", fresh=False))
+        expect(page.locator("#link")).to_have_text("getting ready", timeout=10000)
+        expect(page.locator("#notice")).to_contain_text("getting ready: one touch (1 of 7), for")
+        publisher.publish(snapshot(1))
+        expect(page.locator("#link")).to_have_text("live")
+        expect(page.locator("#notice")).to_be_hidden()
+
+
 def test_a_stopped_stream_is_said_and_the_page_comes_back(page, snapshot):
     with serve(0) as publisher:
         port = publisher.port
