@@ -1,5 +1,8 @@
 """What is plugged in: numbers, names and device nodes, without opening anything."""
 
+# pyusb has no stubs, and types of its own for little of what it gives.
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
+
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -150,7 +153,8 @@ def _text(file: Path, device: Opened, index: int) -> str | None:
     except OSError:
         pass
     try:
-        return usb.util.get_string(device, index) if index else None
+        text: Any = usb.util.get_string(device, index) if index else None
+        return text
     except (usb.core.USBError, ValueError):  # no permission shows as "no langid", a ValueError
         return None
     finally:

@@ -1,5 +1,8 @@
 """Plugging in and out, seen by looking again: libusb tells pyusb nothing by itself."""
 
+# pyusb has no stubs, and types of its own for little of what it gives.
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
+
 from __future__ import annotations
 
 import time
@@ -56,7 +59,7 @@ class Watch:
             *(DeviceChange("plugged", now[one]) for one in sorted(now.keys() - before)),
         )
 
-    def _now(self) -> dict[tuple, UsbDevice]:
+    def _now(self) -> dict[tuple[object, ...], UsbDevice]:
         """Devices by what stays the same while one is in; names and nodes come a little later."""
         return {
             (one.bus, one.ports, one.address, one.vendor, one.product): one for one in self._look()

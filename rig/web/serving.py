@@ -7,7 +7,7 @@ import errno
 import os
 import socket
 import threading
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from typing import Generic, TypeVar
 
@@ -85,7 +85,7 @@ def listen(port: int, key: str, host: str = HOST) -> socket.socket:
 
 
 @contextmanager
-def serving(application: Starlette, listener: socket.socket, name: str) -> Iterator[None]:
+def serving(application: Starlette, listener: socket.socket, name: str) -> Generator[None]:
     """Serve an application in a thread called `name` while the block runs."""
     server = uvicorn.Server(_configuration(application))
     thread = threading.Thread(target=server.run, args=([listener],), name=name)
