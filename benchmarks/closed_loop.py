@@ -89,7 +89,7 @@ def calibrate(scene: Path, room: Room, camera, live: bool) -> Iterator[Row]:
             raise OSError(f"calibrate {what}: {said.strip().splitlines()[-1]}")
         yield f"calibrate {what}: error", f"{json.loads(out)['error']:.4g}"
     grid = np.stack(np.meshgrid(np.linspace(5, 249, 9), np.linspace(5, 249, 9)), -1).reshape(-1, 2)
-    known = store.read(path)
+    known = store.read_calibration(path)
     shown = project(known.screen().T_px_plate, grid)
     away = np.linalg.norm(project(np.linalg.inv(T_TRUE), shown) - grid, axis=1)
     latency = known.latency

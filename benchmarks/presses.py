@@ -22,11 +22,11 @@ from dic.tiles.tiles import lay_tiles
 from models.data import gauge_layout
 from models.design.press_calibration import correct_by_presses
 from rig.calibration.presses import fit_presses
+from rig.calibration.requested_presses import requested_presses
 from rig.live import chain as live
 from rig.live.alignment import Alignment, align
 from rig.live.baseline import average_reference
 from rig.plates.cached import plate_modes
-from rig.sources.script import asked
 from rig.system.timing import Stopwatch
 
 SOFTER, GAIN, PLACE = 1.1, 0.02, 0.5  # stiffness, gain as a share, place in mm
@@ -110,9 +110,11 @@ def pattern(rng: np.random.Generator, count: int, off: float = 1.0) -> Iterator[
     zero = average_reference([eye.picture() for _ in range(REFERENCE)])
     parts = zero, scene.dic.tile, scene.estimator.modes
     assumed, right = chain(plate, view, *parts), chain(soft, seen, *parts)
-    known = np.array([(t.x, t.y, t.force) for t in asked(plate.size, (2.0, 4.0), 0)][:PRESSES])
+    known = np.array(
+        [(t.x, t.y, t.force) for t in requested_presses(plate.size, (2.0, 4.0), 0)][:PRESSES]
+    )
     pictures = [[eye.picture(touch) for _ in range(FRAMES)] for touch in known]
-    fresh = np.array([(t.x, t.y, t.force) for t in asked(plate.size, (2.0, 4.0), 1)])
+    fresh = np.array([(t.x, t.y, t.force) for t in requested_presses(plate.size, (2.0, 4.0), 1)])
     fresh = np.tile(fresh, (-(-count // len(fresh)), 1))[:count]
     shown = [eye.picture(touch) for touch in fresh]
     raw = np.array([sense(assumed, image)[0] for image in shown])

@@ -53,7 +53,7 @@ def place_files(home: Path) -> None:
     found = re.findall(r"```toml\n# (\S+\.toml)\n(.*?)```", tutorials(home), re.DOTALL)
     for name, scene in found:
         (home / name).write_text(scene, encoding="utf-8")
-    example = home / "examples/09_photographs.py"
+    example = home / "examples/10_photographs.py"
     subprocess.run([sys.executable, example, home], check=True, stdout=subprocess.DEVNULL)
 
 

@@ -60,7 +60,7 @@ def test_a_scene_may_write_other_units_and_holds_ours():
     assert scene.plate.young == pytest.approx(3000.0)
 
 
-# Pictures
+# Images
 
 
 def test_a_pixel_is_row_y_and_column_x_and_its_centre_has_whole_coordinates(pattern, picture):

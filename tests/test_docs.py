@@ -153,16 +153,22 @@ def code_of(page):
     return re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
 
 
+@pytest.fixture(scope="module")
+def photographs(tmp_path_factory):
+    """Folder with the pair of the example, and both images."""
+    folder = tmp_path_factory.mktemp("photographs")
+    example = ROOT / "examples/10_photographs.py"
+    subprocess.run([sys.executable, example, folder], check=True, capture_output=True)
+    before, after = (dic.read_image(folder / f"{name}.png") for name in ("before", "after"))
+    return folder, {"before": before, "after": after, "reference": before}
+
+
 @pytest.mark.parametrize("page", [page for page in PAGES if code_of(page)], ids=names)
-def test_the_code_of_a_page_runs(page, tmp_path, monkeypatch):
-    """In a folder with the photographs of the example, which are also `before` and `after`."""
-    monkeypatch.chdir(tmp_path)
-    example = ROOT / "examples/09_photographs.py"
-    subprocess.run([sys.executable, example, "."], check=True, capture_output=True)
-    known = {name: dic.read_image(f"{name}.png") for name in ("before", "after")}
-    known["reference"] = known["before"]
+def test_the_code_of_a_page_runs(page, photographs, monkeypatch):
+    folder, known = photographs
+    monkeypatch.chdir(folder)
     for block in code_of(page):
-        exec(block, known)  # noqa: S102
+        exec(block, known.copy())
 
 
 @pytest.fixture(scope="module")

@@ -3,6 +3,8 @@
 import ast
 import importlib
 import importlib.metadata
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
@@ -10,6 +12,12 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 PACKAGES = ("dic", "fe", "models", "rig", "synthetic")
+NEEDS = {
+    "rig": ("dic", "fe", "models", "synthetic"),
+    "models": ("dic", "fe", "synthetic"),
+    "synthetic": ("dic", "fe"),
+}
+"""What each package imports of the others."""
 
 
 @pytest.mark.parametrize("name", PACKAGES)
@@ -52,6 +60,26 @@ def test_a_package_takes_from_others_what_they_offer(name):
                     continue
                 assert module in PACKAGES, f"{path}: {module} is inside a package"
                 assert public is None or public in importlib.import_module(module).__all__, path
+
+
+@pytest.mark.parametrize(
+    ("package", "hidden"), [(name, other) for name, others in NEEDS.items() for other in others]
+)
+def test_a_file_that_hides_a_package_is_named(tmp_path, package, hidden):
+    own = tmp_path / f"{hidden}.py"
+    own.write_text("")
+    script = tmp_path / "script.py"
+    script.write_text(f"import {package}\n")
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    *_, last = done.stderr.splitlines()
+    assert last == f"ImportError: '{hidden}' is '{own}' and not touchplate's; rename that file"
+
+
+def test_a_script_that_hides_no_package_imports_all(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(f"import {', '.join(PACKAGES)}\n")
+    subprocess.run([sys.executable, script], check=True)
 
 
 def test_tests_are_no_packages():

@@ -14,6 +14,8 @@ from dic.fields.displacement import DisplacementField
 from dic.fields.grid import Grid
 
 StrainKind = Literal["small", "green-lagrange", "logarithmic"]
+"""Definition of strain: of small motion, or free of rotation."""
+
 LEAST = 0.5  # share of a window that must be valid
 _NUDGE = 1e-5  # for differences of the strain measures: error 1e-10
 

@@ -17,7 +17,7 @@ from mkdocs.structure.pages import Page
 
 ROOT = Path(__file__).parents[2]
 FOLDER = "api/"
-TITLES = ("Functions", "Types", "Modules")
+TITLES = ("Functions", "Types", "Constants", "Modules")
 ENTRY = """::: {path}
     options:
       heading: {package}.{name}
@@ -32,7 +32,7 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
     names = import_module(package).__all__
     kinds = {title: [] for title in TITLES}
     for name in sorted(names, key=str.lower):
-        kinds[_title(_thing(package, name))].append(name)
+        kinds[_title(name, _thing(package, name))].append(name)
     parts = [_part(package, title, members) for title, members in kinds.items() if members]
     return "\n\n".join([markdown.rstrip(), *parts]) + "\n"
 
@@ -50,9 +50,11 @@ def _thing(package: str, name: str) -> object:
     return getattr(import_module(package), name)
 
 
-def _title(thing: object) -> str:
+def _title(name: str, thing: object) -> str:
     if ismodule(thing):
         return "Modules"
+    if name.isupper():
+        return "Constants"
     return "Functions" if isfunction(thing) else "Types"
 
 

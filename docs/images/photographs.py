@@ -17,7 +17,7 @@ from PIL import Image
 import dic
 
 IMAGES = Path(__file__).parent
-EXAMPLE = IMAGES.parents[1] / "examples/09_photographs.py"
+EXAMPLE = IMAGES.parents[1] / "examples/10_photographs.py"
 WINDOWS = {5: "#0a8f78", 13: "#b3541e"}
 """Strain windows, points, and the colours in which their strain is drawn."""
 

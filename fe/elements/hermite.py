@@ -33,9 +33,9 @@ class Stencil(NamedTuple):
     weights: NDArray[np.float64]
 
 
-# DERIVATIVES[order, function, power]: the four functions of an element (left value, left slope,
-# right value, right slope) as polynomials in t = 0..1, and their derivatives by t.
 HERMITE_DERIVATIVES = np.zeros((4, 4, 4))
+"""[order, function, power]: the four functions of an element (left value, left slope, right value,
+right slope) as polynomials in t = 0..1, and their derivatives by t."""
 HERMITE_DERIVATIVES[0] = [[1, 0, -3, 2], [0, 1, -2, 1], [0, 0, 3, -2], [0, 0, -1, 1]]
 for _order in (1, 2, 3):
     HERMITE_DERIVATIVES[_order, :, :3] = HERMITE_DERIVATIVES[_order - 1, :, 1:] * np.arange(1, 4)

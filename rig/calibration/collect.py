@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fe
+from rig.calibration.requested_presses import requested_presses
 from rig.live.alignment import Alignment, align
 from rig.live.snapshot import Mark
 from rig.scene import Scene
-from rig.sources.script import asked
 
 HOLD = 0.6  # s that a press must stand still; the second half counts, when a finger has settled
 STEADY = 0.05  # of the force, by which it may vary meanwhile, beside what its noise explains
@@ -38,7 +38,7 @@ def targets(scene: Scene) -> tuple[fe.Touch, ...]:
             " as twin has them"
         )
     seed = scene.source.seed if scene.source.kind == "twin" else 0
-    return asked(scene.plate.size, scene.touches.force, seed)
+    return requested_presses(scene.plate.size, scene.touches.force, seed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +121,7 @@ class Collector:
             return None
         mark = marks[0]
         found = np.array([mark.x, mark.y, mark.force])
-        sigma = np.array([*_along_axes(mark.sigma), mark.sigma_force])
+        sigma = np.array([mark.sigma_x, mark.sigma_y, mark.sigma_force])
         self._held.append((time, found, sigma))
         self._held = [one for one in self._held if _still(one[1], found, sigma)]
         if time - self._held[0][0] < HOLD:
@@ -141,13 +141,6 @@ class Collector:
         if min(away) > NEAR or nearest in {one.press for one in self.taken}:
             return None
         return nearest
-
-
-def _along_axes(ellipse: tuple[float, float, float]) -> tuple[float, float]:
-    """Resolve an ellipse of semi-axes and angle into standard deviations along x and y."""
-    long, short, angle = ellipse
-    c, s = np.cos(angle), np.sin(angle)
-    return float(np.hypot(long * c, short * s)), float(np.hypot(long * s, short * c))
 
 
 def _still(before: NDArray, now: NDArray, sigma: NDArray) -> bool:

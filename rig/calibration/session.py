@@ -18,6 +18,7 @@ from models import ImageMotions, PressCorrection, correct_by_presses, prepare_mo
 from rig.calibration.collect import HOLD, Collector, HeldOutScore, Taken, rms, targets
 from rig.calibration.lens import Lens
 from rig.calibration.pose import Pose
+from rig.calibration.requested_presses import REQUESTED
 from rig.calibration.store import parse
 from rig.live import chain as live
 from rig.live.alignment import FEWEST, Alignment, align
@@ -25,7 +26,6 @@ from rig.live.bench import Bench, build_bench
 from rig.live.evidence import CHANCE
 from rig.live.view import marks
 from rig.recording.session import Session, told
-from rig.sources.script import ASKED
 from rig.system.timing import Stopwatch
 
 
@@ -80,7 +80,7 @@ def presses(session: Session) -> list[Pressed]:
     OSError
         If the file is damaged.
     """
-    collector, found = Collector(targets(session.scene), ASKED), []
+    collector, found = Collector(targets(session.scene), REQUESTED), []
     times = session.column("frames/captured")
     images = session.arrays["frames/image"]
     for index in range(session.frames):

@@ -202,7 +202,7 @@ def _bench(what: str, name: str, settings: list[str] | None) -> _Bench:
 
     path = store.beside(name)
     scene = rig.load(name, rig.scene.parse_overrides(settings or []))
-    return _Bench(what, scene, store.read(path), path)
+    return _Bench(what, scene, store.read_calibration(path), path)
 
 
 def _board(squares: tuple[int, int], square: float, marker: float) -> CharucoBoard:

@@ -70,7 +70,7 @@ def score_net(name: str, net: Net, plan: TrainingPlan, scene: Scene, path: Path)
     from rig.recording.session import open_session
     from rig.training.net_presses import score_presses
 
-    calibration = store.read(store.beside(name))
+    calibration = store.calibration_beside(name)
     with open_session(path) as session, progress("presses") as report:
         return score_presses(net, plan, scene, calibration, session, report)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import ExitStack
 from datetime import UTC, datetime
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -22,7 +21,6 @@ if TYPE_CHECKING:
     from rig.live.snapshot import Snapshot
     from rig.projector.show import Show
     from rig.recording.control import Switch
-    from rig.recording.recorder import SessionRecorder
     from rig.scene import Scene
 
 READY = "the source gets ready; then the reference is taken …"
@@ -56,20 +54,12 @@ def run(
 
 
 def known(name: str, scene: Scene) -> Calibration:
-    """Read the calibration beside a scene, and say what is wrong or old in it."""
-    from rig.calibration.store import beside, read
-    from rig.scene.source import DeviceSection
+    """Read the calibration beside a scene, and warn of what is wrong with it."""
+    from rig.calibration.store import calibration_beside, calibration_warnings
 
-    path = beside(name)
-    calibration = read(path)
-    notes = calibration.doubts(scene, datetime.now(UTC))
-    if isinstance(scene.source, DeviceSection) and scene.camera and calibration.camera() is None:
-        notes.append(
-            f"'{path}' holds no lens and pose: the camera is taken to look straight down from"
-            f" {scene.camera.stand_off:g} mm; run `touchplate calibrate camera` and `pose`"
-        )
-    for note in notes:
-        warn(note)
+    calibration = calibration_beside(name)
+    for sentence in calibration_warnings(calibration, scene, datetime.now(UTC)):
+        warn(sentence)
     return calibration
 
 
@@ -105,58 +95,19 @@ def start(
     """Open everything that the scene names; what can fail at once comes before what is slow."""
     switch = None
     if record or (scene.page and not headless):
-        switch = open_parts.enter_context(_switch(scene, calibration, record))
+        from rig.recording.control import open_switch
+
+        switch = open_parts.enter_context(open_switch(record, scene, calibration))
     show, sinks = _open_sinks(scene, calibration, headless, switch, open_parts)
-    from rig.sources.open_source import open_input
+    from rig.sources.open_loop import open_loop
 
-    source, zero = open_parts.enter_context(open_input(scene, say))
-    from rig.live.bench import build_bench
-    from rig.live.loop import Loop
-    from rig.live.view import look
-    from rig.system.frame import Waiting
+    def preview(snapshot: Snapshot) -> None:
+        for sink in sinks:
+            sink(snapshot)
 
-    with progress("plate modes") as report:
-        bench = build_bench(scene, report, calibration)
-    waiting = source if isinstance(source, Waiting) else None
-    if show and scene.camera:
-        view = look(bench.plate, bench.camera, bench.height)
-        light = calibration.light(view.T_px_plate, bench.camera.size)
-        source = show.filtered(source, light, 1 / scene.camera.rate)
-    if bench.theory.against:
-        say(bench.theory.sentence)
     say(READY)
-    loop = Loop(bench, source, recorder=switch, zero=zero)
-    with progress("getting ready") as report:
-        loop.get_ready(partial(_tell, report, sinks))
-    if waiting:
-        waiting.begin()
-    return loop, sinks
-
-
-def _tell(
-    report: Callable[[int, int], object], sinks: list[Sink], done: int, total: int, shot: Snapshot
-) -> None:
-    """Say in the terminal, and wherever frames are shown, how far the loop is."""
-    report(done, total)
-    for sink in sinks:
-        sink(shot)
-
-
-def _switch(scene: Scene, calibration: Calibration, path: Path | None) -> Switch:
-    """Make the recording, on from the first frame if its file was named."""
-    from rig.recording.control import Switch
-    from rig.recording.recorder import SessionRecorder
-
-    def new(file: Path | None) -> SessionRecorder:
-        now = datetime.now(UTC)
-        texts = {
-            "scene": scene.model_dump_json(),
-            "calibration": calibration.model_dump_json(exclude_none=True),
-            "started": now.isoformat(timespec="seconds"),
-        }
-        return SessionRecorder(file or Path(f"session-{now:%Y%m%d-%H%M%S}.h5"), texts)
-
-    return Switch(new, path)
+    parts = scene, calibration, say, progress, preview, switch, show
+    return open_parts.enter_context(open_loop(*parts)), sinks
 
 
 def _open_sinks(

@@ -94,9 +94,9 @@ def _calibration(name: str, bench: Scene) -> str:
     """Return the calibration beside a scene as JSON, where a camera reads its gauges."""
     if bench.gauges is None or bench.gauges.subset is None:
         return ""
-    from rig.calibration.store import beside, read
+    from rig.calibration.store import calibration_beside
 
-    return read(beside(name)).model_dump_json(exclude_none=True)
+    return calibration_beside(name).model_dump_json(exclude_none=True)
 
 
 def _train(plan: TrainingPlan, sets: TrainingSets, part: Path) -> Trained:

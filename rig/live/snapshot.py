@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import cos, hypot, sin
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -40,6 +41,18 @@ class Mark:
     sigma_force: float = 0.0
     identity: int | None = None
     velocity: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def sigma_x(self) -> float:
+        """Standard deviation of the place along x, mm."""
+        long, short, angle = self.sigma
+        return hypot(long * cos(angle), short * sin(angle))
+
+    @property
+    def sigma_y(self) -> float:
+        """Standard deviation of the place along y, mm."""
+        long, short, angle = self.sigma
+        return hypot(long * sin(angle), short * cos(angle))
 
 
 @dataclass(frozen=True)
@@ -151,3 +164,8 @@ class Snapshot:
     fresh: bool = True
     events: tuple[Event, ...] = ()
     signs: tuple[Sign, ...] = ()
+
+    @property
+    def time(self) -> float:
+        """Capture time, s on the monotonic clock."""
+        return self.captured

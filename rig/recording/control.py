@@ -6,12 +6,16 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rig.live.baseline import ReferenceFrame
 from rig.live.chain import Chain
 from rig.live.shot import Shot
-from rig.recording.recorder import SessionRecorder
+from rig.recording.recorder import SessionRecorder, new_recorder
+
+if TYPE_CHECKING:
+    from rig.calibration.store import Calibration
+    from rig.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,6 +25,11 @@ class Begun:
     zero: ReferenceFrame
     chain: Chain
     strain: bool
+
+
+def open_switch(path: Path | None, scene: Scene, calibration: Calibration) -> Switch:
+    """Return a switch for recordings of a scene, on from the first frame if a file is named."""
+    return Switch(lambda file: new_recorder(file, scene, calibration), path)
 
 
 class Switch:

@@ -24,7 +24,7 @@ import fe
 from rig.scene import Scene
 from rig.scene.bench import CameraSection
 from rig.system.frame import Frame
-from rig.system.process import deaf_to_interrupts
+from rig.system.process import deaf_to_interrupts, without_script
 
 if TYPE_CHECKING:
     from rig.sources.twin import Twin
@@ -122,7 +122,7 @@ def open_twin(scene: Scene) -> Iterator[TwinSource]:
         target=_deliver, args=(scene, memory.name, there), name="touchplate-twin", daemon=True
     )
     try:
-        with deaf_to_interrupts():
+        with deaf_to_interrupts(), without_script():
             process.start()
         there.close()
         source = TwinSource(here, *_views(memory, (height, width)))

@@ -65,7 +65,7 @@ def test_camera_then_pose_from_images_and_corners(room, bench):
     corners = camera.project([(0, 0, 1), (254, 0, 1), (254, 203, 1), (0, 203, 1)])
     given = [f"--corner={x:.3f},{y:.3f}" for x, y in corners]
     assert calibrate("pose", bench, *given)["error"] < 0.5
-    kept = store.read(bench / "bench.calibration.json")
+    kept = store.read_calibration(bench / "bench.calibration.json")
     px = camera.project([(60.0, 50.0, 1.0)])
     assert np.abs(kept.camera().on_plate(px, 1.0) - (60.0, 50.0)).max() < 0.15  # mm
 
@@ -114,7 +114,9 @@ def test_noise_live_on_a_folder_of_images_that_stands_for_a_camera(bench, rng):
     source = ["--set=source.kind=folder", f"--set=source.path={stills}"]
     said = calibrate("noise", bench, *source)
     assert said["gain"] == pytest.approx(0.03, rel=0.1)
-    assert store.read(bench / "bench.calibration.json").noise.read == pytest.approx(1.5, rel=0.1)
+    assert store.read_calibration(bench / "bench.calibration.json").noise.read == pytest.approx(
+        1.5, rel=0.1
+    )
 
 
 @pytest.mark.parametrize(

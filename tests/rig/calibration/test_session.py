@@ -87,7 +87,7 @@ def test_what_is_kept_is_what_the_loop_takes(scene, rng, tmp_path):
     learned, path = learn(session, quiet), tmp_path / "twin.calibration.json"
     for part in (learned.lens, learned.pose, learned.alignment):
         store.keep(path, part)
-    bench = build_bench(scene, quiet, store.read(path))
+    bench = build_bench(scene, quiet, store.read_calibration(path))
     assert bench.camera.focal == learned.lens.focal
     twin = build_twin(rig.load("twin", BENCH | wrong))
     chain, _ = bench.prepare(session.zero)

@@ -33,7 +33,7 @@ def test_every_part_comes_back_as_it_was(tmp_path):
     path = tmp_path / "bench.calibration.json"
     for part in PARTS:
         store.keep(path, part)
-    kept = store.read(path)
+    kept = store.read_calibration(path)
     camera = kept.camera()
     points = np.array([[10.0, 20.0, 1.0], [200.0, 150.0, 1.0]])
     np.testing.assert_array_equal(camera.project(points), POSE.camera.project(points))
@@ -66,19 +66,19 @@ def test_another_camera_or_window_is_said(tmp_path):
     path = tmp_path / "x.json"
     store.keep(path, LENS)
     scene = rig.load("twin", {"camera.pixels": [640, 480]})
-    (said,) = store.read(path).doubts(scene, datetime.now(UTC))
+    (said,) = store.read_calibration(path).doubts(scene, datetime.now(UTC))
     assert "lens is for 1024 × 1024 px and the camera has 640 × 480 px; repeat it" in said
 
 
 def test_nothing_there_is_an_empty_calibration_and_rubbish_is_refused(tmp_path):
     path = tmp_path / "x.json"
-    empty = store.read(path)
+    empty = store.read_calibration(path)
     assert empty.camera() is empty.screen() is empty.alignment() is None
     with pytest.raises(ValueError, match="run `touchplate calibrate camera` first"):
         empty.known_lens()
     path.write_text('{"lens": {"focal": 3}}')
     with pytest.raises(ValueError, match="is damaged at lens"):
-        store.read(path)
+        store.read_calibration(path)
 
 
 def test_a_calibration_lies_beside_its_scene(tmp_path):

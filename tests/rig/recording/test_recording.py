@@ -107,10 +107,10 @@ from pathlib import Path
 import numpy as np
 from rig.recording.layout import LAST
 from rig.recording.writer import Writer
-from rig.live.baseline import Zero
+from rig.live.baseline import ReferenceFrame
 layout = {"frames/image": ((60, 80), "u1"), "touches/place": ((2, 3), "f8"), LAST: ((), "i8")}
 scene = '{"title": "a test"}'
-zero = Zero(np.ones((60, 80), np.float32), 2.0)
+zero = ReferenceFrame(np.ones((60, 80), np.float32), 2.0)
 writer = Writer(Path(sys.argv[1]), {"scene": scene}, zero, layout)
 rng = np.random.default_rng(0)
 for k in range(100000):

@@ -11,7 +11,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 import synthetic
-from synthetic.formulas import Hole
+from synthetic.closed_forms import Hole
 
 SIZE, PIXELS = (120.0, 90.0), (800, 600)  # mm, px
 PULL = 4e-3  # strain along x, far from the hole
@@ -43,9 +43,9 @@ folder = Path(sys.argv[1] if len(sys.argv) > 1 else "results/photographs")
 folder.mkdir(parents=True, exist_ok=True)
 room = Image.new("L", PIXELS, 20)  # what is seen through the hole
 for name, motion in (("before", still), ("after", hole)):
-    picture = Image.fromarray(synthetic.render(pattern, camera, motion, sensor, rng))
-    picture.paste(room, mask=within(hole.centre + hole.radius * circle, motion))
-    picture.save(folder / f"{name}.png")
+    image = Image.fromarray(synthetic.render(pattern, camera, motion, sensor, rng))
+    image.paste(room, mask=within(hole.centre + hole.radius * circle, motion))
+    image.save(folder / f"{name}.png")
 
 corners = np.array([(1.0, 1.0), (SIZE[0] - 1, 1.0), (SIZE[0] - 1, SIZE[1] - 1), (1.0, SIZE[1] - 1)])
 roi = within(corners)
