@@ -79,7 +79,7 @@ def measure_noise(camera: LiveCamera, frames: int = FRAMES) -> CameraNoise:
         change = image - mean
         mean = mean + change / count
         squares = squares + change * (image - mean)
-    brightness: F64 = mean + float(np.mean(levels))
+    brightness = mean + sum(levels) / frames
     return CameraNoise(
         frames=frames,
         dropped=camera.dropped,

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import usb.core
 import usb.util
@@ -153,8 +153,7 @@ def _text(file: Path, device: Opened, index: int) -> str | None:
     except OSError:
         pass
     try:
-        text: Any = usb.util.get_string(device, index) if index else None
-        return text
+        return cast("str", usb.util.get_string(device, index)) if index else None
     except (usb.core.USBError, ValueError):  # no permission shows as "no langid", a ValueError
         return None
     finally:
