@@ -85,8 +85,8 @@ class _Reporter:
         if self._publisher:
             wizard = Wizard(self._what, progress, UNITS.get(self._what, "mm"))
             shot = bare(frame, self._plate_size, self._view, progress.sentence)
-            told = replace(shot, strain_reason="the bench is being calibrated")
-            self._publisher.publish(told, Desk(wizard=wizard))
+            shown = replace(shot, strain_reason="the bench is being calibrated")
+            self._publisher.publish(shown, Desk(wizard=wizard))
 
     def dropped(self) -> Iterator[int]:
         """Give the views that were taken out on the page."""

@@ -133,7 +133,10 @@ def _open_sinks(
         from rig.out.open import open_outputs
 
         max_touches = scene.touches.max_touches if scene.touches else 1
-        sinks += open_outputs(scene.outputs, scene.plate.size, screen, max_touches, open_parts)
+        outputs = open_outputs(scene.outputs, scene.plate.size, screen, max_touches, open_parts)
+        for url in filter(None, (getattr(sink, "url", "") for sink in outputs)):
+            say(f"touches: {url}")
+        sinks += outputs
     return show, sinks
 
 

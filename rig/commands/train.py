@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
@@ -177,8 +177,8 @@ def _draw(path: Path, trained: Trained, check: int) -> None:
     """Draw both losses over the epochs, as figures 2D and 4A of the paper."""
     from matplotlib.figure import Figure
 
-    plot = Figure(figsize=(5, 4), layout="constrained")
-    axes = plot.subplots()
+    plot: Any = Figure(figsize=(5, 4), layout="constrained")
+    axes: Any = plot.subplots()
     epochs = 1 + check * np.arange(len(trained.history))
     axes.loglog(epochs, trained.history, label=["training", "validation"])
     axes.set(xlabel="epoch", ylabel="loss, mm")

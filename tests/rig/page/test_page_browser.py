@@ -131,6 +131,16 @@ def test_the_component_changes_map_and_bar_by_click_and_by_key(page, snapshot):
     assert grey.mean() > 0.9  # with the map off only marks are coloured
 
 
+def test_every_key_chooses_its_component(page, snapshot):
+    with serve(0) as publisher, feed(publisher, still(snapshot)):
+        open_live(page, publisher)
+        expect(page.locator("#bar-high")).to_contain_text("µε")
+        keys = {"s": "exy", "x": "exx", "y": "eyy", "0": "none", "3": "exy", "1": "exx", "2": "eyy"}
+        for key, value in keys.items():
+            page.keyboard.press(key)
+            expect(page.locator(f"[name=component][value={value}]")).to_be_checked()
+
+
 def test_strain_is_blue_where_negative_and_red_where_positive(page, snapshot):
     shot = snapshot(3, truth=None, touches=(), from_strain=())
     maps = [np.full_like(shot.strain.exx, sign * 2e-4) for sign in (1, -1, 0)]
