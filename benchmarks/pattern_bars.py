@@ -71,7 +71,7 @@ def sense(pattern, search, image, start=(), passes=3, masked=True):
             if sight is not pattern:
                 pattern, search = sight, models.with_forward(search, sight.forward(AGAINST))
         right = pattern.gradient(sums, motion)
-        estimate = models.find(pattern.whiten(right, AGAINST), search, start=start, most=3)
+        estimate = models.find(pattern.whiten(right, AGAINST), search, start=start, max_touches=3)
         start = np.column_stack([estimate.xy, estimate.force])
         motion = pattern.amplitudes(estimate, right)
     return estimate, pattern
