@@ -13,7 +13,7 @@ from models.checks import check_integer
 from models.forward.linear import Forward, LinearForward
 
 EDGE = 0.02  # of a side: closer to a clamped edge a touch leaves no trace
-# A candidate that the tangent explains to so much cannot be told from a touch that is there.
+# A candidate that the tangent explains to so much cannot be kept apart from a touch found.
 ALIKE = 1e-6
 
 

@@ -100,7 +100,7 @@ class NetChain:
         if not field.valid.all():
             return NO_ESTIMATE
         crept = self.seen.of_modes @ sensed.state.rest
-        return self.touch.tell(np.column_stack([field.exx, field.eyy, field.exy]) - crept)
+        return self.touch.fit(np.column_stack([field.exx, field.eyy, field.exy]) - crept)
 
 
 def plan_net(scene: Scene, theory: Theory) -> NetPlan:

@@ -169,12 +169,12 @@ def _judge_noisy(
     """Score what a net says of touches in noise, and of noise alone."""
     from models import pair_touches, score_touches
 
-    teller = _teller(net, noise)
+    estimator = _teller(net, noise)
     strain, places = test.strain[:SAMPLES], test.targets[:SAMPLES]
     truth = np.column_stack([places, noise.forces[:SAMPLES]])
     rng = np.random.default_rng(0)
-    empty = rng.standard_normal(strain.shape) @ teller.root.T
-    told = [teller.tell(each.reshape(-1, 3)) for each in np.concatenate([strain, empty])]
+    empty = rng.standard_normal(strain.shape) @ estimator.root.T
+    told = [estimator.fit(each.reshape(-1, 3)) for each in np.concatenate([strain, empty])]
     pairs = pair_touches(told, [*truth[:, None], *np.empty((len(empty), 0, 3))])
     return pairs, *score_touches(pairs, _bound(noise.forward, truth))
 

@@ -1,4 +1,4 @@
-"""What a camera makes of touches, without pictures."""
+"""What a camera makes of touches, without images."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def test_a_telecentric_camera_reads_the_strain_of_the_plate(modes):
     camera = synthetic.telecentric_above(PLATE.size, (1600, 1200))
     found = through_camera(modes, camera, synthetic.strain_gauges(PLACES))(TOUCH)[0]
     expected = fe.influence(PLATE, camera.on_plate(PLACES, TOP)).strain(TOUCH)[0]
-    # Rows of a picture run down, so that its shear has the other sign. Measured 2.2 % of the
+    # Rows of an image run down, so that its shear has the other sign. Measured 2.2 % of the
     # largest, 4.1 with 150 modes and 1.0 with 800: the bend at a point is in no mode.
     assert np.abs(found - expected * [1, 1, -1]).max() < 0.03 * np.abs(expected).max()
 

@@ -16,16 +16,16 @@ NOISE = 1.7  # grey levels
 
 @pytest.fixture(scope="module")
 def fine(bench):
-    picture = np.asarray(bench.reference.image, dtype=float)
+    image = np.asarray(bench.reference.image, dtype=float)
     return models.pixel_level(
-        bench.modes, bench.camera, bench.height, picture, moves=models.with_tilts
+        bench.modes, bench.camera, bench.height, image, moves=models.with_tilts
     )
 
 
 def by_pixels(bench, touches):
     """Covariance of x, y, F from one equation a pixel, the plate solved anew for each slope."""
-    picture = np.asarray(bench.reference.image, dtype=float)
-    tiles = lay_tiles(picture.shape, 4)
+    image = np.asarray(bench.reference.image, dtype=float)
+    tiles = lay_tiles(image.shape, 4)
     left, top = tiles.origin
     x, y = np.meshgrid(left + np.arange(4 * tiles.shape[1]), top + np.arange(4 * tiles.shape[0]))
     px = np.column_stack([x.ravel(), y.ravel()]).astype(float)
@@ -50,7 +50,7 @@ def by_pixels(bench, touches):
     columns += [tilted(bench.camera, px, height, axis) for axis in (0, 1)]
 
     def light(dx, dy):
-        return map_coordinates(picture, [px[:, 1] + dy, px[:, 0] + dx], order=5, mode="mirror")
+        return map_coordinates(image, [px[:, 1] + dy, px[:, 0] + dx], order=5, mode="mirror")
 
     fx, fy = (light(0.01, 0) - light(-0.01, 0)) / 0.02, (light(0, 0.01) - light(0, -0.01)) / 0.02
     equations = [-(fx * column[:, 0] + fy * column[:, 1]) for column in columns]
@@ -60,7 +60,7 @@ def by_pixels(bench, touches):
 
 
 def tilted(camera, px, height, axis, angle=1e-4):
-    """Motion of the picture, px per rad, as the camera turns about its own x or y."""
+    """Motion of the image, px per rad, as the camera turns about its own x or y."""
     points = np.column_stack([camera.on_plate(px, height), np.full(len(px), height)])
     seen = []
     for turn in (angle, -angle):

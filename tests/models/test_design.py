@@ -1,4 +1,4 @@
-"""What is expected of a bench is what its pixels know, though no picture of it is rendered."""
+"""What is expected of a bench is what its pixels know, though no image of it is rendered."""
 
 import numpy as np
 import pytest
@@ -15,9 +15,9 @@ from models.design.expected_errors import (
 NOISE = 1.7  # grey levels
 
 
-def test_a_patch_of_the_pattern_tells_the_bound_of_the_whole(bench):
-    picture = bench.picture()
-    patch = picture[60:200, 80:250]
+def test_a_patch_of_the_pattern_gives_the_bound_of_the_whole(bench):
+    image = bench.image()
+    patch = image[60:200, 80:250]
     motions = models.prepare_motions(bench.modes, bench.camera, bench.height, bench.reference.tiles)
     expected = models.prepare_pattern(
         motions, equal_tiles(motions.tiles, gradient_energy(patch, 8))

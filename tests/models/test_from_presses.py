@@ -36,16 +36,16 @@ def wrong(camera, modes, soft=1.1):
 def learn(bench, assumed, rng, off=0.0, shift=(0.0, 0.0), hand=None, **given):
     camera, modes = assumed
     true, said = pressed(rng, off)
-    pictures = [bench.picture([touch], shift) for touch in true]
-    pictures = [one + rng.normal(0, NOISE, one.shape) for one in pictures]
+    images = [bench.image([touch], shift) for touch in true]
+    images = [one + rng.normal(0, NOISE, one.shape) for one in images]
     if hand:
-        for one in pictures:
+        for one in images:
             one[hand] = 140.0
 
     def look(seen):
         return models.prepare_motions(modes, seen, bench.height, bench.reference.tiles)
 
-    return correct_by_presses(camera, look, bench.reference, pictures, said, (NOISE, 1e-3), **given)
+    return correct_by_presses(camera, look, bench.reference, images, said, (NOISE, 1e-3), **given)
 
 
 def apart(camera, other, plate):
@@ -96,11 +96,11 @@ def test_a_bench_that_is_right_stays_so_within_its_uncertainty(bench, rng):
     assert np.log(found.softness) == pytest.approx(0.0, abs=4 * np.sqrt(found.covariance[-1, -1]))
 
 
-def test_a_press_without_its_picture_is_refused(bench):
-    picture = [bench.picture()]
-    with pytest.raises(ValueError, match="2 known presses need a picture each, got 1; give one"):
+def test_a_press_without_its_image_is_refused(bench):
+    image = [bench.image()]
+    with pytest.raises(ValueError, match="2 known presses need an image each, got 1; give one"):
         correct_by_presses(
-            bench.camera, None, bench.reference, picture, np.ones((2, 3)), (NOISE, NOISE)
+            bench.camera, None, bench.reference, image, np.ones((2, 3)), (NOISE, NOISE)
         )
 
 

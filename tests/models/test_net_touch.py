@@ -1,4 +1,4 @@
-"""One touch told by a net from strains: found, sure of itself, and none where nothing presses."""
+"""One touch by a net from strains: found, sure of itself, and none where nothing presses."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -32,29 +32,29 @@ def bench():
     root = seen.root(100.0 + 40.0 * rng.standard_normal((320, 400)), 1.0)
     places = random_places(SIZE, 15.0, 1500, rng)
     clear = seen.strain(places).reshape(len(places), -1)
-    taught = Dataset(clear + rng.standard_normal(clear.shape) @ root.T / FORCE, places)
+    training = Dataset(clear + rng.standard_normal(clear.shape) @ root.T / FORCE, places)
     recipe = Recipe(600, 5e-3, "cosine", "scaled", check=600)
     options = net.NetOptions((48, 48), "silu", "relative")
-    made = train_net(taught, taught, options, recipe, rng).net
+    made = train_net(training, training, options, recipe, rng).net
     return SimpleNamespace(
         seen=seen, root=root, net=made, around=random_places(SIZE, 20.0, 64, rng)
     )
 
 
-def told(bench, steps, force=FORCE, count=300):
+def reported(bench, steps, force=FORCE, count=300):
     """Return estimates of touches of a force in noise, and the true places."""
     rng = np.random.default_rng(2)
-    teller = estimate_touch(bench.net, bench.seen, bench.root, bench.around, steps)
+    estimator = estimate_touch(bench.net, bench.seen, bench.root, bench.around, steps)
     places = random_places(SIZE, 20.0, count, rng)
     clear = force * bench.seen.strain(places).reshape(count, -1)
     noise = rng.standard_normal(clear.shape) @ bench.root.T
-    return [teller.tell(each.reshape(-1, 3)) for each in clear + noise], places
+    return [estimator.fit(each.reshape(-1, 3)) for each in clear + noise], places
 
 
 @pytest.mark.parametrize("steps", [0, 2])
 def test_the_stated_covariance_holds(bench, steps):
     """Inside one sigma: measured 0.65 to 0.72 of x, y and F, with two steps 0.66 to 0.70."""
-    estimates, places = told(bench, steps)
+    estimates, places = reported(bench, steps)
     assert all(each.count == 1 for each in estimates)
     found = np.array([[*each.xy[0], each.force[0]] for each in estimates])
     sigma = np.sqrt([np.diag(each.covariance) for each in estimates])
@@ -66,7 +66,7 @@ def test_the_stated_covariance_holds(bench, steps):
 def test_steps_of_the_solver_bring_the_touch_nearer(bench):
     rms = {}
     for steps in (0, 2):
-        estimates, places = told(bench, steps)
+        estimates, places = reported(bench, steps)
         off = np.array([each.xy[0] for each in estimates]) - places
         rms[steps] = np.sqrt(np.mean(np.sum(off**2, axis=1)))
     assert rms[2] < rms[0]
@@ -74,34 +74,34 @@ def test_steps_of_the_solver_bring_the_touch_nearer(bench):
 
 @pytest.mark.parametrize("steps", [0, 2])
 def test_noise_alone_is_no_touch(bench, steps):
-    estimates, _ = told(bench, steps, force=0.0)
+    estimates, _ = reported(bench, steps, force=0.0)
     assert [each.result for each in estimates] == [Result.NO_TOUCH] * len(estimates)
 
 
 @pytest.mark.parametrize("steps", [0, 2])
-def test_a_net_that_points_off_the_plate_tells_no_touch(bench, steps):
+def test_a_net_that_points_off_the_plate_reports_no_touch(bench, steps):
     """Its place is put on the clamped edge, where no touch strains the plate."""
     *hidden, (weights, biases) = bench.net.layers
     wrong = replace(bench.net, layers=(*hidden, (weights, biases + 1e4)))
-    teller = estimate_touch(wrong, bench.seen, bench.root, bench.around, steps)
+    estimator = estimate_touch(wrong, bench.seen, bench.root, bench.around, steps)
     strain = FORCE * bench.seen.strain(np.array([[50.0, 40.0]]))[0]
-    assert teller.tell(strain).result is Result.NO_TOUCH
+    assert estimator.fit(strain).result is Result.NO_TOUCH
 
 
 def test_the_strains_fit_where_the_net_is_a_little_off(bench):
     """χ² leaves out what a small move of the touch explains."""
-    estimates, _ = told(bench, steps=0)
+    estimates, _ = reported(bench, steps=0)
     assert np.median([each.p_value for each in estimates]) > 0.1
 
 
 def test_the_error_of_the_net_is_that_without_noise_around_the_touch(bench):
     quiet = 1e-6 * bench.root
-    teller = estimate_touch(bench.net, bench.seen, quiet, bench.around)
+    estimator = estimate_touch(bench.net, bench.seen, quiet, bench.around)
     off = net.predict(bench.net, bench.seen.strain(bench.around).reshape(64, -1)) - bench.around
     here = bench.around[5]
     near = off[np.argsort(np.linalg.norm(bench.around - here, axis=1))[:9]]
-    told = teller.tell(FORCE * bench.seen.strain(here[None])[0])
-    np.testing.assert_allclose(told.covariance[:2, :2], near.T @ near / 9, rtol=0.5)
+    reported = estimator.fit(FORCE * bench.seen.strain(here[None])[0])
+    np.testing.assert_allclose(reported.covariance[:2, :2], near.T @ near / 9, rtol=0.5)
 
 
 def test_the_jacobian_says_how_the_answer_moves(bench):
@@ -126,6 +126,6 @@ def test_a_net_of_two_touches_is_refused(bench):
 
 
 def test_it_is_plain_data(bench):
-    teller = estimate_touch(bench.net, bench.seen, bench.root, bench.around)
-    assert isinstance(teller, NetEstimate)
-    assert teller.steps == 0
+    estimator = estimate_touch(bench.net, bench.seen, bench.root, bench.around)
+    assert isinstance(estimator, NetEstimate)
+    assert estimator.steps == 0

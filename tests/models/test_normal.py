@@ -44,7 +44,7 @@ def test_an_inverse_is_that_of_lapack():
     np.testing.assert_allclose(inverse, np.linalg.inv(correlations), rtol=1e-9, atol=1e-12)
 
 
-def test_the_inverse_of_what_cannot_be_told_apart_is_huge_and_finite():
+def test_the_inverse_of_what_cannot_be_separated_is_huge_and_finite():
     inverse = normal_equations.inverse(
         np.array([[1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), 1e-14
     )

@@ -1,4 +1,4 @@
-"""Touches from the whole pattern: what was pressed is found in the picture, to the bound."""
+"""Touches from the whole pattern: what was pressed is found in the image, to the bound."""
 
 from dataclasses import replace
 
@@ -34,7 +34,7 @@ def deviations(estimate, touches):
 @pytest.mark.parametrize("drift", DRIFTS)
 @pytest.mark.parametrize("touches", [ONE, TWO])
 def test_touches_are_found_wherever_the_camera_has_drifted(bench, touches, drift):
-    estimate = bench.sense(bench.picture(touches, **DRIFTS[drift]))
+    estimate = bench.sense(bench.image(touches, **DRIFTS[drift]))
     assert estimate.result is models.Result.FOUND
     assert estimate.count == len(touches)
     # No noise here: what is left of the modes, the spline and the camera's curvature.
@@ -43,12 +43,12 @@ def test_touches_are_found_wherever_the_camera_has_drifted(bench, touches, drift
 
 @pytest.mark.parametrize(("gain", "offset"), [(1.1, -8.0), (0.9, 10.0), (1.0, 25.0)])
 def test_the_light_does_not_matter(bench, gain, offset):
-    estimate = bench.sense(gain * bench.picture(TWO) + offset)
+    estimate = bench.sense(gain * bench.image(TWO) + offset)
     assert np.abs(deviations(estimate, TWO)).max() < 1.0
 
 
 def test_the_light_is_a_free_unknown(bench):
-    # In place and without motion the change of the light is told exactly from all motion.
+    # In place and without motion the change of the light is separated exactly from all motion.
     frame = 1.2 * np.asarray(bench.reference.image, dtype=float) - 10
     right = bench.pattern.gradient(tile_sums(bench.reference, frame), bench.pattern.still())
     assert np.abs(bench.pattern.whiten(right, NOISE)).max() < 1e-2  # standard deviations
@@ -56,7 +56,7 @@ def test_the_light_is_a_free_unknown(bench):
 
 def test_following_the_last_frame_finds_what_a_fresh_start_finds(bench):
     rng = np.random.default_rng(1)
-    frame = bench.picture(ONE) + rng.normal(0, NOISE, bench.reference.image.shape)
+    frame = bench.image(ONE) + rng.normal(0, NOISE, bench.reference.image.shape)
     followed = bench.sense(frame, start=[(62.0, 68.0, 1.2)])
     afresh = bench.sense(frame)
     np.testing.assert_allclose(followed.xy, afresh.xy, atol=0.02)  # mm
@@ -64,7 +64,7 @@ def test_following_the_last_frame_finds_what_a_fresh_start_finds(bench):
 
 
 def test_nothing_is_found_in_empty_frames(bench):
-    rng, still = np.random.default_rng(2), bench.picture()
+    rng, still = np.random.default_rng(2), bench.image()
     for _ in range(60):
         frame = still + rng.normal(0, NOISE, still.shape)
         assert bench.sense(frame, passes=1).result is models.Result.NO_TOUCH
@@ -73,7 +73,7 @@ def test_nothing_is_found_in_empty_frames(bench):
 @pytest.mark.slow
 @pytest.mark.parametrize("touches", [ONE, TWO])
 def test_scatter_reaches_the_bound(bench, touches):
-    rng, truth = np.random.default_rng(3), bench.picture(touches)
+    rng, truth = np.random.default_rng(3), bench.image(touches)
     errors, squares, p_values = [], [], []
     for _ in range(150):
         estimate = bench.sense(truth + rng.normal(0, NOISE, truth.shape), passes=2)
@@ -109,7 +109,7 @@ def test_amplitudes_are_what_moved_modes_and_camera(bench):
     estimate = models.find(measured, bench.search)
     np.testing.assert_allclose(estimate.xy, place, atol=1e-6)
     np.testing.assert_allclose(pattern.amplitudes(estimate, right), moved, atol=1e-6)
-    # The same from the sums of a picture that moved by the motion of the tiles.
+    # The same from the sums of an image that moved by the motion of the tiles.
     sums = moved_by(reference, motions.tile_basis() @ moved, 0.05, -3.0)
     np.testing.assert_allclose(
         pattern.gradient(sums, pattern.still()), right, atol=2e-4 * np.abs(right).max()
@@ -166,9 +166,9 @@ def test_motions_of_the_tiles_are_the_modes_as_the_camera_sees_them(bench):
     truth /= len(offsets) ** 2
     missed = motions.tile_basis()[:, :, : modes.stiffness.size] - truth
     inner = (np.abs(motions.tiles.xy - [159.5, 127.5]) < [130, 100]).all(axis=1)
-    share = missed[inner].std(axis=(0, 1)) / truth[inner].std(axis=(0, 1))
-    assert share[:10].max() < 2e-3  # a touch puts 0.999 of its deflection there
-    assert np.median(share) < 3e-2
+    fraction = missed[inner].std(axis=(0, 1)) / truth[inner].std(axis=(0, 1))
+    assert fraction[:10].max() < 2e-3  # a touch puts 0.999 of its deflection there
+    assert np.median(fraction) < 3e-2
 
 
 @settings(max_examples=20, deadline=None)
@@ -221,7 +221,7 @@ def test_a_tile_sees_the_point_that_came_there(bench):
 
 def test_noise_is_read_from_the_frame_whatever_a_hand_covers(bench):
     rng = np.random.default_rng(6)
-    frame = bench.picture() + rng.normal(0, NOISE, bench.reference.image.shape)
+    frame = bench.image() + rng.normal(0, NOISE, bench.reference.image.shape)
     frame[:, :80] = 20.0  # a hand over a quarter
     noise = noise_from_sums(tile_sums(bench.reference, frame), bench.reference.tiles)
     assert noise == pytest.approx(NOISE, rel=0.1)

@@ -41,7 +41,7 @@ def test_the_order_of_the_touches_is_not_in_the_code():
         np.testing.assert_allclose(encode(turned, 3), code, atol=1e-8)
 
 
-def test_touches_at_one_place_share_their_magnitude():
+def test_touches_at_one_place_divide_their_magnitude():
     together = np.array([[30.0, 20.0, 30.0, 20.0, 2.0, 4.0]])
     np.testing.assert_allclose(decode(encode(together, 2), 2), [[30, 20, 30, 20, 3, 3]])
 
@@ -56,19 +56,21 @@ def test_the_loss_is_the_mean_distance_where_errors_are_small(touches):
         ]
     )
     true = true[far]
-    told = true + np.random.default_rng(1).normal(0.0, 1e-3, true.shape)
+    reported = true + np.random.default_rng(1).normal(0.0, 1e-3, true.shape)
     loss = permutation_invariant_loss(touches)(
-        torch.tensor(encode(told, touches)), torch.tensor(true)
+        torch.tensor(encode(reported, touches)), torch.tensor(true)
     ).item()
-    error, _ = matched_error(true.reshape(-1, touches, 2), told.reshape(-1, touches, 2))
+    error, _ = matched_error(true.reshape(-1, touches, 2), reported.reshape(-1, touches, 2))
     assert loss == pytest.approx(error.mean(), rel=5e-3)
 
 
 def test_the_loss_weighs_the_relative_error_of_magnitudes_by_k():
     true = np.array([[10.0, 10.0, 40.0, 30.0, 2.0, 8.0]])
-    told = np.array([[10.0, 10.0, 40.0, 30.0, 2.1, 8.8]])  # 5 % and 10 % too much
+    reported = np.array([[10.0, 10.0, 40.0, 30.0, 2.1, 8.8]])  # 5 % and 10 % too much
     losses = [
-        permutation_invariant_loss(2, k)(torch.tensor(encode(told, 2)), torch.tensor(true)).item()
+        permutation_invariant_loss(2, k)(
+            torch.tensor(encode(reported, 2)), torch.tensor(true)
+        ).item()
         for k in (0.0, 1.0, 10.0)
     ]
     np.testing.assert_allclose(losses, [0.0, 0.075, 0.75], atol=1e-12)
@@ -76,8 +78,8 @@ def test_the_loss_weighs_the_relative_error_of_magnitudes_by_k():
 
 def test_the_loss_stays_finite_with_its_gradient_where_touches_meet():
     true = torch.tensor([[30.0, 20.0, 30.0, 20.0]])
-    told = torch.tensor(encode(true.numpy() + 0.5, 2), requires_grad=True)
-    loss = permutation_invariant_loss(2)(told, true.double())
+    reported = torch.tensor(encode(true.numpy() + 0.5, 2), requires_grad=True)
+    loss = permutation_invariant_loss(2)(reported, true.double())
     loss.backward()
     assert np.isfinite(loss.item())
-    assert told.grad.isfinite().all()
+    assert reported.grad.isfinite().all()

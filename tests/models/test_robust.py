@@ -19,12 +19,12 @@ SEARCH = models.prepare_candidates(
 TOUCHES = np.array([[42.0, 63.0, 3.0], [104.0, 37.0, 2.0]])
 
 
-def draw(count, rng, share):
-    """Whitened strains under noise, a share of them false by 30 σ, and which."""
+def draw(count, rng, fraction):
+    """Whitened strains under noise, a fraction of them false by 30 σ, and which."""
     white = rng.normal(size=SEARCH.response.shape[1])
     if count:
         white += SEARCH.forward.read(TOUCHES[:count])[0]
-    false = rng.permutation(len(white))[: int(share * len(white))]
+    false = rng.permutation(len(white))[: int(fraction * len(white))]
     white[false] += 30.0 * rng.choice([-1.0, 1.0], len(false))
     return white, false
 
@@ -56,7 +56,7 @@ def test_false_channels_alone_are_no_touch():
     assert models.find_robust(white, SEARCH).result is Result.NO_TOUCH
 
 
-def test_least_squares_is_led_astray_where_the_robust_fit_is_not():
+def test_an_ordinary_fit_is_led_astray_where_the_robust_fit_is_not():
     white, _ = draw(1, np.random.default_rng(7), 0.2)
     plain = models.find(white, SEARCH, count=1)
     robust = models.find_robust(white, SEARCH, count=1)

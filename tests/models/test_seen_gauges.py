@@ -19,7 +19,7 @@ def seen():
 
 
 @pytest.fixture(scope="module")
-def picture():
+def image():
     return 100.0 + 40.0 * np.random.default_rng(0).standard_normal((320, 400))
 
 
@@ -37,8 +37,8 @@ def test_strain_of_a_touch_is_that_of_its_modes(seen):
     assert seen.strain(xy).shape == (2, 4, 3)
 
 
-def test_white_numbers_hold_touches_and_noise_as_the_strains_do(seen, picture):
-    root = seen.root(picture, 2.0)
+def test_white_numbers_hold_touches_and_noise_as_the_strains_do(seen, image):
+    root = seen.root(image, 2.0)
     white = seen.white(root)
     np.testing.assert_allclose(
         white.towards @ root @ root.T @ white.towards.T, np.eye(12), atol=1e-9
@@ -50,8 +50,8 @@ def test_white_numbers_hold_touches_and_noise_as_the_strains_do(seen, picture):
     assert predicted @ predicted == pytest.approx(exact, rel=1e-6)
 
 
-def test_gauges_that_leave_the_picture_are_refused():
+def test_gauges_that_leave_the_image_are_refused():
     plate = fe.Plate(SIZE, thickness=1.0, young=3000.0, poisson=0.3, edges=fe.Clamped())
     camera = synthetic.pinhole_above(SIZE, stand_off=300.0, pixels=(400, 320))
-    with pytest.raises(ValueError, match=r"gauges of 61 px must lie in the picture.*margin"):
+    with pytest.raises(ValueError, match=r"gauges of 61 px must lie in the image.*margin"):
         prepare_camera_gauges(fe.modes(plate, 20), camera, np.array([[2.0, 45.0]]), subset=61)

@@ -145,8 +145,8 @@ def test_scatter_is_the_covariance_that_is_stated(count):
     deviations = np.array(deviations)
     assert np.sqrt((deviations**2).mean()) == pytest.approx(1.0, abs=0.05)
     assert np.abs(deviations.mean(axis=0)).max() < 0.2  # bias, 4 standard errors
-    for sigmas, share in ((1, 0.683), (2, 0.954)):
-        assert (np.abs(deviations) < sigmas).mean() == pytest.approx(share, abs=0.03)
+    for sigmas, fraction in ((1, 0.683), (2, 0.954)):
+        assert (np.abs(deviations) < sigmas).mean() == pytest.approx(fraction, abs=0.03)
     assert np.mean(squares) == pytest.approx(3 * count, rel=0.1)
 
 
@@ -225,7 +225,7 @@ def test_sigma_is_one_for_all_or_one_a_gauge_or_one_a_channel(sigma):
     np.testing.assert_allclose(found(estimate), touches, atol=1e-6)
 
 
-def test_two_touches_too_close_to_tell_apart_are_unresolvable():
+def test_two_touches_too_close_to_separate_are_unresolvable():
     rng = np.random.default_rng(7)
     close = strain([(70.0, 50.0, 1.0), (71.0, 50.5, 1.0)])
     far = strain([(40.0, 50.0, 1.0), (110.0, 50.5, 1.0)])
@@ -316,7 +316,7 @@ def test_a_touch_is_not_split_in_two():
         np.testing.assert_allclose(found(estimate), touches, atol=1e-6)
 
 
-def test_a_prior_draws_an_estimate_by_the_share_of_its_information():
+def test_a_prior_draws_an_estimate_by_the_fraction_of_its_information():
     touches = [(60.0, 40.0, 2.0)]
     plain = models.solve(strain(touches), INFLUENCE, 10 * SIGMA)
     known = models.prior(force=2.2, force_sigma=0.01)
@@ -356,9 +356,9 @@ def test_bending_and_twist_of_the_base_cost_little_and_mislead_nobody():
     np.testing.assert_allclose(found(estimate), touches, atol=1e-6)
     assert estimate.dof == 3 * len(RING) - 2 - 3
     flat = models.solve(strain(touches), INFLUENCE, SIGMA)
-    growth = np.sqrt(np.diag(estimate.covariance) / np.diag(flat.covariance))
-    assert (growth > 1.0).all()
-    assert (growth < 1.2).all()
+    widening = np.sqrt(np.diag(estimate.covariance) / np.diag(flat.covariance))
+    assert (widening > 1.0).all()
+    assert (widening < 1.2).all()
 
 
 def test_correlated_noise_is_weighed_as_such():
