@@ -52,7 +52,7 @@ def _scenes(chain: Chain, force: float) -> dict[str, NDArray]:
     """Pictures (H, W) in grey levels, without noise, by what they show."""
     calm, one = chain.reference.image, _pressed(chain, 1, force)
     several = {
-        f"{count} touches": _pressed(chain, count, force) for count in (2, max(chain.most, 1) + 2)
+        f"{count} touches": _pressed(chain, count, force) for count in (2, max(chain.estimator.max_touches, 1) + 2)
     }
     return {
         "no touch": calm,
