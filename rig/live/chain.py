@@ -18,15 +18,13 @@ from dic import (
     tile_sums,
 )
 from models import (
-    CandidateGrid,
     Estimate,
+    Estimator,
     ImageMotions,
     Result,
     StrainMap,
     TilePattern,
-    find,
     hidden_tiles,
-    prepare_candidates,
     prepare_pattern,
     prepare_strain_map,
 )
@@ -56,31 +54,33 @@ class Chain:
     tiles : TileBlocks
         The same, each tile by itself.
     sights : MaskedModels
-        Forward model and candidates, of the whole pattern and behind what hides a part of it.
+        Of the whole pattern and behind what hides a part of it.
     noise : float, grey levels
-    most : int
-        Largest number of touches looked for.
     """
 
     reference: TileReference
     tiles: TileBlocks
     sights: MaskedModels
     noise: float
-    most: int
 
     @property
     def pattern(self) -> TilePattern:
         """The whole pattern as a measurement."""
         return self.sights.pattern
 
+    @property
+    def estimator(self) -> Estimator:
+        """What finds touches in the whole pattern."""
+        return self.sights.estimator
 
-def prepare_chain(zero: ReferenceFrame, motions: ImageMotions, most: int) -> Chain:
+
+def prepare_chain(zero: ReferenceFrame, motions: ImageMotions, max_touches: int) -> Chain:
     """Prepare the chain for a reference."""
     reference = prepare_tiles(zero.image, size=motions.tiles.size)
     tiles = prepare_blocks(reference, 1)
     pattern = prepare_pattern(motions, unlit(tiles))
-    search = prepare_candidates(pattern.forward(zero.noise))
-    return Chain(reference, tiles, MaskedModels(pattern, search, zero.noise), zero.noise, most)
+    estimator = Estimator(pattern.forward(zero.noise), max_touches=max_touches)
+    return Chain(reference, tiles, MaskedModels(pattern, estimator, zero.noise), zero.noise)
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,9 +89,8 @@ class StrainChain:
 
     blocks: TileBlocks
     map: StrainMap
-    search: CandidateGrid
+    estimator: Estimator
     noise: float
-    most: int
 
 
 def prepare_strain(
@@ -102,8 +101,8 @@ def prepare_strain(
     strain_map = prepare_strain_map(chain.pattern, blocks, camera, window)
     large, factor = chain.pattern.motions.large, strain_map.factor / chain.noise
     forward = large.forward(factor) if large else strain_map.forward(chain.noise)
-    search = prepare_candidates(forward)
-    return StrainChain(blocks, strain_map, search, chain.noise, chain.most)
+    estimator = replace(chain.estimator, forward=forward)
+    return StrainChain(blocks, strain_map, estimator, chain.noise)
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,13 +227,13 @@ def _iteration(
             return FrameEstimate(
                 NO_ESTIMATE, sums, hidden, why, replace(state, touches=np.empty((0, 3)))
             )
-        pattern, search = chain.sights.behind(hidden)
+        pattern, estimator = chain.sights.behind(hidden)
     with watch.stage("estimate"):
         rest = state.rest
         right = pattern.gradient(sums_without_gain_offset(chain.tiles, sums), moved)
         right -= pattern.normal[:, : len(rest)] @ rest
         measured = pattern.whiten(right, chain.noise)
-        estimate = find(measured, search, start=state.touches, most=chain.most)
+        estimate = estimator.fit_whitened(measured, state.touches)
         motion = pattern.amplitudes(estimate, right)
         motion[: len(rest)] += rest
         if settling and not estimate.count and not hidden.any() and is_consistent(estimate):
@@ -258,7 +257,7 @@ def sense_strain(
         if measured is None:
             return strain, None
         measured -= state.rest @ chain.map.factor / chain.noise
-        return strain, find(measured, chain.search, start=state.from_strain, most=chain.most)
+        return strain, chain.estimator.fit_whitened(measured, state.from_strain)
 
 
 def with_strain(

@@ -127,7 +127,7 @@ class FrameProcessor:
 
     def _doubt(self, sensed: live.FrameEstimate) -> str:
         """Say what is wrong with the theory under these touches; empty where it holds."""
-        touches, forward = sensed.state.touches, self.chain.sights.search.forward
+        touches, forward = sensed.state.touches, self.chain.estimator.forward
         if not len(touches):
             return ""
         if isinstance(forward, LargeForward):

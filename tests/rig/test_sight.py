@@ -52,7 +52,7 @@ def test_a_hand_that_moves_over_half_the_plate_invents_no_touch(rig):
         sensed = rig.see(sequence, (), hand.cover)
         assert sensed.estimate.count == 0, sequence
         assert not sensed.unusable_reason
-        covered = hand.share((320, 384)).mean()
+        covered = hand.coverage((320, 384)).mean()
         assert covered - 0.05 < sensed.hidden.mean() < covered + 0.15
 
 
