@@ -75,7 +75,7 @@ def measure_noise(camera: LiveCamera, frames: int = FRAMES) -> CameraNoise:
         ages.append(time.monotonic() - frame.captured)
         times.append(frame.captured)
         levels.append(float(frame.image.mean()))
-        image: F64 = frame.image - levels[-1]
+        image = frame.image.astype(np.float64) - levels[-1]
         change = image - mean
         mean = mean + change / count
         squares = squares + change * (image - mean)

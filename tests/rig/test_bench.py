@@ -122,5 +122,5 @@ def test_too_few_tiles_for_the_modes_are_one_sentence(small):
 
 def test_a_blank_picture_is_one_sentence(small):
     bench = build_bench(small(), quiet)
-    with pytest.raises(ValueError, match="reference image is blank .* it needs a pattern"):
+    with pytest.raises(ValueError, match=r"reference image is blank .* it needs a pattern"):
         bench.prepare(average_reference([np.full((320, 384), 90, np.uint8)] * 4))
