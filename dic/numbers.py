@@ -87,7 +87,9 @@ def read_points(points: object, name: str) -> F64:
     """
     xy = read_array(points, name, "px")
     if xy.ndim != 2 or xy.shape[1] != 2 or len(xy) == 0:
-        raise ValueError(f"{name} must be (N, 2) in px, ordered (x, y), got shape {xy.shape}")
+        raise ValueError(
+            f"{name} must be (N, 2) in px, ordered (x, y), got shape {xy.shape}; stack them so"
+        )
     return xy
 
 
@@ -95,7 +97,9 @@ def read_pixels(pixels: object, name: str) -> I64:
     """Return pixels (x, y) as (N, 2) int64, or raise ValueError."""
     xy = check_array(pixels, name, "iu", 2)
     if xy.shape[1] != 2:
-        raise ValueError(f"{name} must be (N, 2) in px, ordered (x, y), got shape {xy.shape}")
+        raise ValueError(
+            f"{name} must be (N, 2) in px, ordered (x, y), got shape {xy.shape}; stack them so"
+        )
     return xy.astype(np.int64, copy=False)
 
 

@@ -11,7 +11,7 @@ from dic.arrays import F64, I64, AnyArray
 from dic.correlation.correlation import correlate
 from dic.correlation.reference import prepare
 from dic.images.image import check_reference
-from dic.images.quality import box_sums, noise_floor
+from dic.images.quality import box_sums, check_subset, noise_floor
 from dic.images.spline import noise_slope, prefilter, spline_gradient
 from dic.numbers import read_array, read_real
 
@@ -97,7 +97,7 @@ def sub_pixel_bias(
         Mean error of u and v.
     """
     grey = check_reference(image).astype(np.float64)
-    plain = _faded(grey - grey.mean())
+    plain, subset = _faded(grey - grey.mean()), check_subset(subset, grey.shape)
     ref = prepare(plain, subset, max(subset // 2, 1))
     apart = np.abs(ref.xy - (np.array(grey.shape[::-1]) - 1) / 2)
     room = np.array(grey.shape[::-1]) / 2 - _TAPER - subset

@@ -13,15 +13,19 @@ from dic.images.quality import check_subset
 from dic.numbers import check_array, check_type, read_integer, shown
 
 
-def check_options(shape: tuple[int, ...], subset: int, step: int, order: int) -> None:
-    """Refuse a subset, step or order that cannot be used on an image (H, W)."""
-    check_subset(subset, shape)
-    if read_integer(step, "step", "px") < 1:
+def check_options(
+    shape: tuple[int, ...], subset: int, step: int, order: int
+) -> tuple[int, int, int]:
+    """Return subset, step and order; ValueError if one cannot be used on an image (H, W)."""
+    subset, step = check_subset(subset, shape), read_integer(step, "step", "px")
+    order = read_integer(order, "order of the shape function", "degrees")
+    if step < 1:
         raise ValueError(
             f"step must be at least 1 px, got {step} px; a quarter of the subset is usual"
         )
-    if read_integer(order, "order of the shape function", "degrees") not in ORDERS:
+    if order not in ORDERS:
         raise ValueError(f"order of the shape function must be 0, 1 or 2, got {order}; use order=1")
+    return subset, step, order
 
 
 def check_served(device: str, grid: Grid | None) -> None:
@@ -38,7 +42,10 @@ def read_roi(roi: ArrayLike | None, shape: tuple[int, int]) -> Mask:
     """Read the ROI: (H, W) bool, all of the image if there is none."""
     if roi is None:
         return np.ones(shape, dtype=bool)
-    mask = np.asarray(roi) if isinstance(roi, np.ndarray | list | tuple) else np.zeros(0)
+    try:
+        mask = np.asarray(roi)
+    except (ValueError, TypeError):  # such as lists of different lengths
+        mask = np.zeros(0)
     if mask.dtype.kind not in "biu" or mask.shape != shape:
         raise ValueError(
             f"roi has shape {mask.shape} and type {mask.dtype}, the image {shape}; "

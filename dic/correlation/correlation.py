@@ -114,7 +114,10 @@ def _read_guess(ref: Reference, guess: DisplacementField | ArrayLike) -> F64:
     else:
         given = read_array(guess, "guess", "px")
     if given.shape != ref.xy.shape:
-        raise ValueError(f"guess must be {ref.xy.shape} px, one (u, v) a point, got {given.shape}")
+        raise ValueError(
+            f"guess must be {ref.xy.shape} px, one (u, v) a point, got {given.shape}; "
+            "take NaN where none is known"
+        )
     largest = max(ref.image.shape)
     if np.any(np.abs(given) > largest):
         raise ValueError(

@@ -140,6 +140,6 @@ def smallest_slope(sums: AnyArray, status: AnyArray, order: int) -> tuple[F64, I
     usable = status == Status.OK
     if not usable.any():
         return slope, status
-    steepest = np.sqrt((xx + yy)[usable] / pixels[usable]).max()
+    steepest = np.sqrt((xx + yy)[usable] / np.maximum(pixels[usable], 1)).max()
     flat = usable & (slope <= _FLAT * steepest)
     return slope, np.where(flat, Status.FLAT, status).astype(np.int8)

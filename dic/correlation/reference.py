@@ -106,7 +106,7 @@ def prepare(
         One sentence on what cannot be used.
     """
     image = check_reference(image)
-    check_options(image.shape, subset, step, order)
+    subset, step, order = check_options(image.shape, subset, step, order)
     weight = read_roi(roi, image.shape)
     grid = (
         grid_over(image.shape, subset, step) if points is None else read_grid(points, subset, step)

@@ -71,7 +71,7 @@ def smooth(disp: DisplacementField, window: int = 9, degree: int = 4) -> SmoothF
     Least squares over the points of a window, as Savitzky and Golay (Anal. Chem. 36, 1627, 1964),
     with σ from that of the points and from the pixels that their subsets share.
     """
-    grid = _check(disp, window, degree)
+    grid, window, degree = _check(disp, window, degree)
     members, place = _windows(grid.shape, window)
     there = disp.valid[members]
     enough = disp.valid & (there.sum(axis=1) >= MIN_FRACTION * window**2)
@@ -92,14 +92,15 @@ def smooth(disp: DisplacementField, window: int = 9, degree: int = 4) -> SmoothF
     return SmoothField(disp.xy, u, v, sigma_u, sigma_v, np.isfinite(u), gauge, grid)
 
 
-def _check(disp: DisplacementField, window: int, degree: int) -> Grid:
+def _check(disp: DisplacementField, window: int, degree: int) -> tuple[Grid, int, int]:
     check_type(disp, DisplacementField, "disp", "dic.correlate")
     if disp.grid is None or disp.order > 1:
         found = "scattered points" if disp.grid is None else f"order {disp.order}"
         raise ValueError(
             f"smoothing needs a grid of order 0 or 1, got {found}; prepare with order=1"
         )
-    if read_integer(degree, "degree of the polynomial", "powers") not in _DEGREES:
+    degree = read_integer(degree, "degree of the polynomial", "powers")
+    if degree not in _DEGREES:
         raise ValueError(f"degree of the polynomial must be 1, 2, 3 or 4, got {degree}; use 4")
     largest = min(disp.grid.shape)
     window = read_integer(window, "smoothing window", "points")
@@ -108,7 +109,7 @@ def _check(disp: DisplacementField, window: int, degree: int) -> Grid:
             f"smoothing window must be odd, more than the degree {degree} and at most the "
             f"{largest} points of the grid, got {window}; use {degree // 2 * 2 + 5}"
         )
-    return disp.grid
+    return disp.grid, window, degree
 
 
 def _windows(shape: tuple[int, int], window: int) -> tuple[I64, U8]:

@@ -90,7 +90,7 @@ def strain(disp: DisplacementField, window: int = 5, kind: StrainKind = "small")
         gradient, variance = _of_subsets(disp)
         window, vsg = 1, disp.subset
     else:
-        check_window(window)
+        window = check_window(window)
         check_fits(window, disp.grid.shape)
         gradient, variance = _of_windows(disp, disp.grid, window)
         vsg = (window - 1) * disp.grid.step + disp.subset
@@ -109,11 +109,12 @@ def strain(disp: DisplacementField, window: int = 5, kind: StrainKind = "small")
     )
 
 
-def check_window(window: int) -> None:
-    """Refuse a strain window that has no middle or no slope; ValueError says which to use."""
+def check_window(window: int) -> int:
+    """Return a strain window; ValueError if it has no middle or no slope."""
     window = read_integer(window, "strain window", "points")
     if window % 2 == 0 or window < 3:
         raise ValueError(f"strain window must be odd and at least 3 points, got {window}; use 5")
+    return window
 
 
 def check_fits(window: int, shape: tuple[int, ...]) -> None:
@@ -249,7 +250,8 @@ def strain_measure(gradient: F64, kind: StrainKind) -> F64:
     given = read_array(gradient, "gradient", "px per px")
     if given.shape[-2:] != (2, 2):
         raise ValueError(f"gradient must be (..., 2, 2), got shape {given.shape}; stack it so")
-    if kind == "logarithmic" and np.any(np.linalg.det(np.eye(2) + given) <= 0):
+    (xx, xy), (yx, yy) = np.moveaxis(np.eye(2) + given, (-2, -1), (0, 1))
+    if kind == "logarithmic" and np.any(xx * yy <= xy * yx):
         raise ValueError("1 + gradient must have a positive determinant; this one folds the plane")
     return _measure(given, kind)
 

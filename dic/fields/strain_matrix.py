@@ -33,7 +33,7 @@ def strain_operator(valid: Mask, step: float, window: int) -> csr_array:
     ValueError
         If the window is even, less than 3 or larger than the grid, or the step is not positive.
     """
-    check_window(window)
+    window = check_window(window)
     check_array(valid, "valid", "b", 2)
     check_fits(window, valid.shape)
     if read_real(step, "step", "px") == 0:

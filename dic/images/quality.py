@@ -44,7 +44,7 @@ def sssig(image: ArrayLike, subset: int, xy: ArrayLike) -> F64:
     Pan, Xie, Wang, Qian, Wang 2008, Study on subset size selection in DIC, Opt. Express 16, 7037.
     """
     grey = check_reference(image)
-    check_subset(subset, grey.shape)
+    subset = check_subset(subset, grey.shape)
     half = subset // 2
     places = np.rint(read_points(xy, "xy"))
     outside = ~lies_inside(places, half, grey.shape)
@@ -80,8 +80,8 @@ def noise_floor(sigma: ArrayLike, sssig: ArrayLike) -> F64:
     return np.sqrt(2) * noise / np.sqrt(texture)
 
 
-def check_subset(subset: int, shape: tuple[int, ...]) -> None:
-    """Raise ValueError unless `subset` is odd, at least 5 px and fits into the image (H, W)."""
+def check_subset(subset: int, shape: tuple[int, ...]) -> int:
+    """Return `subset`; ValueError unless it is odd, 5 px or more and fits into the image (H, W)."""
     subset = read_integer(subset, "subset size", "px")
     if subset % 2 == 0:
         raise ValueError(
@@ -94,6 +94,7 @@ def check_subset(subset: int, shape: tuple[int, ...]) -> None:
             f"subset of {subset} px is larger than the image of {shape[1]}x{shape[0]} px; "
             f"use at most {(min(shape) - 1) // 2 * 2 + 1}"
         )
+    return subset
 
 
 def lies_inside(centres: ArrayLike, half: int, shape: tuple[int, ...]) -> Mask:
@@ -121,7 +122,8 @@ def box_sums(plane: AnyArray, centres: I64, half: int) -> F64:
         flat = flat.astype(np.float64)
     total = np.asarray(cv2.integral(flat, sdepth=cv2.CV_64F), dtype=np.float64)
     (left, top), (right, bottom) = _ends(pixels, half, plane.shape)
-    return total[bottom, right] - total[bottom, left] - total[top, right] + total[top, left]
+    with np.errstate(invalid="ignore"):  # of infinite numbers
+        return total[bottom, right] - total[bottom, left] - total[top, right] + total[top, left]
 
 
 def box_areas(centres: I64, half: int, shape: tuple[int, int]) -> I64:

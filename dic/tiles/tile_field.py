@@ -59,7 +59,8 @@ def prepare_blocks(reference: TileReference, block: int = 3) -> TileBlocks:
     """
     check_type(reference, TileReference, "reference", "dic.prepare_tiles")
     largest = 2 * max(reference.tiles.shape) - 1
-    if read_integer(block, "block", "tiles") > largest:
+    block = read_integer(block, "block", "tiles")
+    if block > largest:
         raise ValueError(
             f"block of {block} tiles reaches over the whole image from any tile; "
             f"use at most {largest}"

@@ -57,7 +57,7 @@ def positive(given: object, name: str, unit: str) -> float:
     """
     value = number(given, name, unit)
     if not (isfinite(value) and value > 0):
-        raise ValueError(f"{name} must be positive and finite, got {value:g} {unit}; measure it")
+        raise ValueError(f"{name} must be positive and finite, got {value:g} {unit}")
     if not _SMALLEST <= value <= _LARGEST:
         raise ValueError(
             f"{name} must lie in {_SMALLEST:g} to {_LARGEST:g} {unit}, got {value:g} {unit}; "
