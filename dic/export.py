@@ -82,9 +82,10 @@ def write_hdf5(path: str | Path, disp: DisplacementField, eps: StrainField) -> N
     """
     import h5py  # pyright: ignore[reportMissingTypeStubs]
 
+    table = columns(disp, eps)
     shape = disp.grid.shape if disp.grid is not None else (len(disp.xy),)
     with aside(path) as draft, h5py.File(draft, "w") as file:
-        for name, values in columns(disp, eps).items():
+        for name, values in table.items():
             data = cast("Any", file).create_dataset(
                 name, data=values.reshape(shape), compression="gzip"
             )

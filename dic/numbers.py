@@ -47,11 +47,12 @@ def read_real(value: object, name: str, unit: str) -> float:
     """
     if not _is_number(value):
         raise ValueError(f"{name} must be a number of {unit}, got {shown(value)}; convert it")
-    if not 0 <= value <= LARGEST:
+    number = value if isinstance(value, int) else float(value)  # float16 cannot hold LARGEST
+    if not 0 <= number <= LARGEST:
         raise ValueError(
             f"{name} must be from 0 to {LARGEST:g} {unit}, got {shown(value)}; check its unit"
         )
-    return float(value)
+    return float(number)
 
 
 def read_array(values: object, name: str, unit: str, largest: float = LARGEST) -> F64:
@@ -150,7 +151,7 @@ def shown(value: object) -> str:
     """Write what was given, in a few letters: a number or text itself, of all else the kind."""
     if _is_array(value):
         return f"an array of {value.dtype} of shape {value.shape}"
-    if _is_number(value) and not abs(value) >= _LONG:
+    if isinstance(value, bool) or (_is_number(value) and not _is_long(value)):
         return str(value)
     if isinstance(value, str) and len(value) < 30:
         return repr(value)
@@ -161,6 +162,10 @@ def _integer_near(value: object) -> str:
     if _is_number(value) and math.isfinite(value):
         return f"use {round(value)}"
     return "use an integer such as 5"
+
+
+def _is_long(value: float) -> bool:
+    return isinstance(value, int) and abs(value) >= _LONG
 
 
 def _is_number(value: object) -> TypeGuard[float]:

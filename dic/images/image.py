@@ -143,7 +143,7 @@ def check_reference(image: ArrayLike) -> AnyArray:
 
 def _check_levels(grey: AnyArray, name: str) -> None:
     # Least and greatest are NaN if any pixel is: half the time of asking each of them.
-    if grey.min() >= -LARGEST and grey.max() <= LARGEST:
+    if float(grey.min()) >= -LARGEST and float(grey.max()) <= LARGEST:
         return
     bad = np.count_nonzero(~np.isfinite(grey))
     if bad:
