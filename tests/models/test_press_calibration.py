@@ -96,6 +96,19 @@ def test_a_bench_that_is_right_stays_so_within_its_uncertainty(bench, rng):
     assert np.log(found.softness) == pytest.approx(0.0, abs=4 * np.sqrt(found.covariance[-1, -1]))
 
 
+def test_a_prior_weighs_against_the_presses_by_its_precision(bench):
+    def softness(sigma):
+        stiffer = replace(bench.modes, stiffness=1.02 * bench.modes.stiffness)
+        rng, prior_sigma = np.random.default_rng(7), PriorSigma(softness=sigma)
+        return learn(bench, (bench.camera, stiffer), rng, prior_sigma=prior_sigma)
+
+    free = softness(10.0)
+    information = 1.0 / free.covariance[-1, -1] - 10.0**-2
+    held = softness(information**-0.5)
+    assert np.log(held.softness) == pytest.approx(0.5 * np.log(free.softness), rel=0.1)
+    assert held.covariance[-1, -1] == pytest.approx(0.5 * free.covariance[-1, -1], rel=0.1)
+
+
 def test_a_press_without_its_image_is_refused(bench):
     image = [bench.image()]
     with pytest.raises(ValueError, match="2 known presses need an image each, got 1; give one"):
