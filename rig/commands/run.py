@@ -127,7 +127,7 @@ def _open_sinks(
     if not headless:
         from rig.commands.page_panels import open_panes
 
-        doubts = tuple(calibration.doubts(scene, datetime.now(UTC)))
+        doubts = tuple(calibration.warnings(scene, datetime.now(UTC)))
         show, sinks = open_panes(scene, calibration, doubts, screen, switch, open_parts)
     if scene.outputs:
         from rig.out.open import open_outputs

@@ -147,7 +147,7 @@ def _batches(taught: TrainingPlan, sets: TrainingSets) -> Iterator[Dataset] | No
     size, rng = taught.net.batch, np.random.default_rng(taught.net.seed)
     if sets.noise is None:
         return shuffled_batches(sets.training, size, rng) if size else None
-    pool, pictures = sets.noise.pool, sets.noise.pictures
+    pool, pictures = sets.noise.pool, sets.noise.images
     size = min(size or len(pool), len(pool))
     stream = noisy_batches(shuffled_batches(pool, size, rng), sets.noise.root, rng)
     if pictures is None:

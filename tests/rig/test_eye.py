@@ -54,7 +54,7 @@ def test_samples_have_forces_between_the_bounds_and_noise_that_is_drawn_anew(sce
     noise = sets.noise
     assert len(sets.training) == len(noise.pool) == 50
     assert ((noise.forces >= 2.0) & (noise.forces <= 8.0)).all()
-    assert len(noise.pictures) == 3
+    assert len(noise.images) == 3
     off = np.linalg.solve(noise.root, (sets.training.strain - noise.pool.strain).T)
     assert np.mean(off**2) == pytest.approx(1.0, abs=0.1)
     np.testing.assert_array_equal(sets.training.targets, noise.pool.targets)

@@ -24,7 +24,7 @@ TOUCH = fe.Touch(100.0, 120.0, 2.5)
 def shots(scene, said=None):
     with open_input(scene, (said if said is not None else []).append) as (source, zero):
         bench = build_bench(scene, lambda done, total: None)
-        return list(Loop(bench, source, zero=zero))
+        return list(Loop(bench, source, reference=zero))
 
 
 @pytest.fixture
@@ -76,7 +76,7 @@ def test_pictures_of_another_size_are_one_sentence(small, pictures, tmp_path):
     for k, picture in enumerate(pictures[:16]):
         cv2.imwrite(str(tmp_path / f"{k}.png"), picture[:-20])
     scene = small({"source": {"kind": "folder", "path": str(tmp_path)}})
-    with pytest.raises(ValueError, match=r"pictures are 384 × 300 px .* to \[384, 300\]"):
+    with pytest.raises(ValueError, match=r"images are 384 × 300 px .* to \[384, 300\]"):
         shots(scene)
 
 

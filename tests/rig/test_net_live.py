@@ -135,7 +135,7 @@ def test_nothing_is_told_on_an_untouched_plate_or_behind_a_hand(netted, in_hand)
     follower = FrameProcessor(build_bench(scene, quiet), zero, Stopwatch(lambda: 0.0), lambda: 0.0)
     image = twin.frame(50, ()).copy()
     image[100:180, 150:260] = 0
-    assert follower.see(Frame(0, 0.0, image, None)).sensed.estimate.count == 0
+    assert follower.process(Frame(0, 0.0, image, None)).frame_estimate.estimate.count == 0
 
 
 def test_a_net_needs_no_torch_live(netted):

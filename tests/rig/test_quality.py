@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import fe
-from rig.live import chain as live
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
+from rig.live.chain import at_rest, estimate_frame
 from rig.live.quality import signs
 from rig.sources.twin import build_twin
 from rig.system.timing import Stopwatch
@@ -26,14 +26,14 @@ def look(small):
 
     def look(touches=(), change=lambda image: image, sequence=20):
         image = change(twin.frame(sequence, touches).astype(float)).clip(0, 255).astype(np.uint8)
-        sensed = live.estimate_frame(chain, image, live.at_rest(chain), Stopwatch(time.monotonic))
+        sensed = estimate_frame(chain, image, at_rest(chain), Stopwatch(time.monotonic))
         return {sign.name: sign for sign in signs(chain, sensed)}
 
     return look
 
 
 def doubted(found):
-    return {name for name, sign in found.items() if sign.doubt}
+    return {name for name, sign in found.items() if sign.warns}
 
 
 def test_a_frame_at_rest_gives_no_doubt(look):
@@ -53,7 +53,7 @@ def test_a_touch_says_how_sure_it_is(look):
 def test_half_the_light_is_said(look):
     found = look(change=lambda image: 0.5 * image)
     assert found["light"].says == "50% of that at rest"
-    assert found["light"].doubt
+    assert found["light"].warns
 
 
 def test_a_camera_that_has_moved_is_said(look):
@@ -81,4 +81,4 @@ def test_noise_is_said(look):
 def test_a_picture_without_a_pattern_tells_no_misfit(look):
     found = look(change=lambda image: np.full_like(image, 90.0))
     assert found["misfit"].says == "–"
-    assert found["misfit"].doubt
+    assert found["misfit"].warns

@@ -157,7 +157,7 @@ def assert_one_sentence(done, text):
 
 @pytest.mark.parametrize(
     ("scene", "sentence"),
-    [("paper-one", "has no source of pictures; add [source]"), ("nothing", "no scene is called")],
+    [("paper-one", "has no source of frames; add [source]"), ("nothing", "no scene is called")],
 )
 def test_a_scene_that_cannot_run_is_one_sentence(environment, scene, sentence):
     done = subprocess.run(

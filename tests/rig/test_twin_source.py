@@ -299,5 +299,5 @@ def test_a_reference_may_take_longer_than_a_script_is_at_rest(small, hurried, ch
 
 def test_a_scene_without_a_source_is_refused_before_the_start(small):
     scene = small().model_copy(update={"source": None})
-    with pytest.raises(ValueError, match=r"has no source of pictures; add \[source\]"):
+    with pytest.raises(ValueError, match=r"has no source of frames; add \[source\]"):
         open_twin(scene).__enter__()

@@ -66,8 +66,8 @@ follower = FrameProcessor(bench, zero, Stopwatch(time.monotonic), time.monotonic
 first, known = len(compiled.names), kernels()
 said = []
 for number, image in enumerate(shots):
-    seen = follower.see(Frame(number, number / 30, image))
-    said.append(follower.sentence(seen.sensed))
+    seen = follower.process(Frame(number, number / 30, image))
+    said.append(follower.sentence(seen.frame_estimate))
 new = sorted(name for name, _ in kernels() - known)
 print(json.dumps({"before": first, "compiled": compiled.names[first:], "new": new, "said": said}))
 """
@@ -94,7 +94,7 @@ def assert_ready(said):
     assert said["compiled"] == said["new"] == []
     calm, one, two, four, *_ = said["said"]
     assert (calm, one, two) == ("no touch", "one touch", "2 touches")
-    assert four.startswith("2 touches, but the picture does not fit")
+    assert four.startswith("2 touches, but the image does not fit")
     assert any("of the pattern is hidden" in text for text in said["said"])
     assert any("too faint" in text for text in said["said"])
 
@@ -140,11 +140,11 @@ def test_what_is_made_up_shows_what_it_says(chain):
     names, said = [], {}
     for frame in rehearsal(follower.chain, 3.0, lambda done, total, what: names.append(what)):
         assert (frame.image.dtype, frame.image.shape) == (np.uint8, (320, 384))
-        said[names[-1]] = follower.sentence(follower.see(frame).sensed)
+        said[names[-1]] = follower.sentence(follower.process(frame).frame_estimate)
     assert said["no touch"] == said["a bump of the camera"] == "no touch"
     assert said["one touch"] == said["a shadow"] == "one touch"
     assert said["2 touches"] == "2 touches"
-    assert said["4 touches"].startswith("2 touches, but the picture does not fit")
+    assert said["4 touches"].startswith("2 touches, but the image does not fit")
     assert said["a hand"].startswith("one touch; 5")
     assert names[-1] == "ready"
 

@@ -92,7 +92,7 @@ def test_a_view_that_is_dropped_is_asked_for_again(views):
 def test_the_same_view_is_not_taken_twice(views):
     guide = LensGuide(BOARD)
     for number in range(8):
-        guide.see(Frame(number, 0.0, views[number % 2]))
+        guide.add_frame(Frame(number, 0.0, views[number % 2]))
     assert guide.progress.taken == 1
     assert guide.progress.sentence.startswith("now tilt the board")
 
@@ -117,7 +117,7 @@ def test_a_bumped_board_begins_the_series_anew(room):
     guide = PoseGuide(lens, BOARD, (10.0, 190.0), 1.0)
     for number, x in enumerate((127, 127, 135)):
         camera = room.camera_at((x, 100, 460), (x, 100, 0))
-        guide.see(Frame(number, 0.0, board_picture(room, camera, rng)))
+        guide.add_frame(Frame(number, 0.0, board_picture(room, camera, rng)))
     assert guide.progress.taken == 1
     assert guide.progress.sentence == "leave the board alone"
 
@@ -186,7 +186,7 @@ def test_the_stripes_guide_asks_for_one_stripe_after_the_other(room):
     for number in range(3):
         assert guide.shows == Stripe(number)
         for k in range(20):
-            guide.see(Frame(k, 1.0 * number + k / 30, np.zeros((4, 4), np.uint8)))
+            guide.add_frame(Frame(k, 1.0 * number + k / 30, np.zeros((4, 4), np.uint8)))
     guide.drop(0)
     assert guide.shows == Stripe(0)
 
@@ -203,7 +203,7 @@ def test_the_latency_guide_flashes_and_finds_the_delay(rng):
             before = [one for time, one in light if time <= now - delay]
             level = 40 + (60 if before and before[-1] == Plain(255) else 0)
             image = np.clip(rng.normal(level, 1.0, (24, 32)), 0, 255).astype(np.uint8)
-            guide.see(Frame(number, now, image))
+            guide.add_frame(Frame(number, now, image))
     assert isinstance(result, Latency)
     assert result.median == pytest.approx(delay + 0.5 / 30, abs=4 * result.sigma)
     assert (result.flashes, result.missed) == (15, 0)
@@ -221,7 +221,7 @@ def test_the_noise_guide_asks_for_other_light_until_it_has_three(rng):
 
 
 def test_a_source_that_ends_or_falls_silent_is_one_sentence(views, monkeypatch):
-    with pytest.raises(ValueError, match="at their end; the calibration needs more pictures"):
+    with pytest.raises(ValueError, match="at their end; the calibration needs more images"):
         lead(LensGuide(BOARD), Pictures(views[:2]), quiet, quiet, nobody)
     monkeypatch.setattr("rig.calibration.guided.PATIENCE", 0.01)
 

@@ -70,7 +70,7 @@ def test_the_projector_is_found_to_0_3_mm_and_says_so(lit):
     assert away.max() < 0.3  # mm; a pixel of this projector is 1.5 mm
     assert np.sqrt(np.mean(away**2)) < max(2 * light.error, 0.15)
     assert light.error < 0.3
-    assert light.share > 0.6
+    assert light.fraction > 0.6
     assert light.screen.size == PROJECTOR
 
 
