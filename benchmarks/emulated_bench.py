@@ -33,7 +33,7 @@ from rig.calibration import store
 from rig.calibration.lens import Lens
 from rig.calibration.pose import Pose
 from rig.live.view import plate_view
-from rig.projector.light_map import see_light
+from rig.projector.light_map import prepare_light_map
 from rig.projector.markers import Screen, project
 from rig.sources.twin import build_twin
 
@@ -137,7 +137,7 @@ class Room(threading.Thread):
         self.camera = camera = self._twin.warper.camera
         plate = self._twin.solver.plate
         self.view = plate_view(plate, camera, plate.thickness / 2)
-        self._light = see_light(self._screen, self.view.T_px_plate, camera.size, STRENGTH)
+        self._light = prepare_light_map(self._screen, self.view.T_px_plate, camera.size, STRENGTH)
         width, height = camera.size
         self._shape = height, width
         file.write_bytes(bytes(START + 2 * width * height))
@@ -184,7 +184,7 @@ class Room(threading.Thread):
         touches, moved = self._round[number % len(self._round)]
         picture = self._display.read()
         bright = picture is not None and bool(picture[::4, ::4].any())
-        light = self._light.seen(picture) if bright else np.float32(1.0)
+        light = self._light.on_camera(picture) if bright else np.float32(1.0)
         self._sensor.light, self._sensor.cover = light * np.float32(self.lamp), self.cover
         slot, size = 1 - self._memory[0], self._shape
         start = START + slot * size[0] * size[1]
@@ -280,7 +280,7 @@ poisson = 0.38
 edges.kind = "clamped"
 theory = "linear"
 [touches]
-most = 2
+max_touches = 2
 force = [0.5, 4]
 [camera]
 kind = "pinhole"

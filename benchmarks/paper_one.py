@@ -20,8 +20,8 @@ from models.scores.score import position_error
 def one(effort: Effort) -> Figures:
     """One touch, the paper's recipe, both readings of where the gauges are."""
     recipe = Recipe(effort.epochs(30000))
-    for reading in ("B", "A"):
-        data = sets(f"gauges.reading={reading}")
+    for reading, placement in {"B": "edges", "A": "inside"}.items():
+        data = sets(f"gauges.placement={placement}")
         for seed in range(effort.seeds):
             rng = np.random.default_rng(seed)
             net = train_net(data.training, data.validation, NetOptions(), recipe, rng).net

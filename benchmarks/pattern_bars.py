@@ -71,7 +71,7 @@ def sense(pattern, search, image, start=(), passes=3, masked=True):
             if sight is not pattern:
                 pattern, search = sight, models.with_forward(search, sight.forward(AGAINST))
         right = pattern.gradient(sums, motion)
-        estimate = models.find(pattern.whiten(right, AGAINST), search, start=start, most=3)
+        estimate = models.find(pattern.whiten(right, AGAINST), search, start=start, max_touches=3)
         start = np.column_stack([estimate.xy, estimate.force])
         motion = pattern.amplitudes(estimate, right)
     return estimate, pattern
@@ -94,7 +94,7 @@ def small_rows(share) -> Iterator[Row]:
     cases = {
         "still": (None, (0.0, 0.0), "≤ 1.15"),
         "camera shifted by 0.3 px": (None, (0.3, 0.0), "no change"),
-        f"hand over {palm.share((1024, 1024)).mean():.0%}": (palm, (0.0, 0.0), "≤ 1.3"),
+        f"hand over {palm.coverage((1024, 1024)).mean():.0%}": (palm, (0.0, 0.0), "≤ 1.3"),
     }
     for name, (hand, shift, bar) in cases.items():
         seen = fine if hand is None else fine.hiding(_covers(hand, fine))
@@ -119,7 +119,7 @@ def small_rows(share) -> Iterator[Row]:
 
 def _covers(hand, fine):
     """Tiles of a pattern that a hand reaches into, (T,) bool."""
-    return fine.motions.tiles.sums(hand.share((1024, 1024))) > 0.01
+    return fine.motions.tiles.sums(hand.coverage((1024, 1024))) > 0.01
 
 
 def time_rows(share) -> Iterator[Row]:

@@ -21,7 +21,7 @@ from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
 from rig.live.view import marks, plate_view
 from rig.projector.interference import interference
-from rig.projector.light_map import divided, see_light
+from rig.projector.light_map import divided, prepare_light_map
 from rig.projector.markers import draw_marks, fit_plate
 from rig.projector.modes import placed
 from rig.sources.twin import build_twin
@@ -54,14 +54,15 @@ def main() -> None:
     options.add_argument("--touches", type=int, default=60)
     options.add_argument("--strength", type=float, default=1.0)
     given = options.parse_args()
-    scene = rig.load("twin", {"touches.most": 1})
+    scene = rig.load("twin", {"touches.max_touches": 1})
     twin, bench = build_twin(scene), build_bench(scene, lambda done, total: None)
     dark = np.ones(twin.warper.light.shape, np.float32)
     rest = [photograph(twin, (), dark, (9, k)) for k in range(scene.dic.reference_frames)]
     chain = live.prepare_chain(average_reference(rest), bench.motions, 1)
     screen = fit_plate(PROJECTOR, bench.plate.size)
     view = plate_view(bench.plate, bench.camera, bench.height)
-    map_ = see_light(screen, view.T_px_plate, bench.camera.size, given.strength, SENSOR_DARK)
+    size = bench.camera.size
+    map_ = prepare_light_map(screen, view.T_px_plate, size, given.strength, SENSOR_DARK)
     rng = np.random.default_rng(3)
     errors, predicted = {}, []
     for index in range(given.touches):
@@ -71,7 +72,7 @@ def main() -> None:
         errors.setdefault("none", []).append(miss(first, touch))
         for mode in ("on", "beside", "outside"):
             shown = draw_marks(placed(marks(first), mode, bench.plate.size), screen)
-            light = map_.seen(shown)
+            light = map_.on_camera(shown)
             image = photograph(twin, (touch,), light, (1, index))
             errors.setdefault(mode, []).append(miss(find(chain, image, None), touch))
             mended = divided(image, light, SENSOR_DARK)

@@ -62,7 +62,7 @@ def scenes(states):
 
 def errors(shell, touches, gauges, points):
     """w/h of the shell, and errors of strain, deflection and motion in the plane; None if lost."""
-    state = shell.rest.touch(touches)
+    state = shell.undeformed.touch(touches)
     if state.stability.verdict is not fe.Verdict.STABLE:
         return None
     xy = np.array([(t.x, t.y) for t in touches])

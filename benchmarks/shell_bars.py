@@ -187,11 +187,11 @@ def meshes() -> None:
         print(f"{PVC.size} mm, 1 mm thick, {force:g} N, w/h {ratio:.2f}")
         for count in MESHES:
             shell = Shell(PVC, fe.grid(PVC, count))
-            shell.rest.touch([fe.Touch(*PLACE, 1e-3)])  # patterns and kernels are ready then
+            shell.undeformed.touch([fe.Touch(*PLACE, 1e-3)])  # patterns and kernels are ready then
             times = []
             for _ in range(REPEATS):
                 began = time.process_time()
-                state = shell.rest.touch([touch])
+                state = shell.undeformed.touch([touch])
                 times.append(time.process_time() - began)
             print(
                 f"{count:3d} x {count:<3d} w off {under(state, sharp):.1e}, "

@@ -127,7 +127,7 @@ def count_rows(share) -> Iterator[Row]:
                 if count:
                     exact = measured(search.forward, touches)
                 noisy = exact + rng.normal(size=exact.shape)
-                right += models.find(noisy, search, most=6).count == count
+                right += models.find(noisy, search, max_touches=6).count == count
             figure = f"{right / tried:.1%} of {tried}"
             yield f"noise {noise:.1%}, {count} touches: count right", figure, "≥ 99 %"
 

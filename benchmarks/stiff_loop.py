@@ -90,7 +90,7 @@ def trace(follower: FrameProcessor, truth: np.ndarray) -> float:
     """How far touches stand out of the noise of a picture, in its σ."""
     if not len(truth):
         return 0.0
-    return float(np.linalg.norm(follower.chain.masked_models.search.forward.read(truth)[0]))
+    return float(np.linalg.norm(follower.chain.estimator.forward.read(truth)[0]))
 
 
 def compared(found: Estimate, truth: np.ndarray, trace: float) -> tuple[str, bool]:

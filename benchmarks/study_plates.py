@@ -122,7 +122,8 @@ def theories() -> Iterator[Figure]:
     """Deflection and strain by theory, of a clamped PVC plate under four presses."""
     fine = fe.Shell(PVC, fe.grid(PVC, 60))
     truth = {
-        force: [fine.rest.touch([fe.Touch(*place, force)]) for place in PRESSES] for force in FORCES
+        force: [fine.undeformed.touch([fe.Touch(*place, force)]) for place in PRESSES]
+        for force in FORCES
     }
     for name, prepare in THEORIES.items():
         began = time.process_time()
@@ -172,7 +173,7 @@ def _by_reduced():
 def _by_shell(count: int):
     def prepare():
         shell = fe.Shell(PVC, fe.grid(PVC, count))
-        return lambda place, force: shell.rest.touch([fe.Touch(*place, force)])
+        return lambda place, force: shell.undeformed.touch([fe.Touch(*place, force)])
 
     return prepare
 

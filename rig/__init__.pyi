@@ -18,3 +18,4 @@ from .sources.run import (
     run as run,
 )
 from .system.cache import CacheError as CacheError
+from .system.version import __version__ as __version__

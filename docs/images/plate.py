@@ -24,7 +24,7 @@ def main() -> None:
     """Draw it."""
     with tempfile.TemporaryDirectory() as folder:
         command = [Path(sys.executable).with_name("touchplate"), "design", own_scene(folder)]
-        command += ["--picture", IMAGES / "plate-design.png"]
+        command += ["--plot", IMAGES / "plate-design.png"]
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
 
 

@@ -66,14 +66,14 @@ class PressCorrection:
     covariance : (8, 8) float64
         Of the turn (rad) and shift (mm) of the plate before the camera, about where the camera's
         axis meets the plate, and of the logarithms of focal length and softness.
-    chance : float
-        By which a model that is right would be corrected by so much.
+    p_value : float
+        Probability that a model that is right would be corrected by so much.
     """
 
     camera: synthetic.Camera
     softness: float
     covariance: NDArray[np.float64]
-    chance: float
+    p_value: float
 
     @property
     def pose_covariance(self) -> NDArray[np.float64]:
@@ -92,7 +92,7 @@ def correct_by_presses(
     touches: NDArray,
     noise: tuple[float, float],
     hidden: NDArray | None = None,
-    doubt: PriorSigma | None = None,
+    prior_sigma: PriorSigma | None = None,
 ) -> PressCorrection:
     """Correct camera and softness by pictures of known presses.
 
@@ -111,7 +111,7 @@ def correct_by_presses(
         Of a picture, and of the reference, whose errors all presses share.
     hidden : (P, T) bool, optional
         Tiles of each picture that a hand hides; see `models.hidden_tiles`.
-    doubt : PriorSigma, optional
+    prior_sigma : PriorSigma, optional
 
     Raises
     ------
@@ -122,12 +122,12 @@ def correct_by_presses(
         raise ValueError(
             f"{len(touches)} known presses need a picture each, got {len(pictures)}; give one each"
         )
-    doubt, blocks = doubt or PriorSigma(), prepare_blocks(reference, 1)
-    prior = _prior(camera, doubt)
+    prior_sigma, blocks = prior_sigma or PriorSigma(), prepare_blocks(reference, 1)
+    prior = _prior(camera, prior_sigma)
     nothing = np.zeros((len(touches), len(blocks.hessian)), dtype=bool)
     sight = ~(nothing if hidden is None else hidden)
     system = SharedReference(_bases(camera, look, touches), SHARED, sight, noise)
-    normal = system.normal(blocks.hessian) + np.diag(_known(prior, doubt, system))
+    normal = system.normal(blocks.hessian) + np.diag(_known(prior, prior_sigma, system))
     numbers, still = np.zeros(SHARED), np.zeros((len(touches), system.own - OWN))
     for _ in range(ROUNDS):
         motions = look(_moved(camera, numbers))
@@ -146,20 +146,20 @@ def correct_by_presses(
         camera=_moved(camera, numbers),
         softness=float(np.exp(numbers[-1])),
         covariance=covariance,
-        chance=float(chdtrc(SHARED, max(proof, 0.0))),
+        p_value=float(chdtrc(SHARED, max(proof, 0.0))),
     )
 
 
-def _prior(camera: synthetic.Camera, doubt: PriorSigma) -> NDArray[np.float64]:
+def _prior(camera: synthetic.Camera, prior_sigma: PriorSigma) -> NDArray[np.float64]:
     """Precision of the shared numbers, (8,)."""
-    along = doubt.shift * float(np.linalg.norm(camera.T_cam_plate[:3, 3]))
-    spread = [doubt.turn] * 3 + [along] * 3 + [doubt.focal, doubt.softness]
+    along = prior_sigma.shift * float(np.linalg.norm(camera.T_cam_plate[:3, 3]))
+    spread = [prior_sigma.turn] * 3 + [along] * 3 + [prior_sigma.focal, prior_sigma.softness]
     return np.array(spread) ** -2.0
 
 
-def _known(prior: NDArray, doubt: PriorSigma, system: SharedReference) -> NDArray[np.float64]:
+def _known(prior: NDArray, prior_sigma: PriorSigma, system: SharedReference) -> NDArray[np.float64]:
     """Precision of all numbers of a system beforehand, (M,)."""
-    touch = np.array([doubt.place, doubt.place, doubt.force]) ** -2.0
+    touch = np.array([prior_sigma.place, prior_sigma.place, prior_sigma.force]) ** -2.0
     alone = np.concatenate([touch, np.zeros(system.own - OWN)])
     return np.concatenate([prior, np.tile(alone, len(system.bases))])
 

@@ -99,7 +99,7 @@ def nearest(training: Dataset, count: int = 4) -> Predictor:
 
     def predict(strain: np.ndarray) -> np.ndarray:
         distance, rows = tree.query(feed(strain), count)
-        weights = 1.0 / (distance + 1e-12)
+        weights = 1.0 / (np.asarray(distance, dtype=np.float64) + 1e-12)
         weights /= weights.sum(axis=1, keepdims=True)
         return np.einsum("nk,nkd->nd", weights, training.targets[rows])
 

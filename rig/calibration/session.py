@@ -212,4 +212,4 @@ def _learned(corrected: PressCorrection, score: HeldOutScore) -> Learned:
         slips=(),
         terms=("force",),
     )
-    return Learned(lens, pose, alignment, score, corrected.chance)
+    return Learned(lens, pose, alignment, score, corrected.p_value)

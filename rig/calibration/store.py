@@ -16,7 +16,7 @@ from rig.calibration.photon import Photon
 from rig.calibration.pose import Pose
 from rig.calibration.projector import ProjectorLight
 from rig.live.alignment import Alignment
-from rig.projector.light_map import LightMap, see_light
+from rig.projector.light_map import LightMap, prepare_light_map
 from rig.projector.markers import Screen
 from rig.scene import Scene
 from rig.scene.section import Section
@@ -128,7 +128,7 @@ class Calibration(Section):
         if self.projector is None or screen is None:
             return None
         part = self.projector
-        return see_light(screen, T_cam_plate, size, part.strength, part.black)
+        return prepare_light_map(screen, T_cam_plate, size, part.strength, part.black)
 
     def alignment(self) -> Alignment | None:
         """Return what known presses correct; None without any."""

@@ -26,7 +26,7 @@ class BaslerCamera:
         camera.StartGrabbing(self._pylon.GrabStrategy_OneByOne)
 
     def read(self, timeout: float) -> Frame | None:
-        """See `Device.read`; a picture that was damaged on the way is left out."""
+        """See `Device.read`; an image that was damaged on the way is left out."""
         try:
             result = self._camera.RetrieveResult(
                 max(1, round(1e3 * timeout)), self._pylon.TimeoutHandling_Return

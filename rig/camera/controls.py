@@ -1,6 +1,6 @@
 """Exposure, gain, focus and white balance held still: first the automatics off, then the values.
 
-Correlation compares pictures of the same light. A camera that still adjusts itself changes them
+Correlation compares images of the same light. A camera that still adjusts itself changes them
 all the time, and most cameras refuse a value while the automatic that owns it is on. So the order
 is the same for every kind of camera and stands here, and each kind brings a `Port`.
 """
@@ -118,7 +118,7 @@ def hold(port: Port, controls: Controls) -> tuple[ControlSetting, ...]:
     """
     found = {knob: port.read(knob) for knob in Knob}
     manual = {knob: port.manual(knob) for knob in Knob if found[knob] is not None}
-    settings = []
+    settings: list[ControlSetting] = []
     for knob in Knob:
         asked, before = controls.of(knob), found[knob]
         if before is None:

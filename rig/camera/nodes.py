@@ -23,7 +23,7 @@ AUTOMATICS = {
     Knob.GAIN: (("GainAuto",), "Off"),
     Knob.FOCUS: (("FocusAuto",), "Off"),
 }
-"""White balance is a ratio of channels, and a grey picture has one."""
+"""White balance is a ratio of channels, and a grey image has one."""
 STEPS = {Knob.EXPOSURE: 1e-6}  # s
 RATES = ("AcquisitionFrameRate", "AcquisitionFrameRateAbs")
 RECENT = (
@@ -51,7 +51,7 @@ def set_up(
     Raises
     ------
     OSError
-        If the camera has no grey pictures of this size.
+        If the camera has no grey images of this size.
     """
     nodes.set("PixelFormat", FORMAT)
     for side, length in zip(("Width", "Height"), size, strict=True):
@@ -68,7 +68,7 @@ def set_up(
 class DeviceClock:
     """Puts the time stamps of a camera's own clock on ours.
 
-    A picture arrives late by what its transport takes, and never early: the quickest of the last
+    An image arrives late by what its transport takes, and never early: the quickest of the last
     `RECENT` deliveries tells how far the clocks are apart.
     """
 

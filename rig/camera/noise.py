@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rig.camera.camera import LiveCamera
+from rig.system.arrays import F64
 
 FRAMES = 30
 PATIENCE = 2.0  # s for a frame
@@ -17,7 +18,7 @@ DARK = 5
 
 @dataclass(frozen=True)
 class CameraNoise:
-    """Figures of a series of pictures of a scene that does not move.
+    """Figures of a series of images of a scene that does not move.
 
     Attributes
     ----------
@@ -29,7 +30,7 @@ class CameraNoise:
     flicker : float
         Standard deviation of the mean brightness over its mean: light or exposure that changes.
     contrast : float, grey levels
-        Standard deviation over the mean picture: that of the speckle.
+        Standard deviation over the mean image: that of the speckle.
     clipped : float
         Share of the pixels that are too bright or too dark to say anything.
     age : float, s
@@ -62,20 +63,23 @@ def measure_noise(camera: LiveCamera, frames: int = FRAMES) -> CameraNoise:
     """
     if frames < 2:
         raise ValueError(f"noise needs 2 frames or more, got {frames}; take {FRAMES}")
-    mean = squares = np.zeros(())
-    levels, ages, times = [], [], []
+    mean: F64 = np.zeros(())
+    squares: F64 = np.zeros(())
+    levels: list[float] = []
+    ages: list[float] = []
+    times: list[float] = []
     for count in range(1, frames + 1):
         frame = camera.grab(PATIENCE)
         if frame is None:
-            raise OSError(f"{camera.status}; no picture came for {PATIENCE:g} s")
+            raise OSError(f"{camera.status}; no image came for {PATIENCE:g} s")
         ages.append(time.monotonic() - frame.captured)
         times.append(frame.captured)
         levels.append(float(frame.image.mean()))
-        image = frame.image - levels[-1]
+        image = frame.image.astype(np.float64) - levels[-1]
         change = image - mean
         mean = mean + change / count
         squares = squares + change * (image - mean)
-    brightness = mean + np.mean(levels)
+    brightness = mean + sum(levels) / frames
     return CameraNoise(
         frames=frames,
         dropped=camera.dropped,

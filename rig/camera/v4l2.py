@@ -1,4 +1,4 @@
-"""A camera through V4L2 itself: frame numbers, damaged pictures and time stamps of the driver.
+"""A camera through V4L2 itself: frame numbers, damaged images and time stamps of the driver.
 
 The extra package linuxpy (`pip install touchplate[v4l2]`) knows the kernel's structures; the
 waiting is our own, so that a camera which has stopped is noticed within the time that was asked.
@@ -43,7 +43,7 @@ STEPS = {Knob.EXPOSURE: 1e-4}  # s
 
 
 class V4l2Camera:
-    """A `Device` that takes pictures from the buffers of the driver; use `open_camera`."""
+    """A `Device` that takes images from the buffers of the driver; use `open_camera`."""
 
     def __init__(self, video: Any, name: str, handle: int, settings: tuple[ControlSetting, ...]):
         self.name, self.settings = name, settings
@@ -59,14 +59,14 @@ class V4l2Camera:
         video.stream_on(handle, self._kind)
 
     def read(self, timeout: float) -> Frame | None:
-        """See `Device.read`; a damaged picture is left out, and its number with it."""
+        """See `Device.read`; a damaged image is left out, and its number with it."""
         end = time.monotonic() + timeout
         while (left := end - time.monotonic()) > 0:
             try:
                 if not select.select([self._handle], [], [], left)[0]:
                     return None
                 buffer = self._video.dequeue_buffer(self._handle, self._kind, self._memory)
-            except BlockingIOError:  # ready, but not with a picture
+            except BlockingIOError:  # ready, but not with an image
                 time.sleep(PAUSE)
                 continue
             except OSError as error:
@@ -83,10 +83,10 @@ class V4l2Camera:
         os.close(self._handle)  # ends the stream as well
 
     def _frame(self, buffer: Any) -> Frame | None:
-        """Copy a picture out of its buffer, and give the buffer back; None if it is damaged."""
+        """Copy an image out of its buffer, and give the buffer back; None if it is damaged."""
         image = None
         if not buffer.flags & self._video.BufferFlag.ERROR:
-            raw = np.frombuffer(self._buffers[buffer.index], np.uint8, buffer.bytesused)
+            raw = np.frombuffer(self._buffers[buffer.index], np.uint8, int(buffer.bytesused))
             image = brightness(raw, self._code, self._size, self._line)
             del raw  # the buffer cannot be closed while an array looks at it
         taken = buffer.timestamp.secs + buffer.timestamp.usecs * 1e-6
@@ -139,7 +139,8 @@ def _panel(video: Any, handle: int) -> Panel[int]:
 
 def _choose(video: Any, name: str, handle: int, size: tuple[int, int]) -> None:
     """Set the first of our formats that the camera has in this size."""
-    kind, offered = video.BufferType.VIDEO_CAPTURE, set()
+    kind = video.BufferType.VIDEO_CAPTURE
+    offered: set[str] = set()
     for code in FORMATS:
         video.set_format(handle, kind, *size, code)
         got = video.get_raw_format(handle, kind).fmt.pix

@@ -25,7 +25,7 @@ UNITS = {"mm": "mm", "n": "N"}
 
 def design(
     scene: Annotated[str, typer.Argument(help="Name of a shipped scene, or path of a TOML file.")],
-    picture: Annotated[
+    plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw the errors over the plate: *.png.")
     ] = None,
     settings: Annotated[
@@ -41,17 +41,15 @@ def design(
     from rig.design.outlook import design as predict
     from rig.scene import load, parse_overrides
 
-    if picture and (picture.suffix != ".png" or not picture.parent.is_dir()):
-        raise OSError(
-            f"picture '{picture}' must be a *.png in a folder that exists; name such a one"
-        )
+    if plot and (plot.suffix != ".png" or not plot.parent.is_dir()):
+        raise OSError(f"plot '{plot}' must be a *.png in a folder that exists; name such a one")
     loaded = load(scene, parse_overrides(settings or []))
     with progress("design") as report:
         made = predict(loaded, report)
-    if picture:
+    if plot:
         from rig.design.plot import draw_map
 
-        draw_map(made, picture)
+        draw_map(made, plot)
     emit(_tables(made), _data(made), as_json)
 
 
@@ -62,7 +60,7 @@ def _figures(errors: ExpectedErrors) -> dict[str, float]:
         "place_median_mm": float(np.median(errors.place)),
         "place_p95_mm": float(np.quantile(errors.place, 0.95)),
         "force_median_n": float(np.median(errors.force)),
-        "force_for_1_mm_least_n": float(needed.min()),
+        "force_for_1_mm_min_n": float(needed.min()),
         "force_for_1_mm_median_n": float(np.median(needed)),
         "force_for_1_mm_p95_n": float(np.quantile(needed, 0.95)),
     }

@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 Sink = Callable[["Snapshot"], object]
 
 
-def open_panes(
+def open_panels(
     scene: Scene,
     calibration: Calibration,
-    doubts: tuple[str, ...],
+    notes: tuple[str, ...],
     screen: Screen,
     switch: Switch | None,
     open_parts: ExitStack,
@@ -45,7 +45,8 @@ def open_panes(
     OSError
         If the port of the page cannot be had.
     """
-    show, sinks = None, []
+    show: Show | None = None
+    sinks: list[Sink] = []
     if scene.projector and scene.plate:
         from rig.projector.show import open_show
 
@@ -65,7 +66,7 @@ def open_panes(
 
             black = calibration.projector.black if calibration.projector else 0.0
             meter = open_parts.enter_context(Meter(screen, black))
-        sinks.append(Operator(publisher, switch, calibration, doubts, show, meter))
+        sinks.append(Operator(publisher, switch, calibration, notes, show, meter))
     return show, sinks
 
 

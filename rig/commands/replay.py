@@ -49,10 +49,10 @@ def _replay(session: Session) -> dict[str, Any]:
     pattern, net = RunScore(bench.min_force), RunScore(bench.min_force)
     for one in play(session, bench, watch):
         different += not one.same
-        told, whole = one.frame_estimate.estimate, one.frame_estimate.from_pattern
+        estimate, whole = one.frame_estimate.estimate, one.frame_estimate.from_pattern
         if one.frame.truth is not None:
-            pattern.add(whole or told, one.frame.truth)
-            net.add(told, one.frame.truth)
+            pattern.add(whole or estimate, one.frame.truth)
+            net.add(estimate, one.frame.truth)
     return {
         "frames": session.frames,
         "different": different,

@@ -46,12 +46,12 @@ def report(
         raise ValueError("a report is --quick or --full, got both; leave one out")
     effort = "quick" if quick else "full" if full else "normal"
     contents = read_contents(studies)
-    results = build(contents, effort, out, names or [], _tell, datetime.now().astimezone())
+    results = build(contents, effort, out, names or [], _report, datetime.now().astimezone())
     changed = changes(before, out, 0.2) if before else []
     emit(_shown(results, changed, out), _data(results, changed, out), as_json)
 
 
-def _tell(study: Study, count: int, total: int) -> None:
+def _report(study: Study, count: int, total: int) -> None:
     console().print(f"{count + 1}/{total} {study.title}")
 
 

@@ -125,15 +125,18 @@ def _open_sinks(
     screen = calibration.screen() or fit_plate(size, scene.plate.size)
     show, sinks = None, []
     if not headless:
-        from rig.commands.page_panels import open_panes
+        from rig.commands.page_panels import open_panels
 
-        doubts = tuple(calibration.warnings(scene, datetime.now(UTC)))
-        show, sinks = open_panes(scene, calibration, doubts, screen, switch, open_parts)
+        notes = tuple(calibration.warnings(scene, datetime.now(UTC)))
+        show, sinks = open_panels(scene, calibration, notes, screen, switch, open_parts)
     if scene.outputs:
         from rig.out.open import open_outputs
 
-        most = scene.touches.most if scene.touches else 1
-        sinks += open_outputs(scene.outputs, scene.plate.size, screen, most, open_parts)
+        max_touches = scene.touches.max_touches if scene.touches else 1
+        outputs = open_outputs(scene.outputs, scene.plate.size, screen, max_touches, open_parts)
+        for url in filter(None, (getattr(sink, "url", "") for sink in outputs)):
+            say(f"touches: {url}")
+        sinks += outputs
     return show, sinks
 
 

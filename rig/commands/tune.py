@@ -40,21 +40,21 @@ def tune(
     from models import tune_net, workers
 
     bench = load(scene, parse_overrides(settings or []))
-    taught = training_plan(bench)
+    plan = training_plan(bench)
     if storage is None:
         home = Path("results") / Path(scene).stem
         home.mkdir(parents=True, exist_ok=True)
         storage = f"sqlite:///{home / 'search.db'}"
     with workers(scheduler) as each:
         with progress("influence") as report:
-            sets = simulate_sets(taught, report)
+            sets = simulate_sets(plan, report)
         with progress("search") as report:
             found = tune_net(
-                partial(_loss, taught, sets),
+                partial(_loss, plan, sets),
                 trials,
                 storage,
-                _study(taught),
-                taught.net.seed,
+                _study(plan),
+                plan.net.seed,
                 lambda done, last: report(done, trials, f"{list(last.layers)}: {last.loss:.3f} mm"),
                 each,
             )
@@ -62,17 +62,17 @@ def tune(
     emit(_table(bench.title, found), {"storage": storage, "candidates": rows}, as_json)
 
 
-def _loss(taught: TrainingPlan, sets: TrainingSets, layers: tuple[int, ...]) -> float:
+def _loss(plan: TrainingPlan, sets: TrainingSets, layers: tuple[int, ...]) -> float:
     """Train a net with these layers by the recipe of the scene; return its validation loss."""
-    net = descend(taught, sets, layers).net
-    return figures(net, sets, taught.touches)["validation"]["mean"]
+    net = descend(plan, sets, layers).net
+    return figures(net, sets, plan.touches)["validation"]["mean"]
 
 
-def _study(taught: TrainingPlan) -> str:
+def _study(plan: TrainingPlan) -> str:
     """Name a study by all that its losses depend on, so that no two kinds mix."""
     from rig.system.cache import key
 
-    sections = (taught.plate, taught.gauges, taught.training, taught.net, taught.samples)
+    sections = (plan.plate, plan.gauges, plan.training, plan.net, plan.samples)
     return key("search", [part and part.model_dump(mode="json") for part in sections])[:16]
 
 

@@ -96,18 +96,18 @@ def time_of_frame(given: Setup, motions: models.ImageMotions) -> float:
     image = np.random.default_rng(0).normal(128.0, 40.0, (height, width)).clip(0, 255)
     reference = prepare_tiles(image.astype(np.float32), motions.tiles.size)
     pattern = models.prepare_pattern(motions, reference)
-    search = models.prepare_candidates(pattern.forward(given.noise))
+    estimator = models.Estimator(pattern.forward(given.noise), max_touches=1)
     a, b = motions.modes.plate.size
     touch = np.array([[0.5 * a, 0.5 * b, UNIT]])
     motion, frame = pattern.still(), image.astype(np.uint8)
     motion[: pattern.count] = motions.modal_amplitudes(touch[:, :2], touch[:, 2])
-    measured = search.forward.read(touch)[0]
+    measured = estimator.forward.read(touch)[0]
     spent = []
     for _ in range(REPEATS):
         begun = time.perf_counter()
         sums = tile_sums(reference, frame, motions.flow(motion))
         pattern.whiten(pattern.gradient(sums, motion), given.noise)
-        models.find(measured, search, start=touch, most=1)
+        estimator.fit_whitened(measured, touch)
         spent.append(time.perf_counter() - begun)
     return float(np.median(spent))
 

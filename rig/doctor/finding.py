@@ -33,5 +33,5 @@ def absent(topic: str, text: str, remedy: str = "") -> Finding:
 
 
 def wrong(topic: str, text: str, remedy: str) -> Finding:
-    """Make a finding that must be mended."""
+    """Make a finding that needs its remedy."""
     return Finding(topic, FindingState.WRONG, text, remedy)

@@ -169,7 +169,7 @@ def build_bench(
         height=height,
         motions=prepare_motions(modes, view, height, tiles, large),
         dic=dic,
-        max_touches=scene.touches.most if scene.touches else 1,
+        max_touches=scene.touches.max_touches if scene.touches else 1,
         min_force=scene.touches.force[0] if scene.touches else 0.0,
         strain=scene.comparison is not None,
         theory=theory,

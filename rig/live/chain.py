@@ -18,15 +18,13 @@ from dic import (
     tile_sums,
 )
 from models import (
-    CandidateGrid,
     Estimate,
+    Estimator,
     ImageMotions,
     Result,
     StrainMap,
     TilePattern,
-    find,
     hidden_tiles,
-    prepare_candidates,
     prepare_pattern,
     prepare_strain_map,
 )
@@ -57,38 +55,34 @@ class Chain:
     reference : TileReference
     tiles : TileBlocks
         The same, each tile by itself.
-    sights : MaskedModels
-        Forward model and candidates, of the whole pattern and behind what hides a part of it.
+    masked_models : MaskedModels
+        Of the whole pattern and behind what hides a part of it.
     noise : float, grey levels
-    most : int
-        Largest number of touches looked for.
     """
 
     reference: TileReference
     tiles: TileBlocks
     masked_models: MaskedModels
     noise: float
-    max_touches: int
 
     @property
     def pattern(self) -> TilePattern:
         """The whole pattern as a measurement."""
         return self.masked_models.pattern
 
+    @property
+    def estimator(self) -> Estimator:
+        """What finds touches in the whole pattern."""
+        return self.masked_models.estimator
+
 
 def prepare_chain(reference: ReferenceFrame, motions: ImageMotions, max_touches: int) -> Chain:
     """Prepare the chain for a reference."""
-    tile_reference = prepare_tiles(reference.image, size=motions.tiles.size)
+    tile_reference, noise = prepare_tiles(reference.image, motions.tiles.size), reference.noise
     tiles = prepare_blocks(tile_reference, 1)
     pattern = prepare_pattern(motions, without_gain_offset(tiles))
-    search = prepare_candidates(pattern.forward(reference.noise))
-    return Chain(
-        tile_reference,
-        tiles,
-        MaskedModels(pattern, search, reference.noise),
-        reference.noise,
-        max_touches,
-    )
+    estimator = Estimator(pattern.forward(noise), max_touches=max_touches)
+    return Chain(tile_reference, tiles, MaskedModels(pattern, estimator, noise), noise)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,9 +91,8 @@ class StrainChain:
 
     blocks: TileBlocks
     map: StrainMap
-    search: CandidateGrid
+    estimator: Estimator
     noise: float
-    max_touches: int
 
 
 def prepare_strain(
@@ -110,8 +103,8 @@ def prepare_strain(
     strain_map = prepare_strain_map(chain.pattern, blocks, camera, window)
     large, factor = chain.pattern.motions.large, strain_map.factor / chain.noise
     forward = large.forward(factor) if large else strain_map.forward(chain.noise)
-    search = prepare_candidates(forward)
-    return StrainChain(blocks, strain_map, search, chain.noise, chain.max_touches)
+    estimator = replace(chain.estimator, forward=forward)
+    return StrainChain(blocks, strain_map, estimator, chain.noise)
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,13 +231,13 @@ def _iteration(
             return FrameEstimate(
                 NO_ESTIMATE, sums, hidden, why, replace(state, touches=np.empty((0, 3)))
             )
-        pattern, search = chain.masked_models.for_mask(hidden)
+        pattern, estimator = chain.masked_models.for_mask(hidden)
     with watch.stage("estimate"):
         rest = state.rest
         right = pattern.gradient(sums_without_gain_offset(chain.tiles, sums), moved)
         right -= pattern.normal[:, : len(rest)] @ rest
         measured = pattern.whiten(right, chain.noise)
-        estimate = find(measured, search, start=state.touches, most=chain.max_touches)
+        estimate = estimator.fit_whitened(measured, state.touches)
         motion = pattern.amplitudes(estimate, right)
         motion[: len(rest)] += rest
         if drift and not estimate.count and not hidden.any() and is_consistent(estimate):
@@ -268,7 +261,7 @@ def sense_strain(
         if measured is None:
             return strain, None
         measured -= state.rest @ chain.map.factor / chain.noise
-        return strain, find(measured, chain.search, start=state.from_strain, most=chain.max_touches)
+        return strain, chain.estimator.fit_whitened(measured, state.from_strain)
 
 
 def with_strain(

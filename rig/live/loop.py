@@ -50,7 +50,7 @@ class Loop:
         Monotonic time, s; the same that stamps the frames.
     recorder : Recorder or None
         Keeps what every frame said; it never holds the loop up.
-    zero : ReferenceFrame or None
+    reference : ReferenceFrame or None
         The plate at rest, where the source knows it.
     """
 

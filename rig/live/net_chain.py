@@ -117,7 +117,7 @@ def plan_net(scene: Scene, theory: Theory) -> NetPlan:
         case Scene(
             plate=PlateSection() as plate,
             gauges=RingSection(subset=int(subset)) | LatticeSection(subset=int(subset)) as gauges,
-            estimator=NetEstimator(model=str(model), steps=steps),
+            estimator=NetEstimator(model=str(model), solver_steps=steps),
         ):
             pass
         case _:
@@ -130,10 +130,10 @@ def plan_net(scene: Scene, theory: Theory) -> NetPlan:
             f"scene '{scene.title}' needs the theory of large deflection, and nets learn the linear"
             " one; expect smaller forces, or set plate.theory to 'linear' and accept the error"
         )
-    if scene.touches and scene.touches.most > 1:
+    if scene.touches and scene.touches.max_touches > 1:
         raise ValueError(
-            f"scene '{scene.title}' expects up to {scene.touches.most} touches, and its net"
-            " estimates one; set touches.most to 1"
+            f"scene '{scene.title}' expects up to {scene.touches.max_touches} touches, and its net"
+            " tells one; set touches.max_touches to 1"
         )
     trained, about = load_net(model)
     _check_same(scene, about.get("scene"), Path(model))

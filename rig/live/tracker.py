@@ -57,7 +57,7 @@ class FrameProcessor:
     Parameters
     ----------
     bench : Bench
-    zero : ReferenceFrame
+    reference : ReferenceFrame
         The plate at rest.
     watch : Stopwatch
     clock : callable
@@ -134,7 +134,7 @@ class FrameProcessor:
 
     def _caution(self, frame_estimate: FrameEstimate) -> str:
         """Say what is wrong with the theory under these touches; empty where it holds."""
-        touches, forward = frame_estimate.state.touches, self.chain.masked_models.search.forward
+        touches, forward = frame_estimate.state.touches, self.chain.estimator.forward
         if not len(touches):
             return ""
         if isinstance(forward, LargeForward):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from dic import TileReference, TileSums
-from models import CandidateGrid, TilePattern
+from models import Estimator, TilePattern
 
 HIDDEN = 0.75  # of the tiles, beyond which the others say too little
 DARK = 0.3  # of the contrast of the reference, below which there is no pattern to follow
@@ -20,7 +20,7 @@ COARSE = 512  # px, longer side of the images in which a jump is looked for: rig
 
 
 class MaskedModels:
-    """Forward model and candidates for the visible tiles; those for the last mask are kept.
+    """Pattern and estimator for the visible tiles; those for the last mask are kept.
 
     What hides a part of the pattern mostly stays there for many frames.
 
@@ -28,18 +28,19 @@ class MaskedModels:
     ----------
     pattern : TilePattern
         The whole pattern.
-    search : CandidateGrid
-        Its candidates.
+    estimator : Estimator
+        Of its touches.
     """
 
-    def __init__(self, pattern: TilePattern, search: CandidateGrid, noise: float):
-        self.pattern, self.search, self._noise = pattern, search, noise
-        self._last = pattern, search
+    def __init__(self, pattern: TilePattern, estimator: Estimator, noise: float):
+        self.pattern, self.estimator, self._noise = pattern, estimator, noise
+        self._last = pattern, estimator
         # Each candidate is one row of amplitudes, whatever is hidden: response = A L / noise.
-        shown = solve_triangular(pattern.factor, noise * search.response.T, lower=True, trans=1)
+        response = noise * estimator.candidates.response
+        shown = solve_triangular(pattern.factor, response.T, lower=True, trans=1)
         self._amplitudes = np.asarray(shown.T, dtype=np.float64)
 
-    def for_mask(self, hidden: NDArray[np.bool_]) -> tuple[TilePattern, CandidateGrid]:
+    def for_mask(self, hidden: NDArray[np.bool_]) -> tuple[TilePattern, Estimator]:
         """Leave out tiles (T,).
 
         Raises
@@ -48,12 +49,13 @@ class MaskedModels:
             If the others cannot tell the modes of the plate apart.
         """
         if not hidden.any():
-            return self.pattern, self.search
+            return self.pattern, self.estimator
         if not np.array_equal(hidden, self._last[0].hidden):
             pattern = self.pattern.hiding(hidden)
             forward = pattern.forward(self._noise)
             response = self._amplitudes @ (pattern.factor / self._noise)
-            self._last = pattern, replace(self.search, forward=forward, response=response)
+            grid = replace(self.estimator.candidates, forward=forward, response=response)
+            self._last = pattern, replace(self.estimator, forward=forward, grid=grid)
         return self._last
 
 

@@ -53,7 +53,7 @@ def _scenes(chain: Chain, force: float) -> dict[str, NDArray]:
     calm, one = chain.reference.image, _pressed(chain, 1, force)
     several = {
         f"{count} touches": _pressed(chain, count, force)
-        for count in (2, max(chain.max_touches, 1) + 2)
+        for count in (2, max(chain.estimator.max_touches, 1) + 2)
     }
     return {
         "no touch": calm,

@@ -87,13 +87,13 @@ class Cursors:
         self._time = time
         return self._last
 
-    def _match(self, marks: Sequence[Mark], places: NDArray) -> list[int]:
+    def _match(self, marks: Sequence[Mark], places: NDArray[np.float64]) -> list[int]:
         """Session of each touch."""
         present = {mark.identity for mark in marks}
         self._known = {name: one for name, one in self._known.items() if name in present}
         tracked = set(self._known.values())
         free = {one.session: (one.x, one.y) for one in self._last if one.session not in tracked}
-        sessions = []
+        sessions: list[int] = []
         for mark, place in zip(marks, places.tolist(), strict=True):
             if mark.identity is not None:
                 if mark.identity not in self._known:
@@ -113,7 +113,7 @@ def across_plate(size: tuple[float, float]) -> NDArray[np.float64]:
 
 
 def across_screen(screen: Screen) -> NDArray[np.float64]:
-    """Homography of a surface that is the projector's picture, for programs that fill it."""
+    """Homography of a surface that is the projector's image, for programs that fill it."""
     width, height = screen.size
     to_unit = np.array([[1 / width, 0, 0.5 / width], [0, 1 / height, 0.5 / height], [0, 0, 1.0]])
     return to_unit @ screen.T_px_plate

@@ -48,7 +48,7 @@ Shapes = Mapping[str, tuple[tuple[int, ...], str]]
 def shapes(chain: Chain, strain: bool) -> Shapes:
     """Shape of a frame's part and type of number of every array."""
     height, width = chain.reference.image.shape
-    tiles, max_touches = chain.reference.tiles.shape, chain.max_touches
+    tiles, max_touches = chain.reference.tiles.shape, chain.estimator.max_touches
     motions, modes = len(chain.pattern.still()), chain.pattern.count
     touches = (max_touches, 3)
     found = {

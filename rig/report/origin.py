@@ -8,7 +8,7 @@ from hashlib import sha256
 from importlib import import_module
 from pathlib import Path
 
-from rig.doctor.machine import look_at_computer, versions
+from rig.doctor.machine import check_computer, versions
 from rig.scene import load, shipped
 from rig.system.cache import key
 
@@ -20,7 +20,7 @@ def head(effort: str, left_out: list[str], now: datetime) -> str:
     missing = f" Left out of it: {'; '.join(left_out)}." if left_out else ""
     found = versions()
     named = ", ".join(f"{name} {version}" for name, version in found.items() if version)
-    computer = "; ".join(finding.text for finding in look_at_computer())
+    computer = "; ".join(finding.text for finding in check_computer())
     scenes = ", ".join(f"{name} `{digest[:12]}`" for name, digest in scene_hashes().items())
     return "\n\n".join(
         [

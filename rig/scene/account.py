@@ -80,8 +80,8 @@ def _left_out(scene: Scene, absent: tuple[str, ...], theory: Theory | None) -> t
     if theory:
         other = "large deflection" if theory.name == "linear" else "linear theory"
         left.append(LeftOut(other, theory.sentence))
-    if scene.touches and scene.touches.most == 1:
-        left.append(LeftOut("counting of touches", "one touch at most is expected"))
+    if scene.touches and scene.touches.max_touches == 1:
+        left.append(LeftOut("counting of touches", "one touch at a time is expected"))
     if scene.dic:
         if not (scene.gauges and scene.gauges.subset):
             why = f"sums over {tiles(scene.dic, scene)} tiles keep what the pixels know"
@@ -95,5 +95,5 @@ def _left_out(scene: Scene, absent: tuple[str, ...], theory: Theory | None) -> t
             LeftOut("out-of-plane terms", "a telecentric camera sees no motion along its view")
         )
     if isinstance(scene.source, TwinSection):
-        left.append(LeftOut("camera device", "pictures are rendered"))
+        left.append(LeftOut("camera device", "images are rendered"))
     return tuple(left)

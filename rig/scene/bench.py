@@ -21,13 +21,13 @@ class CameraSection(Section):
 
     kind: Literal["pinhole", "telecentric"] = Field("pinhole", description="projection")
     pixels: tuple[Annotated[Count, Field(ge=64)], Annotated[Count, Field(ge=64)]] = Field(
-        description="width and height of the picture, px"
+        description="width and height of the image, px"
     )
     stand_off: Length = Field(gt=0, description="distance from the plate, mm")
     margin: Ratio = Field(
-        0.02, ge=0, lt=0.5, description="share of the picture left free on each side"
+        0.02, ge=0, lt=0.5, description="fraction of the image left free on each side"
     )
-    rate: Rate = Field(30.0, gt=0, description="pictures a second, fps")
+    rate: Rate = Field(30.0, gt=0, description="images a second, fps")
 
     def build(self, plate: PlateSection) -> synthetic.AnyCamera:
         """Return the camera that sees the whole of `plate`."""
@@ -43,7 +43,7 @@ class PatternSection(Section):
     """The speckle pattern on the touched face."""
 
     diameter: Length = Field(gt=0, description="diameter of a speckle, mm")
-    density: Ratio = Field(0.5, gt=0, lt=1, description="share of the face that speckles cover")
+    density: Ratio = Field(0.5, gt=0, lt=1, description="fraction of the face that speckles cover")
     contrast: Ratio = Field(1.0, gt=0, le=1, description="darkness of a speckle, 0 to 1")
     softness: Ratio = Field(
         0.4, gt=0, le=0.8, description="width of a speckle's edge over its diameter"
@@ -89,19 +89,22 @@ class GaugesSection(Section):
 class RingSection(GaugesSection):
     """Strain gauges in a ring along the edges, as in the paper.
 
-    The paper does not show where they lie: reading A is the rectangle `margin` inside the edges,
-    reading B lies on the edges themselves and reproduces the paper's figures.
+    The paper does not show where they lie; on the edges they reproduce its figures.
     """
 
     kind: Literal["ring"] = Field("ring", description="arrangement")
-    reading: Literal["A", "B"] = Field("B", description="reading of the paper")
-    margin: Length = Field(5.0, ge=0, description="distance from corners, and edges in A, mm")
+    placement: Literal["inside", "edges"] = Field(
+        "edges", description="on the edges themselves, or `margin` inside them"
+    )
+    margin: Length = Field(
+        5.0, ge=0, description="distance from corners, and from edges where inside, mm"
+    )
 
     def build(self, plate: PlateSection) -> np.ndarray:
         """Return the places on `plate`, (M, 2) float64, mm."""
         from models import gauges_inside_edges, gauges_on_edges
 
-        places = {"A": gauges_inside_edges, "B": gauges_on_edges}[self.reading]
+        places = {"inside": gauges_inside_edges, "edges": gauges_on_edges}[self.placement]
         return places(plate.size, self.spacing, self.margin)
 
 

@@ -54,7 +54,7 @@ def _held(edges: Edges, side: str) -> int:
 
 
 def tiles(dic: DicSection, scene: Scene) -> int:
-    """Return the number of tiles on a picture of the scene's camera."""
+    """Return the number of tiles on an image of the scene's camera."""
     width, height = scene.camera.pixels if scene.camera else (0, 0)
     return ((width - 2 * TILE_MARGIN) // dic.tile) * ((height - 2 * TILE_MARGIN) // dic.tile)
 
@@ -70,13 +70,15 @@ def training_counts(training: TrainingSection, scene: Scene) -> tuple[int, int, 
     """Return the touches that a net learns from, watches and is tested on."""
     sides = scene.plate.size if scene.plate else (0.0, 0.0)
     along = [round((side - 2 * training.margin) / training.spacing) + 1 for side in sides]
-    return training.samples or along[0] * along[1], training.validation**2, training.test
+    learnt = training.samples or along[0] * along[1]
+    return learnt, training.validation_side**2, training.test_samples
 
 
 def combinations(section: DatasetSection, plate: PlateSection | None) -> int:
     """Return the number of different samples of a data set on its grid."""
     sides = plate.size if plate else (0.0, 0.0)
-    steps = (round((side - 2 * section.margin) / section.spacing) + 1 for side in sides)
-    along = (section.side, section.side) if section.places == "between" else tuple(steps)
+    along = [round((side - 2 * section.margin) / section.spacing) + 1 for side in sides]
+    if section.places == "between":
+        along = [section.midpoint_side] * 2
     choices = comb(along[0] * along[1], section.touches)
     return choices * section.magnitudes**section.touches

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import os
 import tomllib
 from collections.abc import Iterable, Mapping
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from pydantic import ValidationError
+from pydantic_core import PydanticCustomError
 
 from rig.scene.refusal import SceneError, sentence
+from rig.scene.renamed import with_new_keys
 from rig.scene.scene import Scene
 
 
@@ -37,10 +40,13 @@ def load(scene: str | Path, overrides: Mapping[str, Any] | None = None) -> Scene
     """
     path = _find(scene)
     table = _read(path)
-    for key, value in (overrides or {}).items():
-        _override(table, key, value)
     try:
+        table = with_new_keys(table)
+        for key, value in _with_new_keys(overrides or {}).items():
+            _override(table, key, value)
         return Scene.model_validate(table)
+    except PydanticCustomError as error:
+        raise SceneError(f"{path.name}: {error}") from error
     except ValidationError as error:
         raise SceneError(f"{path.name}: {sentence(error, Scene)}") from error
 
@@ -55,7 +61,7 @@ def parse_overrides(settings: Iterable[str]) -> dict[str, Any]:
     SceneError
         If a text has no equals sign.
     """
-    overrides = {}
+    overrides: dict[str, Any] = {}
     for setting in settings:
         key, equals, text = setting.partition("=")
         if not equals or not key.strip():
@@ -76,6 +82,10 @@ def _package() -> Path:
 
 
 def _find(scene: str | Path) -> Path:
+    if not isinstance(scene, str | os.PathLike):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise SceneError(f"scene is {scene!r}; give the name of a shipped one, or a path")
+    if "\0" in str(scene):
+        raise SceneError(f"scene {str(scene)!r} is no path; leave the zero byte out")
     path = Path(scene)
     named = _package() / "scenes" / f"{path}.toml"
     places = [path, _package() / path] if path.suffix else [named]
@@ -106,11 +116,36 @@ def _read(path: Path) -> dict[str, Any]:
         ) from error
 
 
+def _with_new_keys(overrides: Mapping[str, Any]) -> dict[str, Any]:
+    """Return overrides by the keys of this release."""
+    renamed: dict[str, Any] = {}
+    for key, value in overrides.items():
+        nested: dict[str, Any] = {}
+        _override(nested, key, value)
+        new, value = _dotted(with_new_keys(nested), key.count(".") + 1)
+        if new in renamed:
+            raise SceneError(f"'{key}' sets {new} a second time; leave one of the two out")
+        renamed[new] = value
+    return renamed
+
+
+def _dotted(nested: dict[str, Any], depth: int) -> tuple[str, Any]:
+    """Return the key of a single value that lies `depth` tables deep, and the value."""
+    ((name, value),) = nested.items()
+    if depth == 1:
+        return name, value
+    below, value = _dotted(value, depth - 1)
+    return f"{name}.{below}", value
+
+
 def _override(table: dict[str, Any], key: str, value: Any) -> None:
+    if not isinstance(key, str):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise SceneError(f"key {key!r} of an override is no text; write it as 'section.key'")
     *sections, last = key.split(".")
     for depth, section in enumerate(sections):
-        table = table.setdefault(section, {})
-        if not isinstance(table, dict):
+        below: Any = table.setdefault(section, {})
+        if not isinstance(below, dict):
             place = ".".join(sections[: depth + 1])
             raise SceneError(f"'{key}' cannot be set: {place} is a value; set '{place}' itself")
+        table = cast("dict[str, Any]", below)
     table[last] = value

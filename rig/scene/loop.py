@@ -27,7 +27,7 @@ class ProjectorSection(Section):
 
     display: str = Field(":0", min_length=1, description="name of the X display")
     size: tuple[Annotated[Count, Field(ge=1)], Annotated[Count, Field(ge=1)]] = Field(
-        (1280, 800), description="width and height of its picture, px"
+        (1280, 800), description="width and height of its image, px"
     )
     full_screen: bool = Field(True, strict=True, description="whether it fills the display")
     mode: Literal["on", "beside", "outside", "dark"] = Field(
@@ -43,7 +43,7 @@ class TuioSection(Section):
     host: str = Field("127.0.0.1", min_length=1, description="address of the client")
     port: Count = Field(3333, ge=1, le=65535, description="port of the client")
     surface: Literal["plate", "projector"] = Field(
-        "plate", description="what 0 to 1 spans: the plate, or the projector's picture"
+        "plate", description="what 0 to 1 spans: the plate, or the projector's image"
     )
 
 

@@ -43,6 +43,9 @@ from rig.scene.source import (
 DRIVERS = {"opencv": "cv2", "v4l2": "linuxpy", "basler": "pypylon", "genicam": "harvesters"}
 """What reads each kind of camera."""
 
+PLACEMENTS = {"edges": "on the edges", "inside": "inside the edges"}
+"""Where the gauges of a ring lie."""
+
 OUTPUTS = {"tuio": "", "websocket": "starlette", "lsl": "pylsl"}
 """Ways out for touches, and what each imports."""
 
@@ -73,10 +76,11 @@ def describe(name: str, section: Section, scene: Scene) -> Part:
         ):
             return _sensing(name, section, scene)
         case TwinSection() | DeviceSection() | Folder() | Video() | Recorded():
-            return _pictures(name, section, scene)
+            return _images(name, section, scene)
         case Page() | ProjectorSection() | Outputs():
             return _shown(name, section)
-    raise TypeError(f"no account of a {type(section).__name__}")
+        case _:
+            raise TypeError(f"no account of a {type(section).__name__}")
 
 
 def _mechanics(name: str, section: Section, scene: Scene) -> Part:
@@ -89,22 +93,23 @@ def _mechanics(name: str, section: Section, scene: Scene) -> Part:
             what = f"clamps {bend:g} mm nearer and turned by {twist:g}° before any touch"
             columns, rows = counts.elements(scene.plate, counts.SHELL_ELEMENTS)
             return Part(name, what, f"shell on {columns} × {rows} elements", ("fe",))
-        case TouchesSection(most=most, force=(low, high), radius=radius):
-            noun = "touch" if most == 1 else "touches"
+        case TouchesSection(max_touches=number, force=(low, high), radius=radius):
+            noun = "touch" if number == 1 else "touches"
             over = f" over a radius of {radius:g} mm" if radius else ""
-            return Part(name, f"up to {most} {noun} of {low:g} to {high:g} N{over}", "", ())
+            return Part(name, f"up to {number} {noun} of {low:g} to {high:g} N{over}", "", ())
         case RingSection() | LatticeSection():
             return _gauges(name, section, scene)
         case DatasetSection():
             return _dataset(name, section, scene)
-    raise TypeError(f"no account of a {type(section).__name__}")
+        case _:
+            raise TypeError(f"no account of a {type(section).__name__}")
 
 
 def _gauges(name: str, section: RingSection | LatticeSection, scene: Scene) -> Part:
     count = counts.gauges(section, scene.plate)
     what = f"lattice of {count} gauges"
     if isinstance(section, RingSection):
-        what = f"ring of {count} gauges, reading {section.reading}"
+        what = f"ring of {count} gauges, {PLACEMENTS[section.placement]}"
     if section.subset is None:
         return Part(name, what, f"one factoring and {3 * count} solves, kept in the cache", ("fe",))
     what += f", read by DIC with subsets of {section.subset} px"
@@ -159,7 +164,7 @@ def _sensing(
 ) -> Part:
     match section:
         case DicSection(tile=tile, reference_frames=frames):
-            what = f"sums over tiles of {tile} px; reference of {frames} pictures"
+            what = f"sums over tiles of {tile} px; reference of {frames} frames"
             return Part(
                 name, what, f"{counts.tiles(section, scene)} tiles a frame", ("dic", "numba")
             )
@@ -168,7 +173,7 @@ def _sensing(
             return Part(name, what, f"{modes} modes, kept in the cache", ("models",))
         case StrainEstimator():
             return _strain(name, scene)
-        case NetEstimator(layers=layers, steps=steps):
+        case NetEstimator(layers=layers, solver_steps=steps):
             what = f"net of {' × '.join(map(str, layers))}, {section.activation}"
             what += f", and {steps} steps of the solver after it" if steps else ""
             return Part(name, what, f"{section.epochs} epochs", ("models", "torch"))
@@ -191,14 +196,14 @@ def _strain(name: str, scene: Scene) -> Part:
     )
 
 
-def _pictures(
+def _images(
     name: str, section: TwinSection | DeviceSection | Folder | Video | Recorded, scene: Scene
 ) -> Part:
     match section:
         case TwinSection(script=script, seed=seed):
             columns, rows = counts.elements(scene.plate, counts.TWIN_ELEMENTS)
-            cost = f"{columns} × {rows} elements solved and one picture a frame, in its own process"
-            what = f"rendered pictures, script '{script}', seed {seed}"
+            cost = f"{columns} × {rows} elements solved and one image a frame, in its own process"
+            what = f"rendered images, script '{script}', seed {seed}"
             return Part(name, what, cost, ("fe", "synthetic"))
         case OpenCv(device=place) | V4l2(device=place):
             what = f"camera at {place}"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any, cast
+
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
@@ -9,6 +11,7 @@ from rig.scene.bench import AnyGauges, CameraSection, PatternSection, SensorSect
 from rig.scene.dataset import DatasetSection
 from rig.scene.loop import Outputs, Page, ProjectorSection
 from rig.scene.plate import BaseSection, PlateSection, TouchesSection
+from rig.scene.renamed import with_new_keys
 from rig.scene.section import Section
 from rig.scene.sensing import DicSection, Estimator, TrainingSection
 from rig.scene.source import Source
@@ -37,7 +40,7 @@ ESTIMATOR_NEEDS = {
 """The same for each kind of estimator."""
 
 
-SOURCE_NEEDS = {"twin": ("pattern", "sensor")}
+SOURCE_NEEDS: dict[str, tuple[str, ...]] = {"twin": ("pattern", "sensor")}
 """The same for kinds of source; a camera sees what is there."""
 
 
@@ -65,10 +68,15 @@ class Scene(Section):
     )
     training: TrainingSection | None = Field(None, description="training and test touches")
     dataset: DatasetSection | None = Field(None, description="samples of touches on disk")
-    source: Source | None = Field(None, description="where pictures come from")
+    source: Source | None = Field(None, description="where frames come from")
     page: Page | None = Field(None, description="the operator page")
     projector: ProjectorSection | None = Field(None, description="the projector window")
     outputs: Outputs | None = Field(None, description="where touches are sent to")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _renamed(cls, data: Any) -> Any:
+        return with_new_keys(cast("dict[str, Any]", data)) if isinstance(data, dict) else data
 
     @model_validator(mode="after")
     def _complete(self) -> Scene:
@@ -107,7 +115,9 @@ class Scene(Section):
         return self
 
     def _needs(self) -> list[tuple[str, tuple[str, ...]]]:
-        needs = [(name, others) for name, others in NEEDS.items() if getattr(self, name)]
+        needs: list[tuple[str, tuple[str, ...]]] = [
+            (name, others) for name, others in NEEDS.items() if getattr(self, name)
+        ]
         for name in ("estimator", "comparison"):
             if estimator := getattr(self, name):
                 needs.append((name, ESTIMATOR_NEEDS[estimator.kind]))

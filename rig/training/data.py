@@ -78,8 +78,8 @@ def simulate_sets(plan: TrainingPlan, report: Callable[[int, int], None]) -> Tra
     size, training = plan.plate.size, plan.training
     spacing, margin = training.spacing, training.margin
     rng = np.random.default_rng(training.test_seed)
-    drawn = random_places(size, margin, training.test, rng)
-    between = midpoint_places(size, spacing, margin, training.validation)
+    drawn = random_places(size, margin, training.test_samples, rng)
+    between = midpoint_places(size, spacing, margin, training.validation_side)
     if training.samples:
         grid = random_places(size, margin, training.samples, rng)
     else:
@@ -118,8 +118,8 @@ def _noisy(
         plate, root = rendered.seen, rendered.root.astype(np.float32)
         white = rendered.seen.white(rendered.root)
         towards, forward = white.towards, white.forward
-        if training.pictures:
-            seen = random_places(plan.plate.size, training.margin, training.pictures, rng)
+        if training.rendered_images:
+            seen = random_places(plan.plate.size, training.margin, training.rendered_images, rng)
             touches = np.column_stack([seen, _draw(training, len(seen), rng)])
             images = Dataset(rendered.correlate(touches, rng), seen)
     else:
@@ -158,7 +158,7 @@ def _several(
         strain = np.concatenate([answer(block).astype(np.float32) for block in blocks])
         return flatten_samples(strain, np.concatenate(blocks), unit)
 
-    random = {"places": "random", "order": "canonical", "samples": training.test}
+    random = {"places": "random", "order": "canonical", "samples": training.test_samples}
     watched, tested = (
         samples.model_copy(update=random | {"seed": training.test_seed + later}) for later in (1, 0)
     )

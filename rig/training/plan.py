@@ -99,7 +99,7 @@ def _view(
     from rig.training.rendered_gauges import GaugeSetup
 
     view = camera or scene.camera.build(plate)
-    frames = scene.dic.reference_frames if scene.dic else training.frames
+    frames = scene.dic.reference_frames if scene.dic else training.averaged_frames
     return GaugeSetup(
         plate, gauges, gauges.subset, view, scene.pattern, scene.sensor, training, frames
     )

@@ -103,7 +103,10 @@ def render_gauges(view: GaugeSetup, report: Callable[[int, int], None]) -> Rende
     )
     warper = synthetic.Warper.from_arrays(camera, top, arrays)
     one = view.sensor.build()
-    frames = view.training.frames, max(view.reference_frames, view.training.frames)
+    frames = (
+        view.training.averaged_frames,
+        max(view.reference_frames, view.training.averaged_frames),
+    )
     image, reference = (one.noise / sqrt(number) for number in frames)
     noise = hypot(image, ROUNDING, reference, ROUNDING / sqrt(frames[1])) / sqrt(2)
     span = (one.white - one.black) * one.top / 255.0

@@ -15,10 +15,13 @@ endpoint 0; numbers are little-endian; an output is counted from 0 in wIndex.
 The board stalls what it does not know or cannot do, and is off when it loses its supply.
 """
 
+# pyusb has no stubs, and types of its own for little of what it gives.
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
+
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 
@@ -75,11 +78,11 @@ class UsbBoard:
         """Light an output steadily, from 0 to 1."""
         if not 0 <= level <= 1:
             raise ValueError(f"level must lie in 0..1, got {level:g}; give 1 for full light")
-        self._tell(LEVEL, output, value=round(level * FULL))
+        self._report(LEVEL, output, value=round(level * FULL))
 
     def strobe(self, output: int, delay: float, width: float) -> None:
         """Give a pulse of `width` s, `delay` s after each frame trigger; width 0 gives none."""
-        self._tell(STROBE, output, _microseconds(delay=delay, width=width))
+        self._report(STROBE, output, _microseconds(delay=delay, width=width))
 
     def trigger(self, output: int, period: float, width: float, count: int = 0) -> None:
         """Give `count` pulses of `width` s, one each `period` s; 0 goes on until `off`."""
@@ -91,7 +94,7 @@ class UsbBoard:
         if not 0 <= count < 2**32:
             raise ValueError(f"count must lie in 0..4294967295, got {count}; 0 is for ever")
         times = _microseconds(period=period, width=width)
-        self._tell(TRIGGER, output, times + struct.pack("<I", count))
+        self._report(TRIGGER, output, times + struct.pack("<I", count))
 
     def state(self) -> BoardState:
         """Ask how many pulses were given and missed."""
@@ -100,9 +103,9 @@ class UsbBoard:
 
     def off(self) -> None:
         """Make all outputs dark and still."""
-        self._tell(OFF, 0)
+        self._report(OFF, 0)
 
-    def _tell(self, request: int, output: int, data: bytes = b"", value: int = 0) -> None:
+    def _report(self, request: int, output: int, data: bytes = b"", value: int = 0) -> None:
         if not 0 <= output < self.outputs:
             raise ValueError(
                 f"output must lie in 0..{self.outputs - 1}, got {output}; the board has"
@@ -120,7 +123,7 @@ class UsbBoard:
 
 
 @contextmanager
-def open_board(device: UsbDevice, backend: IBackend | None = None) -> Iterator[UsbBoard]:
+def open_board(device: UsbDevice, backend: IBackend | None = None) -> Generator[UsbBoard]:
     """Open a board; its outputs are off when the block ends, where it still listens.
 
     Raises

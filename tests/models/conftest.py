@@ -54,7 +54,7 @@ class SmallBench:
             sums = tile_sums(self.reference, frame, motions.flow(motion))
             right = self.pattern.gradient(sums, motion)
             measured = self.pattern.whiten(right, NOISE)
-            estimate = models.find(measured, self.search, start=start, count=count, most=3)
+            estimate = models.find(measured, self.search, start=start, count=count, max_touches=3)
             start = np.column_stack([estimate.xy, estimate.force])
             motion = self.pattern.amplitudes(estimate, right)
         return estimate

@@ -64,12 +64,12 @@ def test_camera_and_softness_are_found(bench, rng, shift):
     assert before > 2.0 > 0.5 > after
     assert found.softness == pytest.approx(1.1, abs=4 * 1.1 * np.sqrt(found.covariance[-1, -1]))
     assert found.softness == pytest.approx(1.1, rel=0.03)
-    assert found.chance < 1e-9
+    assert found.p_value < 1e-9
 
 
 def test_presses_that_are_off_themselves_cost_what_is_said_of_them(bench, rng):
-    doubt = PriorSigma(place=1.0)
-    found = learn(bench, wrong(bench.camera, bench.modes), rng, off=1.0, doubt=doubt)
+    prior_sigma = PriorSigma(place=1.0)
+    found = learn(bench, wrong(bench.camera, bench.modes), rng, off=1.0, prior_sigma=prior_sigma)
     exact = learn(bench, wrong(bench.camera, bench.modes), rng)
     assert (np.diag(found.covariance)[3:5] > 1.5 * np.diag(exact.covariance)[3:5]).all()
     a, b = bench.modes.plate.size
@@ -92,7 +92,7 @@ def test_a_hand_before_the_plate_is_left_out(bench, rng):
 def test_a_bench_that_is_right_stays_so_within_its_uncertainty(bench, rng):
     found = learn(bench, (bench.camera, bench.modes), rng)
     assert apart(found.camera, bench.camera, bench.modes.plate) < 0.4
-    assert found.chance > 0.01
+    assert found.p_value > 0.01
     assert np.log(found.softness) == pytest.approx(0.0, abs=4 * np.sqrt(found.covariance[-1, -1]))
 
 

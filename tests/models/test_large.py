@@ -116,7 +116,7 @@ def test_large_touches_are_found_in_the_picture(large, reduced, touches):
     )
     for _ in range(4):
         right = pattern.gradient(tile_sums(reference, bent, motions.flow(motion)), motion)
-        estimate = models.find(pattern.whiten(right, NOISE), search, start=start, most=3)
+        estimate = models.find(pattern.whiten(right, NOISE), search, start=start, max_touches=3)
         start, motion = found(estimate), pattern.amplitudes(estimate, right)
     assert (estimate.result, estimate.count) == (Result.FOUND, len(touches))
     np.testing.assert_allclose(estimate.xy, touches[:, :2], atol=0.3)  # mm

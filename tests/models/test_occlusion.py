@@ -28,7 +28,7 @@ def sense(bench, image, passes=3):
         pattern = pattern.hiding(models.hidden_tiles(bench.reference, sums, NOISE))
         search = models.with_forward(search, pattern.forward(NOISE))
         right = pattern.gradient(sums, motion)
-        estimate = models.find(pattern.whiten(right, NOISE), search, start=start, most=3)
+        estimate = models.find(pattern.whiten(right, NOISE), search, start=start, max_touches=3)
         start, motion = (
             np.column_stack([estimate.xy, estimate.force]),
             pattern.amplitudes(estimate, right),

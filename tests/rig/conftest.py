@@ -31,7 +31,7 @@ class InHand:
         self._twin = twin
         self._sequences = iter(sequences)
         self._with_truth = with_truth
-        self.status = "the twin gives no pictures"
+        self.status = "the twin gives no images"
 
     def grab(self, timeout):
         sequence = next(self._sequences, None)
@@ -72,7 +72,7 @@ def session(small, in_hand):
     """Record frames of the twin: `session(path, sequences)` gives scene, bench and snapshots."""
 
     def make(path, sequences, waiting=100, **options):
-        scene = small({"touches.most": 2})
+        scene = small({"touches.max_touches": 2})
         bench = build_bench(scene, lambda done, total: None)
         source = in_hand(build_twin(scene), [*range(16), *sequences])
         with SessionRecorder(

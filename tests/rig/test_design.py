@@ -74,7 +74,7 @@ def test_what_is_shared_is_not_computed_again(small):
     np.testing.assert_allclose(again.errors.place, predict(louder).errors.place)
 
 
-def test_pictures_that_are_too_small_are_refused(small):
+def test_images_that_are_too_small_are_refused(small):
     with pytest.raises(ValueError, match=r"images of 64 × 64 px in tiles of 4 px cannot tell"):
         design(small({"camera.pixels": [64, 64], "dic.tile": 4}), quiet)
 
@@ -89,20 +89,20 @@ def test_a_scene_without_a_camera_or_with_a_bent_plate_is_refused(small):
 
 
 def test_the_command_prints_writes_and_draws(small_settings, tmp_path):
-    picture = tmp_path / "map.png"
-    arguments = ["design", "twin", "--json", f"--picture={picture}", *small_settings]
+    image = tmp_path / "map.png"
+    arguments = ["design", "twin", "--json", f"--plot={image}", *small_settings]
     done = CliRunner().invoke(cli.application(arguments), arguments)
     assert done.exit_code == 0, done.output
     said = json.loads(done.stdout)
-    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert image.read_bytes().startswith(b"\x89PNG")
     assert set(said["at_1_n"]) == {"bound", "pattern", "strain"}
     assert said["at_1_n"]["pattern"]["place_median_mm"] > 0
     assert 0 < said["fps"] <= 30
     assert len(said["map"]["rows"]) == np.prod(shape_over((254.0, 203.0)))
 
 
-def test_a_picture_that_cannot_be_written_is_refused_at_once(tmp_path):
-    arguments = ["design", "twin", f"--picture={tmp_path}/none/map.png"]
+def test_a_image_that_cannot_be_written_is_refused_at_once(tmp_path):
+    arguments = ["design", "twin", f"--plot={tmp_path}/none/map.png"]
     done = CliRunner().invoke(cli.application(arguments), arguments)
     assert "must be a *.png in a folder that exists" in str(done.exception)
 
@@ -114,7 +114,7 @@ def test_predicted_errors_are_those_of_a_simulated_run(small):
             "camera.pixels": [512, 416],
             "pattern.diameter": 2.6,
             "touches.force": [2, 4],
-            "touches.most": 1,
+            "touches.max_touches": 1,
             "source.script": "random",
             "estimator.modes": 200,
         }

@@ -100,7 +100,7 @@ def test_a_camera_that_moves_is_no_touch_and_hides_none(small, shift):
     rig = Rig(small({"source.shift": list(shift)}))
     empty, _ = rig.sense(40, ())
     assert empty.count == 0
-    motion = rig.state.motion[rig.live.chain.pattern.count :]
+    motion = rig.state.motion[rig.chain.pattern.count :]
     assert motion[:2] == pytest.approx(shift, abs=0.02)  # px, the first two rigid motions
     pressed, _ = rig.sense(41, PRESS)
     assert (np.abs(deviation(pressed, PRESS[0])) < 4.5).all()
@@ -132,7 +132,7 @@ def test_strain_tells_the_same_touch(rig):
 
 
 def test_known_presses_mend_every_touch_and_leave_what_the_next_frame_starts_from(rig):
-    sensed = estimate_frame(rig.live.chain, rig.twin.frame(20, PRESS), rig.state, rig.watch)
+    sensed = estimate_frame(rig.chain, rig.twin.frame(20, PRESS), rig.state, rig.watch)
     sensed = replace(sensed, from_pattern=sensed.estimate)
     moved = Alignment(np.array([[1.0, 0.0, 3.0], [0.0, 1.0, -2.0]]), 1.1, 0.1, 0.01, 0.01, ())
     plain = with_strain(rig.strain, sensed, rig.watch)
@@ -148,7 +148,7 @@ def test_known_presses_mend_every_touch_and_leave_what_the_next_frame_starts_fro
 def test_under_a_hand_there_is_no_strain_and_no_touch_from_it(rig):
     _, sums = rig.sense(20, (), hand=np.s_[100:180, 120:200])
     strain, found = sense_strain(rig.strain, sums, rig.state, rig.watch)
-    tiles = rig.live.chain.reference.tiles.xy
+    tiles = rig.chain.reference.tiles.xy
     covered = ((tiles > (130, 110)) & (tiles < (190, 170))).all(axis=1)
     assert np.isnan(strain[covered]).all()
     far = (np.abs(tiles - (160, 140)) > 90).any(axis=1)
@@ -161,4 +161,4 @@ def test_each_stage_is_timed(rig):
     _, sums = rig.sense(20, PRESS)
     sense_strain(rig.strain, sums, rig.state, rig.watch)
     names = [name for name, _, _ in rig.watch.table()]
-    assert names == ["correlate", "look", "estimate", "strain", "from strain"]
+    assert names == ["correlate", "mask", "estimate", "strain", "from strain"]

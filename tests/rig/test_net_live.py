@@ -37,10 +37,16 @@ NET = {
     "batch": 256,
 }
 SCENE = {
-    "touches.most": 1,
+    "touches.max_touches": 1,
     "touches.force": [2.0, 8.0],
     "gauges": {"kind": "lattice", "spacing": 25.5, "margin": 25.0, "subset": 41},
-    "training": {"samples": 3000, "force": [2.0, 8.0], "margin": 30.0, "test": 300, "pictures": 8},
+    "training": {
+        "samples": 3000,
+        "force": [2.0, 8.0],
+        "margin": 30.0,
+        "test_samples": 300,
+        "rendered_images": 8,
+    },
     "source.script": "random",
 }
 
@@ -57,14 +63,14 @@ def model(tmp_path_factory):
 
 @pytest.fixture
 def netted(small, model):
-    """Load the small twin with a net that is trained once: `netted({"estimator.steps": 2})`."""
+    """Load the small twin with a net, trained once: `netted({"estimator.solver_steps": 2})`."""
 
     def make(overrides=()):
         named = SCENE | {"estimator": NET | {"model": str(model)}}
         scene = small(deepcopy(named) | dict(overrides))
         if not model.exists():
-            taught = training_plan(small(named))
-            trained = descend(taught, simulate_sets(taught, quiet), taught.net.layers)
+            plan = training_plan(small(named))
+            trained = descend(plan, simulate_sets(plan, quiet), plan.net.layers)
             store.save_net(model, trained, {"scene": small(named).model_dump(mode="json")})
         return scene
 
@@ -82,7 +88,7 @@ def test_net_strain_and_pattern_are_scored_in_one_run(netted, in_hand):
     """Medians measured: net 6.7 mm, with two steps 4.0, strain map 2.1, whole pattern 1.3."""
     medians = {}
     for steps in (0, 2):
-        loop, shots = run(netted({"estimator.steps": steps}), in_hand, range(40, 400, 6))
+        loop, shots = run(netted({"estimator.solver_steps": steps}), in_hand, range(40, 400, 6))
         said = loop.summary()
         assert said["net"]["frames"] == said["pattern"]["frames"] == said["strain"]["frames"] == 60
         assert said["net"]["false_touches"] == 0
@@ -126,7 +132,7 @@ def test_what_the_net_tells_is_followed_and_replayed_bit_for_bit(netted, in_hand
     assert [one.same for one in again] == [True] * 10
 
 
-def test_nothing_is_told_on_an_untouched_plate_or_behind_a_hand(netted, in_hand):
+def test_nothing_is_reported_on_an_untouched_plate_or_behind_a_hand(netted, in_hand):
     scene = netted({"source.script": "empty"})
     _, shots = run(scene, in_hand, range(20, 40))
     assert all(shot.touches == () for shot in shots)
@@ -160,7 +166,10 @@ def test_a_scene_without_a_net_imports_none(small):
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
-        ({"touches.most": 2}, "expects up to 2 touches, and its net tells one; set touches.most"),
+        (
+            {"touches.max_touches": 2},
+            "expects up to 2 touches, and its net tells one; set touches.max_touches",
+        ),
         ({"gauges.spacing": 51.0}, r"was trained for another \[gauges\] than scene"),
         ({"plate.young": 2000.0}, r"was trained for another \[plate\] than scene"),
         ({"plate.theory": "large"}, "nets learn the linear one; expect smaller forces, or set"),

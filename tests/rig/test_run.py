@@ -86,7 +86,7 @@ def test_json_is_one_object_with_figures_against_the_truth(touchplate):
     assert said["fps"] > 0
     assert 0 < said["latency_ms"]["median"] <= said["latency_ms"]["p95"]
     assert said["stages_ms"].keys() == {
-        "arrive", "correlate", "look", "estimate", "strain", "from strain", "track",
+        "arrive", "correlate", "mask", "estimate", "strain", "from strain", "track",
     }  # fmt: skip
     for way, bound in (("pattern", 4.0), ("strain", 6.0)):
         assert said[way]["scored"] >= 20

@@ -53,6 +53,17 @@ def test_the_tables_name_parts_and_reasons():
         assert text in done.output
 
 
+@pytest.mark.parametrize(
+    ("overrides", "count"),
+    [({}, 72), ({"gauges.placement": "inside"}, 72), ({"gauges.margin": 10}, 64)],
+)
+def test_the_gauges_of_a_ring_are_counted_as_they_are_laid(overrides, count):
+    scene = rig.load("paper-one", overrides)
+    assert len(scene.gauges.build(scene.plate)) == count
+    (ring,) = [part for part in account(scene).parts if part.name == "gauges"]
+    assert ring.what.startswith(f"ring of {count} gauges, ")
+
+
 def test_names_of_sections_are_printed_as_they_are(tmp_path):
     path = tmp_path / "plain.toml"
     path.write_text(PLAIN.replace("a plate", "a plate on [bold] feet"), encoding="utf-8")
@@ -99,7 +110,7 @@ def test_the_costs_are_those_of_the_parts():
     assert (TILE_MARGIN, TWIN_ELEMENTS) == (MARGIN, ELEMENTS)
 
 
-def test_patches_are_told_with_the_elements_that_they_need():
+def test_patches_are_listed_with_the_elements_that_they_need():
     import fe
 
     patch = {"x": [10, 12], "y": ["5 cm", "80 mm"], "thickness": "5 mm"}
@@ -137,7 +148,7 @@ def test_large_touches_are_followed_on_a_reduced_plate():
     assert "reduced plate" not in parts("bench", {"plate.theory": "linear"}) | parts("twin")
 
 
-def test_a_scene_that_insists_is_told_the_cost():
+def test_a_scene_that_insists_hears_the_cost():
     why = left_out("twin", {"plate.thickness": 1})["large deflection"]
     assert why.startswith("linear theory, as the scene insists: w/h is up to")
     assert "linear theory is off by more than 100 %" in why

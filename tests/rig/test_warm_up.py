@@ -74,8 +74,8 @@ print(json.dumps({"before": first, "compiled": compiled.names[first:], "new": ne
 
 
 @pytest.fixture
-def told(small, live_cache):
-    """Follow frames of all kinds in a new process: `told(scene, **environment)`."""
+def reported(small, live_cache):
+    """Follow frames of all kinds in a new process: `reported(scene, **environment)`."""
 
     def follow(scene, **variables):
         run = subprocess.run(
@@ -104,24 +104,24 @@ def bumped(small_overrides):
     return small_overrides | {"source.shift": [3.0, -2.0]}
 
 
-def test_no_frame_meets_a_kernel_that_was_not_called_before(told, bumped):
-    assert_ready(told(bumped))
+def test_no_frame_meets_a_kernel_that_was_not_called_before(reported, bumped):
+    assert_ready(reported(bumped))
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(900)
-def test_after_an_install_everything_is_compiled_before_the_first_frame(told, bumped, tmp_path):
-    said = told(bumped, NUMBA_CACHE_DIR=str(tmp_path))
+def test_after_an_install_everything_is_compiled_before_the_first_frame(reported, bumped, tmp_path):
+    said = reported(bumped, NUMBA_CACHE_DIR=str(tmp_path))
     assert said["before"] > 10
     assert_ready(said)
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(900)  # the reduced plate is trained from 200 states
-def test_nor_does_one_of_large_deflection(told, small, bumped):
+def test_nor_does_one_of_large_deflection(reported, small, bumped):
     plate = small().model_dump()["plate"] | {"thickness": 1.0, "theory": None}
     large = {"plate": plate, "touches.force": [0.5, 3.0], "estimator.modes": 80}
-    said = told({key: part for key, part in bumped.items() if "plate" not in key} | large)
+    said = reported({key: part for key, part in bumped.items() if "plate" not in key} | large)
     assert said["compiled"] == said["new"] == []
     assert said["said"][:3] == ["no touch", "one touch", "2 touches"]
 

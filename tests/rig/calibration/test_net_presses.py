@@ -24,7 +24,7 @@ poisson = 0.38
 edges.kind = "clamped"
 theory = "linear"
 [touches]
-most = 1
+max_touches = 1
 force = [4, 8]
 [camera]
 pixels = [384, 320]
@@ -45,7 +45,7 @@ subset = 41
 [estimator]
 kind = "net"
 model = "model.h5"
-steps = 2
+solver_steps = 2
 layers = [64]
 activation = "silu"
 inputs = "relative"
@@ -58,7 +58,7 @@ batch = 256
 samples = 4000
 force = [4, 8]
 margin = 30.0
-test = 100
+test_samples = 100
 [source]
 kind = "twin"
 script = "collect"

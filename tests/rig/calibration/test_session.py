@@ -19,7 +19,7 @@ from rig.system.timing import Stopwatch
 from tests.rig.conftest import SMALL
 
 RATE, FRAMES, COUNT = 30.0, 24, 12  # frames a second and a press
-BENCH = SMALL | {"touches.force": [2, 4], "touches.most": 1, "source.script": "collect"}
+BENCH = SMALL | {"touches.force": [2, 4], "touches.max_touches": 1, "source.script": "collect"}
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +63,7 @@ def test_presses_are_found_in_a_recording_with_the_mean_of_their_still_frames(sc
     assert [one.taken.press for one in found] == list(targets(scene)[:COUNT])
     still = session.reference.image
     for one in found:
-        spread = np.std(one.picture - still)
+        spread = np.std(one.image - still)
         assert spread > 0
         assert one.taken.frames == pytest.approx(10, abs=2)
 

@@ -1,26 +1,24 @@
-import time
-
 import cv2
 import numpy as np
 import pytest
 from PIL import Image
 
 from rig.camera import InOrder, LiveCamera
-from rig.camera.files import open_folder, open_video
+from rig.camera.files import ImageSequence, open_folder, open_video
 
 SHAPE = (32, 48)
 
 
 @pytest.fixture
 def folder(tmp_path):
-    """Pictures 8 to 11, whose grey level is their number."""
+    """Images 8 to 11, whose grey level is their number."""
     for number in range(8, 12):
         Image.fromarray(np.full(SHAPE, number, np.uint8)).save(tmp_path / f"frame_{number}.png")
-    (tmp_path / "notes.txt").write_text("no picture")
+    (tmp_path / "notes.txt").write_text("no image")
     return tmp_path
 
 
-def test_pictures_come_in_the_order_of_their_numbers_and_end(folder):
+def test_images_come_in_the_order_of_their_numbers_and_end(folder):
     source = InOrder(open_folder(folder))
     frames = [source.grab(1.0) for _ in range(4)]
     assert [frame.image[0, 0] for frame in frames] == [8, 9, 10, 11]
@@ -30,20 +28,47 @@ def test_pictures_come_in_the_order_of_their_numbers_and_end(folder):
         source.grab(1.0)
 
 
-def test_a_folder_plays_as_a_camera_at_its_rate(folder):
+class Clock:
+    """Time that passes only while somebody sleeps."""
+
+    def __init__(self):
+        self.now = 100.0
+
+    def __call__(self):
+        return self.now
+
+    def sleep(self, seconds):
+        self.now += seconds
+
+
+def drawn(rate, clock, count=4):
+    images = iter(np.full((count, *SHAPE), 7, np.uint8))
+    return ImageSequence("drawn", images, rate, clock, clock.sleep)
+
+
+def test_a_folder_plays_as_a_camera_to_its_end(folder):
     with LiveCamera(lambda: open_folder(folder, rate=20)) as camera:
-        frames = [camera.grab(5.0) for _ in range(4)]
-        with pytest.raises(EOFError, match=f"{folder} has ended after 4 pictures"):
-            camera.grab(5.0)
-    assert frames[-1].captured - frames[0].captured == pytest.approx(0.15, abs=0.1)
+        while camera.grab(10.0).sequence < 3:
+            pass
+        with pytest.raises(EOFError, match=f"{folder} has ended after 4 images"):
+            camera.grab(10.0)
 
 
-def test_a_picture_that_is_not_due_is_waited_for_no_longer_than_asked(folder):
-    pictures = open_folder(folder, rate=0.1)
-    assert pictures.read(0.1) is not None
-    before = time.monotonic()
-    assert pictures.read(0.05) is None
-    assert time.monotonic() - before < 2
+def test_images_come_at_their_rate_and_those_that_are_late_keep_their_turn():
+    clock = Clock()
+    images = drawn(20.0, clock)
+    assert [images.read(1.0).captured for _ in range(2)] == pytest.approx([100.0, 100.05])
+    clock.sleep(0.07)  # whoever reads is late: the third was due at 100.1
+    assert [images.read(1.0).captured for _ in range(2)] == pytest.approx([100.12, 100.15])
+
+
+def test_an_image_that_is_not_due_is_waited_for_no_longer_than_asked():
+    clock = Clock()
+    images = drawn(0.1, clock)
+    assert images.read(0.1) is not None
+    assert images.read(0.05) is None
+    assert clock.now == pytest.approx(100.05)
+    assert images.read(60.0).captured == pytest.approx(110.0)
 
 
 def test_a_video_gives_its_frames_in_grey(tmp_path):
@@ -60,10 +85,10 @@ def test_a_video_gives_its_frames_in_grey(tmp_path):
         source.grab(1.0)
 
 
-def test_what_is_not_there_or_no_picture_is_one_sentence(tmp_path):
+def test_what_is_not_there_or_no_image_is_one_sentence(tmp_path):
     with pytest.raises(OSError, match=r"nowhere does not exist; check the path"):
         open_folder(tmp_path / "nowhere")
-    with pytest.raises(OSError, match="holds no pictures"):
+    with pytest.raises(OSError, match="holds no images"):
         open_folder(tmp_path)
     with pytest.raises(OSError, match=r"video .* does not exist"):
         open_video(tmp_path / "film.avi")
@@ -74,13 +99,13 @@ def test_what_is_not_there_or_no_picture_is_one_sentence(tmp_path):
         open_folder(tmp_path, rate=0)
 
 
-def test_a_picture_in_colour_is_one_sentence(tmp_path):
+def test_an_image_in_colour_is_one_sentence(tmp_path):
     Image.fromarray(np.arange(36, dtype=np.uint8).reshape(3, 4, 3)).save(tmp_path / "red.png")
     with pytest.raises(OSError, match="is not grey"):
         open_folder(tmp_path).read(1.0)
 
 
-def test_a_picture_of_16_bit_is_one_sentence(tmp_path):
+def test_an_image_of_16_bit_is_one_sentence(tmp_path):
     Image.fromarray(np.zeros(SHAPE, np.uint16)).save(tmp_path / "deep.png")
     with pytest.raises(OSError, match="has uint16 values; convert it to 8 bit"):
         open_folder(tmp_path).read(1.0)

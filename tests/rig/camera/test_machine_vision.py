@@ -46,7 +46,7 @@ def test_a_basler_camera_gives_frames_and_holds_its_controls(pylon_emulation):
     assert [frame.sequence for frame in frames] == sorted({frame.sequence for frame in frames})
 
 
-def test_a_basler_camera_shows_the_pictures_that_it_is_given(pylon_emulation, tmp_path):
+def test_a_basler_camera_shows_the_images_that_it_is_given(pylon_emulation, tmp_path):
     cv2.imwrite(str(tmp_path / "only.png"), np.full(SIZE[::-1], 77, np.uint8))
     camera = open_emulated()
     try:
@@ -62,7 +62,7 @@ def test_a_basler_camera_shows_the_pictures_that_it_is_given(pylon_emulation, tm
         camera.close()
 
 
-def test_a_picture_that_failed_on_the_way_counts_as_dropped(pylon_emulation):
+def test_an_image_that_failed_on_the_way_counts_as_dropped(pylon_emulation):
     opened = []
 
     def opening():
@@ -82,7 +82,7 @@ def test_a_picture_that_failed_on_the_way_counts_as_dropped(pylon_emulation):
 def test_a_basler_camera_that_is_not_there_in_use_or_too_small_is_one_sentence(pylon_emulation):
     with pytest.raises(OSError, match="no Basler camera has serial number 7"):
         open_emulated(serial="7")
-    with pytest.raises(OSError, match=r"has no pictures of 99999 × 99999 px in Mono8; it offers"):
+    with pytest.raises(OSError, match=r"has no images of 99999 × 99999 px in Mono8; it offers"):
         open_emulated(size=(99999, 99999))
 
 

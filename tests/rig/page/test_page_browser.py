@@ -74,8 +74,8 @@ def feed(publisher, draw):
 
 
 def pixels(page):
-    """Canvas of the picture, (H, W, 3) RGB."""
-    png = page.evaluate("document.getElementById('picture').toDataURL()").partition(",")[2]
+    """Canvas of the image, (H, W, 3) RGB."""
+    png = page.evaluate("document.getElementById('view-canvas').toDataURL()").partition(",")[2]
     return cv2.imdecode(np.frombuffer(base64.b64decode(png), np.uint8), cv2.IMREAD_COLOR)[..., ::-1]
 
 
@@ -85,7 +85,7 @@ def open_live(page, publisher):
 
 
 def still(snapshot, **changes):
-    """Publish one frame again and again, so that only choices change the picture."""
+    """Publish one frame again and again, so that only choices change the image."""
     shot = snapshot(3, **changes)
     return lambda sequence: snapshot(3, **changes) if sequence else shot
 
@@ -131,6 +131,16 @@ def test_the_component_changes_map_and_bar_by_click_and_by_key(page, snapshot):
     assert grey.mean() > 0.9  # with the map off only marks are coloured
 
 
+def test_every_key_chooses_its_component(page, snapshot):
+    with serve(0) as publisher, feed(publisher, still(snapshot)):
+        open_live(page, publisher)
+        expect(page.locator("#bar-high")).to_contain_text("µε")
+        keys = {"s": "exy", "x": "exx", "y": "eyy", "0": "none", "3": "exy", "1": "exx", "2": "eyy"}
+        for key, value in keys.items():
+            page.keyboard.press(key)
+            expect(page.locator(f"[name=component][value={value}]")).to_be_checked()
+
+
 def test_strain_is_blue_where_negative_and_red_where_positive(page, snapshot):
     shot = snapshot(3, truth=None, touches=(), from_strain=())
     maps = [np.full_like(shot.strain.exx, sign * 2e-4) for sign in (1, -1, 0)]
@@ -172,7 +182,7 @@ def test_without_strain_the_choice_is_off_and_says_why(page, snapshot):
     assert page.complaints == []
 
 
-def test_the_projector_view_shows_the_projector_picture(page, snapshot):
+def test_the_projector_view_shows_the_projector_image(page, snapshot):
     with serve(0, SCREEN) as publisher, feed(publisher, snapshot):
         open_live(page, publisher)
         expect(page.locator("[value=projector]")).to_be_enabled()

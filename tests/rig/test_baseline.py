@@ -1,4 +1,4 @@
-"""Zero: a reference of a plate that nothing moved, and drift that is no touch."""
+"""A reference of a plate that nothing moved, and drift that is no touch."""
 
 import time
 from dataclasses import replace
@@ -15,8 +15,8 @@ from rig.system.timing import Stopwatch
 
 
 def still_frames(rng, count=16, shape=(180, 260)):
-    picture = rng.uniform(40, 200, shape)
-    return [picture + rng.normal(0, 2.0, shape) for _ in range(count)]
+    image = rng.uniform(40, 200, shape)
+    return [image + rng.normal(0, 2.0, shape) for _ in range(count)]
 
 
 def test_noise_and_a_flickering_lamp_are_no_motion(rng):
@@ -54,9 +54,9 @@ class Creeping:
         for index, load in enumerate(loads):
             touches = (fe.Touch(70.0, 140.0, load, 30.0), *touch)
             image = self.twin.frame(20 + index, touches)
-            sensed = estimate_frame(self.chain, image, state, watch, settling)
-            state = sensed.state
-            found.append(sensed.estimate)
+            frame_estimate = estimate_frame(self.chain, image, state, watch, settling)
+            state = frame_estimate.state
+            found.append(frame_estimate.estimate)
         return found
 
 
@@ -100,9 +100,9 @@ def test_slow_drift_is_no_touch_in_strain_either(creeping):
     state, watch = at_rest(creeping.chain), Stopwatch(time.monotonic)
     for index, load in enumerate(np.linspace(0.005, 0.8, 60)):
         image = creeping.twin.frame(20 + index, (fe.Touch(70.0, 140.0, load, 30.0),))
-        sensed = estimate_frame(creeping.chain, image, state, watch, drift_weight(1.0))
-        sensed = with_strain(creeping.strain, sensed, watch)
-        assert sensed.from_strain.count == 0
-        state = sensed.state
+        frame_estimate = estimate_frame(creeping.chain, image, state, watch, drift_weight(1.0))
+        frame_estimate = with_strain(creeping.strain, frame_estimate, watch)
+        assert frame_estimate.from_strain.count == 0
+        state = frame_estimate.state
     fresh = replace(state, rest=np.zeros_like(state.rest))
-    assert sense_strain(creeping.strain, sensed.sums, fresh, watch)[1].count == 1
+    assert sense_strain(creeping.strain, frame_estimate.sums, fresh, watch)[1].count == 1

@@ -1,4 +1,4 @@
-"""Pictures and files of a bent plate show the plate that was bent."""
+"""Images and files of a bent plate show the plate that was bent."""
 
 import subprocess
 import sys
@@ -57,7 +57,7 @@ def flat(vtu):
     return vtu["points"] - vtu["displacement"]
 
 
-def test_every_point_of_the_file_tells_displacement_and_strain_of_its_place(vtu, state):
+def test_every_point_of_the_file_has_displacement_and_strain_of_its_place(vtu, state):
     xy = np.clip(flat(vtu)[:, :2], 0, PLATE.size)
     np.testing.assert_allclose(vtu["displacement"], state.displacement(xy), atol=1e-13)
     strain = np.column_stack([vtu["exx"], vtu["eyy"], vtu["exy"]])
@@ -122,14 +122,14 @@ def test_a_large_touch_is_seen_like_a_small_one(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["plate.png", "plate.PDF", "plate.svg"])
-def test_a_picture_is_written_whole(state, tmp_path, name):
+def test_an_image_is_written_whole(state, tmp_path, name):
     draw(state, TOUCHES, tmp_path / name)
     start = (tmp_path / name).read_bytes()[:5]
     assert start in (b"\x89PNG\r", b"%PDF-", b"<?xml")
     assert [path.name for path in tmp_path.iterdir()] == [name]
 
 
-def test_a_picture_shows_more_colour_where_the_plate_is_bent(state, tmp_path):
+def test_an_image_shows_more_colour_where_the_plate_is_bent(state, tmp_path):
     draw(state, TOUCHES, tmp_path / "bent.png")
     still = fe.deflect(PLATE, (), state.mesh)
     draw(still, (), tmp_path / "still.png")

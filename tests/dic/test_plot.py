@@ -1,4 +1,4 @@
-"""Pictures of fields: every colour where its value lies, and a scale for whatever comes."""
+"""Plots of fields: every colour where its value lies, and a scale for whatever comes."""
 
 import numpy as np
 import pytest
@@ -9,8 +9,8 @@ from dic.fields.displacement import DisplacementField
 from dic.plots import plot
 
 SIZE = (120, 190)  # px, rows and columns
-STEP, PANEL = 10, 900 / 190  # px between points; px of the file to one of the picture
-LEFT, TOP = 75, 40  # px of the file before the picture
+STEP, PANEL = 10, 900 / 190  # px between points; px of the file to one of the image
+LEFT, TOP = 75, 40  # px of the file before the image
 
 
 @pytest.fixture(scope="module")
@@ -20,7 +20,7 @@ def field(pattern):
 
 
 def drawn(path, field: DisplacementField, name, values):
-    """Colours (N, 3) at the points, on a black picture."""
+    """Colours (N, 3) at the points, on a black image."""
     plot.draw(path, np.zeros(SIZE), name, values, field)
     with Image.open(path) as file:
         pixels = np.asarray(file)
@@ -43,7 +43,7 @@ def test_stretch_is_red_and_compression_blue_where_it_is(tmp_path, field):
     np.testing.assert_array_equal((red > blue)[clear], stretch[clear] > 0)
 
 
-def test_points_that_were_lost_show_the_bare_picture(tmp_path, field):
+def test_points_that_were_lost_show_the_bare_image(tmp_path, field):
     u = field.xy[:, 0].copy()
     u[::3] = np.nan
     colours = drawn(tmp_path / "a.png", field, "u", u)
@@ -58,8 +58,8 @@ def test_any_range_of_values_can_be_drawn(tmp_path, field, values, spread):
     assert path.stat().st_size > 0
 
 
-def test_a_long_picture_can_be_drawn(tmp_path, pattern):
+def test_a_long_image_can_be_drawn(tmp_path, pattern):
     strip = pattern.draw((0.0, 0.0))[:31, :150].repeat(6, axis=1)
     field = dic.correlate(dic.prepare(strip), strip)
-    dic.export.overview(tmp_path / "a.png", strip, field, dic.strain(field, window=3))
+    dic.export.draw_overview(tmp_path / "a.png", strip, field, dic.strain(field, window=3))
     assert (tmp_path / "a.png").stat().st_size > 0

@@ -1,4 +1,4 @@
-"""What a net is taught through a camera is what DIC reads in pictures, with the noise it has."""
+"""What a net is trained on through a camera is what DIC reads in images, with the noise it has."""
 
 import numpy as np
 import pytest
@@ -11,10 +11,16 @@ from rig.training.plan import training_plan
 from rig.training.rendered_gauges import render_gauges
 
 SCENE = {
-    "touches.most": 1,
+    "touches.max_touches": 1,
     "sensor.noise": 1.0,
     "gauges": {"kind": "lattice", "spacing": 51.0, "margin": 25.0, "subset": 41},
-    "training": {"samples": 50, "force": [2.0, 8.0], "margin": 30.0, "test": 40, "pictures": 3},
+    "training": {
+        "samples": 50,
+        "force": [2.0, 8.0],
+        "margin": 30.0,
+        "test_samples": 40,
+        "rendered_images": 3,
+    },
     "estimator": {"kind": "net", "inputs": "relative"},
 }
 
@@ -28,23 +34,22 @@ def scene(small):
     return small(SCENE)
 
 
-def test_pictures_read_as_the_model_says_within_its_noise(scene):
+def test_images_read_as_the_model_says_within_its_noise(scene):
     """Of errors over the stated noise the mean square is near 1: measured 1.07, and no bias."""
-    eye, rng = render_gauges(training_plan(scene).view, quiet), np.random.default_rng(0)
+    gauges, rng = render_gauges(training_plan(scene).view, quiet), np.random.default_rng(0)
     touches = np.column_stack([rng.uniform(40, 160, (12, 2)), rng.uniform(2.0, 4.0, 12)])
-    read = eye.correlate(touches, rng)
-    told = eye.seen.strain(touches[:, :2]).reshape(12, -1) * touches[:, 2:]
-    white = np.linalg.solve(eye.root, (read - told).T)
+    read = gauges.correlate(touches, rng)
+    reported = gauges.seen.strain(touches[:, :2]).reshape(12, -1) * touches[:, 2:]
+    white = np.linalg.solve(gauges.root, (read - reported).T)
     assert np.mean(white**2) == pytest.approx(1.0, abs=0.25)
     assert abs(white.mean()) < 4 / np.sqrt(white.size)
 
 
-def test_averaged_pictures_have_less_noise(scene):
-    taught = training_plan(scene)
-    more = training_plan(scene.model_copy(update={"training": _with(scene.training, frames=16)}))
+def test_averaged_images_have_less_noise(scene):
+    plan = training_plan(scene)
+    more = training_plan(scene.model_copy(update={"training": _with(scene.training, averaged_frames=16)}))
     one, mean = (
-        np.sqrt(np.trace(np.square(render_gauges(each.view, quiet).root)))
-        for each in (taught, more)
+        np.sqrt(np.trace(np.square(render_gauges(each.view, quiet).root))) for each in (plan, more)
     )
     assert mean < 0.5 * one
 
@@ -61,7 +66,7 @@ def test_samples_have_forces_between_the_bounds_and_noise_that_is_drawn_anew(sce
 
 
 def test_gauges_on_the_face_have_the_noise_that_the_scene_states():
-    scene = rig.load("paper-one", {"training.noise": 0.05, "training.test": 50})
+    scene = rig.load("paper-one", {"training.noise": 0.05, "training.test_samples": 50})
     sets = simulate_sets(training_plan(scene), quiet)
     assert sets.noise.root == pytest.approx(0.05 * np.sqrt(np.mean(sets.noise.pool.strain**2)))
     assert np.std(sets.training.strain - sets.noise.pool.strain) == pytest.approx(

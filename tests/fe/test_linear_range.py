@@ -1,6 +1,6 @@
-"""The regime: how far linear theory is off, held against von Kármán's plate solved in full.
+"""The linear range: how far linear theory is off, compared with von Kármán's plate solved in full.
 
-The estimate itself solves nothing nonlinear; `benchmarks/regime.py` holds it against the shell.
+The estimate itself solves nothing nonlinear; `benchmarks/regime.py` compares it with the shell.
 """
 
 import dataclasses
@@ -53,7 +53,7 @@ def test_deflection_and_its_error_are_those_of_the_plate_that_stretches(edges, r
     assert said.error > 0.9 * (linear / true - 1.0)
 
 
-def test_the_place_is_where_the_plate_gives_most_for_its_thickness():
+def test_the_place_has_the_largest_deflection_for_its_thickness():
     def place(plate):
         return linear_range(plate, 1.0).place
 
@@ -117,6 +117,6 @@ def test_a_force_that_presses_nothing_is_refused(force):
         linear_range(PVC, force)
 
 
-def test_a_regime_comes_back_from_its_arrays():
+def test_a_linear_range_comes_back_from_its_arrays():
     found = linear_range(held(EDGES["mixed"]), 2.0)
     assert LinearRange.from_arrays(found.arrays()) == found

@@ -11,7 +11,7 @@ FORMULAS = [
     closed_forms.rotation(np.radians(170), about=(30.0, 20.0)),
     closed_forms.Polynomial([[0.0, 0.1, 2e-3], [0.2, 1e-3, 0.0]], [[0.3, -0.1]], about=(5.0, 2.0)),
     closed_forms.Wave((0.3, -0.1), (1 / 20, 1 / 33), phase=0.4),
-    closed_forms.Star(amplitude=0.5, first=10.0, growth=0.3, middle=20.0),
+    closed_forms.Star(amplitude=0.5, first=10.0, period_slope=0.3, middle=20.0),
     closed_forms.Hole(radius=6.0, centre=(31.0, 18.0), strain=1e-3, poisson=0.35),
 ]
 POINTS = np.random.default_rng(0).uniform((1, 1), (60, 40), (200, 2))
@@ -43,6 +43,8 @@ def test_rotation_strains_nothing_and_shear_is_half_of_its_angle():
     turned = closed_forms.rotation(2.5, about=(10.0, 5.0))
     assert np.allclose(closed_forms.strain_of(turned, POINTS, "green-lagrange"), 0, atol=1e-15)
     assert np.allclose(turned(np.array([[10.0, 5.0]])), 0)
+    quarter = closed_forms.rotation(np.pi / 2, about=(10.0, 5.0))(np.array([[13.0, 5.0]]))
+    assert np.allclose(quarter, [[-3.0, 3.0, 0.0]])  # from x towards y
     sheared = closed_forms.Uniform(((0.0, 0.02), (0.0, 0.0)))
     assert np.allclose(closed_forms.strain_of(sheared, [[1.0, 2.0]]), [[0.0, 0.0, 0.01]])
 
