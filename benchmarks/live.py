@@ -49,11 +49,11 @@ def photograph(count: int):
 def run(way: str, rest, frames, clock):
     """Stopwatch, scores and number of tiles of a run."""
     bench = build_bench(rig.load("twin", WAYS[way]), lambda done, total: None)
-    watch, tally = Stopwatch(clock), RunScore(bench.least_force)
+    watch, tally = Stopwatch(clock), RunScore(bench.min_force)
     follower = FrameProcessor(bench, average_reference(rest), watch, clock)
     for number, (image, touches) in enumerate(frames):
-        seen = follower.see(Frame(number, clock(), image, touches))
-        tally.add(seen.sensed.from_strain or seen.sensed.estimate, touches)
+        seen = follower.process(Frame(number, clock(), image, touches))
+        tally.add(seen.frame_estimate.from_strain or seen.frame_estimate.estimate, touches)
     return watch, tally.summary(), len(follower.chain.reference.hessian)
 
 

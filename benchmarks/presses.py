@@ -119,7 +119,7 @@ def pattern(rng: np.random.Generator, count: int, off: float = 1.0) -> Iterator[
     shown = [eye.picture(touch) for touch in fresh]
     raw = np.array([sense(assumed, image)[0] for image in shown])
     yield rms(raw, fresh)
-    yield rms(mapped(assumed, pictures, known).mend(raw), fresh)
+    yield rms(mapped(assumed, pictures, known).correct(raw), fresh)
     one = zero.noise / np.sqrt(1 + 1 / REFERENCE)  # of a frame
     corrected = correct_by_presses(
         view,

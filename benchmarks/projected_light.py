@@ -19,7 +19,7 @@ import rig
 from rig.live import chain as live
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
-from rig.live.view import look, marks
+from rig.live.view import marks, plate_view
 from rig.projector.interference import interference
 from rig.projector.light_map import divided, prepare_light_map
 from rig.projector.markers import draw_marks, fit_plate
@@ -60,7 +60,7 @@ def main() -> None:
     rest = [photograph(twin, (), dark, (9, k)) for k in range(scene.dic.reference_frames)]
     chain = live.prepare_chain(average_reference(rest), bench.motions, 1)
     screen = fit_plate(PROJECTOR, bench.plate.size)
-    view = look(bench.plate, bench.camera, bench.height)
+    view = plate_view(bench.plate, bench.camera, bench.height)
     size = bench.camera.size
     map_ = prepare_light_map(screen, view.T_px_plate, size, given.strength, SENSOR_DARK)
     rng = np.random.default_rng(3)

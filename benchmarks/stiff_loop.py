@@ -77,11 +77,11 @@ def pressed(
     )  # fmt: skip
     for number in range(20, 20 + FRAMES):
         image = np.rint(change(twin.frame(number, touches).astype(float))).clip(0, 255)
-        seen = follower.see(Frame(number, number / 30.0, image.astype(np.uint8), None))
-    said, found = follower.sentence(seen.sensed), seen.sensed.estimate
+        seen = follower.process(Frame(number, number / 30.0, image.astype(np.uint8), None))
+    said, found = follower.sentence(seen.frame_estimate), seen.frame_estimate.estimate
     truth = np.array([(touch.x, touch.y, touch.force) for touch in touches])
     right, sure = compared(found, truth, trace(follower, truth))
-    doubted = bool(seen.sensed.unusable_reason) or said not in PLAIN
+    doubted = bool(seen.frame_estimate.unusable_reason) or said not in PLAIN
     reason = f"{len(touches) or 'no'} touch{'es' * (len(touches) > 1)}"
     return case(name, reason, right, said, bar=BAR, met=sure or doubted)
 

@@ -127,7 +127,7 @@ def _open_sinks(
     if not headless:
         from rig.commands.page_panels import open_panels
 
-        notes = tuple(calibration.doubts(scene, datetime.now(UTC)))
+        notes = tuple(calibration.warnings(scene, datetime.now(UTC)))
         show, sinks = open_panels(scene, calibration, notes, screen, switch, open_parts)
     if scene.outputs:
         from rig.out.open import open_outputs

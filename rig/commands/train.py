@@ -149,7 +149,7 @@ def _batches(plan: TrainingPlan, sets: TrainingSets) -> Iterator[Dataset] | None
     size, rng = plan.net.batch, np.random.default_rng(plan.net.seed)
     if sets.noise is None:
         return shuffled_batches(sets.training, size, rng) if size else None
-    pool, images = sets.noise.pool, sets.noise.pictures
+    pool, images = sets.noise.pool, sets.noise.images
     size = min(size or len(pool), len(pool))
     stream = noisy_batches(shuffled_batches(pool, size, rng), sets.noise.root, rng)
     if images is None:

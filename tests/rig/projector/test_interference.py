@@ -9,7 +9,7 @@ from dic.tiles.tiles import lay_tiles
 from rig.live import chain as live
 from rig.live.baseline import ReferenceFrame
 from rig.live.snapshot import Mark
-from rig.live.view import look, marks
+from rig.live.view import marks, plate_view
 from rig.projector.interference import Interference, interference
 from rig.projector.light_map import prepare_light_map
 from rig.projector.markers import draw_marks, fit_plate
@@ -30,7 +30,7 @@ def test_the_meter_says_beforehand_how_far_light_moves_a_touch():
     chain = live.prepare_chain(ReferenceFrame(rest.astype(np.float32), 2.0), motions, 1)
     screen = fit_plate((640, 512), plate.size)
     light_map = prepare_light_map(
-        screen, look(plate, camera, 1.0).T_px_plate, camera.size, 1.0, DARK
+        screen, plate_view(plate, camera, 1.0).T_px_plate, camera.size, 1.0, DARK
     )
     predicted, happened = [], []
     for x, y in ((70.0, 60.0), (127.0, 101.0), (190.0, 140.0)):

@@ -1,4 +1,4 @@
-"""What a net is taught through a camera is what DIC reads in pictures, with the noise it has."""
+"""What a net is trained on through a camera is what DIC reads in images, with the noise it has."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,13 @@ SCENE = {
     "touches.max_touches": 1,
     "sensor.noise": 1.0,
     "gauges": {"kind": "lattice", "spacing": 51.0, "margin": 25.0, "subset": 41},
-    "training": {"samples": 50, "force": [2.0, 8.0], "margin": 30.0, "test": 40, "pictures": 3},
+    "training": {
+        "samples": 50,
+        "force": [2.0, 8.0],
+        "margin": 30.0,
+        "test_samples": 40,
+        "rendered_images": 3,
+    },
     "estimator": {"kind": "net", "inputs": "relative"},
 }
 
@@ -28,23 +34,24 @@ def scene(small):
     return small(SCENE)
 
 
-def test_pictures_read_as_the_model_says_within_its_noise(scene):
+def test_images_read_as_the_model_says_within_its_noise(scene):
     """Of errors over the stated noise the mean square is near 1: measured 1.07, and no bias."""
-    eye, rng = render_gauges(training_plan(scene).view, quiet), np.random.default_rng(0)
+    gauges, rng = render_gauges(training_plan(scene).view, quiet), np.random.default_rng(0)
     touches = np.column_stack([rng.uniform(40, 160, (12, 2)), rng.uniform(2.0, 4.0, 12)])
-    read = eye.correlate(touches, rng)
-    told = eye.seen.strain(touches[:, :2]).reshape(12, -1) * touches[:, 2:]
-    white = np.linalg.solve(eye.root, (read - told).T)
+    read = gauges.correlate(touches, rng)
+    reported = gauges.seen.strain(touches[:, :2]).reshape(12, -1) * touches[:, 2:]
+    white = np.linalg.solve(gauges.root, (read - reported).T)
     assert np.mean(white**2) == pytest.approx(1.0, abs=0.25)
     assert abs(white.mean()) < 4 / np.sqrt(white.size)
 
 
-def test_averaged_pictures_have_less_noise(scene):
-    taught = training_plan(scene)
-    more = training_plan(scene.model_copy(update={"training": _with(scene.training, frames=16)}))
+def test_averaged_images_have_less_noise(scene):
+    plan = training_plan(scene)
+    more = training_plan(
+        scene.model_copy(update={"training": _with(scene.training, averaged_frames=16)})
+    )
     one, mean = (
-        np.sqrt(np.trace(np.square(render_gauges(each.view, quiet).root)))
-        for each in (taught, more)
+        np.sqrt(np.trace(np.square(render_gauges(each.view, quiet).root))) for each in (plan, more)
     )
     assert mean < 0.5 * one
 
@@ -54,7 +61,7 @@ def test_samples_have_forces_between_the_bounds_and_noise_that_is_drawn_anew(sce
     noise = sets.noise
     assert len(sets.training) == len(noise.pool) == 50
     assert ((noise.forces >= 2.0) & (noise.forces <= 8.0)).all()
-    assert len(noise.pictures) == 3
+    assert len(noise.images) == 3
     off = np.linalg.solve(noise.root, (sets.training.strain - noise.pool.strain).T)
     assert np.mean(off**2) == pytest.approx(1.0, abs=0.1)
     np.testing.assert_array_equal(sets.training.targets, noise.pool.targets)

@@ -10,7 +10,7 @@ from rig.live.tracks import ABSENT, Tracks
 RATE = 30.0
 
 
-def seen(places, sigma=0.5, force=2.0):
+def estimate_at(places, sigma=0.5, force=2.0):
     """Estimate of touches at places (n, 2), as a solver gives it: sorted by x, then y."""
     xy = np.array(sorted(map(tuple, places)), dtype=float).reshape(-1, 2)
     spread = np.diag(np.tile([sigma**2, (0.7 * sigma) ** 2, 0.05**2], len(xy)))
@@ -21,7 +21,7 @@ def follow(path):
     """Follow frames of places; gives identities by frame, all events, and the last tracks."""
     tracks, names, events = Tracks(), [], []
     for index, places in enumerate(path):
-        tracks, identities, news = tracks.follow(seen(places), index / RATE)
+        tracks, identities, news = tracks.follow(estimate_at(places), index / RATE)
         names.append(identities)
         events += news
     return names, events, tracks
@@ -86,7 +86,7 @@ def test_after_an_absence_it_is_a_new_touch():
 
 
 def test_a_touch_of_which_nothing_is_known_is_followed():
-    estimate = seen([(40, 50)])
+    estimate = estimate_at([(40, 50)])
     unknown = Estimate(
         estimate.xy, estimate.force, np.full((3, 3), np.inf), 1.0, 1, 0.5, Result.UNRESOLVABLE
     )

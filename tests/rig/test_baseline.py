@@ -1,4 +1,4 @@
-"""Zero: a reference of a plate that nothing moved, and drift that is no touch."""
+"""A reference of a plate that nothing moved, and drift that is no touch."""
 
 import time
 from dataclasses import replace
@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 import fe
-from rig.live import chain as live
 from rig.live.baseline import average_reference, drift_weight, moved_during_reference
 from rig.live.bench import build_bench
+from rig.live.chain import at_rest, estimate_frame, sense_strain, with_strain
 from rig.sources.twin import build_twin
 from rig.system.timing import Stopwatch
 
 
 def still_frames(rng, count=16, shape=(180, 260)):
-    picture = rng.uniform(40, 200, shape)
-    return [picture + rng.normal(0, 2.0, shape) for _ in range(count)]
+    image = rng.uniform(40, 200, shape)
+    return [image + rng.normal(0, 2.0, shape) for _ in range(count)]
 
 
 def test_noise_and_a_flickering_lamp_are_no_motion(rng):
@@ -50,13 +50,13 @@ class Creeping:
 
     def run(self, loads, settling, touch=()):
         """Estimates of a frame a second under growing loads, N."""
-        state, watch, found = live.at_rest(self.chain), Stopwatch(time.monotonic), []
+        state, watch, found = at_rest(self.chain), Stopwatch(time.monotonic), []
         for index, load in enumerate(loads):
             touches = (fe.Touch(70.0, 140.0, load, 30.0), *touch)
             image = self.twin.frame(20 + index, touches)
-            sensed = live.estimate_frame(self.chain, image, state, watch, settling)
-            state = sensed.state
-            found.append(sensed.estimate)
+            frame_estimate = estimate_frame(self.chain, image, state, watch, settling)
+            state = frame_estimate.state
+            found.append(frame_estimate.estimate)
         return found
 
 
@@ -81,28 +81,28 @@ def test_a_touch_that_stays_is_never_taken_for_rest(creeping):
 def test_a_touch_on_a_plate_that_has_crept_is_found_where_it_is(creeping):
     drift = list(np.linspace(0.005, 0.8, 60))
     press = fe.Touch(180.0, 60.0, 2.0)
-    state, watch = live.at_rest(creeping.chain), Stopwatch(time.monotonic)
+    state, watch = at_rest(creeping.chain), Stopwatch(time.monotonic)
     for index, load in enumerate([*drift, *drift[-1:] * 40]):
         image = creeping.twin.frame(20 + index, (fe.Touch(70.0, 140.0, load, 30.0),))
-        state = live.estimate_frame(creeping.chain, image, state, watch, drift_weight(1.0)).state
+        state = estimate_frame(creeping.chain, image, state, watch, drift_weight(1.0)).state
     touched = (fe.Touch(70.0, 140.0, drift[-1], 30.0), press)
     image = creeping.twin.frame(200, touched)
-    estimate = live.estimate_frame(creeping.chain, image, state, watch).estimate
+    estimate = estimate_frame(creeping.chain, image, state, watch).estimate
     assert estimate.count == 1
     error = np.abs([*(estimate.xy[0] - (180.0, 60.0)), estimate.force[0] - 2.0])
     assert (error < 4.5 * np.sqrt(np.diag(estimate.covariance))).all()
     fresh = replace(state, rest=np.zeros_like(state.rest))
-    blind = live.estimate_frame(creeping.chain, image, fresh, watch).estimate
+    blind = estimate_frame(creeping.chain, image, fresh, watch).estimate
     assert blind.count != 1 or np.abs(blind.force[0] - 2.0) > 0.1
 
 
 def test_slow_drift_is_no_touch_in_strain_either(creeping):
-    state, watch = live.at_rest(creeping.chain), Stopwatch(time.monotonic)
+    state, watch = at_rest(creeping.chain), Stopwatch(time.monotonic)
     for index, load in enumerate(np.linspace(0.005, 0.8, 60)):
         image = creeping.twin.frame(20 + index, (fe.Touch(70.0, 140.0, load, 30.0),))
-        sensed = live.estimate_frame(creeping.chain, image, state, watch, drift_weight(1.0))
-        sensed = live.with_strain(creeping.strain, sensed, watch)
-        assert sensed.from_strain.count == 0
-        state = sensed.state
+        frame_estimate = estimate_frame(creeping.chain, image, state, watch, drift_weight(1.0))
+        frame_estimate = with_strain(creeping.strain, frame_estimate, watch)
+        assert frame_estimate.from_strain.count == 0
+        state = frame_estimate.state
     fresh = replace(state, rest=np.zeros_like(state.rest))
-    assert live.sense_strain(creeping.strain, sensed.sums, fresh, watch)[1].count == 1
+    assert sense_strain(creeping.strain, frame_estimate.sums, fresh, watch)[1].count == 1

@@ -11,7 +11,7 @@ from rig.system.frame import Frame
 
 
 @dataclass(frozen=True, eq=False)
-class Shot:
+class FrameRecord:
     """One frame and everything that is needed to find the same touches in it again.
 
     Attributes
@@ -19,7 +19,7 @@ class Shot:
     frame : Frame
     before : ChainState
         What the loop started from, so that frames before it may be missing.
-    sensed : FrameEstimate
+    frame_estimate : FrameEstimate
         What it found.
     identities : (n,) int
         Of the touches found.
@@ -27,19 +27,19 @@ class Shot:
 
     frame: Frame
     before: ChainState
-    sensed: FrameEstimate
+    frame_estimate: FrameEstimate
     identities: tuple[int, ...]
 
 
 class Recorder(Protocol):
-    """Keeps shots; nothing that goes wrong there reaches the loop."""
+    """Keeps frames; nothing that goes wrong there reaches the loop."""
 
-    def begin(self, zero: ReferenceFrame, chain: Chain, strain: bool) -> None:
-        """Learn the reference, before the first shot."""
+    def begin(self, reference: ReferenceFrame, chain: Chain, strain: bool) -> None:
+        """Learn the reference, before the first frame."""
         ...
 
-    def put(self, shot: Shot) -> None:
-        """Take a shot without waiting."""
+    def put(self, record: FrameRecord) -> None:
+        """Take a frame without waiting."""
         ...
 
     def summary(self) -> dict[str, Any] | None:
