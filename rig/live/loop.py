@@ -35,7 +35,7 @@ Tell = Callable[[int, int, Snapshot], object]
 
 
 def _nobody(done: int, total: int, snapshot: Snapshot) -> None:
-    """Nobody is told."""
+    """Report to nobody."""
 
 
 class Loop:

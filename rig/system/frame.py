@@ -57,7 +57,7 @@ class Source(Protocol):
 
 @runtime_checkable
 class Waiting(Protocol):
-    """A source whose plate stands still until it is told that the reference was taken."""
+    """A source whose plate stands still until it hears that the reference was taken."""
 
     def begin(self) -> None:
         """Let the plate be touched from now on."""

@@ -29,7 +29,7 @@ class GaugeSetup:
     ----------
     camera : synthetic.AnyCamera
     reference_frames : int
-        Pictures averaged into the reference.
+        Images averaged into the reference.
     """
 
     plate: PlateSection
