@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from rig.report.page import Result
     from rig.report.study import Study
 
-STUDIES = Path(__file__).parents[2] / "benchmarks"
-
 
 def report(
     names: Annotated[
@@ -27,7 +25,9 @@ def report(
     out: Annotated[Path, typer.Option(help="Folder of the report.")] = Path("results/report"),
     quick: Annotated[bool, typer.Option("--quick", help="About two minutes.")] = False,
     full: Annotated[bool, typer.Option("--full", help="Everything, without limit.")] = False,
-    studies: Annotated[Path, typer.Option(help="Folder of the studies.")] = STUDIES,
+    studies: Annotated[
+        Path | None, typer.Option(help="Folder of your own studies, in place of those shipped.")
+    ] = None,
     before: Annotated[
         Path | None, typer.Option("--compare", help="An older report: say what changed since.")
     ] = None,
@@ -40,12 +40,12 @@ def report(
     """
     from rig.report.build import build
     from rig.report.compare import changes
-    from rig.report.study import read_contents
+    from rig.report.study import read_contents, shipped
 
     if quick and full:
         raise ValueError("a report is --quick or --full, got both; leave one out")
     effort = "quick" if quick else "full" if full else "normal"
-    contents = read_contents(studies)
+    contents = read_contents(studies) if studies else shipped()
     results = build(contents, effort, out, names or [], _tell, datetime.now().astimezone())
     changed = changes(before, out, 0.2) if before else []
     emit(_shown(results, changed, out), _data(results, changed, out), as_json)

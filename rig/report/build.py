@@ -38,7 +38,7 @@ def build(
     code, results = code_hash(contents.home), {}
     for count, study in enumerate(chosen):
         tell(study, count, len(chosen))
-        results[study.name] = _result(study, contents.home, effort, folder / RAW, code)
+        results[study.name] = _result(study, contents, effort, folder / RAW, code)
     parts = [
         (section, [results[study.name] for study in section.studies if study.name in results])
         for section in contents.sections
@@ -49,14 +49,14 @@ def build(
     return list(results.values())
 
 
-def _result(study: Study, home: Path, effort: Effort, raw: Path, code: str) -> page.Result:
+def _result(study: Study, contents: Contents, effort: Effort, raw: Path, code: str) -> page.Result:
     words = study.words(effort) or ()
     identity = key("study", (study.program, words, code))
     place = Place(raw, study.name)
     outcome = runner.kept(place, identity)
     if outcome is None:
         limit = None if effort == "full" else study.limit
-        outcome = runner.run(home / study.program, words, place, identity, limit)
+        outcome = runner.run(contents.program(study), words, place, identity, limit)
     return page.Result(study, outcome, runner.figures(place))
 
 

@@ -59,16 +59,18 @@ class Place:
 
 
 def run(
-    program: Path, words: tuple[str, ...], place: Place, key: str, limit: float | None
+    program: tuple[str, ...], words: tuple[str, ...], place: Place, key: str, limit: float | None
 ) -> Outcome:
     """Run a program and keep figures and outcome at their place; `limit` is in s, None for none.
+
+    `program` is what Python is called with: a file, or options and a module.
 
     An interruption of this process ends the program, and leaves no outcome.
     """
     place.folder.mkdir(parents=True, exist_ok=True)
     place.outcome.unlink(missing_ok=True)
     place.figures.unlink(missing_ok=True)
-    command = [sys.executable, str(program), *words, "--figures", str(place.figures.absolute())]
+    command = [sys.executable, *program, *words, "--figures", str(place.figures.absolute())]
     began, before = time.monotonic(), _children()
     state: State = "done"
     try:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -12,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 Effort = Literal["quick", "normal", "full"]
 Words = tuple[str, ...] | Literal[False]
 CONTENTS = "report.toml"
+SHIPPED = "rig.studies"
 
 
 class Study(BaseModel):
@@ -22,7 +24,7 @@ class Study(BaseModel):
     name, title, text : str
         What its files are called; its heading; what it compares, in Markdown.
     program : str
-        A Python file of the folder of studies.
+        A Python file of the folder of studies, or of a folder in it.
     quick, normal, full : tuple of str, or False
         Further words on its command line by effort; False where it is left out.
     limit : float
@@ -63,10 +65,34 @@ class _Contents(BaseModel):
 
 @dataclass(frozen=True)
 class Contents:
-    """The sections of a report, and the folder where their programs stand."""
+    """The sections of a report, and the folder where their programs stand.
+
+    Attributes
+    ----------
+    home : Path
+    sections : tuple of Section
+    package : str
+        Name of the package that the folder is; empty where it is a folder of one's own.
+    """
 
     home: Path
     sections: tuple[Section, ...]
+    package: str = ""
+
+    def program(self, study: Study) -> tuple[str, ...]:
+        """Return what Python is called with: a file of a folder, or a module of a package.
+
+        A module is run without the current folder on the path, whose files could hide packages.
+        """
+        if not self.package:
+            return (str(self.home / study.program),)
+        within = study.program.removesuffix(".py").replace("/", ".")
+        return "-P", "-m", f"{self.package}.{within}"
+
+
+def shipped() -> Contents:
+    """Read the studies that come with this package."""
+    return replace(read_contents(Path(str(files(SHIPPED)))), package=SHIPPED)
 
 
 def read_contents(home: Path) -> Contents:
@@ -82,8 +108,7 @@ def read_contents(home: Path) -> Contents:
     path = home / CONTENTS
     if not path.exists():
         raise OSError(
-            f"there is no {CONTENTS} in '{home}'; studies come with the source tree, run the report"
-            " in it or name their folder with --studies"
+            f"there is no {CONTENTS} in '{home}'; name the folder that holds one with --studies"
         )
     try:
         with path.open("rb") as file:

@@ -9,7 +9,7 @@ from scipy.special import ellipe, ellipk
 import fe
 from fe.load import spread
 from fe.shell import Base, Shell, Verdict
-from tests.fe.elastica import elastica
+from rig.studies.plates.elastica import elastica
 
 TWO = fe.Edges(fe.Clamped(), fe.Clamped(), fe.Free(), fe.Free())
 PAPER = fe.Plate((100.0, 100.0), 1.0, 3000.0, 0.3, TWO)

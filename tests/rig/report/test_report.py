@@ -3,7 +3,6 @@
 import json
 import re
 from datetime import datetime
-from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
@@ -14,7 +13,7 @@ from rig.report.build import build
 from rig.report.compare import changes
 from rig.report.figure import Figure, judged, read, write
 from rig.report.pareto import Trade, front, trades
-from rig.report.study import read_contents
+from rig.report.study import read_contents, shipped
 from rig.report.table import markdown
 
 CONTENTS = """
@@ -222,7 +221,7 @@ def test_a_wrong_table_of_contents_is_refused_by_what_is_wrong(home, text, said)
 
 
 def test_the_contents_of_the_report_name_programs_that_are_there():
-    contents = read_contents(Path(__file__).parents[3] / "benchmarks")
+    contents = shipped()
     names = [study.name for section in contents.sections for study in section.studies]
     assert len(names) == len(set(names)) > 5
 
@@ -230,5 +229,5 @@ def test_the_contents_of_the_report_name_programs_that_are_there():
 def test_an_unknown_study_and_a_folder_without_studies_are_refused(home, tmp_path):
     with pytest.raises(ValueError, match="there is no study 'mesh'; there are meshes, broken"):
         built(home, tmp_path / "out", names=["mesh"])
-    with pytest.raises(OSError, match="source tree"):
+    with pytest.raises(OSError, match="name the folder"):
         read_contents(tmp_path)

@@ -1,0 +1,158 @@
+"""One touch: the paper's net, the best recipe, regressions, noise and spacing."""
+
+import time
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from models import alternatives, dataset, regression
+from models.net import NetOptions
+from models.recipe import BEST, BEST_NET, Recipe
+from models.score import position_error
+from models.train import train
+from models.tune import tune
+from rig.studies.paper.sets import Effort, Figures, errors, sets
+from rig.studies.paper.table import Figure
+
+
+def one(effort: Effort) -> Figures:
+    """One touch, the paper's recipe, both readings of where the gauges are."""
+    recipe = Recipe(effort.epochs(30000))
+    for reading in ("B", "A"):
+        data = sets(f"gauges.reading={reading}")
+        for seed in range(effort.seeds):
+            rng = np.random.default_rng(seed)
+            net = train(data.training, data.validation, NetOptions(), recipe, rng).net
+            watched, tested = errors(net, data.validation), errors(net, data.test)
+            for what, paper, value in (
+                ("training loss, mm", "< 0.3", errors(net, data.training).mean()),
+                ("validation loss, mm", "< 0.3", watched.mean()),
+                ("largest of 196, mm", "0.78", watched.max()),
+                ("3000 random: loss, mm", "0.38", tested.mean()),
+                ("3000 random: below 0.5 mm, %", "> 80", 100 * np.mean(tested < 0.5)),
+                ("3000 random: below 1 mm, %", "100", 100 * np.mean(tested < 1.0)),
+                ("3000 random: largest, mm", "< 1", tested.max()),
+            ):
+                yield Figure(
+                    f"one touch, gauges {reading}", what, paper, recipe.epochs, seed, value
+                )
+
+
+def best(effort: Effort) -> Figures:
+    """One touch, the paper's samples and size of net, the best recipe."""
+    data = sets()
+    for seed in range(effort.seeds):
+        began, rng = time.process_time(), np.random.default_rng(seed)
+        net = train(data.training, data.validation, BEST_NET, BEST, rng).net
+        spent, tested = time.process_time() - began, errors(net, data.test)
+        for what, value in (
+            ("3000 random: loss, mm", tested.mean()),
+            ("3000 random: largest, mm", tested.max()),
+            ("training, CPU s", spent),
+        ):
+            yield Figure("one touch, best recipe", what, "", BEST.epochs, seed, value)
+
+
+def without(effort: Effort) -> Figures:
+    """One touch by the best recipe less one of its parts each."""
+    data = sets()
+    for name, options, recipe in (
+        ("ReLU", replace(BEST_NET, activation="relu"), BEST),
+        ("tanh", replace(BEST_NET, activation="tanh"), BEST),
+        ("no asinh", replace(BEST_NET, inputs="standard"), BEST),
+        ("no finish", BEST_NET, replace(BEST, finish=0)),
+    ):
+        for seed in range(effort.seeds):
+            rng = np.random.default_rng(seed)
+            tested = errors(
+                train(data.training, data.validation, options, recipe, rng).net, data.test
+            )
+            what = f"{name}: 3000 random: loss, mm"
+            yield Figure("best recipe changed", what, "", BEST.epochs, seed, tested.mean())
+
+
+def other(effort: Effort) -> Figures:
+    """One touch by regressions and by the other two kinds of net."""
+    data = sets()
+    for fit, paper in (
+        (regression.linear, "fails at the edge"),
+        (regression.quadratic, "fails at the edge"),
+        (regression.ridge, ""),
+        (regression.gaussian_process, ""),
+        (regression.nearest, ""),
+    ):
+        yield from _tested(fit.__name__.replace("_", " "), paper, 0, 0, fit(data.training), data)
+    epochs = effort.epochs(10000)
+    for fit in (alternatives.convolutional, alternatives.adversarial):
+        for seed in range(effort.seeds):
+            predictor = fit(data.training, epochs, seed)
+            yield from _tested(f"{fit.__name__} net", "worse", epochs, seed, predictor, data)
+
+
+def _tested(name, paper, epochs, seed, predictor, data) -> Figures:
+    tested = position_error(data.test.targets, predictor(data.test.strain))
+    yield Figure(f"one touch, {name}", "3000 random: loss, mm", paper, epochs, seed, tested.mean())
+    largest = tested.max()
+    yield Figure(f"one touch, {name}", "3000 random: largest, mm", "", epochs, seed, largest)
+
+
+def noise(effort: Effort) -> Figures:
+    """Loss against measurement error for loads of several sizes (figure S4)."""
+    data, recipe = sets(), Recipe(effort.epochs(30000))
+    unit = np.sqrt(np.mean(data.training.strain**2))
+    for seed in range(effort.seeds):
+        rng = np.random.default_rng(seed)
+        net = train(data.training, data.validation, NetOptions(), recipe, rng).net
+        for share in (0.0, 0.01, 0.03, 0.1):
+            error = share * unit * rng.normal(size=data.test.strain.shape)
+            for load in (1, 2, 5, 10):
+                seen = dataset.Dataset(data.test.strain + error / load, data.test.targets)
+                what = f"load {load}, error {share:.0%} of the strain of load 1: loss, mm"
+                paper = "0.38" if share == 0.0 else ""
+                value = errors(net, seen).mean()
+                yield Figure("measurement error (S4)", what, paper, recipe.epochs, seed, value)
+
+
+def spacing(effort: Effort) -> Figures:
+    """Loss by the spacing of gauges and of training touches (figure 3D)."""
+    yield from _spaced(product((10, 5, 2), repeat=2), effort)
+
+
+def finest(effort: Effort) -> Figures:
+    """Loss with 360 gauges and 6561 training touches, the last point of figure 3D."""
+    yield from _spaced([(1, 1)], effort)
+
+
+def _spaced(pairs, effort: Effort) -> Figures:
+    recipe = Recipe(effort.epochs(30000))
+    for apart, touches in pairs:
+        data = sets(f"gauges.spacing={apart} mm", f"training.spacing={touches} mm")
+        for seed in range(effort.seeds):
+            rng = np.random.default_rng(seed)
+            net = train(data.training, data.validation, NetOptions(), recipe, rng).net
+            paper = {(5, 5): "0.38", (1, 1): "0.06"}.get((apart, touches), "")
+            what = f"Ls {apart}, Lt {touches} mm: loss, mm"
+            value = errors(net, data.test).mean()
+            yield Figure("spacing (3D)", what, paper, recipe.epochs, seed, value)
+
+
+def search(effort: Effort) -> Figures:
+    """Fifty nets of random layers (Table S1), and the smallest of the table."""
+    data, recipe = sets(), Recipe(effort.epochs(30000))
+
+    def judge(layers):
+        rng = np.random.default_rng(0)
+        net = train(data.training, data.validation, NetOptions(layers), recipe, rng).net
+        return errors(net, data.validation).mean()
+
+    for seed in range(effort.seeds):
+        losses = [candidate.loss for candidate in tune(judge, 50, seed=seed)]
+        for what, paper, value in (
+            ("best of 50: validation loss, mm", "0.24", losses[0]),
+            ("median of 50: validation loss, mm", "0.30", np.median(losses)),
+            ("worst of 50: validation loss, mm", "1.38", losses[-1]),
+            ("one layer of 128: validation loss, mm", "0.26", judge((128,))),
+            ("one layer of 4: validation loss, mm", "1.38", judge((4,))),
+        ):
+            yield Figure("search (S1)", what, paper, recipe.epochs, seed, value)

@@ -1,0 +1,197 @@
+"""Several touches: equal ones, ordered and not, doubled samples, and those with magnitudes."""
+
+import time
+
+import numpy as np
+
+import models
+import rig
+from models import batches, dataset, loss, poles
+from models.net import NetOptions, predict
+from models.recipe import Recipe
+from models.score import matched_error
+from models.train import train
+from rig.studies.paper.sets import TESTED, Effort, Figures, pressed, several
+from rig.studies.paper.table import Figure, store_curve
+
+LOOKS = 40
+"""At the losses on the way, for figure 4A."""
+
+_RANDOM = {"dataset.places": "random", "dataset.seed": 1, "dataset.samples": TESTED}
+"""What makes samples for a test of a scene's training samples."""
+
+
+def two(effort: Effort) -> Figures:
+    """Two equal touches, all pairs of the grid, equation 2 (figure S5)."""
+    yield from _equal(2, {(32, 32): 20000, (64,) * 4: 20000, (256,) * 8: 5000}, "", effort)
+
+
+def three(effort: Effort) -> Figures:
+    """Three equal touches, equation 2 (figures 4A and 4B)."""
+    steps = {(32, 32): 20000, (64,) * 4: 20000, (256,) * 8: 5000}
+    yield from _equal(3, steps, "0.43", effort)
+
+
+def unordered(effort: Effort) -> Figures:
+    """Two and three equal touches told without an order: a smooth net, fresh samples."""
+    for touches, whole in ((2, 10000), (3, 30000)):
+        pool, first, test = several(touches)
+        for seed in range(effort.seeds):
+            rng = np.random.default_rng(seed)
+            stream = batches.superposed(pool, touches, 512, rng)
+            began = time.process_time()
+            net, recipe = _smooth(first, test, touches, effort.epochs(whole), rng, stream)
+            spent = time.process_time() - began
+            error = matched_error(_places(test.targets, touches), _told(net, test, touches))[0]
+            of_three = touches == 3
+            for what, paper, value in (
+                ("loss of paired touches, mm", "0.43" if of_three else "", error.mean()),
+                ("median, mm", "", np.median(error)),
+                ("below 0.8 mm, %", "100" if of_three else "", 100 * np.mean(error.mean(1) < 0.8)),
+                ("training, CPU s", "70 h of a GPU" if of_three else "", spent),
+            ):
+                system = f"{touches} equal touches, no order"
+                yield Figure(system, what, paper, recipe.epochs, seed, value)
+
+
+def _smooth(first, test, touches, epochs, rng, stream, judge=None):
+    """Return a net that tells touches as poles, and its recipe."""
+    options = NetOptions((256,) * 4, "silu", "asinh", poles=touches)
+    recipe = Recipe(epochs, 2e-3, "cosine", "scaled", check=epochs)
+    return train(first, test, options, recipe, rng, loss=judge, batches=stream).net, recipe
+
+
+def _places(targets, touches):
+    return targets[:, : 2 * touches].reshape(-1, touches, 2)
+
+
+def _told(net, test, touches):
+    return _places(predict(net, test.strain), touches)
+
+
+def _equal(touches: int, steps, paper: str, effort: Effort) -> Figures:
+    """Nets of the paper's three sizes on touches of equal force, streamed."""
+    pool, first, test = several(touches)
+    for layers, whole in steps.items():
+        epochs = effort.epochs(whole)
+        recipe = Recipe(epochs, 1e-3, "cosine", "scaled", check=max(epochs // LOOKS, 1))
+        for seed in range(effort.seeds):
+            rng = np.random.default_rng(seed)
+            stream = batches.superposed(pool, touches, 512, rng)
+            options, judge = NetOptions(layers), loss.distance(touches)
+            done = train(first, test, options, recipe, rng, loss=judge, batches=stream)
+            name = f"{len(layers)}×{layers[0]}"
+            if touches == 3 and seed == 0:
+                store_curve(name, recipe.check, done.history)
+            yield from _pressed(
+                f"{touches} equal touches", name, paper, recipe, seed, done.net, test
+            )
+
+
+def _pressed(system, name, paper, recipe, seed, net, test) -> Figures:
+    touches = test.targets.shape[1] // 2
+    true = test.targets.reshape(-1, touches, 2)
+    predicted = predict(net, test.strain).reshape(-1, touches, 2)
+    sorted_loss = np.linalg.norm(predicted - true, axis=2).mean()
+    matched = matched_error(true, predicted)[0].mean(axis=1)
+    for what, value in (("loss, mm", sorted_loss), ("loss of paired touches, mm", matched.mean())):
+        given = paper if name == "8×256" else ""
+        yield Figure(system, f"{name}: {what}", given, recipe.epochs, seed, value)
+    share = 100 * np.mean(matched < 0.8)
+    expected = "100" if touches == 3 and name == "8×256" else ""
+    yield Figure(system, f"{name}: below 0.8 mm, %", expected, recipe.epochs, seed, share)
+
+
+def doubled(effort: Effort) -> Figures:
+    """Two equal touches, each sample written both ways round (figure S6)."""
+    pool, first, test = several(2)
+    recipe = Recipe(effort.epochs(20000), 1e-3, "cosine", "scaled", check=20000)
+
+    def both_ways(stream, rng):
+        for batch in stream:
+            swap = rng.random(len(batch)) < 0.5
+            turned = np.where(swap[:, None], np.roll(batch.targets, 2, axis=1), batch.targets)
+            yield dataset.Dataset(batch.strain, turned)
+
+    for seed in range(effort.seeds):
+        rng = np.random.default_rng(seed)
+        stream = batches.superposed(pool, 2, 512, rng)
+        for name, taken in (("sorted", stream), ("doubled", both_ways(stream, rng))):
+            net = train(
+                first,
+                test,
+                NetOptions((64,) * 4),
+                recipe,
+                rng,
+                loss=loss.distance(2),
+                batches=taken,
+            ).net
+            predicted = predict(net, test.strain)
+            apart = (predicted - test.targets).reshape(-1, 2, 2)
+            value = np.linalg.norm(apart, axis=2).mean()
+            paper = "fails" if name == "doubled" else ""
+            what = f"4×64, {name} samples: loss, mm"
+            yield Figure("doubled samples (S6)", what, paper, recipe.epochs, seed, value)
+
+
+def magnitudes(effort: Effort) -> Figures:
+    """Two touches of magnitudes 1 to 10, equation 3 with three weights k (figure 4C)."""
+    scene = rig.load("paper-two-magnitudes")
+    drawn = rig.load("paper-two-magnitudes", _RANDOM)
+    answer = models.superpose(pressed("paper-two-magnitudes")[1].strain)
+    training, test = (_samples(bench, answer) for bench in (scene, drawn))
+    recipe = Recipe(effort.epochs(10000), 1e-3, "cosine", "scaled", check=10000)
+    for k in (0.1, 1.0, 10.0):
+        for seed in range(effort.seeds):
+            rng = np.random.default_rng(seed)
+            net = train(
+                training,
+                test,
+                NetOptions((128,) * 4),
+                recipe,
+                rng,
+                loss=loss.magnitudes_too(2, k),
+                batches=batches.shuffled(training, 512, rng),
+            ).net
+            error = predict(net, test.strain) - test.targets
+            place = np.linalg.norm(error[:, :4].reshape(-1, 2, 2), axis=2).mean()
+            for what, paper, value in (
+                ("position loss, mm", "< 0.5" if k == 1 else "", place),
+                ("magnitude error, Δ0", "< 0.4" if k == 1 else "", np.abs(error[:, 4:]).mean()),
+            ):
+                name = f"4×128, k {k:g}: {what}"
+                yield Figure("two magnitudes (4C)", name, paper, recipe.epochs, seed, value)
+
+
+def magnitudes_unordered(effort: Effort) -> Figures:
+    """Two touches of magnitudes 1 to 10 told without an order; touches and forces drawn anew."""
+    pool, _, _ = several(2)
+    scene = rig.load("paper-two-magnitudes", _RANDOM)
+    answer = models.superpose(pressed("paper-two-magnitudes")[1].strain)
+    # Strains of the pool are per newton, and magnitude 1 is the scene's force.
+    pool = dataset.Dataset(scene.dataset.force * pool.strain, pool.targets)
+    test, largest = _samples(scene, answer), float(scene.dataset.magnitudes)
+    for seed in range(effort.seeds):
+        rng = np.random.default_rng(seed)
+        stream = batches.superposed(pool, 2, 512, rng, largest)
+        first = next(batches.superposed(pool, 2, 4096, rng, largest))
+        began, judge = time.process_time(), poles.unordered(2, k=1.0)
+        net, recipe = _smooth(first, test, 2, effort.epochs(30000), rng, stream, judge)
+        spent, told = time.process_time() - began, predict(net, test.strain)
+        error, order = matched_error(_places(test.targets, 2), _places(told, 2))
+        force = np.take_along_axis(told[:, 4:], order, axis=1) - test.targets[:, 4:]
+        for what, paper, value in (
+            ("position loss of paired touches, mm", "< 0.5", error.mean()),
+            ("magnitude error, Δ0", "< 0.4", np.abs(force).mean()),
+            ("training, CPU s", "", spent),
+        ):
+            yield Figure("two magnitudes, no order", what, paper, recipe.epochs, seed, value)
+
+
+def _samples(scene, answer):
+    """All samples of a scene's data set, as a net learns them."""
+    plan = scene.dataset.build(scene.plate)
+    parts = [plan.block(number) for number in range(plan.blocks)]
+    touches = np.concatenate(parts)
+    strain = np.concatenate([answer(part).astype(np.float32) for part in parts])
+    return dataset.flatten(strain, touches, scene.dataset.force)

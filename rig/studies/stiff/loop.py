@@ -1,0 +1,120 @@
+"""The live loop with what a bench does to it; `study_stiff.py` runs it.
+
+The bench of the shipped twin with a small camera; pictures are rendered, then spoilt.
+"""
+
+import time
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+import fe
+import rig
+from models import Estimate
+from rig.bench import Bench, build_bench
+from rig.follow import Follower
+from rig.report.figure import Figure
+from rig.source import Frame
+from rig.stopwatch import Stopwatch
+from rig.studies.stiff.case import case
+from rig.twin import Twin, build_twin
+from rig.zero import take_zero
+from synthetic import Hand
+
+SMALL = {
+    "plate.size": [254, 203],
+    "camera.pixels": [384, 320],
+    "pattern.diameter": 3.5,
+    "dic.tile": 8,
+    "dic.subset": 25,
+    "estimator.modes": 100,
+    "comparison": None,
+}
+PRESS, NEAR = fe.Touch(80.0, 120.0, 2.5), fe.Touch(83.0, 120.0, 2.5)
+ARM = Hand(np.array([(190.0, -20.0), (410.0, -20.0), (410.0, 340.0), (190.0, 340.0)]), 0.45)
+FRAMES = 12  # after the change; the last one counts
+SIGMAS, BAR = 5.0, "right within 5 σ, or said"
+PLAIN = ("no touch", "one touch", "2 touches")  # sentences without a doubt
+
+Change = Callable[[np.ndarray], np.ndarray]
+
+
+def loop() -> Iterator[Figure]:
+    """Spoil light, view and frames while one touch presses, then press what is hard to tell."""
+    scene = rig.load("twin", SMALL)
+    twin, bench = build_twin(scene), build_bench(scene, lambda done, total: None)
+    strange = np.random.default_rng(3).uniform(50, 200, (320, 384))
+    for name, change in (
+        ("nothing wrong", lambda image: image),
+        ("light down to 60 %", lambda image: 0.6 * image),
+        ("light down to 20 %", lambda image: 0.2 * image),
+        ("lamp that saturates a third", lambda image: 1.9 * image),
+        ("camera bumped by 3 px", lambda image: np.roll(image, (2, 3), (0, 1))),
+        ("hand over half the pattern", lambda image: 255.0 * ARM.cover(image / 255.0)),
+        ("everything covered", lambda image: strange),
+        ("black picture", lambda image: 0.0 * image),
+        ("noise of 20 grey levels", noisy),
+    ):
+        yield from pressed(f"loop, {name}", bench, twin, (PRESS,), change)
+        yield from pressed(f"loop, {name}, no touch", bench, twin, (), change)
+    for name, touches in (
+        ("two touches 3 mm apart", (PRESS, NEAR)),
+        ("a touch of 20 mN", (fe.Touch(80.0, 120.0, 0.02),)),
+        ("a touch 10 mm from an edge", (fe.Touch(10.0, 100.0, 2.5),)),
+        ("a touch 2 mm from an edge", (fe.Touch(2.0, 100.0, 2.5),)),
+        ("a touch of 60 N", (fe.Touch(80.0, 120.0, 60.0),)),
+    ):
+        yield from pressed(f"loop, {name}", bench, twin, touches, lambda image: image)
+
+
+def pressed(
+    name: str, bench: Bench, twin: Twin, touches: tuple[fe.Touch, ...], change: Change
+) -> Iterator[Figure]:
+    """Follow spoilt pictures of touches; what the last of them says counts."""
+    follower = Follower(
+        bench, take_zero([twin.frame(k, ()) for k in range(16)]), Stopwatch(time.monotonic),
+        time.monotonic,
+    )  # fmt: skip
+    for number in range(20, 20 + FRAMES):
+        image = np.rint(change(twin.frame(number, touches).astype(float))).clip(0, 255)
+        seen = follower.see(Frame(number, number / 30.0, image.astype(np.uint8), None))
+    said, found = follower.sentence(seen.sensed), seen.sensed.estimate
+    truth = np.array([(touch.x, touch.y, touch.force) for touch in touches])
+    right, sure = compared(found, truth, trace(follower, truth))
+    doubted = bool(seen.sensed.trouble) or said not in PLAIN
+    reason = f"{len(touches) or 'no'} touch{'es' * (len(touches) > 1)}"
+    return case(name, reason, right, said, bar=BAR, met=sure or doubted)
+
+
+def trace(follower: Follower, truth: np.ndarray) -> float:
+    """How far touches stand out of the noise of a picture, in its σ."""
+    if not len(truth):
+        return 0.0
+    return float(np.linalg.norm(follower.chain.sights.search.forward.read(truth)[0]))
+
+
+def compared(found: Estimate, truth: np.ndarray, trace: float) -> tuple[str, bool]:
+    """Say what is right of an estimate, and whether all of it is.
+
+    What leaves no trace in the picture need not be found, and two touches may be told as the one
+    that they are at this distance, with the force of both.
+    """
+    if found.count == 1 and len(truth) == 2:
+        force = truth[:, 2]
+        both = np.array([[*(force @ truth[:, :2] / force.sum()), force.sum()]])
+        right, sure = compared(found, both, trace)
+        return f"as one: {right}", sure
+    if found.count != len(truth):
+        said = f"{found.count} of {len(truth)} found, {trace:.1f} σ in the picture"
+        return said, not found.count and trace < SIGMAS
+    if not found.count:
+        return "none found", True
+    off = np.column_stack([found.xy, found.force]) - truth
+    sure = np.abs(off).ravel() <= SIGMAS * np.sqrt(np.diag(found.covariance))
+    far, force = np.hypot(*off[:, :2].T).max(), np.abs(off[:, 2]).max()
+    return f"{far:.2g} mm, {force:.2g} N", bool(sure.all())
+
+
+def noisy(image: np.ndarray) -> np.ndarray:
+    """Add noise of 20 grey levels."""
+    return image + np.random.default_rng().normal(0.0, 20.0, image.shape)

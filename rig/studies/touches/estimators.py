@@ -1,0 +1,173 @@
+"""Every estimator on one touch and 72 gauges: training time, time a frame, error, error over bound.
+
+Parts: regressions, nets, solver. The paper's 289 training touches; the test is 1000 random ones
+with a noise of 1 % of the strain of 1 N. The bound is Cramér and Rao's of the place with the force
+unknown; estimators that are taught one force know it, and can come below.
+"""
+
+import time
+from collections.abc import Callable, Iterator
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+import models
+from models import batches, regression
+from models.estimate import Estimate
+from models.net import NetOptions, predict
+from models.recipe import BEST, BEST_NET, Recipe
+from models.refine import refine
+from models.train import train
+from rig.report.figure import Figure
+from rig.studies.paper.sets import pressed, sets, several
+from rig.studies.study import line, run
+
+TABLE = "One touch, 72 gauges, noise 1 %"
+NOISE = 0.01  # of the root mean square strain of 1 N
+TEST, TIMED = 1000, 300
+STREAMED = 4000  # epochs of the net trained with noise; the paper's table has a longer one
+Tell = Callable[[NDArray], NDArray]
+"""From strains (n, 216) to places (n, 2)."""
+
+
+class Case(NamedTuple):
+    """Test strains with noise and without, their touches, σ, and the bound of each place, mm."""
+
+    noisy: NDArray
+    exact: NDArray
+    places: NDArray
+    sigma: float
+    bound: float
+
+
+@cache
+def case() -> Case:
+    """Draw the test."""
+    data, answer, rng = sets(), pressed("paper-one")[1], np.random.default_rng(7)
+    places, exact = data.test.targets[:TEST], data.test.strain[:TEST].astype(np.float64)
+    sigma = NOISE * float(np.sqrt(np.mean(data.training.strain**2)))
+    forward, variances = models.gauges(answer, sigma), []
+    for place in places:
+        jacobian = forward.read(np.array([[*place, 1.0]]))[1]
+        variances.append(np.trace(np.linalg.inv(jacobian @ jacobian.T)[:2, :2]))
+    noisy = exact + sigma * rng.normal(size=exact.shape)
+    return Case(noisy, exact, places, sigma, float(np.sqrt(np.mean(variances))))
+
+
+def regressions() -> Iterator[Figure]:
+    """Fit regressions to the 289 touches."""
+    data = sets()
+    for fit in (
+        regression.linear,
+        regression.quadratic,
+        regression.ridge,
+        regression.gaussian_process,
+        regression.nearest,
+    ):
+        began = time.process_time()
+        tell = fit(data.training)
+        yield from told(fit.__name__.replace("_", " "), tell, time.process_time() - began)
+
+
+def nets() -> Iterator[Figure]:
+    """Train nets: the paper's recipe, the best one, one with noise; and two steps after each."""
+    data, answer = sets(), pressed("paper-one")[1]
+    pool, first, test = several(1)
+    unit = float(np.sqrt(np.mean(first.strain**2)))
+    gain = batches.gain(answer.gradient(pool.targets)).astype(np.float32)
+    rng = np.random.default_rng(0)
+    levels = (0.01 * unit, 0.2 * unit)
+    noisy = batches.estimated(pool, gain, levels, 512, rng)
+    for name, make in (
+        (
+            "net, the paper's recipe",
+            lambda: train(data.training, data.validation, NetOptions(), Recipe(), rng),
+        ),
+        ("net, best recipe", lambda: train(data.training, data.validation, BEST_NET, BEST, rng)),
+        (
+            "net trained with noise",
+            lambda: train(
+                first,
+                test,
+                NetOptions((128,) * 3, "silu"),
+                Recipe(STREAMED, 2e-3, "cosine", "scaled", check=STREAMED),
+                rng,
+                batches=noisy,
+            ),
+        ),
+    ):
+        began = time.process_time()
+        net = make().net
+        spent = time.process_time() - began
+        yield from told(name, lambda strain, net=net: predict(net, strain), spent)
+        yield from told(f"{name}, and 2 solver steps", stepped(net), spent)
+
+
+def stepped(net) -> Tell:
+    """Take two steps of the solver after a net."""
+    forward = models.gauges(pressed("paper-one")[1], case().sigma)
+
+    def tell(strain: NDArray) -> NDArray:
+        starts = predict(net, strain)
+        white = strain / case().sigma
+        return np.array(
+            [
+                refine(measured, forward, np.array([[*start, 1.0]]))[0, :2]
+                for measured, start in zip(white, starts, strict=True)
+            ]
+        )
+
+    return tell
+
+
+def solver() -> Iterator[Figure]:
+    """Solve on the influence: from nothing, from the last frame, and robustly."""
+    began = time.process_time()
+    forward = models.gauges(pressed("paper-one")[1], case().sigma)
+    search = models.prepare_search(forward)
+    spent = time.process_time() - began
+    starts = np.column_stack([case().places + 0.3, np.ones(TEST)])
+
+    def each(solve: Callable[[NDArray, int], Estimate]) -> Tell:
+        """Solve frame by frame; `solve` takes a whitened frame and its number."""
+        return lambda strain: np.array(
+            [solve(white, n).xy[0] for n, white in enumerate(strain / case().sigma)]
+        )
+
+    yield from told("solver (default)", each(lambda m, n: models.find(m, search, count=1)), spent)
+    followed = each(lambda m, n: models.find(m, search, count=1, start=starts[n : n + 1]))
+    yield from told("solver, from the last frame", followed, spent)
+    robust = each(lambda m, n: models.find_robust(m, search, count=1))
+    yield from told("solver, robust", robust, spent)
+
+
+def told(name: str, tell: Tell, spent: float) -> Iterator[Figure]:
+    """Score an estimator, and time it frame by frame."""
+    known = case()
+    off, clean = (
+        np.linalg.norm(tell(strain) - known.places, axis=1) for strain in (known.noisy, known.exact)
+    )
+    tell(known.noisy[:1])
+    taken = []
+    for row in range(min(TIMED, TEST)):
+        began = time.process_time()
+        tell(known.noisy[row : row + 1])
+        taken.append(time.process_time() - began)
+    rms = np.sqrt(np.mean(off**2))
+    return line(
+        TABLE,
+        name,
+        time=(f"{1e3 * np.median(taken):.3f}", "ms"),
+        error=(f"{rms:.4f}", "mm, rms"),
+        over_the_bound=f"{rms / known.bound:.2f}",
+        without_noise=(f"{clean.mean():.2g}", "mm, mean"),
+        training=(f"{spent:.1f}", "CPU s"),
+    )
+
+
+PARTS = {"regressions": regressions, "nets": nets, "solver": solver}
+
+if __name__ == "__main__":
+    run(PARTS, __doc__)
