@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from dic.displacement import DisplacementField, Status
-from dic.strain_field import StrainField
+from dic.fields.displacement import DisplacementField, Status
+from dic.fields.strain_field import StrainField
 
 
 @contextmanager
@@ -110,12 +110,12 @@ def _parameters(disp: DisplacementField, eps: StrainField) -> dict[str, int | st
 
 def overview(path: str | Path, image: ArrayLike, disp: DisplacementField, eps: StrainField) -> None:
     """Draw u, v, status, exx, eyy and exy over the grey reference (H, W), one PNG for all."""
-    from dic import picture
+    from dic.plots import plot
 
     table = columns(disp, eps)
     fields = {name: table[name] for name in ("u", "v", "status", "exx", "eyy", "exy")}
     with aside(path) as draft:
-        picture.draw_sheet(draft, np.asarray(image), fields, disp)
+        plot.draw_sheet(draft, np.asarray(image), fields, disp)
 
 
 def pictures(
@@ -135,7 +135,7 @@ def pictures(
     list of Path
         The files: u, v, exx, eyy, exy, sigma_u, sigma_exx, zncc and status.
     """
-    from dic import picture
+    from dic.plots import plot
 
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -144,5 +144,5 @@ def pictures(
     paths = [folder / f"{name}.png" for name in names]
     for name, path in zip(names, paths, strict=True):
         with aside(path) as draft:
-            picture.draw(draft, np.asarray(image), name, table[name], disp)
+            plot.draw(draft, np.asarray(image), name, table[name], disp)
     return paths

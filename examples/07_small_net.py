@@ -4,12 +4,12 @@ import numpy as np
 
 import fe
 import models
-from models import dataset, ring
-from models.train import Recipe, train
+from models.data import dataset, gauge_layout
+from models.nets.train import Recipe, train
 
 SIZE = (100.0, 100.0)
 plate = fe.Plate(size=SIZE, thickness=1.0, young=3000.0, poisson=0.3)
-influence = fe.influence(plate, ring.on_edges(SIZE), fe.Mesh(SIZE, (40, 40)))
+influence = fe.influence(plate, gauge_layout.on_edges(SIZE), fe.Mesh(SIZE, (40, 40)))
 
 # 17 x 17 touches to learn from, 14 x 14 between them to watch, others at random for the test.
 rng = np.random.default_rng(7)

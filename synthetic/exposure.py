@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
-from synthetic.hand import Hand
 from synthetic.light import Light
+from synthetic.occluder import Hand
 from synthetic.optics import Optics
 from synthetic.points import Array
 from synthetic.telecentric import AnyCamera

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.signal import correlate
 
-from dic.image import check_image
-from dic.quality import box_sums, lies_inside
-from dic.spline import coefficients, gradient
+from dic.images.image import check_image
+from dic.images.quality import box_sums, lies_inside
+from dic.images.spline import coefficients, gradient
 from synthetic.points import Array, checked
 
 # Nodes a side of a gauge at which the motion is asked for: exact for polynomials of degree 7.

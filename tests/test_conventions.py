@@ -14,9 +14,9 @@ import fe
 import models
 import rig
 import synthetic
-from dic.strain_field import measure
-from models import ring
-from rig import cache
+from dic.fields.strain_field import measure
+from models.data import gauge_layout
+from rig.system import cache
 
 ROOT = Path(__file__).parent.parent
 SIZE = (120.0, 80.0)  # mm
@@ -221,7 +221,7 @@ def test_what_is_not_measured_is_nan_with_a_status_that_says_why(picture):
 
 
 def test_an_estimate_is_sorted_and_its_covariance_runs_x_y_force_in_mm_and_newton():
-    influence = fe.influence(PLATE, ring.on_edges(SIZE, 10.0, 10.0), MESH)
+    influence = fe.influence(PLATE, gauge_layout.on_edges(SIZE, 10.0, 10.0), MESH)
     truth, sigma = np.array([[30.0, 50.0, 2.0], [80.0, 25.0, 0.5]]), 1e-6
     rng = np.random.default_rng(0)
     clean = np.einsum("k,kmc->mc", truth[::-1, 2], influence.strain(truth[::-1, :2]))

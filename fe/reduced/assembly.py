@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.load import disc
-from fe.mesh import Mesh
-from fe.plate import Plate
+from fe.elements.mesh import Mesh
+from fe.linear.load import disc
+from fe.plate.plate import Plate
 from fe.reduced.forms import Forms
 
 

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.hermite import gram
-from fe.mesh import Mesh
+from fe.elements.hermite import gram
+from fe.elements.mesh import Mesh
 from fe.reduced.karman import Karman
 from fe.reduced.training import Parts, Snapshots
 

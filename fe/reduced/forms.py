@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.membrane import pull, stretch
-from fe.mesh import Mesh
+from fe.elements.mesh import Mesh
+from fe.linear.membrane import pull, stretch
 from fe.reduced.basis import Basis, spread_out
 from fe.reduced.karman import Karman
 from fe.reduced.spline import Table, table

@@ -11,12 +11,12 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, cg
 
-from fe.energy import rigidities, stiffness
-from fe.factor import factor
-from fe.linear import Linear
-from fe.membrane import Membrane, Stretched, pull, stretch
-from fe.mesh import Mesh
-from fe.plate import Plate
+from fe.elements.factor import factor
+from fe.elements.mesh import Mesh
+from fe.linear.energy import rigidities, stiffness
+from fe.linear.linear import Linear
+from fe.linear.membrane import Membrane, Stretched, pull, stretch
+from fe.plate.plate import Plate
 
 _ITERATIONS = 30
 _INNER = 200  # of the conjugate gradients in a step; some ten are usual

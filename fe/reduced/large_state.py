@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fe.functional import derivative
-from fe.linear import Face, State
-from fe.mesh import Mesh
-from fe.plate import Plate
+from fe.elements.functional import derivative
+from fe.elements.mesh import Mesh
+from fe.linear.linear import Face, State
+from fe.plate.plate import Plate
 from fe.reduced.interpolation import between
 from fe.reduced.result import Trust
 

@@ -10,12 +10,13 @@ from math import isfinite
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fe.adjoint import Adjoint
-from fe.functional import Functional, derivative, recovered
-from fe.linear import CURVATURES, Face, State, height
-from fe.load import disc
-from fe.mesh import Mesh, grid, mesh_for
-from fe.plate import Plate, Touch
+from fe.elements.functional import Functional, derivative, recovered
+from fe.elements.mesh import Mesh, grid, mesh_for
+from fe.elements.storage import restore, store
+from fe.linear.adjoint import Adjoint
+from fe.linear.linear import CURVATURES, Face, State, height
+from fe.linear.load import disc
+from fe.plate.plate import Plate, Touch
 from fe.reduced.assembly import assemble
 from fe.reduced.basis import basis
 from fe.reduced.equilibrium import Balance, balance
@@ -28,7 +29,6 @@ from fe.reduced.spline import Table
 from fe.reduced.touch_shape import TouchShapes, touch_shapes
 from fe.reduced.training import MARGIN, sample, snapshots, split
 from fe.reduced.view import View
-from fe.storage import restore, store
 
 # Elements for the longer side, and the part of the shorter one that the rim takes along each edge.
 # Elements of the rim are smaller: where a clamped edge meets a free one strain is singular, and

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.factor import Factor, factor
-from fe.functional import derivative
+from fe.elements.factor import Factor, factor
+from fe.elements.functional import derivative
 from fe.reduced.karman import Karman
 
 # Tensions times b²/D of the shorter side b: the answer narrows to b/8 and b/26. Between one

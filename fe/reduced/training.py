@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.functional import derivative
-from fe.plate import Plate, Touch
+from fe.elements.functional import derivative
+from fe.plate.plate import Plate, Touch
 from fe.reduced.karman import Karman
 from fe.reduced.touch_shape import TouchShapes
 

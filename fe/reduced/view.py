@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fe.adjoint import Adjoint
-from fe.plate import Plate
+from fe.linear.adjoint import Adjoint
+from fe.plate.plate import Plate
 from fe.reduced.result import Trust
 
 if TYPE_CHECKING:

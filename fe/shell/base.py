@@ -11,8 +11,8 @@ from scipy.integrate import cumulative_simpson
 from scipy.optimize import brentq
 from scipy.special import j0
 
-from fe.mesh import Mesh
-from fe.plate import Plate
+from fe.elements.mesh import Mesh
+from fe.plate.plate import Plate
 from fe.shell.support import Motion
 
 # An inextensible strip between clamps stands upright at its inflections, k = sin 45° of the

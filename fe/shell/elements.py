@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.hermite import hermite
-from fe.line import Line
-from fe.mesh import Mesh, on_elements
-from fe.plate import Plate
+from fe.elements.hermite import hermite
+from fe.elements.line import Line
+from fe.elements.mesh import Mesh, on_elements
+from fe.plate.plate import Plate
 from fe.shell.kernel import Rule
 
 # Points of Gauss along each side of an element.

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fe.functional import derivative, recovered
-from fe.linear import Face, height
+from fe.elements.functional import derivative, recovered
+from fe.linear.linear import Face, height
 from fe.shell.band import cholesky
 from fe.shell.measure import ORDERS, derivatives, strain_variation, surface, turning
 from fe.shell.state import ShellState

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.functional import Functional
-from fe.mesh import Mesh
+from fe.elements.functional import Functional
+from fe.elements.mesh import Mesh
 
 ORDERS = ((1, 0), (0, 1), (2, 0), (0, 2), (1, 1))
 

@@ -17,8 +17,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fe.shell.band import Band, cholesky
-from fe.shell.escape import escape
 from fe.shell.problem import TINY, Problem
+from fe.shell.unstable_direction import escape
 
 _MOST_ITERATIONS = 60
 # The step is the last one where the work that it can still do is this part of the energy: it

@@ -10,10 +10,10 @@ from math import nan
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.functional import derivative
-from fe.load import spread
-from fe.mesh import Mesh, grid, mesh_for
-from fe.plate import Plate, Touch
+from fe.elements.functional import derivative
+from fe.elements.mesh import Mesh, grid, mesh_for
+from fe.linear.load import spread
+from fe.plate.plate import Plate, Touch
 from fe.shell.band import cholesky
 from fe.shell.base import Base, bow, check_base
 from fe.shell.newton import Equilibrium, equilibrium

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fe.functional import derivative, recovered
-from fe.linear import Face, height
-from fe.load import spread
-from fe.mesh import Mesh
-from fe.plate import Plate, Touch
+from fe.elements.functional import derivative, recovered
+from fe.elements.mesh import Mesh
+from fe.linear.linear import Face, height
+from fe.linear.load import spread
+from fe.plate.plate import Plate, Touch
 from fe.shell.base import Base
 from fe.shell.measure import derivatives, strain, surface
 from fe.shell.stability import Stability

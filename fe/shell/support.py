@@ -9,9 +9,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fe.hermite import gram, hermite
-from fe.mesh import Mesh
-from fe.plate import Plate
+from fe.elements.hermite import gram, hermite
+from fe.elements.mesh import Mesh
+from fe.plate.plate import Plate
 
 
 class Motion(NamedTuple):

@@ -9,9 +9,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fe.hermite import gram
-from fe.mesh import Mesh
-from fe.plate import Plate
+from fe.elements.hermite import gram
+from fe.elements.mesh import Mesh
+from fe.plate.plate import Plate
 from fe.shell.elements import pattern, rule
 from fe.shell.kernel import Rule, forces, stresses, tangent
 from fe.shell.support import springs

@@ -11,7 +11,7 @@ from rig.calibration.guide import Progress
 from rig.calibration.lens import FEWEST, Lens, calibrate_lens
 from rig.calibration.pose import Pose, find_pose
 from rig.projector.content import Content
-from rig.source import Frame
+from rig.system.frame import Frame
 
 STILL = 1.0  # px by which corners may move from frame to frame: more blurs them
 APART = 0.015  # of the picture's width, by which a new view must differ: a tilt of 30° makes 0.025

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fe
-from rig.calibration.alignment import Alignment, align
+from rig.live.alignment import Alignment, align
+from rig.live.snapshot import Mark
 from rig.scene import Scene
-from rig.script import asked
-from rig.snapshot import Mark
+from rig.sources.script import asked
 
 HOLD = 0.6  # s that a press must stand still; the second half counts, when a finger has settled
 STEADY = 0.05  # of the force, by which it may vary meanwhile, beside what its noise explains

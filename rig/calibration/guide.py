@@ -11,7 +11,7 @@ from typing import Protocol
 
 from rig.calibration.store import Part
 from rig.projector.content import Content
-from rig.source import Frame
+from rig.system.frame import Frame
 
 
 @dataclass(frozen=True)

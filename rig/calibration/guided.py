@@ -8,7 +8,7 @@ from time import monotonic
 from rig.calibration.guide import Guide, Progress
 from rig.calibration.store import Part
 from rig.projector.content import Content
-from rig.source import Frame, Source
+from rig.system.frame import Frame, Source
 
 SLICE = 0.004  # s; so late does the projector get something new, whatever the rate of the frames
 PATIENCE = 5.0  # s without a frame

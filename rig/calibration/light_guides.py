@@ -11,14 +11,14 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 import synthetic
-from rig.calibration import gray
 from rig.calibration.guide import Progress
 from rig.calibration.latency import Latency, measure_latency
 from rig.calibration.projector import Light
 from rig.calibration.steps import light_of
+from rig.projector import gray_code
 from rig.projector.content import Content, Plain, Stripe
 from rig.scene.plate import Plate
-from rig.source import Frame
+from rig.system.frame import Frame
 
 SETTLING = 0.5  # s from a new picture to the first frame that counts
 MEAN = 2  # frames of each picture
@@ -49,7 +49,7 @@ class StripesGuide:
     @property
     def progress(self) -> Progress:
         """See `Guide`."""
-        wanted = gray.count(self.size)
+        wanted = gray_code.count(self.size)
         return Progress(
             "leave the plate alone and keep the light steady", len(self._images), wanted
         )
@@ -57,11 +57,11 @@ class StripesGuide:
     @property
     def shows(self) -> Content:
         """See `Guide`."""
-        return Stripe(min(len(self._images), gray.count(self.size) - 1))
+        return Stripe(min(len(self._images), gray_code.count(self.size) - 1))
 
     def see(self, frame: Frame) -> None:
         """See `Guide`."""
-        if len(self._images) == gray.count(self.size):
+        if len(self._images) == gray_code.count(self.size):
             return
         if self._since is None:
             self._since = frame.captured
@@ -78,7 +78,7 @@ class StripesGuide:
 
     def result(self) -> Light | None:
         """See `Guide`."""
-        if len(self._images) < gray.count(self.size):
+        if len(self._images) < gray_code.count(self.size):
             return None
         return light_of(self._images, self.camera, self.plate, self.size)
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rig.calibration.guide import Progress
 from rig.calibration.photon import Photon, photon_transfer
 from rig.projector.content import Content
-from rig.source import Frame
+from rig.system.frame import Frame
 
 FRAMES = 12  # of a series
 STEADY = 0.02  # by which the brightness may vary in one

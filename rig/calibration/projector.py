@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import synthetic
-from rig.markers import Screen, project
+from rig.projector.markers import Screen, project
 
 FEWEST = 1000  # lit pixels on the plate
 SLIP = 2.0  # px of the projector; a pixel that was read further off saw an edge or a reflection

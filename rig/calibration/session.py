@@ -14,20 +14,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 import synthetic
-from models.from_presses import Corrected, correct
-from models.motions import Motions, see_motions
-from rig import live
-from rig.bench import Bench, build_bench
-from rig.calibration.alignment import FEWEST, Alignment, align
+from models.design.press_calibration import Corrected, correct
+from models.forward.image_motion import Motions, see_motions
 from rig.calibration.collect import HOLD, Collector, Score, Taken, rms, targets
-from rig.calibration.evidence import CHANCE
 from rig.calibration.lens import Lens
 from rig.calibration.pose import Pose
 from rig.calibration.store import parse
+from rig.live import chain as live
+from rig.live.alignment import FEWEST, Alignment, align
+from rig.live.bench import Bench, build_bench
+from rig.live.evidence import CHANCE
+from rig.live.view import marks
 from rig.recording.session import Session, told
-from rig.script import ASKED
-from rig.stopwatch import Stopwatch
-from rig.view import marks
+from rig.sources.script import ASKED
+from rig.system.timing import Stopwatch
 
 
 @dataclass(frozen=True, eq=False)

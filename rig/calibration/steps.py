@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 import synthetic
-from rig.calibration import gray
 from rig.calibration.board import Board, View, on_plate
 from rig.calibration.lens import Lens, calibrate_lens
 from rig.calibration.photon import Photon, photon_transfer
 from rig.calibration.pose import Pose, find_pose
 from rig.calibration.projector import Light, brightness, find_light
 from rig.calibration.store import Calibration
+from rig.projector import gray_code
 from rig.scene import Scene
 from rig.scene.loop import Projector
 from rig.scene.plate import Plate
@@ -90,7 +90,7 @@ def light_of(
     images: Sequence[NDArray], camera: synthetic.Camera, plate: Plate, size: tuple[int, int]
 ) -> Light:
     """Find the projector of `size` px from pictures of its Gray code, and how bright it is."""
-    seen, valid = gray.decode(images, size)
+    seen, valid = gray_code.decode(images, size)
     light = find_light(seen, valid, camera, plate.size, size, plate.thickness / 2)
     strength, black = brightness(images[0], images[1], valid)
     return replace(light, strength=strength, black=black)
@@ -107,7 +107,7 @@ def from_stills(folder: Path, black: float) -> Photon:
 
 def write_stripes(scene: Scene, folder: Path) -> int:
     """Write the pictures that the projector must show; gives their number."""
-    stripes = gray.patterns(projector_of(scene).size)
+    stripes = gray_code.patterns(projector_of(scene).size)
     for index, picture in enumerate(stripes):
         cv2.imwrite(str(folder / f"{index:02d}.png"), picture)
     return len(stripes)

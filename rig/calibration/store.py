@@ -10,14 +10,14 @@ import numpy as np
 from pydantic import Field, ValidationError
 
 import synthetic
-from rig.calibration.alignment import Alignment
 from rig.calibration.latency import Latency
 from rig.calibration.lens import Lens
 from rig.calibration.photon import Photon
 from rig.calibration.pose import Pose
 from rig.calibration.projector import Light
-from rig.markers import Screen
-from rig.projector.light import LightMap, see_light
+from rig.live.alignment import Alignment
+from rig.projector.light_map import LightMap, see_light
+from rig.projector.markers import Screen
 from rig.scene import Scene
 from rig.scene.section import Section
 

@@ -8,8 +8,8 @@ from typing import Any
 
 from rig.camera.controls import Controls, Setting
 from rig.camera.nodes import DeviceClock, set_up
-from rig.extra import need
-from rig.source import Frame
+from rig.system.frame import Frame
+from rig.system.optional import need
 
 TICKS = 1e9  # a second, of USB3 cameras; GigE cameras say theirs
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rig.camera.controls import Setting
     from rig.camera.device import Device
-    from rig.source import Frame
+    from rig.system.frame import Frame
 
 SLICE = 0.1  # s that one wait for a picture takes: so soon does the thread see that it shall end
 SILENCE = 1.0  # s without a picture after which the device is opened anew
@@ -20,7 +20,7 @@ END = 2.0  # s that the thread gets to end; a driver that hangs is left behind
 
 
 class Camera:
-    """A `rig.source.Source` on a device, with a thread that reads every picture at once.
+    """A `rig.system.frame.Source` on a device, with a thread that reads every picture at once.
 
     A driver queues pictures that nobody takes: after a pause of 0.5 s the next two would be half a
     second old. Where the device goes (unplugged, frozen) it is opened again until it comes back.

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from rig.camera.controls import Setting
-    from rig.source import Frame
+    from rig.system.frame import Frame
 
 STALEST = 2.0  # s; an older time stamp is of another clock
 
@@ -43,7 +43,7 @@ class Device(Protocol):
 
 
 class InOrder:
-    """A `rig.source.Source` that leaves nothing out: each grab gives the next picture."""
+    """A `rig.system.frame.Source` that leaves nothing out: each grab gives the next picture."""
 
     def __init__(self, device: Device):
         self._device = device

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import dic
 from rig.camera.controls import Setting
-from rig.source import Frame
+from rig.system.frame import Frame
 
 SUFFIXES = {".png", ".tif", ".tiff", ".bmp", ".jpg", ".jpeg", ".pgm"}
 

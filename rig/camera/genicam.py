@@ -11,8 +11,8 @@ import numpy as np
 
 from rig.camera.controls import Controls, Setting
 from rig.camera.nodes import DeviceClock, set_up
-from rig.extra import need
-from rig.source import Frame
+from rig.system.frame import Frame
+from rig.system.optional import need
 
 NANOSECOND = 1e-9
 

@@ -23,7 +23,7 @@ from rig.camera.device import stamp
 from rig.camera.panel import Panel
 from rig.camera.pixels import FORMATS, brightness, name_of
 from rig.camera.reasons import refusal, unsupported
-from rig.source import Frame
+from rig.system.frame import Frame
 
 PATIENCE = ("OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT", "1")
 """Seconds that OpenCV waits for a frame, else 10; it looks there before its first frame."""

@@ -21,8 +21,8 @@ from rig.camera.device import stamp
 from rig.camera.panel import Panel
 from rig.camera.pixels import FORMATS, brightness, name_of
 from rig.camera.reasons import refusal, unsupported
-from rig.extra import need
-from rig.source import Frame
+from rig.system.frame import Frame
+from rig.system.optional import need
 
 BUFFERS = 4
 PAUSE = 0.002  # s before a driver that was ready and gave nothing is asked again

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rig.commands.output import console, emit
-from rig.process import interruptible
+from rig.system.process import interruptible
 
 if TYPE_CHECKING:
     from rig.calibration.collect import Collector, Taken
@@ -90,8 +90,8 @@ def _ask(
     """Run the loop until all presses are taken."""
     from rig.calibration.collect import Collector, targets
     from rig.commands.run import start
-    from rig.markers import fit_plate
-    from rig.snapshot import Mark
+    from rig.live.snapshot import Mark
+    from rig.projector.markers import fit_plate
 
     collector = Collector(targets(scene), count)
     loop, _ = start(scene, calibration, True, record, open_parts)

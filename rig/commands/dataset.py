@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from rig.commands.output import Report, console, emit, progress
+from rig.plates.cached import influence, reduced
 from rig.scene import Scene, load, parse_overrides
 from rig.scene.bench import Ring
 from rig.scene.dataset import Dataset
 from rig.scene.plate import Base, Plate
 from rig.scene.theory import choose
-from rig.simulated import influence, reduced
 
 if TYPE_CHECKING:
     import numpy as np

@@ -14,7 +14,7 @@ from rig.commands.output import emit, progress
 if TYPE_CHECKING:
     from rich.console import Group
 
-    from models.design import Errors
+    from models.design.expected_errors import Errors
     from rig.design.outlook import Design
 
 WAYS = {"bound": "bound of the pattern", "pattern": "as the scene has it", "strain": "by strain"}
@@ -49,7 +49,7 @@ def design(
     with progress("design") as report:
         made = predict(loaded, report)
     if picture:
-        from rig.design.picture import draw_map
+        from rig.design.plot import draw_map
 
         draw_map(made, picture)
     emit(_tables(made), _data(made), as_json)

@@ -10,9 +10,9 @@ from rig.commands.output import progress
 from rig.scene import Scene
 
 if TYPE_CHECKING:
-    from models.net import Net
-    from rig.calibration.net_presses import PressScore
-    from rig.lesson import Lesson
+    from models.nets.net import Net
+    from rig.training.net_presses import PressScore
+    from rig.training.plan import Lesson
 
 
 @dataclass(frozen=True)
@@ -67,8 +67,8 @@ def learn_from(name: str, scene: Scene, path: Path) -> Lessons:
 def judge_net(name: str, net: Net, taught: Lesson, scene: Scene, path: Path) -> PressScore:
     """Tell the presses of a recording by a net, through the camera as it is known now."""
     from rig.calibration import store
-    from rig.calibration.net_presses import score_presses
     from rig.recording.session import open_session
+    from rig.training.net_presses import score_presses
 
     calibration = store.read(store.beside(name))
     with open_session(path) as session, progress("presses") as report:

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 from rig.calibration.guide import Guide, Progress
 from rig.calibration.store import Calibration, Part
 from rig.commands.output import console
-from rig.markers import fit_plate
-from rig.page.desk import UNITS, Desk, Wizard
-from rig.process import interruptible
+from rig.live.snapshot import Snapshot
+from rig.live.view import View, look
+from rig.page.controls import UNITS, Desk, Wizard
+from rig.projector.markers import fit_plate
 from rig.scene import Scene
-from rig.snapshot import Snapshot
-from rig.source import Frame
-from rig.view import View, look
+from rig.system.frame import Frame
+from rig.system.process import interruptible
 
 PATIENCE = 20.0  # s that the projector's window may take to open
 
@@ -35,7 +35,7 @@ def live(what: str, scene: Scene, known: Calibration, guide: Guide) -> Part:
         If no frames come.
     """
     from rig.calibration.guided import lead
-    from rig.inputs import open_input
+    from rig.sources.open_source import open_input
 
     with ExitStack() as open_parts, interruptible():
         show = _window(what, scene, known, open_parts)
@@ -68,7 +68,7 @@ class _Teller:
         self._plate_size, self._view = _sight(scene, known)
         self._publisher: Publisher | None = None
         if scene.page:
-            from rig.commands.panes import open_page
+            from rig.commands.page_panels import open_page
 
             self._publisher = open_parts.enter_context(open_page(scene.page, None))
             console().print(

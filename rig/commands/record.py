@@ -24,7 +24,7 @@ def record(
 ) -> None:
     """Run the loop of a scene without page and projector, and record it."""
     import rig
-    from rig.recording.place import named
+    from rig.recording.paths import named
 
     path = named(folder, name)
     loaded = rig.load(scene, rig.scene.parse_overrides(settings or []))

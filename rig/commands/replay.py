@@ -37,11 +37,11 @@ def replay(
 
 
 def _replay(session: Session) -> dict[str, Any]:
-    from rig.bench import build_bench
     from rig.calibration.store import parse
+    from rig.live.bench import build_bench
+    from rig.live.run_score import Tally
     from rig.recording.replay import replay as play
-    from rig.stopwatch import Stopwatch
-    from rig.tally import Tally
+    from rig.system.timing import Stopwatch
 
     with progress("plate modes") as report:
         bench = build_bench(session.scene, report, parse(session.calibration, "in the recording"))

@@ -11,18 +11,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rig.commands.output import emit, progress, say, warn
-from rig.process import interruptible
+from rig.system.process import interruptible
 
 if TYPE_CHECKING:
     from rich.table import Table
 
     from rig.calibration.store import Calibration
-    from rig.loop import Loop
+    from rig.live.loop import Loop
+    from rig.live.snapshot import Snapshot
     from rig.projector.show import Show
+    from rig.recording.control import Switch
     from rig.recording.recorder import Recorder
-    from rig.recording.switch import Switch
     from rig.scene import Scene
-    from rig.snapshot import Snapshot
 
 READY = "the source gets ready; then the reference is taken …"
 SCREEN = (1280, 800)  # px, of a projector that is not there: the page shows what it would show
@@ -106,12 +106,12 @@ def start(
     if record or (scene.page and not headless):
         switch = open_parts.enter_context(_switch(scene, calibration, record))
     show, sinks = _open_sinks(scene, calibration, headless, switch, open_parts)
-    from rig.inputs import open_input
+    from rig.sources.open_source import open_input
 
     source, zero = open_parts.enter_context(open_input(scene, say))
-    from rig.bench import build_bench
-    from rig.loop import Loop
-    from rig.view import look
+    from rig.live.bench import build_bench
+    from rig.live.loop import Loop
+    from rig.live.view import look
 
     with progress("plate modes") as report:
         bench = build_bench(scene, report, calibration)
@@ -127,8 +127,8 @@ def start(
 
 def _switch(scene: Scene, calibration: Calibration, path: Path | None) -> Switch:
     """Make the recording, on from the first frame if its file was named."""
+    from rig.recording.control import Switch
     from rig.recording.recorder import Recorder
-    from rig.recording.switch import Switch
 
     def new(file: Path | None) -> Recorder:
         now = datetime.now(UTC)
@@ -151,13 +151,13 @@ def _open_sinks(
 ) -> tuple[Show | None, list[Sink]]:
     if not scene.plate or (headless and not scene.outputs):
         return None, []
-    from rig.markers import fit_plate
+    from rig.projector.markers import fit_plate
 
     size = scene.projector.size if scene.projector else SCREEN
     screen = calibration.screen() or fit_plate(size, scene.plate.size)
     show, sinks = None, []
     if not headless:
-        from rig.commands.panes import open_panes
+        from rig.commands.page_panels import open_panes
 
         doubts = tuple(calibration.doubts(scene, datetime.now(UTC)))
         show, sinks = open_panes(scene, calibration, doubts, screen, switch, open_parts)

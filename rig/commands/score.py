@@ -10,8 +10,8 @@ import typer
 
 from rig.commands.output import emit, progress
 from rig.commands.score_table import table, touch_table, write_map
-from rig.scored import Scored, is_recording, score_model, score_recording
-from rig.simulated import model_path
+from rig.training.data import model_path
+from rig.training.model_score import Scored, is_recording, score_model, score_recording
 
 if TYPE_CHECKING:
     from rich.console import Group

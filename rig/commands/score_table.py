@@ -11,8 +11,8 @@ import numpy as np
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from models.error_map import ErrorMap
-    from models.touch_score import TouchScore
+    from models.scores.error_map import ErrorMap
+    from models.scores.touch_score import TouchScore
 
 ROWS = {
     "touches": "touches",

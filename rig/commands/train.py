@@ -10,22 +10,23 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 import typer
 
+from rig.calibration.camera_of import camera_of
 from rig.commands.from_session import judge_net, learn_from
 from rig.commands.output import console, emit, progress
 from rig.commands.score_table import table
-from rig.lesson import Lesson, camera_of, lesson
 from rig.scene import Scene, load, parse_overrides
 from rig.scene.sensing import NetEstimator
-from rig.scored import figures
-from rig.simulated import Sets, model_path, simulate
+from rig.training.data import Sets, model_path, simulate
+from rig.training.model_score import figures
+from rig.training.plan import Lesson, lesson
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from models.checkpoint import Checkpoint
-    from models.dataset import Dataset
-    from models.loss import Loss
-    from models.train import Trained
+    from models.data.dataset import Dataset
+    from models.nets.checkpoint import Checkpoint
+    from models.nets.loss import Loss
+    from models.nets.train import Trained
 
 BATCHES_A_CHECK = 100
 """Looking at the validation set costs as much as several batches."""
@@ -58,7 +59,7 @@ def train(
     From a recording of known presses the forward model is corrected first: camera and stiffness. A
     net is then trained through that camera, and told the presses.
     """
-    from models import store
+    from models.nets import store
 
     bench = load(scene, parse_overrides(settings or []))
     learned = learn_from(scene, bench, session) if session else None
@@ -77,7 +78,7 @@ def train(
     about = {"scene": bench.model_dump(mode="json"), "calibration": calibration}
     store.save(path, trained, about)
     if onnx:
-        from models.onnx_file import write_onnx
+        from models.nets.onnx import write_onnx
 
         write_onnx(onnx, trained.net)
     if curves:
@@ -103,7 +104,7 @@ def _calibration(name: str, bench: Scene) -> str:
 
 def _train(taught: Lesson, sets: Sets, part: Path) -> Trained:
     """Train with a bar that shows the loss; go on where a run was killed that left `part`."""
-    from models.checkpoint import Checkpoint
+    from models.nets.checkpoint import Checkpoint
 
     epochs = taught.net.epochs
     with progress("training") as report:
@@ -124,9 +125,9 @@ def descend(
     checkpoint: Checkpoint | None = None,
 ) -> Trained:
     """Train a net with these layers by the recipe of a scene."""
-    from models.net import NetOptions
-    from models.recipe import Recipe
-    from models.train import train
+    from models.nets.net import NetOptions
+    from models.nets.recipe import Recipe
+    from models.nets.train import train
 
     net, touches = taught.net, taught.touches
     rng = np.random.default_rng(net.seed)
@@ -146,7 +147,7 @@ def descend(
 
 def _batches(taught: Lesson, sets: Sets) -> Iterator[Dataset] | None:
     """Draw what each step learns from; None where it is all of the training set."""
-    from models.batches import mixed, noisy, shuffled
+    from models.nets.batches import mixed, noisy, shuffled
 
     size, rng = taught.net.batch, np.random.default_rng(taught.net.seed)
     if sets.noise is None:
@@ -162,8 +163,8 @@ def _batches(taught: Lesson, sets: Sets) -> Iterator[Dataset] | None:
 
 def _loss(taught: Lesson) -> Loss:
     """Return equation 2 or 3 of the paper, for what the net of a scene tells."""
-    from models.loss import distance, magnitudes_too
-    from models.poles import unordered
+    from models.nets.loss import distance, magnitudes_too
+    from models.nets.set_encoding import unordered
 
     weight = taught.net.magnitude_weight
     if taught.net.told == "poles":

@@ -10,15 +10,15 @@ import typer
 
 from rig.commands.output import emit, progress
 from rig.commands.train import descend
-from rig.lesson import Lesson, lesson
 from rig.scene import load, parse_overrides
-from rig.scored import figures
-from rig.simulated import Sets, simulate
+from rig.training.data import Sets, simulate
+from rig.training.model_score import figures
+from rig.training.plan import Lesson, lesson
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from models.tune import Candidate
+    from models.nets.tune import Candidate
 
 
 def tune(
@@ -37,7 +37,7 @@ def tune(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Train nets of random sizes; a search that was cut off goes on where it ended."""
-    from models import tune as search
+    from models.nets import tune as search
     from models.workers import workers
 
     bench = load(scene, parse_overrides(settings or []))
@@ -71,7 +71,7 @@ def _loss(taught: Lesson, sets: Sets, layers: tuple[int, ...]) -> float:
 
 def _study(taught: Lesson) -> str:
     """Name a study by all that its losses depend on, so that no two kinds mix."""
-    from rig.cache import key
+    from rig.system.cache import key
 
     sections = (taught.plate, taught.gauges, taught.training, taught.net, taught.samples)
     return key("search", [part and part.model_dump(mode="json") for part in sections])[:16]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import fe
-from models.design import Errors
+from models.design.expected_errors import Errors
 from rig.design.prediction import from_strain, linear_to, predict, seen, time_of_frame
 from rig.design.setup import changes, setup_of
 from rig.scene import Scene

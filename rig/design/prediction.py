@@ -13,9 +13,15 @@ import numpy as np
 import fe
 import models
 import synthetic
-from dic.tile_field import prepare_blocks
-from dic.tiles import lay_tiles, prepare_tiles, tile_sums
-from models.design import Errors, alike, expected_errors, gradient_energy, over_plate
+from dic.tiles.tile_field import prepare_blocks
+from dic.tiles.tiles import lay_tiles, prepare_tiles, tile_sums
+from models.design.expected_errors import (
+    Errors,
+    alike,
+    expected_errors,
+    gradient_energy,
+    over_plate,
+)
 from rig.design.setup import Setup
 from rig.scene.bench import Camera
 from rig.scene.plate import Plate
@@ -80,8 +86,8 @@ def from_strain(prediction: Prediction, motions: models.Motions) -> Errors:
 
 
 def linear_to(plate: fe.Plate) -> float:
-    """Find the force up to which linear theory is right to `fe.validity.TOLERANCE`, N."""
-    from fe.validity import TOLERANCE
+    """Find the force up to which linear theory is right to `fe.linear.validity.TOLERANCE`, N."""
+    from fe.linear.validity import TOLERANCE
 
     force = UNIT
     for _ in range(8):  # the error grows with the square of the force, nearly

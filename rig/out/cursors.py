@@ -10,8 +10,8 @@ from math import hypot
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.markers import Screen, project
-from rig.snapshot import Mark
+from rig.live.snapshot import Mark
+from rig.projector.markers import Screen, project
 
 REACH = 0.12  # of the surface; a touch that was further away in the last frame is another one
 

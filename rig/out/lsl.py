@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from importlib import import_module
 from math import nan
 
-from rig.extra import need
-from rig.snapshot import Mark
+from rig.live.snapshot import Mark
+from rig.system.optional import need
 
 FIELDS = (
     ("id", "none"), ("x", "mm"), ("y", "mm"), ("force", "N"),

@@ -6,11 +6,11 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
+from rig.live.snapshot import Snapshot
 from rig.scene.loop import Outputs
-from rig.snapshot import Snapshot
 
 if TYPE_CHECKING:
-    from rig.markers import Screen
+    from rig.projector.markers import Screen
 
 Sink = Callable[[Snapshot], object]
 

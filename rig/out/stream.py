@@ -18,9 +18,9 @@ from starlette.middleware import Middleware
 from starlette.routing import WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from rig.page.guard import Guard
-from rig.serving import GOING_AWAY, HOST, Newest, listen, serving
-from rig.snapshot import Mark, Snapshot
+from rig.live.snapshot import Mark, Snapshot
+from rig.web.guard import Guard
+from rig.web.serving import GOING_AWAY, HOST, Newest, listen, serving
 
 PORT = 8766
 PATH = "/touches"

@@ -13,9 +13,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.live.snapshot import Mark
 from rig.out.cursors import Cursor, Cursors
 from rig.out.osc import bundle, message
-from rig.snapshot import Mark
 
 ADDRESS = "/tuio/2Dcur"
 PORT = 3333  # where TUIO clients listen

@@ -13,9 +13,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.markers import Screen, draw_marks, project
-from rig.page.desk import Desk
-from rig.snapshot import Mark, Snapshot, StrainMap
+from rig.live.snapshot import Mark, Snapshot, StrainMap
+from rig.page.controls import Desk
+from rig.projector.markers import Screen, draw_marks, project
 
 JPEG_QUALITY = 80
 NOTHING = Desk()

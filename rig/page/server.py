@@ -21,13 +21,13 @@ from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from rig.markers import Screen
-from rig.page.access import Access
-from rig.page.desk import Desk
-from rig.page.guard import CONTROLS, Guard
+from rig.live.snapshot import Mark, Snapshot
+from rig.page.controls import Desk
 from rig.page.packet import NOTHING, Packet
-from rig.serving import EVERYWHERE, GOING_AWAY, HOST, Newest, listen, serving
-from rig.snapshot import Mark, Snapshot
+from rig.projector.markers import Screen
+from rig.web.access import Access
+from rig.web.guard import CONTROLS, Guard
+from rig.web.serving import EVERYWHERE, GOING_AWAY, HOST, Newest, listen, serving
 
 STATIC = Path(__file__).parent / "static"
 LONGEST = 512  # bytes of what a page may ask for

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.calibration.gray import pattern
-from rig.markers import Screen, draw_marks
-from rig.snapshot import Mark
+from rig.live.snapshot import Mark
+from rig.projector.gray_code import pattern
+from rig.projector.markers import Screen, draw_marks
 
 
 @dataclass(frozen=True)
 class Stripe:
-    """Picture of the Gray code by its number, see `rig.calibration.gray.pattern`."""
+    """Picture of the Gray code by its number, see `rig.projector.gray_code.pattern`."""
 
     number: int
 

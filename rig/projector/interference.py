@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from dic.tiles import tile_sums
-from rig.live import Chain
-from rig.snapshot import Mark
-from rig.unlit import unlit_sums
+from dic.tiles.tiles import tile_sums
+from rig.live.chain import Chain
+from rig.live.illumination import unlit_sums
+from rig.live.snapshot import Mark
 
 SPOILT = 0.45  # of σ: a bias of so much makes an error 10 % larger, √(1 + 0.45²)
 

@@ -9,11 +9,11 @@ from concurrent.futures import Future, ThreadPoolExecutor
 
 import numpy as np
 
-from rig.live import Chain
-from rig.markers import Screen, draw_marks
+from rig.live.chain import Chain
+from rig.live.snapshot import Mark, Snapshot
 from rig.projector.interference import interference, leftover
-from rig.projector.light import see_light
-from rig.snapshot import Mark, Snapshot
+from rig.projector.light_map import see_light
+from rig.projector.markers import Screen, draw_marks
 
 PAUSE = 1.0  # s
 

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from rig.snapshot import Mark
+from rig.live.snapshot import Mark
 
 Mode = Literal["on", "beside", "outside", "dark"]
 """On the touch; beside it; outside the measured area; on it, but only in frames not measured."""

@@ -7,19 +7,19 @@ from contextlib import contextmanager
 from time import monotonic
 from typing import TYPE_CHECKING
 
-from rig.markers import Screen
-from rig.projector.dark import Blink, InTheDark
-from rig.projector.lead import led
-from rig.projector.light import LightMap
+from rig.projector.blanking import Blink, InTheDark
+from rig.projector.latency_prediction import led
+from rig.projector.light_correction import Relit
+from rig.projector.light_map import LightMap
+from rig.projector.markers import Screen
 from rig.projector.modes import Mode, placed
-from rig.projector.relit import Relit
 from rig.projector.window import Projector, open_projector
 
 if TYPE_CHECKING:
     from rig.calibration.store import Calibration
+    from rig.live.snapshot import Mark, Snapshot
     from rig.scene.loop import Projector as Section
-    from rig.snapshot import Mark, Snapshot
-    from rig.source import Source
+    from rig.system.frame import Source
 
 OLDEST = 0.1  # s from the capture of a frame, after which its touches are not shown any more
 TYPICAL = 0.02  # s from the command to the light, where it was not measured

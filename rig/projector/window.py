@@ -9,11 +9,11 @@ from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 
-from rig.markers import Screen
-from rig.process import deaf_to_interrupts
+from rig.projector.blanking import Blink
 from rig.projector.content import Content, draw
-from rig.projector.dark import Blink
-from rig.projector.shown import Shown
+from rig.projector.display_log import Shown
+from rig.projector.markers import Screen
+from rig.system.process import deaf_to_interrupts
 
 SECONDS_TO_CLOSE = 2.0
 SECONDS_TO_ANSWER = 3.0  # after which a window that has answered before is taken for stuck

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fe
-from rig.pressed import plate_solver, press
+from rig.plates.plate_solver import plate_solver, press
 from rig.recording.layout import LAST, there
 from rig.recording.session import Session
 

@@ -31,8 +31,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.estimate import Estimate
-from rig.live import Chain, State
-from rig.recording.shot import Shot
+from rig.live.chain import Chain, State
+from rig.live.shot import Shot
 
 FORMAT, VERSION = "touchplate session", 1
 FINGERS = 10

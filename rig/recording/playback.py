@@ -6,11 +6,11 @@ import time
 from dataclasses import replace
 
 from rig.recording.session import Session, frame
-from rig.source import Frame
+from rig.system.frame import Frame
 
 
 class Playback:
-    """A `rig.source.Source` on a session; a frame that comes late keeps its turn.
+    """A `rig.system.frame.Source` on a session; a frame that comes late keeps its turn.
 
     The clock of a recording is over, so each frame counts as captured when it is given.
     """

@@ -11,19 +11,19 @@ from pathlib import Path
 from queue import Full, Queue
 from typing import Any
 
-from rig.live import Chain
+from rig.live.baseline import Zero
+from rig.live.chain import Chain
+from rig.live.shot import Shot
 from rig.recording.layout import Shapes, rows, shapes
-from rig.recording.place import require_new
-from rig.recording.shot import Shot
+from rig.recording.paths import require_new
 from rig.recording.writer import Writer
-from rig.zero import Zero
 
 WAITING = 8  # frames that may wait to be written, 10 MB at a megapixel
 RESERVE = 256 * 2**20  # bytes that are left free: a full disk would spoil the file and more
 
 
 class Recorder:
-    """See `rig.recording.shot.Recorder`; use it as a context.
+    """See `rig.live.shot.Recorder`; use it as a context.
 
     Attributes
     ----------

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rig import live
-from rig.bench import Bench
+from rig.live import chain as live
+from rig.live.bench import Bench
 from rig.recording.layout import covariances, places, state, there
 from rig.recording.session import Session, frame
-from rig.source import Frame
-from rig.stopwatch import Stopwatch
+from rig.system.frame import Frame
+from rig.system.timing import Stopwatch
 
 
 @dataclass(frozen=True, eq=False)

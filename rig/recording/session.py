@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 import fe
 from models.estimate import Estimate, Result
-from rig.recording.cut import Padded, missing, whole_frames
+from rig.live.baseline import Zero
 from rig.recording.layout import FORMAT, LAST, VERSION, there
+from rig.recording.truncated import Padded, missing, whole_frames
 from rig.scene import Scene
-from rig.source import Frame
-from rig.zero import Zero
+from rig.system.frame import Frame
 
 if TYPE_CHECKING:
     import h5py

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.live.baseline import Zero
 from rig.recording.layout import FORMAT, LAST, PICTURES, VERSION, Shapes
-from rig.recording.mark import SUPERBLOCK, unmarked
-from rig.zero import Zero
+from rig.recording.swmr_flag import SUPERBLOCK, unmarked
 
 if TYPE_CHECKING:
     import h5py

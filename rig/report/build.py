@@ -6,12 +6,12 @@ from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 
-from rig.cache import key
 from rig.report import page, runner
 from rig.report.compare import RAW
 from rig.report.origin import code_hash, head
 from rig.report.runner import Place
 from rig.report.study import Contents, Effort, Study
+from rig.system.cache import key
 
 Tell = Callable[[Study, int, int], object]
 """Called with a study before it runs, its number and how many there are."""

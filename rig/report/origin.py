@@ -8,9 +8,9 @@ from hashlib import sha256
 from importlib import import_module
 from pathlib import Path
 
-from rig.cache import key
 from rig.doctor.machine import look_at_computer, versions
 from rig.scene import load, shipped
+from rig.system.cache import key
 
 PACKAGES = ("dic", "fe", "synthetic", "models", "rig")
 

@@ -17,7 +17,7 @@ from rig.scene.source import Twin
 from rig.scene.theory import Theory, choose, largest_force
 
 if TYPE_CHECKING:
-    from fe.validity import Regime
+    from fe.linear.validity import Regime
 
 
 REDUCED = Part(

@@ -99,9 +99,9 @@ class Ring(Gauges):
 
     def build(self, plate: Plate) -> np.ndarray:
         """Return the places on `plate`, (M, 2) float64, mm."""
-        from models import ring
+        from models.data import gauge_layout
 
-        places = {"A": ring.inside_edges, "B": ring.on_edges}[self.reading]
+        places = {"A": gauge_layout.inside_edges, "B": gauge_layout.on_edges}[self.reading]
         return places(plate.size, self.spacing, self.margin)
 
 
@@ -113,7 +113,7 @@ class Lattice(Gauges):
 
     def build(self, plate: Plate) -> np.ndarray:
         """Return the places on `plate`, (M, 2) float64, mm."""
-        from models.dataset import grid
+        from models.data.dataset import grid
 
         return grid(plate.size, self.spacing, self.margin)
 

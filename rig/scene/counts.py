@@ -14,7 +14,7 @@ ELEMENTS, FEWEST = 120, 6
 """Elements along the longer side and the fewest between borders of patches, as in `fe.grid`."""
 
 TWIN_ELEMENTS = 64
-"""Elements of the twin along the longer side, as in `rig.twin`."""
+"""Elements of the twin along the longer side, as in `rig.sources.twin`."""
 
 SHELL_ELEMENTS = 40
 """Elements of the shell along the longer side, as in `fe.shell`."""

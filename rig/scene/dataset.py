@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 class Dataset(Section):
     """Samples of touches and what the gauges read for them, without noise.
 
-    The grid is that of the paper, and so are the places between; `models.dataset` says where they
+    The grid is that of the paper, and so are the places between; `dataset` says where they
     lie. Magnitudes are steps of the force there, and anything from 1 to as many times the force
     for random places.
     """
@@ -59,7 +59,7 @@ class Dataset(Section):
         import numpy as np
 
         import models
-        from models import dataset
+        from models.data import dataset
 
         places = dataset.grid(plate.size, self.spacing, self.margin)
         if self.places == "between":

@@ -63,7 +63,8 @@ class NetEstimator(Section):
         "raw", description="begin at 0 mm, or at the mean of the places in units of their spread"
     )
     told: Literal["columns", "poles"] = Field(
-        "columns", description="touches in a sorted list, or without an order, by models.poles"
+        "columns",
+        description="touches in a sorted list, or without an order, by models.nets.set_encoding",
     )
     decay: Literal["constant", "cosine"] = Field(
         "constant", description="keep the step size, or let it fall to 0"

@@ -11,7 +11,7 @@ from rig.scene.scene import Scene
 
 if TYPE_CHECKING:
     import fe
-    from fe.validity import Regime
+    from fe.linear.validity import Regime
 
 
 FINGER = 5.0  # N, up to which a finger presses, where a scene names no forces
@@ -53,7 +53,7 @@ class Theory:
         """
         if self.name == "large" or self.regime is None:
             return inf
-        from fe.validity import TOLERANCE
+        from fe.linear.validity import TOLERANCE
 
         return self.regime.force * max(1.0, sqrt(TOLERANCE / max(self.regime.error, 1e-9)))
 
@@ -61,7 +61,7 @@ class Theory:
         """Say what linear theory costs under a force beyond the limit; empty below."""
         if force <= self.limit or self.regime is None:
             return ""
-        from fe.validity import percent
+        from fe.linear.validity import percent
 
         error = self.regime.error * (force / self.regime.force) ** 2
         off = percent(error)
@@ -88,7 +88,7 @@ def choose(scene: Scene, plate: Plate, force: float | None) -> Theory:
 def _judge(plate: fe.Plate, force: float) -> Regime:
     """Regime of a touch, from the cache where it is there; reading it loads no mechanics."""
     import fe
-    from rig import cache
+    from rig.system import cache
 
     return fe.Regime.from_arrays(
         cache.fetch("regime", (fe, plate, force), lambda: fe.regime(plate, force).arrays())

@@ -10,10 +10,12 @@ from rig.report.figure import Figure
 from rig.studies.correlation import bars as dic_bars
 from rig.studies.plates import linear as plate_bars
 from rig.studies.study import run
-from rig.studies.touches import extremes as solver_extremes
-from rig.studies.touches import pattern as pattern_bars
-from rig.studies.touches import rows as bars
-from rig.studies.touches import strain as solver_bars
+from rig.studies.touches import (
+    extremes as solver_extremes,
+    pattern as pattern_bars,
+    rows as bars,
+    strain as solver_bars,
+)
 
 LARGE = ("four", "two")
 """Parts of `pattern_bars` on a plate that large touches bend."""

@@ -7,7 +7,7 @@ import pytest
 
 import dic
 from dic import Status
-from dic.grid import grid_over
+from dic.fields.grid import grid_over
 
 
 def field(u, grid, sigma=0.01):

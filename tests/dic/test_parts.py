@@ -5,13 +5,14 @@ import sys
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from scipy import ndimage
 
 import dic
-from dic import dense, moments, normal, shape, spline, warp
-from dic.grid import grid_over
+from dic.correlation import dense_motion, moments, normal
+from dic.fields import shape
+from dic.fields.grid import grid_over
+from dic.images import spline, warp
 
 
 @pytest.fixture(scope="module")
@@ -125,7 +126,7 @@ def test_dense_motion_is_exact_for_parabolas_inside_the_grid():
     x, y = grid.xy.T
     motion = np.zeros((len(x), 2, 3))
     motion[:, 0, 0], motion[:, 1, 0] = 1e-3 * x * x - 2e-3 * x * y, 3e-3 * y * y
-    net = dense.net(motion, grid)
+    net = dense_motion.net(motion, grid)
     px, py = 37, 29
     (column, across), (row, down) = (
         divmod(p - o, 5) for p, o in zip((px, py), net.origin, strict=True)
@@ -149,7 +150,7 @@ def test_every_subset_of_a_grid_lies_on_the_picture(height, width, subset, step)
 def test_fill_takes_the_nearest_within_reach():
     xy = np.array([[0.0, 0], [10, 0], [100, 0]])
     motion = np.array([[[1.0, 0.1, 0], [2.0, 0, 0]], [[9] * 3] * 2, [[9] * 3] * 2])
-    filled, given = dense.fill(xy, motion, np.array([True, False, False]), reach=20)
+    filled, given = dense_motion.fill(xy, motion, np.array([True, False, False]), reach=20)
     assert list(given) == [False, True, False]
     assert filled[1, 0, 0] == pytest.approx(2.0)
     assert filled[2, 0, 0] == 9

@@ -5,8 +5,8 @@ import pytest
 from PIL import Image
 
 import dic
-from dic import picture
-from dic.displacement import DisplacementField
+from dic.fields.displacement import DisplacementField
+from dic.plots import plot
 
 SIZE = (120, 190)  # px, rows and columns
 STEP, PANEL = 10, 900 / 190  # px between points; px of the file to one of the picture
@@ -21,7 +21,7 @@ def field(pattern):
 
 def drawn(path, field: DisplacementField, name, values):
     """Colours (N, 3) at the points, on a black picture."""
-    picture.draw(path, np.zeros(SIZE), name, values, field)
+    plot.draw(path, np.zeros(SIZE), name, values, field)
     with Image.open(path) as file:
         pixels = np.asarray(file)
     x, y = np.rint((field.xy + 0.5) * PANEL + (LEFT, TOP)).astype(int).T

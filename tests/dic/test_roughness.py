@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 import dic
-from dic import Status, roughness, shape
-from dic.grid import grid_over
+from dic import Status
+from dic.fields import roughness, shape
+from dic.fields.grid import grid_over
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 import dic
-from dic.strain_field import measure
+from dic.fields.strain_field import measure
 
 KINDS = ("small", "green-lagrange", "logarithmic")
 

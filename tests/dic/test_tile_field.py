@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import dic
-from dic.tile_field import LEAST_ZNCC, right_side
-from dic.tiles import tile_sums
+from dic.tiles.tile_field import LEAST_ZNCC, right_side
+from dic.tiles.tiles import tile_sums
 
 SIZE = 8
 

@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from scipy.interpolate import BSpline, make_interp_spline
 
 import dic
-from dic.tiles import MARGIN
+from dic.tiles.tiles import MARGIN
 
 SIZE = 16
 

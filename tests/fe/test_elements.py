@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import fe
-from fe.energy import bending_products
-from fe.functional import derivative, recovered
-from fe.hermite import gram
+from fe.elements.functional import derivative, recovered
+from fe.elements.hermite import gram
+from fe.linear.energy import bending_products
 
 SIZE, COUNTS = (3.0, 2.0), (9, 7)
 MESH = fe.Mesh(SIZE, COUNTS)

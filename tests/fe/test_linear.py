@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 import fe
-from fe.energy import bending_products
-from fe.hermite import gram
+from fe.elements.hermite import gram
+from fe.linear.energy import bending_products
 
 # Clamped square of side a under a load P: load and gauge in parts of the side, w D / (P a²) under
 # the load, and the curvatures w,xx w,yy w,xy D / P at the gauge for w along the load. Computed

@@ -6,7 +6,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 import fe
-from fe.hermite import gram
+from fe.elements.hermite import gram
 
 PLATE = fe.Plate((150.0, 100.0), 2.0, 3000.0, 0.38)
 MESH = fe.Mesh(PLATE.size, (48, 32))

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import fe
-from fe.functional import derivative
-from fe.load import spread
-from fe.mesh import borders
+from fe.elements.functional import derivative
+from fe.elements.mesh import borders
+from fe.linear.load import spread
 from fe.reduced.karman import Karman
 
 C, S, F = fe.Clamped(), fe.Supported(), fe.Free()

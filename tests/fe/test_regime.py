@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import fe
-from fe.functional import derivative
-from fe.linear_range import regime
+from fe.elements.functional import derivative
+from fe.linear.linear_range import regime
+from fe.linear.validity import TOLERANCE, Regime
 from fe.reduced.karman import Karman
-from fe.validity import TOLERANCE, Regime
 
 C, S, F = fe.Clamped(), fe.Supported(), fe.Free()
 PVC = fe.Plate((254.0, 180.0), thickness=1.0, young=3000.0, poisson=0.38)

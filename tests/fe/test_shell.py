@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fe
-from fe.load import spread
+from fe.linear.load import spread
 from fe.shell import Base, Shell, Verdict, shell_mesh, solve
 
 PVC = fe.Plate((254.0, 200.0), 1.0, 3000.0, 0.38)

@@ -7,7 +7,7 @@ import pytest
 from scipy.special import ellipe, ellipk
 
 import fe
-from fe.load import spread
+from fe.linear.load import spread
 from fe.shell import Base, Shell, Verdict
 from rig.studies.plates.elastica import elastica
 

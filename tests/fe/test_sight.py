@@ -11,9 +11,9 @@ import pytest
 from matplotlib.image import imread
 
 import fe
-from fe.picture import draw
+from fe.output.plot import draw
+from fe.output.vtu import write_vtu
 from fe.shell import solve
-from fe.vtu import write_vtu
 
 PATCH = fe.Patch((30.0, 60.0), (0.0, 40.0), 1.5, 3000.0)
 PLATE = fe.Plate((90.0, 60.0), 1.0, 3000.0, 0.38, patches=(PATCH,))
@@ -176,5 +176,5 @@ def test_a_touch_outside_is_refused_and_an_older_file_stays(state, tmp_path):
 
 
 def test_mechanics_draw_nothing_until_asked():
-    code = "import sys, fe, fe.picture, fe.vtu; sys.exit('matplotlib' in sys.modules)"
+    code = "import sys, fe, fe.output.plot, fe.output.vtu; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

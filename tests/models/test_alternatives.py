@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from models import alternatives, dataset
-from models.ring import on_edges
-from models.score import position_error
+from models.data import dataset
+from models.data.gauge_layout import on_edges
+from models.nets import baselines
+from models.scores.score import position_error
 
 SIZE = (60.0, 40.0)
 GAUGES = on_edges(SIZE, spacing=10.0)
@@ -24,7 +25,7 @@ TRAINING = dataset.simulate(Bumps(), dataset.grid(SIZE, spacing=5.0, margin=5.0)
 TEST = dataset.simulate(Bumps(), dataset.midpoints(SIZE, spacing=5.0, margin=5.0, count=6))
 
 
-@pytest.mark.parametrize("fit", [alternatives.convolutional, alternatives.adversarial])
+@pytest.mark.parametrize("fit", [baselines.convolutional, baselines.adversarial])
 def test_it_learns_to_place_touches_and_repeats(fit):
     predict = fit(TRAINING, 400, seed=0, learning_rate=1e-2)
     error = position_error(TEST.targets, predict(TEST.strain))

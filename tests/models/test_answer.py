@@ -5,7 +5,7 @@ import pytest
 
 import fe
 import synthetic
-from models.answer import see, superpose
+from models.forward.simulator import see, superpose
 
 PLATE = fe.Plate(size=(120.0, 90.0), thickness=1.0, young=3000.0, poisson=0.38, edges=fe.Clamped())
 TOP = PLATE.thickness / 2

@@ -5,8 +5,8 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from models.batches import estimated, gain, mixed, noisy, shuffled, superposed
-from models.dataset import Dataset, flatten
+from models.data.dataset import Dataset, flatten
+from models.nets.batches import estimated, gain, mixed, noisy, shuffled, superposed
 
 SINGLE = Dataset(np.diag(np.arange(1.0, 9.0)), np.arange(16.0).reshape(8, 2)[::-1])
 

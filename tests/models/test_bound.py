@@ -9,7 +9,7 @@ from scipy.ndimage import map_coordinates
 import fe
 import models
 import synthetic
-from dic.tiles import lay_tiles
+from dic.tiles.tiles import lay_tiles
 
 NOISE = 1.7  # grey levels
 

@@ -8,20 +8,20 @@ import sys
 import numpy as np
 import pytest
 
-from models.checkpoint import Checkpoint
-from models.dataset import Dataset
-from models.net import NetOptions
-from models.train import Recipe, train
+from models.data.dataset import Dataset
+from models.nets.checkpoint import Checkpoint
+from models.nets.net import NetOptions
+from models.nets.train import Recipe, train
 
 RUN = """
 import os, signal, sys
 import numpy as np
 from pathlib import Path
-from models.batches import shuffled
-from models.checkpoint import Checkpoint
-from models.dataset import Dataset
-from models.net import NetOptions
-from models.train import Recipe, train
+from models.nets.batches import shuffled
+from models.nets.checkpoint import Checkpoint
+from models.data.dataset import Dataset
+from models.nets.net import NetOptions
+from models.nets.train import Recipe, train
 
 def run(path, stop=0):
     rng = np.random.default_rng(0)

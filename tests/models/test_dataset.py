@@ -3,10 +3,10 @@
 import numpy as np
 
 import fe
-from models import dataset, ring
+from models.data import dataset, gauge_layout
 
 PLATE = fe.Plate(size=(60.0, 40.0), thickness=1.0, young=3000.0, poisson=0.3, edges=fe.Clamped())
-GAUGES = ring.on_edges(PLATE.size, spacing=10.0, margin=5.0)
+GAUGES = gauge_layout.on_edges(PLATE.size, spacing=10.0, margin=5.0)
 PLACES = dataset.grid(PLATE.size, spacing=5.0, margin=10.0)
 
 

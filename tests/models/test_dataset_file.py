@@ -10,10 +10,11 @@ import time
 import numpy as np
 import pytest
 
-from models import begin_dataset, dataset_file, read_dataset, superpose
-from models.dataset import grid
-from models.flat_file import locate
-from models.plan import BLOCK, Box, Lattice, Plan
+from models import begin_dataset, read_dataset, superpose
+from models.data import writer
+from models.data.dataset import grid
+from models.data.flat_file import locate
+from models.data.sampling_plan import BLOCK, Box, Lattice, Plan
 
 GAUGES = np.array([(0.0, 5.0), (60.0, 15.0), (25.0, 40.0), (35.0, 0.0)])
 PLACES = grid((60.0, 40.0), spacing=5.0, margin=10.0)
@@ -192,7 +193,7 @@ def test_what_is_no_data_set_is_refused(tmp_path):
 
 
 def test_a_full_disk_is_one_sentence_and_keeps_what_was_done(whole, tmp_path, monkeypatch):
-    path, put = tmp_path / "set.h5", dataset_file.Place.put
+    path, put = tmp_path / "set.h5", writer.Place.put
 
     def full(place, file, row, rows):
         if len(place.shape) == 3 and row >= 2 * BLOCK:
@@ -200,7 +201,7 @@ def test_a_full_disk_is_one_sentence_and_keeps_what_was_done(whole, tmp_path, mo
         put(place, file, row, rows)
 
     with monkeypatch.context() as patch:
-        patch.setattr(dataset_file.Place, "put", full)
+        patch.setattr(writer.Place, "put", full)
         with pytest.raises(OSError, match=r"cannot be written \(No space left.*run again to go on"):
             write(path)
     assert write(path) == 2 * BLOCK

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import models
-from models.design import (
+from models.design.expected_errors import (
     alike,
     expected_errors,
     gradient_energy,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from models.error_map import error_map
+from models.scores.error_map import error_map
 
 
 def test_cells_are_where_the_touches_are_x_along_columns():

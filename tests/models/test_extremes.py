@@ -5,7 +5,7 @@ import pytest
 
 import fe
 import models
-from models.ring import inside_edges
+from models.data.gauge_layout import inside_edges
 
 PLATE = fe.Plate((120.0, 100.0), 1.0, 3000.0, 0.38)
 INFLUENCE = fe.influence(PLATE, inside_edges(PLATE.size), fe.Mesh(PLATE.size, (48, 40)))

@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 import fe
 import models
-from models.forward import modal
+from models.forward.linear import modal
 
 PLATE = fe.Plate((150.0, 100.0), 1.0, 3000.0, 0.38)
 MESH = fe.Mesh(PLATE.size, (24, 16))

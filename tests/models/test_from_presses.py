@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import models
-from models.from_presses import Doubt, correct
+from models.design.press_calibration import Doubt, correct
 
 NOISE = 1.0  # grey levels
 PLACES = np.array([(40, 30), (110, 30), (40, 80), (110, 80), (75, 55), (60, 70), (95, 45)], float)

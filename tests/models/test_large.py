@@ -6,7 +6,7 @@ import pytest
 import fe
 import models
 import synthetic
-from dic.tiles import prepare_tiles, tile_sums
+from dic.tiles.tiles import prepare_tiles, tile_sums
 from models import Result
 
 PLATE = fe.Plate((110.0, 90.0), 1.0, 3000.0, 0.38)

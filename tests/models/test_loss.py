@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from models import loss
+from models.nets import loss
 
 RNG = np.random.default_rng(0)
 TRUE = RNG.uniform(1.0, 9.0, (7, 6))

@@ -1,13 +1,12 @@
 """Touches are matched before they are scored."""
 
 import numpy as np
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 import fe
 import models
-from models.matching import pair
-from models.touch_score import pair_touches
+from models.scores.matching import pair
+from models.scores.touch_score import pair_touches
 
 
 def estimate(touches):

@@ -6,10 +6,9 @@ import sys
 import numpy as np
 import pytest
 import torch
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
-from models import net
+from models.nets import net
 
 
 def made(options, inputs=7, seed=0):
@@ -94,5 +93,8 @@ def test_options_that_make_no_net_are_refused():
 
 
 def test_running_and_loading_a_net_imports_no_torch():
-    code = "import sys, models.net, models.store, models.score; sys.exit('torch' in sys.modules)"
+    code = (
+        "import sys, models.nets.net, models.nets.store, models.scores.score;"
+        "sys.exit('torch' in sys.modules)"
+    )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -8,13 +8,13 @@ import pytest
 
 import fe
 import synthetic
-from models import net
-from models.dataset import Dataset, grid, random_places
+from models.data.dataset import Dataset, grid, random_places
 from models.estimate import Result
-from models.net_touch import NetTouch, jacobian, tell_touch
-from models.recipe import Recipe
-from models.seen_gauges import see_gauges
-from models.train import train
+from models.forward.camera_gauges import see_gauges
+from models.nets import net
+from models.nets.net_estimator import NetTouch, jacobian, tell_touch
+from models.nets.recipe import Recipe
+from models.nets.train import train
 
 SIZE = (120.0, 90.0)
 FORCE = 2.0

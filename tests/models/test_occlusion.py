@@ -5,7 +5,7 @@ import pytest
 
 import models
 import synthetic
-from dic.tiles import tile_sums
+from dic.tiles.tiles import tile_sums
 from models import Result
 
 NOISE = 2.0  # grey levels, as the bench of `conftest.py`

@@ -4,8 +4,8 @@ import numpy as np
 import onnxruntime
 import pytest
 
-from models.net import Net, NetOptions, Scaling, initial, predict
-from models.onnx_file import to_onnx, write_onnx
+from models.nets.net import Net, NetOptions, Scaling, initial, predict
+from models.nets.onnx import to_onnx, write_onnx
 
 
 @pytest.mark.parametrize("activation", ["relu", "tanh", "silu"])

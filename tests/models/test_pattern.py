@@ -4,14 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 import fe
 import models
 import synthetic
-from dic.tiles import TileSums, lay_tiles, prepare_tiles, tile_sums
-from models.pattern import noise_of
+from dic.tiles.tiles import TileSums, lay_tiles, prepare_tiles, tile_sums
+from models.forward.tile_pattern import noise_of
 
 TOP = 0.5  # mm, half the thickness of the plate
 NOISE = 2.0  # grey levels, as the bench of `conftest.py`

@@ -5,12 +5,11 @@ from math import comb
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
-from models import plan as plan_module
-from models.dataset import grid
-from models.plan import Box, Lattice, Plan
+from models.data import sampling_plan as plan_module
+from models.data.dataset import grid
+from models.data.sampling_plan import Box, Lattice, Plan
 
 PLACES = grid((60.0, 40.0), spacing=10.0, margin=10.0)  # 5 x 3
 FORCES = np.array([0.5, 1.0, 1.5])  # N

@@ -5,11 +5,10 @@ import itertools
 import numpy as np
 import pytest
 import torch
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
-from models.poles import decode, encode, unordered
-from models.score import matched_error
+from models.nets.set_encoding import decode, encode, unordered
+from models.scores.score import matched_error
 
 SIZE = (60.0, 40.0)
 

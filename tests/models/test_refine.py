@@ -5,7 +5,7 @@ import pytest
 
 import fe
 import models
-from models.refine import refine
+from models.nets.refine import refine
 
 SIZE = (60.0, 40.0)
 PLATE = fe.Plate(SIZE, 1.0, 3000.0, 0.3)

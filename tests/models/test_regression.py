@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from models import regression
-from models.dataset import Dataset
+from models.data.dataset import Dataset
+from models.nets import regression
 
 
 def made(law, count=60, inputs=4, seed=0):

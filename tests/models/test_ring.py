@@ -2,29 +2,28 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
-from models import dataset, ring
+from models.data import dataset, gauge_layout
 
 PAPER = (100.0, 100.0)
 
 
-@pytest.mark.parametrize("reading", [ring.on_edges, ring.inside_edges])
+@pytest.mark.parametrize("reading", [gauge_layout.on_edges, gauge_layout.inside_edges])
 def test_both_readings_of_the_paper_give_72_points_at_5_mm_and_360_at_1_mm(reading):
     assert reading(PAPER, 5.0).shape == (72, 2)
     assert reading(PAPER, 1.0).shape == (360, 2)
 
 
 def test_reading_b_stands_18_a_side_on_the_edges_from_7_5_to_92_5():
-    places = ring.on_edges(PAPER)
+    places = gauge_layout.on_edges(PAPER)
     bottom = np.sort(places[places[:, 1] == 0.0][:, 0])
     np.testing.assert_allclose(bottom, np.arange(7.5, 93.0, 5.0))
     assert np.all(np.any((places == 0.0) | (places == 100.0), axis=1))
 
 
 def test_reading_a_is_the_square_from_5_to_95_with_each_corner_once():
-    places = ring.inside_edges(PAPER)
+    places = gauge_layout.inside_edges(PAPER)
     assert np.all(np.any((places == 5.0) | (places == 95.0), axis=1))
     for corner in ([5, 5], [95, 5], [5, 95], [95, 95]):
         assert np.sum(np.all(places == corner, axis=1)) == 1
@@ -38,7 +37,7 @@ def test_reading_a_is_the_square_from_5_to_95_with_each_corner_once():
 )
 def test_a_ring_is_symmetric_closed_and_without_doubles(across, along, spacing, margin):
     size = (2 * margin + across * spacing, 2 * margin + along * spacing)
-    for reading in (ring.on_edges, ring.inside_edges):
+    for reading in (gauge_layout.on_edges, gauge_layout.inside_edges):
         places = reading(size, spacing, margin)
         assert len(places) == 2 * (across + along)
         for image in (places, size - places, np.abs(places - [size[0], 0.0])):
@@ -51,13 +50,13 @@ def test_a_ring_is_symmetric_closed_and_without_doubles(across, along, spacing, 
 @pytest.mark.parametrize("spacing", [7.0, 0.0, -5.0, float("nan"), float("inf")])
 def test_a_spacing_that_does_not_divide_the_edge_is_refused_with_one_that_does(spacing):
     with pytest.raises(ValueError, match=r"spacing must divide the 90 mm .* use \d+"):
-        ring.on_edges((100.0, 100.0), spacing)
+        gauge_layout.on_edges((100.0, 100.0), spacing)
 
 
 @pytest.mark.parametrize("margin", [-1.0, 50.0, 60.0, float("nan")])
 def test_a_margin_that_leaves_no_room_is_refused(margin):
     with pytest.raises(ValueError, match="margin must leave room on an edge of 100 mm"):
-        ring.inside_edges((100.0, 100.0), 5.0, margin)
+        gauge_layout.inside_edges((100.0, 100.0), 5.0, margin)
 
 
 def test_training_touches_are_289_at_10_15_to_90():

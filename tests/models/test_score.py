@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from models.score import matched_error, position_error, score
+from models.scores.score import matched_error, position_error, score
 
 
 def test_position_error_is_the_distance_of_each_pair():

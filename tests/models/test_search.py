@@ -7,7 +7,7 @@ import pytest
 
 import fe
 import models
-from models.search import EDGE
+from models.inverse.candidates import EDGE
 
 PLATE = fe.Plate((150.0, 100.0), 1.0, 3000.0, 0.38)
 RNG = np.random.default_rng(11)

@@ -5,7 +5,7 @@ import pytest
 
 import fe
 import synthetic
-from models.seen_gauges import see_gauges
+from models.forward.camera_gauges import see_gauges
 
 SIZE = (120.0, 90.0)
 PLACES = np.array([[30.0, 25.0], [40.0, 30.0], [70.0, 60.0], [95.0, 45.0]])

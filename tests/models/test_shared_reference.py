@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from models.shared_reference import SharedReference
+from models.design.shared_reference import SharedReference
 
 FRAMES, TILES, SHARED, OWN = 3, 5, 2, 4
 

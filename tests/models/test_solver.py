@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from scipy.stats import chi2
 
 import fe
 import models
-from models import Result, descent
-from models.solver import find
+from models import Result
+from models.inverse import levenberg_marquardt
+from models.inverse.solver import find
 
 PLATE = fe.Plate((150.0, 100.0), 1.0, 3000.0, 0.38)
 X, Y = np.linspace(7.5, 142.5, 18), np.linspace(7.5, 92.5, 12)
@@ -115,7 +115,7 @@ def test_a_fit_that_did_not_settle_is_told(monkeypatch):
     measured, start = FORWARD.whiten(strain([(60.0, 40.0, 2.0)])), [(55.0, 44.0, 1.5)]
     search = models.renewed(SEARCH, Slow())
     assert find(measured, search, start=start).result is Result.FOUND
-    monkeypatch.setattr(descent, "STEPS", 1)
+    monkeypatch.setattr(levenberg_marquardt, "STEPS", 1)
     assert find(measured, search, start=start).result is Result.UNRESOLVABLE
 
 

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
-from models.spread import spread_over
+from models.forward.tile_spline import spread_over
 
 SHAPES = [(30, 38), (12, 7), (4, 9), (2, 5), (1, 3), (1, 1)]
 

@@ -4,9 +4,9 @@ import h5py
 import numpy as np
 import pytest
 
-from models.net import Net, NetOptions, Scaling, initial, predict
-from models.store import load, save
-from models.train import Trained
+from models.nets.net import Net, NetOptions, Scaling, initial, predict
+from models.nets.store import load, save
+from models.nets.train import Trained
 
 ABOUT = {"scene": {"plate": {"size": [60.0, 40.0]}, "title": "µ-bench"}}
 

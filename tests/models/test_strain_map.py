@@ -5,8 +5,8 @@ import pytest
 
 import dic
 import models
-from dic.tile_field import prepare_blocks, tile_displacement
-from dic.tiles import tile_sums
+from dic.tiles.tile_field import prepare_blocks, tile_displacement
+from dic.tiles.tiles import tile_sums
 
 NOISE = 2.0  # grey levels, as the bench of `conftest.py`
 TOUCH = [(60.0, 70.0, 1.5)]

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from models.estimate import Estimate, Result
-from models.touch_score import pair_touches, score_touches
+from models.scores.touch_score import pair_touches, score_touches
 
 
 def told(touches, sigma=1.0):

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from models import dataset
-from models.batches import superposed
-from models.net import NetOptions, predict
-from models.poles import encode
-from models.score import matched_error, position_error
-from models.train import Recipe, train
+from models.data import dataset
+from models.nets.batches import superposed
+from models.nets.net import NetOptions, predict
+from models.nets.set_encoding import encode
+from models.nets.train import Recipe, train
+from models.scores.score import matched_error, position_error
 
 SIZE = (60.0, 40.0)
 TANH = NetOptions((16, 16), "tanh")

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from models.tune import DEPTHS, WIDTHS, tune
+from models.nets.tune import DEPTHS, WIDTHS, tune
 
 
 def shallow(layers):
@@ -43,7 +43,7 @@ def test_a_search_goes_on_where_it_ended_with_other_architectures(tmp_path):
 
 KILLED = """
 import os, signal
-from models.tune import tune
+from models.nets.tune import tune
 def judge(layers):
     judge.count += 1
     if judge.count == 3:

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from models.net import NetOptions
-from models.score import position_error
-from models.train import Recipe
-from models.two_step import Surface, predict_two_step, train_two_step
+from models.nets.net import NetOptions
+from models.nets.train import Recipe
+from models.nets.two_step import Surface, predict_two_step, train_two_step
+from models.scores.score import position_error
 
 
 def made(count, seed):

@@ -11,11 +11,11 @@ import cloudpickle
 import numpy as np
 import pytest
 
-from models.answer import superpose
-from models.dataset_file import begin_dataset
-from models.plan import BLOCK, Box, Plan
-from models.samples import read_dataset
-from models.tune import tune
+from models.data.reader import read_dataset
+from models.data.sampling_plan import BLOCK, Box, Plan
+from models.data.writer import begin_dataset
+from models.forward.simulator import superpose
+from models.nets.tune import tune
 from models.workers import workers
 
 # Workers do not find this file.

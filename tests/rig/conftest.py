@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import rig
-from rig.bench import build_bench
-from rig.loop import Loop
+from rig.live.bench import build_bench
+from rig.live.loop import Loop
 from rig.recording.recorder import Recorder
-from rig.source import Frame
-from rig.twin import build_twin
+from rig.sources.twin import build_twin
+from rig.system.frame import Frame
 
 SMALL = {
     "plate.size": [254, 203],

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import rig
-from fe.energy import stiffness
-from rig.bench import build_bench
+from fe.linear.energy import stiffness
+from rig.live.baseline import take_zero
+from rig.live.bench import build_bench
 from rig.scene.account import account
-from rig.twin import build_twin
-from rig.zero import take_zero
+from rig.sources.twin import build_twin
 
 
 def quiet(done, total):

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
-from rig import CacheError, cache
+from rig import CacheError
+from rig.system import cache
 
 
 @pytest.fixture(autouse=True)

@@ -8,15 +8,16 @@ import pytest
 from scipy.interpolate import RegularGridInterpolator
 from typer.testing import CliRunner
 
-from models.design import shape_over
-from rig import cli, live
-from rig.bench import build_bench
+from models.design.expected_errors import shape_over
+from rig import cli
 from rig.design.outlook import design
 from rig.design.prediction import linear_to, predict
 from rig.design.setup import changes, setup_of
-from rig.stopwatch import Stopwatch
-from rig.twin import build_twin
-from rig.zero import take_zero
+from rig.live import chain as live
+from rig.live.baseline import take_zero
+from rig.live.bench import build_bench
+from rig.sources.twin import build_twin
+from rig.system.timing import Stopwatch
 
 
 def quiet(*_):

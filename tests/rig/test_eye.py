@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 import rig
-from rig.eye import open_eye
-from rig.lesson import camera_of, lesson
+from rig.calibration.camera_of import camera_of
 from rig.scene.account import account
-from rig.simulated import simulate
+from rig.training.data import simulate
+from rig.training.plan import lesson
+from rig.training.rendered_gauges import open_eye
 
 SCENE = {
     "touches.most": 1,

@@ -6,15 +6,15 @@ import pytest
 
 import fe
 import rig
-from rig.bench import build_bench
 from rig.calibration.store import Calibration
 from rig.camera.controls import Controls
 from rig.commands.run import known
-from rig.inputs import open_input
-from rig.loop import Loop
+from rig.live.bench import build_bench
+from rig.live.loop import Loop
 from rig.scene import SceneError
 from rig.scene.account import account
-from rig.twin import build_twin
+from rig.sources.open_source import open_input
+from rig.sources.twin import build_twin
 from tests.rig.conftest import SMALL
 
 REAL = {"source": {"kind": "folder", "path": "there"}, "comparison": None}

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import fe
-from rig import live
-from rig.bench import build_bench
-from rig.follow import Follower
-from rig.source import Frame
-from rig.stopwatch import Stopwatch
-from rig.twin import build_twin
-from rig.zero import take_zero
+from rig.live import chain as live
+from rig.live.baseline import take_zero
+from rig.live.bench import build_bench
+from rig.live.tracker import Follower
+from rig.sources.twin import build_twin
+from rig.system.frame import Frame
+from rig.system.timing import Stopwatch
 
 THIN = {"thickness": 1.0, "theory": None}
 TOUCHES = (fe.Touch(150.0, 90.0, 2.5), fe.Touch(80.0, 120.0, 1.2))  # w/h of 1.1 and 0.5

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import fe
-from rig import live
-from rig.bench import build_bench
-from rig.calibration.alignment import Alignment
-from rig.stopwatch import Stopwatch
-from rig.twin import build_twin
-from rig.zero import LEAST_NOISE, take_zero
+from rig.live import chain as live
+from rig.live.alignment import Alignment
+from rig.live.baseline import LEAST_NOISE, take_zero
+from rig.live.bench import build_bench
+from rig.sources.twin import build_twin
+from rig.system.timing import Stopwatch
 
 PRESS = (fe.Touch(90.0, 120.0, 3.0),)
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import fe
-from rig import loop as module
-from rig.bench import build_bench
-from rig.loop import Loop
-from rig.source import Frame
-from rig.twin import build_twin
+from rig.live import loop as module
+from rig.live.bench import build_bench
+from rig.live.loop import Loop
+from rig.sources.twin import build_twin
+from rig.system.frame import Frame
 
 
 @pytest.fixture

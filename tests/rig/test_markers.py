@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
-from rig.markers import PEAK, Screen, draw_marks, fit_plate, project
-from rig.snapshot import Mark
+from rig.live.snapshot import Mark
+from rig.projector.markers import PEAK, Screen, draw_marks, fit_plate, project
 
 SIZE, PLATE = (641, 400), (254.0, 180.0)
 SCREEN = fit_plate(SIZE, PLATE)

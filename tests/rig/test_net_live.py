@@ -7,23 +7,23 @@ from copy import deepcopy
 import numpy as np
 import pytest
 
-from models import store
-from rig.bench import build_bench
+from models.nets import store
 from rig.commands.train import descend
-from rig.follow import Follower
-from rig.from_net import plan_net
-from rig.lesson import lesson
-from rig.loop import Loop
+from rig.live.baseline import Zero, take_zero
+from rig.live.bench import build_bench
+from rig.live.loop import Loop
+from rig.live.net_chain import plan_net
+from rig.live.tracker import Follower
 from rig.recording.recorder import Recorder
 from rig.recording.replay import replay
 from rig.recording.session import open_session
 from rig.scene.theory import choose
-from rig.scored import score_model
-from rig.simulated import simulate
-from rig.source import Frame
-from rig.stopwatch import Stopwatch
-from rig.twin import build_twin
-from rig.zero import Zero, take_zero
+from rig.sources.twin import build_twin
+from rig.system.frame import Frame
+from rig.system.timing import Stopwatch
+from rig.training.data import simulate
+from rig.training.model_score import score_model
+from rig.training.plan import lesson
 
 NET = {
     "kind": "net",
@@ -141,7 +141,7 @@ def test_nothing_is_told_on_an_untouched_plate_or_behind_a_hand(netted, in_hand)
 def test_a_net_needs_no_torch_live(netted):
     scene = netted()
     code = (
-        "import sys; from rig.scene import Scene; from rig.bench import build_bench;"
+        "import sys; from rig.scene import Scene; from rig.live.bench import build_bench;"
         f"build_bench(Scene.model_validate_json({scene.model_dump_json()!r}), lambda d, t: None);"
         "sys.exit('torch' in sys.modules)"
     )
@@ -150,9 +150,9 @@ def test_a_net_needs_no_torch_live(netted):
 
 def test_a_scene_without_a_net_imports_none(small):
     code = (
-        "import sys; from rig.scene import Scene; from rig.bench import build_bench;"
+        "import sys; from rig.scene import Scene; from rig.live.bench import build_bench;"
         f"build_bench(Scene.model_validate_json({small().model_dump_json()!r}), lambda d, t: None);"
-        "sys.exit('rig.from_net' in sys.modules or 'models.net' in sys.modules)"
+        "sys.exit('rig.live.net_chain' in sys.modules or 'models.nets.net' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 

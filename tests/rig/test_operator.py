@@ -5,14 +5,14 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from rig.calibration.store import Calibration, LatencyEntry
-from rig.markers import fit_plate
-from rig.operator import Operator
-from rig.page.access import Access
+from rig.live.snapshot import Mark
+from rig.page.operator import Operator
 from rig.page.server import Publisher
+from rig.projector.display_log import Shown
+from rig.projector.markers import fit_plate
 from rig.projector.show import Show
-from rig.projector.shown import Shown
-from rig.recording.switch import Switch
-from rig.snapshot import Mark
+from rig.recording.control import Switch
+from rig.web.access import Access
 from tests.rig.page.conftest import draw_snapshot
 
 PLATE = (254.0, 200.0)

@@ -8,7 +8,7 @@ from contextlib import suppress
 
 import pytest
 
-from rig.process import AGAIN, deaf_to_interrupts, interruptible
+from rig.system.process import AGAIN, deaf_to_interrupts, interruptible
 
 
 def lose_an_interrupt():

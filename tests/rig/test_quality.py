@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import fe
-from rig import live
-from rig.bench import build_bench
-from rig.quality import signs
-from rig.stopwatch import Stopwatch
-from rig.twin import build_twin
-from rig.zero import take_zero
+from rig.live import chain as live
+from rig.live.baseline import take_zero
+from rig.live.bench import build_bench
+from rig.live.quality import signs
+from rig.sources.twin import build_twin
+from rig.system.timing import Stopwatch
 
 PRESS = (fe.Touch(90.0, 120.0, 3.0),)
 

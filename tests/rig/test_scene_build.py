@@ -8,7 +8,7 @@ import pytest
 
 import fe
 import rig
-from rig.twin import build_twin
+from rig.sources.twin import build_twin
 
 MIXED = """
 title = "a plate held in four ways"

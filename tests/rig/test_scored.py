@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from rig.scored import is_recording, score_recording
+from rig.training.model_score import is_recording, score_recording
 
 
 @pytest.fixture

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
-from rig import script
-from rig.script import RAMP, STILL, TOUR_LENGTH, Press
+from rig.sources import script
+from rig.sources.script import RAMP, STILL, TOUR_LENGTH, Press
 
 SIZE = (254.0, 203.0)
 SCRIPTS = {

@@ -83,10 +83,10 @@ def test_show_imports_no_part_but_the_plate_where_forces_are_expected(scene, par
 
 def test_the_costs_are_those_of_the_parts():
     import fe
-    from dic.tiles import MARGIN
-    from fe.energy import free
+    from dic.tiles.tiles import MARGIN
+    from fe.linear.energy import free
     from rig.scene.counts import TILE_MARGIN, TWIN_ELEMENTS
-    from rig.twin import ELEMENTS
+    from rig.sources.twin import ELEMENTS
 
     scene = rig.load("twin", {"plate.size": [254, 127], "plate.edges": MIXED})
     assert scene.plate is not None

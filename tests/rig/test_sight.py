@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import fe
-from rig import live, sight
-from rig.bench import build_bench
-from rig.stopwatch import Stopwatch
-from rig.twin import build_twin
-from rig.zero import take_zero
+from rig.live import chain as live, visibility
+from rig.live.baseline import take_zero
+from rig.live.bench import build_bench
+from rig.sources.twin import build_twin
+from rig.system.timing import Stopwatch
 from synthetic import Hand
 
 PRESS = fe.Touch(80.0, 120.0, 2.5)
@@ -112,7 +112,7 @@ def test_a_jump_is_seen_to_tenths_of_a_pixel_also_behind_a_hand(small, watch):
     rig = Rig(small({"source.shift": [4.6, -3.3]}), watch)
     hand = Hand(ARM, 0.45)
     image = (255.0 * hand.cover(rig.twin.frame(40, ()) / 255.0)).astype(np.uint8)
-    found = sight.jump(rig.chain.reference, image)
+    found = visibility.jump(rig.chain.reference, image)
     np.testing.assert_allclose(found, (4.6, -3.3), atol=0.35)
     sensed = live.sense(rig.chain, image, rig.state, rig.watch)
     assert (sensed.trouble, sensed.estimate.count) == ("", 0)

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from rig.stopwatch import Stopwatch
+from rig.system.timing import Stopwatch
 
 
 class Clock:

@@ -7,8 +7,8 @@ import pytest
 
 import fe
 from models.estimate import Estimate, Result
-from rig import tally as module
-from rig.tally import Tally
+from rig.live import run_score as module
+from rig.live.run_score import Tally
 
 
 def estimate(*touches):

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 import fe
-from rig import live
-from rig.bench import build_bench
-from rig.lesson import lesson
+from rig.live import chain as live
+from rig.live.baseline import take_zero
+from rig.live.bench import build_bench
 from rig.scene.account import account
-from rig.simulated import simulate
-from rig.stopwatch import Stopwatch
-from rig.twin import build_twin
-from rig.zero import take_zero
+from rig.sources.twin import build_twin
+from rig.system.timing import Stopwatch
+from rig.training.data import simulate
+from rig.training.plan import lesson
 
 PRESS = fe.Touch(90.0, 120.0, 30.0)  # N; without the plate's motion towards it a camera sees little
 

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from models.estimate import Estimate, Result
-from rig.track import ABSENT, Tracks
+from rig.live.tracks import ABSENT, Tracks
 
 RATE = 30.0
 

@@ -6,7 +6,7 @@ import pytest
 import dic
 import fe
 import synthetic
-from rig.twin import build_twin
+from rig.sources.twin import build_twin
 
 
 @pytest.fixture

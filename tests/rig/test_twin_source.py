@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rig import twin_source
-from rig.twin import build_twin
-from rig.twin_source import SLOTS, TwinSource, open_twin
+from rig.sources import twin_source
+from rig.sources.twin import build_twin
+from rig.sources.twin_source import SLOTS, TwinSource, open_twin
 
 PATIENCE = 30.0  # s
 
@@ -152,7 +152,7 @@ def test_a_twin_that_is_killed_is_one_sentence(small):
 def test_the_twin_ends_when_its_loop_is_killed(small, small_settings, ended, shared_memory, grabs):
     code = f"""
 import multiprocessing, rig, time
-from rig.twin_source import open_twin
+from rig.sources.twin_source import open_twin
 settings = [text.removeprefix("--set=") for text in {small_settings!r}]
 with open_twin(rig.load("twin", rig.scene.parse_overrides(settings))) as source:
     for _ in range({grabs}):

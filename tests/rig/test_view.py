@@ -6,11 +6,11 @@ import pytest
 import fe
 import synthetic
 from models.estimate import Estimate, Result
-from rig.bench import build_bench
-from rig.markers import project
-from rig.twin import build_twin
-from rig.view import look, marks, strain_map, true_marks
-from rig.zero import take_zero
+from rig.live.baseline import take_zero
+from rig.live.bench import build_bench
+from rig.live.view import look, marks, strain_map, true_marks
+from rig.projector.markers import project
+from rig.sources.twin import build_twin
 
 PLATE = fe.Plate((254.0, 203.0), 2.0, 3000.0, 0.38, fe.Clamped())
 

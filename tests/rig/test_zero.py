@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import fe
-from rig import live
-from rig.bench import build_bench
-from rig.stopwatch import Stopwatch
-from rig.twin import build_twin
-from rig.zero import restless, share, take_zero
+from rig.live import chain as live
+from rig.live.baseline import restless, share, take_zero
+from rig.live.bench import build_bench
+from rig.sources.twin import build_twin
+from rig.system.timing import Stopwatch
 
 
 def still_frames(rng, count=16, shape=(180, 260)):

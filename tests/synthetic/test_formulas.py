@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 import synthetic
-from synthetic import formulas
+from synthetic import closed_forms
 
 FORMULAS = [
-    formulas.Uniform(((0.5, 0.1), (-0.2, -0.3)), about=(3.0, 4.0), shift=(0.1, -0.2)),
-    formulas.rotation(np.radians(170), about=(30.0, 20.0)),
-    formulas.Polynomial([[0.0, 0.1, 2e-3], [0.2, 1e-3, 0.0]], [[0.3, -0.1]], about=(5.0, 2.0)),
-    formulas.Wave((0.3, -0.1), (1 / 20, 1 / 33), phase=0.4),
-    formulas.Star(amplitude=0.5, first=10.0, growth=0.3, middle=20.0),
-    formulas.Hole(radius=6.0, centre=(31.0, 18.0), strain=1e-3, poisson=0.35),
+    closed_forms.Uniform(((0.5, 0.1), (-0.2, -0.3)), about=(3.0, 4.0), shift=(0.1, -0.2)),
+    closed_forms.rotation(np.radians(170), about=(30.0, 20.0)),
+    closed_forms.Polynomial([[0.0, 0.1, 2e-3], [0.2, 1e-3, 0.0]], [[0.3, -0.1]], about=(5.0, 2.0)),
+    closed_forms.Wave((0.3, -0.1), (1 / 20, 1 / 33), phase=0.4),
+    closed_forms.Star(amplitude=0.5, first=10.0, growth=0.3, middle=20.0),
+    closed_forms.Hole(radius=6.0, centre=(31.0, 18.0), strain=1e-3, poisson=0.35),
 ]
 POINTS = np.random.default_rng(0).uniform((1, 1), (60, 40), (200, 2))
 POINTS = POINTS[np.hypot(*(POINTS - (31.0, 18.0)).T) > 6.1]
@@ -30,26 +30,26 @@ def test_the_gradient_is_the_derivative_of_the_displacement(formula):
 
 
 def test_a_stretch_of_half_has_the_strains_of_each_definition():
-    stretch = formulas.Uniform(((0.5, 0.0), (0.0, -0.2)))
+    stretch = closed_forms.Uniform(((0.5, 0.0), (0.0, -0.2)))
     for kind, expected in {
         "small": (0.5, -0.2, 0.0),
         "green-lagrange": ((1.5**2 - 1) / 2, (0.8**2 - 1) / 2, 0.0),
         "logarithmic": (np.log(1.5), np.log(0.8), 0.0),
     }.items():
-        assert np.allclose(formulas.strain_of(stretch, [[3.0, 4.0]], kind), [expected])
+        assert np.allclose(closed_forms.strain_of(stretch, [[3.0, 4.0]], kind), [expected])
 
 
 def test_rotation_strains_nothing_and_shear_is_half_of_its_angle():
-    turned = formulas.rotation(2.5, about=(10.0, 5.0))
-    assert np.allclose(formulas.strain_of(turned, POINTS, "green-lagrange"), 0, atol=1e-15)
+    turned = closed_forms.rotation(2.5, about=(10.0, 5.0))
+    assert np.allclose(closed_forms.strain_of(turned, POINTS, "green-lagrange"), 0, atol=1e-15)
     assert np.allclose(turned(np.array([[10.0, 5.0]])), 0)
-    sheared = formulas.Uniform(((0.0, 0.02), (0.0, 0.0)))
-    assert np.allclose(formulas.strain_of(sheared, [[1.0, 2.0]]), [[0.0, 0.0, 0.01]])
+    sheared = closed_forms.Uniform(((0.0, 0.02), (0.0, 0.0)))
+    assert np.allclose(closed_forms.strain_of(sheared, [[1.0, 2.0]]), [[0.0, 0.0, 0.01]])
 
 
 def stress(hole, points):
     """Stress over Young's modulus from strain, by Hooke's law in plane stress."""
-    exx, eyy, exy = formulas.strain_of(hole, points).T
+    exx, eyy, exy = closed_forms.strain_of(hole, points).T
     nu = hole.poisson
     return np.array([exx + nu * eyy, eyy + nu * exx, (1 - nu) * exy]) / (1 - nu**2)
 
@@ -74,14 +74,14 @@ def test_far_from_a_hole_the_plate_is_pulled_evenly():
 
 def test_there_is_no_strain_inside_a_hole_and_its_displacement_is_that_of_the_rim():
     hole, inside = FORMULAS[-1], np.array([[31.0, 18.0], [33.0, 18.0]])
-    assert np.isnan(formulas.strain_of(hole, inside)).all()
+    assert np.isnan(closed_forms.strain_of(hole, inside)).all()
     assert np.allclose(hole(inside), hole(np.array([[37.0, 18.0]])))
 
 
 def test_a_formula_is_a_displacement_to_render():
     pattern = synthetic.Speckle((60.0, 40.0)).draw()
     camera = synthetic.telecentric_above((60.0, 40.0), (120, 80))
-    turned = formulas.rotation(np.radians(180), about=(30.0, 20.0))
+    turned = closed_forms.rotation(np.radians(180), about=(30.0, 20.0))
     rest, moved = (synthetic.render(pattern, camera, u, None, None) for u in (None, turned))
     assert np.allclose(moved, rest[::-1, ::-1], atol=1e-6)
 
@@ -89,9 +89,9 @@ def test_a_formula_is_a_displacement_to_render():
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [
-        (lambda: formulas.Polynomial([1.0], [[1.0]]), "coefficients u must be finite"),
-        (lambda: formulas.Hole(0.0, (0.0, 0.0), 1e-3), "radius of the hole must be positive"),
-        (lambda: formulas.strain_of(FORMULAS[0], [1.0, 2.0]), "points must have shape"),
+        (lambda: closed_forms.Polynomial([1.0], [[1.0]]), "coefficients u must be finite"),
+        (lambda: closed_forms.Hole(0.0, (0.0, 0.0), 1e-3), "radius of the hole must be positive"),
+        (lambda: closed_forms.strain_of(FORMULAS[0], [1.0, 2.0]), "points must have shape"),
     ],
 )
 def test_bad_input_is_named_in_one_sentence(make, sentence):

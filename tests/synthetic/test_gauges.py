@@ -6,7 +6,7 @@ import pytest
 import dic
 import fe
 import synthetic
-from synthetic import formulas
+from synthetic import closed_forms
 
 PLACES = np.array([[60.0, 50.0], [71.0, 50.0], [66.0, 58.0], [120.0, 90.0]])
 
@@ -18,13 +18,13 @@ def read(gauges, formula):
 @pytest.mark.parametrize("order", [0, 1, 2])
 def test_strain_gauges_read_a_uniform_gradient_exactly(order):
     gauges = synthetic.strain_gauges(PLACES, order=order)
-    strained = formulas.Uniform(((1e-3, 3e-3), (-1e-3, -2e-3)), shift=(0.3, -0.2))
+    strained = closed_forms.Uniform(((1e-3, 3e-3), (-1e-3, -2e-3)), shift=(0.3, -0.2))
     assert np.allclose(read(gauges, strained), [1e-3, -2e-3, 1e-3], atol=1e-15)
     assert gauges.size == 41
 
 
 def test_a_subset_reads_the_polynomials_of_its_order_exactly_and_the_mean_of_the_next():
-    square = formulas.Polynomial([[0.0], [0.0], [1.0]], [[0.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    square = closed_forms.Polynomial([[0.0], [0.0], [1.0]], [[0.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     exact = np.column_stack([PLACES[:, 0] ** 2, PLACES[:, 0] * PLACES[:, 1]])
     for order, left in {0: (21**2 - 1) / 12, 1: (21**2 - 1) / 12, 2: 0.0}.items():
         found = read(synthetic.displacement_gauges(PLACES, 21, order), square)
@@ -34,11 +34,11 @@ def test_a_subset_reads_the_polynomials_of_its_order_exactly_and_the_mean_of_the
 def test_a_wave_fades_as_the_mean_over_its_window():
     period = 60.0
     gauges = synthetic.strain_gauges(PLACES, subset=21, step=5, window=5)
-    wave = formulas.Wave((1.0, 0.0), (1 / period, 0.0))
+    wave = closed_forms.Wave((1.0, 0.0), (1 / period, 0.0))
     k, offsets = 2 * np.pi / period, np.arange(-2, 3)
     subset = np.mean(np.cos(k * np.arange(-10, 11)))
     window = (offsets * np.sin(k * 5 * offsets)).sum() / (k * 5 * np.square(offsets).sum())
-    truth = formulas.strain_of(wave, PLACES)[:, 0]
+    truth = closed_forms.strain_of(wave, PLACES)[:, 0]
     assert np.allclose(read(gauges, wave)[:, 0], truth * subset * window, rtol=1e-7)
 
 

@@ -6,11 +6,9 @@ umockdev), and take half an hour.
 
 from collections.abc import Iterable, Iterator
 
-from rig.follow import LATENCY
+from rig.live.tracker import LATENCY
 from rig.report.figure import Figure
-from rig.studies.bench import closed_loop
-from rig.studies.bench import faults as wrong
-from rig.studies.bench import page as seen
+from rig.studies.bench import closed_loop, faults as wrong, page as seen
 from rig.studies.chain import frame as live
 from rig.studies.study import line, run
 from rig.studies.touches import presses as pressed

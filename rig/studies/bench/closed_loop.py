@@ -21,10 +21,10 @@ from pathlib import Path
 
 import numpy as np
 
-from rig import script
 from rig.calibration import store
 from rig.calibration.projector import Light
-from rig.markers import Screen, project
+from rig.projector.markers import Screen, project
+from rig.sources import script
 from rig.studies.bench.emulated import (
     PROJECTOR,
     Display,

@@ -32,10 +32,10 @@ import synthetic
 from rig.calibration import store
 from rig.calibration.lens import Lens
 from rig.calibration.pose import Pose
-from rig.markers import Screen, project
-from rig.projector.light import see_light
-from rig.twin import build_twin
-from rig.view import look
+from rig.live.view import look
+from rig.projector.light_map import see_light
+from rig.projector.markers import Screen, project
+from rig.sources.twin import build_twin
 
 ROOT = Path(__file__).parents[3]
 sys.path.insert(0, str(ROOT))

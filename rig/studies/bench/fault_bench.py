@@ -13,7 +13,7 @@ import numpy as np
 from websockets.sync.client import connect
 
 import fe
-from rig.markers import fit_plate
+from rig.projector.markers import fit_plate
 from rig.studies.bench.emulated import (
     RATE,
     Display,

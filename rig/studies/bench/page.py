@@ -18,9 +18,9 @@ from pathlib import Path
 import numpy as np
 from playwright.sync_api import sync_playwright
 
-from rig.markers import fit_plate, project
+from rig.live.snapshot import Mark, Snapshot, StrainMap
 from rig.page import serve
-from rig.snapshot import Mark, Snapshot, StrainMap
+from rig.projector.markers import fit_plate, project
 
 RATE = 30.0
 PLATE = (254.0, 254.0)

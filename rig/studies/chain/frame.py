@@ -14,13 +14,13 @@ import numpy as np
 
 import fe
 import rig
-from rig.bench import build_bench
-from rig.follow import LATENCY, Follower
-from rig.source import Frame
-from rig.stopwatch import Stopwatch
-from rig.tally import Tally
-from rig.twin import build_twin
-from rig.zero import take_zero
+from rig.live.baseline import take_zero
+from rig.live.bench import build_bench
+from rig.live.run_score import Tally
+from rig.live.tracker import LATENCY, Follower
+from rig.sources.twin import build_twin
+from rig.system.frame import Frame
+from rig.system.timing import Stopwatch
 
 WALL = time.monotonic
 BAR = 10.0  # ms, p95 of capture to touches

@@ -16,16 +16,16 @@ import numpy as np
 
 import fe
 import rig
-from rig import live
-from rig.bench import build_bench
-from rig.markers import draw_marks, fit_plate
+from rig.live import chain as live
+from rig.live.baseline import take_zero
+from rig.live.bench import build_bench
+from rig.live.view import look, marks
 from rig.projector.interference import interference
-from rig.projector.light import divided, see_light
+from rig.projector.light_map import divided, see_light
+from rig.projector.markers import draw_marks, fit_plate
 from rig.projector.modes import placed
-from rig.stopwatch import Stopwatch
-from rig.twin import build_twin
-from rig.view import look, marks
-from rig.zero import take_zero
+from rig.sources.twin import build_twin
+from rig.system.timing import Stopwatch
 
 SENSOR_DARK = 51.0  # grey levels that the twin's sensor reads without light
 PROJECTOR = (1280, 800)

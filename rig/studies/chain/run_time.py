@@ -13,13 +13,13 @@ import numpy as np
 
 import fe
 import rig
-from rig import live
-from rig.bench import build_bench
+from rig.live import chain as live
+from rig.live.baseline import take_zero
+from rig.live.bench import build_bench
 from rig.report.figure import Figure
-from rig.stopwatch import Stopwatch
+from rig.sources.twin import build_twin
 from rig.studies.study import line, run
-from rig.twin import build_twin
-from rig.zero import take_zero
+from rig.system.timing import Stopwatch
 from synthetic import Hand
 
 Path = Callable[[float, tuple[float, float]], fe.Touch]

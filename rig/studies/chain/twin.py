@@ -20,14 +20,14 @@ import fe
 import models
 import rig
 import synthetic
-from dic.spline import coefficients, gradient
+from dic.images.spline import coefficients, gradient
 from models.estimate import Estimate
-from rig import live
-from rig.bench import build_bench
-from rig.stopwatch import Stopwatch
+from rig.live import chain as live
+from rig.live.baseline import take_zero
+from rig.live.bench import build_bench
+from rig.sources.twin import Twin, build_twin
 from rig.studies.correlation.bars import compare_open_hole, compare_star
-from rig.twin import Twin, build_twin
-from rig.zero import take_zero
+from rig.system.timing import Stopwatch
 
 INSET = 25.0  # mm from an edge
 FORCE = (2.0, 4.0)  # N

@@ -21,9 +21,11 @@ import numpy as np
 import dic
 from rig.studies.correlation.images import displacement, eight_bit, speckle
 from rig.studies.correlation.peers import pyramid, pyvale_field
-from rig.studies.correlation.photographs import compare_open_hole as compare_open_hole
-from rig.studies.correlation.photographs import compare_star as compare_star
-from rig.studies.correlation.photographs import photograph_rows
+from rig.studies.correlation.photographs import (
+    compare_open_hole as compare_open_hole,
+    compare_star as compare_star,
+    photograph_rows,
+)
 
 SIDE, WIDE = 512, 1024  # px
 NOISE = 2.0  # grey levels
@@ -281,7 +283,7 @@ def hard_frames(plain, moved, rng):
 def hard_frames_rows():
     """Error and share of valid points under bad light, and points that are wrong by over 5 σ.
 
-    The limits in `dic.verdict` were chosen on other spots and other noise (seeds 6 and 106 to 611).
+    The limits in `point_status` were chosen on other spots and noise (seeds 6, 106 to 611).
     """
     shift, wrong, valid = np.array([0.4, 0.2]), 0, 0
     for seed in (713, 814):

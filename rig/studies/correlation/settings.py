@@ -19,7 +19,7 @@ import dic
 import synthetic
 from rig.studies.correlation.peers import Peer, al_dic_field, pyramid, pyvale_field
 from rig.studies.study import cpu_seconds
-from synthetic import formulas
+from synthetic import closed_forms
 
 SIDE, SCALE, NOISE = 512, 0.25, 2.0  # px, mm per px, grey levels
 BORDER = 45  # px, kept by every window of subsets
@@ -27,8 +27,8 @@ SIZE = (SIDE * SCALE, SIDE * SCALE)
 CAMERA = synthetic.telecentric_above(SIZE, (SIDE, SIDE), 0.0)
 SHIFT, AMPLITUDE, PERIODS = (0.4, -0.3), (0.5, 0.4), (110.0, 140.0)  # px
 MOTIONS = {
-    "shift": formulas.Polynomial(((SHIFT[0] * SCALE,),), ((SHIFT[1] * SCALE,),)),
-    "waves": formulas.Wave(
+    "shift": closed_forms.Polynomial(((SHIFT[0] * SCALE,),), ((SHIFT[1] * SCALE,),)),
+    "waves": closed_forms.Wave(
         (AMPLITUDE[0] * SCALE, AMPLITUDE[1] * SCALE),
         (1 / PERIODS[0] / SCALE, 1 / PERIODS[1] / SCALE),
     ),

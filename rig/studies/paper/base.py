@@ -11,10 +11,10 @@ import numpy as np
 
 import fe
 import rig
-from fe.mesh import Mesh
+from fe.elements.mesh import Mesh
 from fe.shell import Base, Shell, Verdict
-from models.two_step import Surface
-from rig import cache
+from models.nets.two_step import Surface
+from rig.system import cache
 
 RATIOS = (0.5, 0.75, 1.0, 1.25, 1.5)
 BEND = (1.0, 4.0)  # mm

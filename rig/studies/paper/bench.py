@@ -11,18 +11,18 @@ import numpy as np
 
 import fe
 import rig
-from models.dataset import random_places
-from rig import live
-from rig.bench import build_bench
+from models.data.dataset import random_places
 from rig.commands.train import descend
-from rig.from_net import NetPlan, prepare_net
-from rig.lesson import lesson
-from rig.simulated import simulate
-from rig.stopwatch import Stopwatch
+from rig.live import chain as live
+from rig.live.baseline import Zero
+from rig.live.bench import build_bench
+from rig.live.net_chain import NetPlan, prepare_net
+from rig.sources.twin import build_twin
 from rig.studies.paper.sets import Effort, Figures, errors
 from rig.studies.paper.table import Figure
-from rig.twin import build_twin
-from rig.zero import Zero
+from rig.system.timing import Stopwatch
+from rig.training.data import simulate
+from rig.training.plan import lesson
 
 SYSTEM = "bench, strain by DIC (2.2)"
 PRESSES = 60

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from models import batches, loss
-from models.net import NetOptions, predict
-from models.recipe import Recipe
-from models.score import position_error
-from models.train import train
-from models.two_step import predict_two_step, train_two_step
+from models.nets import batches, loss
+from models.nets.net import NetOptions, predict
+from models.nets.recipe import Recipe
+from models.nets.train import train
+from models.nets.two_step import predict_two_step, train_two_step
+from models.scores.score import position_error
 from rig.studies.paper import base as paper_base
 from rig.studies.paper.sets import Effort, Figures
 from rig.studies.paper.table import Figure

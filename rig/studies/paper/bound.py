@@ -3,11 +3,11 @@
 import numpy as np
 
 import models
-from models import batches
-from models.net import NetOptions, predict
-from models.recipe import Recipe
-from models.refine import refine
-from models.train import train
+from models.nets import batches
+from models.nets.net import NetOptions, predict
+from models.nets.recipe import Recipe
+from models.nets.refine import refine
+from models.nets.train import train
 from rig.studies.paper.sets import Effort, Figures, pressed, several
 from rig.studies.paper.table import Figure
 

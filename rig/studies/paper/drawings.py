@@ -18,11 +18,11 @@ mpl.use("Agg")
 from matplotlib import pyplot as plt
 
 import rig
-from models import store
-from models.net import predict
-from models.score import position_error
-from rig.lesson import lesson
-from rig.simulated import simulate
+from models.nets import store
+from models.nets.net import predict
+from models.scores.score import position_error
+from rig.training.data import simulate
+from rig.training.plan import lesson
 
 CURVES = {
     "3D": ("spacing (3D)", r"Ls (?P<line>\d+), Lt (?P<x>\d+)", "Ls {} mm", "Lt, mm"),

@@ -6,12 +6,13 @@ from itertools import product
 
 import numpy as np
 
-from models import alternatives, dataset, regression
-from models.net import NetOptions
-from models.recipe import BEST, BEST_NET, Recipe
-from models.score import position_error
-from models.train import train
-from models.tune import tune
+from models.data import dataset
+from models.nets import baselines, regression
+from models.nets.net import NetOptions
+from models.nets.recipe import BEST, BEST_NET, Recipe
+from models.nets.train import train
+from models.nets.tune import tune
+from models.scores.score import position_error
 from rig.studies.paper.sets import Effort, Figures, errors, sets
 from rig.studies.paper.table import Figure
 
@@ -84,7 +85,7 @@ def other(effort: Effort) -> Figures:
     ):
         yield from _tested(fit.__name__.replace("_", " "), paper, 0, 0, fit(data.training), data)
     epochs = effort.epochs(10000)
-    for fit in (alternatives.convolutional, alternatives.adversarial):
+    for fit in (baselines.convolutional, baselines.adversarial):
         for seed in range(effort.seeds):
             predictor = fit(data.training, epochs, seed)
             yield from _tested(f"{fit.__name__} net", "worse", epochs, seed, predictor, data)

@@ -15,13 +15,14 @@ import dic
 import fe
 import rig
 import synthetic
-from models import batches, dataset, ring
-from models.answer import see
-from models.dataset import Dataset
-from models.net import NetOptions, predict
-from models.recipe import Recipe
-from models.score import position_error
-from models.train import train
+from models.data import dataset, gauge_layout
+from models.data.dataset import Dataset
+from models.forward.simulator import see
+from models.nets import batches
+from models.nets.net import NetOptions, predict
+from models.nets.recipe import Recipe
+from models.nets.train import train
+from models.scores.score import position_error
 from rig.studies.paper.sets import Effort, Figures
 from rig.studies.paper.table import Figure
 
@@ -80,7 +81,7 @@ def _train(view: View, pictures: Dataset | None, recipe: Recipe, rng):
 
 def _view(plate: fe.Plate, camera: synthetic.AnyCamera) -> View:
     rng, modes, top = np.random.default_rng(0), fe.modes(plate, MODES), plate.thickness / 2
-    places = ring.inside_edges(plate.size)
+    places = gauge_layout.inside_edges(plate.size)
     px = np.rint(camera.project(np.column_stack([places, np.full(len(places), top)])))
     gauges = synthetic.strain_gauges(px, SUBSET, window=1)
     unit = see(modes, camera, gauges)

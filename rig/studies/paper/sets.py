@@ -7,12 +7,14 @@ from typing import NamedTuple
 import numpy as np
 
 import rig
-from models import batches, dataset
-from models.net import predict
-from models.score import position_error
-from rig.lesson import lesson
-from rig.simulated import influence, simulate
+from models.data import dataset
+from models.nets import batches
+from models.nets.net import predict
+from models.scores.score import position_error
+from rig.plates.cached import influence
 from rig.studies.paper.table import Figure
+from rig.training.data import simulate
+from rig.training.plan import lesson
 
 STREAMED = 20000  # unit touches that several are drawn from
 TESTED = 2000  # samples of several touches in the test

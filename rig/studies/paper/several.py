@@ -6,11 +6,12 @@ import numpy as np
 
 import models
 import rig
-from models import batches, dataset, loss, poles
-from models.net import NetOptions, predict
-from models.recipe import Recipe
-from models.score import matched_error
-from models.train import train
+from models.data import dataset
+from models.nets import batches, loss, set_encoding
+from models.nets.net import NetOptions, predict
+from models.nets.recipe import Recipe
+from models.nets.train import train
+from models.scores.score import matched_error
 from rig.studies.paper.sets import TESTED, Effort, Figures, pressed, several
 from rig.studies.paper.table import Figure, store_curve
 
@@ -175,7 +176,7 @@ def magnitudes_unordered(effort: Effort) -> Figures:
         rng = np.random.default_rng(seed)
         stream = batches.superposed(pool, 2, 512, rng, largest)
         first = next(batches.superposed(pool, 2, 4096, rng, largest))
-        began, judge = time.process_time(), poles.unordered(2, k=1.0)
+        began, judge = time.process_time(), set_encoding.unordered(2, k=1.0)
         net, recipe = _smooth(first, test, 2, effort.epochs(30000), rng, stream, judge)
         spent, told = time.process_time() - began, predict(net, test.strain)
         error, order = matched_error(_places(test.targets, 2), _places(told, 2))

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fe
-from fe.functional import derivative
-from models.ring import inside_edges, on_edges
+from fe.elements.functional import derivative
+from models.data.gauge_layout import inside_edges, on_edges
 from rig.studies.plates.levy import levy
 
 PAPER = fe.Plate((100.0, 100.0), thickness=1.0, young=3000.0, poisson=0.3)
@@ -186,7 +186,9 @@ def plain_strain(xy: NDArray[np.float64]) -> Callable[[fe.State], NDArray[np.flo
 
 def cost_rows() -> Iterator[Row]:
     """Influence of 72 gauges in a process of its own, then 289 single solves in another."""
-    made = "import fe, models.ring as r; p = fe.Plate((100.0, 100.0), 1.0, 3000.0, 0.3)"
+    made = (
+        "import fe, models.data.gauge_layout as r; p = fe.Plate((100.0, 100.0), 1.0, 3000.0, 0.3)"
+    )
     influence = alone(made, "fe.influence(p, r.on_edges(p.size))")
     singles = alone(
         made + "; s = fe.Linear(p, fe.default_mesh(p))",

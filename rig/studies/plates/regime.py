@@ -13,7 +13,7 @@ import time
 import numpy as np
 
 import fe
-from fe.linear_range import regime
+from fe.linear.linear_range import regime
 from fe.shell import solve
 
 ELEMENTS = 24

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.integrate import quad, solve_bvp
 
 import fe
-from fe.hermite import gram
+from fe.elements.hermite import gram
 from fe.shell import Shell
 from fe.shell.newton import equilibrium
 from fe.shell.problem import Problem

@@ -11,9 +11,9 @@ import scipy.sparse.linalg as sla
 from numpy.typing import NDArray
 
 import fe
-from fe.energy import stiffness
-from fe.functional import derivative
-from models.ring import inside_edges, on_edges
+from fe.elements.functional import derivative
+from fe.linear.energy import stiffness
+from models.data.gauge_layout import inside_edges, on_edges
 from rig.report.figure import Figure
 from rig.studies.stiff.plates import PAPER
 from rig.studies.study import cpu_seconds, line, run

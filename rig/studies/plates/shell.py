@@ -17,6 +17,7 @@ import time
 import numpy as np
 
 import fe
+from fe.linear.linear import Face
 from fe.shell import Base, Shell, ShellState, shell_mesh, solve
 from rig.studies.plates.rod import (
     RING_LENGTH,
@@ -25,8 +26,8 @@ from rig.studies.plates.rod import (
     ring,
     sheared_rod,
     sheared_shell,
+    strip as long_strip,
 )
-from rig.studies.plates.rod import strip as long_strip
 
 TWO = fe.Edges(fe.Clamped(), fe.Clamped(), fe.Free(), fe.Free())
 PAPER = fe.Plate((100.0, 100.0), 1.0, 3000.0, 0.3, TWO)
@@ -149,7 +150,7 @@ def under(state: ShellState, sharp: ShellState) -> float:
     return abs(state.deflection([PLACE])[0] / sharp.deflection([PLACE])[0] - 1)
 
 
-def ring_off(state: ShellState, fine: ShellState, face: fe.linear.Face = "top") -> float:
+def ring_off(state: ShellState, fine: ShellState, face: Face = "top") -> float:
     """Worst ring strain against a finer mesh, in parts of the largest there."""
     gauges = ring_of(state.plate)
     found, truth = state.strain(gauges, face), fine.strain(gauges, face)

@@ -11,14 +11,14 @@ import numpy as np
 import fe
 import rig
 from models import Estimate
-from rig.bench import Bench, build_bench
-from rig.follow import Follower
+from rig.live.baseline import take_zero
+from rig.live.bench import Bench, build_bench
+from rig.live.tracker import Follower
 from rig.report.figure import Figure
-from rig.source import Frame
-from rig.stopwatch import Stopwatch
+from rig.sources.twin import Twin, build_twin
 from rig.studies.stiff.case import case
-from rig.twin import Twin, build_twin
-from rig.zero import take_zero
+from rig.system.frame import Frame
+from rig.system.timing import Stopwatch
 from synthetic import Hand
 
 SMALL = {

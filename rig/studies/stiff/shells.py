@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 import fe
-from fe.mesh import borders
+from fe.elements.mesh import borders
 from fe.shell import Base, Shell, Verdict
 from rig.report.figure import Figure
 from rig.studies.plates.elastica import elastica

@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 import models
-from models import batches, regression
 from models.estimate import Estimate
-from models.net import NetOptions, predict
-from models.recipe import BEST, BEST_NET, Recipe
-from models.refine import refine
-from models.train import train
+from models.nets import batches, regression
+from models.nets.net import NetOptions, predict
+from models.nets.recipe import BEST, BEST_NET, Recipe
+from models.nets.refine import refine
+from models.nets.train import train
 from rig.report.figure import Figure
 from rig.studies.paper.sets import pressed, sets, several
 from rig.studies.study import line, run

@@ -16,17 +16,17 @@ import dic
 import models
 import rig
 import synthetic
-from models.design import expected_errors, over_plate
-from models.forward import Forward, modal
-from models.ring import inside_edges
-from rig import live
-from rig.bench import Bench, build_bench
+from models.data.gauge_layout import inside_edges
+from models.design.expected_errors import expected_errors, over_plate
+from models.forward.linear import Forward, modal
+from rig.live import chain as live
+from rig.live.baseline import take_zero
+from rig.live.bench import Bench, build_bench
 from rig.report.figure import Figure, judged
 from rig.report.plate_map import at
+from rig.sources.twin import Twin, build_twin
 from rig.studies.chain.twin import random_touches
 from rig.studies.study import line, run
-from rig.twin import Twin, build_twin
-from rig.zero import take_zero
 
 FORCE = 1.0  # N
 INSET = 25.0  # mm from an edge

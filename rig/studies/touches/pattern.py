@@ -16,8 +16,8 @@ import numpy as np
 import fe
 import models
 import synthetic
-from dic.tiles import TileReference, prepare_tiles, tile_sums
-from models.matching import match
+from dic.tiles.tiles import TileReference, prepare_tiles, tile_sums
+from models.scores.matching import match
 from rig.studies.touches.rows import Part, Row, beside, show, timed, times
 
 SENSOR = synthetic.Sensor(noise=2.0)

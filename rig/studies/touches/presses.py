@@ -18,16 +18,16 @@ import fe
 import models
 import rig
 import synthetic
-from dic.tiles import lay_tiles
-from models import ring
-from models.from_presses import correct
-from rig import live
-from rig.bench import plate_modes
-from rig.calibration.alignment import Alignment, align
+from dic.tiles.tiles import lay_tiles
+from models.data import gauge_layout
+from models.design.press_calibration import correct
 from rig.calibration.presses import fit_presses
-from rig.script import asked
-from rig.stopwatch import Stopwatch
-from rig.zero import take_zero
+from rig.live import chain as live
+from rig.live.alignment import Alignment, align
+from rig.live.baseline import take_zero
+from rig.plates.cached import plate_modes
+from rig.sources.script import asked
+from rig.system.timing import Stopwatch
 
 SOFTER, GAIN, PLACE = 1.1, 0.02, 0.5  # stiffness, gain as a share, place in mm
 PRESSES, FRAMES, REFERENCE = 20, 8, 16
@@ -47,7 +47,7 @@ def rms(found: np.ndarray, true: np.ndarray) -> np.ndarray:
 
 def gauges(rng: np.random.Generator, count: int) -> Iterator[np.ndarray]:
     """Errors of the model as it is, mended, and right, of gauges 15 mm from the edges."""
-    mesh, places = fe.grid(PLATE, 40), ring.inside_edges(PLATE.size, 15.0, 15.0)
+    mesh, places = fe.grid(PLATE, 40), gauge_layout.inside_edges(PLATE.size, 15.0, 15.0)
     assumed = fe.influence(PLATE, places, mesh)
     moved = fe.influence(PLATE, places + rng.normal(0, PLACE, places.shape), mesh)
     factor = SOFTER * (1 + rng.normal(0, GAIN, len(places)))

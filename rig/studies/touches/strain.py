@@ -12,8 +12,8 @@ import numpy as np
 
 import fe
 import models
-from models.matching import match
-from models.ring import inside_edges
+from models.data.gauge_layout import inside_edges
+from models.scores.matching import match
 from rig.studies.touches.rows import Part, Row, beside, show, timed, times
 
 PLATE = fe.Plate((100.0, 100.0), 1.0, 3000.0, 0.3)

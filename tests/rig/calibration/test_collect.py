@@ -8,9 +8,10 @@ import pytest
 from typer.testing import CliRunner
 
 import fe
-from rig import cli, script
+from rig import cli
 from rig.calibration.collect import HOLD, Collector, Taken, score
-from rig.snapshot import Mark
+from rig.live.snapshot import Mark
+from rig.sources import script
 
 TARGETS = (fe.Touch(60.0, 50.0, 2.0), fe.Touch(180.0, 120.0, 1.5))
 RATE = 30.0

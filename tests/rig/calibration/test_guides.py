@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import synthetic
-from rig.calibration import gray
 from rig.calibration.board import Board
 from rig.calibration.board_guides import LensGuide, PoseGuide
 from rig.calibration.guided import lead
@@ -12,10 +11,11 @@ from rig.calibration.latency import Latency
 from rig.calibration.lens import Lens
 from rig.calibration.light_guides import LatencyGuide, StripesGuide
 from rig.calibration.noise_guide import NoiseGuide
-from rig.markers import fit_plate, project
+from rig.projector import gray_code
 from rig.projector.content import Plain, Stripe, draw
+from rig.projector.markers import fit_plate, project
 from rig.scene.plate import Plate
-from rig.source import Frame
+from rig.system.frame import Frame
 
 BOARD = Board((11, 9), 20.0, 15.0)
 STANDS = [(127, 100, 430), (330, 100, 380), (-90, 120, 370), (127, 320, 360), (130, -130, 380)]
@@ -172,7 +172,7 @@ def test_the_stripes_guide_finds_the_projector_to_0_3_mm(lit):
     away = np.linalg.norm(project(np.linalg.inv(bench.screen.T_px_plate), shown) - grid, axis=1)
     assert away.max() < 0.3  # mm; a pixel of this projector is 1.8 mm
     assert light.error < 0.3
-    assert told[-1].taken == told[-1].wanted == gray.count(bench.size)
+    assert told[-1].taken == told[-1].wanted == gray_code.count(bench.size)
 
 
 def test_the_stripes_guide_measures_how_bright_the_projector_is(lit):

@@ -7,12 +7,12 @@ import sys
 import pytest
 
 import rig
-from rig.bench import build_bench
-from rig.loop import Loop
+from rig.live.bench import build_bench
+from rig.live.loop import Loop
 from rig.recording.recorder import Recorder
-from rig.script import STILL, TURN
-from rig.source import Frame
-from rig.twin import build_twin
+from rig.sources.script import STILL, TURN
+from rig.sources.twin import build_twin
+from rig.system.frame import Frame
 
 SCENE = """
 title = "A small bench whose camera stands nearer than it says"
@@ -140,18 +140,18 @@ def test_the_model_file_remembers_the_camera(bench):
     folder, touchplate = bench
     scored = touchplate("score", "model.h5")
     assert scored["test"]["count"] == 100
-    from models.store import load
+    from models.nets.store import load
 
     assert "T_cam_plate" in load(folder / "model.h5")[1]["calibration"]
 
 
 def _presses(folder, model):
     """Tell the presses by a net without any calibration."""
-    from models.store import load
-    from rig.calibration.net_presses import score_presses
+    from models.nets.store import load
     from rig.calibration.store import Calibration
-    from rig.lesson import lesson
     from rig.recording.session import open_session
+    from rig.training.net_presses import score_presses
+    from rig.training.plan import lesson
 
     scene = rig.load(folder / "small.toml")
     net = load(folder / model)[0].net

@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
-from rig.calibration.gray import bits, decode, patterns
 from rig.calibration.projector import find_light
-from rig.markers import project
+from rig.projector.gray_code import bits, decode, patterns
+from rig.projector.markers import project
 
 PROJECTOR = (200, 150)  # px
 T = np.array([[0.66, 0.02, 14.0], [-0.015, -0.63, 139.0], [1.2e-4, -0.8e-4, 1.0]])

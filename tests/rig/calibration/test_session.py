@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 import rig
-from rig import live
-from rig.bench import build_bench
 from rig.calibration import store
 from rig.calibration.collect import targets
 from rig.calibration.session import learn, presses
+from rig.live import chain as live
+from rig.live.baseline import take_zero
+from rig.live.bench import build_bench
 from rig.recording.session import Session
-from rig.script import STILL
-from rig.stopwatch import Stopwatch
-from rig.twin import build_twin
-from rig.zero import take_zero
+from rig.sources.script import STILL
+from rig.sources.twin import build_twin
+from rig.system.timing import Stopwatch
 from tests.rig.conftest import SMALL
 
 RATE, FRAMES, COUNT = 30.0, 24, 12  # frames a second and a press

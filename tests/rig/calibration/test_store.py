@@ -8,13 +8,13 @@ import pytest
 import rig
 import synthetic
 from rig.calibration import store
-from rig.calibration.alignment import Alignment
 from rig.calibration.latency import Latency
 from rig.calibration.lens import Lens
 from rig.calibration.photon import Photon
 from rig.calibration.pose import Pose
 from rig.calibration.projector import Light
-from rig.markers import Screen
+from rig.live.alignment import Alignment
+from rig.projector.markers import Screen
 
 BENT = synthetic.Distortion(-0.1, 0.05, 1e-3, -2e-3, 0.01)
 LENS = Lens((1024, 1024), 1970.2, (510.1, 513.7), BENT, 0.4, 0.08, 0.02, ())

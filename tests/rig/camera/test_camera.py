@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rig.camera import Camera, InOrder
-from rig.source import Frame
+from rig.system.frame import Frame
 
 SECONDS = 10.0
 

@@ -12,7 +12,7 @@ from websockets.sync.client import connect
 
 import fe
 from rig.recording.session import open_session
-from rig.twin import build_twin
+from rig.sources.twin import build_twin
 from tests.rig.conftest import SMALL
 from tests.rig.emulation.clients import emulate
 

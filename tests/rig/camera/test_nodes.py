@@ -3,7 +3,7 @@ import pytest
 
 from rig.camera.device import stamp
 from rig.camera.nodes import DeviceClock
-from rig.extra import need
+from rig.system.optional import need
 
 
 @pytest.mark.parametrize("jump", [-3600.0, -2.5, 0.5, 3600.0])

@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
-from rig.markers import fit_plate
+from rig.live.snapshot import Mark
 from rig.out import Cursors, across_plate, across_screen
-from rig.snapshot import Mark
+from rig.projector.markers import fit_plate
 
 PLATE = (200.0, 100.0)
 

@@ -6,8 +6,8 @@ from math import isnan
 import pylsl
 import pytest
 
+from rig.live.snapshot import Mark
 from rig.out.lsl import FIELDS, LslOutlet, sample
-from rig.snapshot import Mark
 
 HARD = Mark(120.0, 80.0, 2.25, (1.5, 0.5, 0.25), 0.125, 7)
 SOFT = Mark(30.0, 40.0, 1.0)

@@ -11,10 +11,10 @@ import pytest
 from websockets.sync.client import connect
 
 import rig
-from rig.markers import Screen
+from rig.live.snapshot import Mark, Snapshot
 from rig.out.open import open_outputs
+from rig.projector.markers import Screen
 from rig.scene import SceneError
-from rig.snapshot import Mark, Snapshot
 
 SIZE = (254.0, 200.0)
 SCREEN = Screen((1280, 800), np.array([[4.0, 0.0, 100.0], [0.0, -3.0, 700.0], [0.0, 0.0, 1.0]]))
@@ -74,7 +74,7 @@ def test_what_is_not_named_is_not_imported():
     code = (
         "import sys, rig, numpy as np\n"
         "from contextlib import ExitStack\n"
-        "from rig.markers import Screen\n"
+        "from rig.projector.markers import Screen\n"
         "from rig.out.open import open_outputs\n"
         "ways = rig.load('twin', {'outputs.tuio.port': 3333}).outputs\n"
         "with ExitStack() as stack:\n"

@@ -9,8 +9,8 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
+from rig.live.snapshot import Mark, Snapshot
 from rig.out.stream import serve_touches
-from rig.snapshot import Mark, Snapshot
 
 TOUCHES = (Mark(120.0, 80.5, 2.25, (1.5, 0.5, 0.25), 0.125, 7), Mark(30.0, 40.0, 1.0))
 

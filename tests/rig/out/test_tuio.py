@@ -10,10 +10,10 @@ from pythonosc.osc_message import OscMessage
 from pythonosc.osc_server import BlockingOSCUDPServer
 from pythontuio import TuioClient, TuioListener
 
+from rig.live.snapshot import Mark
 from rig.out import Cursor, Tuio, across_plate
 from rig.out.osc import message
 from rig.out.tuio import MOST, frame_bundle
-from rig.snapshot import Mark
 
 PLATE = (200.0, 100.0)
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from rig.markers import project
-from rig.snapshot import Mark, Sign, Snapshot, StrainMap
+from rig.live.snapshot import Mark, Sign, Snapshot, StrainMap
+from rig.projector.markers import project
 
 PLATE = (254.0, 200.0)  # mm
 SIZE = (640, 520)  # px, width and height

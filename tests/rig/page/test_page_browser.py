@@ -13,10 +13,10 @@ import pytest
 from playwright.sync_api import expect, sync_playwright
 
 from rig.calibration.guide import Progress
-from rig.markers import fit_plate
 from rig.page import serve
-from rig.page.access import Access
-from rig.page.desk import Desk, Measured, Recording, Setting, Wizard
+from rig.page.controls import Desk, Measured, Recording, Setting, Wizard
+from rig.projector.markers import fit_plate
+from rig.web.access import Access
 
 pytestmark = pytest.mark.browser
 

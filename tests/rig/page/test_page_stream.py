@@ -16,10 +16,10 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from rig.calibration.guide import Progress
-from rig.markers import fit_plate
 from rig.page import serve
-from rig.page.access import Access, is_own
-from rig.page.desk import Desk, Recording, Wizard
+from rig.page.controls import Desk, Recording, Wizard
+from rig.projector.markers import fit_plate
+from rig.web.access import Access, is_own
 
 SCREEN = fit_plate((320, 200), (254.0, 200.0))
 
@@ -240,7 +240,7 @@ def test_the_page_needs_no_torch():
 
 
 def test_the_snapshot_needs_no_web_server():
-    code = "import sys, rig.snapshot, rig.projector; sys.exit('starlette' in sys.modules)"
+    code = "import sys, rig.live.snapshot, rig.projector; sys.exit('starlette' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 

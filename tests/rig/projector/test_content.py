@@ -3,20 +3,20 @@
 import numpy as np
 import pytest
 
-from rig.calibration import gray
-from rig.markers import draw_marks, fit_plate
+from rig.live.snapshot import Mark
+from rig.projector import gray_code
 from rig.projector.content import Plain, Stripe, draw
-from rig.snapshot import Mark
+from rig.projector.markers import draw_marks, fit_plate
 
 SCREEN = fit_plate((50, 30), (254.0, 180.0))
 
 
-@pytest.mark.parametrize("number", range(gray.count((50, 30))))
+@pytest.mark.parametrize("number", range(gray_code.count((50, 30))))
 def test_a_stripe_is_the_picture_of_its_number_in_white(number):
     picture = draw(Stripe(number), SCREEN)
     assert picture.shape == (30, 50, 3)
     for channel in range(3):
-        np.testing.assert_array_equal(picture[..., channel], gray.patterns((50, 30))[number])
+        np.testing.assert_array_equal(picture[..., channel], gray_code.patterns((50, 30))[number])
 
 
 def test_plain_light_and_marks():

@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from models.estimate import Estimate, Result
-from rig.projector.lead import FURTHEST, led
-from rig.snapshot import Mark
-from rig.track import Tracks
+from rig.live.snapshot import Mark
+from rig.live.tracks import Tracks
+from rig.projector.latency_prediction import FURTHEST, led
 
 PLATE = (254.0, 180.0)
 RATE, NOISE = 30.0, 0.25  # frames a second, mm

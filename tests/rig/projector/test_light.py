@@ -6,19 +6,19 @@ import pytest
 import fe
 import models
 import synthetic
-from dic.tiles import lay_tiles
-from rig import live
+from dic.tiles.tiles import lay_tiles
 from rig.calibration.projector import brightness
-from rig.markers import draw_marks, fit_plate
+from rig.live import chain as live
+from rig.live.baseline import Zero
+from rig.live.snapshot import Mark
+from rig.live.view import look, marks
+from rig.projector.display_log import Shown
 from rig.projector.interference import Interference, interference
-from rig.projector.light import divided, see_light
-from rig.projector.relit import Relit
-from rig.projector.shown import Shown
-from rig.snapshot import Mark
-from rig.source import Frame
-from rig.stopwatch import Stopwatch
-from rig.view import look, marks
-from rig.zero import Zero
+from rig.projector.light_correction import Relit
+from rig.projector.light_map import divided, see_light
+from rig.projector.markers import draw_marks, fit_plate
+from rig.system.frame import Frame
+from rig.system.timing import Stopwatch
 
 SCREEN = fit_plate((640, 400), (254.0, 180.0))
 CAMERA = (500, 380)

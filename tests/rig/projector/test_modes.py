@@ -4,14 +4,13 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
-from rig.markers import draw_marks, fit_plate, project
-from rig.projector.dark import Blink, InTheDark
+from rig.live.snapshot import Mark
+from rig.projector.blanking import Blink, InTheDark
+from rig.projector.markers import draw_marks, fit_plate, project
 from rig.projector.modes import BESIDE, placed
-from rig.snapshot import Mark
-from rig.source import Frame
+from rig.system.frame import Frame
 
 PLATE = (254.0, 180.0)
 places = st.tuples(st.floats(0, PLATE[0]), st.floats(0, PLATE[1]))

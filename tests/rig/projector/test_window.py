@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rig.markers import draw_marks, fit_plate, project
+from rig.live.snapshot import Mark
 from rig.projector import open_projector
-from rig.snapshot import Mark
+from rig.projector.markers import draw_marks, fit_plate, project
 
 SIZE, PLATE = (640, 400), (254.0, 180.0)
 SCREEN = fit_plate(SIZE, PLATE)
@@ -152,7 +152,7 @@ def test_no_display_is_a_sentence_and_the_loop_goes_on():
 def test_ctrl_c_ends_loop_and_window_without_a_word(tmp_path, seconds):
     script = """
 import signal, time
-from rig.markers import fit_plate
+from rig.projector.markers import fit_plate
 from rig.projector import open_projector
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores it
@@ -186,9 +186,9 @@ def test_the_window_ends_when_its_loop_is_killed(x_server):
     display, memory = x_server
     script = f"""
 import time
-from rig.markers import fit_plate
+from rig.projector.markers import fit_plate
 from rig.projector import open_projector
-from rig.snapshot import Mark
+from rig.live.snapshot import Mark
 if __name__ == "__main__":
     with open_projector(fit_plate({SIZE}, {PLATE}), {display!r}) as show:
         print(show.pid, flush=True)

@@ -3,10 +3,9 @@
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
-from rig.recording.place import named, require_new
+from rig.recording.paths import named, require_new
 
 
 @pytest.mark.parametrize(

@@ -14,11 +14,11 @@ import h5py
 import numpy as np
 import pytest
 
-from rig.recording.mark import SUPERBLOCK, unmarked
 from rig.recording.recorder import RESERVE, Recorder
 from rig.recording.replay import replay
 from rig.recording.session import open_session
-from rig.stopwatch import Stopwatch
+from rig.recording.swmr_flag import SUPERBLOCK, unmarked
+from rig.system.timing import Stopwatch
 
 PRESSED = [*range(30, 34), *range(60, 66), *range(480, 490)]  # nobody, one finger, two fingers
 
@@ -107,7 +107,7 @@ from pathlib import Path
 import numpy as np
 from rig.recording.layout import LAST
 from rig.recording.writer import Writer
-from rig.zero import Zero
+from rig.live.baseline import Zero
 layout = {"frames/image": ((60, 80), "u1"), "touches/place": ((2, 3), "f8"), LAST: ((), "i8")}
 scene = '{"title": "a test"}'
 zero = Zero(np.ones((60, 80), np.float32), 2.0)

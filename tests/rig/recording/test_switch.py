@@ -2,7 +2,7 @@
 
 from types import SimpleNamespace
 
-from rig.recording.switch import Switch
+from rig.recording.control import Switch
 
 
 class Kept:

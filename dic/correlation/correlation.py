@@ -1,0 +1,193 @@
+"""Correlate a frame with its reference: the moment method.
+
+Once an iteration the whole frame is warped by the dense motion U between the points, and every
+point solves for the motion u_p of its subset and the light,
+
+    min Σ_W [ (g(x + U) - B)/A - f - ∇f·U + ∇f·u_p(ξ) - α f - β ]²,
+
+from sums over its subset. Gain A and offset B make it ZNSSD. The fixed point does not depend on how
+U is interpolated to first order: whatever g(x + U) misses of the motion is in the residual.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from dic.correlation import dense_motion, features, frame_moments, point_status, seeds
+from dic.correlation.newton import Points
+from dic.correlation.reference import Reference
+from dic.fields import shape
+from dic.fields.displacement import DisplacementField, Status
+from dic.fields.grid import Grid
+from dic.images.image import check_image, check_pair
+from dic.images.spline import coefficients
+
+_TOGETHER = 10  # iterations of the whole field
+_PART = 2500  # px filtered for one point, in the time that the whole picture takes
+_FEW = 0.05  # share of points below which they iterate alone
+_SEED_SPACINGS = 60, 30  # px, the second where holes or lost parts leave too few
+_BESIDE = 40  # px, how far a motion is carried to points that were lost
+_ENOUGH = 0.5  # share of the seeds found from which they are enough
+
+
+def correlate(
+    ref: Reference, image: ArrayLike, guess: DisplacementField | ArrayLike | None = None
+) -> DisplacementField:
+    """Measure the displacement of every point of a reference in a frame.
+
+    Parameters
+    ----------
+    ref : Reference
+    image : (H, W) uint8, uint16 or float, grey levels
+        The deformed picture, of the size of the reference. Gain and offset of its light are free.
+    guess : DisplacementField or (N, 2) px, optional
+        Displacement to start from, such as the field of the previous frame. NaN is filled from the
+        nearest neighbour. Without it, or if all of it is NaN, the points are searched for over the
+        whole picture.
+
+    Returns
+    -------
+    DisplacementField
+        A point that cannot be measured has its `Status` and NaN.
+
+    Raises
+    ------
+    ValueError
+        The picture or the guess does not belong to the reference.
+
+    Notes
+    -----
+    σ: where both pictures carry noise σ, the residual of a subset has the variance (1 + κ)σ², κ ≤ 1
+    being what interpolation leaves of the noise between the pixels. From it follows σ, and σ_u² is
+    2σ² times the diagonal of the inverse of the full Hessian (motion and light): 2σ²/SSSIG for a
+    balanced pattern. The share of the Hessian that is noise of the reference is taken off, and
+    where a field on a grid is rougher than its σ says, σ is that much larger (`roughness`).
+    """
+    image = check_image(image, "deformed")
+    check_pair(ref.image.shape, image.shape)
+    usable = ref.status == Status.OK
+    motion, known = _start(ref, image, guess, usable)
+    points = Points(dense_motion.fill(ref.xy, motion, known)[0])
+    if ref.grid is None and len(motion) * _PART < image.size:
+        frame = image if image.dtype == np.uint8 else image.astype(np.float32)
+        _alone(ref, frame, False, points, usable)
+        usable &= np.isnan(points.change)
+    if usable.any():
+        spline = coefficients(np.subtract(image, image.mean(dtype=np.float64), dtype=np.float32))
+        if ref.grid is not None:
+            _together(ref, ref.grid, spline, points)
+            usable = point_status.found(ref, points) & ~points.still
+        _alone(ref, spline, True, points, usable)
+    return point_status.field(ref, points, image)
+
+
+def _start(ref, image, guess, usable) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Motion (N, 2, P) to start from, and where it is known."""
+    motion = np.zeros((len(ref.xy), 2, shape.count(ref.order)))
+    if guess is None:
+        places, found, known = _search(ref, image.astype(np.float32), usable)
+        motion[places, :, :3] = found
+        motion[:, :, 1:] *= ref.order > 0
+        return motion, known
+    if isinstance(guess, DisplacementField):
+        given = np.column_stack([guess.u, guess.v])
+    else:
+        given = np.asarray(guess, dtype=np.float64)
+    if given.shape != ref.xy.shape:
+        raise ValueError(f"guess must be {ref.xy.shape} px, one (u, v) a point, got {given.shape}")
+    known = np.isfinite(given.sum(axis=1))
+    if not known.any():
+        return _start(ref, image, None, usable)
+    motion[known, :, 0] = given[known]
+    if isinstance(guess, DisplacementField):
+        motion[known, :, 1:3] = guess.gradient[known] if ref.order else 0.0
+    return motion, known
+
+
+def _search(ref: Reference, image: NDArray, usable: NDArray):
+    """Find some points (S,) of a reference, their motion (S, 2, 3), and which are known (N,)."""
+    places, motion, found = np.zeros(0, dtype=np.int64), np.zeros((0, 2, 3)), np.zeros(0, bool)
+    for spacing in _SEED_SPACINGS:
+        places = _seed_places(ref, usable, spacing)
+        motion, found = seeds.find(ref.image, image, ref.xy[places])
+        if np.count_nonzero(found) >= _ENOUGH * len(places):
+            break
+    else:
+        turn = features.affine(ref.image, image)
+        if turn is not None:
+            xy, straight = ref.xy[places], features.straighten(image, turn)
+            rest, there = seeds.find(ref.image, straight, xy)
+            if np.count_nonzero(there) > np.count_nonzero(found):
+                motion, found = features.follow(xy, turn, rest), there
+    known = np.zeros(len(usable), dtype=bool)
+    known[places] = found
+    return places, motion, known
+
+
+def _seed_places(ref: Reference, usable: NDArray[np.bool_], spacing: int) -> NDArray[np.int64]:
+    """Choose the points to search for: in each cell of the picture the one nearest its middle.
+
+    Points whose subset is whole come first: a hole in a template is found in other holes.
+    """
+    places = np.flatnonzero(usable)
+    cell, offset = np.divmod(ref.xy[places], spacing)
+    away = np.abs(offset - spacing / 2).max(axis=1)
+    away += spacing * (ref.light[places, 2] < ref.subset**2)
+    nearest = np.argsort(away, kind="stable")
+    _, first = np.unique(cell[nearest] @ (1.0, 1e5), return_index=True)
+    return places[nearest[first]]
+
+
+def _together(ref: Reference, grid: Grid, spline: NDArray, points: Points) -> None:
+    """Iterate a grid on the frame warped by its dense motion, until few points still move."""
+    held, sums_of = -1, _summing(ref, grid, spline)
+    for _ in range(_TOGETHER):
+        net = dense_motion.net(points.motion, grid)
+        points.step(ref, sums_of(net), net.base)
+        good = point_status.found(ref, points)
+        moving, count = np.count_nonzero(good & ~points.still), np.count_nonzero(good)
+        if moving <= _FEW * count and count <= held:
+            return
+        held = count
+        points.motion, _ = dense_motion.fill(ref.xy, points.motion, good)
+
+
+def _summing(ref: Reference, grid: Grid, spline: NDArray) -> Callable[[dense_motion.Net], NDArray]:
+    """Make what takes the sums (N, S) of a frame for a dense motion, where the reference says."""
+    if ref.device is not None:
+        from dic.correlation import device_moments
+
+        return device_moments.summing(ref.texture, spline, grid, ref.order, ref.device)
+    windows = grid.xs, grid.ys, ref.half
+    sums = np.empty((*grid.shape, len(frame_moments.frame_plan(ref.order).sums)))
+
+    def take(net: dense_motion.Net) -> NDArray:
+        frame_moments.sums_on_grid(ref.texture, spline, net, windows, ref.order, sums)
+        return sums.reshape(len(ref.xy), -1)
+
+    return take
+
+
+def _alone(
+    ref: Reference, frame: NDArray, filtered: bool, points: Points, waiting: NDArray
+) -> None:
+    """Iterate the points `waiting` one by one; try those that are lost again beside those found.
+
+    Alone, a point does not feel what a lost neighbour does to the dense motion.
+    """
+    while waiting.any():
+        points.alone(ref, frame, filtered, np.flatnonzero(waiting & ~points.still))
+        good = point_status.found(ref, points)
+        if not (good & waiting).any():
+            return
+        motion, given = dense_motion.fill(ref.xy, points.motion, good, _BESIDE)
+        waiting = (
+            given
+            & (ref.status == Status.OK)
+            & ~point_status.leaves(ref, motion)
+            & ~(waiting & good)
+        )
+        points.motion[waiting], points.still[waiting] = motion[waiting], False

@@ -1,0 +1,201 @@
+"""One Gauss-Newton step of a subset, the iteration of points one by one, and their state."""
+
+from __future__ import annotations
+
+import threading
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from dic.correlation.reference import Reference
+from dic.correlation.subset import LOST, SHIFTED, correlate_with, gather, lay_out, make_tools, warp
+
+STILL = 1e-3  # px, a fifth of the usual noise: what is left then is less than a tenth of it
+_STRIDE = 2.0  # px, longest step believed: half a speckle
+_ITERATIONS = 20  # of a point alone
+_NOWHERE = -1 << 40  # px, where no part of a frame lies
+
+
+class Points:
+    """State of the N points of a reference while they are iterated."""
+
+    def __init__(self, motion: NDArray[np.float64]):
+        count = len(motion)
+        self.motion = motion  # (N, 2, P) coefficients of the shape function of u and of v
+        self.change = np.full(count, np.nan)  # px, in the last iteration
+        self.zncc = np.full(count, np.nan)
+        self.residual = np.full(count, np.nan)  # variance, (grey levels of the reference)²
+        self.iterations = np.zeros(count, dtype=np.int16)
+        self.still = np.zeros(count, dtype=bool)
+
+    def step(self, ref: Reference, sums: NDArray, base: tuple[int, int]) -> None:
+        """Take one Gauss-Newton step of all points, from sums of motion less `base`."""
+        _step_all(sums, np.array(base, dtype=np.float64), _known(ref), self._state())
+
+    def alone(self, ref: Reference, frame: NDArray, filtered: bool, here: NDArray) -> None:
+        """Iterate the points `here` one by one until they stand still.
+
+        `frame` is the picture, of which the parts around the points are filtered, or, if
+        `filtered`, its coefficients.
+        """
+        if ref.subsets is None:
+            subsets = gather(ref.texture, ref.xy[here], ref.half)
+        else:
+            subsets = ref.subsets if len(here) == len(ref.xy) else ref.subsets[here]
+        tools = _BENCH.tools(ref.half, self.motion.shape[2])
+        _iterate(subsets, frame, filtered, ref.xy, here, _known(ref), self._state(), tools)
+
+    def _state(self):
+        return (
+            self.motion,
+            self.change,
+            self.zncc,
+            self.residual,
+            self.iterations,
+            self.still,
+        )
+
+
+class _Bench(threading.local):
+    """The arrays in which subsets are worked on: made once a thread and size, for all frames."""
+
+    def __init__(self):
+        self.kept: dict[tuple[int, int], tuple] = {}
+
+    def tools(self, half: int, count: int) -> tuple:
+        if (half, count) not in self.kept:
+            self.kept[half, count] = make_tools(half, count)
+        return self.kept[half, count]
+
+
+_BENCH = _Bench()
+
+
+def _known(ref: Reference):
+    return ref.inverse, ref.light, ref.half
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _step_all(sums, base, known, state):
+    """Step every point from the sums of `dic.correlation.frame_moments`."""
+    motion, size = state[0], known[0].shape[1]
+    p = motion.shape[2]
+    towards, total = np.empty(size), np.empty(size)
+    dense, aside = np.empty(size), np.empty(size)
+    for n in range(sums.shape[0]):
+        s = sums[n]
+        fg, g, fq, q, gg, gq, qq = s[4 * p : 4 * p + 7]
+        gain = _gain(n, fg, g, gg, known, state)
+        if gain == 0.0:
+            continue
+        for k in range(2 * p):
+            dense[k] = -s[2 * p + k]
+            towards[k] = s[k] / gain + dense[k]
+        dense[2 * p], dense[2 * p + 1] = fq, q
+        towards[2 * p], towards[2 * p + 1] = fq - fg / gain, q - g / gain
+        _answer(n, towards, gg / gain**2 - 2 * gq / gain + qq, known, state, total)
+        _solve(n, dense, known, aside)
+        for k in range(2 * p):
+            total[k] -= aside[k]
+            aside[k] -= motion[n, k // p, k % p]
+        aside[0] += base[0]
+        aside[p] += base[1]
+        _move(n, total, aside, known, state)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _iterate(subsets, frame, filtered, xy, here, known, state, tools):
+    motion, change, zncc, half, still = state[0], state[1], state[2], known[2], state[5]
+    size = known[0].shape[1]
+    towards, total, aside = np.empty(size), np.empty(size), np.zeros(size)
+    for m in range(here.shape[0]):
+        n, pixels = here[m], subsets[m]
+        lay_out(pixels, xy[n], tools)
+        tools[9][:] = _NOWHERE
+        for _ in range(_ITERATIONS):
+            done = warp(frame, filtered, xy[n], motion[n], half, tools)
+            if done == LOST:
+                change[n], zncc[n] = np.nan, 0.0
+                break
+            gg = correlate_with(pixels, tools, towards)
+            gain = _gain(n, -towards[size - 2], -towards[size - 1], gg, known, state)
+            if gain == 0.0:
+                break
+            for k in range(size):
+                towards[k] /= gain
+            _answer(n, towards, gg / gain**2, known, state, total)
+            _set_aside(motion[n], done == SHIFTED, aside)
+            _move(n, total, aside, known, state)
+            if still[n]:
+                break
+
+
+@njit(cache=True, nogil=True)
+def _set_aside(c, shifted, aside):
+    """Take off all of the motion but the shift, if the subset was warped by its shift alone."""
+    for a in range(2):
+        for k in range(1, c.shape[1]):
+            aside[a * c.shape[1] + k] = -c[a, k] if shifted else 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _gain(n, fg, g, gg, known, state):
+    """Write the ZNCC of a point and return the gain of its light; 0 where there is no contrast."""
+    light, (_, change, zncc, residual, iterations, still) = known[1], state
+    iterations[n] += not still[n]
+    pixels = max(light[n, 2], 1.0)
+    var_f = light[n, 0] - light[n, 1] ** 2 / pixels
+    var_g = gg - g**2 / pixels
+    if var_f <= 0 or var_g <= 1e-9 * gg:
+        change[n], zncc[n], residual[n], still[n] = 0.0, 0.0, 0.0, True
+        return 0.0
+    zncc[n] = (fg - light[n, 1] * g / pixels) / np.sqrt(var_f * var_g)
+    # The gain only scales the step: the ratio of contrasts is good enough, and never negative.
+    return np.sqrt(var_g / var_f)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _answer(n, towards, squares, known, state, total):
+    """Solve the normal equations of a point into `total` (K,), and write what they leave over."""
+    light = known[1]
+    _solve(n, towards, known, total)
+    for i in range(towards.shape[0]):
+        squares += towards[i] * total[i]
+    state[3][n] = squares / max(light[n, 2] - towards.shape[0], 1.0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _solve(n, towards, known, total):
+    inverse = known[0]
+    for i in range(towards.shape[0]):
+        total[i] = 0.0
+        for k in range(towards.shape[0]):
+            total[i] -= inverse[n, i, k] * towards[k]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _move(n, step, aside, known, state):
+    """Move a point by the `step` of its shape function, and by what the warp was `aside` of it.
+
+    The step was measured with ∇f in place of the gradient of the frame, so it is that of the
+    inverse composition: the deformation gradient F = 1 + ∇U turns it into the additive one, and
+    Newton's convergence is kept at large strain and rotation.
+    """
+    half, c, change, still = known[2], state[0][n], state[1], state[5]
+    p = c.shape[1]
+    reach = np.sqrt((step[0] + aside[0]) ** 2 + (step[p] + aside[p]) ** 2)
+    brake = _STRIDE / reach if reach > _STRIDE else 1.0
+    f11, f12, f21, f22 = 1 + c[0, 1], c[0, 2], c[1, 1], 1 + c[1, 2]
+    moved, size = 0.0, 1.0
+    for k in range(p):
+        if k == 1 or k == 3:
+            size *= half
+        step_u = brake * (f11 * step[k] + f12 * step[p + k] + aside[k])
+        step_v = brake * (f21 * step[k] + f22 * step[p + k] + aside[p + k])
+        c[0, k] += step_u
+        c[1, k] += step_v
+        moved = max(moved, max(abs(step_u), abs(step_v)) * size)
+    # Where the steps shrink in proportion, the next one would be moved²/change.
+    still[n] = moved < STILL or moved * moved < STILL * change[n]
+    change[n] = moved

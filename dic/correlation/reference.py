@@ -1,0 +1,197 @@
+"""The reference picture, prepared once: its texture and how each subset answers to motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from dic.correlation import clipping, moments, normal
+from dic.correlation.checks import check_options, check_served, read_grid, read_points, read_roi
+from dic.correlation.subset import gather
+from dic.fields.displacement import Status
+from dic.fields.grid import Grid, grid_over
+from dic.images.image import check_image
+from dic.images.quality import box_areas, box_sums
+from dic.images.spline import coefficients, gradient
+
+_BARE = 0.02  # of the median mean square of ∇f: the inner half of a subset is without pattern
+_CLIPPED = 2 / 3  # share of a subset at black or at white from which it cannot be trusted
+_LEAK = 3  # px from the edge of the ROI at which the spline keeps 8 % of a jump there
+
+
+@dataclass(frozen=True)
+class Reference:
+    """What `correlate` needs of the reference; made by `prepare`.
+
+    Attributes
+    ----------
+    image : (H, W) float32, grey levels
+    texture : (4, H, W) float32
+        ∂f/∂x, ∂f/∂y, f less its mean, and weight: 1 in the ROI; all four are 0 outside.
+    xy : (N, 2) float64, px
+        Points of interest.
+    inverse : (N, K, K) float64
+        Inverse of Σ JᵀJ, J = (fx·m, fy·m, -f, -1) with the monomials m of the shape function
+        (`dic.fields.shape`): motion and light of the subset.
+    light : (N, 3) float64
+        Σf², Σf and the number of pixels of the subset.
+    slope : (N,) float64, grey levels per px
+        Root mean square of ∇f in the direction in which it is least.
+    status : (N,) int8
+        What is known before any frame: OK, EXCLUDED, FLAT, DARK, SATURATED or OUTSIDE.
+    subset : int, px
+    order : int
+    grid : Grid or None
+    subsets : (N, 4, ·) float32 or None
+        The texture of each scattered point side by side; None on a grid.
+    device : str or None
+        Where torch takes the sums of the frames; None without torch.
+    """
+
+    image: NDArray[np.float32]
+    texture: NDArray[np.float32]
+    xy: NDArray[np.float64]
+    inverse: NDArray[np.float64]
+    light: NDArray[np.float64]
+    slope: NDArray[np.float64]
+    status: NDArray[np.int8]
+    subset: int
+    order: int
+    grid: Grid | None
+    subsets: NDArray[np.float32] | None
+    device: str | None = None
+
+    @property
+    def half(self) -> int:
+        """(subset - 1)/2, px."""
+        return self.subset // 2
+
+
+def prepare(
+    image: ArrayLike,
+    subset: int = 21,
+    step: int = 5,
+    order: int = 1,
+    roi: ArrayLike | None = None,
+    points: ArrayLike | Grid | None = None,
+    device: str | None = None,
+) -> Reference:
+    """Prepare a reference picture for any number of frames.
+
+    Parameters
+    ----------
+    image : (H, W) uint8, uint16 or float, grey levels
+    subset : int, px
+        Side of the square subset, odd.
+    step : int, px
+        Distance of the points of the grid, which covers the picture wherever a whole subset fits.
+    order : {0, 1, 2}
+        Shape function: 0 a shift, 1 affine, 2 quadratic.
+    roi : (H, W) bool, optional
+        Pixels that may be used. Points whose centre lies outside are EXCLUDED; of the other subsets
+        only the pixels inside count.
+    points : (N, 2), px, or Grid, optional
+        Measure at these points (x, y), or on this grid, in place of the usual one. Of a subset that
+        the picture cuts the pixels on it count, if half of them are left.
+    device : str, optional
+        Where torch shall take the sums of the frames, such as "cuda", for a grid. Without it they
+        are taken here, by compiled loops.
+
+    Raises
+    ------
+    ValueError
+        One sentence on what cannot be used.
+    """
+    image = check_image(image, "reference")
+    check_options(image, subset, step, order)
+    weight = read_roi(roi, image.shape)
+    grid = (
+        grid_over(image.shape, subset, step) if points is None else read_grid(points, subset, step)
+    )
+    xy = read_points(points if grid is None else grid.xy, image.shape)
+    if device is not None:
+        check_served(device, grid)
+    centres = np.rint(xy).astype(np.int64)
+
+    status = _status(image, weight, centres, subset // 2)
+    texture = _texture(image, _inner(weight))
+    status = _without_bare(texture, centres, status, subset // 2)
+    sums = _sums(texture, xy, subset // 2, order, grid)
+    slope, status = normal.least_slope(sums, status, order)
+    return Reference(
+        image=image.astype(np.float32),
+        texture=texture,
+        xy=xy,
+        inverse=normal.inverse(sums, status, order),
+        light=sums[:, -3:].copy(),
+        slope=slope,
+        status=status,
+        subset=subset,
+        order=order,
+        grid=grid,
+        subsets=gather(texture, xy, subset // 2) if grid is None else None,
+        device=device,
+    )
+
+
+def _inner(weight: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Pixels of the ROI on which what lies beyond it has no effect through the spline."""
+    if weight.all():
+        return weight
+    from scipy.ndimage import binary_erosion
+
+    square = np.ones((2 * _LEAK + 1, 2 * _LEAK + 1), dtype=bool)
+    return np.asarray(binary_erosion(weight, square, border_value=1), dtype=bool)
+
+
+def _texture(image: NDArray, weight: NDArray[np.bool_]) -> NDArray[np.float32]:
+    grey = np.subtract(image, image.mean(dtype=np.float64), dtype=np.float32)
+    texture = np.empty((4, *grey.shape), dtype=np.float32)
+    texture[0], texture[1] = gradient(coefficients(grey))
+    texture[2], texture[3] = grey, weight
+    if not weight.all():
+        texture *= weight
+    return texture
+
+
+def _status(
+    image: NDArray, weight: NDArray[np.bool_], centres: NDArray[np.int64], half: int
+) -> NDArray[np.int8]:
+    status = np.zeros(len(centres), dtype=np.int8)
+    area = box_areas(centres, half, image.shape)
+    least = (2 * half + 1) ** 2 / 2
+    for level, name in clipping.levels(image):
+        clipped = image == level
+        if np.count_nonzero(clipped) > _CLIPPED * least:
+            status[box_sums(clipped, centres, half) > _CLIPPED * area] = name
+    if not weight.all():
+        status[box_sums(weight, centres, half) < least] = Status.EXCLUDED
+    status[area < least] = Status.OUTSIDE
+    status[~weight[centres[:, 1], centres[:, 0]]] = Status.EXCLUDED
+    return status
+
+
+def _without_bare(
+    texture: NDArray[np.float32], centres: NDArray[np.int64], status: NDArray[np.int8], half: int
+) -> NDArray[np.int8]:
+    """Name FLAT the points with no pattern of their own, such as those in a hole near its rim.
+
+    The rim alone can be followed, but it says nothing of the place of the point.
+    """
+    usable = status == Status.OK
+    if not usable.any():
+        return status
+    steepness = np.square(texture[0]) + np.square(texture[1])
+    own = box_sums(steepness, centres[usable], half // 2)
+    own /= box_areas(centres[usable], half // 2, steepness.shape)
+    status = status.copy()
+    status[np.flatnonzero(usable)[own < _BARE * np.median(own)]] = Status.FLAT
+    return status
+
+
+def _sums(texture, xy, half, order, grid: Grid | None) -> NDArray[np.float64]:
+    if grid is not None:
+        return moments.sums_on_grid(texture, grid.xs, grid.ys, half, order)
+    return moments.sums_at_points(texture, xy, half, order)

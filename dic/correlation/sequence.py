@@ -1,0 +1,122 @@
+"""Follow a pattern through the frames of a test, also where it changes beyond recognition."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from dic.correlation.correlation import correlate
+from dic.correlation.reference import Reference, prepare
+from dic.fields.displacement import DisplacementField, Status
+
+_KEPT = 0.98  # share of the points followed so far that a frame must find again
+_ALIKE = 0.9  # their median ZNCC, below which the pattern has changed too much
+
+
+def follow(ref: Reference, frames: Iterable[ArrayLike]) -> Iterator[DisplacementField]:
+    """Measure the displacement of every frame from the first reference, one by one.
+
+    A frame is compared with the first picture, from the motion of the frame before. Once the
+    pattern has changed too much for that, by strain, light or wear, the frame before becomes the
+    reference: the points go on from where they had moved to, so that each stays on its material
+    point, and the displacements add up (`compose`).
+
+    Parameters
+    ----------
+    ref : Reference
+    frames : iterable of (H, W) pictures
+        In the order in which they were taken. They may come live.
+
+    Yields
+    ------
+    DisplacementField
+        At the points of `ref`, from `ref`. A point that is lost when the reference is renewed stays
+        lost, and so does one of whose subset the ROI takes a part (EXCLUDED). `zncc` and `status`
+        are those of the last comparison.
+
+    Raises
+    ------
+    ValueError
+        A picture cannot be used.
+    """
+    base, start, here = ref, None, np.arange(len(ref.xy))
+    last, before = None, None
+    for frame in frames:
+        found = correlate(base, frame, guess=last)
+        if last is not None and before is not None and _has_changed(last, found):
+            start = _joined(start, last, here)
+            here = _kept(ref, start)
+            moved = ref.xy[here] + np.column_stack([start.u, start.v])[here]
+            base = prepare(before, ref.subset, order=ref.order, points=moved)
+            found = correlate(base, frame, guess=np.zeros_like(moved))
+        yield _joined(start, found, here)
+        last, before = found, frame
+
+
+def _has_changed(last: DisplacementField, found: DisplacementField) -> bool:
+    """Tell whether a frame shows less of the pattern than the one before did."""
+    if not last.valid.any():
+        return False
+    seen = found.status[last.valid] != Status.OUTSIDE
+    kept = found.valid[last.valid]
+    return bool(
+        np.count_nonzero(kept) < _KEPT * np.count_nonzero(seen)
+        or (kept.any() and np.median(found.zncc[found.valid]) < _ALIKE)
+    )
+
+
+def _kept(ref: Reference, field: DisplacementField) -> NDArray[np.int64]:
+    """Points that go on in a new reference: what a ROI leaves out there is not known."""
+    whole = ref.light[:, 2] == ref.subset**2
+    return np.flatnonzero(field.valid & whole)
+
+
+def _joined(
+    start: DisplacementField | None, found: DisplacementField, here: NDArray[np.int64]
+) -> DisplacementField:
+    """Add what was found of the points `here` to their motion before; the others stay lost."""
+    if start is None:
+        return found
+    status = np.where(start.valid, Status.EXCLUDED, start.status).astype(np.int8)
+    arrays = {"status": status, "iterations": np.zeros(len(status), dtype=np.int16)}
+    for name in ("u", "v", "sigma_u", "sigma_v", "gradient", "sigma_gradient", "zncc"):
+        arrays[name] = np.full_like(getattr(start, name), np.nan)
+    for name, array in arrays.items():
+        array[here] = getattr(found, name)
+    return compose(start, replace(found, xy=start.xy, **arrays))
+
+
+def compose(first: DisplacementField, second: DisplacementField) -> DisplacementField:
+    """Add up two displacements of which the second starts where the first has led.
+
+    Parameters
+    ----------
+    first, second : DisplacementField
+        `second.xy` is `first.xy` moved by the first displacement.
+
+    Returns
+    -------
+    DisplacementField
+        At the points of the first. Deformation gradients multiply, F = F₂F₁.
+
+    Notes
+    -----
+    σ adds in squares, which is an upper bound: the noise of the frame in which the two meet enters
+    both with opposite signs.
+    """
+    turn, stretch = np.eye(2) + second.gradient, np.eye(2) + first.gradient
+    spread = np.einsum("nac,nbc->nab", np.square(turn), np.square(first.sigma_gradient))
+    return replace(
+        second,
+        xy=first.xy,
+        u=first.u + second.u,
+        v=first.v + second.v,
+        sigma_u=np.hypot(first.sigma_u, second.sigma_u),
+        sigma_v=np.hypot(first.sigma_v, second.sigma_v),
+        gradient=turn @ stretch - np.eye(2),
+        sigma_gradient=np.sqrt(spread + second.sigma_gradient**2),
+        grid=first.grid,
+    )

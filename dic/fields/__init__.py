@@ -1,0 +1,1 @@
+"""Fields of points: displacement, strain, and what smooths them, each with its uncertainty."""

@@ -1,0 +1,96 @@
+"""Displacement of points of interest, with uncertainty and an honest status for each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dic.fields.grid import Grid
+
+
+class Status(IntEnum):
+    """What became of a point of interest."""
+
+    OK = 0
+    EXCLUDED = 1  # the ROI leaves out its centre, or more than half of its subset
+    FLAT = 2  # too little contrast in some direction to follow
+    DARK = 3  # too much of the subset lies at black
+    SATURATED = 4  # too much of the subset lies at white
+    OUTSIDE = 5  # most of the subset lies out of the picture, or some of it has moved there
+    LOW_CORRELATION = 6  # the pattern was not found again
+    NOT_CONVERGED = 7  # the iteration still moved when it was stopped
+    DISTURBED = 8  # far from what the others leave over: hidden in part, or bent beyond its order
+
+
+@dataclass(frozen=True)
+class DisplacementField:
+    """Displacement measured at N points, in px of the reference; NaN where `status` is not OK.
+
+    Attributes
+    ----------
+    xy : (N, 2) float64, px
+    u, v : (N,) float64, px
+        Displacement along x (columns, to the right) and y (rows, downwards).
+    sigma_u, sigma_v : (N,) float64, px
+        One standard deviation, from the residual of the subset itself (see `dic.correlate`).
+    gradient : (N, 2, 2) float64
+        [[∂u/∂x, ∂u/∂y], [∂v/∂x, ∂v/∂y]] of the subset; zero at order 0.
+    sigma_gradient : (N, 2, 2) float64
+    zncc : (N,) float64
+        Zero-normalised cross-correlation of the subset with the frame, -1…1.
+    iterations : (N,) int16
+        Iterations until the point stood still.
+    share : (N,) float64
+        Share of the pixels of the subset that were used: less than 1 where the ROI or the border of
+        the picture takes a part.
+    status : (N,) int8
+        A `Status` each.
+    subset : int, px
+    order : int
+        Order of the shape function.
+    grid : Grid or None
+        The grid, row by row, or None for scattered points.
+    """
+
+    xy: NDArray[np.float64]
+    u: NDArray[np.float64]
+    v: NDArray[np.float64]
+    sigma_u: NDArray[np.float64]
+    sigma_v: NDArray[np.float64]
+    gradient: NDArray[np.float64]
+    sigma_gradient: NDArray[np.float64]
+    zncc: NDArray[np.float64]
+    iterations: NDArray[np.int16]
+    share: NDArray[np.float64]
+    status: NDArray[np.int8]
+    subset: int
+    order: int
+    grid: Grid | None
+
+    @property
+    def valid(self) -> NDArray[np.bool_]:
+        """(N,) True where the point was measured."""
+        return self.status == Status.OK
+
+    @property
+    def ux(self) -> NDArray[np.float64]:
+        """∂u/∂x of the subset, (N,)."""
+        return self.gradient[:, 0, 0]
+
+    @property
+    def uy(self) -> NDArray[np.float64]:
+        """∂u/∂y of the subset, (N,)."""
+        return self.gradient[:, 0, 1]
+
+    @property
+    def vx(self) -> NDArray[np.float64]:
+        """∂v/∂x of the subset, (N,)."""
+        return self.gradient[:, 1, 0]
+
+    @property
+    def vy(self) -> NDArray[np.float64]:
+        """∂v/∂y of the subset, (N,)."""
+        return self.gradient[:, 1, 1]

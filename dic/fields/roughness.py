@@ -1,0 +1,71 @@
+"""How much rougher a measured field is than its own σ says."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dic.fields import shape
+from dic.fields.grid import Grid
+
+_DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])  # zero for every cubic
+_STRIDE = 2  # steps
+_MEDIAN = 0.4549  # of χ² with one degree of freedom
+_FEWEST = 100  # differences from which a median is taken
+_EXACT = 1e-6  # px, pictures that are drawn have no noise
+_USUAL = 1.15  # what a pattern that is not the same everywhere makes of it, with noise alone
+
+
+@cache
+def overlap(order: int, subset: int, step: int, count: int) -> NDArray[np.float64]:
+    """Correlate the noise of points that lie (dy, dx) steps apart, (count, count).
+
+    Subsets that share pixels share their noise, as the fit weighs the pixels.
+    """
+    weights = shape.centre_weights(order, subset)
+    shared = np.zeros((count, count))
+    for i, dy in enumerate(range(0, min(count * step, subset), step)):
+        for j, dx in enumerate(range(0, min(count * step, subset), step)):
+            shared[i, j] = np.sum(weights[dy:, dx:] * weights[: subset - dy, : subset - dx])
+    return shared / shared[0, 0]
+
+
+def excess(u: NDArray, sigma: NDArray, grid: Grid, order: int) -> float:
+    """Compare the fourth differences of a field with what σ makes of them; 1 or more.
+
+    What noise leaves between neighbours is known. Where a field is rougher, as under uneven light
+    or blur, which change the pattern in ways that the model does not hold, σ is too small.
+
+    Parameters
+    ----------
+    u, sigma : (..., N) float64, px
+        Displacements on a grid, NaN where there is none.
+
+    Returns
+    -------
+    float
+        1 where too few points stand together.
+    """
+    rows = np.reshape(u, (-1, *grid.shape))
+    variance = np.reshape(np.maximum(np.square(sigma), _EXACT**2), (-1, *grid.shape))
+    reach = _STRIDE * (len(_DIFFERENCE) - 1)
+    apart = overlap(order, grid.subset, grid.step, reach + 1)[0]
+    place = _STRIDE * np.arange(len(_DIFFERENCE))
+    shared = apart[np.abs(place[:, None] - place)]
+    expected = _DIFFERENCE @ shared @ _DIFFERENCE
+    ratios = []
+    for axis in (1, 2):
+        count = rows.shape[axis] - reach
+        if count < 1:
+            continue
+        along, power = np.moveaxis(rows, axis, 0), np.moveaxis(variance, axis, 0)
+        difference = sum(w * along[p : p + count] for w, p in zip(_DIFFERENCE, place, strict=True))
+        middle = power[reach // 2 : reach // 2 + count]
+        ratios.append((np.square(difference) / (expected * middle)).ravel())
+    every = np.concatenate(ratios) if ratios else np.zeros(0)
+    every = every[np.isfinite(every)]
+    if len(every) < _FEWEST:
+        return 1.0
+    return max(float(np.sqrt(np.median(every) / _MEDIAN)) / _USUAL, 1.0)

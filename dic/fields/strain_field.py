@@ -1,0 +1,248 @@
+"""Strain of a displacement field, with its kind, gauge length and uncertainty."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from dic.fields import roughness
+from dic.fields.displacement import DisplacementField
+from dic.fields.grid import Grid
+
+Kind = Literal["small", "green-lagrange", "logarithmic"]
+LEAST = 0.5  # share of a window that must be valid
+_NUDGE = 1e-5  # for differences of the strain measures: error 1e-10
+
+
+@dataclass(frozen=True)
+class StrainField:
+    """In-plane strain at N points, dimensionless; NaN where it is not `valid`.
+
+    Attributes
+    ----------
+    xy : (N, 2) float64, px
+    exx, eyy, exy : (N,) float64
+        Tensor components along the picture's x and y; engineering shear is 2 exy.
+    sigma : (N, 3) float64
+        One standard deviation of exx, eyy, exy.
+    valid : (N,) bool
+    vsg : int, px
+        Length of the virtual strain gauge: the pixels that one strain depends on.
+    window : int
+        Points along the side of the strain window; 1 for gauges without a grid.
+    kind : str
+        "small", "green-lagrange" or "logarithmic".
+    grid : Grid or None
+    """
+
+    xy: NDArray[np.float64]
+    exx: NDArray[np.float64]
+    eyy: NDArray[np.float64]
+    exy: NDArray[np.float64]
+    sigma: NDArray[np.float64]
+    valid: NDArray[np.bool_]
+    vsg: int
+    window: int
+    kind: Kind
+    grid: Grid | None
+
+    @property
+    def gxy(self) -> NDArray[np.float64]:
+        """Engineering shear 2 exy, (N,)."""
+        return 2 * self.exy
+
+
+def strain(disp: DisplacementField, window: int = 5, kind: Kind = "small") -> StrainField:
+    """Strain from a least-squares plane through u and v over a window of points.
+
+    Parameters
+    ----------
+    disp : DisplacementField
+        On a grid. Scattered gauges are taken too if they were measured at order 1: their strain is
+        that of the subset itself, `window` is not used, and the gauge length is the subset.
+    window : int
+        Points along the side of the window, odd. Points that are not valid are left out; at least
+        half of the window and its centre must be valid.
+    kind : {"small", "green-lagrange", "logarithmic"}
+        With F = 1 + ∇u: the symmetric part of ∇u; (FᵀF - 1)/2; and ln U = ½ ln FᵀF (Hencky).
+
+    Raises
+    ------
+    ValueError
+        The kind is unknown, the window is not odd or larger than the grid, or there is no gradient.
+
+    Notes
+    -----
+    σ follows from that of the displacements and from their overlap: two subsets that share a part
+    of their pixels share that part of their noise, ρ = (1 - |Δx|/subset)₊ (1 - |Δy|/subset)₊ at
+    orders 0 and 1; at order 2 the pixels count as the quadratic fit weighs them.
+    """
+    if kind not in get_args(Kind):
+        raise ValueError(f"strain kind must be one of {', '.join(get_args(Kind))}, got {kind!r}")
+    if disp.grid is None:
+        gradient, variance = _of_subsets(disp)
+        window, vsg = 1, disp.subset
+    else:
+        check_window(window)
+        _check_fits(window, disp.grid)
+        gradient, variance = _of_windows(disp, disp.grid, window)
+        vsg = (window - 1) * disp.grid.step + disp.subset
+    e, sigma = _measure_with_sigma(gradient, variance, kind)
+    return StrainField(
+        xy=disp.xy,
+        exx=e[:, 0],
+        eyy=e[:, 1],
+        exy=e[:, 2],
+        sigma=sigma,
+        valid=np.all(np.isfinite(e), axis=1),
+        vsg=vsg,
+        window=window,
+        kind=kind,
+        grid=disp.grid,
+    )
+
+
+def check_window(window: int) -> None:
+    """Refuse a strain window that has no middle or no slope; ValueError says which to use."""
+    if window % 2 == 0 or window < 3:
+        raise ValueError(f"strain window must be odd and at least 3 points, got {window}; use 5")
+
+
+def _check_fits(window: int, grid: Grid) -> None:
+    if window > min(grid.shape):
+        rows, columns = grid.shape
+        raise ValueError(
+            f"strain window of {window} points is larger than the grid of {columns}x{rows} points; "
+            "use a smaller window or step"
+        )
+
+
+def _of_subsets(disp: DisplacementField) -> tuple[NDArray, NDArray]:
+    if disp.order == 0:
+        raise ValueError(
+            "strain needs a grid of points, or scattered points measured at order 1, got scattered "
+            "points at order 0; prepare with order=1"
+        )
+    return disp.gradient, disp.sigma_gradient**2
+
+
+def _of_windows(disp: DisplacementField, grid: Grid, window: int) -> tuple[NDArray, NDArray]:
+    fields = np.stack([disp.u, disp.v, disp.sigma_u, disp.sigma_v]).reshape(4, *grid.shape)
+    valid = disp.valid.reshape(grid.shape)
+    gradient = np.full((*grid.shape, 2, 2), np.nan)
+    variance = np.full((*grid.shape, 2, 2), np.nan)
+    overlap = roughness.overlap(disp.order, grid.subset, grid.step, window)
+    _fit(fields, valid, window // 2, float(grid.step), overlap, gradient, variance)
+    return gradient.reshape(-1, 2, 2), variance.reshape(-1, 2, 2)
+
+
+@njit(cache=True, nogil=True)
+def _fit(fields, valid, half, step, overlap, gradient, variance):
+    """Fit planes; writes ∂(u, v)/∂(x, y) and their variances where a window holds enough points."""
+    rows, columns = valid.shape
+    least = max(3.0, LEAST * (2 * half + 1) ** 2)
+    place = np.empty(((2 * half + 1) ** 2, 2), dtype=np.int64)
+    for r in range(rows):
+        for c in range(columns):
+            if not valid[r, c]:
+                continue
+            count = 0
+            for i in range(max(r - half, 0), min(r + half + 1, rows)):
+                for j in range(max(c - half, 0), min(c + half + 1, columns)):
+                    if valid[i, j]:
+                        place[count, 0], place[count, 1] = i, j
+                        count += 1
+            if count >= least:
+                _fit_one(fields, place[:count], step, overlap, gradient[r, c], variance[r, c])
+
+
+@njit(cache=True, nogil=True)
+def _fit_one(fields, place, step, overlap, gradient, variance):
+    count = place.shape[0]
+    middle_y, middle_x = place[:, 0].mean(), place[:, 1].mean()
+    y, x = (place[:, 0] - middle_y) * step, (place[:, 1] - middle_x) * step
+    xx, xy, yy = np.dot(x, x), np.dot(x, y), np.dot(y, y)
+    determinant = xx * yy - xy * xy
+    if determinant <= 1e-9 * xx * yy:
+        return
+    weights = np.empty((2, count))
+    weights[0] = (yy * x - xy * y) / determinant
+    weights[1] = (xx * y - xy * x) / determinant
+    gradient[:] = 0
+    spread = np.empty((2, 2, count))
+    for n in range(count):
+        i, j = place[n]
+        for a in range(2):
+            for b in range(2):
+                gradient[a, b] += weights[b, n] * fields[a, i, j]
+                spread[a, b, n] = weights[b, n] * fields[2 + a, i, j]
+    variance[:] = 0
+    for n in range(count):
+        for m in range(n + 1):
+            dy, dx = abs(place[n, 0] - place[m, 0]), abs(place[n, 1] - place[m, 1])
+            shared = overlap[dy, dx] * (1.0 if m == n else 2.0)
+            if shared != 0:
+                for a in range(2):
+                    for b in range(2):
+                        variance[a, b] += shared * spread[a, b, n] * spread[a, b, m]
+
+
+def _measure_with_sigma(
+    gradient: NDArray, variance: NDArray, kind: Kind
+) -> tuple[NDArray, NDArray]:
+    """Strain (N, 3) and its σ (N, 3), by the slopes of the measure in the four gradients."""
+    spread = np.zeros((len(gradient), 3))
+    for a in range(2):
+        for b in range(2):
+            nudge = np.zeros((2, 2))
+            nudge[a, b] = _NUDGE
+            slope = (measure(gradient + nudge, kind) - measure(gradient - nudge, kind)) / (
+                2 * _NUDGE
+            )
+            spread += slope**2 * variance[:, a, b, None]
+    return measure(gradient, kind), np.sqrt(spread)
+
+
+def measure(gradient: NDArray[np.float64], kind: Kind) -> NDArray[np.float64]:
+    """Strain of a displacement gradient.
+
+    Parameters
+    ----------
+    gradient : (..., 2, 2) float64
+        [[∂u/∂x, ∂u/∂y], [∂v/∂x, ∂v/∂y]].
+    kind : {"small", "green-lagrange", "logarithmic"}
+
+    Returns
+    -------
+    (..., 3) float64
+        exx, eyy, exy.
+    """
+    swapped = np.swapaxes(gradient, -1, -2)
+    match kind:
+        case "small":
+            tensor = (gradient + swapped) / 2
+        case "green-lagrange":
+            tensor = (gradient + swapped + swapped @ gradient) / 2
+        case "logarithmic":
+            stretch = np.eye(2) + gradient
+            tensor = _log(np.swapaxes(stretch, -1, -2) @ stretch) / 2
+    return np.stack([tensor[..., 0, 0], tensor[..., 1, 1], tensor[..., 0, 1]], axis=-1)
+
+
+def _log(tensor: NDArray) -> NDArray:
+    """Logarithm of symmetric positive 2x2 tensors: mean and deviator keep their directions."""
+    mean = (tensor[..., 0, 0] + tensor[..., 1, 1]) / 2
+    apart = np.hypot((tensor[..., 0, 0] - tensor[..., 1, 1]) / 2, tensor[..., 0, 1])
+    relative = apart / mean
+    # artanh(r)/r is smooth at zero, where the deviator vanishes.
+    safe = np.where(relative > 1e-4, relative, 1.0)
+    scale = np.where(
+        relative > 1e-4, np.arctanh(np.minimum(safe, 1 - 1e-16)) / safe, 1 + relative**2 / 3
+    )
+    deviator = (tensor - mean[..., None, None] * np.eye(2)) * (scale / mean)[..., None, None]
+    isotropic = np.log(mean * mean - apart * apart) / 2
+    return deviator + isotropic[..., None, None] * np.eye(2)

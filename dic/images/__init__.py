@@ -1,0 +1,1 @@
+"""Images: read, checked, interpolated between their pixels, and judged as a pattern."""

@@ -1,0 +1,1 @@
+"""Fields drawn over their image."""

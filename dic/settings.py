@@ -1,0 +1,164 @@
+"""Is this pattern good enough for this camera, and which subset and step does it ask for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from dic.correlation.correlation import correlate
+from dic.correlation.reference import prepare
+from dic.images.image import check_image
+from dic.images.quality import box_sums, noise_floor
+from dic.images.spline import coefficients, gradient, noise_slope
+
+_SPOTS = 3  # speckles across a subset, iDICs Good Practices Guide
+_SIZES = range(11, 102, 2)  # px
+_SHARE = 95  # percent of the subsets that shall reach the σ asked for
+_TAPER = 24  # px at the border that fade to grey, so that a shifted picture does not ring
+
+
+@dataclass(frozen=True)
+class Advice:
+    """Subset and step for a pattern and a camera.
+
+    Attributes
+    ----------
+    subset, step : int, px
+    sigma : float, px
+        Standard deviation of a displacement that 95 % of the subsets stay below.
+    speckle : float, px
+        Diameter of a speckle.
+    """
+
+    subset: int
+    step: int
+    sigma: float
+    speckle: float
+
+
+def mean_intensity_gradient(image: ArrayLike) -> float:
+    """Mean of |∇f|, grey levels per px: MIG (Pan, Lu, Xie 2010, Opt. Lasers Eng. 48, 469)."""
+    fx, fy = gradient(coefficients(check_image(image, "reference")))
+    return float(np.mean(np.hypot(fx, fy)))
+
+
+def speckle_size(image: ArrayLike) -> float:
+    """Diameter of a speckle, px.
+
+    The autocorrelation of round Gaussian spots of the diameter d (width at half height) is √2 d
+    wide at half height. White noise, which stands at zero distance alone, is left out.
+
+    Raises
+    ------
+    ValueError
+        The picture cannot be used, or has no spots: its autocorrelation never falls to one half.
+    """
+    grey = check_image(image, "reference").astype(np.float64)
+    spectrum = np.square(np.abs(np.fft.rfft2(_faded(grey - grey.mean()))))
+    peak = np.fft.irfft2(spectrum, s=grey.shape)
+    reach = min(grey.shape) // 2
+    falls = [_half_width(line) for line in (peak[0, :reach], peak[:reach, 0])]
+    return float(np.sqrt(2) * np.mean(falls))
+
+
+def _half_width(line: NDArray) -> float:
+    """Distance at which an autocorrelation falls to one half of its smooth part."""
+    # A parabola through the distances 1 and 2, even in the distance, stands for the top.
+    top = line[1] + (line[1] - line[2]) / 3
+    below = np.flatnonzero(line[1:] < top / 2)
+    if not len(below) or top <= 0:
+        raise ValueError("reference has no spots that a speckle size could be told of; check focus")
+    first = int(below[0]) + 1
+    before, after = top if first == 1 else line[first - 1], line[first]
+    return first - 1 + (before - top / 2) / (before - after)
+
+
+def sub_pixel_bias(
+    image: ArrayLike, subset: int = 21, shifts: ArrayLike = (0.25, 0.5, 0.75)
+) -> NDArray[np.float64]:
+    """Measure what interpolation does to shifts of this very picture.
+
+    The picture is shifted by its Fourier series, which is exact for what the camera resolves, and
+    correlated with itself.
+
+    Parameters
+    ----------
+    image : (H, W), grey levels
+    shifts : (S,), px
+        Along x and y at a time.
+
+    Returns
+    -------
+    (S, 2) float64, px
+        Mean error of u and v.
+    """
+    grey = check_image(image, "reference").astype(np.float64)
+    plain = _faded(grey - grey.mean())
+    ref = prepare(plain, subset, max(subset // 2, 1))
+    apart = np.abs(ref.xy - (np.array(grey.shape[::-1]) - 1) / 2)
+    room = np.array(grey.shape[::-1]) / 2 - _TAPER - subset
+    inside = np.all(apart <= np.maximum(room, subset), axis=1)
+    wave_x, wave_y = np.fft.rfftfreq(grey.shape[1]), np.fft.fftfreq(grey.shape[0])[:, None]
+    bias = []
+    for shift in np.atleast_1d(np.asarray(shifts, dtype=np.float64)):
+        turn = np.exp(-2j * np.pi * shift * (wave_x + wave_y))
+        moved = np.fft.irfft2(np.fft.rfft2(plain) * turn, s=grey.shape)
+        field = correlate(ref, moved, guess=np.full_like(ref.xy, shift))
+        found = np.column_stack([field.u, field.v])[inside & field.valid]
+        bias.append(found.mean(axis=0) - shift if len(found) else (np.nan, np.nan))
+    return np.array(bias)
+
+
+def _faded(grey: NDArray) -> NDArray[np.float64]:
+    """Let a picture of mean zero fade out at its border."""
+    for axis in (0, 1):
+        count = grey.shape[axis]
+        away = np.minimum(np.arange(count), np.arange(count)[::-1])
+        fade = np.sin(np.pi / 2 * np.minimum((away + 0.5) / _TAPER, 1)) ** 2
+        grey = grey * np.expand_dims(fade, 1 - axis)
+    return grey
+
+
+def choose(image: ArrayLike, noise: float, sigma: float = 0.01) -> Advice:
+    """Choose the smallest subset that measures to `sigma`, and a step of a quarter of it.
+
+    Parameters
+    ----------
+    image : (H, W), grey levels
+        Picture of the pattern by the camera of the test.
+    noise : float, grey levels
+        Standard deviation of its noise.
+    sigma : float, px
+        Standard deviation asked for, of a displacement at order 1.
+
+    Raises
+    ------
+    ValueError
+        The picture cannot be used, or no subset up to 101 px reaches `sigma`.
+    """
+    grey = check_image(image, "reference")
+    speckle = speckle_size(grey)
+    steep = np.stack([np.square(slope) for slope in gradient(coefficients(grey))])
+    for subset in _SIZES:
+        if subset < _SPOTS * speckle or subset > min(grey.shape):
+            continue
+        reached = _floor(steep, subset, noise)
+        if reached <= sigma:
+            return Advice(subset, max(subset // 4, 1), reached, speckle)
+    raise ValueError(
+        f"no subset up to {min(_SIZES[-1], *grey.shape)} px measures to {sigma:g} px at a noise of "
+        f"{noise:g} grey levels; ask for more, or give the pattern more contrast"
+    )
+
+
+def _floor(steep: NDArray, subset: int, noise: float) -> float:
+    """σ that 95 % of the subsets of a picture stay below, px; noise in ∇f is no texture."""
+    half = subset // 2
+    ys, xs = (np.arange(half, count - half, max(half, 1)) for count in steep.shape[1:])
+    centres = np.stack(np.meshgrid(xs, ys), axis=-1).reshape(-1, 2)
+    own = noise_slope() * noise**2 * subset**2
+    sums = np.stack([box_sums(plane, centres, half) for plane in steep]) - own
+    least = np.maximum(sums.min(axis=0), 1e-12)
+    return float(np.percentile(noise_floor(noise, least), _SHARE))

@@ -1,0 +1,1 @@
+"""Bicubic Hermite elements on a grid: mesh, functions, quadrature, functionals and factors."""

@@ -1,0 +1,107 @@
+"""Measurements of a plate as functions of the place of a touch."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fe.elements.functional import Functional, derivative
+from fe.elements.mesh import Mesh
+from fe.linear.linear import Linear
+from fe.linear.load import disc
+from fe.plate.plate import Plate
+
+# Measurements between two words of progress, all three of some points.
+_BLOCK = 24
+
+
+@dataclass(frozen=True, eq=False)
+class Adjoint:
+    """What C channels measure under a touch of 1 N, as functions of its place.
+
+    A channel reads bᵀ w of the plate's unknowns w = K⁻¹ f. Since K is symmetric that is aᵀ f with
+    K a = b, and for a touch f only evaluates a at its place: Maxwell's and Betti's reciprocity.
+
+    Attributes
+    ----------
+    plate : Plate
+    mesh : Mesh
+    values : (2 nx + 2, 2 ny + 2, C) float64, read only
+        Unknowns of the functions a, in the unit of the channel per N.
+    """
+
+    plate: Plate
+    mesh: Mesh
+    values: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        channels = np.shape(self.values)[-1]
+        object.__setattr__(self, "values", self.mesh.table(self.values, channels))
+
+    def read(self, xy: ArrayLike, radius: float = 0.0) -> NDArray[np.float64]:
+        """Channels for a touch of 1 N at each place (K, 2) mm: (K, C) float64.
+
+        Raises
+        ------
+        ValueError
+            A place, or a disc of `radius` mm about it, lies outside the plate.
+        """
+        return self._mean(xy, radius, 0, 0)
+
+    def gradient(self, xy: ArrayLike, radius: float = 0.0) -> NDArray[np.float64]:
+        """Exact derivative of `read` by the place: (K, C, 2) float64, per mm."""
+        return np.stack([self._mean(xy, radius, 1, 0), self._mean(xy, radius, 0, 1)], axis=-1)
+
+    def _mean(self, xy: ArrayLike, radius: float, p: int, q: int) -> NDArray[np.float64]:
+        xy = self.plate.points(xy, "touch")
+        points, weights = disc(self.plate, self.mesh, xy, radius)
+        read = derivative(self.mesh, points, p, q).of(self.values)
+        if len(weights) == 1:
+            return read
+        return np.einsum("q,kqc->kc", weights, read.reshape(len(xy), len(weights), -1))
+
+
+def solve_adjoint(
+    linear: Linear,
+    at: NDArray[np.float64],
+    orders: Sequence[tuple[int, int]],
+    read: Callable[[Mesh, NDArray[np.float64], int, int], Functional],
+    scale: NDArray[np.float64],
+    progress: Callable[[int, int], object] | None = None,
+) -> Adjoint:
+    """Solve once for each of three derivatives of w at each point.
+
+    Parameters
+    ----------
+    linear : Linear
+    at : (M, 2) float64, mm
+        The points.
+    orders : three of (int, int)
+        Orders p by x and q by y of the derivatives.
+    read : callable
+        Gives the functionals that take a derivative: `derivative`, or another with its arguments.
+    scale : (3 M,) float64
+        Factor of each channel, for a force of 1 N into the plate.
+    progress : callable, optional
+        Called with the channels done and their number.
+
+    Returns
+    -------
+    Adjoint
+        Of 3 M channels: all three of the first point, then of the second, ...
+    """
+    values = np.empty((*linear.mesh.shape, 3 * len(at)))
+    for first in range(0, len(scale), _BLOCK):
+        last = min(first + _BLOCK, len(scale))
+        loads = np.zeros((*linear.mesh.shape, last - first))
+        for component, (p, q) in enumerate(orders):
+            channels = np.arange(first + component, last, 3)
+            functional = read(linear.mesh, at[channels // 3], p, q)
+            functional.add_to(loads, scale[channels], channels - first)
+        values[:, :, first:last] = linear.solve(loads)
+        if progress is not None:
+            progress(last, len(scale))
+    return Adjoint(linear.plate, linear.mesh, values)

@@ -1,0 +1,118 @@
+"""Bending energy of the plate and of its edges as products of integrals along the two axes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import isinf
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fe.elements.hermite import gram, hermite
+from fe.elements.line import Line
+from fe.elements.mesh import Mesh, on_elements
+from fe.plate.plate import Plate
+
+Free = tuple[NDArray[np.bool_], NDArray[np.bool_]]
+
+
+def bending_products(
+    poisson: float,
+    along_x: Callable[[int, int], Any],
+    along_y: Callable[[int, int], Any],
+    kron: Callable[[Any, Any], Any],
+) -> Any:
+    """Matrix K of the energy wᵀ K w / 2 = 1/2 ∫ (w,xx + w,yy)² - 2 (1 - ν)(w,xx w,yy - w,xy²) dA.
+
+    Parameters
+    ----------
+    poisson : float
+        ν.
+    along_x, along_y : callable
+        Matrix of ∫ f⁽ᵖ⁾ g⁽ᑫ⁾ over the side for the functions used along it, given (p, q).
+    kron : callable
+        Kronecker product for such matrices, `scipy.sparse.kron` or `numpy.kron`.
+
+    Returns
+    -------
+    matrix, 1/mm², to be multiplied by the rigidity
+    """
+    terms = (
+        (1.0, (2, 2), (0, 0)),
+        (1.0, (0, 0), (2, 2)),
+        (poisson, (2, 0), (0, 2)),
+        (poisson, (0, 2), (2, 0)),
+        (2 * (1 - poisson), (1, 1), (1, 1)),
+    )
+    return sum(factor * kron(along_x(*x), along_y(*y)) for factor, x, y in terms)
+
+
+def stiffness(plate: Plate, mesh: Mesh, kept: Free | None = None) -> sp.csc_array:
+    """Stiffness of the unknowns in the kept rows and columns of the table, N/mm.
+
+    Bending of every part of one rigidity, and the springs of elastic edges. Kept are those that
+    the edges leave `free` if left out.
+    """
+    rows, columns = kept or free(plate, mesh)
+
+    def along(axis: int, run: tuple[int, int], keep: NDArray):
+        return lambda p, q: gram(mesh.lines[axis], p, q, run)[keep][:, keep]
+
+    rigidity = rigidities(plate, mesh)
+    matrix = _edge_stiffness(plate, mesh, rows, columns)
+    for run_x in mesh.lines[0].runs:
+        for run_y in mesh.lines[1].runs:
+            parts = along(0, run_x, rows), along(1, run_y, columns)
+            part = bending_products(plate.poisson, *parts, sp.kron)
+            matrix = matrix + rigidity[run_x[0], run_y[0]] * part
+    return sp.csc_array(matrix)
+
+
+def rigidities(plate: Plate, mesh: Mesh) -> NDArray[np.float64]:
+    """Bending rigidity D of each element, (nx, ny) float64, N mm."""
+    thickness, young = on_elements(plate, mesh)
+    return young * thickness**3 / (12.0 * (1.0 - plate.poisson**2))
+
+
+def free(plate: Plate, mesh: Mesh) -> Free:
+    """Which unknowns of w along each line the edges leave free: two bool arrays.
+
+    An edge that holds w holds its value along the whole edge, and so its slope along the edge;
+    one that holds the rotation holds the slope across and so w,xy. Hence the free unknowns are a
+    product, rows by columns of the table.
+    """
+    kept = []
+    for axis, line in enumerate(mesh.lines):
+        keep = np.ones(line.unknowns, dtype=bool)
+        for edge, first in zip(plate.sides.along(axis), (0, line.unknowns - 2), strict=True):
+            keep[first] = not isinf(edge.springs.deflection)
+            keep[first + 1] = not isinf(edge.springs.rotation)
+        kept.append(keep)
+    return kept[0], kept[1]
+
+
+def _edge_stiffness(plate: Plate, mesh: Mesh, rows: NDArray, columns: NDArray) -> sp.csr_array:
+    """Springs of elastic edges; a rigid one is held instead, one of no stiffness is left out."""
+    matrix = sp.csr_array((rows.sum() * columns.sum(),) * 2)
+    for axis, keep, other, keep_other in ((0, rows, 1, columns), (1, columns, 0, rows)):
+        along = gram(mesh.lines[other], 0, 0)[keep_other][:, keep_other]
+        for end, edge in enumerate(plate.sides.along(axis)):
+            springs = edge.springs.deflection, edge.springs.rotation
+            for order, spring in enumerate(springs):
+                if spring == 0 or isinf(spring):
+                    continue
+                across = spring * _at_end(mesh.lines[axis], end, order)[keep][:, keep]
+                pair = (across, along) if axis == 0 else (along, across)
+                matrix = matrix + sp.kron(*pair)
+    return matrix
+
+
+def _at_end(line: Line, end: int, order: int) -> sp.csr_array:
+    """Square of a derivative at an end of a line, as a matrix of its unknowns."""
+    start, weights = hermite(line.nodes[[0, -1]][[end]], line, order)
+    row = sp.csr_array(
+        (weights[0], (np.zeros(4, dtype=int), start[0] + np.arange(4))), shape=(1, line.unknowns)
+    )
+    return row.T @ row

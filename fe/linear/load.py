@@ -1,0 +1,107 @@
+"""Where touches press: one point, or points spread over a disc."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import ceil
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fe.elements.mesh import Mesh
+from fe.plate.plate import Plate, Touch
+
+# Points of a disc lie at most this many elements apart, and on this many rings at least: the mean
+# of a cubic over the disc is then right to 1e-5, and so is that of the load on one element.
+_APART = 0.5
+_FEWEST_RINGS = 4
+
+
+class Loads(NamedTuple):
+    """Forces at points that stand for some touches.
+
+    Attributes
+    ----------
+    xy : (Q, 2) float64, mm
+    along_z : (Q,) float64, N
+        Force along +z; a touch presses along -z.
+    touch : (Q,) int64
+        Touch to which each belongs.
+    """
+
+    xy: NDArray[np.float64]
+    along_z: NDArray[np.float64]
+    touch: NDArray[np.int64]
+
+
+def spread(plate: Plate, mesh: Mesh, touches: Sequence[Touch]) -> Loads:
+    """Points and forces of touches: one for a point, many for a disc of even pressure.
+
+    Raises
+    ------
+    ValueError
+        A touch, or a part of its disc, lies outside the plate.
+    """
+    places = np.array([(t.x, t.y) for t in touches], dtype=np.float64).reshape(-1, 2)
+    places = plate.points(places, "touch")
+    parts = [disc(plate, mesh, xy[None], t.radius) for xy, t in zip(places, touches, strict=True)]
+    counts = [len(points) for points, _ in parts]
+    forces = [-t.force * weights for t, (_, weights) in zip(touches, parts, strict=True)]
+    return Loads(
+        np.concatenate([np.empty((0, 2)), *(points for points, _ in parts)]),
+        np.concatenate([np.empty(0), *forces]),
+        np.repeat(np.arange(len(touches)), counts),
+    )
+
+
+def disc(
+    plate: Plate, mesh: Mesh, xy: NDArray[np.float64], radius: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Quadrature of the mean over discs: rings of Gauss in r², evenly spaced points on each.
+
+    Parameters
+    ----------
+    plate : Plate
+    mesh : Mesh
+        Sets how close the points lie.
+    xy : (K, 2) float64, mm
+        Middles of the discs.
+    radius : float, mm
+        0 for points.
+
+    Returns
+    -------
+    points : (K * Q, 2) float64, mm
+        Q points of each disc, one disc after the other.
+    weights : (Q,) float64
+        Of sum 1.
+
+    Raises
+    ------
+    ValueError
+        A disc reaches over an edge.
+    """
+    if radius == 0:
+        return xy, np.ones(1)
+    _check_inside(plate, xy, radius)
+    apart = _APART * min(mesh.units)
+    nodes, shares = np.polynomial.legendre.leggauss(max(_FEWEST_RINGS, ceil(radius / apart)))
+    offsets, weights = [], []
+    for r, share in zip(radius * np.sqrt(0.5 * (nodes + 1)), 0.5 * shares, strict=True):
+        count = max(8, 4 * ceil(0.5 * np.pi * r / apart))
+        angle = 2 * np.pi * (np.arange(count) + 0.5) / count
+        offsets.append(r * np.column_stack([np.cos(angle), np.sin(angle)]))
+        weights.append(np.full(count, share / count))
+    points = xy[:, None] + np.concatenate(offsets)
+    return points.reshape(-1, 2), np.concatenate(weights)
+
+
+def _check_inside(plate: Plate, xy: NDArray, radius: float) -> None:
+    room = np.minimum(xy, np.array(plate.size) - xy).min(axis=1)
+    if (room < radius).any():
+        k = int(np.argmin(room))
+        raise ValueError(
+            f"touch disc of radius {radius:g} mm at ({xy[k, 0]:g}, {xy[k, 1]:g}) mm must lie on "
+            f"the plate, got {room[k]:g} mm to the nearest edge; use a smaller radius"
+        )

@@ -1,0 +1,274 @@
+"""Vibration modes: smooth shapes that carry the deflection of the whole plate in few numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import ceil, sqrt
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import eigh
+from scipy.sparse.linalg import eigsh
+
+from fe.elements.factor import operator
+from fe.elements.functional import derivative
+from fe.elements.hermite import gram
+from fe.elements.mesh import Mesh, mesh_for
+from fe.elements.storage import restore, store
+from fe.linear.energy import bending_products, free
+from fe.linear.linear import CURVATURES, Linear
+from fe.linear.load import disc
+from fe.plate.edges import Clamped
+from fe.plate.plate import Plate
+
+# Products of beam modes for each plate mode wanted, and the fewest along a side. Against the
+# sparse eigenproblem on the same mesh they leave 150 stiffnesses within 5e-5, the first within
+# 5e-8; twice as many products leave a fifth of that.
+_RICHNESS = 16
+_FEWEST = 40
+
+# Of the unknowns of a clamped line: its ends are held in value and slope.
+_CLAMPED = slice(2, -2)
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """The lowest vibration modes of a plate, orthonormal over its area.
+
+    ∫ φ_j φ_k dA = δ_jk and the bending energy of φ_k is λ_k / 2; with density ρ the angular
+    frequency is sqrt(λ_k / ρ h). The deflection under touches is w = Σ_k q_k φ_k.
+
+    Attributes
+    ----------
+    plate : Plate
+    mesh : Mesh
+    stiffness : (count,) float64, N/mm³, read only
+        λ_k, ascending.
+    values : (2 nx + 2, 2 ny + 2, count) float64, 1/mm, read only
+        Unknowns of φ_k, along +z.
+    """
+
+    plate: Plate
+    mesh: Mesh
+    stiffness: NDArray[np.float64]
+    values: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        stiffness = np.array(self.stiffness, dtype=np.float64)
+        stiffness.flags.writeable = False
+        object.__setattr__(self, "stiffness", stiffness)
+        object.__setattr__(self, "values", self.mesh.table(self.values, len(stiffness)))
+
+    def value(self, xy: ArrayLike) -> NDArray[np.float64]:
+        """Modes at points (K, 2) mm: (K, count) float64, 1/mm."""
+        return self._derivative(self.plate.points(xy), 0, 0)
+
+    def slope(self, xy: ArrayLike) -> NDArray[np.float64]:
+        """Slopes of the modes along x and y at points (K, 2) mm: (K, count, 2), 1/mm²."""
+        xy = self.plate.points(xy)
+        return np.stack([self._derivative(xy, 1, 0), self._derivative(xy, 0, 1)], axis=-1)
+
+    def curvature(self, xy: ArrayLike) -> NDArray[np.float64]:
+        """Second derivatives xx, yy, xy at points (K, 2) mm: (K, count, 3), 1/mm³, error h²."""
+        xy = self.plate.points(xy)
+        return np.stack([self._derivative(xy, p, q) for p, q in CURVATURES], axis=-1)
+
+    def response(self, xy: ArrayLike, radius: float = 0.0) -> NDArray[np.float64]:
+        """Coefficients of the deflection under a touch of 1 N into the plate at each place.
+
+        q_k = -φ_k(xy) / λ_k, so w(p) = F Σ_k q_k φ_k(p) for a force F.
+
+        Parameters
+        ----------
+        xy : (K, 2) array_like, mm
+            Places of the touch.
+        radius : float, mm
+            Of the disc over which it presses; 0 for a point.
+
+        Returns
+        -------
+        (K, count) float64, mm² per N
+
+        Raises
+        ------
+        ValueError
+            A place, or a part of its disc, lies outside the plate.
+        """
+        return self._mean(xy, radius, 0, 0) / -self.stiffness
+
+    def gradient(self, xy: ArrayLike, radius: float = 0.0) -> NDArray[np.float64]:
+        """Exact derivative of `response` by the place of the touch: (K, count, 2), mm per N."""
+        slope = np.stack([self._mean(xy, radius, 1, 0), self._mean(xy, radius, 0, 1)], axis=-1)
+        return slope / -self.stiffness[:, None]
+
+    def _mean(self, xy: ArrayLike, radius: float, p: int, q: int) -> NDArray[np.float64]:
+        xy = self.plate.points(xy, "touch")
+        points, weights = disc(self.plate, self.mesh, xy, radius)
+        modes = self._derivative(points, p, q)
+        if len(weights) == 1:
+            return modes
+        return np.einsum("q,kqc->kc", weights, modes.reshape(len(xy), len(weights), -1))
+
+    def _derivative(self, xy: NDArray, p: int, q: int) -> NDArray[np.float64]:
+        return derivative(self.mesh, xy, p, q).of(self.values)
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Return all of it as named arrays, for a file."""
+        return store(self.plate, self.mesh, stiffness=self.stiffness, values=self.values)
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, np.ndarray]) -> Modes:
+        """Build the modes that `arrays` wrote.
+
+        Raises
+        ------
+        ValueError
+            An array is missing or has the wrong shape.
+        """
+        plate, mesh, (stiffness, values) = restore(arrays, "stiffness", "values")
+        return cls(plate, mesh, stiffness, values)
+
+
+def modes(
+    plate: Plate,
+    count: int,
+    mesh: Mesh | None = None,
+    progress: Callable[[int, int], object] | None = None,
+) -> Modes:
+    """Compute the lowest modes.
+
+    A clamped plate without patches has them by Ritz's method, in a thirtieth of the time that
+    Lanczos's takes for any other.
+
+    Parameters
+    ----------
+    plate : Plate
+    count : int
+        Number of modes.
+    mesh : Mesh, optional
+        `default_mesh(plate)` if left out.
+    progress : callable, optional
+        Called with the problems done and their number.
+
+    Returns
+    -------
+    Modes
+
+    Raises
+    ------
+    ValueError
+        The mesh cannot carry that many modes.
+    """
+    mesh = mesh_for(plate, mesh)
+    if count < 1:
+        raise ValueError(f"number of modes must be at least 1, got {count}")
+    alike = {plate.sides.west, plate.sides.east, plate.sides.south, plate.sides.north}
+    if alike == {Clamped()} and not plate.patches:
+        return _by_products(plate, mesh, count, progress)
+    return _by_lanczos(plate, mesh, count, progress)
+
+
+def _by_lanczos(
+    plate: Plate, mesh: Mesh, count: int, progress: Callable[[int, int], object] | None
+) -> Modes:
+    """Lowest modes of K φ = λ M φ on the mesh, by Lanczos's method with the inverse of K."""
+    linear = Linear(plate, mesh)
+    kept = free(plate, mesh)
+    mass_x, mass_y = (
+        gram(line, 0, 0)[keep][:, keep] for line, keep in zip(mesh.lines, kept, strict=True)
+    )
+    mass = sp.csc_array(sp.kron(mass_x, mass_y))
+    size = len(mass.indptr) - 1
+    if count > size // 8:
+        raise ValueError(
+            f"a mesh of {mesh.counts[0]} by {mesh.counts[1]} elements carries at most "
+            f"{size // 8} modes, got {count}; use a finer mesh"
+        )
+
+    # A start of its own kind in every place, and the same each time.
+    start = np.random.default_rng(0).standard_normal(size)
+
+    def solve(right: NDArray) -> NDArray:
+        return linear.factor.solve(right.reshape(len(right), -1)).reshape(right.shape)
+
+    inverse = operator(len(start), solve)
+    # Not read in this mode: the inverse and the mass are enough.
+    unread = operator(len(start), np.asarray)
+    stiffness, shapes = eigsh(unread, count, mass, sigma=0.0, OPinv=inverse, v0=start)
+    order = np.argsort(stiffness, kind="stable")
+    shapes = _signed(shapes[:, order])
+    values = np.zeros((*mesh.shape, count))
+    values[linear.free] = shapes.reshape(*values[linear.free].shape)
+    if progress is not None:
+        progress(1, 1)
+    return Modes(plate, mesh, stiffness[order], values)
+
+
+def _signed(vectors: NDArray) -> NDArray:
+    """Columns with their largest part positive: the sign of an eigenvector is free."""
+    return vectors * np.sign(np.take_along_axis(vectors, np.abs(vectors).argmax(0)[None], 0))
+
+
+def _by_products(
+    plate: Plate, mesh: Mesh, count: int, progress: Callable[[int, int], object] | None
+) -> Modes:
+    """Lowest modes of a clamped plate by Ritz's method with products of clamped beam modes.
+
+    Beam modes are orthonormal, hold the clamped edges, and those even and odd about the middle of
+    each side do not mix: four small dense problems take the place of one large sparse one.
+    """
+    beams_x, beams_y = _beam_modes(plate, mesh, count)
+    stiffness, shapes = [], []
+    parities = [(i, j) for i in (0, 1) for j in (0, 1)]
+    for done, (i, j) in enumerate(parities, start=1):
+        found, mixture = _ritz(plate, mesh, beams_x[:, i::2], beams_y[:, j::2], count)
+        shape = np.zeros((beams_x.shape[1], beams_y.shape[1], len(found)))
+        shape[i::2, j::2] = mixture
+        stiffness.append(found)
+        shapes.append(shape)
+        if progress is not None:
+            progress(done, len(parities))
+    lowest = np.argsort(np.concatenate(stiffness), kind="stable")[:count]
+    shape = np.concatenate(shapes, axis=2)[:, :, lowest]
+    values = np.einsum("ai,ijk,bj->abk", beams_x, shape, beams_y, optimize=True)
+    return Modes(plate, mesh, np.concatenate(stiffness)[lowest], values)
+
+
+def _beam_modes(plate: Plate, mesh: Mesh, count: int) -> list[NDArray[np.float64]]:
+    """Lowest modes of a clamped beam along each side: unknowns (2 n + 2, m), orthonormal.
+
+    They alternate between even and odd. Their numbers share out by the sides, so that their
+    finest waves are equally long.
+    """
+    beams = []
+    for axis, (n, line) in enumerate(zip(mesh.counts, mesh.lines, strict=True)):
+        share = plate.size[axis] / sqrt(plate.area)
+        wanted = max(ceil(sqrt(_RICHNESS * count) * share), _FEWEST)
+        mass, stiffness = (gram(line, p, p)[_CLAMPED, _CLAMPED].toarray() for p in (0, 2))
+        shapes = np.zeros((2 * n + 2, min(wanted, n)))
+        last = shapes.shape[1] - 1
+        shapes[_CLAMPED] = eigh(stiffness, mass, subset_by_index=(0, last))[1]
+        beams.append(shapes)
+    available = beams[0].shape[1] * beams[1].shape[1] // 4
+    if count > available:
+        raise ValueError(
+            f"a mesh of {mesh.counts[0]} by {mesh.counts[1]} elements carries at most "
+            f"{available} modes, got {count}; use a finer mesh"
+        )
+    return beams
+
+
+def _ritz(
+    plate: Plate, mesh: Mesh, beams_x: NDArray, beams_y: NDArray, count: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Stiffness (k,) and mixture (m_x, m_y, k) of the lowest modes among products of beams."""
+
+    def along(axis: int, beams: NDArray):
+        return lambda p, q: beams.T @ (gram(mesh.lines[axis], p, q) @ beams)
+
+    products = bending_products(plate.poisson, along(0, beams_x), along(1, beams_y), np.kron)
+    last = min(count, len(products)) - 1
+    stiffness, mixture = eigh(plate.rigidity * products, subset_by_index=(0, last))
+    return stiffness, _signed(mixture).reshape(beams_x.shape[1], beams_y.shape[1], -1)

@@ -1,0 +1,1 @@
+"""Deflected plates for people: plots, and VTU for ParaView."""

@@ -1,0 +1,97 @@
+"""A bent plate as a VTK file of XML (.vtu), which ParaView and meshio read."""
+
+from __future__ import annotations
+
+import sys
+from base64 import b64encode
+from collections.abc import Sequence
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fe.output.surface import Bent, Surface, sample, writable, write_whole
+from fe.plate.plate import Touch
+
+# Numbers of the cell types in VTK's format.
+_VERTEX, _QUAD = 1, 9
+
+_TYPES = {"f8": "Float64", "i8": "Int64", "u1": "UInt8"}
+
+
+def write_vtu(path: str | Path, state: Bent, touches: Sequence[Touch] = ()) -> None:
+    """Write the touched face in its bent shape, its strain and its touches.
+
+    The face is a grid of quadrilaterals on the nodes of the mesh, at z = half the thickness plus
+    the displacement; a touch is a vertex on it. Data of the points: `displacement` (3), mm;
+    `exx`, `eyy`, `exy` of the touched face, `exy` the tensor component; `thickness`, mm; `force`, N
+    into the plate, and `radius`, mm, both 0 but at touches. Warping by `displacement` with a factor
+    k - 1 shows the bending k times; k = 0 is the flat plate.
+
+    Parameters
+    ----------
+    path : str or Path
+        Ends in `.vtu`. An existing file is replaced.
+    state : State, or what else has plate, mesh, displacement and strain
+    touches : sequence of Touch
+
+    Raises
+    ------
+    ValueError
+        The name does not end in `.vtu`, or a touch lies outside the plate.
+    OSError
+        The folder does not exist or cannot be written.
+    """
+    path = writable(path, (".vtu",))
+    surface = sample(state, touches)
+    points = np.column_stack([surface.xy, 0.5 * surface.thickness]) + surface.displacement
+    connectivity, sizes = _cells(surface)
+    order = f"{sys.byteorder.capitalize()}Endian"
+    kind = {"type": "UnstructuredGrid", "version": "1.0"}
+    file = ET.Element("VTKFile", kind, byte_order=order, header_type="UInt64")
+    counts = {"NumberOfPoints": str(len(points)), "NumberOfCells": str(len(sizes))}
+    piece = ET.SubElement(ET.SubElement(file, "UnstructuredGrid"), "Piece", counts)
+    data = ET.SubElement(piece, "PointData", Vectors="displacement", Scalars="exx")
+    for name, values in _fields(surface, touches).items():
+        _array(data, name, values)
+    _array(ET.SubElement(piece, "Points"), "points", points)
+    cells = ET.SubElement(piece, "Cells")
+    _array(cells, "connectivity", connectivity)
+    _array(cells, "offsets", np.cumsum(sizes))
+    _array(cells, "types", np.where(sizes == 1, _VERTEX, _QUAD).astype(np.uint8))
+    write_whole(path, ET.tostring(file, encoding="utf-8", xml_declaration=True))
+
+
+def _cells(surface: Surface) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Points of the cells one after the other, and how many each has: quads, then touches."""
+    rows, columns = surface.shape
+    node = np.arange(rows * columns).reshape(rows, columns)
+    # Counter-clockwise seen from +z, so that the normal leaves the touched face.
+    quads = np.stack([node[:-1, :-1], node[:-1, 1:], node[1:, 1:], node[1:, :-1]], axis=-1)
+    vertices = np.arange(node.size, len(surface.xy))
+    sizes = np.repeat([4, 1], [quads.size // 4, vertices.size])
+    return np.concatenate([quads.ravel(), vertices]), sizes
+
+
+def _fields(surface: Surface, touches: Sequence[Touch]) -> dict[str, NDArray[np.float64]]:
+    untouched = np.zeros(len(surface.xy) - len(touches))
+    return {
+        "displacement": surface.displacement,
+        "exx": surface.strain[:, 0],
+        "eyy": surface.strain[:, 1],
+        "exy": surface.strain[:, 2],
+        "thickness": surface.thickness,
+        "force": np.append(untouched, [touch.force for touch in touches]),
+        "radius": np.append(untouched, [touch.radius for touch in touches]),
+    }
+
+
+def _array(parent: ET.Element, name: str, values: NDArray) -> None:
+    """Add an array: its number of bytes and the bytes, both in base64."""
+    element = ET.SubElement(parent, "DataArray", Name=name, type=_TYPES[values.dtype.str[1:]])
+    element.set("format", "binary")
+    if values.ndim == 2:
+        element.set("NumberOfComponents", str(values.shape[1]))
+    content = np.ascontiguousarray(values).tobytes()
+    element.text = b64encode(np.uint64(len(content)).tobytes() + content).decode("ascii")

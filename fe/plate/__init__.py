@@ -1,0 +1,1 @@
+"""The plate, its edges and its touches, with units, checked once."""

@@ -1,0 +1,224 @@
+"""The plate, its edges and what touches it: numbers with units, checked once at the door."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fe.plate.edges import Clamped, Edge, Edges, check_edge, check_held
+
+# A point this far outside, in parts of the side, is on the edge but for rounding.
+_ROUNDING = 1e-9
+
+_ALL_CLAMPED = Clamped()
+
+
+@dataclass(frozen=True)
+class Touch:
+    """A force on one point of the touched face, or spread evenly over a disc of it.
+
+    Attributes
+    ----------
+    x, y : float
+        Place in the plate, mm from its corner.
+    force : float
+        N, positive into the plate.
+    radius : float
+        Of the disc, mm; 0 for a point.
+
+    Raises
+    ------
+    ValueError
+        A number is not finite, or the radius is negative.
+    """
+
+    x: float
+    y: float
+    force: float
+    radius: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, unit in (("x", "mm"), ("y", "mm"), ("force", "N"), ("radius", "mm")):
+            value = getattr(self, name)
+            if not isfinite(value):
+                raise ValueError(f"touch {name} must be finite, got {value} {unit}")
+        if self.radius < 0:
+            raise ValueError(
+                f"touch radius must be 0 mm or more, got {self.radius:g} mm; write 0 for a point"
+            )
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A rectangle of the plate with its own thickness and modulus, about the same middle plane.
+
+    Attributes
+    ----------
+    x, y : tuple of float
+        From and to along each side, mm.
+    thickness : float
+        mm.
+    young : float
+        Young's modulus, MPa.
+
+    Raises
+    ------
+    ValueError
+        A rectangle is empty, or the thickness or the modulus is not positive.
+    """
+
+    x: tuple[float, float]
+    y: tuple[float, float]
+    thickness: float
+    young: float
+
+    def __post_init__(self) -> None:
+        for name in ("x", "y"):
+            low, high = (float(v) for v in getattr(self, name))
+            object.__setattr__(self, name, (low, high))
+            if not low < high:
+                raise ValueError(
+                    f"patch must run from a smaller to a larger {name}, got {low:g} to {high:g} mm"
+                )
+        _positive("patch thickness", self.thickness, "mm")
+        _positive("Young's modulus of a patch", self.young, "MPa")
+
+
+@dataclass(frozen=True)
+class Plate:
+    """A flat rectangular plate of one isotropic material.
+
+    The frame has its origin in a corner, x and y in the plate and z out of the touched face.
+
+    Attributes
+    ----------
+    size : tuple of float
+        Sides (a, b) along x and y, mm.
+    thickness : float
+        h, mm.
+    young : float
+        Young's modulus, MPa.
+    poisson : float
+        Poisson's ratio.
+    edges : Edge or Edges
+        How the edges are held: all alike, or each in its own way.
+    patches : sequence of Patch
+        Where thickness and modulus differ; a later one covers an earlier one.
+
+    Raises
+    ------
+    ValueError
+        A length or the modulus is not positive, Poisson's ratio does not lie between -1 and 0.5,
+        the edges do not hold the plate, or a patch leaves it.
+    """
+
+    size: tuple[float, float]
+    thickness: float
+    young: float
+    poisson: float
+    edges: Edge | Edges = _ALL_CLAMPED
+    patches: tuple[Patch, ...] = ()
+
+    def __post_init__(self) -> None:
+        lengths = np.asarray(self.size, dtype=float)
+        if lengths.shape != (2,):
+            raise ValueError(f"plate size must be two sides in mm, got {self.size}")
+        object.__setattr__(self, "size", (float(lengths[0]), float(lengths[1])))
+        _positive("plate side a", self.size[0], "mm")
+        _positive("plate side b", self.size[1], "mm")
+        _positive("plate thickness", self.thickness, "mm")
+        _positive("Young's modulus", self.young, "MPa")
+        if not -1.0 < self.poisson < 0.5:
+            raise ValueError(
+                f"Poisson's ratio must lie between -1 and 0.5, got {self.poisson}; PVC has 0.38"
+            )
+        if not isinstance(self.edges, Edges):
+            check_edge(self.edges, "plate edges")
+        check_held(self.sides)
+        object.__setattr__(self, "patches", tuple(self.patches))
+        for patch in self.patches:
+            self._check_patch(patch)
+
+    def _check_patch(self, patch: Patch) -> None:
+        for name, (low, high), side in zip("xy", (patch.x, patch.y), self.size, strict=True):
+            if low < 0 or high > side:
+                raise ValueError(
+                    f"patch must lie on the plate, {name} from 0 to {side:g} mm, "
+                    f"got {low:g} to {high:g} mm"
+                )
+
+    @property
+    def sides(self) -> Edges:
+        """Each of the four edges."""
+        if isinstance(self.edges, Edges):
+            return self.edges
+        return Edges(self.edges, self.edges, self.edges, self.edges)
+
+    @property
+    def rigidity(self) -> float:
+        """Bending rigidity D = E h³ / 12 (1 - ν²) outside patches, N mm."""
+        return self.young * self.thickness**3 / (12.0 * (1.0 - self.poisson**2))
+
+    @property
+    def area(self) -> float:
+        """Area of the face, mm²."""
+        return self.size[0] * self.size[1]
+
+    def material(self, xy: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Thickness and Young's modulus at points (K, 2) mm: two (K,) float64, mm and MPa.
+
+        A point on the border of a patch belongs to the side of larger x and of larger y.
+        """
+        x, y = np.asarray(xy, dtype=np.float64).T
+        thickness, young = np.full(x.shape, self.thickness), np.full(x.shape, self.young)
+        for patch in self.patches:
+            here = _within(x, patch.x, self.size[0]) & _within(y, patch.y, self.size[1])
+            thickness[here], young[here] = patch.thickness, patch.young
+        return thickness, young
+
+    def points(self, xy: ArrayLike, name: str = "point") -> NDArray[np.float64]:
+        """Return points as an array after checking that they lie on the plate.
+
+        Parameters
+        ----------
+        xy : (K, 2) array_like
+            Places in the plate frame, mm.
+        name : str
+            What they are, for the sentence of the error.
+
+        Returns
+        -------
+        (K, 2) float64, mm
+
+        Raises
+        ------
+        ValueError
+            The shape is not (K, 2), or a point is not finite or lies outside the plate.
+        """
+        xy = np.ascontiguousarray(xy, dtype=np.float64)
+        if xy.ndim != 2 or xy.shape[1] != 2:
+            raise ValueError(f"{name}s must have shape (K, 2) in mm, got {xy.shape}")
+        a, b = self.size
+        x, y = xy[:, 0], xy[:, 1]
+        slack_x, slack_y = _ROUNDING * a, _ROUNDING * b
+        # Written so that NaN falls outside.
+        on = (x >= -slack_x) & (x <= a + slack_x) & (y >= -slack_y) & (y <= b + slack_y)
+        if not on.all():
+            k = int(np.argmin(on))
+            raise ValueError(
+                f"{name} {k} must lie on the plate, 0 to {a:g} by 0 to {b:g} mm, "
+                f"got ({x[k]:g}, {y[k]:g}) mm"
+            )
+        return xy
+
+
+def _within(x: NDArray, span: tuple[float, float], side: float) -> NDArray[np.bool_]:
+    return (x >= span[0]) & ((x < span[1]) | (span[1] == side))
+
+
+def _positive(quantity: str, value: float, unit: str) -> None:
+    if not (isfinite(value) and value > 0):
+        raise ValueError(f"{quantity} must be positive and finite, got {value:g} {unit}")

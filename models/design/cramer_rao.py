@@ -1,0 +1,60 @@
+"""The Cramér-Rao bound: how well any estimator can do with the pixels of one frame."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+import fe
+import synthetic
+from dic.tiles.tiles import prepare_tiles
+from models.forward.tile_pattern import Pattern, see_motions, see_pattern
+from models.inverse.levenberg_marquardt import covariance
+
+PIXELS = 4  # side of the tiles over which motion counts as constant, px
+
+
+def pixel_level(
+    modes: fe.Modes,
+    camera: synthetic.AnyCamera,
+    height: float,
+    picture: NDArray,
+    moves: Callable[[synthetic.AnyCamera, NDArray], NDArray] = synthetic.rigid,
+) -> Pattern:
+    """Information of every pixel, with motion resolved over 4 px.
+
+    Parameters
+    ----------
+    picture : (H, W) float64, grey levels
+        The undeformed pattern without noise.
+    moves : callable
+        Motions of the camera that are unknown: see `see_motions`.
+    """
+    reference = prepare_tiles(picture, size=PIXELS)
+    motions = see_motions(modes, camera, height, reference.tiles, moves=moves)
+    return see_pattern(motions, reference)
+
+
+def cramer_rao(pattern: Pattern, touches: NDArray, noise: float) -> NDArray[np.float64]:
+    """Smallest covariance of x, y, F of all touches that one frame allows.
+
+    The camera's motions and the light (gain, offset) are unknown too. The reference is taken as
+    known; a mean of N frames adds a share 1/N.
+
+    Parameters
+    ----------
+    pattern : Pattern
+        From `pixel_level`.
+    touches : (n, 3) float64
+        x, y (mm) and F (N).
+    noise : float, grey levels
+        Standard deviation of a pixel.
+
+    Returns
+    -------
+    (3n, 3n) float64, mm and N
+    """
+    touches = np.asarray(touches, dtype=np.float64)
+    return covariance(pattern.forward(noise).read(touches)[1])

@@ -1,0 +1,114 @@
+"""How well a bench will know touches, before it is built.
+
+A speckle pattern enters the Cramér-Rao bound through one number, its mean squared gradient: it is
+alike all over the plate, and its grain is small against what touches do. So a patch of it tells
+all, and no picture of the whole plate is needed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dic.tiles.tile_field import prepare_blocks
+from dic.tiles.tiles import TileReference, Tiles, prepare_tiles
+from models.forward.linear import Forward
+from models.inverse.levenberg_marquardt import covariance
+
+
+@dataclass(frozen=True, eq=False)
+class Errors:
+    """Errors that are to be expected of single touches.
+
+    Attributes
+    ----------
+    touches : (n, 3) float64
+        x, y (mm) and F (N).
+    place : (n,) float64, mm
+        RMS distance; in inverse proportion to the force where theory is linear.
+    force : (n,) float64, N
+        Standard deviation; the same for all forces where theory is linear.
+    """
+
+    touches: NDArray[np.float64]
+    place: NDArray[np.float64]
+    force: NDArray[np.float64]
+
+    def scaled(self, factor: float) -> Errors:
+        """Multiply by a factor of the noise."""
+        return Errors(self.touches, factor * self.place, factor * self.force)
+
+    def force_for(self, error: float) -> NDArray[np.float64]:
+        """Smallest forces (n,), N, whose places are known to `error` mm by linear theory."""
+        return self.place * self.touches[:, 2] / error
+
+
+def expected_errors(forward: Forward, touches: NDArray) -> Errors:
+    """Say how well each touch is known that presses alone, by the Cramér-Rao bound.
+
+    Parameters
+    ----------
+    forward : Forward
+    touches : (n, 3) array
+        x, y (mm) and F (N).
+    """
+    touches = np.asarray(touches, dtype=np.float64)
+    variances = np.array(
+        [np.diag(covariance(forward.read(touch[None])[1])) for touch in touches]
+    ).reshape(-1, 3)
+    return Errors(touches, np.sqrt(variances[:, 0] + variances[:, 1]), np.sqrt(variances[:, 2]))
+
+
+def over_plate(size: tuple[float, float], across: int = 24) -> NDArray[np.float64]:
+    """List the middles of equal cells, `across` along the longer side, (n, 2) mm, row after row."""
+    columns, rows = shape_over(size, across)
+    x, y = np.meshgrid(
+        (np.arange(columns) + 0.5) * size[0] / columns, (np.arange(rows) + 0.5) * size[1] / rows
+    )
+    return np.column_stack([x.ravel(), y.ravel()])
+
+
+def shape_over(size: tuple[float, float], across: int = 24) -> tuple[int, int]:
+    """Count columns and rows of the cells of `over_plate`."""
+    a, b = (max(round(across * side / max(size)), 1) for side in size)
+    return a, b
+
+
+def gradient_energy(picture: NDArray, tile: int) -> float:
+    """Measure the mean squared gradient of a pattern along one direction, grey levels² a px².
+
+    What a gain and an offset of the light of each tile explain is not in it.
+
+    Parameters
+    ----------
+    picture : (H, W) array, grey levels
+        A patch without noise, some twenty speckles wide or more.
+    tile : int, px
+        Side of the tiles.
+    """
+    hessian = prepare_blocks(prepare_tiles(picture, tile), 1).hessian
+    return float(hessian[:, [0, 1], [0, 1]].mean() / tile**2)
+
+
+def alike(tiles: Tiles, energy: float) -> TileReference:
+    """Make a reference of a pattern that is alike in all tiles, for `see_pattern`, without picture.
+
+    Parameters
+    ----------
+    tiles : Tiles
+    energy : float, grey levels² a px²
+        From `gradient_energy`.
+    """
+    count, pixels = tiles.shape[0] * tiles.shape[1], tiles.size**2
+    none = np.empty((0, 0), dtype=np.float32)
+    return TileReference(
+        tiles=tiles,
+        image=none,
+        coefficients=none,
+        gradient=none[None],
+        hessian=np.tile(pixels * np.array([energy, 0.0, energy]), (count, 1)),
+        # Light mixes neither with motion nor with itself: its part is out of the energy already.
+        light=np.tile(pixels * np.array([0.0, 0.0, 0.0, 0.0, 1.0, 0.0]), (count, 1)),
+    )

@@ -1,0 +1,208 @@
+"""Known presses correct the forward model: where the camera is, its lens, how soft the plate is.
+
+The picture of a plate pressed at a known place with a known force is known as well. What it differs
+by is small and smooth: Gauss-Newton on the tile sums of all pictures at once, for seven numbers of
+the camera and the softness of the plate. Free beside them for every press: the motion of the camera
+since the reference, the light of every tile, and by how much finger and scale were off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+from scipy.special import chdtrc
+
+import synthetic
+from dic.tiles.tile_field import prepare_blocks, right_side
+from dic.tiles.tiles import TileReference, tile_sums
+from models.design.shared_reference import SharedReference
+from models.forward.image_motion import Motions
+
+SHARED = 8  # turn (3), shift (3), focal length, softness
+OWN = 3  # x, y, F of each press, before the motions of the camera
+STEPS = (1e-3, 1e-3, 1e-3, 0.5, 0.5, 1.0, 1e-3, 1e-2)  # rad, mm and shares: of differences
+NUDGES = (0.2, 0.2, 1e-2)  # mm, mm, share
+ROUNDS = 3  # of Newton's method with derivatives from the start: each leaves a few percent
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """Standard deviations of what is known beforehand.
+
+    Attributes
+    ----------
+    turn : float, rad
+        Of the plate before the camera, about each axis.
+    shift : float
+        Along each axis, a share of its distance.
+    focal, softness : float
+        Shares.
+    place : float, mm
+        Of a press, along x and y each.
+    force : float
+        Of a press, a share.
+    """
+
+    turn: float = 0.02
+    shift: float = 0.02
+    focal: float = 0.03
+    softness: float = 0.3
+    place: float = 0.3
+    force: float = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class Corrected:
+    """A forward model that known presses have corrected.
+
+    Attributes
+    ----------
+    camera : synthetic.Camera
+    softness : float
+        Deflection of the real plate over that of the model.
+    covariance : (8, 8) float64
+        Of the turn (rad) and shift (mm) of the plate before the camera, about where the camera's
+        axis meets the plate, and of the logarithms of focal length and softness.
+    chance : float
+        By which a model that is right would be corrected by so much.
+    """
+
+    camera: synthetic.Camera
+    softness: float
+    covariance: NDArray[np.float64]
+    chance: float
+
+    @property
+    def pose_covariance(self) -> NDArray[np.float64]:
+        """Of a turn about the camera's axes and of the shift of the plate's origin, (6, 6)."""
+        arm = self.camera.T_cam_plate[:3, 3] - _pivot(self.camera)
+        towards = np.eye(6)
+        towards[3:, :3] = np.cross(np.eye(3), arm).T  # turn × arm
+        return towards @ self.covariance[:6, :6] @ towards.T
+
+
+def correct(
+    camera: synthetic.Camera,
+    look: Callable[[synthetic.Camera], Motions],
+    reference: TileReference,
+    pictures: Sequence[NDArray] | NDArray,
+    touches: NDArray,
+    noise: tuple[float, float],
+    hidden: NDArray | None = None,
+    doubt: Doubt | None = None,
+) -> Corrected:
+    """Correct camera and softness by pictures of known presses.
+
+    Parameters
+    ----------
+    camera : synthetic.Camera
+        As it is thought to be.
+    look : callable
+        Motions of plate and camera on the tiles of the reference, as a camera sees them.
+    reference : TileReference
+    pictures : (P, H, W) array, or as many (H, W) arrays, grey levels
+        One of each press, or the mean of several.
+    touches : (P, 3) float64
+        x, y (mm) and F (N) of the presses.
+    noise : (float, float), grey levels
+        Of a picture, and of the reference, whose errors all presses share.
+    hidden : (P, T) bool, optional
+        Tiles of each picture that a hand hides; see `models.hidden_tiles`.
+    doubt : Doubt, optional
+
+    Raises
+    ------
+    ValueError
+        If there is not one picture a press.
+    """
+    if len(pictures) != len(touches) or not len(touches):
+        raise ValueError(
+            f"{len(touches)} known presses need a picture each, got {len(pictures)}; give one each"
+        )
+    doubt, blocks = doubt or Doubt(), prepare_blocks(reference, 1)
+    prior = _prior(camera, doubt)
+    nothing = np.zeros((len(touches), len(blocks.hessian)), dtype=bool)
+    sight = ~(nothing if hidden is None else hidden)
+    system = SharedReference(_bases(camera, look, touches), SHARED, sight, noise)
+    normal = system.normal(blocks.hessian) + np.diag(_known(prior, doubt, system))
+    numbers, still = np.zeros(SHARED), np.zeros((len(touches), system.own - OWN))
+    for _ in range(ROUNDS):
+        motions = look(_moved(camera, numbers))
+        shown = np.empty((len(touches), *blocks.hessian.shape[:2]))
+        for index, (touch, picture) in enumerate(zip(touches, pictures, strict=True)):
+            flow = _flow(motions, touch, numbers[-1], still[index])
+            shown[index] = right_side(blocks, tile_sums(reference, picture, flow))
+        right = system.right(shown)
+        right[:SHARED] -= prior * numbers
+        step = np.linalg.solve(normal, right)
+        numbers = numbers + step[:SHARED]
+        still += step[SHARED:].reshape(len(touches), -1)[:, OWN:]
+    covariance = np.asarray(np.linalg.inv(normal)[:SHARED, :SHARED], dtype=np.float64)
+    proof = float(numbers @ (np.linalg.inv(covariance) - np.diag(prior)) @ numbers)
+    return Corrected(
+        camera=_moved(camera, numbers),
+        softness=float(np.exp(numbers[-1])),
+        covariance=covariance,
+        chance=float(chdtrc(SHARED, max(proof, 0.0))),
+    )
+
+
+def _prior(camera: synthetic.Camera, doubt: Doubt) -> NDArray[np.float64]:
+    """Precision of the shared numbers, (8,)."""
+    along = doubt.shift * float(np.linalg.norm(camera.T_cam_plate[:3, 3]))
+    spread = [doubt.turn] * 3 + [along] * 3 + [doubt.focal, doubt.softness]
+    return np.array(spread) ** -2.0
+
+
+def _known(prior: NDArray, doubt: Doubt, system: SharedReference) -> NDArray[np.float64]:
+    """Precision of all numbers of a system beforehand, (M,)."""
+    touch = np.array([doubt.place, doubt.place, doubt.force]) ** -2.0
+    alone = np.concatenate([touch, np.zeros(system.own - OWN)])
+    return np.concatenate([prior, np.tile(alone, len(system.bases))])
+
+
+def _moved(camera: synthetic.Camera, numbers: NDArray) -> synthetic.Camera:
+    """Turn and shift the plate before a camera, about where its axis meets the plate."""
+    turn = Rotation.from_rotvec(numbers[:3]).as_matrix()
+    pivot = _pivot(camera)
+    pose = camera.T_cam_plate.copy()
+    pose[:3, :3] = turn @ pose[:3, :3]
+    pose[:3, 3] = turn @ (pose[:3, 3] - pivot) + pivot + numbers[3:6]
+    return replace(camera, T_cam_plate=pose, focal=camera.focal * float(np.exp(numbers[6])))
+
+
+def _pivot(camera: synthetic.Camera) -> NDArray[np.float64]:
+    """Where the camera's axis meets the plate, in the camera frame, mm."""
+    return np.array([0.0, 0.0, camera.scale * camera.focal])
+
+
+def _flow(motions: Motions, touch: NDArray, soft: float, still: NDArray) -> NDArray[np.float64]:
+    """Motion (T, 2) px of the tiles by a touch x, y, F on a plate softer by a factor exp(soft)."""
+    fields = motions.pressed(touch[None, :2], touch[2:] * np.exp(soft))
+    return motions.flow(np.concatenate([fields, still]))
+
+
+def _bases(
+    camera: synthetic.Camera, look: Callable[[synthetic.Camera], Motions], touches: NDArray
+) -> NDArray[np.float64]:
+    """How the tiles of each press move by what is unknown of it, (P, T, 2, 8 + k).
+
+    First the 8 shared numbers, then the k of the press: its touch and R motions of the camera.
+    """
+    here, *nudged = (look(_moved(camera, nudge)) for nudge in np.diag((0.0, *STEPS))[:-1, 1:])
+    rigid = here.of_tiles()[:, :, here.fields :]
+    still = np.zeros(rigid.shape[2])
+    found = []
+    for touch in touches:
+        flow = _flow(here, touch, 0.0, still)
+        moved = [_flow(motions, touch, 0.0, still) for motions in nudged]
+        moved.append(_flow(here, touch, STEPS[-1], still))
+        aside = touch + np.diag(NUDGES) * (1.0, 1.0, touch[2])
+        moved += [_flow(here, one, 0.0, still) for one in aside]
+        slopes = (np.stack(moved, axis=2) - flow[:, :, None]) / (*STEPS, *NUDGES)
+        found.append(np.concatenate([slopes, rigid], axis=2))
+    return np.array(found)

@@ -1,0 +1,1 @@
+"""Forward models: touches in; what a bench would measure, with its derivatives, out."""

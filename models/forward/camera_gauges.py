@@ -1,0 +1,117 @@
+"""Strain that DIC reads at gauges through a camera: what touches do to it, and its noise.
+
+A gauge is one subset. What it reads of a touch is linear in the force, and neighbours that share
+pixels share their noise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import solve_triangular
+
+import fe
+import synthetic
+from models.forward.linear import LinearForward, modal
+from models.forward.simulator import read_modes
+
+__all__ = ["SeenGauges", "WhiteGauges", "see_gauges"]
+
+
+@dataclass(frozen=True, eq=False)
+class SeenGauges:
+    """M gauges of a plate under a camera.
+
+    Attributes
+    ----------
+    modes : fe.Modes
+        K modes of the plate.
+    gauges : synthetic.Gauges
+        Where they lie in the picture, px, and how they weigh it.
+    of_modes : (M, 3, K) float64
+        Strain along the axes of the picture by a unit of each mode.
+    """
+
+    modes: fe.Modes
+    gauges: synthetic.Gauges
+    of_modes: NDArray[np.float64]
+
+    def strain(self, xy: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Strain per newton of touches at places (N, 2) mm: (N, M, 3)."""
+        return np.einsum("mck,nk->nmc", self.of_modes, self.modes.response(xy))
+
+    def root(self, picture: ArrayLike, noise: float) -> NDArray[np.float64]:
+        """Lower root (3M, 3M) of the covariance of the strains.
+
+        Parameters
+        ----------
+        picture : (H, W), grey levels
+            The plate at rest with little noise.
+        noise : float, grey levels
+            Standard deviation of a pixel, in each of the two pictures.
+        """
+        texture = synthetic.texture_at(picture, self.gauges.xy, self.gauges.size)
+        root = np.linalg.cholesky(self.gauges.covariance(texture, noise))
+        return np.asarray(root, dtype=np.float64)
+
+    def white(self, root: NDArray[np.float64]) -> WhiteGauges:
+        """Return the strains as a measurement of touches, their noise given by its root."""
+        shown = self.of_modes.reshape(len(root), -1)
+        towards, factor = np.linalg.qr(solve_triangular(root, shown, lower=True))
+        back = solve_triangular(root, towards, lower=True, trans=1).T
+        return WhiteGauges(back, factor.T, modal(self.modes, factor.T))
+
+
+@dataclass(frozen=True, eq=False)
+class WhiteGauges:
+    """Strains of gauges, reduced to m numbers with white noise that hold all they say of touches.
+
+    Attributes
+    ----------
+    towards : (m, 3M) float64
+        From strains to numbers.
+    factor : (K, m) float64
+        Numbers by a unit of each mode.
+    forward : LinearForward
+        Of the numbers.
+    """
+
+    towards: NDArray[np.float64]
+    factor: NDArray[np.float64]
+    forward: LinearForward
+
+
+def see_gauges(
+    modes: fe.Modes, camera: synthetic.AnyCamera, xy: ArrayLike, subset: int
+) -> SeenGauges:
+    """See places of a plate as gauges.
+
+    Parameters
+    ----------
+    modes : fe.Modes
+    camera : synthetic.AnyCamera
+        Over its touched face.
+    xy : (M, 2), mm
+        On the face; a gauge stands at the nearest pixel.
+    subset : int, px
+        Side of a gauge, odd.
+
+    Raises
+    ------
+    ValueError
+        The subset is even or too small, or a gauge leaves the picture.
+    """
+    places = np.asarray(xy, dtype=np.float64)
+    top = np.full(len(places), modes.plate.thickness / 2.0)
+    gauges = synthetic.strain_gauges(
+        camera.project(np.column_stack([places, top])), subset, window=1
+    )
+    beyond = np.minimum(gauges.xy, np.array(camera.size) - 1 - gauges.xy).min() < subset // 2
+    if beyond:
+        raise ValueError(
+            f"gauges of {subset} px must lie in the picture, and some leave it; give gauges.margin"
+            " more, or gauges.subset less"
+        )
+    return SeenGauges(modes, gauges, read_modes(modes, camera, gauges))

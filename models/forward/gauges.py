@@ -1,0 +1,93 @@
+"""Strain at gauges as a measurement of touches, with any noise that can be stated."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+import fe
+from models.forward.linear import LinearForward, linear
+
+
+def gauges(
+    influence: fe.Influence,
+    sigma: ArrayLike | None = None,
+    missing: ArrayLike | None = None,
+    covariance: ArrayLike | None = None,
+) -> LinearForward:
+    """Forward model of strain gauges, or of strain that DIC measures on a plate seen flat.
+
+    Parameters
+    ----------
+    influence : fe.Influence
+        For M gauges.
+    sigma : float, (M,) or (M, 3) array, strain
+        Standard deviation of each channel, where channels are independent; infinite for one that is
+        missing.
+    missing : (M, 3) bool, optional
+        Channels that are missing.
+    covariance : (M, 3, 3) or (3M, 3M) array, strain²
+        Instead of `sigma`: of the three channels of each gauge, or of all channels.
+
+    Returns
+    -------
+    LinearForward
+        Measurements of shape (M, 3); m = 3M.
+
+    Raises
+    ------
+    ValueError
+        If not one of sigma and covariance is given, one has the wrong shape or is not positive
+        (definite), or no channel is left.
+    """
+    if (sigma is None) == (covariance is None):
+        raise ValueError("noise of strain must be given as sigma or as covariance; give one")
+    count = len(influence.gauges)
+    lost = np.zeros((count, 3), dtype=bool)
+    if missing is not None:
+        lost |= np.asarray(missing, dtype=bool)
+    if covariance is not None:
+        whitening = _correlated(np.asarray(covariance, dtype=np.float64), lost)
+    else:
+        whitening = _independent(np.asarray(sigma, dtype=np.float64), lost)
+    if not whitening.any():
+        raise ValueError("every strain channel is missing; give one that was measured")
+    return linear(influence.plate, influence.mesh, influence.adjoint.values, whitening)
+
+
+def _independent(sigma: NDArray, lost: NDArray) -> NDArray[np.float64]:
+    """1/σ of each channel, (3M, 1, 1)."""
+    given = sigma[:, None] if sigma.ndim == 1 else sigma
+    try:
+        spread = np.broadcast_to(given, lost.shape)
+    except ValueError:
+        raise ValueError(
+            f"sigma has shape {sigma.shape} for {len(lost)} gauges; "
+            f"give one number, ({len(lost)},) or ({len(lost)}, 3)"
+        ) from None
+    if not (spread > 0).all():
+        raise ValueError(f"sigma of strain must be positive, got {spread.min():g}; give its noise")
+    return np.where(lost, 0.0, 1.0 / spread).reshape(-1, 1, 1)
+
+
+def _correlated(covariance: NDArray, lost: NDArray) -> NDArray[np.float64]:
+    """Whiten each gauge, (M, 3, 3), or all at once, (1, 3M, 3M)."""
+    count = len(lost)
+    if covariance.shape not in ((count, 3, 3), (3 * count, 3 * count)):
+        raise ValueError(
+            f"covariance has shape {covariance.shape} for {count} gauges; "
+            f"give ({count}, 3, 3) or ({3 * count}, {3 * count})"
+        )
+    size = covariance.shape[-1]
+    groups, there = covariance.reshape(-1, size, size), ~lost.reshape(-1, size)
+    both = there[:, :, None] & there[:, None, :]
+    kept = np.where(both, groups, np.eye(size))
+    try:
+        # Missing channels stand as a diagonal of 1 beside the others and are taken out again.
+        whitening = np.linalg.inv(np.linalg.cholesky(kept))
+    except np.linalg.LinAlgError:
+        raise ValueError(
+            "covariance of strain must be positive definite, got one that is not; "
+            "state its noise in full or mark the channels as missing"
+        ) from None
+    return np.where(both, whitening, 0.0)

@@ -1,0 +1,216 @@
+"""How the picture moves with the plate and with the camera, whatever pattern is on the plate."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+import fe
+import synthetic
+from dic.tiles.tiles import Tiles
+from models.forward.large import LargePlate
+from models.forward.tile_spline import Spread, spread_over
+
+SKIRT = 3
+"""Tiles beside the plate up to which its motion goes on as that of its nearest point.
+
+A free edge moves, and splines through a motion that ended there would be off by a hundredth of a
+pixel some tiles into the plate.
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class Motions:
+    """How the picture of every tile moves with the plate and the camera, whatever is on it.
+
+    Attributes
+    ----------
+    modes : fe.Modes
+        Modes of the plate.
+    large : LargePlate or None
+        Where touches are large: what knows their K amplitudes, of modes and of motion in the plane.
+        Without it these are amplitudes of modes, linear in the force.
+    tiles : Tiles
+    spread : Spread
+        From the coefficients of a motion to the motion of every tile.
+    basis : (2C, K + R) float32, px
+        Coefficients of the motion to first order, x then y of each, by a unit of every field of the
+        plate and rigid motion of the camera.
+    nearer : (C, K + R) float32
+        Coefficients of how much nearer to the camera the plate comes, a share of its distance.
+    """
+
+    modes: fe.Modes
+    large: LargePlate | None
+    tiles: Tiles
+    spread: Spread
+    basis: NDArray[np.float32]
+    nearer: NDArray[np.float32]
+
+    @property
+    def fields(self) -> int:
+        """Number K of fields of the plate."""
+        return len(self.modes.stiffness) + (0 if self.large is None else self.large.drifts)
+
+    def pressed(self, xy: NDArray, force: NDArray) -> NDArray[np.float64]:
+        """Amplitudes of the fields of the plate under touches (n, 2) mm and (n,) N, (K,)."""
+        if not len(force):
+            return np.zeros(self.fields)
+        if self.large is None:
+            return force @ self.modes.response(xy)
+        return self.large.amplitudes(xy, force)
+
+    def flow(self, amplitudes: NDArray) -> NDArray[np.float64]:
+        """Motion of what each tile sees for given amplitudes (K + R,), (T, 2) px.
+
+        The field u is that of material points where they were; a tile at x sees the point that
+        came from x - d, so it reads d(x) = u(x - d) ≈ u - ∇u·u. Without the second term a camera
+        that shifts takes every touch along with it, twice as far as it moved itself. A plate that
+        comes nearer by a share c of its distance is seen to move 1 / (1 - c) times as far.
+        """
+        coefficients = self._coefficients(amplitudes).reshape(-1, 2)
+        coefficients = coefficients / (1.0 - self.nearer @ amplitudes.astype(np.float32))[:, None]
+        u = self.spread.over_tiles(coefficients)
+        along_x, along_y = self.spread.slopes(coefficients)
+        return u - (along_x * u[:, :1] + along_y * u[:, 1:]) / self.tiles.size
+
+    @cached_property
+    def on_tiles(self) -> NDArray[np.float32]:
+        """What `of_tiles` returns, kept, at half the size: for a pattern that is partly hidden."""
+        return self.of_tiles().astype(np.float32)
+
+    def farthest(self, amplitudes: NDArray) -> float:
+        """Bound of the motion of any tile for given amplitudes, px: the largest coefficient."""
+        return float(np.abs(self._coefficients(amplitudes)).max())
+
+    def gather(self, gradient: NDArray, flow: NDArray) -> NDArray[np.float32]:
+        """Sum over the tiles what each says of each amplitude, at a flow: (T, 2) → (K + R,).
+
+        The adjoint of a small change of `flow`, but for the turn of u by its own gradient (1e-3).
+        """
+        share = flow / self.tiles.size
+        along_x, along_y = gradient * share[:, :1], gradient * share[:, 1:]
+        total = self.spread.gather(gradient) - self.spread.gather_slopes(along_x, along_y)
+        return total.ravel().astype(np.float32) @ self.basis
+
+    def of_tiles(self) -> NDArray[np.float64]:
+        """Motion of every tile by a unit of every mode and rigid motion, (T, 2, K + R) px."""
+        count = self.basis.shape[1]
+        wide = self.basis.astype(np.float64).reshape(-1, 2 * count)
+        return self.spread.over_tiles(wide).reshape(-1, 2, count)
+
+    def _coefficients(self, amplitudes: NDArray) -> NDArray[np.float32]:
+        return self.basis @ amplitudes.astype(np.float32)
+
+
+def see_motions(
+    modes: fe.Modes,
+    camera: synthetic.AnyCamera,
+    height: float,
+    tiles: Tiles,
+    large: LargePlate | None = None,
+    moves: Callable[[synthetic.AnyCamera, NDArray], NDArray] = synthetic.rigid,
+) -> Motions:
+    """See motions of the plate and of the camera on every tile, as means over the tile.
+
+    Parameters
+    ----------
+    modes : fe.Modes
+        Enough of them carry a touch's field: 200 to 0.2 %.
+    camera : synthetic.AnyCamera
+    height : float, mm
+        Height of the seen face over the plate's middle plane.
+    tiles : Tiles
+    large : LargePlate, optional
+        For touches that are large; its modes must be the ones given.
+    moves : callable
+        Motions of the camera: from camera and pixels (N, 2) to (N, 2, R) px a unit of each;
+        `with_tilts` where it may tilt as well.
+    """
+    spread, skirt = spread_over(tiles.shape), float(SKIRT * tiles.size)
+    seen = [_tile_mean(tiles, lambda px: _modes_seen(modes, camera, height, px, skirt))]
+    if large is not None:
+        seen.append(_tile_mean(tiles, lambda px: _drifts_seen(large, camera, height, px, skirt)))
+    seen.append(_tile_mean(tiles, lambda px: moves(camera, px)))
+    motions = np.concatenate(seen, axis=2)
+    coefficients = spread.fit(motions.reshape(len(motions), -1))
+    basis = coefficients.reshape(-1, motions.shape[2]).astype(np.float32)
+    nearer = np.zeros((len(basis) // 2, motions.shape[2]), dtype=np.float32)
+    nearer[:, : len(modes.stiffness)] = spread.fit(_nearer(modes, camera, height, tiles.xy, skirt))
+    return Motions(modes, large, tiles, spread, basis, nearer)
+
+
+def with_tilts(camera: synthetic.AnyCamera, px: NDArray) -> NDArray[np.float64]:
+    """Image motion by shift, turn and scale, and by the two tilts of a pinhole, (N, 2, R) px.
+
+    A camera that tilts by θ sees a ray (x, y) move by f θ (x², x y), beside a shift; so does a
+    plate that tilts under it, by its change of distance. To leave them free makes places 1 to 2 %
+    and forces 0 to 8 % less sure (512², PVC of 1 and 2 mm).
+    """
+    rigid = synthetic.rigid(camera, px)
+    if not isinstance(camera, synthetic.Camera):
+        return rigid
+    x, y = ((px - camera.centre) / camera.focal).T
+    tilts = np.stack([np.stack([x * x, x * y], 1), np.stack([x * y, y * y], 1)], axis=2)
+    return np.concatenate([rigid, camera.focal * tilts], axis=2)
+
+
+def _modes_seen(
+    modes: fe.Modes, camera: synthetic.AnyCamera, height: float, px: NDArray, skirt: float
+) -> NDArray[np.float64]:
+    """Image motion of every mode at pixels, (N, 2, K) px; zero beside the plate and its skirt."""
+    inside, places = _near_plate(modes.plate, camera, height, px, skirt)
+    seen = np.zeros((len(px), 2, len(modes.stiffness)))
+    at = camera.project(np.column_stack([places, np.full(len(places), height)]))
+    seen[inside] = synthetic.seen(camera, at, modes.value(places), modes.slope(places), height)
+    return seen
+
+
+def _drifts_seen(
+    large: LargePlate, camera: synthetic.AnyCamera, height: float, px: NDArray, skirt: float
+) -> NDArray[np.float64]:
+    """Image motion of every field in the plane at pixels, (N, 2, U) px."""
+    inside, places = _near_plate(large.modes.plate, camera, height, px, skirt)
+    seen = np.zeros((len(px), 2, large.drifts))
+    along = camera.jacobian(np.column_stack([places, np.full(len(places), height)]))[:, :, :2]
+    seen[inside] = along @ large.drift(places)
+    return seen
+
+
+def _nearer(
+    modes: fe.Modes, camera: synthetic.AnyCamera, height: float, px: NDArray, skirt: float
+) -> NDArray[np.float64]:
+    """Share of its distance by which every mode brings the plate nearer at pixels, (N, K)."""
+    nearer = np.zeros((len(px), len(modes.stiffness)))
+    if isinstance(camera, synthetic.Camera):
+        inside, places = _near_plate(modes.plate, camera, height, px, skirt)
+        pose = camera.T_cam_plate
+        depth = places @ pose[2, :2] + pose[2, 2] * height + pose[2, 3]
+        nearer[inside] = -pose[2, 2] * modes.value(places) / depth[:, None]
+    return nearer
+
+
+def _near_plate(
+    plate: fe.Plate, camera: synthetic.AnyCamera, height: float, px: NDArray, skirt: float
+) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
+    """Which pixels (N,) are within `skirt` px of the plate, and its points nearest to them, mm."""
+    nearest = np.clip(camera.on_plate(px, height), 0.0, np.asarray(plate.size))
+    seen = camera.project(np.column_stack([nearest, np.full(len(nearest), height)]))
+    near = np.abs(seen - px).max(axis=1) <= skirt
+    return near, nearest[near]
+
+
+def _tile_mean(
+    tiles: Tiles, field: Callable[[NDArray], NDArray[np.float64]]
+) -> NDArray[np.float64]:
+    """Mean of a field over each tile by 2 x 2 Gauss points, (T, 2, k)."""
+    step = 0.5 * tiles.size / np.sqrt(3.0)
+    corners = [(-step, -step), (step, -step), (-step, step), (step, step)]
+    total = field(tiles.xy + corners[0])
+    for corner in corners[1:]:
+        total += field(tiles.xy + corner)
+    return total / len(corners)

@@ -1,0 +1,167 @@
+"""Large touches as a measurement: the reduced plate of von Kármán behind the solver.
+
+Nothing is linear in force here, so that the solver asks for the measurement of all touches together
+and its derivatives. Whatever is measured - strain of gauges, or the whole pattern as amplitudes of
+smooth fields - is linear in the state of the reduced plate, and is whitened by a matrix.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+import fe
+from fe.elements.hermite import gram
+from fe.reduced.large_state import drift_at
+from fe.reduced.view import View
+
+# A light touch has the shape of the response, but a finger's is what is looked for: N.
+TYPICAL = 1.5
+# The reduced plate differs from the shell by up to so much of what is measured.
+DOUBT = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class LargeForward:
+    """What a view of the reduced plate reads, in units of its noise.
+
+    Attributes
+    ----------
+    view : View
+        Of C readings.
+    whitening : (m, C) float64
+        Rows of zeros for what is missing.
+    """
+
+    view: View
+    whitening: NDArray[np.float64]
+
+    @property
+    def plate(self) -> fe.Plate:
+        """The plate that is touched."""
+        return self.view.plate
+
+    @property
+    def doubt(self) -> float:
+        """See `Forward.doubt`."""
+        return DOUBT
+
+    @property
+    def freedom(self) -> int:
+        """Numbers that were measured."""
+        return self._freedom
+
+    @cached_property
+    def _freedom(self) -> int:
+        return int(self.whitening.any(axis=1).sum())
+
+    def response(self, xy: NDArray) -> NDArray[np.float64]:
+        """Measurement per N under a touch of `TYPICAL` N at each place, (n, 2) mm → (n, m)."""
+        force = np.array([TYPICAL])
+        read = [self.view.read(place[None], force).values.ravel() for place in np.asarray(xy)]
+        return np.array(read).reshape(len(read), -1) @ self.whitening.T / TYPICAL
+
+    def read(self, touches: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Measurement (m,) under touches x, y, F, (n, 3), and its exact derivatives (3n, m)."""
+        if not len(touches):
+            return np.zeros(len(self.whitening)), np.empty((0, len(self.whitening)))
+        reading = self.view.read(touches[:, :2], touches[:, 2])
+        jacobian = self.whitening @ reading.jacobian.reshape(self.whitening.shape[1], -1)
+        return self.whitening @ reading.values.ravel(), jacobian.T
+
+    def trust(self, touches: NDArray) -> fe.Trust:
+        """Say whether the reduced plate is good for touches (n, 3), one or more."""
+        return self.view.read(touches[:, :2], touches[:, 2]).result
+
+    def whiten(self, measured: NDArray) -> NDArray[np.float64]:
+        """Put readings into units of their noise, (m,); what is missing may be NaN."""
+        readings = np.where(self.whitening.any(axis=0), np.asarray(measured).ravel(), 0.0)
+        return self.whitening @ readings
+
+
+def large_gauges(reduced: fe.Reduced, xy: ArrayLike, sigma: float) -> LargeForward:
+    """Forward model of strain gauges on the touched face, with noise `sigma` in each channel.
+
+    Parameters
+    ----------
+    reduced : fe.Reduced
+    xy : (M, 2) array_like, mm
+        Places of the gauges.
+    sigma : float, strain
+
+    Raises
+    ------
+    ValueError
+        If a gauge lies outside the plate or sigma is not positive.
+    """
+    if not sigma > 0:
+        raise ValueError(f"sigma of strain must be positive, got {sigma:g}; give its noise")
+    view = reduced.gauges(xy)
+    return LargeForward(view, np.eye(len(view.fixed)) / sigma)
+
+
+@dataclass(frozen=True, eq=False)
+class LargePlate:
+    """Motion of a plate under large touches as amplitudes of smooth fields.
+
+    The deflection is carried by plate modes, as that of small touches is, and the motion in the
+    plane by the fields of the reduced plate.
+
+    Attributes
+    ----------
+    reduced : fe.Reduced
+    modes : fe.Modes
+        K modes on the mesh of the reduced plate.
+    view : View
+        Reads K + U amplitudes, and up to two zeros.
+    """
+
+    reduced: fe.Reduced
+    modes: fe.Modes
+    view: View
+
+    @property
+    def drifts(self) -> int:
+        """Number U of fields in the plane."""
+        return self.reduced.drifts.shape[-1]
+
+    def amplitudes(self, xy: NDArray, force: NDArray) -> NDArray[np.float64]:
+        """Amplitudes of modes and of fields in the plane under touches, (K + U,)."""
+        return self.view.read(xy, force).values.ravel()[: self._count]
+
+    def drift(self, places: NDArray) -> NDArray[np.float64]:
+        """Motion of the plate in its plane by a unit of each field, (N, 2) mm → (N, 2, U) mm."""
+        return drift_at(self.reduced.mesh, self.reduced.drifts, places)
+
+    def forward(self, factor: NDArray) -> LargeForward:
+        """Forward model of amplitudes whitened by a factor (K + U, m)."""
+        whitening = np.zeros((factor.shape[1], len(self.view.fixed)))
+        whitening[:, : self._count] = factor.T
+        return LargeForward(self.view, whitening)
+
+    @property
+    def _count(self) -> int:
+        return len(self.modes.stiffness) + self.drifts
+
+
+def large_plate(reduced: fe.Reduced, count: int = 200) -> LargePlate:
+    """Carry the motion of a reduced plate by `count` of its modes and its fields in the plane."""
+    modes = fe.modes(reduced.plate, count, reduced.mesh)
+    x, y = (gram(line, 0, 0) for line in reduced.mesh.lines)
+    # ∫ φ w dA of each mode: modes are orthonormal, so these are amplitudes.
+    loads = np.einsum("ai,ijk,jb->abk", x.toarray(), modes.values, y.toarray(), optimize=True)
+    drifts = reduced.drifts.shape[-1]
+    size = -(-(count + drifts) // 3) * 3
+    moving = np.zeros((*reduced.mesh.shape, size, reduced.forms.functions))
+    # A touch of 1 N is -1 N along z.
+    moving[:, :, :count] = reduced.touch_shapes.solve(-loads)
+    fixed = np.zeros((size, reduced.shapes.shape[2]))
+    fixed[:count] = np.tensordot(loads, reduced.shapes, axes=((0, 1), (0, 1)))
+    plane = np.zeros((size, reduced.forms.stresses + drifts))
+    plane[count : count + drifts, reduced.forms.stresses :] = np.eye(drifts)
+    channels = moving.reshape(*reduced.mesh.shape, -1)
+    adjoint = fe.Adjoint(reduced.plate, reduced.mesh, channels)
+    return LargePlate(reduced, modes, View(reduced, adjoint, fixed, plane))

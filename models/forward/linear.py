@@ -1,0 +1,172 @@
+"""Forward models: what touches do to a measurement whose noise is white with variance 1.
+
+A solver asks a forward model for the measurement and its derivatives and does not know what was
+measured or which theory of plates answers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+import fe
+from models.forward.table import Table, plain_responses, read_touches, responses
+
+
+class Forward(Protocol):
+    """Whitened measurement of m numbers as a function of touches."""
+
+    @property
+    def plate(self) -> fe.Plate:
+        """The plate that is touched."""
+        ...
+
+    @property
+    def freedom(self) -> int:
+        """Numbers that were measured, less those that patterns of unknown size use up."""
+        ...
+
+    @property
+    def doubt(self) -> float:
+        """Error of the model itself, a share of what is measured."""
+        ...
+
+    def response(self, xy: NDArray) -> NDArray[np.float64]:
+        """Measurement per N under a light touch at each place, (n, 2) mm → (n, m)."""
+        ...
+
+    def read(self, touches: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Measurement (m,) under touches x, y, F, (n, 3), and its exact derivatives (3n, m)."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class LinearForward:
+    """A measurement that is linear in the forces.
+
+    Attributes
+    ----------
+    plate : fe.Plate
+    table : Table
+    doubt : float
+        See `Forward.doubt`.
+    """
+
+    plate: fe.Plate
+    table: Table
+    doubt: float = 0.0
+
+    @property
+    def freedom(self) -> int:
+        """See `Forward.freedom`."""
+        return self._freedom
+
+    @cached_property
+    def _freedom(self) -> int:
+        return int(self.table.whitening.any(axis=2).sum()) - len(self.table.aside)
+
+    def response(self, xy: NDArray) -> NDArray[np.float64]:
+        """See `Forward.response`; the same at any force."""
+        return plain_responses(self.table, np.asarray(xy, dtype=np.float64))
+
+    def gradient(self, xy: NDArray) -> NDArray[np.float64]:
+        """Exact derivative of `response` in x and y, (n, 2) mm → (n, m, 2) per N per mm."""
+        return responses(self.table, np.asarray(xy, dtype=np.float64))[:, 1:].transpose(0, 2, 1)
+
+    def read(self, touches: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """See `Forward.read`."""
+        return read_touches(self.table, touches)
+
+    def whiten(self, measured: NDArray) -> NDArray[np.float64]:
+        """Measurement (M, c) in units of its noise, less what lies along patterns set aside, (m,).
+
+        What is missing may be NaN; it comes out as 0.
+        """
+        whitening = self.table.whitening
+        there = np.where(whitening.any(axis=1), measured.reshape(-1, whitening.shape[2]), 0.0)
+        white = np.einsum("gdc,gc->gd", whitening, there).ravel()
+        return white - (self.table.aside @ white) @ self.table.aside
+
+    def setting_aside(self, patterns: NDArray) -> LinearForward:
+        """Let patterns of unknown size lie over the measurement: bending of the base, say.
+
+        Parameters
+        ----------
+        patterns : (k, M, c) float64
+            In units of the measurement.
+
+        Raises
+        ------
+        ValueError
+            The patterns have another shape, or some are combinations of others.
+        """
+        whitening = self.table.whitening
+        groups, _, channels = whitening.shape
+        given = np.asarray(patterns, dtype=np.float64)
+        if given.ndim < 2 or given[0].size != groups * channels:
+            raise ValueError(
+                f"patterns set aside must be (k, {groups}, {channels}) as the measurement, "
+                f"got {given.shape}"
+            )
+        white = np.einsum("gdc,kgc->kgd", whitening, given.reshape(-1, groups, channels))
+        columns = np.concatenate([self.table.aside, white.reshape(len(given), -1)]).T
+        scale = np.linalg.norm(columns, axis=0)
+        values = np.linalg.svd(columns / np.where(scale > 0, scale, 1.0), compute_uv=False)
+        if values[-1] <= 1e-9 * values[0]:
+            raise ValueError(
+                f"{len(given)} patterns set aside must differ from one another in what is "
+                "measured; leave out those that others make up"
+            )
+        aside = np.linalg.qr(columns)[0].T
+        return replace(self, table=self.table._replace(aside=np.ascontiguousarray(aside)))
+
+    def weighted(self, weight: NDArray) -> LinearForward:
+        """Trust each measurement by a factor (m,): 0 leaves it out."""
+        groups, numbers, _ = self.table.whitening.shape
+        whitening = self.table.whitening * weight.reshape(groups, numbers, 1)
+        aside = self.table.aside
+        if len(aside):
+            aside = np.ascontiguousarray(np.linalg.qr((aside * weight).T)[0].T)
+        return replace(self, table=self.table._replace(whitening=whitening, aside=aside))
+
+
+def linear(plate: fe.Plate, mesh: fe.Mesh, values: NDArray, whitening: NDArray) -> LinearForward:
+    """Forward model of channels that are functions of the place of a touch.
+
+    Parameters
+    ----------
+    values : (2 nx + 2, 2 ny + 2, M c) float64, per N
+        Unknowns on the mesh.
+    whitening : (M, d, c) float64
+    """
+    x, y = mesh.nodes
+    count = whitening.shape[0] * whitening.shape[1]
+    table = Table(
+        values,
+        np.ascontiguousarray(x, dtype=np.float64),
+        np.ascontiguousarray(y, dtype=np.float64),
+        np.array(mesh.units, dtype=np.float64),
+        np.ascontiguousarray(whitening),
+        np.empty((0, count)),
+    )
+    return LinearForward(plate, table)
+
+
+def modal(modes: fe.Modes, factor: NDArray) -> LinearForward:
+    """Forward model of a measurement that was reduced to one number a plate mode, and whitened.
+
+    Parameters
+    ----------
+    modes : fe.Modes
+        K modes of the plate.
+    factor : (K, m) float64
+        F with response(xy) = modes.response(xy) @ F.
+    """
+    # modes.response(xy) = -φ(xy) / λ
+    return linear(
+        modes.plate, modes.mesh, modes.values, (factor / -modes.stiffness[:, None]).T[None]
+    )

@@ -1,0 +1,195 @@
+"""Touches from the whole pattern: tile sums, reduced to one number a plate mode.
+
+A frame differs from the reference by e = -∇f·d + α f + β + noise. The motion d is the sum of K
+fields of the plate as the camera sees them and of R rigid motions of the camera (shift, rotation,
+scale, tilts); α and β are a gain and an offset of the light. All are linear, so the tile sums
+Σ∇f∇fᵀ and Σ∇f·e give normal equations for them, which lose nothing of what the pixels know. Camera
+and light are eliminated (Schur complement); what is left is whitened by its Cholesky factor. Under
+small touches the fields are plate modes, linear in the force; under large ones see `large`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
+
+from dic.tiles.tiles import TileReference, Tiles, TileSums
+from models.estimate import Estimate
+from models.forward.image_motion import Motions as Motions, see_motions as see_motions
+from models.forward.linear import Forward, modal
+
+LIGHT = 2  # gain and offset
+# Share added to the normal matrix where tiles are hidden, so that modes which only these tiles show
+# stay solvable; it moves χ² by less than this share of what was measured, 1 at an SNR of 1000.
+RIDGE = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Pattern:
+    """The whole pattern as a measurement of touches.
+
+    Attributes
+    ----------
+    motions : Motions
+        Of K modes and R rigid motions.
+    reference : TileReference
+    whole : (K + R + 2, K + R + 2) float64, grey levels²
+        Normal matrix over all tiles.
+    hidden : (T,) bool
+        Tiles that are left out, because something lies before them.
+    normal : (K + R + 2, K + R + 2) float64, grey levels²
+        Normal matrix of modes, rigid motions, gain and offset over the tiles in sight.
+    share : (K, R + 2) float64
+        What camera and light take from the right-hand side of the modes.
+    factor : (K, K) float64, grey levels
+        Lower Cholesky factor of the modes' normal matrix with camera and light eliminated.
+    """
+
+    motions: Motions
+    reference: TileReference
+    whole: NDArray[np.float64]
+    hidden: NDArray[np.bool_]
+    normal: NDArray[np.float64]
+    share: NDArray[np.float64]
+    factor: NDArray[np.float64]
+
+    @property
+    def count(self) -> int:
+        """Number of fields of the plate, K."""
+        return len(self.factor)
+
+    def forward(self, noise: float) -> Forward:
+        """Forward model of `whiten`ed frames with a noise of `noise` grey levels.
+
+        Raises
+        ------
+        ValueError
+            If the noise is not positive.
+        """
+        if not noise > 0:
+            raise ValueError(
+                f"noise of a frame must be positive, got {noise:g} grey levels; measure it at rest"
+            )
+        large = self.motions.large
+        if large is not None:
+            return large.forward(self.factor / noise)
+        return modal(self.motions.modes, self.factor / noise)
+
+    def hiding(self, hidden: NDArray) -> Pattern:
+        """Leave out tiles (T,): what they said is taken out of the normal matrix.
+
+        That costs in proportion to the hidden tiles, or to those in sight if they are fewer.
+
+        Raises
+        ------
+        ValueError
+            If what stays in sight cannot tell the fields of the plate apart, or `hidden` is not
+            one bool a tile.
+        """
+        if hidden.shape != self.hidden.shape or hidden.dtype != np.bool_:
+            raise ValueError(
+                f"hidden tiles must be {self.hidden.shape} bool, one a tile, got {hidden.shape} "
+                f"{hidden.dtype}; use hidden_tiles"
+            )
+        if np.array_equal(hidden, self.hidden):
+            return self
+        part = hidden if 2 * np.count_nonzero(hidden) < len(hidden) else ~hidden
+        normal = _normal(
+            self.reference.hessian[part],
+            self.reference.light[part],
+            self.motions.on_tiles[part],
+            self.motions.tiles.size,
+        )
+        normal = self.whole - normal if part is hidden else normal
+        try:
+            return _reduced(self.motions, self.reference, self.whole, hidden, normal)
+        except np.linalg.LinAlgError:
+            raise ValueError(
+                f"{np.mean(hidden):.0%} of the tiles are hidden, and the others cannot tell "
+                f"{self.count} fields of the plate apart; clear the view"
+            ) from None
+
+    def right_side(self, sums: TileSums, moved: NDArray) -> NDArray[np.float64]:
+        """Right-hand side of the normal equations for all that moved, (K + R + 2,).
+
+        Parameters
+        ----------
+        sums : TileSums
+            Taken at the flow of `moved`.
+        moved : (K + R,) float64
+            Amplitudes of modes and rigid motions by which the reference was moved.
+        """
+        sight = (~self.hidden).astype(np.float64)
+        towards = -self.motions.gather(sums.gradient * sight[:, None], sums.flow)
+        left_over = np.concatenate([towards, [sums.ef @ sight, sums.e @ sight]])
+        return left_over + self.normal[:, : len(moved)] @ moved
+
+    def whiten(self, right: NDArray, noise: float) -> NDArray[np.float64]:
+        """Reduce a right-hand side to K numbers with white noise of variance 1."""
+        modal = right[: self.count] - self.share @ right[self.count :]
+        return solve_triangular(self.factor, modal, lower=True, check_finite=False) / noise
+
+    def amplitudes(self, estimate: Estimate, right: NDArray) -> NDArray[np.float64]:
+        """Amplitudes of modes and rigid motions that an estimate implies, (K + R,).
+
+        With the touches known, what is left of the right-hand side is the motion of the camera.
+        """
+        modal = self.motions.pressed(estimate.xy, estimate.force)
+        rest = right[self.count :] - self.normal[self.count :, : self.count] @ modal
+        nuisance = np.linalg.solve(self.normal[self.count :, self.count :], rest)
+        return np.concatenate([modal, np.asarray(nuisance[:-LIGHT], dtype=np.float64)])
+
+    def still(self) -> NDArray[np.float64]:
+        """Amplitudes of a plate and a camera that did not move, (K + R,)."""
+        return np.zeros(len(self.normal) - LIGHT)
+
+
+def see_pattern(motions: Motions, reference: TileReference) -> Pattern:
+    """Set up the whole pattern of a reference as a measurement.
+
+    Raises
+    ------
+    ValueError
+        If the reference has other tiles than the motions.
+    """
+    if reference.tiles != motions.tiles:
+        raise ValueError(
+            f"reference has {reference.tiles} and the motions {motions.tiles}; use the same tiles"
+        )
+    whole = _normal(reference.hessian, reference.light, motions.of_tiles(), motions.tiles.size)
+    hidden = np.zeros(len(reference.hessian), dtype=np.bool_)
+    return _reduced(motions, reference, whole, hidden, whole)
+
+
+def _reduced(
+    motions: Motions, reference: TileReference, whole: NDArray, hidden: NDArray, normal: NDArray
+) -> Pattern:
+    """Eliminate camera and light."""
+    count = motions.fields
+    modal, mixed, rest = normal[:count, :count], normal[:count, count:], normal[count:, count:]
+    share = np.asarray(np.linalg.solve(rest, mixed.T).T, dtype=np.float64)
+    ridge = RIDGE * np.diag(np.diag(modal)) if hidden.any() else 0.0
+    factor = np.asarray(np.linalg.cholesky(modal + ridge - share @ mixed.T), dtype=np.float64)
+    return Pattern(motions, reference, whole, hidden, normal, share, factor)
+
+
+def noise_of(sums: TileSums, tiles: Tiles) -> float:
+    """Noise of a frame, grey levels: the median tile, which a hand or a new touch hardly moves."""
+    return float(np.sqrt(np.median(sums.ee)) / tiles.size)
+
+
+def _normal(hessian: NDArray, light: NDArray, basis: NDArray, size: int) -> NDArray[np.float64]:
+    """Build the normal matrix of motions (T, 2, k), gain and offset over T tiles, (k + 2, k + 2).
+
+    As precise as the motions are given.
+    """
+    xx, xy, yy = (part[:, None] for part in hessian.T.astype(basis.dtype))
+    along_x, along_y = basis[:, 0], basis[:, 1]
+    motions = along_x.T @ (xx * along_x + xy * along_y) + along_y.T @ (xy * along_x + yy * along_y)
+    fx_f, fy_f, fx, fy, ff, f = light.T
+    mixed = -np.stack([fx_f @ along_x + fy_f @ along_y, fx @ along_x + fy @ along_y], axis=1)
+    corner = np.array([[ff.sum(), f.sum()], [f.sum(), len(f) * size**2]])
+    return np.block([[motions, mixed], [mixed.T, corner]])

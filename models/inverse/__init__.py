@@ -1,0 +1,1 @@
+"""Touches from measurements: start, Levenberg-Marquardt, count, and what is believed."""

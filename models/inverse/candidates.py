@@ -1,0 +1,221 @@
+"""Where to start: the responses of a grid of candidate touches, made once a forward model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from models.forward.linear import Forward, LinearForward
+
+EDGE = 0.02  # of a side: closer to a clamped edge a touch leaves no trace
+# A candidate that the tangent explains to so much cannot be told from a touch that is there.
+ALIKE = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """Candidate touches of a forward model.
+
+    Attributes
+    ----------
+    forward : Forward
+    xy : (G, 2) float64, mm
+    response : (G, m) float64, per N
+    """
+
+    forward: Forward
+    xy: NDArray[np.float64]
+    response: NDArray[np.float64]
+
+    @cached_property
+    def bounds(self) -> NDArray[np.float64]:
+        """Least and largest x, y, F that a touch may take, (2, 3) mm, mm, N: forces push."""
+        a, b = self.forward.plate.size
+        low, high = 0.5 * EDGE, 1 - 0.5 * EDGE
+        return np.array([[low * a, low * b, 0.0], [high * a, high * b, np.inf]])
+
+    def within(self, touches: NDArray) -> bool:
+        """Whether all touches (n, 3) lie within the bounds, and none on a bound of its place."""
+        return bool(_within(touches, self.bounds))
+
+    def best(self, residual: NDArray, tangent: NDArray) -> tuple[int, float, float]:
+        """Candidate that explains most of a residual beside the touches already there.
+
+        Parameters
+        ----------
+        residual : (m,) float64
+        tangent : (k, m) float64
+            Rows that are free already (derivatives of the touches found so far).
+
+        Returns
+        -------
+        index : int
+        gain : float
+            Decrease of χ² by a touch of positive force at that candidate, other touches free.
+        force : float, N
+            Of that touch.
+        """
+        return _best(self._single, self._energy, residual, tangent)
+
+    def best_pair(self, residual: NDArray, tangent: NDArray) -> tuple[list[int], NDArray]:
+        """Two candidates that together explain most of a residual, by trying all pairs.
+
+        Parameters
+        ----------
+        residual, tangent
+            As for `best`.
+
+        Returns
+        -------
+        indices : list of two int
+        force : (2,) float64, N
+            Of these two; both zero where no pair of positive forces explains anything.
+        """
+        i, j, *force = _best_pair(self.response, self._gram, residual, tangent)
+        return [i, j], np.array(force)
+
+    def weighted(self, weight: NDArray) -> Search:
+        """Trust each measurement by a factor (m,), in a forward model that is linear."""
+        if not isinstance(self.forward, LinearForward):
+            raise TypeError("weights need a forward model that is linear in the forces")
+        forward = self.forward.weighted(weight)
+        return replace(self, forward=forward, response=forward.response(self.xy))
+
+    @cached_property
+    def _single(self) -> NDArray[np.float32]:
+        """Responses to single precision: enough for one place to start from, in half the time."""
+        return self.response.astype(np.float32)
+
+    @cached_property
+    def _energy(self) -> NDArray[np.float64]:
+        return np.einsum("gm,gm->g", self.response, self.response)
+
+    @cached_property
+    def _gram(self) -> NDArray[np.float64]:
+        return self.response @ self.response.T
+
+
+def prepare_search(forward: Forward, count: int = 17) -> Search:
+    """Lay `count` candidates along the longer side of the plate and as dense along the other.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two a side.
+    """
+    if count < 2:
+        raise ValueError(f"candidates along a side must be 2 or more, got {count}; use 17")
+    width, height = forward.plate.size
+    spacing = (1 - 2 * EDGE) * max(width, height) / count
+    x, y = (
+        np.linspace(EDGE * side, (1 - EDGE) * side, max(2, round(side / spacing)))
+        for side in (width, height)
+    )
+    xy = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    return Search(forward, xy, forward.response(xy))
+
+
+def renewed(search: Search, forward: Forward) -> Search:
+    """Ask another forward model of the same plate for the same candidates."""
+    return Search(forward, search.xy, forward.response(search.xy))
+
+
+@njit(cache=True, nogil=True)
+def _within(touches: NDArray, bounds: NDArray) -> bool:
+    for touch in touches:
+        for k in range(2):
+            if not bounds[0, k] < touch[k] < bounds[1, k]:
+                return False
+    return True
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _orthonormal(tangent: NDArray) -> NDArray:
+    """Orthonormal rows that span what k rows (k, m) span, by Gram and Schmidt, to rounding."""
+    basis = tangent.copy()
+    for k in range(len(basis)):
+        whole = _dot(basis[k], basis[k])
+        for before in range(k):
+            share = _dot(basis[before], basis[k])
+            for i in range(basis.shape[1]):
+                basis[k, i] -= share * basis[before, i]
+        left = _dot(basis[k], basis[k])
+        # Below this only rounding tells a row from those before.
+        basis[k] *= 1.0 / np.sqrt(left) if left > 1e-13 * whole else 0.0
+    return basis
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _dot(one: NDArray, other: NDArray) -> float:
+    """Product of two short rows, which a call of BLAS would take longer to begin."""
+    total = 0.0 * one[0]
+    for i in range(len(one)):
+        total += one[i] * other[i]
+    return total
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _inside(row: NDArray, basis: NDArray) -> float:
+    """Sum of squares of the part of a row (m,) in an orthonormal basis (k, m).
+
+    Three of its rows, those of one touch, pass through the cache with the row.
+    """
+    total = 0.0
+    for k in range(0, len(basis) - 2, 3):
+        x, y, force = np.float32(0.0), np.float32(0.0), np.float32(0.0)
+        for i in range(len(row)):
+            x += row[i] * basis[k, i]
+            y += row[i] * basis[k + 1, i]
+            force += row[i] * basis[k + 2, i]
+        total += float(x**2 + y**2 + force**2)
+    for k in range(len(basis) - len(basis) % 3, len(basis)):
+        total += _dot(row, basis[k]) ** 2
+    return total
+
+
+@njit(cache=True, nogil=True)
+def _best(
+    response: NDArray, energy: NDArray, residual: NDArray, tangent: NDArray
+) -> tuple[int, float, float]:
+    basis = _orthonormal(tangent)
+    outside = residual - (basis @ residual) @ basis
+    along = response @ outside.astype(np.float32)
+    rows = basis.astype(np.float32)
+    best, most, force = 0, 0.0, 0.0
+    for g in range(len(along)):
+        if along[g] > 0:
+            free = energy[g] - _inside(response[g], rows)
+            if free > ALIKE * energy[g] and along[g] ** 2 > most * free:
+                best, most, force = g, along[g] ** 2 / free, along[g] / free
+    return best, most, force
+
+
+@njit(cache=True, nogil=True)
+def _best_pair(
+    response: NDArray, gram: NDArray, residual: NDArray, tangent: NDArray
+) -> tuple[int, int, float, float]:
+    along, left = response @ residual, gram.copy()
+    if len(tangent):
+        basis = _orthonormal(tangent)
+        inside = response @ basis.T
+        along -= inside @ (basis @ residual)
+        left -= inside @ inside.T
+    best, most = (0, 0, 0.0, 0.0), 0.0
+    for i in range(len(along)):
+        for j in range(i + 1, len(along)):
+            determinant = left[i, i] * left[j, j] - left[i, j] ** 2
+            if determinant <= ALIKE * gram[i, i] * gram[j, j]:
+                continue
+            # Forces times the determinant.
+            first = along[i] * left[j, j] - left[i, j] * along[j]
+            second = along[j] * left[i, i] - left[i, j] * along[i]
+            if first <= 0 or second <= 0:
+                continue
+            gain = (first * along[i] + second * along[j]) / determinant
+            if gain > most:
+                best, most = (i, j, first / determinant, second / determinant), gain
+    return best

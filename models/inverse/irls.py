@@ -1,0 +1,107 @@
+"""Touches from a measurement of which a part is false: iteratively reweighted least squares.
+
+Each measurement is trusted by how well touches explain it, and touches are found again with that
+trust: first by Huber's weights, which find the neighbourhood from any start, then by Tukey's, which
+leave false measurements out altogether (Holland & Welsch 1977). What then lies far from the fit is
+left out, and the rest is fitted as usual.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.estimate import Estimate
+from models.forward.linear import LinearForward
+from models.inverse.candidates import Search
+from models.inverse.greedy import GAIN
+from models.inverse.solver import check_measured, find
+
+HUBER, TUKEY = 1.345, 4.685  # standard deviations: 95 % efficient where the noise is normal
+NORMAL = 1.4826  # from the median of |normal| to its standard deviation
+ROUNDS = 10  # at most of each kind
+STILL = 0.01  # largest change of a weight at which weights have settled
+HONEST = 0.7  # share of the measurements that is never doubted: a touch must explain these
+
+
+def find_robust(
+    measured: NDArray, search: Search, *, count: int | None = None, most: int = 4
+) -> Estimate:
+    """Find touches where up to a quarter of the measurements is false.
+
+    Parameters
+    ----------
+    measured : (m,) float64
+        In units of its noise.
+    search : Search
+        Of a forward model that is linear in the forces.
+    count, most
+        As for `find`.
+
+    Returns
+    -------
+    Estimate
+        Of the measurements that are believed; `dof` says how many these are.
+
+    Raises
+    ------
+    ValueError
+        As `find`, or if the forward model is not linear.
+    """
+    if not isinstance(search.forward, LinearForward):
+        raise ValueError("false measurements are found with a linear forward model only; use one")
+    limit = most if count is None else count
+    check_measured(measured, search, limit)
+    touches = np.empty((0, 3))
+    left = _honest(measured)
+    for number in range(1, limit + 1):
+        grown = _reweighted(measured, search, touches, number)
+        after = _honest(measured - _explained(search, grown))
+        if count is None and left - after < GAIN:
+            break
+        touches, left = grown, after
+    residual = measured - _explained(search, touches)
+    believed = (np.abs(residual) <= TUKEY * _scale(residual)).astype(np.float64)
+    trusting = search.weighted(believed)
+    return find(measured * believed, trusting, start=touches, count=count, most=most)
+
+
+def _reweighted(
+    measured: NDArray, search: Search, touches: NDArray, number: int
+) -> NDArray[np.float64]:
+    """Touches (number, 3) of the least robust cost that is reached from fewer."""
+    for law in (_huber, _tukey):
+        weight = np.zeros(len(measured))
+        for _ in range(ROUNDS):
+            residual = measured - _explained(search, touches)
+            scale = _scale(residual)
+            before, weight = weight, law(residual / scale)
+            if np.abs(weight - before).max() < STILL:
+                break
+            trust = np.sqrt(weight) / scale
+            estimate = find(measured * trust, search.weighted(trust), start=touches, count=number)
+            touches = np.column_stack([estimate.xy, estimate.force])
+    return touches
+
+
+def _explained(search: Search, touches: NDArray) -> NDArray[np.float64]:
+    return search.forward.read(touches)[0]
+
+
+def _scale(residual: NDArray) -> float:
+    """Spread of the honest part of a residual; 1 at least, as its noise is known."""
+    return max(1.0, NORMAL * float(np.median(np.abs(residual))))
+
+
+def _honest(residual: NDArray) -> float:
+    """Sum of squares of the share of a residual that is least."""
+    squares = np.sort(residual**2)
+    return float(squares[: round(HONEST * len(squares))].sum())
+
+
+def _huber(residual: NDArray) -> NDArray[np.float64]:
+    return np.minimum(1.0, HUBER / np.maximum(np.abs(residual), HUBER))
+
+
+def _tukey(residual: NDArray) -> NDArray[np.float64]:
+    return np.square(np.maximum(1.0 - np.square(residual / TUKEY), 0.0))

@@ -1,0 +1,1 @@
+"""Nets: recipes, training, search, storage, and the estimates that they give."""

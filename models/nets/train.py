@@ -1,0 +1,157 @@
+"""Training: a net from a data set by a recipe (torch lives here and in `models.nets.optimise`)."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from importlib.util import find_spec
+from itertools import repeat
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from models.data.dataset import Dataset
+from models.nets.checkpoint import Checkpoint, fingerprint
+from models.nets.loss import distance
+from models.nets.net import Net, NetOptions, Scaling, initial, scaling
+from models.nets.optimise import Descent, Task, descend, finish
+from models.nets.recipe import Recipe
+from models.nets.set_encoding import encode, unordered
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from models.nets.loss import Loss
+
+    Layers = list[tuple[Tensor, Tensor]]
+    Pairs = tuple[Tensor, Tensor]
+
+__all__ = ["Recipe", "Trained", "train"]
+
+
+@dataclass(frozen=True)
+class Trained:
+    """What training ends in.
+
+    Attributes
+    ----------
+    net
+        After the last epoch.
+    history
+        (checks, 2) float64: training and validation loss before the steps that were checked
+        (figure 2D).
+    """
+
+    net: Net
+    history: np.ndarray
+
+
+def train(
+    training: Dataset,
+    validation: Dataset,
+    options: NetOptions,
+    recipe: Recipe,
+    rng: np.random.Generator,
+    on_epoch: Callable[[int, float], None] | None = None,
+    loss: "Loss | None" = None,
+    batches: Iterator[Dataset] | None = None,
+    checkpoint: Checkpoint | None = None,
+) -> Trained:
+    """Train a net on `training`, section 2 of the paper.
+
+    Runs on one thread, where the same generator gives the same net to the last bit, also where it
+    was killed on the way and went on from its checkpoint.
+
+    Parameters
+    ----------
+    training, validation
+        Only the first is learnt from; it also says how inputs and outputs are scaled.
+    options
+        Architecture.
+    recipe
+        Epochs, learning rate, finish.
+    rng
+        Source of the initial weights.
+    on_epoch
+        Called with the number of epochs done and the training loss.
+    loss
+        Of what the layers tell and the targets; by default equation 1, the distance of one touch,
+        or that of touches without an order where `options` has poles.
+    batches
+        What each epoch learns from, an endless iterator; all of `training` where there is none.
+    checkpoint
+        Where to keep what was reached; a file there that belongs to the same training is gone on
+        from, and it is removed in the end.
+
+    Raises
+    ------
+    ValueError
+        When the loss stops being finite, or torch is not installed.
+    """
+    _require_torch()
+    scale = scaling(training.strain, options.inputs)
+    told = _told(training, options)
+    sizes = (training.strain.shape[1], *options.layers, told.targets.shape[1])
+    start = initial(sizes, rng)
+    live = training.strain.std(axis=0) > 0.0  # of reading B one input in three; the rest is 0
+    fed = replace(scale, centre=scale.centre[live], scale=scale.scale[live])
+    usual = unordered(options.poles) if options.poles else distance()
+    task = Task(fed, live, _outputs(told, recipe), options.activation, loss or usual)
+    with _one_thread():
+        layers = _tensors(start, live)
+        fixed = task.tensors(training)
+        stream = repeat(fixed) if batches is None else map(task.tensors, batches)
+        tell = on_epoch or (lambda epoch, loss: None)
+        name = fingerprint(training.strain, training.targets, options, recipe, start[0][0])
+        descent = Descent(layers, recipe, checkpoint, name)
+        history = descend(descent, stream, task.tensors(validation), task, tell)
+        if recipe.finish:
+            layers = finish(layers, told, task, recipe.finish)
+    if checkpoint:
+        checkpoint.clear()
+    return Trained(Net(options, scale, task.arrays(layers)), history)
+
+
+def _told(training: Dataset, options: NetOptions) -> Dataset:
+    """Return the samples with targets as the layers tell them."""
+    if not options.poles:
+        return training
+    return Dataset(training.strain, encode(training.targets, options.poles))
+
+
+def _outputs(training: Dataset, recipe: Recipe) -> Scaling:
+    match recipe.outputs:
+        case "raw":
+            columns = training.targets.shape[1]
+            return Scaling(np.zeros(columns), np.ones(columns))
+        case "scaled":
+            return scaling(training.targets)
+
+
+def _require_torch() -> None:
+    if find_spec("torch") is None:
+        raise ValueError(
+            "torch is not installed and training needs it; run 'make torch' or 'pip install torch'"
+        )
+
+
+def _tensors(layers: Sequence[tuple[np.ndarray, np.ndarray]], live: np.ndarray) -> "Layers":
+    import torch
+
+    (weights, biases), *rest = layers
+    return [
+        (torch.tensor(w, requires_grad=True), torch.tensor(b, requires_grad=True))
+        for w, b in [(weights[live], biases), *rest]
+    ]
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """Let torch work on one thread inside, and as before after."""
+    import torch
+
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)

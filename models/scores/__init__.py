@@ -1,0 +1,1 @@
+"""Scores: estimates matched with true touches, and errors over the plate."""

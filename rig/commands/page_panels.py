@@ -1,0 +1,78 @@
+"""Opens what shows a run to people: the projector's window and the operator page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager, ExitStack
+from typing import TYPE_CHECKING
+
+from rig.commands.output import console
+
+if TYPE_CHECKING:
+    from rig.calibration.store import Calibration
+    from rig.live.snapshot import Snapshot
+    from rig.page import Publisher
+    from rig.projector.markers import Screen
+    from rig.projector.show import Show
+    from rig.recording.control import Switch
+    from rig.scene import Scene
+    from rig.scene.loop import Page
+
+Sink = Callable[["Snapshot"], object]
+
+
+def open_panes(
+    scene: Scene,
+    calibration: Calibration,
+    doubts: tuple[str, ...],
+    screen: Screen,
+    switch: Switch | None,
+    open_parts: ExitStack,
+) -> tuple[Show | None, list[Sink]]:
+    """Open projector and page, as the scene names them, until `open_parts` is closed.
+
+    Returns
+    -------
+    Show or None
+        The projector.
+    list of callable
+        What takes each snapshot.
+
+    Raises
+    ------
+    ValueError
+        If the projector is to stay dark while frames are taken and nobody knows when that is.
+    OSError
+        If the port of the page cannot be had.
+    """
+    show, sinks = None, []
+    if scene.projector and scene.plate:
+        from rig.projector.show import open_show
+
+        opened = open_show(scene.projector, screen, scene.plate.size, calibration)
+        show = open_parts.enter_context(opened)
+        sinks.append(show)
+    if scene.page and switch:
+        from rig.page.operator import Operator
+
+        publisher = open_parts.enter_context(open_page(scene.page, screen))
+        console().print(f"page: [bold]{publisher.url}[/bold]   (Ctrl-C ends)", markup=True)
+        if publisher.link:
+            console().print(f"others may look: [bold]{publisher.link}[/bold]", markup=True)
+        meter = None
+        if show:
+            from rig.projector.meter import Meter
+
+            black = calibration.projector.black if calibration.projector else 0.0
+            meter = open_parts.enter_context(Meter(screen, black))
+        sinks.append(Operator(publisher, switch, calibration, doubts, show, meter))
+    return show, sinks
+
+
+def open_page(page: Page, screen: Screen | None) -> AbstractContextManager[Publisher]:
+    """Give the context that serves a page to those whom the scene lets look."""
+    from rig.page import serve
+    from rig.web.access import Access, new_token
+
+    token = new_token() if page.viewers == "network" else None
+    return serve(page.port, screen, Access(token, page.control == "viewers"))

@@ -1,0 +1,1 @@
+"""The live chain: frame → mask and illumination → tile sums → estimate → tracks → snapshot."""

@@ -1,0 +1,96 @@
+"""Zero: the plate at rest when the loop starts, and its slow drift while nothing touches it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import exp
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
+
+from dic.tiles.tiles import lay_tiles
+from models.estimate import Estimate
+from models.forward.tile_pattern import Pattern
+
+LEAST_NOISE = 0.05  # grey levels: less than the rounding of an 8-bit picture
+TILE = 16  # px, side of the tiles in which motion is looked for while the reference is taken
+RESTLESS = 2.0  # of the median: noise alone stays below 1.5 in 4000 tiles of 16 × 16 px
+SETTLING = 10.0  # s in which a drift is followed to 63 %; a finger lands in a fraction of one
+DOUBT = 1e-12  # p-value below which touches cannot explain a frame; a clear view stays above 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class Zero:
+    """The plate at rest: the mean of several frames, and the noise of a frame against it."""
+
+    image: NDArray[np.float32]
+    noise: float
+
+
+def take_zero(frames: Sequence[NDArray]) -> Zero:
+    """Average frames of the untouched plate, two or more, and measure their noise.
+
+    The noise is that of a frame less the mean of N others, σ √(1 + 1/N), grey levels.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two frames.
+    """
+    if len(frames) < 2:
+        raise ValueError(
+            f"reference needs 2 frames or more to know their noise, got {len(frames)}; set"
+            " dic.reference_frames to 16"
+        )
+    mean = np.asarray(np.mean(frames, axis=0), dtype=np.float32)
+    count = len(frames)
+    squares = sum(float(np.square(frame - mean).sum(dtype=np.float64)) for frame in frames)
+    variance = squares / (mean.size * (count - 1))
+    return Zero(mean, max(float(np.sqrt(variance * (1 + 1 / count))), LEAST_NOISE))
+
+
+def restless(frames: Sequence[NDArray]) -> bool:
+    """Whether something moved in the picture while frames were taken: a hand, a settling plate.
+
+    The means of the first and the second half differ by noise alone where nothing moves; a tile
+    that differs by more than `RESTLESS` times the median of all tiles has seen something.
+    """
+    half = len(frames) // 2
+    early, late = (np.mean(part, axis=0) for part in (frames[:half], frames[-half:]))
+    change = late - early
+    change -= change.mean()  # a lamp that flickers moves nothing
+    squares = lay_tiles(change.shape, TILE).sums(np.square(change))
+    return bool(squares.max() > RESTLESS * max(float(np.median(squares)), LEAST_NOISE**2))
+
+
+def fits(estimate: Estimate) -> bool:
+    """Whether touches explain the frame; not if something is in the way or the camera jumped."""
+    return estimate.p_value >= DOUBT
+
+
+def share(seconds: float) -> float:
+    """Weight of a frame that comes `seconds` after the last in a mean over `SETTLING` s."""
+    return 1.0 - exp(-max(seconds, 0.0) / SETTLING)
+
+
+def settle(
+    rest: NDArray, pattern: Pattern, measured: NDArray, noise: float, weight: float
+) -> NDArray[np.float64]:
+    """Take a part of what an untouched plate shows as its new state of rest.
+
+    Parameters
+    ----------
+    rest : (K,) float64
+        Amplitudes of the plate's modes at rest so far.
+    pattern : Pattern
+        With the Cholesky factor L of the modes' normal matrix.
+    measured : (K,) float64
+        Whitened numbers of a frame without touches, less those of `rest`: Lᵀ q / noise.
+    noise : float, grey levels
+    weight : float
+        Part that is taken, from `share`.
+    """
+    shown = solve_triangular(pattern.factor, measured, lower=True, trans=1, check_finite=False)
+    return rest + weight * noise * shown

@@ -1,0 +1,198 @@
+"""A bench that is ready to run: the parts of a scene that the live loop needs, and no others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+import fe
+import synthetic
+from dic.tiles.tiles import lay_tiles
+from models.forward.tile_pattern import Motions, see_motions
+from rig.live import chain as live
+from rig.live.alignment import Alignment
+from rig.live.baseline import Zero
+from rig.plates.cached import plate_modes, reduced
+from rig.scene import Scene
+from rig.scene.bench import Camera
+from rig.scene.plate import Plate
+from rig.scene.sensing import Dic, NetEstimator, PatternEstimator, StrainEstimator
+from rig.scene.theory import Theory, choose, largest_force
+
+if TYPE_CHECKING:
+    from models.forward.large import LargePlate
+    from rig.calibration.store import Calibration
+    from rig.live.net_chain import NetChain, NetPlan
+
+MODES = int(PatternEstimator.model_fields["modes"].default)
+"""Modes of the plate where the scene does not say how many."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """Plate, camera and what is computed from a frame.
+
+    Attributes
+    ----------
+    plate : fe.Plate
+    camera : synthetic.AnyCamera
+    height : float, mm
+        Height of the seen face over the plate's middle plane.
+    motions : models.Motions
+        Of plate modes and camera, on the tiles of the picture.
+    dic : rig.scene.sensing.Dic
+        Tile, block, strain window and number of reference frames.
+    most : int
+        Largest number of touches looked for.
+    least_force : float, N
+        Weakest touch that counts in the scores.
+    strain : bool
+        Whether touches are estimated from strain as well.
+    theory : rig.scene.theory.Theory
+        That of small or of large touches, and why.
+    alignment : Alignment or None
+        What known presses mend in every estimate.
+    net : NetPlan or None
+        The net that tells the touches, where the scene has one.
+    """
+
+    plate: fe.Plate
+    camera: synthetic.AnyCamera
+    height: float
+    motions: Motions
+    dic: Dic
+    most: int
+    least_force: float
+    strain: bool
+    theory: Theory
+    alignment: Alignment | None = None
+    net: NetPlan | None = None
+
+    @property
+    def reference_frames(self) -> int:
+        """Frames averaged into the reference."""
+        return self.dic.reference_frames
+
+    def prepare(self, zero: Zero) -> tuple[live.Chain, live.StrainChain | None]:
+        """Prepare the chain, and that of strain where the scene wants it.
+
+        Raises
+        ------
+        ValueError
+            If the reference has another size than the camera's pictures, or shows too little to
+            tell the modes of the plate apart.
+        """
+        height, width = zero.image.shape
+        if (width, height) != self.camera.size:
+            raise ValueError(
+                f"pictures are {width} × {height} px and the scene's camera has"
+                f" {self.camera.size[0]} × {self.camera.size[1]} px; set camera.pixels to"
+                f" [{width}, {height}]"
+            )
+        try:
+            chain = live.prepare_chain(zero, self.motions, self.most)
+        except np.linalg.LinAlgError:
+            raise ValueError(
+                f"pictures of {self.camera.size[0]} × {self.camera.size[1]} px cannot tell"
+                f" {len(self.motions.modes.stiffness)} modes of the plate apart; set"
+                " estimator.modes or dic.tile lower, and look whether the pattern is in sight"
+            ) from None
+        if not self.strain:
+            return chain, None
+        return chain, live.prepare_strain(chain, self.camera, self.dic.block, self.dic.window)
+
+    def prepare_net(self, zero: Zero, chain: live.Chain) -> NetChain | None:
+        """Prepare the net for a reference, where the scene has one.
+
+        Raises
+        ------
+        ValueError
+            If the net or its gauges do not suit the reference.
+        """
+        if self.net is None:
+            return None
+        from rig.live.net_chain import prepare_net
+
+        return prepare_net(self.net, chain, zero, self.camera)
+
+
+def build_bench(
+    scene: Scene, report: Callable[[int, int], None], calibration: Calibration | None = None
+) -> Bench:
+    """Build the live parts of a scene; `report` is called while the modes are computed.
+
+    What was calibrated stands in the place of what the scene says: the camera, and what known
+    presses mend.
+
+    Raises
+    ------
+    ValueError
+        If the scene lacks what the live loop needs, compares with what it cannot run, or bends the
+        plate before it is touched.
+    """
+    if not isinstance(scene.comparison, StrainEstimator | None):
+        raise ValueError(
+            f"scene '{scene.title}' compares with an estimator of kind '{scene.comparison.kind}',"
+            " and live only strain is compared; set comparison.kind to 'strain' or leave it out"
+        )
+    match scene:
+        case Scene(
+            plate=Plate() as plate,
+            camera=Camera() as camera,
+            dic=Dic() as dic,
+            estimator=PatternEstimator() | NetEstimator() as estimator,
+        ):
+            flat = plate.build()
+        case _:
+            raise ValueError(
+                f"scene '{scene.title}' cannot run live; it needs [plate], [camera], [dic] and an"
+                " [estimator] of kind 'pattern' or 'net', as twin and twin-net have them"
+            )
+    if scene.base:
+        raise ValueError(
+            f"scene '{scene.title}' has a bent plate, and the live loop takes it as flat; leave"
+            " [base] out"
+        )
+    theory = choose(scene, plate, largest_force(scene))
+    view = calibration.camera() if calibration else None
+    if view is None or view.size != camera.pixels:
+        view = camera.build(plate)
+    height, tiles = flat.thickness / 2, lay_tiles((view.size[1], view.size[0]), dic.tile)
+    count = estimator.modes if isinstance(estimator, PatternEstimator) else MODES
+    modes, large = _fields(flat, count, theory, report)
+    return Bench(
+        plate=flat,
+        camera=view,
+        height=height,
+        motions=see_motions(modes, view, height, tiles, large),
+        dic=dic,
+        most=scene.touches.most if scene.touches else 1,
+        least_force=scene.touches.force[0] if scene.touches else 0.0,
+        strain=scene.comparison is not None,
+        theory=theory,
+        alignment=calibration.alignment() if calibration else None,
+        net=_net(scene, theory),
+    )
+
+
+def _net(scene: Scene, theory: Theory) -> NetPlan | None:
+    if not isinstance(scene.estimator, NetEstimator):
+        return None
+    from rig.live.net_chain import plan_net
+
+    return plan_net(scene, theory)
+
+
+def _fields(
+    plate: fe.Plate, count: int, theory: Theory, report: Callable[[int, int], None]
+) -> tuple[fe.Modes, LargePlate | None]:
+    """Give what carries the motion of a plate: its modes, and under large touches more."""
+    if theory.name == "linear":
+        return plate_modes(plate, count, report), None
+    from models.forward.large import large_plate
+
+    large = large_plate(reduced(plate, theory.force, report), count)
+    return large.modes, large

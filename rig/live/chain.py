@@ -1,0 +1,272 @@
+"""The live chain: from a frame to touches, starting from what the last frame said."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+import synthetic
+from dic.tiles.tile_field import TileBlocks, prepare_blocks, tile_displacement
+from dic.tiles.tiles import TileReference, TileSums, prepare_tiles, tile_sums
+from models.estimate import Estimate, Result
+from models.forward.occlusion import hidden_tiles
+from models.forward.strain_map import StrainMap, see_strain
+from models.forward.tile_pattern import Motions, Pattern, see_pattern
+from models.inverse.candidates import Search, prepare_search
+from models.inverse.solver import find
+from rig.live.alignment import Alignment
+from rig.live.baseline import Zero, fits, settle
+from rig.live.illumination import unlit, unlit_sums
+from rig.live.visibility import Sights, jump, missed, trouble
+from rig.system.timing import Stopwatch
+
+STALE = 0.1  # px: a reference that was moved wrongly by more is moved again within the frame
+LEFT = 0.003  # px that a pass may miss in the shade: the trace of 0.05 N that are there no more
+PASSES = 6  # at most so often; two are usual where something moves
+ODD = 0.2  # of the tiles: where more look strange, the camera may have jumped
+NOTHING = Estimate(np.empty((0, 2)), np.empty(0), np.empty((0, 0)), 0.0, 1, 1.0, Result.NO_TOUCH)
+"""What is told where nothing can be seen."""
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """Everything that is prepared once for a reference.
+
+    Attributes
+    ----------
+    reference : TileReference
+    tiles : TileBlocks
+        The same, each tile by itself.
+    sights : Sights
+        Forward model and candidates, of the whole pattern and behind what hides a part of it.
+    noise : float, grey levels
+    most : int
+        Largest number of touches looked for.
+    """
+
+    reference: TileReference
+    tiles: TileBlocks
+    sights: Sights
+    noise: float
+    most: int
+
+    @property
+    def pattern(self) -> Pattern:
+        """The whole pattern as a measurement."""
+        return self.sights.pattern
+
+
+def prepare_chain(zero: Zero, motions: Motions, most: int) -> Chain:
+    """Prepare the chain for a reference."""
+    reference = prepare_tiles(zero.image, size=motions.tiles.size)
+    tiles = prepare_blocks(reference, 1)
+    pattern = see_pattern(motions, unlit(tiles))
+    search = prepare_search(pattern.forward(zero.noise))
+    return Chain(reference, tiles, Sights(pattern, search, zero.noise), zero.noise, most)
+
+
+@dataclass(frozen=True, eq=False)
+class StrainChain:
+    """What estimates touches from the strain map of the same frames, and draws that map."""
+
+    blocks: TileBlocks
+    map: StrainMap
+    search: Search
+    noise: float
+    most: int
+
+
+def prepare_strain(
+    chain: Chain, camera: synthetic.AnyCamera, block: int, window: int
+) -> StrainChain:
+    """Prepare strain over blocks of `block` tiles and windows of `window` blocks a side."""
+    blocks = prepare_blocks(chain.reference, block)
+    strain_map = see_strain(chain.pattern, blocks, camera, window)
+    large, factor = chain.pattern.motions.large, strain_map.factor / chain.noise
+    forward = large.forward(factor) if large else strain_map.forward(chain.noise)
+    search = prepare_search(forward)
+    return StrainChain(blocks, strain_map, search, chain.noise, chain.most)
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """What the next frame starts from.
+
+    Attributes
+    ----------
+    motion : (K + R,) float64
+        Amplitudes of the plate's modes and of the camera's rigid motions.
+    rest : (K,) float64
+        Those of the modes while nothing touches: what the plate has crept to since the reference.
+    touches : (n, 3) float64, mm, mm, N
+        x, y, F.
+    from_strain : (n, 3) float64, mm, mm, N
+        Those that strain alone shows.
+    """
+
+    motion: NDArray[np.float64]
+    rest: NDArray[np.float64]
+    touches: NDArray[np.float64]
+    from_strain: NDArray[np.float64]
+
+
+def at_rest(chain: Chain) -> State:
+    """Nothing moved and nothing touches."""
+    none = np.empty((0, 3))
+    return State(chain.pattern.still(), np.zeros(chain.pattern.count), none, none)
+
+
+@dataclass(frozen=True, eq=False)
+class Sensed:
+    """What one frame says.
+
+    Attributes
+    ----------
+    estimate : Estimate
+        From the whole pattern.
+    sums : TileSums
+        Of the last pass, for displacement and strain of the same frame.
+    hidden : (T,) bool
+        Tiles that do not show the pattern, behind a hand for instance.
+    trouble : str
+        Why no touch can be told, as a sentence for the user; empty where it can.
+    state : State
+        To start the next frame from.
+    strain : (T, 3) float64, or None where the scene wants none
+    from_strain : Estimate or None
+        None where a part of the strain map is lost in this frame, by a hand for instance.
+    from_pattern : Estimate or None
+        Of the whole pattern, where a net tells the touches.
+    """
+
+    estimate: Estimate
+    sums: TileSums
+    hidden: NDArray[np.bool_]
+    trouble: str
+    state: State
+    strain: NDArray[np.float64] | None = None
+    from_strain: Estimate | None = None
+    from_pattern: Estimate | None = None
+
+
+def sense(
+    chain: Chain, image: NDArray, state: State, watch: Stopwatch, settling: float = 0.0
+) -> Sensed:
+    """Find the touches in one frame.
+
+    The reference is moved to where the frame shows it, again where the first guess was off. Where
+    much looks strange and the rest fits no touch the camera may have jumped, and the guess in which
+    less looks strange counts.
+
+    Parameters
+    ----------
+    settling : float
+        Part of what the frame shows that becomes the state of rest if nothing touches, from
+        `zero.share`; 0 leaves it as it is.
+    """
+    moved, stale = state.motion, STALE
+    found = _pass(chain, image, moved, state, watch, settling)
+    if found.trouble or (found.hidden.mean() > ODD and not fits(found.estimate)):
+        jumped = moved.copy()
+        jumped[chain.pattern.count :][:2] = jump(chain.reference, image)
+        other = _pass(chain, image, jumped, state, watch, settling)
+        if _strange(other) < _strange(found):
+            moved, found, stale = jumped, other, 0.0  # a jump is seen roughly: once more
+    for _ in range(PASSES - 1):
+        off = chain.pattern.motions.farthest(found.state.motion - moved)
+        if found.trouble or (off <= stale and off * _miss(chain, found) <= LEFT):
+            break
+        stale = STALE
+        moved, start = found.state.motion, replace(state, touches=found.state.touches)
+        found = _pass(chain, image, moved, start, watch, settling)
+    return found
+
+
+def _miss(chain: Chain, sensed: Sensed) -> float:
+    """Give what a pass has missed as a share of what it found."""
+    share = min(missed(chain.reference, sensed.sums, sensed.hidden), 0.9)
+    return abs(share) / (1.0 - share)
+
+
+def _strange(sensed: Sensed) -> tuple[bool, float]:
+    """How little a pass says: the less the better."""
+    return bool(sensed.trouble), float(sensed.hidden.mean())
+
+
+def _pass(
+    chain: Chain, image: NDArray, moved: NDArray, state: State, watch: Stopwatch, settling: float
+) -> Sensed:
+    """Find touches with the reference moved by `moved` (K + R,)."""
+    with watch.stage("correlate"):
+        sums = tile_sums(chain.reference, image, chain.pattern.motions.flow(moved))
+    with watch.stage("look"):
+        hidden = hidden_tiles(chain.reference, sums, chain.noise)
+        if why := trouble(chain.reference, sums, hidden):
+            return Sensed(NOTHING, sums, hidden, why, replace(state, touches=np.empty((0, 3))))
+        pattern, search = chain.sights.behind(hidden)
+    with watch.stage("estimate"):
+        rest = state.rest
+        right = pattern.right_side(unlit_sums(chain.tiles, sums), moved)
+        right -= pattern.normal[:, : len(rest)] @ rest
+        measured = pattern.whiten(right, chain.noise)
+        estimate = find(measured, search, start=state.touches, most=chain.most)
+        motion = pattern.amplitudes(estimate, right)
+        motion[: len(rest)] += rest
+        if settling and not estimate.count and not hidden.any() and fits(estimate):
+            rest = settle(rest, pattern, measured, chain.noise, settling)
+    after = replace(state, motion=motion, rest=rest, touches=_places(estimate))
+    return Sensed(estimate, sums, hidden, "", after)
+
+
+def sense_strain(
+    chain: StrainChain, sums: TileSums, state: State, watch: Stopwatch
+) -> tuple[NDArray[np.float64], Estimate | None]:
+    """Strain of one frame, (T, 3), and the touches that it shows beyond the plate at rest.
+
+    The touches are None where a part of the map is lost in this frame, by a hand for instance.
+    """
+    with watch.stage("strain"):
+        field = tile_displacement(chain.blocks, sums, chain.noise)
+        strain = chain.map.strain(field)
+    with watch.stage("from strain"):
+        measured = chain.map.whiten(strain, chain.noise)
+        if measured is None:
+            return strain, None
+        measured -= state.rest @ chain.map.factor / chain.noise
+        return strain, find(measured, chain.search, start=state.from_strain, most=chain.most)
+
+
+def with_strain(
+    strain_chain: StrainChain | None,
+    sensed: Sensed,
+    watch: Stopwatch,
+    alignment: Alignment | None = None,
+) -> Sensed:
+    """Add what strain says, where it is wanted, to what `sense` found in a frame, and mend it all.
+
+    The state stays as it was found: the next frame starts from what this one shows.
+    """
+    if strain_chain is None:
+        return _mended(sensed, alignment)
+    strain, found = sense_strain(strain_chain, sensed.sums, sensed.state, watch)
+    if sensed.trouble:
+        found = None
+    start = np.empty((0, 3)) if found is None else _places(found)
+    after = replace(sensed.state, from_strain=start)
+    told = replace(sensed, strain=strain, from_strain=found, state=after)
+    return _mended(told, alignment)
+
+
+def _mended(sensed: Sensed, alignment: Alignment | None) -> Sensed:
+    """Mend each estimate of a frame by what known presses have shown."""
+    if alignment is None:
+        return sensed
+    told = {name: getattr(sensed, name) for name in ("estimate", "from_strain", "from_pattern")}
+    return replace(sensed, **{name: alignment.apply(said) for name, said in told.items() if said})
+
+
+def _places(estimate: Estimate) -> NDArray[np.float64]:
+    """x, y, F of each touch, (n, 3)."""
+    return np.column_stack([estimate.xy, estimate.force])

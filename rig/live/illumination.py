@@ -1,0 +1,29 @@
+"""Takes the light of every tile out of what it says: shadows and projected light move nothing.
+
+A hand over a plate casts a shadow; one gain and one offset for the whole picture leave its soft
+border to be taken for motion. So each tile has a gain and an offset of its own, which makes places
+and forces less sure by 0.3 % on tiles of 16 px and by 3 % on tiles of 8 px.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from dic.tiles.tile_field import TileBlocks, right_side
+from dic.tiles.tiles import TileReference, TileSums
+
+
+def unlit(blocks: TileBlocks) -> TileReference:
+    """Return a reference whose tiles measure motion alone; `blocks` of one tile each."""
+    h, reference = blocks.hessian, blocks.reference
+    light = reference.light.copy()
+    light[:, :4] = 0.0  # nothing is left of the motion that a light could explain
+    hessian = np.column_stack([h[:, 0, 0], h[:, 0, 1], h[:, 1, 1]])
+    return replace(reference, hessian=hessian, light=light)
+
+
+def unlit_sums(blocks: TileBlocks, sums: TileSums) -> TileSums:
+    """Take the light out of the sums of a frame, for the tiles of such a reference."""
+    return replace(sums, gradient=-right_side(blocks, sums))

@@ -1,0 +1,236 @@
+"""The live loop: frames in, snapshots out, with every stage timed from the capture."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+from models.forward.tile_pattern import noise_of
+from rig.live import chain as live
+from rig.live.baseline import Zero, restless, take_zero
+from rig.live.bench import Bench
+from rig.live.quality import signs
+from rig.live.run_score import Tally
+from rig.live.shot import Recorder, Shot
+from rig.live.snapshot import Snapshot, StrainMap
+from rig.live.tracker import LATENCY, Follower, Seen
+from rig.live.view import View, look, marks, strain_map, true_marks
+from rig.system.frame import Frame, Source
+from rig.system.timing import Stopwatch
+
+PATIENCE = 5.0  # s without a frame after which a source is given up before the reference is there
+SILENCE = 0.5  # s without a frame after which the user is told
+ATTEMPTS = 30  # series of reference frames that are thrown away because something moved
+PACE = 60  # frames over which the running rate is measured
+
+
+class Loop:
+    """Runs a bench on a source, frame by frame; iterate over it for the snapshots.
+
+    Parameters
+    ----------
+    bench : Bench
+    source : Source
+        The plate must be untouched for the frames that the reference takes.
+    clock : callable
+        Monotonic time, s; the same that stamps the frames.
+    recorder : Recorder or None
+        Keeps what every frame said; it never holds the loop up.
+    zero : Zero or None
+        The plate at rest, where the source knows it.
+    """
+
+    def __init__(
+        self,
+        bench: Bench,
+        source: Source,
+        clock: Callable[[], float] = time.monotonic,
+        recorder: Recorder | None = None,
+        zero: Zero | None = None,
+    ):
+        self.bench = bench
+        self.dropped = 0
+        self.frames = 0
+        self.watch = Stopwatch(clock)
+        self.tally = Tally(bench.least_force)
+        self.strain_tally = Tally(bench.least_force)
+        self.net_tally = Tally(bench.least_force)
+        self._recorder = recorder
+        self._source = source
+        self._clock = clock
+        self._zero = zero
+        self._sequence: int | None = None
+        self._first: float | None = None
+        self._finished: deque[float] = deque(maxlen=PACE)
+
+    @property
+    def fps(self) -> float:
+        """Frames a second that the loop finishes now; 0 before the second."""
+        if len(self._finished) < 2:
+            return 0.0
+        return (len(self._finished) - 1) / (self._finished[-1] - self._finished[0])
+
+    @property
+    def mean_fps(self) -> float | None:
+        """Frames a second from the first to the last; None before the second."""
+        if self._first is None or self.frames < 2:
+            return None
+        return (self.frames - 1) / (self._finished[-1] - self._first)
+
+    def __iter__(self) -> Iterator[Snapshot]:
+        """Take the reference, then yield a snapshot a frame until the source ends.
+
+        While no frames come, the last one is shown without touches and with what the source says.
+
+        Raises
+        ------
+        OSError
+            If no frame comes for `PATIENCE` seconds before the reference is there.
+        ValueError
+            If something touched the plate or moved whenever the reference was taken.
+        """
+        zero = self._zero or self._take_zero()
+        follower = Follower(self.bench, zero, self.watch, self._clock)
+        if self._recorder:
+            self._recorder.begin(zero, follower.chain, follower.strain is not None)
+        view = look(self.bench.plate, self.bench.camera, self.bench.height)
+        shot: Snapshot | None = None
+        while True:
+            try:
+                frame = self._source.grab(SILENCE)
+            except EOFError:
+                return
+            if frame:
+                shot = self._take(frame, follower, view)
+            elif shot:
+                shot = self._without_frame(shot, follower)
+            if shot:
+                yield shot
+
+    def summary(self) -> dict[str, Any]:
+        """Figures of the run so far, ready for JSON."""
+        median, late = self.watch.quantiles(LATENCY)
+        return {
+            "frames": self.frames,
+            "dropped": self.dropped,
+            "fps": self.mean_fps,
+            "latency_ms": {"median": median, "p95": late},
+            "stages_ms": {
+                name: {"median": middle, "p95": slow}
+                for name, middle, slow in self.watch.table()
+                if name != LATENCY
+            },
+            "pattern": self.tally.summary(),
+            "strain": self.strain_tally.summary() if self.bench.strain else None,
+            "net": self.net_tally.summary() if self.bench.net else None,
+            "recorded": self._recorder.summary() if self._recorder else None,
+        }
+
+    def _take(self, frame: Frame, follower: Follower, view: View) -> Snapshot:
+        if self._sequence is not None:
+            self.dropped += frame.sequence - self._sequence - 1
+        self._sequence = frame.sequence
+        seen = follower.see(frame)
+        if self._recorder:
+            self._recorder.put(Shot(frame, seen.before, seen.sensed, seen.identities))
+        self.frames += 1
+        errors = self._score(frame, seen.sensed)
+        now = self._clock()
+        self._first = now if self._first is None else self._first
+        self._finished.append(now)
+        return self._snapshot(frame, follower, view, seen, errors)
+
+    def _without_frame(self, shot: Snapshot, follower: Follower) -> Snapshot:
+        return replace(
+            shot,
+            touches=(),
+            from_strain=(),
+            truth=None,
+            strain=None,
+            status=self._source.status,
+            strain_reason="no frames come",
+            fresh=False,
+            signs=(),
+            events=follower.miss(self._clock()),
+        )
+
+    def _take_zero(self) -> Zero:
+        for _ in range(ATTEMPTS):
+            frames = [self._next() for _ in range(self.bench.reference_frames)]
+            if any(frame.truth for frame in frames):
+                raise ValueError(
+                    "plate was touched while the reference was taken; leave the machine more time"
+                    " or set dic.reference_frames to fewer"
+                )
+            images = [frame.image for frame in frames]
+            if not restless(images):
+                return take_zero(images)
+        raise ValueError(
+            f"something moved in the picture in each of {ATTEMPTS} series of reference frames;"
+            " leave the plate alone, or set camera exposure longer if its light flickers"
+        )
+
+    def _next(self) -> Frame:
+        try:
+            frame = self._source.grab(PATIENCE)
+        except EOFError as end:
+            raise OSError(f"{end}, and the reference takes more; give more pictures") from None
+        if frame is None:
+            raise OSError(f"{self._source.status}; none came for {PATIENCE:g} s, look after it")
+        return frame
+
+    def _score(self, frame: Frame, sensed: live.Sensed) -> tuple[float, float] | None:
+        if frame.truth is None:
+            return None
+        if sensed.from_strain is not None:
+            self.strain_tally.add(sensed.from_strain, frame.truth)
+        if sensed.from_pattern is not None:
+            self.tally.add(sensed.from_pattern, frame.truth)
+            return self.net_tally.add(sensed.estimate, frame.truth)
+        return self.tally.add(sensed.estimate, frame.truth)
+
+    def _snapshot(
+        self,
+        frame: Frame,
+        follower: Follower,
+        view: View,
+        seen: Seen,
+        errors: tuple[float, float] | None,
+    ) -> Snapshot:
+        told = self.net_tally if self.bench.net else self.tally
+        sensed, running = seen.sensed, told.running()
+        shown = _shown(follower.strain, sensed)
+        return Snapshot(
+            sequence=frame.sequence,
+            captured=frame.captured,
+            image=frame.image,
+            plate_size=self.bench.plate.size,
+            plate_outline=view.outline,
+            T_px_plate=view.T_px_plate,
+            touches=marks(sensed.estimate, seen.identities, seen.velocities),
+            from_strain=() if sensed.from_strain is None else marks(sensed.from_strain),
+            truth=None if frame.truth is None else true_marks(frame.truth),
+            strain=shown,
+            status=follower.sentence(sensed),
+            position_error=errors[0] if errors else None,
+            force_error=errors[1] if errors else None,
+            position_error_median=running[0] if running else None,
+            force_error_median=running[1] if running else None,
+            fps=self.fps,
+            dropped=self.dropped,
+            stages=tuple(row for row in self.watch.table() if row[0] != LATENCY),
+            latency=self.watch.quantiles(LATENCY),
+            noise=noise_of(sensed.sums, follower.chain.reference.tiles),
+            strain_reason="" if shown else "the scene names no [comparison] by strain",
+            events=seen.events,
+            signs=signs(follower.chain, sensed),
+        )
+
+
+def _shown(strain_chain: live.StrainChain | None, sensed: live.Sensed) -> StrainMap | None:
+    if strain_chain is None or sensed.strain is None:
+        return None
+    return strain_map(strain_chain, sensed.strain)

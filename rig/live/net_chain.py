@@ -1,0 +1,178 @@
+"""Touches by a net, live: the strain that DIC reads at the gauges of a frame, and what a net tells.
+
+The whole pattern is followed all the same. It says where each gauge is, what hides it and what the
+plate has crept to; the net says where the touch is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import sqrt
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+import dic
+import synthetic
+from models.estimate import Estimate
+from models.forward.camera_gauges import SeenGauges, see_gauges
+from models.nets.net import Net
+from models.nets.net_estimator import NetTouch, tell_touch
+from models.nets.store import load
+from rig.live.baseline import Zero
+from rig.live.chain import NOTHING, Chain, Sensed
+from rig.scene import Scene
+from rig.scene.bench import Lattice, Ring
+from rig.scene.plate import Plate
+from rig.scene.sensing import NetEstimator
+from rig.scene.theory import Theory
+from rig.system.timing import Stopwatch
+
+SAME = ("plate", "base", "gauges")
+"""Sections that must be those of the training; a camera may be calibrated since."""
+
+PLACES = 16  # a side, at which the error of the net itself is measured
+
+
+@dataclass(frozen=True, eq=False)
+class NetPlan:
+    """A trained net and the gauges that it reads.
+
+    Attributes
+    ----------
+    net : Net
+    gauges : (M, 2) float64, mm
+    subset : int, px
+    steps : int
+        Of the solver, after the net.
+    margin : float, mm
+        Distance of its training touches from the edges.
+    """
+
+    net: Net
+    gauges: NDArray[np.float64]
+    subset: int
+    steps: int
+    margin: float
+
+
+@dataclass(frozen=True, eq=False)
+class NetChain:
+    """Everything that is prepared once for a reference.
+
+    Attributes
+    ----------
+    reference : dic.Reference
+        Of the gauges.
+    seen : SeenGauges
+    touch : NetTouch
+    tiles : (M,) int
+        The tile that lies nearest to each gauge.
+    """
+
+    reference: dic.Reference
+    seen: SeenGauges
+    touch: NetTouch
+    tiles: NDArray[np.int64]
+
+    def tell(self, chain: Chain, image: NDArray, sensed: Sensed, watch: Stopwatch) -> Sensed:
+        """Put what the net tells in the place of what the whole pattern says of a frame.
+
+        No touch is told while a gauge is hidden: a net reads all of them.
+        """
+        told = NOTHING
+        if not sensed.trouble:
+            with watch.stage("net"):
+                told = self._tell(chain, image, sensed)
+        return replace(sensed, estimate=told, from_pattern=sensed.estimate)
+
+    def _tell(self, chain: Chain, image: NDArray, sensed: Sensed) -> Estimate:
+        guess = chain.pattern.motions.flow(sensed.state.motion)[self.tiles]
+        field = dic.strain(dic.correlate(self.reference, image, guess))
+        if not field.valid.all():
+            return NOTHING
+        crept = self.seen.of_modes @ sensed.state.rest
+        return self.touch.tell(np.column_stack([field.exx, field.eyy, field.exy]) - crept)
+
+
+def plan_net(scene: Scene, theory: Theory) -> NetPlan:
+    """Read the net of a scene.
+
+    Raises
+    ------
+    OSError
+        If its file cannot be read.
+    ValueError
+        If the scene lacks what a net needs live, or the net was trained for another one.
+    """
+    match scene:
+        case Scene(
+            plate=Plate() as plate,
+            gauges=Ring(subset=int(subset)) | Lattice(subset=int(subset)) as gauges,
+            estimator=NetEstimator(model=str(model), steps=steps),
+        ):
+            pass
+        case _:
+            raise ValueError(
+                f"scene '{scene.title}' cannot run its net live; set gauges.subset, by which DIC"
+                " reads the gauges, and estimator.model, the file that `touchplate train` writes"
+            )
+    if theory.name != "linear":
+        raise ValueError(
+            f"scene '{scene.title}' needs the theory of large deflection, and nets learn the linear"
+            " one; expect smaller forces, or set plate.theory to 'linear' and accept the error"
+        )
+    if scene.touches and scene.touches.most > 1:
+        raise ValueError(
+            f"scene '{scene.title}' expects up to {scene.touches.most} touches, and its net tells"
+            " one; set touches.most to 1"
+        )
+    trained, about = load(model)
+    _check_same(scene, about.get("scene"), Path(model))
+    margin = scene.training.margin if scene.training else 0.0
+    return NetPlan(trained.net, gauges.build(plate), subset, steps, margin)
+
+
+def _check_same(scene: Scene, about: object, path: Path) -> None:
+    """Refuse a net of another bench, and say what differs."""
+    try:
+        trained = Scene.model_validate(about)
+    except ValidationError as error:
+        raise ValueError(
+            f"model file {path} names a bench that this release does not know; train it again"
+        ) from error
+    other = [name for name in SAME if getattr(trained, name) != getattr(scene, name)]
+    if other:
+        raise ValueError(
+            f"model file {path} was trained for another [{other[0]}] than scene '{scene.title}'"
+            " has; train it again"
+        )
+
+
+def prepare_net(plan: NetPlan, chain: Chain, zero: Zero, camera: synthetic.AnyCamera) -> NetChain:
+    """Prepare a net for a reference.
+
+    Raises
+    ------
+    ValueError
+        If a gauge leaves the picture or stands where there is no pattern.
+    """
+    motions = chain.pattern.motions
+    seen = see_gauges(motions.modes, camera, plan.gauges, plan.subset)
+    reference = dic.prepare(zero.image, plan.subset, points=seen.gauges.xy)
+    blind = np.count_nonzero(reference.status != dic.Status.OK)
+    if blind:
+        raise ValueError(
+            f"{blind} of {len(plan.gauges)} gauges show no pattern to follow; look after pattern"
+            " and light, or set gauges.margin larger"
+        )
+    # The noise of a frame less the reference, shared evenly, as the covariance takes it.
+    root = seen.root(zero.image, zero.noise / sqrt(2))
+    a, b = motions.modes.plate.size
+    sides = (np.linspace(plan.margin, side - plan.margin, PLACES) for side in (a, b))
+    places = np.stack(np.meshgrid(*sides), axis=-1).reshape(-1, 2)
+    apart = np.abs(seen.gauges.xy[:, None] - motions.tiles.xy).max(axis=2)
+    touch = tell_touch(plan.net, seen, root, places, plan.steps)
+    return NetChain(reference, seen, touch, apart.argmin(axis=1))

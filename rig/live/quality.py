@@ -1,0 +1,57 @@
+"""How good a frame is, figure by figure: what an operator looks at before he trusts a touch."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from models.estimate import Estimate
+from models.forward.tile_pattern import noise_of
+from rig.live.baseline import fits
+from rig.live.chain import Chain, Sensed
+from rig.live.snapshot import Sign
+from rig.live.visibility import contrast
+
+SLIGHT = 0.02  # of the tiles, flat ones at the border mostly: nothing that a user could mend
+NOISY = 1.3  # times the noise of the reference
+DIM, BRIGHT = 0.7, 1.3  # times the light of the reference
+BUMPED = 1.0  # px; a camera on a firm stand creeps by tenths
+COARSE = 5.0  # mm, half a fingertip
+
+
+def signs(chain: Chain, sensed: Sensed) -> tuple[Sign, ...]:
+    """Say how good a frame is, of the whole pattern also where a net tells the touches."""
+    hidden, sums, tiles = sensed.hidden, sensed.sums, chain.reference.tiles
+    estimate = sensed.from_pattern or sensed.estimate
+    seen = 1.0 - float(np.mean(hidden))
+    noise = noise_of(sums, tiles)
+    shift = float(np.hypot(*sensed.state.motion[chain.pattern.count :][:2]))
+    return (
+        Sign("pattern in sight", f"{seen:.0%}", seen < 1.0 - SLIGHT),
+        _fit(estimate, bool(sensed.trouble)),
+        Sign("noise", f"{noise:.1f} gl, {chain.noise:.1f} at rest", noise > NOISY * chain.noise),
+        _light(contrast(sums, ~hidden, tiles.size) if seen else float("nan")),
+        Sign("camera moved", f"{shift:.2f} px", shift > BUMPED),
+        _doubt(sensed.estimate),
+    )
+
+
+def _fit(estimate: Estimate, trouble: bool) -> Sign:
+    if trouble:
+        return Sign("misfit", "–", True)
+    return Sign("misfit", f"χ² {estimate.chi2 / estimate.dof:.2f} of 1", not fits(estimate))
+
+
+def _light(light: float) -> Sign:
+    if np.isnan(light):
+        return Sign("light", "–", True)
+    return Sign("light", f"{light:.0%} of that at rest", not DIM < light < BRIGHT)
+
+
+def _doubt(estimate: Estimate) -> Sign:
+    """One standard deviation of the touch that is least sure."""
+    if not estimate.count:
+        return Sign("doubt of a touch", "–", False)
+    variances = np.diag(estimate.covariance).reshape(-1, 3)
+    place = float(np.sqrt((variances[:, 0] + variances[:, 1]).max() / 2))
+    force = float(np.sqrt(variances[:, 2].max()))
+    return Sign("doubt of a touch", f"{place:.2g} mm, {force:.2g} N", place > COARSE)

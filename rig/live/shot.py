@@ -1,0 +1,47 @@
+"""What is recorded of a frame, and what the loop expects of a recorder."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from rig.live.baseline import Zero
+from rig.live.chain import Chain, Sensed, State
+from rig.system.frame import Frame
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """One frame and everything that is needed to find the same touches in it again.
+
+    Attributes
+    ----------
+    frame : Frame
+    before : State
+        What the loop started from, so that frames before it may be missing.
+    sensed : Sensed
+        What it found.
+    identities : (n,) int
+        Of the touches found.
+    """
+
+    frame: Frame
+    before: State
+    sensed: Sensed
+    identities: tuple[int, ...]
+
+
+class Recorder(Protocol):
+    """Keeps shots; nothing that goes wrong there reaches the loop."""
+
+    def begin(self, zero: Zero, chain: Chain, strain: bool) -> None:
+        """Learn the reference, before the first shot."""
+        ...
+
+    def put(self, shot: Shot) -> None:
+        """Take a shot without waiting."""
+        ...
+
+    def summary(self) -> dict[str, Any] | None:
+        """Figures so far, ready for JSON; None while nothing is recorded."""
+        ...

@@ -1,0 +1,153 @@
+"""What the live loop shows to people after a frame: plain data, made once and never changed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from rig.live.tracks import Event
+
+
+@dataclass(frozen=True)
+class Mark:
+    """One touch as it is drawn: where, how hard and how sure.
+
+    Attributes
+    ----------
+    x, y : float
+        Place in the plate frame, mm.
+    force : float
+        Force into the plate, N.
+    sigma : tuple of float
+        1-sigma ellipse of the place: semi-axes, mm, mm, and the angle of the first axis from
+        plate x towards plate y, rad. Zeros where the place is exact.
+    sigma_force : float
+        Standard deviation of the force, N.
+    identity : int or None
+        Number that stays with a touch from frame to frame, where it is tracked.
+    velocity : tuple of float
+        Along x and y, mm/s, as far as it is sure; zero where the touch is not tracked.
+    """
+
+    x: float
+    y: float
+    force: float
+    sigma: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    sigma_force: float = 0.0
+    identity: int | None = None
+    velocity: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Sign:
+    """A figure of a frame's quality: what it is, how it reads, and whether it gives doubt."""
+
+    name: str
+    says: str
+    doubt: bool
+
+
+@dataclass(frozen=True, eq=False)
+class StrainMap:
+    """Strain of the seen face on a grid of the camera picture.
+
+    Attributes
+    ----------
+    xs : (C,) float
+        Columns of the grid, px.
+    ys : (R,) float
+        Rows of the grid, px.
+    exx, eyy, exy : (R, C) float32
+        Strain along image x and y, and tensor shear; NaN where there is none.
+    sigma : tuple of float
+        Median standard deviation of exx, eyy and exy, strain.
+    """
+
+    xs: NDArray[np.floating]
+    ys: NDArray[np.floating]
+    exx: NDArray[np.float32]
+    eyy: NDArray[np.float32]
+    exy: NDArray[np.float32]
+    sigma: tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Snapshot:
+    """Everything that the operator page and the projector show of one frame.
+
+    Attributes
+    ----------
+    sequence : int
+        Number of the frame, counted from the start of the loop.
+    captured : float
+        Capture time on the clock of the loop, s.
+    image : (H, W) uint8
+        Camera picture.
+    plate_size : tuple of float
+        Sides of the plate along its x and y, mm.
+    plate_outline : (4, 2) float
+        Corners of the plate in the picture, px, in order round the plate.
+    T_px_plate : (3, 3) float
+        Homography from the touched face (x, y, mm) to the picture (x, y, px).
+    touches : tuple of Mark
+        Touches found from the whole pattern.
+    from_strain : tuple of Mark
+        Touches found from strain alone.
+    truth : tuple of Mark or None
+        Touches that the source knows to be there; None where it cannot know.
+    strain : StrainMap or None
+        The strain map of this frame.
+    status : str
+        One sentence for the user.
+    position_error, force_error : float or None
+        Mean distance, mm, and mean absolute force difference, N, from the truth in this frame.
+    position_error_median, force_error_median : float or None
+        Running medians of the same, mm and N.
+    fps : float
+        Frames that the loop finishes in a second.
+    dropped : int
+        Frames lost since the start.
+    stages : tuple of (str, float, float)
+        Name of each stage of the loop with its median and 95th percentile, ms.
+    latency : tuple of float
+        Capture to touches, median and 95th percentile, ms.
+    noise : float
+        Standard deviation of the picture's noise, grey levels.
+    strain_reason : str
+        Why `strain` is None, as a sentence for the user.
+    fresh : bool
+        Whether this is a new frame; else none came, and the last one stands for it.
+    events : tuple of Event
+        What appeared, moved and left in this frame.
+    signs : tuple of Sign
+        How good the frame is; none where no touch was looked for.
+    """
+
+    sequence: int
+    captured: float
+    image: NDArray[np.uint8]
+    plate_size: tuple[float, float]
+    plate_outline: NDArray[np.floating]
+    T_px_plate: NDArray[np.floating]
+    touches: tuple[Mark, ...]
+    from_strain: tuple[Mark, ...]
+    truth: tuple[Mark, ...] | None
+    strain: StrainMap | None
+    status: str
+    position_error: float | None
+    force_error: float | None
+    position_error_median: float | None
+    force_error_median: float | None
+    fps: float
+    dropped: int
+    stages: tuple[tuple[str, float, float], ...]
+    latency: tuple[float, float]
+    noise: float
+    strain_reason: str = ""
+    fresh: bool = True
+    events: tuple[Event, ...] = ()
+    signs: tuple[Sign, ...] = ()

@@ -1,0 +1,75 @@
+"""From estimates to what is drawn: marks, the plate's outline and the strain map."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+import fe
+import synthetic
+from models.estimate import Estimate
+from rig.live.chain import StrainChain
+from rig.live.snapshot import Mark, StrainMap
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """Where the plate lies in the picture: corners (4, 2) px, and face mm → px as a homography."""
+
+    outline: NDArray[np.float64]
+    T_px_plate: NDArray[np.float64]
+
+
+def look(plate: fe.Plate, camera: synthetic.AnyCamera, height: float) -> View:
+    """See the face at `height` (mm) of a plate through a camera."""
+    a, b = plate.size
+    corners = np.array([(0.0, 0.0), (a, 0.0), (a, b), (0.0, b)])
+    outline = camera.project(np.column_stack([corners, np.full(4, height)]))
+    T = cv2.getPerspectiveTransform(corners.astype(np.float32), outline.astype(np.float32))
+    return View(outline, np.asarray(T, dtype=np.float64))
+
+
+def marks(
+    estimate: Estimate,
+    identities: Sequence[int] = (),
+    velocities: Sequence[tuple[float, float]] = (),
+) -> tuple[Mark, ...]:
+    """Touches of an estimate with their uncertainty; which they are and how fast, where known."""
+    found = tuple(_mark(estimate, index) for index in range(estimate.count))
+    if not identities:
+        return found
+    return tuple(
+        replace(mark, identity=identity, velocity=velocity)
+        for mark, identity, velocity in zip(found, identities, velocities, strict=True)
+    )
+
+
+def true_marks(touches: tuple[fe.Touch, ...]) -> tuple[Mark, ...]:
+    """Touches that are known exactly."""
+    return tuple(Mark(touch.x, touch.y, touch.force) for touch in touches)
+
+
+def _mark(estimate: Estimate, index: int) -> Mark:
+    covariance = estimate.touch_covariance(index)
+    variances, axes = np.linalg.eigh(np.nan_to_num(covariance[:2, :2], posinf=1e6))
+    semi = np.sqrt(variances.clip(0.0))
+    angle = float(np.arctan2(axes[1, 1], axes[0, 1]))
+    return Mark(
+        x=float(estimate.xy[index, 0]),
+        y=float(estimate.xy[index, 1]),
+        force=float(estimate.force[index]),
+        sigma=(float(semi[1]), float(semi[0]), angle),
+        sigma_force=float(np.sqrt(covariance[2, 2])),
+    )
+
+
+def strain_map(chain: StrainChain, strain: NDArray) -> StrainMap:
+    """Strain (T, 3) as a grid over the picture."""
+    tiles = chain.blocks.reference.tiles
+    exx, eyy, exy = strain.T.reshape(3, *tiles.shape).astype(np.float32)
+    sigma = chain.noise * np.median(chain.map.sigma, axis=0)
+    return StrainMap(tiles.xs, tiles.ys, exx, eyy, exy, tuple(sigma.tolist()))

@@ -1,0 +1,104 @@
+"""What an operator sees beside the frames, and what he may ask for while the loop runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any, get_args
+
+from rig.live.snapshot import Snapshot
+from rig.page.controls import UNITS, Desk, Measured, Recording, Setting
+from rig.projector.modes import Mode
+
+if TYPE_CHECKING:
+    from rig.calibration.store import Calibration
+    from rig.page import Publisher
+    from rig.projector.meter import Meter
+    from rig.projector.show import Show
+    from rig.recording.control import Switch
+
+MODE = "projector.mode"
+
+
+class Operator:
+    """Call it with each snapshot: does what was asked for, and gives the page what it shows.
+
+    Parameters
+    ----------
+    publisher : Publisher
+    switch : Switch
+        Of the recording.
+    calibration : Calibration
+    doubts : tuple of str
+        What is old or wrong in it, a sentence each.
+    show : Show or None
+        The projector, where there is one.
+    meter : Meter or None
+        Of its light.
+    """
+
+    def __init__(
+        self,
+        publisher: Publisher,
+        switch: Switch,
+        calibration: Calibration,
+        doubts: tuple[str, ...],
+        show: Show | None = None,
+        meter: Meter | None = None,
+    ):
+        self._publisher, self._switch = publisher, switch
+        self._doubts, self._measured = doubts, measured(calibration, datetime.now(UTC))
+        self._show, self._meter = show, meter
+        self._wishes: Mapping[str, Callable[[dict[str, Any]], object]] = {
+            "record": lambda wish: switch.toggle(),
+            "set": self._set,
+        }
+
+    def __call__(self, snapshot: Snapshot) -> None:
+        """Follow a snapshot."""
+        for wish in self._publisher.asked():
+            if act := self._wishes.get(wish["do"]):
+                act(wish)
+        shown = self._show.marks(snapshot) if self._show else None
+        if self._meter and shown is not None and (begun := self._switch.begun):
+            self._meter.look(snapshot, shown, begun.chain)
+        self._publisher.publish(snapshot, self._desk(), shown)
+
+    def _set(self, wish: dict[str, Any]) -> None:
+        if self._show and wish.get("key") == MODE and wish.get("value") in self._modes():
+            self._show.mode = wish["value"]
+
+    def _modes(self) -> tuple[str, ...]:
+        """Modes that can be changed to: whether the window blinks is decided when it opens."""
+        if self._show is None or self._show.mode == "dark":
+            return ()
+        return tuple(mode for mode in get_args(Mode) if mode != "dark")
+
+    def _desk(self) -> Desk:
+        notes = [*self._doubts]
+        if self._show and self._show.trouble:
+            notes.append(self._show.trouble)
+        if self._meter and self._meter.sentence:
+            notes.append(self._meter.sentence)
+        if self._switch.refusal:
+            notes.append(self._switch.refusal)
+        settings = ()
+        if modes := self._modes():
+            settings = (Setting(MODE, "Marks", self._show.mode if self._show else "", modes),)
+        return Desk(tuple(notes), self._recording(), settings, self._measured)
+
+    def _recording(self) -> Recording:
+        said = self._switch.summary()
+        if said is None:
+            return Recording(False, "Nothing is recorded", 0, 0)
+        return Recording(True, said["status"], said["frames"], said["dropped"])
+
+
+def measured(calibration: Calibration, now: datetime) -> tuple[Measured, ...]:
+    """List the parts of a calibration, with their age and error."""
+    parts = ((name, getattr(calibration, name)) for name in type(calibration).model_fields)
+    return tuple(
+        Measured(name, (now - part.date).days, part.error, UNITS.get(name, "mm"))
+        for name, part in parts
+        if part
+    )

@@ -1,0 +1,1 @@
+"""Plates that are slow to compute, kept in the cache: modes, influences, reduced plates."""

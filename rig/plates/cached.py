@@ -1,0 +1,43 @@
+"""What is known of a plate and slow to compute, from the cache where it is there.
+
+The live loop, training and calibration all ask here. Each call computes what the cache lacks and
+calls `report` with how many of how many steps are done.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+import fe
+from rig.system import cache
+
+Report = Callable[[int, int], None]
+
+
+def plate_modes(plate: fe.Plate, count: int, report: Report) -> fe.Modes:
+    """Return the first `count` vibration modes of a plate."""
+
+    def compute() -> cache.Arrays:
+        return fe.modes(plate, count, progress=report).arrays()
+
+    return fe.Modes.from_arrays(cache.fetch("modes", (fe, plate, count), compute))
+
+
+def influence(plate: fe.Plate, gauges: np.ndarray, report: Report) -> fe.Influence:
+    """Return the influence of touches on `gauges` (M, 2) mm."""
+
+    def compute() -> cache.Arrays:
+        return fe.influence(plate, gauges, progress=report).arrays()
+
+    return fe.Influence.from_arrays(cache.fetch("influence", (fe, plate, gauges), compute))
+
+
+def reduced(plate: fe.Plate, force: float, report: Report) -> fe.Reduced:
+    """Return the reduced plate for touches up to `force` N."""
+
+    def compute() -> cache.Arrays:
+        return fe.reduce(plate, force=force, progress=report).arrays()
+
+    return fe.Reduced.from_arrays(cache.fetch("reduced", (fe, plate, force), compute))

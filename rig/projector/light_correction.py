@@ -1,0 +1,49 @@
+"""Frames with the projector's light taken out, before anything else looks at them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from rig.projector.content import draw
+from rig.projector.display_log import Shown
+from rig.projector.light_map import LightMap, divided
+from rig.projector.markers import Screen
+
+if TYPE_CHECKING:
+    from rig.system.frame import Frame, Source
+
+
+class Relit:
+    """A `rig.system.frame.Source` that divides each frame by the light that was on it.
+
+    Parameters
+    ----------
+    source : Source
+    shown : Shown
+    screen : Screen
+        The projector's picture.
+    light : LightMap
+    delay : float, s
+        From the command to the light.
+    """
+
+    def __init__(self, source: Source, shown: Shown, screen: Screen, light: LightMap, delay: float):
+        self._source, self._shown, self._screen = source, shown, screen
+        self._light, self._delay = light, delay
+
+    @property
+    def status(self) -> str:
+        """See `Source.status`."""
+        return self._source.status
+
+    def grab(self, timeout: float) -> Frame | None:
+        """See `Source.grab`."""
+        frame = self._source.grab(timeout)
+        if frame is None:
+            return None
+        content = self._shown.at(frame.captured - self._delay)
+        if content == ():
+            return frame
+        light = self._light.seen(draw(content, self._screen))
+        return replace(frame, image=divided(frame.image, light, self._light.black))

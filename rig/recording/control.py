@@ -1,0 +1,95 @@
+"""A recording that is started and ended while the loop runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rig.live.baseline import Zero
+from rig.live.chain import Chain
+from rig.live.shot import Shot
+from rig.recording.recorder import Recorder
+
+
+@dataclass(frozen=True, eq=False)
+class Begun:
+    """What the loop began with; each recording begins with it."""
+
+    zero: Zero
+    chain: Chain
+    strain: bool
+
+
+class Switch:
+    """A `rig.live.shot.Recorder` that hands on to a recording while one runs.
+
+    Parameters
+    ----------
+    open_recorder : callable
+        Makes a recorder of a new file, called as given or by the time if that is None.
+    first : Path or None
+        File of the recording that runs from the first frame on; None for none.
+
+    Attributes
+    ----------
+    begun : Begun or None
+        None until the reference is there.
+    refusal : str
+        Why the last recording could not be started, as a sentence; empty if it could.
+    """
+
+    def __init__(self, open_recorder: Callable[[Path | None], Recorder], first: Path | None):
+        self.begun: Begun | None = None
+        self.refusal = ""
+        self._open = open_recorder
+        self._recorder: Recorder | None = None
+        self._running = ExitStack()
+        if first:
+            self._recorder = self._running.enter_context(open_recorder(first))
+
+    def __enter__(self) -> Switch:
+        """Record while the block runs, if the switch is on."""
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """End the recording that runs."""
+        self._running.close()
+
+    @property
+    def on(self) -> bool:
+        """Whether a recording runs."""
+        return self._recorder is not None
+
+    def toggle(self) -> None:
+        """Start a recording, or end the one that runs; what fails is told in `refusal`."""
+        self.refusal = ""
+        if self._recorder:
+            self._running.close()
+            self._recorder = None
+            return
+        try:
+            recorder = self._open(None)
+        except (OSError, ValueError) as error:
+            self.refusal = str(error)
+            return
+        self._recorder = self._running.enter_context(recorder)
+        if self.begun:
+            recorder.begin(self.begun.zero, self.begun.chain, self.begun.strain)
+
+    def begin(self, zero: Zero, chain: Chain, strain: bool) -> None:
+        """See `rig.live.shot.Recorder`."""
+        self.begun = Begun(zero, chain, strain)
+        if self._recorder:
+            self._recorder.begin(zero, chain, strain)
+
+    def put(self, shot: Shot) -> None:
+        """See `rig.live.shot.Recorder`."""
+        if self._recorder:
+            self._recorder.put(shot)
+
+    def summary(self) -> dict[str, Any] | None:
+        """Figures of the recording that runs; None without one."""
+        return self._recorder.summary() if self._recorder else None

@@ -1,0 +1,1 @@
+"""Where frames come from: the twin, its script, a camera, files."""

@@ -1,0 +1,130 @@
+"""Opens where a scene's pictures come from; of all ways only the one that it names is imported."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rig.scene import Scene
+from rig.scene.bench import Camera as CameraSection
+from rig.scene.source import (
+    Basler,
+    Device,
+    Folder,
+    Genicam,
+    OpenCv,
+    Recorded,
+    Twin,
+    V4l2,
+    Video,
+)
+
+if TYPE_CHECKING:
+    from rig.camera.device import Device as OpenDevice
+    from rig.live.baseline import Zero
+    from rig.system.frame import Source
+
+Opening = Callable[[], "OpenDevice"]
+
+
+@contextmanager
+def open_input(scene: Scene, say: Callable[[str], object]) -> Iterator[tuple[Source, Zero | None]]:
+    """Open the source of a scene's pictures while the block runs.
+
+    Parameters
+    ----------
+    scene : Scene
+    say : callable
+        Takes sentences for the user: a control that a camera refused, a recording that was cut.
+
+    Yields
+    ------
+    Source
+    Zero or None
+        The plate at rest, where the source knows it; else its first frames must show it.
+
+    Raises
+    ------
+    OSError
+        If a camera, file or package is missing, or a camera may not be used.
+    ValueError
+        If the scene has no source.
+    """
+    match scene.source, scene.camera:
+        case Twin(), _:
+            from rig.sources.twin_source import open_twin
+
+            with open_twin(scene) as source:
+                yield source, None
+        case Recorded(path=path), _:
+            from rig.recording.playback import Playback
+            from rig.recording.session import open_session
+
+            with open_session(Path(path)) as session:
+                if session.cut:
+                    say(session.cut)
+                yield Playback(session), session.zero
+        case Folder() | Video() as kept, CameraSection(rate=rate):
+            from rig.camera.device import InOrder
+
+            yield InOrder(_kept(kept, rate)), None
+        case Device() as device, CameraSection() as view:
+            from rig.camera import Camera
+
+            with Camera(_opening(device, view), rescue=_rescue(device)) as camera:
+                for setting in camera.settings:
+                    if not setting.held:
+                        say(f"{camera.status}, but {setting.sentence}")
+                yield camera, None
+        case _:
+            raise ValueError(
+                f"scene '{scene.title}' has no source of pictures; add [source] with kind ="
+                ' "twin" or that of a camera'
+            )
+
+
+def _kept(source: Folder | Video, rate: float) -> OpenDevice:
+    from rig.camera.files import open_folder, open_video
+
+    return (open_folder if isinstance(source, Folder) else open_video)(source.path, rate)
+
+
+def _opening(device: Device, view: CameraSection) -> Opening:
+    """Choose what opens a camera, again after each outage."""
+    given = view.pixels, view.rate, device.controls()
+    match device:
+        case OpenCv(device=node):
+            from rig.camera.opencv import open_camera
+
+            return partial(open_camera, node, *given)
+        case V4l2(device=node):
+            from rig.camera.v4l2 import open_camera
+
+            return partial(open_camera, node, *given)
+        case Basler(serial=serial):
+            from rig.camera.basler import open_basler
+
+            return partial(open_basler, serial, *given)
+        case Genicam(serial=serial, producer=producer):
+            from rig.camera.genicam import open_genicam
+
+            return partial(open_genicam, producer, serial, *given)
+    raise TypeError(f"no way to open a {type(device).__name__}")
+
+
+def _rescue(device: Device) -> Callable[[], object] | None:
+    """Free a camera that hangs by a reset of the USB device that has its node."""
+    if not isinstance(device, OpenCv | V4l2):
+        return None
+    node = device.device
+
+    def rescue() -> object:
+        from rig.usb.devices import owner_of
+        from rig.usb.watch import reset
+
+        return reset(owner_of(node))
+
+    return rescue

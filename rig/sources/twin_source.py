@@ -1,0 +1,184 @@
+"""The twin as a camera: it renders in a process of its own and delivers frames in real time.
+
+Pictures pass through a ring of shared memory; a pipe carries their number, time and truth. A frame
+that nobody grabs in time is overwritten and counted as dropped, as with a real camera.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from multiprocessing.connection import Connection
+from multiprocessing.shared_memory import SharedMemory
+from typing import TYPE_CHECKING, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+import fe
+from rig.scene import Scene
+from rig.scene.bench import Camera
+from rig.sources.script import STILL
+from rig.system.frame import Frame
+from rig.system.process import deaf_to_interrupts
+
+if TYPE_CHECKING:
+    from rig.sources.twin import Twin
+
+SLOTS = 6
+START_LIMIT = 300.0  # s to be ready: the plate is factored and the pattern drawn
+END_LIMIT = 1.0  # s to end by itself: it looks at the link once a frame
+
+
+class TwinSource:
+    """Grabs the newest frame of the twin's process; use `open_twin`."""
+
+    def __init__(self, link: Connection, pictures: NDArray[np.uint8], numbers: NDArray[np.int64]):
+        self._link = link
+        self._pictures = pictures
+        self._numbers = numbers
+        self._started = False
+        self.status = "the twin gives no pictures"
+
+    def grab(self, timeout: float) -> Frame | None:
+        """See `Source.grab`.
+
+        Raises
+        ------
+        OSError
+            If the process of the twin has ended.
+        """
+        try:
+            if not self._started:
+                self._start()
+            end = time.monotonic() + timeout
+            while self._link.poll(max(0.0, end - time.monotonic())):
+                frame = self._newest()
+                if frame:
+                    return frame
+        except (EOFError, ConnectionError):
+            raise OSError("the twin's process has ended; start the run again") from None
+        return None
+
+    def _newest(self) -> Frame | None:
+        """Newest of the frames that were announced; None if it was overwritten meanwhile."""
+        sequence, captured, truth = self._receive()
+        while self._link.poll():
+            sequence, captured, truth = self._receive()
+        slot = sequence % SLOTS
+        image = self._pictures[slot].copy()
+        if self._numbers[slot] != sequence:  # overwritten while it was copied
+            return None
+        return Frame(sequence, captured, image, truth)
+
+    def _start(self) -> None:
+        """Wait until the twin is ready, then let its time begin."""
+        if not self._link.poll(START_LIMIT):
+            raise OSError(f"the twin was not ready within {START_LIMIT:g} s; see its messages")
+        self._receive()
+        self._link.send(None)
+        self._started = True
+
+    def _receive(self):
+        message = self._link.recv()
+        if isinstance(message, str):
+            raise OSError(message)
+        return message
+
+
+@contextmanager
+def open_twin(scene: Scene) -> Iterator[TwinSource]:
+    """Start the twin of a scene; it ends with the context, or with the process that opened it.
+
+    It prepares itself meanwhile; its time, and so its script, begins with the first `grab`.
+
+    Raises
+    ------
+    ValueError
+        If the scene has no twin, or its reference takes longer than the plate is at rest.
+    """
+    width, height = _camera(scene).pixels
+    spawn = multiprocessing.get_context("spawn")
+    memory = SharedMemory(create=True, size=SLOTS * (width * height + 8))
+    here, there = spawn.Pipe()
+    process = spawn.Process(
+        target=_deliver, args=(scene, memory.name, there), name="touchplate-twin", daemon=True
+    )
+    try:
+        with deaf_to_interrupts():
+            process.start()
+        there.close()
+        source = TwinSource(here, *_views(memory, (height, width)))
+        yield source
+        del source
+    finally:
+        with deaf_to_interrupts():  # an impatient second Ctrl-C must not leave the process behind
+            here.close()
+            process.join(END_LIMIT)
+            if process.is_alive():
+                process.terminate()
+                process.join()
+            memory.unlink()
+
+
+def _camera(scene: Scene) -> Camera:
+    """Camera of the twin, after the checks that need no process."""
+    if scene.source is None or scene.camera is None:
+        raise ValueError(
+            f"scene '{scene.title}' has no source of pictures; add [source] with kind = \"twin\""
+        )
+    count, rate = scene.dic.reference_frames if scene.dic else 0, scene.camera.rate
+    if count > STILL * rate:
+        raise ValueError(
+            f"a reference of {count} frames takes {count / rate:.3g} s at {rate:g} fps, and the"
+            f" twin's plate is at rest for {STILL:g} s; set dic.reference_frames to"
+            f" {int(STILL * rate)} or less"
+        )
+    return scene.camera
+
+
+def _views(memory: SharedMemory, shape: tuple[int, int]):
+    numbers = np.ndarray(SLOTS, np.int64, memory.buf)
+    pictures = np.ndarray((SLOTS, *shape), np.uint8, memory.buf, offset=8 * SLOTS)
+    return pictures, numbers
+
+
+def _deliver(scene: Scene, memory_name: str, link: Connection) -> None:
+    """Body of the twin's process: ends when the other end of the link closes."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the loop, and the loop ends this
+    from rig.sources.twin import build_twin
+
+    try:
+        try:
+            twin = build_twin(scene)
+        except (ValueError, OSError) as error:
+            link.send(str(error))
+        else:
+            _play(twin, SharedMemory(memory_name), link)
+    except (EOFError, ConnectionError):
+        pass  # the loop has ended, and so does this
+
+
+def _play(twin: Twin, memory: SharedMemory, link: Connection) -> NoReturn:
+    """Render frame after frame; those for which time is too short are left out."""
+    width, height = twin.warper.camera.size
+    pictures, numbers = _views(memory, (height, width))
+    a, b = twin.solver.plate.size
+    middle = fe.Touch(a / 2, b / 2, 1.0)
+    twin.frame(0, (middle,), pictures[0])  # factored and compiled before time counts
+    link.send(None)
+    link.recv()
+    start, sequence = time.monotonic(), 0
+    while True:
+        slot = sequence % SLOTS
+        touches = twin.touches(sequence)
+        numbers[slot] = -1
+        twin.frame(sequence, touches, pictures[slot])
+        numbers[slot] = sequence
+        link.send((sequence, time.monotonic(), touches))
+        late = time.monotonic() - start - (sequence + 1) / twin.rate
+        time.sleep(max(0.0, -late))
+        sequence += 1 + max(0, int(late * twin.rate))

@@ -1,0 +1,1 @@
+"""What all rooms stand on: cache, processes, frames, timing, optional packages."""

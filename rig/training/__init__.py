@@ -1,0 +1,1 @@
+"""What the nets of a scene are trained, validated and scored on."""

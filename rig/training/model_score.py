@@ -1,0 +1,215 @@
+"""What is scored: a stored net on the touches of its scene, or what a recording says was found."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from rig.calibration.camera_of import camera_of
+from rig.scene import Scene
+from rig.scene.refusal import sentence
+from rig.training.data import Noise, Sets, simulate
+from rig.training.plan import lesson
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from models.data.dataset import Dataset
+    from models.forward.linear import LinearForward
+    from models.nets.net import Net
+    from models.nets.net_estimator import NetTouch
+    from models.scores.error_map import ErrorMap
+    from models.scores.touch_score import Pairs, TouchScore
+
+SAMPLES = 500
+"""Touches of a test set with noise of which a net says how sure it is, and as many empty ones."""
+
+CLEAR = 512
+"""Touches without noise on which its own error is measured."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scored:
+    """Figures, and where the errors are.
+
+    Attributes
+    ----------
+    nets : dict
+        Figures of a net by data set; empty for a recording.
+    touches : TouchScore or None
+        Of estimates with their stated uncertainty; None for a net without noise.
+    bands : list of TouchScore
+        The same by force.
+    xy : (N, 2) float64, mm
+    error : (N,) float64, mm
+        Of touches there; NaN where one was not found.
+    """
+
+    title: str
+    size: tuple[float, float]
+    nets: dict[str, dict[str, float]]
+    touches: TouchScore | None
+    bands: list[TouchScore]
+    xy: np.ndarray
+    error: np.ndarray
+
+    def map(self) -> ErrorMap:
+        """Return the error over the plate."""
+        from models.scores.error_map import error_map
+
+        return error_map(self.xy, self.error, self.size)
+
+
+def is_recording(path: Path) -> bool:
+    """Whether a file is a recorded session."""
+    import h5py
+
+    from rig.recording.layout import FORMAT
+
+    try:
+        with h5py.File(path, "r") as file:
+            return file.attrs.get("format") == FORMAT
+    except OSError:
+        return False
+
+
+def score_recording(path: Path) -> Scored:
+    """Score the touches found in a recording against what its source knew.
+
+    Frames in which a finger lands or leaves, pressing less than the least force of the scene, are
+    left out.
+
+    Raises
+    ------
+    OSError
+        If the recording cannot be read.
+    ValueError
+        If its source did not know what pressed.
+    """
+    from models.scores.touch_score import pair_touches, score_touches
+    from rig.recording.session import open_session, told_touches
+
+    with open_session(path) as session:
+        scene = session.scene
+        least = scene.touches.force[0] if scene.touches else 0.0
+        told, truth = told_touches(session, least)
+    if not truth or scene.plate is None:
+        raise ValueError(
+            f"recording '{path}' does not say what pressed; score one that was made in the twin"
+        )
+    pairs = pair_touches(told, truth)
+    total, bands = score_touches(pairs)
+    xy = pairs.truth[:, :2]
+    return Scored(scene.title, scene.plate.size, {}, total, bands, xy, pairs.distance)
+
+
+def score_model(path: Path, report: Callable[[int, int], None]) -> Scored:
+    """Repeat the test of a stored net; `report` is called while its touches are simulated.
+
+    Raises
+    ------
+    OSError
+        If there is no such file, or it cannot be read.
+    ValueError
+        If it holds something else, or the net of a bench that this release does not know.
+    """
+    from models.nets import store
+    from models.nets.net import predict
+
+    trained, about = store.load(path)
+    scene = _bench(about, path)
+    camera = camera_of(scene, str(about.get("calibration", "")))
+    taught, net = lesson(scene, camera), trained.net
+    sets = simulate(taught, report)
+    nets = figures(net, sets, taught.touches)
+    if sets.noise and taught.touches == 1:
+        pairs, total, bands = _judge_noisy(net, sets.test, sets.noise)
+        xy, error = pairs.truth[:, :2], pairs.distance
+        return Scored(scene.title, taught.plate.size, nets, total, bands, xy, error)
+    places = sets.test.targets[:, : 2 * taught.touches].reshape(-1, taught.touches, 2)
+    error = _matched(sets.test.targets, predict(net, sets.test.strain), taught.touches)[0]
+    xy, size = places.reshape(-1, 2), taught.plate.size
+    return Scored(scene.title, size, nets, None, [], xy, error.ravel())
+
+
+def figures(net: Net, sets: Sets, touches: int) -> dict[str, dict[str, float]]:
+    """Return the score of `net` on each data set, as plain numbers by name.
+
+    Touches of a sample are paired with the true ones before they are measured. Where the net tells
+    magnitudes their mean error follows, in units of the smallest force.
+    """
+    from models.nets.net import predict
+
+    return {
+        name: _judge(data.targets, predict(net, data.strain), touches)
+        for name, data in sets.named().items()
+    }
+
+
+def _judge(true: np.ndarray, told: np.ndarray, touches: int) -> dict[str, float]:
+    from models.scores.score import score as judge
+
+    error, order = _matched(true, told, touches)
+    rows = asdict(judge(error.ravel()))
+    if true.shape[1] > 2 * touches:
+        forces = np.take_along_axis(told[:, 2 * touches :], order, axis=1)
+        rows["magnitude"] = float(np.abs(forces - true[:, 2 * touches :]).mean())
+    return rows
+
+
+def _matched(true: np.ndarray, told: np.ndarray, touches: int) -> tuple[np.ndarray, np.ndarray]:
+    """Errors (N, k) mm of touches paired with those told, and in which order these came."""
+    from models.scores.score import matched_error
+
+    places = [each[:, : 2 * touches].reshape(-1, touches, 2) for each in (true, told)]
+    return matched_error(*places)
+
+
+def _judge_noisy(
+    net: Net, test: Dataset, noise: Noise
+) -> tuple[Pairs, TouchScore, list[TouchScore]]:
+    """Score what a net says of touches in noise, and of noise alone."""
+    from models.scores.touch_score import pair_touches, score_touches
+
+    teller = _teller(net, noise)
+    strain, places = test.strain[:SAMPLES], test.targets[:SAMPLES]
+    truth = np.column_stack([places, noise.forces[:SAMPLES]])
+    rng = np.random.default_rng(0)
+    empty = rng.standard_normal(strain.shape) @ teller.root.T
+    told = [teller.tell(each.reshape(-1, 3)) for each in np.concatenate([strain, empty])]
+    pairs = pair_touches(told, [*truth[:, None], *np.empty((len(empty), 0, 3))])
+    return pairs, *score_touches(pairs, _bound(noise.forward, truth))
+
+
+def _teller(net: Net, noise: Noise) -> NetTouch:
+    """Return a net that says how sure it is, from the error that it makes without noise."""
+    from models.nets.net import predict
+    from models.nets.net_estimator import NetTouch
+
+    clear, places = noise.pool.strain[:CLEAR], noise.pool.targets[:CLEAR]
+    off = np.asarray(predict(net, clear) - places, np.float64)
+    alone = isinstance(noise.root, float)
+    root = noise.root * np.eye(clear.shape[1]) if alone else np.asarray(noise.root, np.float64)
+    return NetTouch(net, noise.towards, noise.forward, root, places, off)
+
+
+def _bound(forward: LinearForward, touches: np.ndarray) -> np.ndarray:
+    """Least variance of the place of each touch, force unknown, (N,) mm²."""
+    from models.inverse.levenberg_marquardt import covariance
+
+    spreads = (covariance(forward.read(touch[None])[1]) for touch in touches)
+    return np.array([np.trace(spread[:2, :2]) for spread in spreads])
+
+
+def _bench(about: dict[str, Any], path: Path) -> Scene:
+    try:
+        return Scene.model_validate(about.get("scene"))
+    except ValidationError as error:
+        raise ValueError(
+            f"model file {path} names a bench that this release does not know"
+            f" ({sentence(error, Scene)}); train the model again"
+        ) from error

@@ -1,0 +1,101 @@
+"""What a net is taught: the sections of a scene that its training needs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rig.scene.bench import Lattice, Ring
+from rig.scene.dataset import Dataset as Samples
+from rig.scene.plate import Plate
+from rig.scene.scene import Scene
+from rig.scene.sensing import NetEstimator, Training
+from rig.scene.theory import require_linear
+
+if TYPE_CHECKING:
+    import synthetic
+    from rig.training.rendered_gauges import View
+
+
+@dataclass(frozen=True)
+class Lesson:
+    """The sections of a scene that a net is trained from, all of them there.
+
+    Attributes
+    ----------
+    samples : Samples or None
+        Where a sample has several touches.
+    view : View or None
+        Where DIC reads the gauges through a camera.
+    """
+
+    plate: Plate
+    gauges: Ring | Lattice
+    training: Training
+    net: NetEstimator
+    samples: Samples | None
+    view: View | None
+
+    @property
+    def touches(self) -> int:
+        """Touches of a sample."""
+        return self.samples.touches if self.samples else 1
+
+    @property
+    def magnitudes(self) -> bool:
+        """Whether the net tells how hard each touch presses."""
+        return self.samples is not None and self.samples.magnitudes > 1
+
+
+def lesson(scene: Scene, camera: synthetic.AnyCamera | None = None) -> Lesson:
+    """Return what a net is trained from; `camera` is the one that was calibrated, if any.
+
+    Raises
+    ------
+    ValueError
+        When the scene has no net to train, or a plate that linear theory does not serve.
+    """
+    match scene:
+        case Scene(
+            plate=Plate() as plate,
+            gauges=Ring() | Lattice() as gauges,
+            training=Training() as training,
+            estimator=NetEstimator() as net,
+        ):
+            several = scene.dataset is not None and scene.dataset.touches > 1
+            force = None if several else training.force[1]
+            require_linear(scene, plate, force if gauges.subset else None, "training")
+            view = _view(scene, plate, gauges, training, camera)
+            return Lesson(plate, gauges, training, net, scene.dataset if several else None, view)
+        case _:
+            raise ValueError(
+                f"scene '{scene.title}' has no net to train; give its [estimator] kind = \"net\""
+                " and add [gauges] and [training], as paper-one has them"
+            )
+
+
+def _view(
+    scene: Scene,
+    plate: Plate,
+    gauges: Ring | Lattice,
+    training: Training,
+    camera: synthetic.AnyCamera | None,
+) -> View | None:
+    """Return what says how a camera sees the gauges; None where they are on the face."""
+    if gauges.subset is None:
+        return None
+    if scene.pattern is None or scene.sensor is None or scene.camera is None:
+        raise ValueError(
+            f"scene '{scene.title}' has DIC read its gauges, and not what noise they have; add"
+            " [pattern] and [sensor], as twin-net has them"
+        )
+    if scene.dataset is not None and scene.dataset.touches > 1:
+        raise ValueError(
+            f"scene '{scene.title}' has DIC read its gauges, and such nets learn one touch; set"
+            " dataset.touches to 1 or leave gauges.subset out"
+        )
+    from rig.training.rendered_gauges import View
+
+    view = camera or scene.camera.build(plate)
+    frames = scene.dic.reference_frames if scene.dic else training.frames
+    return View(plate, gauges, gauges.subset, view, scene.pattern, scene.sensor, training, frames)

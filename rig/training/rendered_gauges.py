@@ -1,0 +1,114 @@
+"""What DIC reads of a scene's gauges through its camera: without pictures, and from some."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import hypot, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+import synthetic
+from models.forward.camera_gauges import SeenGauges, see_gauges
+from rig.live.bench import MODES
+from rig.plates.cached import plate_modes
+from rig.scene.bench import Lattice, Pattern, Ring, Sensor
+from rig.scene.plate import Plate
+from rig.scene.sensing import Training
+from rig.system import cache
+
+ROUNDING = 1 / sqrt(12)  # grey levels, of a picture of whole ones
+
+
+@dataclass(frozen=True)
+class View:
+    """The sections of a scene that say how a camera sees its gauges, all of them there.
+
+    Attributes
+    ----------
+    camera : synthetic.AnyCamera
+    reference_frames : int
+        Pictures averaged into the reference.
+    """
+
+    plate: Plate
+    gauges: Ring | Lattice
+    subset: int
+    camera: synthetic.AnyCamera
+    pattern: Pattern
+    sensor: Sensor
+    training: Training
+    reference_frames: int
+
+
+@dataclass(frozen=True, eq=False)
+class Eye:
+    """A camera over a plate, its gauges and the noise of their strains.
+
+    Attributes
+    ----------
+    seen : SeenGauges
+    root : (3M, 3M) float64
+        Of the covariance of the strains.
+    warper : synthetic.Warper
+    sensors : pair of synthetic.Sensor
+        Of the reference and of a picture, each for the mean of some.
+    """
+
+    seen: SeenGauges
+    root: NDArray[np.float64]
+    warper: synthetic.Warper
+    sensors: tuple[synthetic.Sensor, synthetic.Sensor]
+
+    def correlate(self, touches: NDArray, rng: np.random.Generator) -> NDArray[np.float64]:
+        """Render touches (N, 3), mm, mm, N, one a picture; return what DIC reads, (N, 3M).
+
+        The plate is that of its modes, as without pictures. Each has a reference of its own.
+        """
+        import dic
+
+        modes, points = self.seen.modes, self.warper.points
+        value, slope, top = modes.value(points), modes.slope(points), modes.plate.thickness / 2
+
+        def picture(q: NDArray, sensor: synthetic.Sensor) -> NDArray:
+            tilt = -top * np.einsum("nka,k->na", slope, q)
+            return self.warper.render(np.column_stack([tilt, value @ q]), sensor, rng)
+
+        found = []
+        for q in touches[:, 2:] * modes.response(touches[:, :2]):
+            still = picture(0.0 * q, self.sensors[0])
+            gauges = self.seen.gauges
+            reference = dic.prepare(still, gauges.size, points=gauges.xy)
+            field = dic.strain(dic.correlate(reference, picture(q, self.sensors[1])))
+            found.append(np.column_stack([field.exx, field.eyy, field.exy]).ravel())
+        return np.array(found)
+
+
+def open_eye(view: View, report: Callable[[int, int], None]) -> Eye:
+    """See the gauges of a scene; `report` is called while modes of the plate are computed.
+
+    Raises
+    ------
+    ValueError
+        If a gauge leaves the picture.
+    """
+    plate, camera = view.plate.build(), view.camera
+    modes, top = plate_modes(plate, MODES, report), plate.thickness / 2
+    seen = see_gauges(modes, camera, view.gauges.build(view.plate), view.subset)
+    arrays = cache.fetch(
+        "sharp-pattern",
+        (synthetic, view.pattern.model_dump(), camera, plate.thickness),
+        lambda: synthetic.prepare_warp(view.pattern.build(view.plate), camera, top).arrays(),
+    )
+    warper = synthetic.Warper.from_arrays(camera, top, arrays)
+    one = view.sensor.build()
+    frames = view.training.frames, max(view.reference_frames, view.training.frames)
+    picture, reference = (one.noise / sqrt(number) for number in frames)
+    noise = hypot(picture, ROUNDING, reference, ROUNDING / sqrt(frames[1])) / sqrt(2)
+    span = (one.white - one.black) * one.top / 255.0
+    rest = span * warper.render(np.zeros((len(warper.points), 3)), None, None)
+    sensors = tuple(
+        synthetic.Sensor(noise=deviation, bits=one.bits) for deviation in (reference, picture)
+    )
+    return Eye(seen, seen.root(rest, noise), warper, (sensors[0], sensors[1]))

@@ -1,0 +1,1 @@
+"""Web applications beside the live loop: serving, and who may come in."""

@@ -1,0 +1,52 @@
+"""Public names of `synthetic`: the one list, read by type checkers and by the lazy loader."""
+
+from . import closed_forms as closed_forms
+from .batch import (
+    BatchWarper as BatchWarper,
+    prepare_batch as prepare_batch,
+)
+from .camera import (
+    Camera as Camera,
+    pinhole_above as pinhole_above,
+)
+from .distortion import Distortion as Distortion
+from .exposure import Exposure as Exposure
+from .gauges import (
+    Gauges as Gauges,
+    displacement_gauges as displacement_gauges,
+    strain_gauges as strain_gauges,
+    texture_at as texture_at,
+)
+from .light import (
+    Light as Light,
+    polynomial_light as polynomial_light,
+    projected_discs as projected_discs,
+)
+from .occluder import Hand as Hand
+from .optics import Optics as Optics
+from .pattern import (
+    Pattern as Pattern,
+    Speckle as Speckle,
+    speckle as speckle,
+)
+from .pose import (
+    looking as looking,
+    turned as turned,
+)
+from .printing import print_pattern as print_pattern
+from .rendering import render as render
+from .sensor import Sensor as Sensor
+from .telecentric import (
+    AnyCamera as AnyCamera,
+    Telecentric as Telecentric,
+    telecentric_above as telecentric_above,
+)
+from .view import (
+    motion as motion,
+    rigid as rigid,
+    seen as seen,
+)
+from .warp import (
+    Warper as Warper,
+    prepare_warp as prepare_warp,
+)
