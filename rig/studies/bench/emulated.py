@@ -1,7 +1,7 @@
-"""A bench that is all emulation, for the benchmarks of the closed loop and of faults.
+"""A bench that is all emulation, for the studies of the closed loop and of faults.
 
 A plate is rendered as it is touched, under the light of the room and of what the projector's
-display shows at that moment; the pictures go to an emulated /dev/video0; `touchplate` reads them
+display shows at that moment; the images go to an emulated /dev/video0; `touchplate` reads them
 there as from any camera and opens its window on that display.
 """
 
@@ -20,9 +20,11 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import IO, cast
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 from websockets.exceptions import WebSocketException
 from websockets.sync.client import connect
 
@@ -33,15 +35,17 @@ from rig.calibration import store
 from rig.calibration.lens import Lens
 from rig.calibration.pose import Pose
 from rig.live.view import look
+from rig.plates.plate_solver import press
 from rig.projector.light_map import see_light
 from rig.projector.markers import Screen, project
 from rig.sources.twin import build_twin
+from rig.studies.study import part
 
 ROOT = Path(__file__).parents[3]
 sys.path.insert(0, str(ROOT))
 from tests.rig.emulation.clients import WRAPPER, Emulation  # noqa: E402  (the tests' own camera)
 
-START = 4096  # bytes before the first picture of the file that the camera sends from
+START = 4096  # bytes before the first image of the file that the camera sends from
 RATE = 30.0
 SLACK = 1 / 3  # of a frame by which an exposure may be late
 PROJECTOR = (1280, 800)
@@ -101,15 +105,27 @@ class Display:
 class Lit:
     """A sensor before which light of the projector and a changing lamp fall on the plate."""
 
-    def __init__(self, sensor):
+    def __init__(self, sensor: synthetic.Sensor):
         self._sensor = sensor
-        self.light: np.ndarray | float = 1.0
+        self.light: NDArray[np.float32] | np.float32 = np.float32(1.0)
         self.cover: Callable[[np.ndarray], np.ndarray] = lambda light: light
 
-    def capture(self, intensity, rng, out=None):
+    def capture(
+        self,
+        intensity: NDArray[np.float32],
+        rng: np.random.Generator | None,
+        out: NDArray | None = None,
+    ) -> NDArray:
         """See `synthetic.Sensor`."""
-        intensity *= np.float32(self.light) if np.isscalar(self.light) else self.light
+        intensity *= np.asarray(self.light, np.float32)
         return self._sensor.capture(self.cover(intensity), rng, out)
+
+
+def pinhole(camera: synthetic.AnyCamera) -> synthetic.Camera:
+    """Return the camera of the twin, which must be one."""
+    if not isinstance(camera, synthetic.Camera):
+        raise TypeError("the bench is emulated under a pinhole camera only")
+    return camera
 
 
 class Room(threading.Thread):
@@ -134,7 +150,7 @@ class Room(threading.Thread):
         super().__init__(name="room", daemon=True)
         self._twin, self._display = build_twin(scene), display
         self._sensor, self._screen = Lit(self._twin.sensor), Screen(PROJECTOR, T_true)
-        self.camera = camera = self._twin.warper.camera
+        self.camera = camera = pinhole(self._twin.warper.camera)
         plate = self._twin.solver.plate
         self.view = look(plate, camera, plate.thickness / 2)
         self._light = see_light(self._screen, self.view.T_px_plate, camera.size, STRENGTH)
@@ -177,20 +193,22 @@ class Room(threading.Thread):
         points = self._twin.warper.points
         if not touches:
             return touches, np.zeros((len(points), 3), np.float32)
-        moved = self._twin.solver.deflect(touches).displacement(points, "top")
+        moved = press(self._twin.solver, touches).displacement(points, "top")
         return touches, moved.astype(np.float32)
 
     def _expose(self, number: int, now: float) -> None:
         touches, moved = self._round[number % len(self._round)]
         picture = self._display.read()
-        bright = picture is not None and bool(picture[::4, ::4].any())
-        light = self._light.seen(picture) if bright else np.float32(1.0)
+        light: NDArray[np.float32] | np.float32 = np.float32(1.0)
+        if picture is not None and picture[::4, ::4].any():
+            light = self._light.seen(picture)
         self._sensor.light, self._sensor.cover = light * np.float32(self.lamp), self.cover
         slot, size = 1 - self._memory[0], self._shape
         start = START + slot * size[0] * size[1]
         out = np.frombuffer(self._memory, np.uint8, size[0] * size[1], start).reshape(size)
         rng = np.random.default_rng((7, number))
-        self._twin.warper.render(moved, self._sensor, rng, shift=self.shift, out=out)
+        sensor = cast(synthetic.Sensor, self._sensor)  # it captures as one does
+        self._twin.warper.render(moved, sensor, rng, shift=self.shift, out=out)
         struct.pack_into("<d", self._memory, 8 + 8 * slot, now)
         self._memory[0] = slot
         self.seen.append((now, touches, self._places_lit(picture, touches)))
@@ -246,18 +264,24 @@ def emulated_camera(size: tuple[int, int], file: Path) -> Iterator[Emulation]:
         camera = Emulation(process)
         camera.say(f"watch:{file}")
         yield camera
-        process.stdin.close()
+        part(process.stdin).close()
 
 
-def touchplate(camera: Emulation, *arguments: object, **options) -> subprocess.Popen:
+def touchplate(
+    camera: Emulation, *arguments: object, stderr: int | IO[str] = subprocess.PIPE
+) -> subprocess.Popen[str]:
     """Start the command where the emulated camera is seen."""
     # A vfork shares the emulation's table of open devices with the child, which closes them all.
     program = "import subprocess; subprocess._USE_VFORK = False; from rig.cli import main; main()"
     command = [WRAPPER, sys.executable, "-c", program, *map(str, arguments)]
     environment = os.environ | {"UMOCKDEV_DIR": camera.folder, "PYTHONUNBUFFERED": "1"}
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     return subprocess.Popen(
-        command, env=environment, text=True, start_new_session=True, **pipes | options
+        command,
+        env=environment,
+        text=True,
+        start_new_session=True,
+        stdout=subprocess.PIPE,
+        stderr=stderr,
     )
 
 

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from dataclasses import dataclass
+from math import inf
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from websockets.sync.client import connect
 
 import fe
 from rig.projector.markers import fit_plate
+from rig.report.figure import Figure, at_most
 from rig.studies.bench.emulated import (
     RATE,
     Display,
@@ -26,6 +28,7 @@ from rig.studies.bench.emulated import (
     touchplate,
     twin_of,
 )
+from rig.studies.study import Cell, line
 
 TOUCH = fe.Touch(100.0, 140.0, 3.0)
 NEAR, FAR = 8.0, 25.0  # mm: found again; somewhere else
@@ -33,14 +36,22 @@ HOLD, PATIENCE = 2.5, 30.0  # s that a fault lasts; that the touch may take to c
 USUAL = {"one touch"}
 
 
-@dataclass(frozen=True)
-class Row:
-    """A line of the table."""
+TABLE = "Faults"
+BACK, NONE = at_most(PATIENCE), at_most(0)
 
-    fault: str
-    sees: str
-    back: str
-    false: str
+
+def told(
+    fault: str, sees: str, back: float | None, heard: list[dict[str, Any]], **more: Cell
+) -> Iterator[Figure]:
+    """Make the line of a fault: `back` in s, None where the touch never came back."""
+    return line(
+        TABLE,
+        fault,
+        what_the_user_sees=sees,
+        back=(inf if back is None else back, "s", BACK),
+        false_touches=(sum(map(wrong, heard)), "frames", NONE, len(heard)),
+        **more,
+    )
 
 
 class Bench:
@@ -51,10 +62,10 @@ class Bench:
         self.display = Display(folder)
         parts.callback(self.display.unplug)
         truth = fit_plate((1280, 800), (254.0, 254.0)).T_px_plate
-        self.room = Room(twin_of(size), self.display, folder / "pictures", truth)
+        self.room = Room(twin_of(size), self.display, folder / "images", truth)
         self.room.start()
         parts.callback(self.room.close)
-        self.camera = parts.enter_context(emulated_camera((size, size), folder / "pictures"))
+        self.camera = parts.enter_context(emulated_camera((size, size), folder / "images"))
         self.page, stream = free_port(), free_port()
         changes = f"[page]\nport = {self.page}\n"
         self.scene = scene_of(folder, self.display, stream, size, changes)
@@ -79,7 +90,7 @@ class Bench:
             said = (self.folder / "errors").read_text()
             raise OSError(f"the touch was never found: {self.app.poll()}, {said}, {last}")
 
-    def heard(self, since: float) -> list[dict]:
+    def heard(self, since: float) -> list[dict[str, Any]]:
         """Return what the app has told since a time."""
         return [said for came, said in list(self.listener.heard) if came >= since]
 
@@ -110,7 +121,7 @@ class Bench:
 
     def episode(
         self, fault: str, make: Callable[[], object], undo: Callable[[], object], hold: float = HOLD
-    ) -> Row:
+    ) -> Iterator[Figure]:
         """Let a fault happen and see what becomes of it."""
         if self.app.poll() is not None:
             raise OSError((self.folder / "errors").read_text())
@@ -121,15 +132,9 @@ class Bench:
         undo()
         undone = time.monotonic()
         back = self.back(undone)
-        told = self.heard(began)
-        false = sum(wrong(said) for said in told)
+        heard = self.heard(began)
         time.sleep(0.5)
-        return Row(
-            fault,
-            sees or "nothing: the touch stays",
-            "never" if back is None else f"{back:.1f} s",
-            f"{false} of {len(told)} frames",
-        )
+        yield from told(fault, sees or "nothing: the touch stays", back, heard)
 
     def sees(self, since: float) -> str:
         """Sum up what was told since a time, the usual left out."""
@@ -137,9 +142,12 @@ class Bench:
         other = [status for status in dict.fromkeys(said) if status not in USUAL]
         return "; ".join(f"“{status}”" for status in other[:2])
 
-    def projector(self, fault: str, make: Callable[[], object], undo: Callable[[], object]) -> Row:
+    def projector(
+        self, fault: str, make: Callable[[], object], undo: Callable[[], object]
+    ) -> Iterator[Figure]:
         """Let a fault of the projector happen; it is back when another window lights the touch."""
-        began, notes, before = time.monotonic(), {}, self.windows()
+        began, before = time.monotonic(), self.windows()
+        notes: dict[str, None] = {}
         make()
         while time.monotonic() < began + 1.5:
             notes |= dict.fromkeys(note for note in self.notes() if "projector" in note)
@@ -150,29 +158,26 @@ class Bench:
         back = time.monotonic() - undone
         notes |= dict.fromkeys(note for note in self.notes() if "projector" in note)
         time.sleep(1.0)
-        told = self.heard(began)
-        gap = max(np.diff([said["captured"] for said in told]), default=0.0)
-        return Row(
-            fault,
-            "; ".join(f"“{note}”" for note in list(notes)[:2]) or "nothing on the page",
-            f"{back:.1f} s" if lit else "never",
-            f"{sum(map(wrong, told))} of {len(told)} frames, {gap:.2f} s apart at most",
-        )
+        heard = self.heard(began)
+        gap = float(max(np.diff([said["captured"] for said in heard]), default=0.0))
+        sees = "; ".join(f"“{note}”" for note in list(notes)[:2]) or "nothing on the page"
+        yield from told(fault, sees, back if lit else None, heard, longest_gap=(gap, "s"))
 
 
-def good(said: dict) -> bool:
+def good(said: dict[str, Any]) -> bool:
     """Whether exactly the touch that presses is told."""
     marks = said["touches"]
     return len(marks) == 1 and away(marks[0]) < NEAR
 
 
-def wrong(said: dict) -> bool:
+def wrong(said: dict[str, Any]) -> bool:
     """Whether a touch is told where nobody presses."""
     marks = said["touches"]
     return len(marks) > 1 or any(away(mark) > FAR for mark in marks)
 
 
-def away(mark: dict) -> float:
+def away(mark: dict[str, float]) -> float:
+    """Distance of a mark from the touch, mm."""
     return float(np.hypot(mark["x"] - TOUCH.x, mark["y"] - TOUCH.y))
 
 
@@ -187,6 +192,7 @@ def wait(condition: Callable[[], object], patience: float) -> bool:
 
 
 def command_of(pid: int) -> str:
+    """Return the command line of a process, nothing where there is none."""
     try:
         return Path(f"/proc/{pid}/cmdline").read_text()
     except OSError:
@@ -194,4 +200,4 @@ def command_of(pid: int) -> str:
 
 
 def nothing() -> None:
-    pass
+    """Undo nothing."""

@@ -1,28 +1,31 @@
 """The operator page in headless Chromium: frames drawn, how old they are, what the server costs.
 
-    python benchmarks/page.py [--seconds 20] [--size 1024]
-
-Frames of noise over speckle with a strain map, as the scene `twin` has them, 30 a second. A frame's
-age is the time from its capture to the first paint after it was drawn.
+Parts: page. It needs Chromium and Playwright. Frames of noise over speckle with a strain map, as
+the scene `twin` has them, 30 a second. A frame's age is the time from its capture to the first
+paint after it was drawn.
 """
 
 from __future__ import annotations
 
-import argparse
 import os
 import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from shutil import which
 
 import numpy as np
 from playwright.sync_api import sync_playwright
 
 from rig.live.snapshot import Mark, Snapshot, StrainMap
 from rig.page import serve
+from rig.page.server import Publisher
 from rig.projector.markers import fit_plate, project
+from rig.report.figure import Figure, at_least, at_most
+from rig.studies.study import line, run
 
 RATE = 30.0
+SECONDS, SIZE = 20.0, 1024
 PLATE = (254.0, 254.0)
 FLAGS = ("--no-sandbox", "--disable-gpu", "--disable-background-networking")
 WATCH = """
@@ -37,7 +40,7 @@ window.ages = [];
 """
 
 
-def pictures(size: int) -> list[Snapshot]:
+def snapshots(size: int) -> list[Snapshot]:
     """Draw a second of frames."""
     rng = np.random.default_rng(0)
     coarse = rng.normal(size=(size // 4, size // 4)).repeat(4, 0).repeat(4, 1)
@@ -47,17 +50,17 @@ def pictures(size: int) -> list[Snapshot]:
     shots = []
     for number in range(int(RATE)):
         image = np.clip(128 + 45 * coarse + rng.normal(0, 2, coarse.shape), 0, 255)
-        maps = rng.normal(0, 2e-5, (3, len(at), len(at))).astype(np.float32)
+        exx, eyy, exy = rng.normal(0, 2e-5, (3, len(at), len(at))).astype(np.float32)
         mark = Mark(100.0 + number, 120.0, 2.0, (1.0, 0.6, 0.3), 0.03)
         shots.append(Snapshot(
             number, 0.0, image.astype(np.uint8), PLATE, project(T, corners), T, (mark,), (), None,
-            StrainMap(at, at, *maps, (2e-5, 2e-5, 2e-5)), "one touch", None, None, None, None,
-            RATE, 0, (("correlate", 5.0, 7.0),), (8.0, 12.0), 2.0,
+            StrainMap(at, at, exx, eyy, exy, (2e-5, 2e-5, 2e-5)), "one touch", None, None, None,
+            None, RATE, 0, (("correlate", 5.0, 7.0),), (8.0, 12.0), 2.0,
         ))  # fmt: skip
     return shots
 
 
-def feed(publisher, shots: list[Snapshot], end: threading.Event) -> None:
+def feed(publisher: Publisher, shots: list[Snapshot], end: threading.Event) -> None:
     """Publish frames at their rate, each stamped with the time."""
     start = time.monotonic()
     for number in range(10**9):
@@ -75,38 +78,37 @@ def cpu_of(thread: str) -> float:
     return (int(stat[11]) + int(stat[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def rows(seconds: float, size: int) -> Iterator[tuple[str, str]]:
+def page() -> Iterator[Figure]:
     """Watch the page for some time."""
-    shots, end = pictures(size), threading.Event()
+    shots, end = snapshots(SIZE), threading.Event()
     with serve(0) as publisher, sync_playwright() as play:
         feeder = threading.Thread(target=feed, args=(publisher, shots, end))
         feeder.start()
-        browser = play.chromium.launch(executable_path="/usr/bin/chromium", args=list(FLAGS))
-        page = browser.new_page(viewport={"width": 1400, "height": 900})
-        page.add_init_script(WATCH % (time.time() - time.monotonic()))
-        page.goto(publisher.url)
-        page.wait_for_timeout(3000)  # the first frames compile and lay out
-        page.evaluate("window.ages = []")
+        browser = play.chromium.launch(executable_path=which("chromium"), args=list(FLAGS))
+        tab = browser.new_page(viewport={"width": 1400, "height": 900})
+        tab.add_init_script(WATCH % (time.time() - time.monotonic()))
+        tab.goto(publisher.url)
+        tab.wait_for_timeout(3000)  # the first frames compile and lay out
+        tab.evaluate("window.ages = []")
         began, cost = time.monotonic(), cpu_of("page")
-        page.wait_for_timeout(1000 * seconds)
-        ages = np.array(page.evaluate("window.ages"))
+        tab.wait_for_timeout(1000 * SECONDS)
+        ages = np.array(tab.evaluate("window.ages"))
         taken, cost = time.monotonic() - began, cpu_of("page") - cost
         end.set()
         feeder.join()
         browser.close()
-    yield "frames drawn", f"{len(ages) / taken:.1f} of {RATE:g} a second"
-    yield "age", f"median {np.median(ages):.1f} ms, p95 {np.percentile(ages, 95):.1f} ms"
-    yield "server", f"{100 * cost / taken:.0f} % of a core"
+    yield from line(
+        f"The page at {SIZE}² in headless Chromium",
+        f"{RATE:g} frames a second for {SECONDS:g} s",
+        drawn=(len(ages) / taken, "frames/s", at_least(25.0), len(ages)),
+        age=(float(np.median(ages)), "ms, median", at_most(50.0), len(ages)),
+        late_frame=(float(np.percentile(ages, 95)), "ms, p95"),
+        oldest=(float(ages.max()), "ms", at_most(100.0), len(ages)),
+        server=(100 * cost / taken, "% of a core", at_most(40.0)),
+    )
 
 
-def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--seconds", type=float, default=20.0)
-    options.add_argument("--size", type=int, default=1024)
-    given = options.parse_args()
-    for what, figure in rows(given.seconds, given.size):
-        print(f"{what:14s} {figure}")
-
+PARTS = {"page": page}
 
 if __name__ == "__main__":
-    main()
+    run(PARTS, __doc__)

@@ -1,16 +1,18 @@
-"""Print how long a frame takes from its capture to the touches, stage by stage, with the error.
+"""How long a frame takes from its capture to the touches, stage by stage, with the error.
 
-Usage: ``python benchmarks/live.py [--cpu] [--frames 200] [WAY ...]``; ways are sparse (the pattern
-in 400 tiles of 49 px), pattern (tiles of 16 px) and strain (the strain map of the same frames as
-well, whose error is then printed). The camera has 1024² px; one finger of 1 to 3 N strokes over a
-plate of 2 mm. All frames are rendered beforehand, so that nothing else computes. Times are of the
-wall; with --cpu those of the one thread that works, which compare on a machine that others use.
+Parts: sparse (the pattern in 400 tiles of 49 px), pattern (tiles of 16 px) and strain (as shipped:
+the strain map of the same frames as well, whose error is then told). The camera has 1024² px; one
+finger of 1 to 3 N strokes over a plate of 2 mm. All frames are rendered beforehand, so that nothing
+else computes. Times are of the wall.
 """
 
-import sys
 import time
+from collections.abc import Iterator
+from functools import cache, partial
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 import fe
 import rig
@@ -18,66 +20,66 @@ from rig.live.baseline import take_zero
 from rig.live.bench import build_bench
 from rig.live.run_score import Tally
 from rig.live.tracker import LATENCY, Follower
+from rig.report.figure import Bar, Figure, at_most
 from rig.sources.twin import build_twin
+from rig.studies.study import line, run
 from rig.system.frame import Frame
 from rig.system.timing import Stopwatch
 
-WALL = time.monotonic
-BAR = 10.0  # ms, p95 of capture to touches
-WAYS = {
-    "sparse": {"dic.tile": 49, "estimator.modes": 150, "comparison": None},
-    "pattern": {"comparison": None},
-    "strain": {},
+FRAMES = 200
+WAYS: dict[str, tuple[dict[str, Any], Bar | None]] = {
+    "sparse": ({"dic.tile": 49, "estimator.modes": 150, "comparison": None}, at_most(10.0)),
+    "pattern": ({"comparison": None}, None),
+    "strain (default)": ({}, at_most(15.0)),
 }
+"""Settings by way, and the bar of the time in ms that 95 % of the frames keep."""
+Pressed = tuple[NDArray[np.uint8], tuple[fe.Touch, ...]]
 
 
 def stroke(count: int) -> list[tuple[fe.Touch, ...]]:
     """One finger that lands, strokes over the plate while it presses harder, and leaves."""
-    share = np.linspace(0.0, 1.0, count)
-    force = (1.0 + 2.0 * share) * np.clip(np.minimum(share, 1.0 - share) * count / 9.0, 0.0, 1.0)
-    x, y = 60.0 + 130.0 * share, 127.0 + 60.0 * np.sin(2.0 * np.pi * share)
+    along = np.linspace(0.0, 1.0, count)
+    force = (1.0 + 2.0 * along) * np.clip(np.minimum(along, 1.0 - along) * count / 9.0, 0.0, 1.0)
+    x, y = 60.0 + 130.0 * along, 127.0 + 60.0 * np.sin(2.0 * np.pi * along)
     return [(fe.Touch(*place),) if place[2] else () for place in np.c_[x, y, force].tolist()]
 
 
-def photograph(count: int):
-    """Pictures at rest and under the stroke, with its touches."""
-    twin, touches = build_twin(rig.load("twin")), stroke(count)
+@cache
+def photograph() -> tuple[list[NDArray[np.uint8]], list[Pressed]]:
+    """Images at rest and under the stroke, with its touches."""
+    twin, touches = build_twin(rig.load("twin")), stroke(FRAMES)
     rest = [twin.frame(k, ()) for k in range(16)]
     return rest, [(twin.frame(100 + k, one), one) for k, one in enumerate(touches)]
 
 
-def run(way: str, rest, frames, clock):
-    """Stopwatch, scores and number of tiles of a run."""
-    bench = build_bench(rig.load("twin", WAYS[way]), lambda done, total: None)
-    watch, tally = Stopwatch(clock), Tally(bench.least_force)
-    follower = Follower(bench, take_zero(rest), watch, clock)
+def way(name: str) -> Iterator[Figure]:
+    """Follow the stroke in one way."""
+    (settings, bar), (rest, frames) = WAYS[name], photograph()
+    bench = build_bench(rig.load("twin", settings), lambda done, total: None)
+    watch, tally = Stopwatch(time.monotonic), Tally(bench.least_force)
+    follower = Follower(bench, take_zero(rest), watch, time.monotonic)
     for number, (image, touches) in enumerate(frames):
-        seen = follower.see(Frame(number, clock(), image, touches))
+        seen = follower.see(Frame(number, time.monotonic(), image, touches))
         tally.add(seen.sensed.from_strain or seen.sensed.estimate, touches)
-    return watch, tally.summary(), len(follower.chain.reference.hessian)
+    (middle, late), scores = watch.quantiles(LATENCY), tally.summary()
+    yield from line(
+        "From capture to touches, 1024², one touch",
+        f"{name}, {len(follower.chain.reference.hessian)} tiles",
+        median=(middle, "ms"),
+        p95=(late, "ms", bar, FRAMES),
+        place=(scores["position_median_mm"], "mm, median"),
+        force=(scores["force_median_percent"], "%, median"),
+        missed=(scores["misses"], "frames"),
+        false_touches=scores["false_touches"],
+    )
+    for stage, median, slow in watch.table():
+        if stage != LATENCY:
+            yield from line(
+                f"Stages of a frame, {name}", stage, median=(median, "ms"), p95=(slow, "ms")
+            )
 
 
-def main(*arguments: str) -> None:
-    """Print a table a way."""
-    given = list(arguments)
-    count = int(given.pop(given.index("--frames") + 1)) if "--frames" in given else 200
-    wanted = [name for name in given if name in WAYS] or list(WAYS)
-    clock = time.thread_time if "--cpu" in given else WALL
-    rest, frames = photograph(count)
-    for way in wanted:
-        watch, scores, tiles = run(way, rest, frames, clock)
-        median, late = watch.quantiles(LATENCY)
-        print(f"{way}: {tiles} tiles, {count} frames, one touch", flush=True)
-        print(f"  capture to touches   {median:6.1f} ms, p95 {late:6.1f} ms   bar p95 {BAR:g} ms")
-        for name, middle, slow in watch.table():
-            if name != LATENCY:
-                print(f"  {name:20s} {middle:6.2f} ms, p95 {slow:6.2f} ms")
-        print(
-            f"  error                {scores['position_median_mm']:.2f} mm, p95"
-            f" {scores['position_p95_mm']:.2f} mm, force {scores['force_median_percent']:.1f} %;"
-            f" {scores['misses']} missed, {scores['false_touches']} false of {scores['frames']}"
-        )
-
+PARTS = {name.partition(" ")[0]: partial(way, name) for name in WAYS}
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    run(PARTS, __doc__)

@@ -1,4 +1,4 @@
-"""Other codes on the same pictures."""
+"""Other codes on the same images."""
 
 import tempfile
 import time
@@ -14,17 +14,28 @@ EDGE = 12  # px, border that al-dic is asked to leave out
 
 @dataclass(frozen=True)
 class Peer:
-    """CPU time of a frame, median and spread, s; points (N, 2) px and their motion (N, 2) px."""
+    """What another code found of an image, and how long it took.
 
-    timing: tuple[float, float]
+    Attributes
+    ----------
+    seconds : float
+        CPU time of a frame, median.
+    xy, moved : (N, 2) float64, px
+        Points and their motion.
+    """
+
+    seconds: float
     xy: NDArray[np.float64]
     moved: NDArray[np.float64]
 
 
-def pyvale_field(first, second, order, repeats=3):
-    """Correlate the full field with pyvale, one thread, subset 21, step 5, as it comes; or None."""
+def pyvale_field(first: NDArray, second: NDArray, order: int, repeats: int = 3) -> Peer | None:
+    """Correlate the full field with pyvale, one thread, subset 21, step 5, as it comes.
+
+    None where it is not installed.
+    """
     try:
-        import pyvale.dic as peer
+        import pyvale.dic as peer  # pyright: ignore[reportMissingImports]
     except ImportError:
         return None
     times = []
@@ -46,14 +57,19 @@ def pyvale_field(first, second, order, repeats=3):
             times.append(time.process_time() - start)
         (result,) = Path(folder).glob("*.csv")
         table = np.genfromtxt(result, delimiter=",", skip_header=1, usecols=(0, 1, 2, 3))
-    return Peer((np.median(times), np.ptp(times)), table[:, :2], table[:, 2:])
+    return Peer(float(np.median(times)), table[:, :2], table[:, 2:])
 
 
-def al_dic_field(first, second):
-    """Correlate with al-dic without its global step, subset 20, step 4, as it comes; or None."""
+def al_dic_field(first: NDArray, second: NDArray) -> Peer | None:
+    """Correlate with al-dic without its global step, subset 20, step 4, as it comes.
+
+    None where it is not installed.
+    """
     try:
-        import al_dic as peer
-        from al_dic.core.data_structures import GridxyROIRange
+        import al_dic as peer  # pyright: ignore[reportMissingImports]
+        from al_dic.core.data_structures import (  # pyright: ignore[reportMissingImports]
+            GridxyROIRange,
+        )
     except ImportError:
         return None
     height, width = first.shape
@@ -65,18 +81,17 @@ def al_dic_field(first, second):
         img_size=first.shape,
         gridxy_roi_range=GridxyROIRange((EDGE, width - 1 - EDGE), (EDGE, height - 1 - EDGE)),
     )
-    pair, times = [first / 255.0, second / 255.0], []
-    for _ in range(2):
-        start = time.process_time()
-        result = peer.run_aldic(options, pair, [np.ones(first.shape)] * 2, compute_strain=False)
-        times.append(time.process_time() - start)
-    moved = result.result_disp[0].U.reshape(-1, 2)
-    # The first run compiles.
-    return Peer((times[-1], 0.0), result.dic_mesh.coordinates_fem, moved)
+    pair, masks = [first / 255.0, second / 255.0], [np.ones(first.shape)] * 2
+    peer.run_aldic(options, pair, masks, compute_strain=False)  # compiles
+    start = time.process_time()
+    result = peer.run_aldic(options, pair, masks, compute_strain=False)
+    spent = time.process_time() - start
+    return Peer(spent, result.dic_mesh.coordinates_fem, result.result_disp[0].U.reshape(-1, 2))
 
 
-def pyramid(first, second, places, window=31):
+def pyramid(first: NDArray, second: NDArray, places: NDArray, window: int = 31) -> NDArray:
     """Motion (N, 2) px by the pyramid of Lucas and Kanade in OpenCV."""
     start = places.astype(np.float32)
-    moved, _, _ = cv2.calcOpticalFlowPyrLK(first, second, start, None, winSize=(window, window))
+    size = window, window
+    moved, _, _ = cv2.calcOpticalFlowPyrLK(first, second, start, start.copy(), winSize=size)
     return moved - start

@@ -1,115 +1,111 @@
-"""Photographs and drawings of others: an open hole, a rotation of 170°, star 5."""
+"""Photographs and drawings of others: an open hole, a rotation of 170°, star 5.
 
+Parts: hole, rotation, star. They need ``--data FOLDER`` with `open_hole`, `rotation` and `star5`,
+which are not in this repository.
+"""
+
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 import dic
+from rig.report.figure import Figure, at_least, at_most
+from rig.studies.study import line, rms, run_on_data
 
 HOLE = (145.0, 472.0, 52.0)  # px, place and radius of the hole
 SHORTEST = 18.0  # px, period from which the wave of star 5 is looked at
+BANDS = (10, 20, 30, 40, 60, 80, 120, 200, 300)  # px of period
+OFF = at_most(10.0)  # mpx
+VALID = at_least(99.0)  # % of the points that the image allows
 
 
-def photograph_rows(folder):
-    """Measure all three: figure, value, bar, met."""
-    yield from open_hole_rows(folder / "open_hole")
-    yield from rotation_rows(folder / "rotation")
-    yield from star_rows(folder / "star5")
-
-
-@dataclass(frozen=True)
-class OpenHole:
-    """How our displacements compare with those of another code (order 1, radius 16).
-
-    `valid` is the share of all its points, `on_plate` of those that do not lie in the hole.
-    """
-
-    points: int
-    valid: float
-    on_plate: float
-    rms_u: float
-    rms_v: float
-
-
-def compare_open_hole(folder):
-    """Compare a real tensile test of a plate with a hole, at subset 33, step 2."""
-    pair = [dic.read_image(folder / f"oht_cfrp_{n}.bmp") for n in (0, 4)]
-    other = np.genfromtxt(
-        folder / "oht_cfrp_4_fftcc_icgn1_r16.csv", delimiter=",", names=True, dtype=float
-    )
-    disp = dic.correlate(dic.prepare(pair[0], subset=33, step=2), pair[1])
-    here = {(x, y): n for n, (x, y) in enumerate(disp.xy.astype(int))}
+def hole(data: Path) -> Iterator[Figure]:
+    """Compare a real tensile test of a plate with a hole with another code, radius 16, order 1."""
+    folder = data / "open_hole"
+    first, second = (dic.read_image(folder / f"oht_cfrp_{n}.bmp") for n in (0, 4))
+    path = folder / "oht_cfrp_4_fftcc_icgn1_r16.csv"
+    other = np.genfromtxt(path, delimiter=",", names=True, dtype=float)
+    found = dic.correlate(dic.prepare(first, subset=33, step=2), second)
+    here = {(x, y): n for n, (x, y) in enumerate(found.xy.astype(int))}
     place = np.array([here[int(x), int(y)] for x, y in zip(other["x"], other["y"], strict=True)])
-    plate = np.hypot(*(disp.xy[place] - HOLE[:2]).T) > HOLE[2]
-    ours = disp.valid[place]
+    plate = np.hypot(*(found.xy[place] - HOLE[:2]).T) > HOLE[2]
+    ours = found.valid[place]
     both = ours & (other["convergence"] <= 1e-3)
-    rms = [np.sqrt(np.mean((getattr(disp, k)[place] - other[k])[both] ** 2)) for k in "uv"]
-    return OpenHole(len(place), ours.mean(), ours[plate].mean(), *rms)
+    table = "Open hole in carbon fibre, subset 33, step 2"
+    for name, points, bar in (("all", ours, at_least(95.0)), ("on the plate", ours[plate], VALID)):
+        valid = 100 * float(points.mean())
+        yield from line(table, f"points of the other code, {name}", valid=(valid, "%", bar))
+    for part in "uv":
+        off = getattr(found, part)[place] - other[part]
+        difference = 1e3 * rms(off[both]), "mpx, rms", OFF, int(both.sum())
+        yield from line(table, f"{part} less that of the other code", difference=difference)
 
 
-def open_hole_rows(folder):
-    hole = compare_open_hole(folder)
-    share = hole.on_plate
-    yield ("open hole, valid of those on the plate", f"{share:.2%}", "≥ 99 %", share >= 0.99)
-    for part, rms in (("u", hole.rms_u), ("v", hole.rms_v)):
-        yield (
-            f"open hole, rms of {part} less the other",
-            f"{rms:.4f} px",
-            "≤ 0.01 px",
-            rms <= 0.01,
-        )
-
-
-def rotation_rows(folder):
+def rotation(data: Path) -> Iterator[Figure]:
     """Compare with the affine motion that the field itself follows: the picture only turns."""
-    pair = [dic.read_image(folder / f"rotation_{n}.tif") for n in ("000", "170")]
+    first, second = (
+        dic.read_image(data / "rotation" / f"rotation_{n}.tif") for n in ("000", "170")
+    )
     for order in (1, 2):
-        disp = dic.correlate(dic.prepare(pair[0], order=order), pair[1])
-        known = np.column_stack([disp.xy, np.ones(len(disp.xy))])
-        moved = disp.xy + np.column_stack([disp.u, disp.v])
-        turn = np.linalg.lstsq(known[disp.valid], moved[disp.valid], rcond=None)[0]
-        reach = disp.subset // 2 * np.abs(turn[:2]).sum(axis=0)
-        limit = np.array(pair[1].shape[::-1]) - 0.5 - reach
+        found = dic.correlate(dic.prepare(first, order=order), second)
+        known = np.column_stack([found.xy, np.ones(len(found.xy))])
+        moved = found.xy + np.column_stack([found.u, found.v])
+        turn = np.linalg.lstsq(known[found.valid], moved[found.valid], rcond=None)[0]
+        reach = found.subset // 2 * np.abs(turn[:2]).sum(axis=0)
+        limit = np.array(second.shape[::-1]) - 0.5 - reach
         seen = np.all((known @ turn >= reach - 0.5) & (known @ turn <= limit), axis=1)
-        angle = np.degrees(np.arctan2(turn[0, 1], turn[0, 0]))
-        share, off = disp.valid[seen].mean(), (moved - known @ turn)[disp.valid]
-        rms = np.sqrt(np.mean(off**2))
-        yield (
-            f"rotation, order {order}: valid of those seen",
-            f"{share:.2%}, angle {angle:.5f}°",
-            "≥ 99 %",
-            share >= 0.99,
+        off = (moved - known @ turn)[found.valid]
+        yield from line(
+            "Rotation of 170°",
+            f"order {order}",
+            valid_of_those_seen=(100 * float(found.valid[seen].mean()), "%", VALID),
+            off=(1e3 * rms(off.ravel()), "mpx, rms", OFF),
+            angle=(float(np.degrees(np.arctan2(turn[0, 1], turn[0, 0]))), "°"),
         )
-        yield (f"rotation, order {order}: rms", f"{rms:.4f} px", "≤ 0.01 px", rms <= 0.01)
 
 
-@dataclass(frozen=True)
-class Star:
-    """Error of v against the closed form; bands of period: low, high, rms error, rms σ, px."""
+def star(data: Path) -> Iterator[Figure]:
+    """Noise × period at 10 % loss, as the peers do it and smoothed; and the error by period."""
+    folder = data / "star5"
+    for subset, order, windows in ((21, 1, (11,)), (15, 1, (9,)), (21, 2, ()), (31, 2, ())):
+        found, period, wave = _star(folder, subset, order)
+        fields: dict[str, dic.DisplacementField | dic.SmoothField] = {f"order {order}": found}
+        fields |= {f"order {order}, {n} points smoothed": dic.smooth(found, n) for n in windows}
+        for name, field in fields.items():
+            measured = measure_star(field, period, wave)
+            yield from line(
+                "Star 5: metrological efficiency",
+                f"subset {subset}, {name}",
+                MEI=(measured.mei, "px²", at_most(0.34)),
+                noise=(1e3 * measured.noise, "mpx"),
+                period_at_10_percent_loss=(measured.period, "px"),
+            )
+    found, period, wave = _star(folder, 21, 1)
+    for low, high in pairwise(BANDS):
+        some = found.valid & (period >= low) & (period < high)
+        yield from line(
+            "Star 5: error by period, subset 21, order 1",
+            f"{low} to {high} px",
+            error=(1e3 * rms((found.v - wave)[some]), "mpx, rms"),
+            stated_σ=(1e3 * rms(found.sigma_v[some]), "mpx, rms"),
+        )
 
-    valid: float
-    bands: tuple[tuple[int, int, float, float], ...]
-    rms: float
 
-
-def compare_star(folder):
-    """Compare star 5 of the DIC Challenge 2.0 with its truth, subset 21, order 1, step 5."""
-    disp, period, wave = _star(folder, 21, 1)
-    error, bands = disp.v - wave, []
-    for low, high in pairwise((10, 20, 30, 40, 60, 80, 120, 200, 300)):
-        some = disp.valid & (period >= low) & (period < high)
-        bands.append((low, high, *(np.sqrt(np.mean(a[some] ** 2)) for a in (error, disp.sigma_v))))
-    return Star(disp.valid.mean(), tuple(bands), np.sqrt(np.mean(error[disp.valid] ** 2)))
-
-
-def _star(folder, subset, order, step=5):
+def _star(
+    folder: Path, subset: int, order: int, step: int = 5
+) -> tuple[dic.DisplacementField, NDArray[np.float64], NDArray[np.float64]]:
     """Field, period and true v at its points: v = 0.5 cos(2π (y - 250)/p) (Reu et al. 2022)."""
-    pair = [dic.read_image(folder / f"DIC_Challenge_Star_Noise_{n}.tiff") for n in ("Ref", "Def")]
-    disp = dic.correlate(dic.prepare(pair[0], subset, step, order), pair[1])
-    x, y = disp.xy.T
+    first, second = (
+        dic.read_image(folder / f"DIC_Challenge_Star_Noise_{n}.tiff") for n in ("Ref", "Def")
+    )
+    found = dic.correlate(dic.prepare(first, subset, step, order), second)
+    x, y = found.xy.T
     period = 10 + 290 / 4000 * x
-    return disp, period, 0.5 * np.cos(2 * np.pi * (y - 250) / period)
+    return found, period, 0.5 * np.cos(2 * np.pi * (y - 250) / period)
 
 
 @dataclass(frozen=True)
@@ -120,15 +116,20 @@ class Efficiency:
     period: float
 
     @property
-    def mei(self):
+    def mei(self) -> float:
+        """Their product, px²."""
         return self.noise * self.period
 
 
-def measure_star(field, period, wave):
+def measure_star(
+    field: dic.DisplacementField | dic.SmoothField,
+    period: NDArray[np.float64],
+    wave: NDArray[np.float64],
+) -> Efficiency:
     """Period at which the crest of the wave keeps 90 %, and the noise of the crest beyond it.
 
-    `field` is a `DisplacementField` or a `SmoothField`. What is kept is a polynomial in 1/period
-    through all of the crest: a point alone is known to a few per cent only.
+    What is kept is a polynomial in 1/period through all of the crest: a point alone is known to a
+    few per cent only.
     """
     crest = field.valid & (np.abs(field.xy[:, 1] - 250) <= 2.5) & (period > SHORTEST)
     kept = field.v[crest] / wave[crest]
@@ -140,17 +141,7 @@ def measure_star(field, period, wave):
     return Efficiency(float(noise), float(limit))
 
 
-def star_rows(folder):
-    """Print noise × period at 10 % loss, lower is better: as the peers do it, and smoothed."""
-    for subset, order, windows in ((21, 1, (11,)), (15, 1, (9,)), (21, 2, ()), (31, 2, ())):
-        disp, period, wave = _star(folder, subset, order)
-        fields = {f"order {order}": disp}
-        fields |= {f"{n} points smoothed": dic.smooth(disp, n) for n in windows}
-        for name, field in fields.items():
-            star = measure_star(field, period, wave)
-            yield (
-                f"star 5, subset {subset}, {name}: MEI",
-                f"{star.mei:.3f} = {1e3 * star.noise:.2f} mpx × {star.period:.1f} px",
-                "≤ 0.34",
-                star.mei <= 0.34,
-            )
+PARTS = {"hole": hole, "rotation": rotation, "star": star}
+
+if __name__ == "__main__":
+    run_on_data(PARTS, __doc__)

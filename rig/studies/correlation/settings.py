@@ -4,13 +4,9 @@ Peers stand beside ours where they are installed (extra ``peers``: pyvale, al-di
 always there). CPU times are of one thread and the median of some runs.
 """
 
-import os
-
-os.environ.setdefault("OMP_NUM_THREADS", "1")
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +14,7 @@ from numpy.typing import NDArray
 import dic
 import synthetic
 from rig.studies.correlation.peers import Peer, al_dic_field, pyramid, pyvale_field
-from rig.studies.study import cpu_seconds
+from rig.studies.study import cpu_seconds, rms
 from synthetic import closed_forms
 
 SIDE, SCALE, NOISE = 512, 0.25, 2.0  # px, mm per px, grey levels
@@ -27,7 +23,9 @@ SIZE = (SIDE * SCALE, SIDE * SCALE)
 CAMERA = synthetic.telecentric_above(SIZE, (SIDE, SIDE), 0.0)
 SHIFT, AMPLITUDE, PERIODS = (0.4, -0.3), (0.5, 0.4), (110.0, 140.0)  # px
 MOTIONS = {
-    "shift": closed_forms.Polynomial(((SHIFT[0] * SCALE,),), ((SHIFT[1] * SCALE,),)),
+    "shift": closed_forms.Polynomial(
+        np.array([[SHIFT[0] * SCALE]]), np.array([[SHIFT[1] * SCALE]])
+    ),
     "waves": closed_forms.Wave(
         (AMPLITUDE[0] * SCALE, AMPLITUDE[1] * SCALE),
         (1 / PERIODS[0] / SCALE, 1 / PERIODS[1] / SCALE),
@@ -38,24 +36,50 @@ SUBSETS, STEPS = (11, 15, 21, 31, 41), (2, 3, 10, 20)
 SMOOTHED = ((11, 9), (15, 7), (15, 9), (15, 11), (21, 9))  # subset, window
 
 
-@dataclass(frozen=True)
-class Line:
-    """One setting of one code: times in ms, errors in px (root mean square of both components)."""
+Images = Mapping[str, NDArray[np.uint8]]
+
+
+class Setting(NamedTuple):
+    """One setting of one code; `window` and `interpolation` as they are to be read."""
 
     code: str
     subset: int
     step: int
-    order: str
-    window: str
-    interpolation: str
+    order: int
+    window: str = ""
+    interpolation: str = "quintic"
+
+    @property
+    def name(self) -> str:
+        """What it is called in a table."""
+        name = f"{self.code} {self.subset}/{self.step}, order {self.order}"
+        if self.window:
+            name += f", smoothed {self.window}"
+        return name + " (default)" * (name == "ours 21/5, order 1")
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a setting costs and how well it does.
+
+    Attributes
+    ----------
+    setting : Setting
+    points : int
+    from_nothing, next_frame : float, s
+        CPU time of a pair of images, and of a further one from the last field.
+    errors : dict of float, px
+        Root mean square of both components, by motion.
+    """
+
+    setting: Setting
     points: int
     from_nothing: float
     next_frame: float
-    shift: float
-    waves: float
+    errors: dict[str, float]
 
 
-def pictures() -> dict[str, NDArray]:
+def images() -> Images:
     """Take the reference and both motions, exactly rendered."""
     rng, sensor = np.random.default_rng(0), synthetic.Sensor(noise=NOISE)
     pattern = synthetic.speckle(SIZE)
@@ -63,76 +87,86 @@ def pictures() -> dict[str, NDArray]:
     return {k: synthetic.render(pattern, CAMERA, m, sensor, rng) for k, m in moved.items()}
 
 
-def error(name: str, xy: NDArray, moved: NDArray) -> float:
+def error(name: str, xy: NDArray[np.float64], moved: NDArray[np.float64]) -> float:
     """Root mean square of what was measured less the truth, px, away from the border."""
     inside = np.all((xy >= BORDER) & (xy <= SIDE - 1 - BORDER), axis=1)
     inside &= np.isfinite(moved).all(axis=1)
     places = CAMERA.on_plate(xy[inside], 0.0)
     truth = synthetic.motion(CAMERA, places, MOTIONS[name](places), 0.0)
-    return float(np.sqrt(np.mean((moved[inside] - truth) ** 2)))
+    return rms(moved[inside] - truth)
 
 
-def measure(seen: dict[str, NDArray]) -> Iterator[Line]:
-    """Run every setting of ours and of the peers."""
+def every(seen: Images) -> Iterator[Measured]:
+    """Measure every setting of ours and of the peers."""
     for order in (0, 1, 2):
         for subset in SUBSETS:
-            yield ours(seen, subset, 5, order)
+            yield ours(seen, subset, order=order)
     for step in STEPS:
-        yield ours(seen, 21, step, 1)
+        yield ours(seen, 21, step)
     for subset, window in SMOOTHED:
-        yield ours(seen, subset, 5, 1, window)
+        yield ours(seen, subset, window=window)
     for window in (15, 21, 31):
-        yield pyrlk(seen, window)
+        yield by_pyramid(seen, window)
     yield from full_field_peers(seen)
 
 
-def ours(seen, subset: int, step: int, order: int, window: int | None = None) -> Line:
+def some(seen: Images) -> Iterator[Measured]:
+    """Measure a few."""
+    for subset in SUBSETS:
+        yield ours(seen, subset)
+    yield ours(seen, 21, 10)
+    yield ours(seen, 15, window=9)
+    yield by_pyramid(seen, 21)
+
+
+def ours(
+    seen: Images, subset: int, step: int = 5, order: int = 1, window: int | None = None
+) -> Measured:
     """Correlate, and smooth if a window is given."""
 
-    def field(ref, frame, guess=None):
-        disp = dic.correlate(ref, frame, guess)
-        return disp, disp if window is None else dic.smooth(disp, window)
+    def field(reference: dic.Reference, name: str, guess: dic.DisplacementField | None = None):
+        found = dic.correlate(reference, seen[name], guess)
+        return found, found if window is None else dic.smooth(found, window)
 
-    ref = dic.prepare(seen["rest"], subset, step, order)
-    last, _ = field(ref, seen["waves"])
-    errors = []
-    for name in MOTIONS:
-        _, found = field(ref, seen[name])
-        errors.append(error(name, found.xy, np.column_stack([found.u, found.v])))
-    first = timed(lambda: field(dic.prepare(seen["rest"], subset, step, order), seen["waves"]))
-    further = timed(lambda: field(ref, seen["waves"], last))
-    smoothed = "-" if window is None else f"{window}, degree 4"
-    setting = "ours", subset, step, str(order), smoothed, "quintic"
-    return Line(*setting, len(ref.xy), first, further, *errors)
+    reference = dic.prepare(seen["rest"], subset, step, order)
+    last, _ = field(reference, "waves")
+    found = {name: field(reference, name)[1] for name in MOTIONS}
+    return Measured(
+        Setting("ours", subset, step, order, "" if window is None else f"{window}, degree 4"),
+        len(reference.xy),
+        seconds(lambda: field(dic.prepare(seen["rest"], subset, step, order), "waves")),
+        seconds(lambda: field(reference, "waves", last)),
+        {name: error(name, f.xy, np.column_stack([f.u, f.v])) for name, f in found.items()},
+    )
 
 
-def pyrlk(seen, window: int) -> Line:
+def by_pyramid(seen: Images, window: int) -> Measured:
     """OpenCV's tracker at the points of a grid of step 5."""
     xy = dic.prepare(seen["rest"], 21).xy
-    errors = [error(name, xy, pyramid(seen["rest"], seen[name], xy, window)) for name in MOTIONS]
-    taken = timed(lambda: pyramid(seen["rest"], seen["waves"], xy, window))
-    setting = "PyrLK", window, 5, "0", "-", "linear"
-    return Line(*setting, len(xy), taken, taken, *errors)
+    taken = seconds(lambda: pyramid(seen["rest"], seen["waves"], xy, window))
+    errors = {n: error(n, xy, pyramid(seen["rest"], seen[n], xy, window)) for n in MOTIONS}
+    setting = Setting("PyrLK", window, 5, 0, interpolation="linear")
+    return Measured(setting, len(xy), taken, taken, errors)
 
 
-def full_field_peers(seen) -> Iterator[Line]:
+def full_field_peers(seen: Images) -> Iterator[Measured]:
     """Run pyvale and al-dic where they are installed; each call does all of the work."""
-    codes: tuple[tuple[str, int, int, str, str, Callable[..., Peer | None]], ...] = (
-        ("pyvale", 21, 5, "1", "its own", lambda a, b: pyvale_field(a, b, 1)),
-        ("pyvale", 21, 5, "2", "its own", lambda a, b: pyvale_field(a, b, 2)),
-        ("al-dic, local", 20, 4, "1", "its own", al_dic_field),
+    codes: tuple[tuple[Setting, Callable[[NDArray, NDArray], Peer | None]], ...] = (
+        (Setting("pyvale", 21, 5, 1, "", "its own"), lambda a, b: pyvale_field(a, b, 1)),
+        (Setting("pyvale", 21, 5, 2, "", "its own"), lambda a, b: pyvale_field(a, b, 2)),
+        (Setting("al-dic, local", 20, 4, 1, "", "its own"), al_dic_field),
     )
-    for code, subset, step, order, interpolation, run in codes:
-        found = [run(seen["rest"], seen[name]) for name in MOTIONS]
-        if found[0] is None:
+    for setting, correlate in codes:
+        found = {name: correlate(seen["rest"], seen[name]) for name in MOTIONS}
+        peers = {name: peer for name, peer in found.items() if peer is not None}
+        if peers.keys() != MOTIONS.keys():
             continue
-        errors = [error(n, f.xy, f.moved) for n, f in zip(MOTIONS, found, strict=True)]
-        taken, points = 1e3 * found[-1].timing[0], len(found[0].xy)
-        setting = code, subset, step, order, "-", interpolation
-        yield Line(*setting, points, taken, taken, *errors)
+        errors = {name: error(name, peer.xy, peer.moved) for name, peer in peers.items()}
+        last = peers["waves"]
+        yield Measured(setting, len(last.xy), last.seconds, last.seconds, errors)
 
 
-def timed(work: Callable[[], object]) -> float:
-    """Median CPU time of five runs after a first, ms."""
+def seconds(work: Callable[[], object]) -> float:
+    """Median CPU time of five runs after a first, s."""
     work()
-    return 1e3 * cpu_seconds(work, 5)
+    return cpu_seconds(work, 5)

@@ -14,6 +14,7 @@ import rig
 from fe.elements.mesh import Mesh
 from fe.shell import Base, Shell, Verdict
 from models.nets.two_step import Surface
+from rig.studies.study import part
 from rig.system import cache
 
 RATIOS = (0.5, 0.75, 1.0, 1.25, 1.5)
@@ -30,15 +31,16 @@ def surfaces(any_load: bool = False) -> list[Surface]:
     The load of the first two is 1, or drawn between the ratios for each touch.
     """
     scene = rig.load("paper-deformable")
-    plate, gauges = scene.plate.build(), scene.gauges.build(scene.plate)
+    named, one = part(scene.plate), part(scene.dataset).force
+    plate, gauges = named.build(), part(scene.gauges).build(named)
     parts = fe, plate, gauges, BEND, TWIST, BASES, TOUCHES, ELEMENTS
     kept = cache.fetch("deformable", parts, lambda: _strains(plate, gauges))
     ends = np.cumsum([0, BASES, BASES // 6, BASES // 6])
     taught, watched, tested = (slice(first, last) for first, last in pairwise(ends))
     rng = np.random.default_rng(1)
     loads = rng.uniform(RATIOS[0], RATIOS[-1], (ends[-1], TOUCHES, 1)) if any_load else 1.0
-    loads = np.broadcast_to(scene.dataset.force * loads, (ends[-1], TOUCHES, 1))
-    forces = [scene.dataset.force * ratio for ratio in RATIOS]
+    loads = np.broadcast_to(one * loads, (ends[-1], TOUCHES, 1))
+    forces = [one * ratio for ratio in RATIOS]
     return [
         _surface(kept, taught, loads[taught]),
         _surface(kept, watched, loads[watched]),
@@ -51,7 +53,7 @@ def _strains(plate, gauges):
     shell, rng = Shell(plate, Mesh(plate.size, (ELEMENTS, ELEMENTS))), np.random.default_rng(0)
     kept = {"bases": [], "places": [], "before": [], "touch": []}
     while len(kept["bases"]) < BASES + 2 * (BASES // 6):
-        base = rng.uniform(*zip(BEND, TWIST, strict=True))
+        base = rng.uniform((BEND[0], TWIST[0]), (BEND[1], TWIST[1]))
         places = rng.uniform(10.0, 90.0, (TOUCHES, 2))
         state = shell.at(Base(*base))
         if state.stability.verdict is Verdict.STABLE:

@@ -10,12 +10,13 @@ from models.nets.recipe import Recipe
 from models.nets.train import train
 from models.nets.two_step import predict_two_step, train_two_step
 from models.scores.score import position_error
+from rig.report.figure import at_most
 from rig.studies.paper import base as paper_base
-from rig.studies.paper.sets import Effort, Figures
-from rig.studies.paper.table import Figure
+from rig.studies.paper.sets import Effort, Samples
+from rig.studies.paper.table import Sample
 
 
-def deformable(effort: Effort) -> Figures:
+def deformable(effort: Effort) -> Samples:
     """One touch on a bent and twisted plate: a net of one step and one of two (figure 5)."""
     training, validation, *tests = paper_base.surfaces()
     recipe = Recipe(effort.epochs(10000), 1e-3, "cosine", "scaled", check=10000)
@@ -39,11 +40,11 @@ def deformable(effort: Effort) -> Figures:
             ):
                 value = position_error(test.xy, told).mean()
                 paper = paper if ratio == 1.0 else ""
-                what = f"{name}, load {ratio:g} Δ0: loss, mm"
-                yield Figure("deformable (5D)", what, paper, recipe.epochs, seed, value)
+                what = f"{name}, load {ratio:g} Δ0: loss"
+                yield Sample("deformable (5D)", what, "mm", paper, recipe.epochs, seed, value)
 
 
-def change(effort: Effort) -> Figures:
+def change(effort: Effort) -> Samples:
     """Two smooth steps, the second on what the touch changed of the strain, at any load."""
     training, validation, *tests = (
         replace(each, loaded=each.loaded - each.before) for each in paper_base.surfaces(True)
@@ -55,7 +56,7 @@ def change(effort: Effort) -> Figures:
         nets = train_two_step(training, validation, options, recipe, rng)
         for ratio, test in zip(paper_base.RATIOS, tests, strict=True):
             told = predict_two_step(nets, test.before, test.loaded)
-            what = f"2 steps on the change, load {ratio:g} Δ0: loss, mm"
-            paper = "0.48" if ratio == 1.0 else ""
+            what = f"2 steps on the change, load {ratio:g} Δ0: loss"
+            of = "deformable, change of strain", what, "mm", "0.48" if ratio == 1.0 else ""
             value = position_error(test.xy, told).mean()
-            yield Figure("deformable, change of strain", what, paper, recipe.epochs, seed, value)
+            yield Sample(*of, recipe.epochs, seed, value, at_most(0.48))

@@ -1,6 +1,6 @@
 """Draw the paper's figures anew: from the figures kept, and from a net trained on one touch.
 
-Usage: ``python benchmarks/paper_figures.py FOLDER [MODEL]``; ``touchplate train`` writes MODEL
+Usage: ``python -m rig.studies.paper.drawings FOLDER [MODEL]``; ``touchplate train`` writes MODEL
 (results/paper-one/model.h5), without which figures 2D, 3A and 3B are left out.
 """
 
@@ -21,6 +21,7 @@ import rig
 from models.nets import store
 from models.nets.net import predict
 from models.scores.score import position_error
+from rig.studies.study import part
 from rig.training.data import simulate
 from rig.training.plan import lesson
 
@@ -83,8 +84,8 @@ def magnitudes(folder):
     found = defaultdict(dict)
     for (system, told), figures in final().items():
         if system == "two magnitudes (4C)":
-            weight, what = re.search(r"k ([\d.]+): (\w+)", told).groups()
-            found[what][float(weight)] = np.median([figure.value for figure in figures])
+            named = part(re.search(r"k ([\d.]+): (\w+)", told))
+            found[named[2]][float(named[1])] = np.median([figure.value for figure in figures])
     picture, axes = plt.subplots(figsize=(5, 4), layout="constrained")
     for what, unit in (("position", "mm"), ("magnitude", "Δ0")):
         weights = sorted(found[what])

@@ -13,11 +13,12 @@ from models.nets.recipe import BEST, BEST_NET, Recipe
 from models.nets.train import train
 from models.nets.tune import tune
 from models.scores.score import position_error
-from rig.studies.paper.sets import Effort, Figures, errors, sets
-from rig.studies.paper.table import Figure
+from rig.report.figure import at_least, at_most
+from rig.studies.paper.sets import Effort, Samples, errors, sets
+from rig.studies.paper.table import Sample
 
 
-def one(effort: Effort) -> Figures:
+def one(effort: Effort) -> Samples:
     """One touch, the paper's recipe, both readings of where the gauges are."""
     recipe = Recipe(effort.epochs(30000))
     for reading in ("B", "A"):
@@ -26,36 +27,37 @@ def one(effort: Effort) -> Figures:
             rng = np.random.default_rng(seed)
             net = train(data.training, data.validation, NetOptions(), recipe, rng).net
             watched, tested = errors(net, data.validation), errors(net, data.test)
-            for what, paper, value in (
-                ("training loss, mm", "< 0.3", errors(net, data.training).mean()),
-                ("validation loss, mm", "< 0.3", watched.mean()),
-                ("largest of 196, mm", "0.78", watched.max()),
-                ("3000 random: loss, mm", "0.38", tested.mean()),
-                ("3000 random: below 0.5 mm, %", "> 80", 100 * np.mean(tested < 0.5)),
-                ("3000 random: below 1 mm, %", "100", 100 * np.mean(tested < 1.0)),
-                ("3000 random: largest, mm", "< 1", tested.max()),
+            for what, unit, paper, value in (
+                ("training loss", "mm", "< 0.3", errors(net, data.training).mean()),
+                ("validation loss", "mm", "< 0.3", watched.mean()),
+                ("largest of 196", "mm", "0.78", watched.max()),
+                ("3000 random: loss", "mm", "0.38", tested.mean()),
+                ("3000 random: below 0.5 mm", "%", "> 80", 100 * np.mean(tested < 0.5)),
+                ("3000 random: below 1 mm", "%", "100", 100 * np.mean(tested < 1.0)),
+                ("3000 random: largest", "mm", "< 1", tested.max()),
             ):
-                yield Figure(
-                    f"one touch, gauges {reading}", what, paper, recipe.epochs, seed, value
-                )
+                bar = at_least(80.0) if (reading, paper) == ("B", "> 80") else None
+                of = f"one touch, gauges {reading}", what, unit, paper
+                yield Sample(*of, recipe.epochs, seed, float(value), bar)
 
 
-def best(effort: Effort) -> Figures:
+def best(effort: Effort) -> Samples:
     """One touch, the paper's samples and size of net, the best recipe."""
     data = sets()
     for seed in range(effort.seeds):
         began, rng = time.process_time(), np.random.default_rng(seed)
         net = train(data.training, data.validation, BEST_NET, BEST, rng).net
         spent, tested = time.process_time() - began, errors(net, data.test)
-        for what, value in (
-            ("3000 random: loss, mm", tested.mean()),
-            ("3000 random: largest, mm", tested.max()),
-            ("training, CPU s", spent),
+        for what, unit, value, most in (
+            ("3000 random: loss", "mm", tested.mean(), 0.03),
+            ("3000 random: largest", "mm", tested.max(), 0.3),
+            ("training", "CPU s", spent, 60.0),
         ):
-            yield Figure("one touch, best recipe", what, "", BEST.epochs, seed, value)
+            of = "one touch, best recipe", what, unit, ""
+            yield Sample(*of, BEST.epochs, seed, value, at_most(most))
 
 
-def without(effort: Effort) -> Figures:
+def without(effort: Effort) -> Samples:
     """One touch by the best recipe less one of its parts each."""
     data = sets()
     for name, options, recipe in (
@@ -69,11 +71,11 @@ def without(effort: Effort) -> Figures:
             tested = errors(
                 train(data.training, data.validation, options, recipe, rng).net, data.test
             )
-            what = f"{name}: 3000 random: loss, mm"
-            yield Figure("best recipe changed", what, "", BEST.epochs, seed, tested.mean())
+            what = f"{name}: 3000 random: loss"
+            yield Sample("best recipe changed", what, "mm", "", BEST.epochs, seed, tested.mean())
 
 
-def other(effort: Effort) -> Figures:
+def other(effort: Effort) -> Samples:
     """One touch by regressions and by the other two kinds of net."""
     data = sets()
     for fit, paper in (
@@ -91,41 +93,42 @@ def other(effort: Effort) -> Figures:
             yield from _tested(f"{fit.__name__} net", "worse", epochs, seed, predictor, data)
 
 
-def _tested(name, paper, epochs, seed, predictor, data) -> Figures:
+def _tested(name, paper, epochs, seed, predictor, data) -> Samples:
     tested = position_error(data.test.targets, predictor(data.test.strain))
-    yield Figure(f"one touch, {name}", "3000 random: loss, mm", paper, epochs, seed, tested.mean())
-    largest = tested.max()
-    yield Figure(f"one touch, {name}", "3000 random: largest, mm", "", epochs, seed, largest)
+    system, mean, largest = f"one touch, {name}", tested.mean(), tested.max()
+    yield Sample(system, "3000 random: loss", "mm", paper, epochs, seed, mean)
+    yield Sample(system, "3000 random: largest", "mm", "", epochs, seed, largest)
 
 
-def noise(effort: Effort) -> Figures:
+def noise(effort: Effort) -> Samples:
     """Loss against measurement error for loads of several sizes (figure S4)."""
     data, recipe = sets(), Recipe(effort.epochs(30000))
     unit = np.sqrt(np.mean(data.training.strain**2))
     for seed in range(effort.seeds):
         rng = np.random.default_rng(seed)
         net = train(data.training, data.validation, NetOptions(), recipe, rng).net
-        for share in (0.0, 0.01, 0.03, 0.1):
-            error = share * unit * rng.normal(size=data.test.strain.shape)
+        for level in (0.0, 0.01, 0.03, 0.1):
+            error = level * unit * rng.normal(size=data.test.strain.shape)
             for load in (1, 2, 5, 10):
                 seen = dataset.Dataset(data.test.strain + error / load, data.test.targets)
-                what = f"load {load}, error {share:.0%} of the strain of load 1: loss, mm"
-                paper = "0.38" if share == 0.0 else ""
+                what = f"load {load}, error {level:.0%} of the strain of load 1: loss"
+                paper = "0.38" if level == 0.0 else ""
                 value = errors(net, seen).mean()
-                yield Figure("measurement error (S4)", what, paper, recipe.epochs, seed, value)
+                of = "measurement error (S4)", what, "mm", paper
+                yield Sample(*of, recipe.epochs, seed, value)
 
 
-def spacing(effort: Effort) -> Figures:
+def spacing(effort: Effort) -> Samples:
     """Loss by the spacing of gauges and of training touches (figure 3D)."""
     yield from _spaced(product((10, 5, 2), repeat=2), effort)
 
 
-def finest(effort: Effort) -> Figures:
+def finest(effort: Effort) -> Samples:
     """Loss with 360 gauges and 6561 training touches, the last point of figure 3D."""
     yield from _spaced([(1, 1)], effort)
 
 
-def _spaced(pairs, effort: Effort) -> Figures:
+def _spaced(pairs, effort: Effort) -> Samples:
     recipe = Recipe(effort.epochs(30000))
     for apart, touches in pairs:
         data = sets(f"gauges.spacing={apart} mm", f"training.spacing={touches} mm")
@@ -133,12 +136,12 @@ def _spaced(pairs, effort: Effort) -> Figures:
             rng = np.random.default_rng(seed)
             net = train(data.training, data.validation, NetOptions(), recipe, rng).net
             paper = {(5, 5): "0.38", (1, 1): "0.06"}.get((apart, touches), "")
-            what = f"Ls {apart}, Lt {touches} mm: loss, mm"
-            value = errors(net, data.test).mean()
-            yield Figure("spacing (3D)", what, paper, recipe.epochs, seed, value)
+            bar = at_most(0.06) if (apart, touches) == (1, 1) else None
+            of = "spacing (3D)", f"Ls {apart}, Lt {touches} mm: loss", "mm", paper
+            yield Sample(*of, recipe.epochs, seed, errors(net, data.test).mean(), bar)
 
 
-def search(effort: Effort) -> Figures:
+def search(effort: Effort) -> Samples:
     """Fifty nets of random layers (Table S1), and the smallest of the table."""
     data, recipe = sets(), Recipe(effort.epochs(30000))
 
@@ -150,10 +153,10 @@ def search(effort: Effort) -> Figures:
     for seed in range(effort.seeds):
         losses = [candidate.loss for candidate in tune(judge, 50, seed=seed)]
         for what, paper, value in (
-            ("best of 50: validation loss, mm", "0.24", losses[0]),
-            ("median of 50: validation loss, mm", "0.30", np.median(losses)),
-            ("worst of 50: validation loss, mm", "1.38", losses[-1]),
-            ("one layer of 128: validation loss, mm", "0.26", judge((128,))),
-            ("one layer of 4: validation loss, mm", "1.38", judge((4,))),
+            ("best of 50: validation loss", "0.24", losses[0]),
+            ("median of 50: validation loss", "0.30", np.median(losses)),
+            ("worst of 50: validation loss", "1.38", losses[-1]),
+            ("one layer of 128: validation loss", "0.26", judge((128,))),
+            ("one layer of 4: validation loss", "1.38", judge((4,))),
         ):
-            yield Figure("search (S1)", what, paper, recipe.epochs, seed, value)
+            yield Sample("search (S1)", what, "mm", paper, recipe.epochs, seed, value)

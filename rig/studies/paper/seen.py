@@ -1,10 +1,10 @@
-"""Nets on what a camera sees: trained without pictures, tested on those and on pictures.
+"""Nets on what a camera sees: trained without images, tested on those and on images.
 
 The plate of the paper under a camera, in perspective and telecentric. What the camera adds to the
-strain is linear in the force, so touches are simulated by thousands without a picture; hundreds of
-pictures, correlated at the 72 gauges, say whether it is true. Pictures stand for 16 frames
+strain is linear in the force, so touches are simulated by thousands without a image; hundreds of
+images, correlated at the 72 gauges, say whether it is true. Pictures stand for 16 frames
 averaged, with the noise that is left of 2 grey levels. The plate is that of its first 200 modes, in
-pictures and without.
+images and without.
 """
 
 from typing import NamedTuple
@@ -23,33 +23,34 @@ from models.nets.net import NetOptions, predict
 from models.nets.recipe import Recipe
 from models.nets.train import train
 from models.scores.score import position_error
-from rig.studies.paper.sets import Effort, Figures
-from rig.studies.paper.table import Figure
+from rig.studies.paper.sets import Effort, Samples
+from rig.studies.paper.table import Sample
+from rig.studies.study import part
 
 SYSTEM = "seen by a camera"
 FORCE = 1.0  # N
 NOISE = 0.5  # grey levels of 8 bits, before rounding
 SUBSET = 51  # px
 MODES = 200
-FRAMES = 60  # pictures to learn from, and as many for the test
-SHARE = 0.02  # of a batch that comes from pictures, where some does
+FRAMES = 60  # images to learn from, and as many for the test
+SHARE = 0.02  # of a batch that comes from images, where some does
 POOL, TESTED = 20000, 3000
 
 
 class View(NamedTuple):
-    """What a camera makes of touches, without pictures and from them."""
+    """What a camera makes of touches, without images and from them."""
 
     pool: Dataset  # touches without noise
     test: Dataset  # touches with noise
     root: np.ndarray  # of the covariance of the noise
-    pictures: Dataset
-    pictures_test: Dataset
+    images: Dataset
+    images_test: Dataset
     limit: float  # Cramér-Rao bound of the test, root mean square, force unknown, mm
 
 
-def seen(effort: Effort) -> Figures:
+def seen(effort: Effort) -> Samples:
     """One touch under a camera: nets trained on one view and tested on others."""
-    plate = rig.load("paper-one").plate.build()
+    plate = part(rig.load("paper-one").plate).build()
     views = {
         "telecentric": _view(plate, synthetic.telecentric_above(plate.size)),
         "perspective": _view(plate, synthetic.pinhole_above(plate.size, 500.0)),
@@ -57,24 +58,24 @@ def seen(effort: Effort) -> Figures:
     recipe = Recipe(effort.epochs(6000), 2e-3, "cosine", "scaled", check=6000)
     for seed in range(effort.seeds):
         for taught, view in views.items():
-            for name, pictures in ((taught, None), (f"{taught} and pictures", view.pictures)):
-                net = _train(view, pictures, recipe, np.random.default_rng(seed))
+            for name, images in ((taught, None), (f"{taught} and images", view.images)):
+                net = _train(view, images, recipe, np.random.default_rng(seed))
                 for watched, other in views.items():
-                    for source, test in (("", other.test), (" pictures", other.pictures_test)):
+                    for source, test in (("", other.test), (" images", other.images_test)):
                         error = position_error(test.targets, predict(net, test.strain)).mean()
-                        what = f"trained on {name}, tested on {watched}{source}: loss, mm"
-                        yield Figure(SYSTEM, what, "", recipe.epochs, seed, error)
-                what = f"trained on {name}, tested on {taught}: RMS ÷ bound"
+                        what = f"trained on {name}, tested on {watched}{source}: loss"
+                        yield Sample(SYSTEM, what, "mm", "", recipe.epochs, seed, error)
+                what = f"trained on {name}, tested on {taught}: RMS ÷ CRB"
                 square = np.mean((predict(net, view.test.strain) - view.test.targets) ** 2)
                 ratio = np.sqrt(2 * square) / view.limit
-                yield Figure(SYSTEM, what, "", recipe.epochs, seed, ratio)
+                yield Sample(SYSTEM, what, "", "", recipe.epochs, seed, ratio)
 
 
-def _train(view: View, pictures: Dataset | None, recipe: Recipe, rng):
-    """Return a net that learns from a view, with a share of pictures among it if there are any."""
+def _train(view: View, images: Dataset | None, recipe: Recipe, rng):
+    """Return a net that learns from a view, with a share of images among it if there are any."""
     stream = batches.noisy(batches.shuffled(view.pool, 512, rng), view.root, rng)
-    if pictures is not None:
-        stream = batches.mixed(stream, batches.shuffled(pictures, round(512 * SHARE), rng))
+    if images is not None:
+        stream = batches.mixed(stream, batches.shuffled(images, round(512 * SHARE), rng))
     first = next(batches.noisy(iter([view.pool]), view.root, rng))
     return train(first, view.test, NetOptions((128, 128), "silu"), recipe, rng, batches=stream).net
 
@@ -101,15 +102,18 @@ def _view(plate: fe.Plate, camera: synthetic.AnyCamera) -> View:
     texture = synthetic.texture_at(rest, px, gauges.size)
     root = np.linalg.cholesky(gauges.covariance(texture, noise)).astype(np.float32)
     correlate = _correlator(warper, modes, sensor, px, top, rng)
+
+    def of_images() -> Dataset:
+        drawn = touched(FRAMES)
+        return Dataset(correlate(drawn.targets), drawn.targets)
+
     test = touched(TESTED)
     return View(
         touched(POOL),
         next(batches.noisy(iter([test]), root, rng)),
         root,
-        *(
-            Dataset(correlate(each.targets), each.targets)
-            for each in map(touched, (FRAMES, FRAMES))
-        ),
+        of_images(),
+        of_images(),
         _limit(lambda places: np.linalg.solve(root, read(places).T).T, test.targets),
     )
 
@@ -124,18 +128,18 @@ def _limit(white, places):
 
 
 def _correlator(warper, modes, sensor, px, top, rng):
-    """Return a function from places (N, 2) to the strains (N, I) that DIC finds in pictures."""
+    """Return a function from places (N, 2) to the strains (N, I) that DIC finds in images."""
     value, slope = modes.value(warper.points), modes.slope(warper.points)
 
-    def picture(q):
+    def image(q):
         moved = np.column_stack([-top * (slope[..., 0] @ q), -top * (slope[..., 1] @ q), value @ q])
         return warper.render(moved, sensor, rng)
 
     def read(places):
         found = []
         for q in FORCE * modes.response(places):
-            reference = dic.prepare(picture(0.0 * q), SUBSET, points=px)
-            field = dic.strain(dic.correlate(reference, picture(q)))
+            reference = dic.prepare(image(0.0 * q), SUBSET, points=px)
+            field = dic.strain(dic.correlate(reference, image(q)))
             found.append(np.column_stack([field.exx, field.eyy, field.exy]).ravel())
         return np.array(found)
 

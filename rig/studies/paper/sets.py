@@ -12,14 +12,15 @@ from models.nets import batches
 from models.nets.net import predict
 from models.scores.score import position_error
 from rig.plates.cached import influence
-from rig.studies.paper.table import Figure
+from rig.studies.paper.table import Sample
+from rig.studies.study import part
 from rig.training.data import simulate
 from rig.training.plan import lesson
 
 STREAMED = 20000  # unit touches that several are drawn from
 TESTED = 2000  # samples of several touches in the test
 
-Figures = Iterator[Figure]
+Samples = Iterator[Sample]
 
 
 class Effort(NamedTuple):
@@ -43,8 +44,9 @@ def sets(*settings: str):
 def pressed(name: str):
     """Return the plate of a scene, and what a touch on it does to its gauges."""
     scene = rig.load(name)
-    plate = scene.plate.build()
-    return plate, influence(plate, scene.gauges.build(scene.plate), lambda done, total: None)
+    plate, gauges = part(scene.plate), part(scene.gauges)
+    built = plate.build()
+    return built, influence(built, gauges.build(plate), lambda done, total: None)
 
 
 @cache

@@ -1,17 +1,19 @@
 """The paper's systems, its own figures beside ours, trained anew.
 
-Parts: the systems of `paper.py`; those of `SPENT` again with "-whole" at their end, with more seeds
+Parts: the systems of `systems`; those of `SPENT` again with "-whole" at their end, with more seeds
 and more epochs.
 """
 
 from collections.abc import Iterator
 from functools import partial
 
+import numpy as np
+
 from rig.report.figure import Figure
 from rig.studies.paper.sets import Effort
 from rig.studies.paper.systems import SYSTEMS
-from rig.studies.paper.table import grouped, spread
-from rig.studies.study import line, run
+from rig.studies.paper.table import grouped
+from rig.studies.study import Cell, line, run
 
 ONCE = Effort(seeds=1, cut=1)
 SPENT = {
@@ -35,16 +37,27 @@ SPENT = {
 
 
 def system(name: str, effort: Effort) -> Iterator[Figure]:
-    """Train a system and tell its figures, the median of the seeds, least and largest."""
-    for (title, what), figures in grouped(SYSTEMS[name](effort)).items():
-        cells = {"here": spread([figure.value for figure in figures])}
-        if figures[0].paper:
-            cells["paper"] = figures[0].paper
-        if figures[0].epochs:
-            cells["epochs"] = str(figures[0].epochs)
-        if len(figures) > 1:
-            cells["seeds"] = str(len(figures))
+    """Train a system and tell its figures: the median of the seeds, the least and the largest."""
+    for (title, what), samples in grouped(SYSTEMS[name](effort)).items():
+        one, values = samples[0], [float(sample.value) for sample in samples]
+        cells: dict[str, Cell] = {
+            "here": (float(np.median(values)), one.unit, one.bar, len(values))
+        }
+        if len(values) > 1:
+            cells |= {"least": (min(values), one.unit), "largest": (max(values), one.unit)}
+        if one.paper:
+            cells["paper"] = as_number(one.paper, one.unit)
+        if one.epochs:
+            cells["epochs"] = one.epochs
         yield from line(title[0].upper() + title[1:], what, **cells)
+
+
+def as_number(text: str, unit: str) -> Cell:
+    """Return the paper's figure as a number where it is one, otherwise in its words."""
+    try:
+        return float(text), unit
+    except ValueError:
+        return text
 
 
 PARTS = {name: partial(system, name, ONCE) for name in SYSTEMS} | {

@@ -1,9 +1,9 @@
 """Run the paper's systems with any effort, and keep their figures.
 
-Usage: ``python benchmarks/paper.py [--quick | --cut N] [--seeds N] [SYSTEM ...]``; the systems are
-the keys of SYSTEMS, all of them if none is named. ``--cut N`` takes an Nth of the epochs,
+Usage: ``python -m rig.studies.paper.systems [--quick | --cut N] [--seeds N] [SYSTEM ...]``; systems
+are the keys of SYSTEMS, all of them if none is named. ``--cut N`` takes an Nth of the epochs,
 ``--quick`` a tenth. Figures go to results/paper/paper.csv, where those of the same system and
-effort are replaced; `paper_figures.py` draws them, `study_paper.py` tables them for the report.
+effort are replaced; `drawings` draws them, `study` tables them for the report.
 """
 
 import argparse
@@ -58,11 +58,11 @@ def main(*arguments: str) -> None:
     asked = parser.parse_args(arguments)
     effort = Effort(asked.seeds, asked.cut)
     for name in asked.systems or SYSTEMS:
-        figures = []
-        for figure in SYSTEMS[name](effort):
-            print(f"{figure.system:32s} {figure.what:60s} {figure.value:9.3f}", flush=True)
-            figures.append(figure)
-        store(figures)
+        samples = []
+        for sample in SYSTEMS[name](effort):
+            print(f"{sample.system:32s} {sample.what:60s} {sample.value:9.3f}", flush=True)
+            samples.append(sample)
+        store(samples)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Figures of the paper's systems, kept as CSV; the losses of a training on its way."""
+"""What trainings of the paper's systems came to, kept as CSV; their losses on the way."""
 
 import csv
 from collections.abc import Iterable
@@ -7,53 +7,63 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rig.report.figure import Bar
+
 RAW = Path("results/paper/paper.csv")
 CURVES = Path("results/paper/curves.csv")
 
 
-class Figure(NamedTuple):
-    """One figure of one training.
+class Sample(NamedTuple):
+    """One quantity of one training.
 
     Attributes
     ----------
-    system, what
-        Which of the paper's systems, and which quantity with its unit.
+    system, what, unit
+        Which of the paper's systems, and which quantity.
     paper
         The paper's own figure, as it prints it; empty where it has none.
     epochs
         Steps of Adam; 0 where nothing was trained.
     seed, value
         Of this training.
+    bar
+        What the median of the seeds should reach, if anything.
     """
 
     system: str
     what: str
+    unit: str
     paper: str
     epochs: int
     seed: int
     value: float
+    bar: Bar | None = None
 
 
-def store(figures: list[Figure]) -> None:
-    """Add figures to those kept; of one system, quantity, effort and seed the last one stays."""
+KEPT = Sample._fields[:-1]
+
+
+def store(samples: list[Sample]) -> None:
+    """Add samples to those kept; of one system, quantity, effort and seed the last one stays."""
     known = {(kept.system, kept.what, kept.epochs, kept.seed): kept for kept in read()}
-    known |= {(new.system, new.what, new.epochs, new.seed): new for new in figures}
+    known |= {(new.system, new.what, new.epochs, new.seed): new for new in samples}
     RAW.parent.mkdir(parents=True, exist_ok=True)
     with RAW.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(Figure._fields)
-        writer.writerows(kept._replace(value=f"{kept.value:.6g}") for kept in known.values())
+        writer.writerow(KEPT)
+        writer.writerows(kept[: len(KEPT)] for kept in known.values())
 
 
-def read() -> list[Figure]:
-    """Return the figures kept."""
+def read() -> list[Sample]:
+    """Return the samples kept."""
     if not RAW.exists():
         return []
     with RAW.open(newline="", encoding="utf-8") as file:
         return [
-            Figure(
+            Sample(
                 row["system"],
                 row["what"],
+                row["unit"],
                 row["paper"],
                 int(row["epochs"]),
                 int(row["seed"]),
@@ -95,27 +105,19 @@ def read_curves() -> list[Point]:
     return [Point(line, int(epoch), *map(float, losses)) for line, epoch, *losses in rows]
 
 
-def grouped(figures: Iterable[Figure]) -> dict[tuple[str, str], list[Figure]]:
-    """Put the figures of all seeds of a system and quantity together."""
-    groups: dict[tuple[str, str], list[Figure]] = {}
-    for figure in figures:
-        groups.setdefault((figure.system, figure.what), []).append(figure)
+def grouped(samples: Iterable[Sample]) -> dict[tuple[str, str], list[Sample]]:
+    """Put the samples of all seeds of a system and quantity together."""
+    groups: dict[tuple[str, str], list[Sample]] = {}
+    for sample in samples:
+        groups.setdefault((sample.system, sample.what), []).append(sample)
     return groups
 
 
-def final() -> dict[tuple[str, str], list[Figure]]:
-    """Return the figures kept by system and quantity, those of the most epochs of each."""
+def final() -> dict[tuple[str, str], list[Sample]]:
+    """Return the samples kept by system and quantity, those of the most epochs of each."""
     groups = grouped(read())
-    most = {group: max(figure.epochs for figure in groups[group]) for group in groups}
+    most = {group: max(sample.epochs for sample in groups[group]) for group in groups}
     return {
-        group: [figure for figure in figures if figure.epochs == most[group]]
-        for group, figures in groups.items()
+        group: [sample for sample in samples if sample.epochs == most[group]]
+        for group, samples in groups.items()
     }
-
-
-def spread(values: list[float]) -> str:
-    """Median, and least and largest of several."""
-    middle = f"{np.median(values):.3g}"
-    if len(values) == 1:
-        return middle
-    return f"{middle} ({min(values):.3g} to {max(values):.3g})"

@@ -1,4 +1,4 @@
-"""Euler's elastica between clamps, for tests and benchmarks."""
+"""Euler's elastica between clamps."""
 
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk

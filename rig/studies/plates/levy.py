@@ -1,4 +1,4 @@
-"""Lévy's series for a plate whose two sides across x are supported, for tests and benchmarks."""
+"""Lévy's series for a plate whose two sides across x are supported."""
 
 from math import isinf
 

@@ -1,15 +1,14 @@
-"""Print what linear plates are held to, each figure beside its bar.
+"""What linear plates are held to: closed forms, convergence, cost, and a finer mesh.
 
-Usage: ``python benchmarks/plate_bars.py``; about five minutes and 5 GB, most of both for the finer
-mesh. Large deflection is in ``shell_bars.py`` and ``reduced_bars.py``.
+Parts: edges, rates, cost, data, mesh; about five minutes and 5 GB, most of both for the finer mesh.
+Large deflection is in `shell` and `reduced`.
 """
 
 import json
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
 from math import inf
 from pathlib import Path
 
@@ -19,7 +18,10 @@ from numpy.typing import NDArray
 import fe
 from fe.elements.functional import derivative
 from models.data.gauge_layout import inside_edges, on_edges
+from rig.report.figure import Figure, at_least, at_most
 from rig.studies.plates.levy import levy
+from rig.studies.start import child
+from rig.studies.study import Cell, line, run
 
 PAPER = fe.Plate((100.0, 100.0), thickness=1.0, young=3000.0, poisson=0.3)
 # Loads of the paper, 289 in steps of 5 mm. Plate and rings are symmetric in both middle lines and
@@ -54,38 +56,21 @@ MIXED = {
 PLACES = np.array([(50.0, 0.0), (40.0, 10.0), (10.0, 100.0), (96.0, 75.0), (0.0, 20.0)])
 
 
-@dataclass(frozen=True)
-class Row:
-    """One figure: what, measured, and the bar in words."""
-
-    what: str
-    measured: str
-    bar: str
+UNDER, ELSEWHERE = at_most(5e-5), at_most(1e-5)  # errors of w under a touch; of all else
 
 
-def rows() -> Iterator[Row]:
-    """Measure every row."""
-    for part in (edge_rows, rate_rows, cost_rows, data_rows, mesh_rows):
-        yield from part()
-
-
-def main() -> None:
-    """Print them."""
-    for row in rows():
-        print(f"{row.what:62s} {row.measured:>32s}   bar {row.bar}", flush=True)
-
-
-def mesh_rows() -> Iterator[Row]:
+def mesh() -> Iterator[Figure]:
     """Strains of the paper's loads on the default mesh against one of four times its elements."""
     default = fe.default_mesh(PAPER)
     fine = fe.Mesh(PAPER.size, (4 * default.counts[0], 4 * default.counts[1]))
     coarse, true = (ring_strains(fe.Linear(PAPER, mesh)) for mesh in (default, fine))
     for name, found, truth in zip(RINGS, coarse, true, strict=True):
         of_each = np.abs(found - truth).max(axis=(1, 2)) / np.abs(truth).max(axis=(1, 2))
-        yield Row(
-            f"289 loads, 72 points {name}: worst, median",
-            f"{of_each.max():.1e}, {np.median(of_each):.1e}",
-            "≤ 1e-4 relative",
+        yield from line(
+            "Strain of the paper's 289 loads at 72 points, default mesh",
+            name,
+            worst=(float(of_each.max()), "relative", at_most(1e-4), 289),
+            median=(float(np.median(of_each)), "relative"),
         )
 
 
@@ -95,32 +80,56 @@ def ring_strains(linear: fe.Linear) -> list[NDArray[np.float64]]:
     return [np.array([state.strain(ring) for state in states]) for ring in RINGS.values()]
 
 
-def edge_rows() -> Iterator[Row]:
+def edges() -> Iterator[Figure]:
     """Edges of every kind on 100 x 100 elements against series."""
     for kind, loads in SQUARES.items():
         solver = on_hundred(fe.Plate(PAPER.size, 1.0, 3000.0, 0.3, kind))
         unit = PAPER.rigidity / 100.0**2
         worst = max(abs(under(solver, 100 * np.array(p)) * unit / w - 1) for p, w in loads.items())
-        yield Row(f"{kind.kind} square: w under the touch", f"{worst:.1e}", "≤ 5e-5")
-    yield Row("clamped square: strains of plate.csv", f"{series_strains():.1e}", "≤ 1e-5")
+        yield from off(f"{kind.kind} square", under_the_touch=(worst, "", UNDER))
+    found = series_strains(on_hundred(PAPER))
+    yield from off("clamped square", strain_elsewhere=(found, "", ELSEWHERE))
     half = abs(under(half_plane(), (1000.0, 1.0)) * 4 * np.pi * PAPER.rigidity - 1)
-    yield Row("half-plane: w 1 mm from its clamped edge", f"{half:.1e}", "≤ 5e-5")
+    yield from off("half-plane, 1 mm from its clamped edge", under_the_touch=(half, "", UNDER))
     for name, sides in MIXED.items():
-        yield from mixed_rows(name, fe.Plate(PAPER.size, 1.0, 3000.0, 0.3, fe.Edges(S, S, *sides)))
+        yield from mixed(name, fe.Plate(PAPER.size, 1.0, 3000.0, 0.3, fe.Edges(S, S, *sides)))
+    yield from by_default()
 
 
-def mixed_rows(name: str, plate: fe.Plate) -> Iterator[Row]:
+def off(case: str, **cells: Cell) -> Iterator[Figure]:
+    """Make the line of an edge."""
+    return line("Relative errors against series, 100 × 100 elements", case, **cells)
+
+
+def by_default() -> Iterator[Figure]:
+    """Take the clamped square on the mesh that is the default."""
+    solver, unit = fe.Linear(PAPER, fe.default_mesh(PAPER)), PAPER.rigidity / 100.0**2
+    (place, w), *_ = SQUARES[fe.Clamped()].items()
+    found = abs(under(solver, 100 * np.array(place)) * unit / w - 1)
+    yield from line(
+        "Relative errors against series, default mesh",
+        "clamped square",
+        under_the_touch=(found, "", UNDER),
+        strain_elsewhere=(series_strains(solver), "", at_most(1e-4)),
+    )
+
+
+def mixed(name: str, plate: fe.Plate) -> Iterator[Figure]:
     """Compare one plate with Lévy's series, under the touch and elsewhere."""
     solver, load = on_hundred(plate), (23.0, 61.0)
     w, _ = levy(plate, load, load, terms=20000)
-    yield Row(f"{name}: w under the touch", f"{abs(under(solver, load) / w - 1):.1e}", "≤ 5e-5")
+    below = abs(under(solver, load) / w - 1)
     state = solver.deflect([fe.Touch(*load, 1.0)])
     series = [levy(plate, load, at) for at in PLACES]
     deflection = state.deflection(PLACES) + np.array([w for w, _ in series])
     truth = 0.5 * plate.thickness * np.array([curvature for _, curvature in series])
     strain = state.strain(PLACES) - truth
-    of_w, of_strain = np.abs(deflection).max() / w, np.abs(strain).max() / np.abs(truth).max()
-    yield Row(f"{name}: w, strain elsewhere", f"{of_w:.1e}, {of_strain:.1e}", "≤ 1e-5")
+    yield from off(
+        name,
+        under_the_touch=(float(below), "", UNDER),
+        w_elsewhere=(float(np.abs(deflection).max() / w), "", ELSEWHERE),
+        strain_elsewhere=(float(np.abs(strain).max() / np.abs(truth).max()), "", ELSEWHERE),
+    )
 
 
 def on_hundred(plate: fe.Plate) -> fe.Linear:
@@ -140,14 +149,14 @@ def half_plane() -> fe.Linear:
     return fe.Linear(plate, fe.Mesh(plate.size, (100, 100), breaks))
 
 
-def under(solver: fe.Linear, place) -> float:
+def under(solver: fe.Linear, place: Sequence[float] | NDArray[np.float64]) -> float:
     """Deflection under a touch of 1 N, mm."""
-    return float(fe.compliance(solver, [place])[0])
+    return float(fe.compliance(solver, np.array([place]))[0])
 
 
-def series_strains() -> float:
+def series_strains(solver: fe.Linear) -> float:
     """Worst strain of `CURVATURES`, in parts of the largest of its gauge."""
-    solver, worst = on_hundred(PAPER), 0.0
+    worst = 0.0
     for load, gauge, curvatures in CURVATURES:
         state = solver.deflect([fe.Touch(100 * load[0], 100 * load[1], 1.0)])
         truth = 0.5 * PAPER.thickness / PAPER.rigidity * np.array(curvatures)
@@ -156,21 +165,25 @@ def series_strains() -> float:
     return worst
 
 
-def rate_rows() -> Iterator[Row]:
+def rates() -> Iterator[Figure]:
     """Powers of the element size with which errors fall between the first two of `COUNTS`."""
     far = 100.0 * np.random.default_rng(0).random((400, 2))
     far = far[np.hypot(*(far - 50.0).T) > 20.0]
     touch = fe.Touch(50.0, 50.0, 1.0)
 
-    def rate(read: Callable[[fe.State], NDArray[np.float64]]) -> str:
+    def rate(read: Callable[[fe.State], NDArray[np.float64]]) -> float:
         values = [read(fe.deflect(PAPER, [touch], fe.Mesh(PAPER.size, (n, n)))) for n in COUNTS]
         coarse, fine = (np.linalg.norm(value - values[-1]) for value in values[:2])
-        return f"h^{np.log2(coarse / fine):.2f}"
+        return float(np.log2(coarse / fine))
 
-    yield Row("deflection, away from the touch", rate(lambda s: s.deflection(far)), "4")
-    yield Row("deflection, under it", rate(lambda s: s.deflection([(50.0, 50.0)])), "2")
-    yield Row("strain, recovered", rate(lambda s: s.strain(far)), "4")
-    yield Row("strain, second derivative of the element", rate(plain_strain(far)), "2")
+    for name, read, least in (
+        ("deflection, away from the touch", lambda s: s.deflection(far), 3.6),
+        ("deflection, under it", lambda s: s.deflection([(50.0, 50.0)]), 1.9),
+        ("strain, recovered", lambda s: s.strain(far), 3.4),
+        ("strain, second derivative of the element", plain_strain(far), None),
+    ):
+        bar = None if least is None else at_least(least)
+        yield from line("Powers of the element size", name, power=(rate(read), "", bar))
 
 
 def plain_strain(xy: NDArray[np.float64]) -> Callable[[fe.State], NDArray[np.float64]]:
@@ -184,7 +197,7 @@ def plain_strain(xy: NDArray[np.float64]) -> Callable[[fe.State], NDArray[np.flo
     return read
 
 
-def cost_rows() -> Iterator[Row]:
+def cost() -> Iterator[Figure]:
     """Influence of 72 gauges in a process of its own, then 289 single solves in another."""
     made = (
         "import fe, models.data.gauge_layout as r; p = fe.Plate((100.0, 100.0), 1.0, 3000.0, 0.3)"
@@ -194,39 +207,49 @@ def cost_rows() -> Iterator[Row]:
         made + "; s = fe.Linear(p, fe.default_mesh(p))",
         "[s.deflect([fe.Touch(x, y, 1.0)]) for x in range(10, 91, 5) for y in range(10, 91, 5)]",
     )
-    yield Row("influence of 72 gauges, 216 solves", influence, "≤ 10 CPU s, ≤ 600 MB")
-    yield Row("289 single solves beside it", singles, "(stands beside)")
+    table = "What influences cost, default mesh"
+    seconds, memory = influence
+    yield from line(
+        table,
+        "influence of 72 gauges, 216 solves",
+        time=(seconds, "CPU s", at_most(10.0)),
+        memory=(memory, "MB", at_most(600.0)),
+    )
+    seconds, memory = singles
+    yield from line(table, "289 single solves", time=(seconds, "CPU s"), memory=(memory, "MB"))
 
 
-def alone(before: str, timed: str) -> str:
-    """CPU time of `timed` and the most memory of the process, after `before`."""
+def alone(before: str, timed: str) -> tuple[float, float]:
+    """CPU time of `timed`, s, and the most memory of the process, MB, after `before`."""
     code = (
         f"{before}\nimport re, time\nt = time.process_time()\n{timed}\n"
         "t = time.process_time() - t\n"
         "peak = re.search(r'VmHWM:\\s+(\\d+)', open('/proc/self/status').read())[1]\n"
-        "print(f'{t:.1f} CPU s, {int(peak) / 1e3:.0f} MB')"
+        "print(t, int(peak) / 1e3)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    return done.stdout.strip()
+    seconds, memory = map(float, done.stdout.split())
+    return seconds, memory
 
 
-def data_rows() -> Iterator[Row]:
+def data() -> Iterator[Figure]:
     """Write the set of two touches with ten magnitudes, from an influence that is there."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "two.h5"
-        command = [
-            Path(sys.executable).parent / "touchplate",
-            "dataset",
-            "paper-two-magnitudes",
-            "--json",
-        ]
-        for _ in range(2):  # the first leaves the influence in the cache
-            out.unlink(missing_ok=True)
-            done = subprocess.run([*command, "--out", out], capture_output=True, check=True)
-        said = json.loads(done.stdout)
+        words = "dataset", "paper-two-magnitudes", "--json", "--out", str(out)
+        child.command(*words)  # leaves the influence in the cache
+        out.unlink()
+        said = json.loads(child.command(*words).said)
         size = out.stat().st_size / 1e6
-    yield Row("data set of 86 400 samples", f"{said['seconds']:.2f} s, {size:.0f} MB", "≤ 5 s")
+    yield from line(
+        "What data cost, after the influence",
+        "two touches of ten magnitudes, 86 400 samples",
+        time=(said["seconds"], "s", at_most(5.0)),
+        size=(size, "MB"),
+    )
 
+
+PARTS = {"edges": edges, "rates": rates, "cost": cost, "data": data, "mesh": mesh}
 
 if __name__ == "__main__":
-    main()
+    run(PARTS, __doc__)

@@ -1,10 +1,12 @@
 """Plates: error against run time by mesh and recovery, by linear solver, and by theory.
 
-Parts: mesh, solver, theory. CPU times are of one thread; the error is the worst of what is named.
+Parts: mesh, coarse (with a coarser truth), solver, theory. CPU times are of one thread; the error
+is the worst of what is named.
 """
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 import scipy.sparse.linalg as sla
@@ -16,37 +18,43 @@ from fe.linear.energy import stiffness
 from models.data.gauge_layout import inside_edges, on_edges
 from rig.report.figure import Figure
 from rig.studies.stiff.plates import PAPER
-from rig.studies.study import cpu_seconds, line, run
+from rig.studies.study import Cell, cpu_seconds, line, run
 
 LOADS = ((50.0, 50.0), (30.0, 20.0), (10.0, 50.0), (20.0, 10.0))
 RING = np.concatenate([on_edges(PAPER.size), inside_edges(PAPER.size)])
 MESHES, TRUTH = (20, 40, 80, 100, 120, 160), 400
+COARSE, COARSE_TRUTH = (20, 40, 60, 80, 120), 200
+DEFAULT = 120  # elements a side of the default mesh
 PVC = fe.Plate((254.0, 254.0), thickness=1.0, young=3000.0, poisson=0.38)
 PRESSES = ((127.0, 127.0), (60.0, 90.0), (100.0, 200.0), (40.0, 45.0))
 FORCES = (0.2, 5.0)
+Unknowns = NDArray[np.float64]
+AnyState = fe.State | fe.LargeState | fe.ShellState
+Press = Callable[[tuple[float, float], float], AnyState]
+"""From a place, mm, and a force, N, to the state of the plate."""
 GAUGES = 25.0 + inside_edges((204.0, 204.0), 17.0, 0.0)
 
 
-def meshes() -> Iterator[Figure]:
+def meshes(counts: tuple[int, ...], fine: int) -> Iterator[Figure]:
     """Strain of 144 gauges of both rings of the paper's plate under four loads, by mesh.
 
     The error is the worst one in parts of the largest strain of its load.
     """
-    table = f"Mesh and recovery, strain against {TRUTH} × {TRUTH} elements"
-    truth = [state.strain(RING) for state in states(linear(TRUTH))]
-    for count in MESHES:
+    table = f"Mesh and recovery, strain against {fine} × {fine} elements"
+    truth = [state.strain(RING) for state in states(linear(fine))]
+    for count in counts:
         solver = linear(count)
         first = cpu_seconds(lambda: solver.deflect([fe.Touch(*LOADS[0], 1.0)]))  # noqa: B023
         further = cpu_seconds(lambda: solver.deflect([fe.Touch(*LOADS[1], 1.0)]), 5)  # noqa: B023
         found = states(solver)
-        name = f"{count} × {count}" + (" (default)" if count == 120 else "")
+        name = f"{count} × {count}" + (" (default)" if count == DEFAULT else "")
         yield from line(
             table,
             name,
-            time=(f"{first:.2f}", "s"),
-            error=f"{worst([state.strain(RING) for state in found], truth):.1e}",
-            error_without_recovery=f"{worst([plain_strain(s) for s in found], truth):.1e}",
-            each_further_load=(f"{1e3 * further:.1f}", "ms"),
+            time=(first, "s"),
+            error=worst([state.strain(RING) for state in found], truth),
+            error_without_recovery=worst([plain_strain(s) for s in found], truth),
+            each_further_load=(1e3 * further, "ms"),
         )
 
 
@@ -106,15 +114,17 @@ def solvers() -> Iterator[Figure]:
     yield from solved(table, name, spent, spent, x, exact)
 
 
-def solved(table, name, first, again, x, exact) -> Iterator[Figure]:
+def solved(
+    table: str, name: str, first: float, again: float, x: Unknowns, exact: Unknowns
+) -> Iterator[Figure]:
     """Tell the times of a solver, and what it is off."""
     off = np.linalg.norm(x - exact) / np.linalg.norm(exact)
     return line(
         table,
         name,
-        first_load=(f"{first:.2f}", "s"),
-        each_further_load=(f"{1e3 * again:.0f}", "ms"),
-        relative_error=f"{off:.0e}",
+        first_load=(first, "s"),
+        each_further_load=(1e3 * again, "ms"),
+        relative_error=float(off),
     )
 
 
@@ -122,7 +132,8 @@ def theories() -> Iterator[Figure]:
     """Deflection and strain by theory, of a clamped PVC plate under four presses."""
     fine = fe.Shell(PVC, fe.grid(PVC, 60))
     truth = {
-        force: [fine.rest.touch([fe.Touch(*place, force)]) for place in PRESSES] for force in FORCES
+        force: [fine.rest.touch([fe.Touch(place[0], place[1], force)]) for place in PRESSES]
+        for force in FORCES
     }
     for name, prepare in THEORIES.items():
         began = time.process_time()
@@ -134,10 +145,10 @@ def theories() -> Iterator[Figure]:
                 f"Theory at {force:g} N, PVC {PVC.size[0]:g} × {PVC.size[1]:g} × "
                 f"{PVC.thickness:g} mm clamped, against the shell on 60 × 60 elements"
             )
-            yield from line(table, name, **compared(press, force, true), once=(f"{once:.1f}", "s"))
+            yield from line(table, name, **compared(press, force, true), once=(once, "s"))
 
 
-def compared(press, force: float, true: list[fe.ShellState]) -> dict[str, str | tuple[str, str]]:
+def compared(press: Press, force: float, true: list[fe.ShellState]) -> dict[str, Cell]:
     """Time of one press, errors of ring strain and deflection, and the ratio w/h."""
     ratios, of_w, of_strain, spent = [], [], [], []
     for place, fine in zip(PRESSES, true, strict=True):
@@ -150,29 +161,30 @@ def compared(press, force: float, true: list[fe.ShellState]) -> dict[str, str | 
         of_w.append(abs(state.deflection([place])[0] / deep - 1))
         of_strain.append(np.linalg.norm(strain - right) / np.linalg.norm(right))
     return {
-        "time": (f"{1e3 * np.median(spent):.1f}", "ms"),
-        "error": (f"{100 * np.median(of_strain):.3f}", "% of the ring's strain"),
-        "worst_of_the_presses": (f"{100 * max(of_strain):.2f}", "%"),
-        "deflection": (f"{100 * np.median(of_w):.2f}", "%"),
-        "deflection,_worst": (f"{100 * max(of_w):.2f}", "%"),
-        "w/h": f"{min(ratios):.2f} to {max(ratios):.2f}",
+        "time": (1e3 * float(np.median(spent)), "ms"),
+        "error": (100 * float(np.median(of_strain)), "% of the ring's strain"),
+        "worst_of_the_presses": (100 * float(max(of_strain)), "%"),
+        "deflection": (100 * float(np.median(of_w)), "%"),
+        "deflection,_worst": (100 * float(max(of_w)), "%"),
+        "least_w/h": float(min(ratios)),
+        "largest_w/h": float(max(ratios)),
     }
 
 
-def _by_linear():
+def _by_linear() -> Press:
     solver = fe.Linear(PVC, fe.default_mesh(PVC))
-    return lambda place, force: solver.deflect([fe.Touch(*place, force)])
+    return lambda place, force: solver.deflect([fe.Touch(place[0], place[1], force)])
 
 
-def _by_reduced():
+def _by_reduced() -> Press:
     plate = fe.reduce(PVC)
-    return lambda place, force: plate.solve([fe.Touch(*place, force)])
+    return lambda place, force: plate.solve([fe.Touch(place[0], place[1], force)])
 
 
-def _by_shell(count: int):
-    def prepare():
+def _by_shell(count: int) -> Callable[[], Press]:
+    def prepare() -> Press:
         shell = fe.Shell(PVC, fe.grid(PVC, count))
-        return lambda place, force: shell.rest.touch([fe.Touch(*place, force)])
+        return lambda place, force: shell.rest.touch([fe.Touch(place[0], place[1], force)])
 
     return prepare
 
@@ -185,7 +197,12 @@ THEORIES = {
 }
 
 
-PARTS = {"mesh": meshes, "solver": solvers, "theory": theories}
+PARTS = {
+    "mesh": partial(meshes, MESHES, TRUTH),
+    "coarse": partial(meshes, COARSE, COARSE_TRUTH),
+    "solver": solvers,
+    "theory": theories,
+}
 
 if __name__ == "__main__":
     run(PARTS, __doc__)

@@ -1,4 +1,4 @@
-"""A strip of two stiffnesses that bends as a stepped beam, for tests and benchmarks."""
+"""A strip of two stiffnesses that bends as a stepped beam."""
 
 import numpy as np
 
@@ -10,7 +10,8 @@ EDGES = fe.Edges(fe.Clamped(), fe.Free(), fe.Free(), fe.Free())
 STEP = 50.0
 
 
-def stepped(thickness, young=3000.0):
+def stepped(thickness: float, young: float = 3000.0) -> fe.Plate:
+    """Make a strip whose outer part has another thickness and stiffness."""
     patch = fe.Patch((STEP, 120.0), (0.0, 40.0), thickness, young)
     return fe.Plate(SIZE, 1.0, 3000.0, 0.0, EDGES, (patch,))
 

@@ -1,6 +1,6 @@
-"""Rendering: pictures of a dented plate, exact by samples a pixel, warped, and in a batch.
+"""Rendering: images of a dented plate, exact by samples a pixel, warped, and in a batch.
 
-Parts: pictures. CPU times of one thread a picture of 1024²; the error is what least squares on
+Parts: images. CPU times of one thread an image of 1024²; the error is what least squares on
 tiles of 21 px reads out of the difference to 8 × 8 samples a pixel.
 """
 
@@ -20,17 +20,17 @@ TABLE = "Rendering, 1024², dent of 3 mm"
 BATCH = 4
 
 
-def pictures() -> Iterator[Figure]:
-    """Compare every way to make the picture with many samples a pixel."""
+def images() -> Iterator[Figure]:
+    """Compare every way to make the image with many samples a pixel."""
     torch.set_num_threads(1)
     displacement = DISPLACEMENTS[NAME]
     fine = exact(displacement, 8)
     for samples in (2, 3, 4, 5):
         name = f"exact, {samples} × {samples} samples" + (" (default)" if samples == 4 else "")
-        yield from told(name, partial(exact, displacement, samples), fine)
+        yield from compared(name, partial(exact, displacement, samples), fine)
     warper = synthetic.prepare_warp(PATTERN, CAMERA, TOP)
     motion = displacement(warper.points)
-    yield from told("warped one by one", lambda: warper.render(motion, None, None), fine)
+    yield from compared("warped one by one", lambda: warper.render(motion, None, None), fine)
     batch = synthetic.prepare_batch(warper)
     fields = torch.as_tensor(np.stack([warper.forward(motion)] * BATCH)).float()
 
@@ -38,10 +38,10 @@ def pictures() -> Iterator[Figure]:
         with torch.no_grad():
             return batch.render(fields)[0, 0].numpy()
 
-    yield from told("batch on torch, CPU", together, fine, BATCH)
+    yield from compared("batch on torch, CPU", together, fine, BATCH)
 
 
-def told(
+def compared(
     name: str, make: Callable[[], np.ndarray], fine: np.ndarray, count: int = 1
 ) -> Iterator[Figure]:
     """Time and errors of one way."""
@@ -49,14 +49,14 @@ def told(
     return line(
         TABLE,
         name,
-        time=(f"{cpu_seconds(make, 3) / count:.4f}", "s"),
-        error=(f"{1e3 * worst:.2g}", "mpx, worst tile"),
-        mean_error=(f"{1e3 * mean:.1g}", "mpx"),
-        scatter=(f"{levels:.3f}", "of 255 levels"),
+        time=(cpu_seconds(make, 3) / count, "s"),
+        error=(1e3 * worst, "mpx, worst tile"),
+        mean_error=(1e3 * mean, "mpx"),
+        scatter=(levels, "of 255 levels"),
     )
 
 
-PARTS = {"pictures": pictures}
+PARTS = {"images": images}
 
 if __name__ == "__main__":
     run(PARTS, __doc__)

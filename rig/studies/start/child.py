@@ -64,7 +64,7 @@ def importing(package: str) -> Seen:
 def _observed(code: str) -> Seen:
     began = time.perf_counter()
     ended = subprocess.run(
-        [sys.executable, "-c", code + _TELL], capture_output=True, text=True, check=True
+        [sys.executable, "-P", "-c", code + _TELL], capture_output=True, text=True, check=True
     )
     seconds = time.perf_counter() - began
     memory, modules = json.loads(ended.stderr.splitlines()[-1])

@@ -35,13 +35,13 @@ def steps() -> Iterator[Figure]:
         place_files(home)
         caches = os.environ | {"TOUCHPLATE_CACHE": str(home / "cache")}
         took = seconds(["make", "install"], home, caches)
-        yield from line(TABLE, "make install", first_time=(f"{took:.0f}", "s"))
+        yield from line(TABLE, "make install", first_time=(took, "s"))
         for command in commands(home):
             words = [str(home / ".venv/bin/touchplate"), *shlex.split(command)[1:]]
             first = seconds(words, home, caches)
             again = seconds(words + AGAIN.get(words[1], []), home, caches)
-            cells = {"first_time": (shown(first), "s"), "again": (shown(again), "s")}
-            yield from line(TABLE, command.removeprefix(".venv/bin/"), **cells)
+            name = command.removeprefix(".venv/bin/")
+            yield from line(TABLE, name, first_time=(first, "s"), again=(again, "s"))
 
 
 def place_files(home: Path) -> None:
@@ -71,11 +71,6 @@ def seconds(words: list[str], home: Path, environment: dict[str, str]) -> float:
     if ended.returncode:
         raise SystemExit(f"{shlex.join(map(str, words))}: {ended.stderr[-300:]}")
     return time.perf_counter() - began
-
-
-def shown(took: float) -> str:
-    """Write a time with two digits."""
-    return f"{took:.0f}" if took >= 10 else f"{took:.1f}"
 
 
 PARTS = {"steps": steps}

@@ -1,6 +1,6 @@
-"""The live loop with what a bench does to it; `study_stiff.py` runs it.
+"""The live loop with what a bench does to it; `table` runs it.
 
-The bench of the shipped twin with a small camera; pictures are rendered, then spoilt.
+The bench of the shipped twin with a small camera; images are rendered, then spoilt.
 """
 
 import time
@@ -13,10 +13,11 @@ import rig
 from models import Estimate
 from rig.live.baseline import take_zero
 from rig.live.bench import Bench, build_bench
+from rig.live.chain import Sensed
 from rig.live.tracker import Follower
 from rig.report.figure import Figure
 from rig.sources.twin import Twin, build_twin
-from rig.studies.stiff.case import case
+from rig.studies.stiff.case import NOT_WRONG, case
 from rig.system.frame import Frame
 from rig.system.timing import Stopwatch
 from synthetic import Hand
@@ -33,7 +34,7 @@ SMALL = {
 PRESS, NEAR = fe.Touch(80.0, 120.0, 2.5), fe.Touch(83.0, 120.0, 2.5)
 ARM = Hand(np.array([(190.0, -20.0), (410.0, -20.0), (410.0, 340.0), (190.0, 340.0)]), 0.45)
 FRAMES = 12  # after the change; the last one counts
-SIGMAS, BAR = 5.0, "right within 5 σ, or said"
+SIGMAS = 5.0
 PLAIN = ("no touch", "one touch", "2 touches")  # sentences without a doubt
 
 Change = Callable[[np.ndarray], np.ndarray]
@@ -43,7 +44,8 @@ def loop() -> Iterator[Figure]:
     """Spoil light, view and frames while one touch presses, then press what is hard to tell."""
     scene = rig.load("twin", SMALL)
     twin, bench = build_twin(scene), build_bench(scene, lambda done, total: None)
-    strange = np.random.default_rng(3).uniform(50, 200, (320, 384))
+    rng = np.random.default_rng(3)
+    strange = rng.uniform(50, 200, (320, 384))
     for name, change in (
         ("nothing wrong", lambda image: image),
         ("light down to 60 %", lambda image: 0.6 * image),
@@ -52,8 +54,8 @@ def loop() -> Iterator[Figure]:
         ("camera bumped by 3 px", lambda image: np.roll(image, (2, 3), (0, 1))),
         ("hand over half the pattern", lambda image: 255.0 * ARM.cover(image / 255.0)),
         ("everything covered", lambda image: strange),
-        ("black picture", lambda image: 0.0 * image),
-        ("noise of 20 grey levels", noisy),
+        ("black image", lambda image: 0.0 * image),
+        ("noise of 20 grey levels", lambda image: image + rng.normal(0.0, 20.0, image.shape)),
     ):
         yield from pressed(f"loop, {name}", bench, twin, (PRESS,), change)
         yield from pressed(f"loop, {name}, no touch", bench, twin, (), change)
@@ -70,24 +72,34 @@ def loop() -> Iterator[Figure]:
 def pressed(
     name: str, bench: Bench, twin: Twin, touches: tuple[fe.Touch, ...], change: Change
 ) -> Iterator[Figure]:
-    """Follow spoilt pictures of touches; what the last of them says counts."""
+    """Follow spoilt images of touches; what the last of them says counts."""
     follower = Follower(
         bench, take_zero([twin.frame(k, ()) for k in range(16)]), Stopwatch(time.monotonic),
         time.monotonic,
     )  # fmt: skip
-    for number in range(20, 20 + FRAMES):
-        image = np.rint(change(twin.frame(number, touches).astype(float))).clip(0, 255)
-        seen = follower.see(Frame(number, number / 30.0, image.astype(np.uint8), None))
-    said, found = follower.sentence(seen.sensed), seen.sensed.estimate
+    frames = [
+        see(follower, change(twin.frame(number, touches).astype(float)), number)
+        for number in range(20, 20 + FRAMES)
+    ]
+    last = frames[-1]
+    said, found = follower.sentence(last), last.estimate
     truth = np.array([(touch.x, touch.y, touch.force) for touch in touches])
     right, sure = compared(found, truth, trace(follower, truth))
-    doubted = bool(seen.sensed.trouble) or said not in PLAIN
+    doubted = bool(last.trouble) or said not in PLAIN
     reason = f"{len(touches) or 'no'} touch{'es' * (len(touches) > 1)}"
-    return case(name, reason, right, said, bar=BAR, met=sure or doubted)
+    bar, unit = NOT_WRONG
+    wrong = 0 if sure or doubted else 1
+    return case(name, reason, wrong, unit, bar, seen=right, said=said)
+
+
+def see(follower: Follower, image: np.ndarray, number: int) -> Sensed:
+    """Let the loop see an image as a camera of 8 bit takes it."""
+    eight_bit = np.rint(image).clip(0, 255).astype(np.uint8)
+    return follower.see(Frame(number, number / 30.0, eight_bit, None)).sensed
 
 
 def trace(follower: Follower, truth: np.ndarray) -> float:
-    """How far touches stand out of the noise of a picture, in its σ."""
+    """How far touches stand out of the noise of an image, in its σ."""
     if not len(truth):
         return 0.0
     return float(np.linalg.norm(follower.chain.sights.search.forward.read(truth)[0]))
@@ -96,7 +108,7 @@ def trace(follower: Follower, truth: np.ndarray) -> float:
 def compared(found: Estimate, truth: np.ndarray, trace: float) -> tuple[str, bool]:
     """Say what is right of an estimate, and whether all of it is.
 
-    What leaves no trace in the picture need not be found, and two touches may be told as the one
+    What leaves no trace in the image need not be found, and two touches may be told as the one
     that they are at this distance, with the force of both.
     """
     if found.count == 1 and len(truth) == 2:
@@ -105,7 +117,7 @@ def compared(found: Estimate, truth: np.ndarray, trace: float) -> tuple[str, boo
         right, sure = compared(found, both, trace)
         return f"as one: {right}", sure
     if found.count != len(truth):
-        said = f"{found.count} of {len(truth)} found, {trace:.1f} σ in the picture"
+        said = f"{found.count} of {len(truth)} found, {trace:.1f} σ in the image"
         return said, not found.count and trace < SIGMAS
     if not found.count:
         return "none found", True
@@ -113,8 +125,3 @@ def compared(found: Estimate, truth: np.ndarray, trace: float) -> tuple[str, boo
     sure = np.abs(off).ravel() <= SIGMAS * np.sqrt(np.diag(found.covariance))
     far, force = np.hypot(*off[:, :2].T).max(), np.abs(off[:, 2]).max()
     return f"{far:.2g} mm, {force:.2g} N", bool(sure.all())
-
-
-def noisy(image: np.ndarray) -> np.ndarray:
-    """Add noise of 20 grey levels."""
-    return image + np.random.default_rng().normal(0.0, 20.0, image.shape)

@@ -1,18 +1,18 @@
-"""Print what 20 known presses mend on a bench that is not as its model has it.
+"""What 20 known presses correct on a bench that is not as its model has it.
 
-Usage: ``python benchmarks/presses.py [--quick]``. Gauges: gains off by 2 %, places by 0.5 mm, the
-plate 10 % softer. Whole pattern, in the twin: a lens 2 % longer, the plate 0.5 mm beside its place,
-10 % softer; and nothing wrong at all. It is mended by a map of what is found (`touchplate collect`)
-or by a corrected forward model (`touchplate train --from`). Each figure is the RMS over fresh
-touches, beside that of a model which is right.
+Parts: gauges, pattern, right. Gauges: gains off by 2 %, places by 0.5 mm, the plate 10 % softer.
+Whole pattern, in the twin: a lens 2 % longer, the plate 0.5 mm beside its place, 10 % softer; and
+nothing wrong at all. It is corrected by a map of what is found (`touchplate collect`) or by a
+corrected forward model (`touchplate train --from`). Each figure is the RMS over fresh touches,
+beside that of a model which is right.
 """
 
-import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 import fe
 import models
@@ -24,13 +24,18 @@ from models.design.press_calibration import correct
 from rig.calibration.presses import fit_presses
 from rig.live import chain as live
 from rig.live.alignment import Alignment, align
-from rig.live.baseline import take_zero
+from rig.live.baseline import Zero, take_zero
 from rig.plates.cached import plate_modes
+from rig.report.figure import Figure, at_most
 from rig.sources.script import asked
+from rig.sources.twin import build_twin
+from rig.studies.study import Cell, line, part, run
 from rig.system.timing import Stopwatch
 
 SOFTER, GAIN, PLACE = 1.1, 0.02, 0.5  # stiffness, gain as a share, place in mm
 PRESSES, FRAMES, REFERENCE = 20, 8, 16
+DRAWS, FRESH = 4, 120
+WITHIN = at_most(1.2)  # of the error of a model that is right
 SIGMA = 0.5e-6  # strain of a gauge; a press of 2 N gives 20 µε on the plate below
 PLATE = fe.Plate((120.0, 90.0), 1.0, 3000.0, 0.3, fe.Clamped())
 SMALL = {
@@ -39,14 +44,14 @@ SMALL = {
 }  # fmt: skip
 
 
-def rms(found: np.ndarray, true: np.ndarray) -> np.ndarray:
+def error(found: NDArray, true: NDArray) -> NDArray[np.float64]:
     """RMS distance, mm, and RMS error of the force as a share."""
     away = np.square(found[:, :2] - true[:, :2]).sum(axis=1).mean()
     return np.sqrt([away, np.square(found[:, 2] / true[:, 2] - 1).mean()])
 
 
-def gauges(rng: np.random.Generator, count: int) -> Iterator[np.ndarray]:
-    """Errors of the model as it is, mended, and right, of gauges 15 mm from the edges."""
+def gauges(rng: np.random.Generator) -> Iterator[NDArray[np.float64]]:
+    """Errors of the model as it is, corrected, and right, of gauges 15 mm from the edges."""
     mesh, places = fe.grid(PLATE, 40), gauge_layout.inside_edges(PLATE.size, 15.0, 15.0)
     assumed = fe.influence(PLATE, places, mesh)
     moved = fe.influence(PLATE, places + rng.normal(0, PLACE, places.shape), mesh)
@@ -55,38 +60,41 @@ def gauges(rng: np.random.Generator, count: int) -> Iterator[np.ndarray]:
         fe.Adjoint(PLATE, mesh, moved.adjoint.values * np.repeat(factor, 3)), places
     )
 
-    def read(touches):
+    def read(touches: NDArray) -> NDArray[np.float64]:
         unit = real.strain(touches[:, :2]) * touches[:, 2, None, None]
         return unit + rng.normal(0, SIGMA, unit.shape)
 
     known, fresh = (
-        rng.uniform((30, 30, 1.5), (90, 60, 3.0), (number, 3)) for number in (PRESSES, count)
+        rng.uniform((30, 30, 1.5), (90, 60, 3.0), (number, 3)) for number in (PRESSES, FRESH)
     )
     presses = tuple(fe.Touch(*touch) for touch in known.tolist())
-    mended = fit_presses(presses, read(known), assumed, SIGMA).influence
+    fitted = fit_presses(presses, read(known), assumed, SIGMA).influence
     strain = read(fresh)
-    for influence in (assumed, mended, real):
+    for influence in (assumed, fitted, real):
         each = [models.solve(one, influence, sigma=SIGMA, count=1) for one in strain]
-        yield rms(np.array([(*one.xy[0], one.force[0]) for one in each]), fresh)
+        yield error(np.array([(*one.xy[0], one.force[0]) for one in each]), fresh)
 
 
 @dataclass(frozen=True, eq=False)
-class Eye:
-    """A plate under a camera that takes pictures of it."""
+class Watched:
+    """A plate under a camera that takes images of it."""
 
     solver: fe.Linear
     warper: synthetic.Warper
     sensor: synthetic.Sensor
     rng: np.random.Generator
 
-    def picture(self, touch: np.ndarray | None = None) -> np.ndarray:
+    def image(self, touch: NDArray | None = None) -> NDArray:
+        """Take an image, at rest or under a touch."""
         moved = np.zeros((len(self.warper.points), 3))
         if touch is not None:
             moved = self.solver.deflect([fe.Touch(*touch)]).displacement(self.warper.points, "top")
         return self.warper.render(moved, self.sensor, self.rng)
 
 
-def chain(plate: fe.Plate, camera: synthetic.Camera, zero, tile: int, modes: int) -> live.Chain:
+def chain(
+    plate: fe.Plate, camera: synthetic.Camera, zero: Zero, tile: int, modes: int
+) -> live.Chain:
     """Prepare what the live loop makes of a reference, if plate and camera are as given."""
     tiles = lay_tiles((camera.size[1], camera.size[0]), tile)
     shapes = plate_modes(plate, modes, lambda done, total: None)
@@ -94,48 +102,52 @@ def chain(plate: fe.Plate, camera: synthetic.Camera, zero, tile: int, modes: int
     return live.prepare_chain(zero, motions, 1)
 
 
-def pattern(rng: np.random.Generator, count: int, off: float = 1.0) -> Iterator[np.ndarray]:
+def pattern(rng: np.random.Generator, off: float = 1.0) -> Iterator[NDArray[np.float64]]:
     """Errors of the model as it is, mapped, corrected, and right, of the whole pattern.
 
     The bench is wrong by a part `off` of what is stated above.
     """
     scene = rig.load("twin", SMALL)
-    plate, view = scene.plate.build(), scene.camera.build(scene.plate)
+    twin, tile = build_twin(scene), part(scene.dic).tile
+    plate, view, modes = twin.solver.plate, twin.warper.camera, int(SMALL["estimator.modes"])
+    if not isinstance(view, synthetic.Camera):
+        raise TypeError("the twin must have a pinhole camera")
     pose = view.T_cam_plate.copy()
     pose[:2, 3] += off * PLACE / np.sqrt(2)
     seen = replace(view, T_cam_plate=pose, focal=(1 + off * GAIN) * view.focal)
     soft = replace(plate, young=plate.young / (1 + off * (SOFTER - 1)))
-    warper = synthetic.prepare_warp(scene.pattern.build(scene.plate), seen, plate.thickness / 2)
-    eye = Eye(fe.Linear(soft, fe.grid(soft, 64)), warper, scene.sensor.build(), rng)
-    zero = take_zero([eye.picture() for _ in range(REFERENCE)])
-    parts = zero, scene.dic.tile, scene.estimator.modes
+    speckle = part(scene.pattern).build(part(scene.plate))
+    warper = synthetic.prepare_warp(speckle, seen, plate.thickness / 2)
+    bench = Watched(fe.Linear(soft, fe.grid(soft, 64)), warper, twin.sensor, rng)
+    zero = take_zero([bench.image() for _ in range(REFERENCE)])
+    parts = zero, tile, modes
     assumed, right = chain(plate, view, *parts), chain(soft, seen, *parts)
     known = np.array([(t.x, t.y, t.force) for t in asked(plate.size, (2.0, 4.0), 0)][:PRESSES])
-    pictures = [[eye.picture(touch) for _ in range(FRAMES)] for touch in known]
+    images = [[bench.image(touch) for _ in range(FRAMES)] for touch in known]
     fresh = np.array([(t.x, t.y, t.force) for t in asked(plate.size, (2.0, 4.0), 1)])
-    fresh = np.tile(fresh, (-(-count // len(fresh)), 1))[:count]
-    shown = [eye.picture(touch) for touch in fresh]
+    fresh = np.tile(fresh, (-(-FRESH // len(fresh)), 1))[:FRESH]
+    shown = [bench.image(touch) for touch in fresh]
     raw = np.array([sense(assumed, image)[0] for image in shown])
-    yield rms(raw, fresh)
-    yield rms(mapped(assumed, pictures, known).mend(raw), fresh)
+    yield error(raw, fresh)
+    yield error(mapped(assumed, images, known).mend(raw), fresh)
     one = zero.noise / np.sqrt(1 + 1 / REFERENCE)  # of a frame
     corrected = correct(
         view,
         lambda camera: seen_by(assumed, camera),
         assumed.reference,
-        [np.mean(frames, axis=0) for frames in pictures],
+        [np.mean(frames, axis=0) for frames in images],
         known,
-        tuple(one / np.sqrt([FRAMES, REFERENCE])),
+        (float(one / np.sqrt(FRAMES)), float(one / np.sqrt(REFERENCE))),
     )
     better = chain(plate, corrected.camera, *parts)
     found = np.array([sense(better, image)[0] for image in shown])
-    yield rms(found / (1.0, 1.0, corrected.softness), fresh)
-    yield rms(np.array([sense(right, image)[0] for image in shown]), fresh)
+    yield error(found / (1.0, 1.0, corrected.softness), fresh)
+    yield error(np.array([sense(right, image)[0] for image in shown]), fresh)
 
 
-def mapped(assumed: live.Chain, pictures: list[list[np.ndarray]], known: np.ndarray) -> Alignment:
-    """Fit the map from what is found in the pictures of presses to where they are."""
-    each = [[sense(assumed, image) for image in frames] for frames in pictures]
+def mapped(assumed: live.Chain, images: list[list[NDArray]], known: NDArray) -> Alignment:
+    """Fit the map from what is found in the images of presses to where they are."""
+    each = [[sense(assumed, image) for image in frames] for frames in images]
     found = np.array([[place for place, _ in frames] for frames in each]).mean(axis=1)
     sigma = np.array([frames[-1][1] for frames in each])
     return align(tuple(fe.Touch(*touch) for touch in known.tolist()), found, sigma)
@@ -148,44 +160,48 @@ def seen_by(assumed: live.Chain, camera: synthetic.Camera) -> models.Motions:
     return models.see_motions(motions.modes, camera, height, motions.tiles)
 
 
-def sense(chain: live.Chain, image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """x, y, F of the one touch in a picture, and their standard deviations."""
+def sense(chain: live.Chain, image: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """x, y, F of the one touch in an image, and their standard deviations."""
     estimate = live.sense(chain, image, live.at_rest(chain), Stopwatch(lambda: 0.0)).estimate
     if estimate.count != 1:
-        raise SystemExit(f"{estimate.count} touches found in a picture of one")
+        raise SystemExit(f"{estimate.count} touches found in an image of one")
     return (
         np.array([*estimate.xy[0], estimate.force[0]]),
         np.sqrt(np.diag(estimate.covariance)),
     )
 
 
-WAYS: dict[str, tuple[Callable, tuple[str, ...]]] = {
-    "gauges": (gauges, ("fitted",)),
-    "whole pattern": (pattern, ("mapped", "corrected")),
-    "pattern, nothing wrong": (partial(pattern, off=0.0), ("mapped", "corrected")),
+Way = Callable[[np.random.Generator], Iterator[NDArray[np.float64]]]
+"""Draws a bench; gives errors of the model as it is, of each correction, and of the right model."""
+
+
+def compared(name: str, way: Way, corrections: tuple[str, ...]) -> Iterator[Figure]:
+    """Give a line to the place and one to the force of a way of measuring."""
+    errors = np.array([list(way(np.random.default_rng(seed))) for seed in range(DRAWS)])
+    before, *after, right = np.sqrt(np.square(errors).mean(axis=0))
+    for index, (what, unit, scale) in enumerate((("place", "mm", 1.0), ("force", "%", 100.0))):
+        cells: dict[str, Cell] = {
+            "as_it_is": (scale * before[index], unit),
+            "right_model": (scale * right[index], unit),
+        }
+        for how, one in zip(corrections, after, strict=True):
+            cells[how] = scale * one[index], unit
+            cells[f"{how}_over_right"] = one[index] / right[index], "", WITHIN
+        yield from line(
+            f"{PRESSES} known presses on a bench that is not as its model",
+            f"{name}: {what}",
+            **cells,
+        )
+
+
+BY_IMAGES = ("mapped", "corrected")
+PARTS = {
+    "gauges": partial(compared, "gauges", gauges, ("fitted",)),
+    "pattern": partial(compared, "whole pattern", pattern, BY_IMAGES),
+    "right": partial(
+        compared, "whole pattern, nothing wrong", partial(pattern, off=0.0), BY_IMAGES
+    ),
 }
 
-
-def rows(draws: int, count: int) -> Iterator[tuple[str, dict[str, str]]]:
-    """Give a line a way of measuring: what is measured, and each model's error of it."""
-    for name, (way, mends) in WAYS.items():
-        errors = np.array([list(way(np.random.default_rng(seed), count)) for seed in range(draws)])
-        before, *after, perfect = np.sqrt(np.square(errors).mean(axis=0))
-        for index, (what, unit, scale) in enumerate((("place", "mm", 1.0), ("force", "%", 100.0))):
-            ends = {"as it is": before[index], "right model": perfect[index]}
-            cells = {how: f"{scale * error:.3f} {unit}" for how, error in ends.items()}
-            for how, one in zip(mends, after, strict=True):
-                ratio = one[index] / perfect[index]
-                cells[how] = f"{scale * one[index]:.3f} {unit}, {ratio:.2f} of the right model's"
-            yield f"{name}: {what}", cells
-
-
-def main(*arguments: str) -> None:
-    """Print a row a way of measuring."""
-    for name, cells in rows(*(1, 60) if "--quick" in arguments else (4, 120)):
-        said = ", ".join(f"{how} {error}" for how, error in cells.items())
-        print(f"{name:32s} {said}   bar ≤ 1.2", flush=True)
-
-
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    run(PARTS, __doc__)

@@ -1,20 +1,23 @@
-"""Print what the solver reaches on strains at 72 gauges, each figure beside its bar.
+"""What the solver reaches on strains at 72 gauges.
 
-Usage: ``python benchmarks/solver_bars.py [--quick] [PART ...]``; parts are exact, noise,
-count, robust and time, all of them if none is named. ``--quick`` draws a twentieth of the scenes.
-Times are of the processor, on one core.
+Parts: exact, noise, count, robust, time. Times are of the processor, on one core.
 """
 
-import sys
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 import fe
 import models
 from models.data.gauge_layout import inside_edges
+from models.estimate import Estimate
+from models.forward.linear import Forward
+from models.inverse.candidates import Search
 from models.scores.matching import match
-from rig.studies.touches.rows import Part, Row, beside, show, timed, times
+from rig.report.figure import Bar, Figure, at_least, at_most
+from rig.studies.study import Cell, line, rms, run, timed, times
 
 PLATE = fe.Plate((100.0, 100.0), 1.0, 3000.0, 0.3)
 MARGIN = 10.0  # mm, between the touches and the edges
@@ -22,11 +25,15 @@ APART = 5.0  # mm
 FORCE = (1.0, 10.0)  # N
 INFLUENCE = fe.influence(PLATE, inside_edges(PLATE.size))
 LATTICE = np.stack(np.meshgrid(*2 * [np.arange(10.0, 91.0, 5.0)]), axis=-1).reshape(-1, 2)
-UNIT = np.sqrt(np.mean(INFLUENCE.strain(LATTICE) ** 2))  # rms strain of a touch of 1 N
+UNIT = float(np.sqrt(np.mean(INFLUENCE.strain(LATTICE) ** 2)))
+"""Root mean square strain of a touch of 1 N."""
+SCENES, HARD = 1000, 60
+Touches = NDArray[np.float64]
+"""x, y, mm, and force, N, of each touch, (n, 3)."""
 
 
-def draw(rng, count):
-    """Touches x, y, F (count, 3), `APART` mm or more from one another."""
+def draw(rng: np.random.Generator, count: int) -> Touches:
+    """Draw touches, `APART` mm or more from one another."""
     while True:
         places = rng.uniform(MARGIN, 100.0 - MARGIN, (count, 2))
         apart = np.linalg.norm(places[:, None] - places, axis=2)[np.triu_indices(count, 1)]
@@ -34,163 +41,189 @@ def draw(rng, count):
             return np.column_stack([places, rng.uniform(*FORCE, count)])
 
 
-def prepared(noise):
+def prepared(noise: float) -> Search:
     """Search at a noise of `noise` times the rms strain of a touch of 1 N."""
     return models.prepare_search(models.gauges(INFLUENCE, noise * UNIT))
 
 
-def measured(forward, touches, rng=None):
+def measured(
+    forward: Forward, touches: Touches, rng: np.random.Generator | None = None
+) -> NDArray[np.float64]:
     """Whitened strains, with noise of 1 where a generator is given."""
     exact = forward.read(touches)[0]
     return exact if rng is None else exact + rng.normal(size=exact.shape)
 
 
-def errors(estimate, touches):
+def errors(estimate: Estimate, touches: Touches) -> tuple[NDArray, NDArray]:
     """Distances, mm, and force errors, N, of touches that were paired."""
-    place, force, _ = match(estimate, tuple(fe.Touch(*touch) for touch in touches))
+    place, force, _ = match(estimate, tuple(fe.Touch(*touch) for touch in touches.tolist()))
     return place, force
 
 
-def distances(estimate, touches):
-    """Distance, mm, of each touch from the nearest that was found."""
-    return np.linalg.norm(estimate.xy[:, None] - touches[:, :2], axis=2).min(axis=0)
-
-
-def bound(forward, touches):
+def bound(forward: Forward, touches: Touches) -> NDArray[np.float64]:
     """Cramér-Rao bound of each place, mm."""
     variances = np.diag(models.covariance(forward.read(touches)[1]))
     return np.sqrt(variances[0::3] + variances[1::3])
 
 
-def exact_rows(share) -> Iterator[Row]:
+def over_bounds(errors: list[NDArray], bounds: list[NDArray], bar: Bar | None) -> dict[str, Cell]:
+    """Make cells of errors (scenes, n) mm over their own bounds, and over all of them together.
+
+    The first weighs all scenes alike; in the second the few decide that hardly tell touches apart.
+    """
+    off, least = np.array(errors), np.array(bounds)
+    return {
+        "RMS": (rms(off.ravel()), "mm"),
+        "÷_CRB": (rms((off / least).ravel()), "", bar, len(off)),
+        "÷_CRB,_pooled": rms(off.ravel()) / rms(least.ravel()),
+    }
+
+
+def exact() -> Iterator[Figure]:
     """No noise: the touches that were pressed, count unknown."""
-    search, scenes = prepared(1e-8), int(1000 * share)
+    search = prepared(1e-8)
     for count in (1, 2, 3, 4):
         rng, worst, right = np.random.default_rng(count), 0.0, 0
-        for _ in range(scenes):
+        for _ in range(SCENES):
             touches = draw(rng, count)
             estimate = models.find(measured(search.forward, touches), search)
-            error = max(np.abs(part).max() for part in errors(estimate, touches))
+            error = max(float(np.abs(part).max()) for part in errors(estimate, touches))
             found = estimate.count == count and error <= 1e-6
             right, worst = right + found, max(worst, error if found else 0.0)
-        figure = f"{worst:.1e} mm or N, {right} of {scenes}"
-        yield f"no noise, {count} touches: error, found", figure, "≤ 1e-6, ≥ 99.9 %"
+        yield from line(
+            "Strain of 72 gauges: no noise",
+            f"{count} touches",
+            largest_error=(worst, "mm or N", at_most(1e-6)),
+            right=(100 * right / SCENES, "%", at_least(99.9), SCENES),
+        )
 
 
-def noise_rows(share) -> Iterator[Row]:
+def noise() -> Iterator[Figure]:
     """Root mean square of the places over the bound, and whether the covariance says so."""
-    scenes, inside = int(1000 * share), []
-    for noise in (0.001, 0.01, 0.05, 0.1):
-        search = prepared(noise)
+    inside = []
+    for level in (0.001, 0.01, 0.05, 0.1):
+        search = prepared(level)
         for count in (1, 2, 3, 4):
             rng, places, limits = np.random.default_rng(count), [], []
-            while len(places) < scenes:
+            while len(places) < SCENES:
                 touches = draw(rng, count)
                 limit = bound(search.forward, touches)
                 if count > 1 and limit.max() >= 0.5:
                     continue
                 estimate = models.find(measured(search.forward, touches, rng), search, count=count)
-                nearest = np.linalg.norm(estimate.xy[:, None] - touches[:, :2], axis=2).argmin(
-                    axis=0
-                )
+                apart = np.linalg.norm(estimate.xy[:, None] - touches[:, :2], axis=2)
+                nearest = apart.argmin(axis=0)
                 places.append(np.linalg.norm(estimate.xy[nearest] - touches[:, :2], axis=1))
                 limits.append(limit)
                 if estimate.result is models.Result.FOUND:
                     inside.append(_deviations(estimate, touches))
-            bar = "≤ 1.05" if count == 1 else "≤ 1.10"
-            yield f"noise {noise:.1%}, {count} touches: RMS", beside(places, limits), bar
+            yield from line(
+                "Strain of 72 gauges: noise in parts of the strain of 1 N",
+                f"noise {level:.1%}, {count} touches",
+                **over_bounds(places, limits, at_most(1.05 if count == 1 else 1.10)),
+            )
     deviations = np.abs(np.concatenate(inside))
-    for sigmas, bar in ((1, "68 ± 3 %"), (2, "95 ± 2 %")):
-        yield f"stated σ: share inside {sigmas} σ", f"{np.mean(deviations < sigmas):.1%}", bar
+    for sigmas, bar in ((1, Bar(65.0, 71.0)), (2, Bar(93.0, 97.0))):
+        yield from line(
+            "Strain of 72 gauges: stated σ, all noises together",
+            f"inside {sigmas} σ",
+            fraction=(100 * float(np.mean(deviations < sigmas)), "%", bar, len(deviations)),
+        )
 
 
-def _deviations(estimate, touches):
+def _deviations(estimate: Estimate, touches: Touches) -> NDArray[np.float64]:
     """Errors of x, y, F of all touches over their stated standard deviations."""
     nearest = np.linalg.norm(estimate.xy[:, None] - touches[:, :2], axis=2).argmin(axis=1)
     found = np.column_stack([estimate.xy, estimate.force])
     return (found - touches[nearest]).ravel() / np.sqrt(np.diag(estimate.covariance))
 
 
-def count_rows(share) -> Iterator[Row]:
+def count() -> Iterator[Figure]:
     """Count from the data where every place is bounded by 1 mm."""
-    scenes = int(1000 * share)
-    for noise in (0.001, 0.01, 0.05):
-        search = prepared(noise)
-        for count in range(6):
-            rng, right, tried = np.random.default_rng(count), 0, 0
-            while tried < scenes:
-                touches = draw(rng, count)
-                if count and bound(search.forward, touches).max() >= 1.0:
+    for level in (0.001, 0.01, 0.05):
+        search = prepared(level)
+        for number in range(6):
+            rng, right, tried = np.random.default_rng(number), 0, 0
+            while tried < SCENES:
+                touches = draw(rng, number)
+                if number and bound(search.forward, touches).max() >= 1.0:
                     continue
                 tried += 1
-                exact = np.zeros(search.response.shape[1])
-                if count:
-                    exact = measured(search.forward, touches)
-                noisy = exact + rng.normal(size=exact.shape)
-                right += models.find(noisy, search, most=6).count == count
-            figure = f"{right / tried:.1%} of {tried}"
-            yield f"noise {noise:.1%}, {count} touches: count right", figure, "≥ 99 %"
+                clean = np.zeros(search.response.shape[1])
+                if number:
+                    clean = measured(search.forward, touches)
+                noisy = clean + rng.normal(size=clean.shape)
+                right += models.find(noisy, search, most=6).count == number
+            yield from line(
+                "Strain of 72 gauges: the count from the data",
+                f"noise {level:.1%}, {number} touches",
+                right=(100 * right / tried, "%", at_least(99.0), tried),
+            )
 
 
-def robust_rows(share) -> Iterator[Row]:
+def robust() -> Iterator[Figure]:
     """Make a fifth of the channels false by 30 σ; leave out a side of the ring."""
-    scenes, gauges = int(1000 * share), len(INFLUENCE.gauges)
-    search, hard = prepared(0.01), max(int(60 * share), 10)
-    for count in (1, 2, 3):
-        rng, right, counted, spent = np.random.default_rng(count), 0, 0, []
-        for _ in range(hard):
-            touches = draw(rng, count)
+    search = prepared(0.01)
+    for number in (1, 2, 3):
+        rng, right, counted, spent = np.random.default_rng(number), 0, 0, []
+        for _ in range(HARD):
+            touches = draw(rng, number)
             white = measured(search.forward, touches, rng)
             false = rng.permutation(white.size)[: white.size // 5]
             white[false] += 30.0 * rng.choice([-1.0, 1.0], false.size)
-            estimate, spent_here = timed(models.find_robust, white, search)
+            estimate, spent_here = timed(partial(models.find_robust, white, search))
             spent.append(spent_here)
-            counted += estimate.count == count
-            right += _all_found(models.find_robust(white, search, count=count), touches)
-        figure = f"{right / hard:.1%}; count {counted / hard:.1%}; {np.median(spent):.0f} ms"
-        yield f"20 % false by 30 σ, {count} touches: within 1 mm", figure, "≥ 98 %"
+            counted += estimate.count == number
+            right += _all_found(models.find_robust(white, search, count=number), touches)
+        yield from line(
+            "Strain of 72 gauges: 20 % of the channels false by 30 σ",
+            f"{number} touches",
+            within_1_mm=(100 * right / HARD, "%", at_least(98.0), HARD),
+            count_right=(100 * counted / HARD, "%"),
+            time=(float(np.median(spent)), "ms"),
+        )
     lost = np.repeat(INFLUENCE.gauges[:, :1] > 94.0, 3, axis=1)
-    partial = models.prepare_search(models.gauges(INFLUENCE, 0.01 * UNIT, lost))
-    for count in (1, 2, 3):
-        rng, right, tried = np.random.default_rng(count), 0, 0
-        while tried < scenes:
-            touches = draw(rng, count)
-            if bound(partial.forward, touches).max() >= 0.3:
+    half = models.prepare_search(models.gauges(INFLUENCE, 0.01 * UNIT, lost))
+    for number in (1, 2, 3):
+        rng, right, tried = np.random.default_rng(number), 0, 0
+        while tried < SCENES:
+            touches = draw(rng, number)
+            if bound(half.forward, touches).max() >= 0.3:
                 continue
             tried += 1
-            estimate = models.find(measured(partial.forward, touches, rng), partial, count=count)
+            estimate = models.find(measured(half.forward, touches, rng), half, count=number)
             right += _all_found(estimate, touches)
-        figure = f"{right / scenes:.1%}, {lost[:, 0].sum()} of {gauges} gauges"
-        yield f"a side missing, {count} touches: within 1 mm", figure, "≥ 95 %"
+        yield from line(
+            f"Strain of 72 gauges: a side of {int(lost[:, 0].sum())} missing",
+            f"{number} touches",
+            within_1_mm=(100 * right / SCENES, "%", at_least(95.0), SCENES),
+        )
 
 
-def _all_found(estimate, touches):
-    return estimate.count == len(touches) and errors(estimate, touches)[0].max() <= 1.0
+def _all_found(estimate: Estimate, touches: Touches) -> bool:
+    return estimate.count == len(touches) and bool(errors(estimate, touches)[0].max() <= 1.0)
 
 
-def time_rows(share) -> Iterator[Row]:
+def time() -> Iterator[Figure]:
     """Time of a frame, median over scenes."""
     search = prepared(0.01)
-    for count, cold_bar, bar in ((1, "≤ 0.2 ms", "≤ 0.05 ms"), (4, "≤ 1 ms", "≤ 0.1 ms")):
-        rng, cold, tracked = np.random.default_rng(count), [], []
-        for _ in range(int(1000 * share) + 20):
-            touches = draw(rng, count)
+    for number, cold_bar, tracked_bar in ((1, 0.2, 0.05), (4, 1.0, 0.1)):
+        rng, cold, tracked = np.random.default_rng(number), [], []
+        for _ in range(SCENES + 20):
+            touches = draw(rng, number)
             white = measured(search.forward, touches, rng)
             start = touches + rng.normal(0, (0.3, 0.3, 0.05), touches.shape)
-            cold.append(timed(models.find, white, search)[1])
-            tracked.append(timed(models.find, white, search, start=start)[1])
-        yield f"cold frame, {count} touches", times(cold[20:]), cold_bar
-        yield f"tracked frame, {count} touches", times(tracked[20:]), bar
+            cold.append(timed(partial(models.find, white, search))[1])
+            tracked.append(timed(partial(models.find, white, search, start=start))[1])
+        for name, taken, most in (("cold", cold, cold_bar), ("tracked", tracked, tracked_bar)):
+            yield from line(
+                "Strain of 72 gauges: time of a frame",
+                f"{name}, {number} touches",
+                **times(taken[20:], at_most(most)),
+            )
 
 
-PARTS = {
-    "exact": Part("Strain of 72 gauges: no noise", exact_rows),
-    "noise": Part("Strain of 72 gauges: noise in parts of the strain of 1 N", noise_rows),
-    "count": Part("Strain of 72 gauges: the count from the data", count_rows),
-    "robust": Part("Strain of 72 gauges: false and missing channels", robust_rows),
-    "time": Part("Strain of 72 gauges: time of a frame", time_rows),
-}
-
+PARTS = {"exact": exact, "noise": noise, "count": count, "robust": robust, "time": time}
 
 if __name__ == "__main__":
-    show(PARTS, sys.argv[1:])
+    run(PARTS, __doc__)

@@ -7,13 +7,13 @@ from pathlib import Path
 
 from rig.report.figure import Figure
 
-QUANTITY = "over the bound"
+QUANTITY = "÷ CRB"
 """The column that is drawn."""
 
 
 def ratios(figures: Iterable[Figure]) -> list[Figure]:
     """Return the figures of a table that are such ratios."""
-    return [figure for figure in figures if figure.quantity == QUANTITY]
+    return [figure for figure in figures if figure.quantity == QUANTITY and figure.value]
 
 
 def draw(figures: list[Figure], path: Path) -> None:
@@ -22,7 +22,7 @@ def draw(figures: list[Figure], path: Path) -> None:
     from matplotlib.ticker import NullFormatter, ScalarFormatter
 
     found = ratios(figures)
-    values = [float(figure.value) for figure in found]
+    values = [float(figure.value or 0.0) for figure in found]
     canvas = Canvas(figsize=(8.6, 0.8 + 0.33 * len(found)), layout="constrained")
     axes = canvas.subplots()
     colours = ["C3" if figure.case.endswith("(default)") else "C0" for figure in found]
