@@ -132,7 +132,7 @@ def test_the_page_opens_with_the_count_of_bars_the_misses_and_the_machine(home, 
     text = (tmp_path / "out/report.md").read_text()
     opening, rest = text.split("## What ran")
     assert "**Bars: 0 met, 1 missed, 1 not measured.**" in opening
-    assert "| Before: a, width | 3 mm | ≤ 2 |" in opening
+    assert "| Before: a, width | 3 mm | ≤ 2 mm |" in opening
     assert "2026-01-02" in opening
     assert "](pictures/front.png)" in opening
     assert "| nothing found | ≤ 2 mm |" in rest
