@@ -3,6 +3,7 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
+FLOOR  := $(shell sed -n 's/^requires-python = ">=\([0-9.]*\)".*/\1/p' pyproject.toml)
 PIP    := $(BIN)/python -m pip --disable-pip-version-check
 
 # The solves here are small: BLAS threads on top of ours make them slower, not faster.
@@ -17,7 +18,9 @@ help:  ## this list
 install: $(STAMP)  ## build .venv and install everything into it
 
 $(STAMP): requirements.lock requirements-torch.lock pyproject.toml
-	@$(PYTHON) -c 'import sys; sys.exit("touchplate needs Python 3.11 or newer, got %d.%d; run make PYTHON=python3.11" % sys.version_info[:2] if sys.version_info < (3, 11) else 0)'
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < tuple(map(int, "$(FLOOR)".split("."))))' || { \
+	echo "touchplate needs Python $(FLOOR) or newer, $(PYTHON) is $$($(PYTHON) --version 2>&1);" \
+	"run make with PYTHON=, say PYTHON=python3.12"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 	$(PIP) install --quiet --no-deps --requirement requirements.lock
 	@$(MAKE) --no-print-directory torch
@@ -54,14 +57,14 @@ format: $(STAMP)  ## put the code into its form
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-bench: $(STAMP)  ## score the whole way once, on rendered pictures
-	$(BIN)/python benchmarks/whole_way.py $(DATA)
+bench: $(STAMP)  ## score the whole way once, on rendered images; DATA=FOLDER holds images of others
+	$(BIN)/touchplate report shipped photographs --full --out results/bench $(if $(DATA),--data $(DATA))
 
 report: $(STAMP)  ## run all studies; the page is results/report/report.html
 	$(BIN)/touchplate report
 
-docs: $(STAMP)  ## build the pages of docs/ into results/site
-	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
+docs: $(STAMP)  ## build the pages of docs/ into results/site; a warning fails
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build
 
 system-deps:  ## Debian packages that the tests of browser, display, devices and CalculiX need (as root)
 	apt-get update -qq

@@ -1,10 +1,11 @@
-"""Put figures of a report into the README, each table between two marks.
+"""Put figures of a report into the README and the tutorials, each table between two marks.
 
 Usage: ``python benchmarks/headline.py [REPORT]``, the folder of a full report, docs/report if left
-out. What stands in the README is so found in the report's CSV; a test holds that.
+out. What stands there is so found in the report's CSV; a test holds that.
 """
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,6 +15,7 @@ from rig.report.figure import Figure, read
 ROOT = Path(__file__).parents[1]
 FIGURES = "<!-- figures of the report -->", "<!-- end of the figures -->"
 STEPS = "<!-- times of the steps -->", "<!-- end of the times -->"
+TUTORIALS = ("docs/tutorials/photographs.md", "docs/tutorials/plate.md")
 
 
 class Headline(NamedTuple):
@@ -31,67 +33,60 @@ class Headline(NamedTuple):
 
 HEADLINES = (
     Headline(
-        "one touch of 2 to 4 N, rms over the Cramér-Rao bound of all pixels",
+        "one touch of 2 to 4 N: rms error of the place over its Cramér-Rao bound from all pixels",
         "shipped", "The shipped chain", "as calibrated", "÷ CRB",
     ),
-    Headline("its place, median", "shipped", "The shipped chain", "as calibrated", "median"),
-    Headline("its force, off by", "shipped", "The shipped chain", "as calibrated", "force"),
+    Headline("its place, median error", "shipped", "The shipped chain", "as calibrated", "median"),
+    Headline("its force, error", "shipped", "The shipped chain", "as calibrated", "force"),
     Headline(
-        "its place, camera shifted by 0.3 px, median",
-        "shipped", "The shipped chain", "camera shifted by 0.3 px", "median",
-    ),
-    Headline(
-        "bound from 72 strains, the paper's way, over that of all pixels",
+        "bound from 72 strains, the paper's way, over that from all pixels",
         "limit", "What each way", "strain at 72 places of a ring, VSG 51 px (the paper's way)",
         "÷ CRB",
     ),
     Headline(
-        "a frame of 1024², picture to touch",
+        "time from a frame of 1024² to its touches",
         "chain", "Size", "tiles of 16 px (default)", "time",
-    ),
-    Headline(
-        "72 points tracked in 1024², run time over that of OpenCV's PyrLK",
-        "ratios", "Run time", "72 points tracked, 1024², subset 31: OpenCV's PyrLK", "ratio",
-    ),
-    Headline(
-        "400 points, the same",
-        "ratios", "Run time", "400 points tracked, 1024², subset 31: OpenCV's PyrLK", "ratio",
     ),
     Headline(
         "full field of 512², subset 21, step 5, order 1, from nothing",
         "correlation", "Correlation of a rigid shift", "ours 21/5, order 1 (default)", "time",
     ),
     Headline(
+        "72 points tracked in 1024², run time over that of OpenCV's PyrLK",
+        "ratios", "Run time", "72 points tracked, 1024², subset 31: OpenCV's PyrLK", "ratio",
+    ),
+    Headline(
         "one touch from 72 strains, noise 1 %: solver, rms over its bound",
         "estimators", "One touch", "solver (default)", "÷ CRB",
     ),
     Headline(
-        "the same by a net trained with noise",
-        "estimators", "One touch", "net trained with noise", "÷ CRB",
-    ),
-    Headline(
-        "the paper's 289 touches, best recipe, mean of 3000 random ones",
+        "the paper's 289 touches, best recipe, mean error of 3000 random ones",
         "paper", "One touch, best recipe", "3000 random: loss", "here",
     ),
     Headline(
-        "strain of a clamped plate, worst of both rings, default mesh",
-        "plates", "Mesh and recovery", "120 × 120 (default)", "error",
+        "strain of a clamped plate 5 mm inside its edges, the paper's 289 loads: worst",
+        "bars-plates", "Strain of the paper's 289 loads", "5 mm inside (reading A)", "worst",
     ),
     Headline("`touchplate show twin`", "start", "Start", "touchplate show twin", "time"),
     Headline(
-        "two photographs of 512² correlated, start to picture",
+        "two photographs of 512² correlated, start to plot",
         "start", "Start", "touchplate correlate, 512²", "time",
     ),
 )  # fmt: skip
 
 
 def main(folder: str = "docs/report") -> None:
-    """Rewrite both tables."""
-    raw, readme = ROOT / folder / RAW, ROOT / "README.md"
-    text = readme.read_text(encoding="utf-8")
-    text = between(text, FIGURES, headlines(raw))
-    text = between(text, STEPS, steps(raw))
-    readme.write_text(text, encoding="utf-8")
+    """Rewrite the tables."""
+    raw = ROOT / folder / RAW
+    rewrite(ROOT / "README.md", FIGURES, lambda _: headlines(raw))
+    for page in TUTORIALS:
+        rewrite(ROOT / page, STEPS, lambda text: steps(raw, text))
+
+
+def rewrite(page: Path, marks: tuple[str, str], lines: Callable[[str], list[str]]) -> None:
+    """Put the lines that belong to the text of a page between its marks."""
+    text = page.read_text(encoding="utf-8")
+    page.write_text(between(text, marks, lines(text.split(marks[0])[0])), encoding="utf-8")
 
 
 def headlines(raw: Path) -> list[str]:
@@ -103,12 +98,14 @@ def headlines(raw: Path) -> list[str]:
     return lines
 
 
-def steps(raw: Path) -> list[str]:
-    """Return the table of a newcomer's steps, a line a command."""
+def steps(raw: Path, text: str) -> list[str]:
+    """Return the table of those of a newcomer's steps that a text names, a line a command."""
     lines, found = ["| command | first time | again |", "|---|---|---|"], {}
     for figure in read(raw / "newcomer.csv"):
         found.setdefault(figure.case, {})[figure.quantity] = figure.text
     for command, times in found.items():
+        if command not in text:
+            continue
         lines.append(f"| `{command}` | {times['first time']} | {times.get('again', '')} |")
     return lines
 

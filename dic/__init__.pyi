@@ -7,8 +7,8 @@ from .correlation.reference import (
     prepare as prepare,
 )
 from .correlation.sequence import (
-    compose as compose,
-    follow as follow,
+    compose_displacements as compose_displacements,
+    correlate_sequence as correlate_sequence,
 )
 from .fields.displacement import (
     DisplacementField as DisplacementField,
@@ -21,18 +21,26 @@ from .fields.local_fit import (
 )
 from .fields.strain_field import (
     StrainField as StrainField,
+    StrainKind as StrainKind,
     strain as strain,
+    strain_measure as strain_measure,
 )
 from .fields.strain_matrix import strain_operator as strain_operator
-from .images.image import read_image as read_image
+from .images.image import check_image as check_image, read_image as read_image
 from .images.quality import (
+    box_sums as box_sums,
+    lies_inside as lies_inside,
     noise_floor as noise_floor,
     sssig as sssig,
 )
+from .images.spline import (
+    spline_coefficients as spline_coefficients,
+    spline_gradient as spline_gradient,
+)
 from .settings import (
-    Advice as Advice,
-    choose as choose,
+    SettingsAdvice as SettingsAdvice,
     mean_intensity_gradient as mean_intensity_gradient,
+    recommend_settings as recommend_settings,
     speckle_size as speckle_size,
     sub_pixel_bias as sub_pixel_bias,
 )
@@ -40,6 +48,7 @@ from .tiles.tile_field import (
     TileBlocks as TileBlocks,
     prepare_blocks as prepare_blocks,
     tile_displacement as tile_displacement,
+    tile_gradient as tile_gradient,
 )
 from .tiles.tiles import (
     TileReference as TileReference,

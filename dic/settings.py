@@ -11,7 +11,7 @@ from dic.correlation.correlation import correlate
 from dic.correlation.reference import prepare
 from dic.images.image import check_image
 from dic.images.quality import box_sums, noise_floor
-from dic.images.spline import coefficients, gradient, noise_slope
+from dic.images.spline import noise_slope, spline_coefficients, spline_gradient
 
 _SPOTS = 3  # speckles across a subset, iDICs Good Practices Guide
 _SIZES = range(11, 102, 2)  # px
@@ -20,7 +20,7 @@ _TAPER = 24  # px at the border that fade to grey, so that a shifted picture doe
 
 
 @dataclass(frozen=True)
-class Advice:
+class SettingsAdvice:
     """Subset and step for a pattern and a camera.
 
     Attributes
@@ -40,7 +40,7 @@ class Advice:
 
 def mean_intensity_gradient(image: ArrayLike) -> float:
     """Mean of |∇f|, grey levels per px: MIG (Pan, Lu, Xie 2010, Opt. Lasers Eng. 48, 469)."""
-    fx, fy = gradient(coefficients(check_image(image, "reference")))
+    fx, fy = spline_gradient(spline_coefficients(check_image(image, "reference")))
     return float(np.mean(np.hypot(fx, fy)))
 
 
@@ -121,7 +121,7 @@ def _faded(grey: NDArray) -> NDArray[np.float64]:
     return grey
 
 
-def choose(image: ArrayLike, noise: float, sigma: float = 0.01) -> Advice:
+def recommend_settings(image: ArrayLike, noise: float, sigma: float = 0.01) -> SettingsAdvice:
     """Choose the smallest subset that measures to `sigma`, and a step of a quarter of it.
 
     Parameters
@@ -140,13 +140,13 @@ def choose(image: ArrayLike, noise: float, sigma: float = 0.01) -> Advice:
     """
     grey = check_image(image, "reference")
     speckle = speckle_size(grey)
-    steep = np.stack([np.square(slope) for slope in gradient(coefficients(grey))])
+    steep = np.stack([np.square(slope) for slope in spline_gradient(spline_coefficients(grey))])
     for subset in _SIZES:
         if subset < _SPOTS * speckle or subset > min(grey.shape):
             continue
         reached = _floor(steep, subset, noise)
         if reached <= sigma:
-            return Advice(subset, max(subset // 4, 1), reached, speckle)
+            return SettingsAdvice(subset, max(subset // 4, 1), reached, speckle)
     raise ValueError(
         f"no subset up to {min(_SIZES[-1], *grey.shape)} px measures to {sigma:g} px at a noise of "
         f"{noise:g} grey levels; ask for more, or give the pattern more contrast"

@@ -27,7 +27,7 @@ measured = dic.correlate(reference, after)
 # The camera says exactly how far it saw every point of the plate move.
 ok = measured.valid
 points = camera.on_plate(measured.xy[ok])
-true_u, true_v = synthetic.motion(camera, points, stretch(points), z=0.0).T
+true_u, true_v = synthetic.image_motion(camera, points, stretch(points), z=0.0).T
 
 print(f"points measured: {ok.sum()} of {len(ok)}")
 for status in dic.Status:

@@ -30,10 +30,10 @@ def frame(*touches):
 # Prepared once: the mean of some frames at rest, and how every part of it answers to plate modes.
 rest = np.mean([frame() for _ in range(16)], axis=0)
 reference = dic.prepare_tiles(rest, size=8)
-motions = models.see_motions(fe.modes(plate, 150, linear.mesh), camera, top, reference.tiles)
-pattern = models.see_pattern(motions, reference)
+motions = models.prepare_motions(fe.modes(plate, 150, linear.mesh), camera, top, reference.tiles)
+pattern = models.prepare_pattern(motions, reference)
 sigma = noise * np.sqrt(1 + 1 / 16)  # of a frame against the mean of 16
-search = models.prepare_search(pattern.forward(sigma))
+search = models.prepare_candidates(pattern.forward(sigma))
 
 # A frame: the reference is moved to the last estimate, summed against it and solved; twice is
 # enough to begin from nothing, once while the touch is followed.
@@ -41,7 +41,7 @@ truth = fe.Touch(x=170.0, y=70.0, force=3.0)
 image, moved = frame(truth), pattern.still()
 for _ in range(2):
     sums = dic.tile_sums(reference, image, motions.flow(moved))
-    right = pattern.right_side(sums, moved)
+    right = pattern.gradient(sums, moved)
     estimate = models.find(pattern.whiten(right, sigma), search)
     moved = pattern.amplitudes(estimate, right)
 

@@ -4,22 +4,21 @@ import numpy as np
 
 import fe
 import models
-from models.data import dataset, gauge_layout
-from models.nets.train import Recipe, train
+from models import Recipe, dataset, gauge_layout, train_net
 
 SIZE = (100.0, 100.0)
 plate = fe.Plate(size=SIZE, thickness=1.0, young=3000.0, poisson=0.3)
-influence = fe.influence(plate, gauge_layout.on_edges(SIZE), fe.Mesh(SIZE, (40, 40)))
+influence = fe.influence(plate, gauge_layout.gauges_on_edges(SIZE), fe.Mesh(SIZE, (40, 40)))
 
 # 17 x 17 touches to learn from, 14 x 14 between them to watch, others at random for the test.
 rng = np.random.default_rng(7)
-training = dataset.simulate(influence, dataset.grid(SIZE, spacing=5.0, margin=10.0))
-validation = dataset.simulate(influence, dataset.midpoints(SIZE, 5.0, 10.0, count=14))
-test = dataset.simulate(influence, dataset.random_places(SIZE, 10.0, 100, rng))
+training = dataset.simulate_dataset(influence, dataset.grid_places(SIZE, spacing=5.0, margin=10.0))
+validation = dataset.simulate_dataset(influence, dataset.midpoint_places(SIZE, 5.0, 10.0, count=14))
+test = dataset.simulate_dataset(influence, dataset.random_places(SIZE, 10.0, 100, rng))
 
 # The paper takes 30000 epochs; these are enough to see it learn.
 options = models.NetOptions(layers=(32, 32), activation="tanh")
-trained = train(training, validation, options, Recipe(epochs=1000, learning_rate=0.01), rng)
+trained = train_net(training, validation, options, Recipe(epochs=1000, learning_rate=0.01), rng)
 for epoch in (0, 100, 999):
     learnt, watched = trained.history[epoch]
     print(f"epoch {epoch}: loss {learnt:.2f} mm, between the touches {watched:.2f} mm")

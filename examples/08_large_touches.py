@@ -11,7 +11,7 @@ touch = fe.Touch(x=61.0, y=45.0, force=5.0)
 place = [(touch.x, touch.y)]
 
 # Which theory a force needs, and what the smaller one would cost.
-print(fe.regime(plate, touch.force).sentence)
+print(fe.linear_range(plate, touch.force).sentence)
 
 # Linear theory, and the shell on a mesh that bends and stretches.
 linear = fe.deflect(plate, [touch])

@@ -1,5 +1,9 @@
 """Public names of `fe`: the one list, read by type checkers and by the lazy loader."""
 
+from .elements.hermite import (
+    HERMITE_DERIVATIVES as HERMITE_DERIVATIVES,
+    hermite_gram as hermite_gram,
+)
 from .elements.mesh import (
     Mesh as Mesh,
     default_mesh as default_mesh,
@@ -13,10 +17,10 @@ from .linear.gauge_influence import (
 )
 from .linear.linear import (
     Linear as Linear,
-    State as State,
+    LinearState as LinearState,
     deflect as deflect,
 )
-from .linear.linear_range import regime as regime
+from .linear.linear_range import linear_range as linear_range
 from .linear.plate_modes import (
     Modes as Modes,
     modes as modes,
@@ -25,7 +29,11 @@ from .linear.point_influence import (
     DisplacementInfluence as DisplacementInfluence,
     displacement_influence as displacement_influence,
 )
-from .linear.validity import Regime as Regime
+from .linear.validity import (
+    LINEAR_TOLERANCE as LINEAR_TOLERANCE,
+    LinearRange as LinearRange,
+    as_percent as as_percent,
+)
 from .output.plot import draw as draw
 from .output.vtu import write_vtu as write_vtu
 from .plate.edges import (
@@ -44,15 +52,18 @@ from .plate.plate import (
 from .reduced import (
     LargeState as LargeState,
     Reduced as Reduced,
+    ReducedReadings as ReducedReadings,
     Trust as Trust,
-    View as View,
-    reduce as reduce,
+    reduced_plate as reduced_plate,
 )
+from .reduced.large_state import drift_at as drift_at
 from .shell import (
     Base as Base,
     Shell as Shell,
     ShellState as ShellState,
     Stability as Stability,
     Verdict as Verdict,
+    shell_mesh as shell_mesh,
     solve as solve,
 )
+from .shell.base import check_base as check_base

@@ -1,14 +1,26 @@
 """Public names of `models`: the one list, read by type checkers and by the lazy loader."""
 
-from .data.dataset import Dataset as Dataset
+from .data.dataset import (
+    Dataset as Dataset,
+    StrainInfluence as StrainInfluence,
+    flatten_samples as flatten_samples,
+    grid_places as grid_places,
+    midpoint_places as midpoint_places,
+    random_places as random_places,
+    simulate_dataset as simulate_dataset,
+)
+from .data.gauge_layout import (
+    gauges_inside_edges as gauges_inside_edges,
+    gauges_on_edges as gauges_on_edges,
+)
 from .data.reader import (
     Samples as Samples,
     read_dataset as read_dataset,
 )
 from .data.sampling_plan import (
-    Box as Box,
-    Lattice as Lattice,
-    Plan as Plan,
+    SamplingPlan as SamplingPlan,
+    TouchBox as TouchBox,
+    TouchLattice as TouchLattice,
 )
 from .data.writer import (
     DatasetFile as DatasetFile,
@@ -18,14 +30,30 @@ from .design.cramer_rao import (
     cramer_rao as cramer_rao,
     pixel_level as pixel_level,
 )
+from .design.expected_errors import (
+    ExpectedErrors as ExpectedErrors,
+    equal_tiles as equal_tiles,
+    expected_errors as expected_errors,
+    gradient_energy as gradient_energy,
+    places_over_plate as places_over_plate,
+    shape_over as shape_over,
+)
+from .design.press_calibration import (
+    PressCorrection as PressCorrection,
+    correct_by_presses as correct_by_presses,
+)
 from .estimate import (
     Estimate as Estimate,
     Result as Result,
 )
-from .forward.gauges import gauges as gauges
+from .forward.camera_gauges import (
+    CameraGauges as CameraGauges,
+    prepare_camera_gauges as prepare_camera_gauges,
+)
+from .forward.gauges import gauge_forward as gauge_forward
 from .forward.image_motion import (
-    Motions as Motions,
-    see_motions as see_motions,
+    ImageMotions as ImageMotions,
+    prepare_motions as prepare_motions,
     with_tilts as with_tilts,
 )
 from .forward.large import (
@@ -40,22 +68,23 @@ from .forward.linear import (
 )
 from .forward.occlusion import hidden_tiles as hidden_tiles
 from .forward.simulator import (
-    Answer as Answer,
-    balance as balance,
+    Simulator as Simulator,
+    large_deflection as large_deflection,
     superpose as superpose,
 )
 from .forward.strain_map import (
     StrainMap as StrainMap,
-    see_strain as see_strain,
+    prepare_strain_map as prepare_strain_map,
 )
 from .forward.tile_pattern import (
-    Pattern as Pattern,
-    see_pattern as see_pattern,
+    TilePattern as TilePattern,
+    noise_from_sums as noise_from_sums,
+    prepare_pattern as prepare_pattern,
 )
 from .inverse.candidates import (
-    Search as Search,
-    prepare_search as prepare_search,
-    renewed as renewed,
+    CandidateGrid as CandidateGrid,
+    prepare_candidates as prepare_candidates,
+    with_forward as with_forward,
 )
 from .inverse.irls import find_robust as find_robust
 from .inverse.levenberg_marquardt import covariance as covariance
@@ -67,9 +96,43 @@ from .inverse.solver import (
     find as find,
     solve as solve,
 )
+from .nets.batches import (
+    mixed_batches as mixed_batches,
+    noisy_batches as noisy_batches,
+    shuffled_batches as shuffled_batches,
+)
+from .nets.checkpoint import Checkpoint as Checkpoint
+from .nets.loss import (
+    Loss as Loss,
+    distance_loss as distance_loss,
+    magnitude_loss as magnitude_loss,
+)
 from .nets.net import (
+    Net as Net,
     NetOptions as NetOptions,
     predict as predict,
 )
+from .nets.net_estimator import NetEstimate as NetEstimate, estimate_touch as estimate_touch
+from .nets.onnx import write_onnx as write_onnx
+from .nets.set_encoding import permutation_invariant_loss as permutation_invariant_loss
+from .nets.store import (
+    load_net as load_net,
+    prepare_net_file as prepare_net_file,
+    save_net as save_net,
+)
+from .nets.train import Recipe as Recipe, Trained as Trained, train_net as train_net
+from .nets.tune import NetCandidate as NetCandidate, tune_net as tune_net
+from .scores.error_map import ErrorMap as ErrorMap, error_map as error_map
 from .scores.matching import match as match
-from .scores.score import position_error as position_error
+from .scores.score import (
+    matched_error as matched_error,
+    position_error as position_error,
+    score_positions as score_positions,
+)
+from .scores.touch_score import (
+    TouchPairs as TouchPairs,
+    TouchScore as TouchScore,
+    pair_touches as pair_touches,
+    score_touches as score_touches,
+)
+from .workers import workers as workers

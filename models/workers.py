@@ -18,8 +18,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 if TYPE_CHECKING:
     from distributed import Client
 
-__all__ = ["Map", "workers"]
-
 # Waits for a scheduler to answer, and to come back where it was lost, s.
 _PATIENCE = 10
 

@@ -1,25 +1,27 @@
 """The command `touchplate`: imports the command that is asked for and no other.
 
-What a user can mend, a ValueError or an OSError, ends in one sentence on stderr and exit code 2;
+What a user can correct, a ValueError or an OSError, ends in one sentence on stderr and exit code 2;
 anything else is a fault of this program and shows where it happened.
 """
 
 import os
 import sys
+import warnings
 from collections.abc import Callable, Sequence
+from functools import partial
 from importlib import import_module
-from typing import Annotated, NoReturn
+from typing import Annotated, Any, NoReturn
 
 import typer
 
 COMMANDS = {
     "show": "Say what a scene contains, what it leaves out and why.",
     "design": "Say what a bench will reach, before anything is bought.",
-    "correlate": "Correlate two pictures: displacement, strain and their uncertainty.",
+    "correlate": "Correlate two images: displacement, strain and their uncertainty.",
     "run": "Run the live loop of a scene.",
     "record": "Run the live loop and keep all that it sees and says.",
     "replay": "Find the touches of a recording again.",
-    "export": "Write a recording as pictures, tables, surfaces or a video.",
+    "export": "Write a recording as images, tables, surfaces or a video.",
     "calibrate": "Calibrate camera, plate, projector, noise or latency, step by step.",
     "collect": "Ask for known presses, and learn from them what the bench has wrong.",
     "dataset": "Write a data set of simulated touches.",
@@ -27,7 +29,7 @@ COMMANDS = {
     "tune": "Search over layers and sizes of the net of a scene.",
     "score": "Repeat the test of a trained net.",
     "report": "Error against run time, stiff and extreme cases: run the studies, write the page.",
-    "doctor": "Say what this machine has for a bench, what it lacks, and how to mend it.",
+    "doctor": "Say what this machine has for a bench, what it lacks, and the remedy.",
 }
 TRACEBACK = "--traceback"
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
@@ -38,6 +40,7 @@ def main() -> None:
     """Run the command line of this process."""
     for variable in THREADS:
         os.environ.setdefault(variable, "1")
+    warnings.showwarning = partial(_show_warning, warnings.showwarning)
     arguments = [argument for argument in sys.argv[1:] if argument != TRACEBACK]
     try:
         application(arguments)(arguments)
@@ -74,7 +77,26 @@ def sentence(error: ValueError | OSError) -> str:
     return " ".join(text.split()) or type(error).__name__
 
 
+def _show_warning(usual: Callable[..., None], message: Warning | str, *about: Any) -> None:
+    """Give a warning of ours to users, such as that of a renamed key, as one sentence."""
+    if type(message).__module__.partition(".")[0] == "rig":
+        sys.stderr.write(f"touchplate: {message}\n")
+    else:
+        usual(message, *about)
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        from rig.system.version import __version__
+
+        typer.echo(f"touchplate {__version__}")
+        raise typer.Exit
+
+
 def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Say the version.")
+    ] = False,
     traceback: Annotated[  # taken out of the arguments by `main`; here for its help
         bool, typer.Option(TRACEBACK, help="Show where an error happened.")
     ] = False,

@@ -22,7 +22,7 @@ from .light import (
     polynomial_light as polynomial_light,
     projected_discs as projected_discs,
 )
-from .occluder import Hand as Hand
+from .occluder import Occluder as Occluder
 from .optics import Optics as Optics
 from .pattern import (
     Pattern as Pattern,
@@ -30,8 +30,8 @@ from .pattern import (
     speckle as speckle,
 )
 from .pose import (
-    looking as looking,
-    turned as turned,
+    look_at as look_at,
+    rotated as rotated,
 )
 from .printing import print_pattern as print_pattern
 from .rendering import render as render
@@ -42,9 +42,9 @@ from .telecentric import (
     telecentric_above as telecentric_above,
 )
 from .view import (
-    motion as motion,
-    rigid as rigid,
-    seen as seen,
+    image_motion as image_motion,
+    image_motion_basis as image_motion_basis,
+    rigid_motion_basis as rigid_motion_basis,
 )
 from .warp import (
     Warper as Warper,

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from dic.fields.strain_field import Kind, measure
+from dic import StrainKind, strain_measure
 from synthetic.points import Array, checked
 
 
@@ -216,7 +216,7 @@ class Hole:
 Formula = Uniform | Polynomial | Wave | Star | Hole
 
 
-def strain_of(formula: Formula, points: ArrayLike, kind: Kind = "small") -> Array:
+def strain_of(formula: Formula, points: ArrayLike, kind: StrainKind = "small") -> Array:
     """Exact strain of a formula.
 
     Parameters
@@ -228,7 +228,7 @@ def strain_of(formula: Formula, points: ArrayLike, kind: Kind = "small") -> Arra
     -------
     (K, 3) float64, exx, eyy and the tensor component exy in the frame of the points.
     """
-    return measure(formula.gradient(checked(points, 2, "points", "mm")), kind)
+    return strain_measure(formula.gradient(checked(points, 2, "points", "mm")), kind)
 
 
 def _in_plane(moved: Array) -> Array:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.random import Generator
 
 from synthetic.light import Light
-from synthetic.occluder import Hand
+from synthetic.occluder import Occluder
 from synthetic.optics import Optics
 from synthetic.points import Array
 from synthetic.telecentric import AnyCamera
@@ -25,7 +25,7 @@ class Exposure:
 
     optics: Optics | None = None
     light: Light | None = None
-    hand: Hand | None = None
+    hand: Occluder | None = None
 
     def apply(self, light: Array, camera: AnyCamera, z: float, rng: Generator | None) -> Array:
         """Light up, hide and darken the pixels of a picture that is already blurred.

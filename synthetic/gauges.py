@@ -17,9 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.signal import correlate
 
-from dic.images.image import check_image
-from dic.images.quality import box_sums, lies_inside
-from dic.images.spline import coefficients, gradient
+from dic import box_sums, check_image, lies_inside, spline_coefficients, spline_gradient
 from synthetic.points import Array, checked
 
 # Nodes a side of a gauge at which the motion is asked for: exact for polynomials of degree 7.
@@ -212,7 +210,9 @@ def texture_at(image: ArrayLike, xy: ArrayLike, size: int) -> Array:
             f"squares of {size} px must lie on the picture, got {outside} that leave it; "
             f"keep {half} px from its border"
         )
-    fx, fy = (np.asarray(part, dtype=np.float64) for part in gradient(coefficients(image)))
+    fx, fy = (
+        np.asarray(part, dtype=np.float64) for part in spline_gradient(spline_coefficients(image))
+    )
     xx, xy_, yy = (
         box_sums(product, centres, half) / (2 * half + 1) ** 2
         for product in (fx * fx, fx * fy, fy * fy)

@@ -10,7 +10,7 @@ from synthetic.points import Array, checked
 
 
 @dataclass(frozen=True, eq=False)
-class Hand:
+class Occluder:
     """Something that hides a part of the picture.
 
     Attributes

@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike
 from synthetic.points import Array
 
 
-def looking(
+def look_at(
     position: ArrayLike, target: ArrayLike, up: tuple[float, float, float] = (0.0, 1.0, 0.0)
 ) -> Array:
     """Pose of a camera that looks from one point of the plate frame at another.
@@ -46,7 +46,7 @@ def above(plate_size: tuple[float, float], stand_off: float) -> Array:
     if not 0 < stand_off < np.inf:
         raise ValueError(f"stand-off must be positive, got {stand_off} mm")
     x, y = plate_size[0] / 2, plate_size[1] / 2
-    return looking((x, y, stand_off), (x, y, 0.0))
+    return look_at((x, y, stand_off), (x, y, 0.0))
 
 
 def fit(
@@ -67,7 +67,9 @@ def fit(
     return scale, ((width - 1) / 2, (height - 1) / 2)
 
 
-def turned(T_cam_plate: ArrayLike, rotation: ArrayLike, about: tuple[float, float, float]) -> Array:
+def rotated(
+    T_cam_plate: ArrayLike, rotation: ArrayLike, about: tuple[float, float, float]
+) -> Array:
     """Pose after the plate was turned under the camera.
 
     Parameters

@@ -65,6 +65,7 @@ class Telecentric:
 
 
 AnyCamera = Camera | Telecentric
+"""A camera of either projection."""
 
 
 def telecentric_above(

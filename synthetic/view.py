@@ -7,7 +7,7 @@ from synthetic.points import Array, at_height, checked
 from synthetic.telecentric import AnyCamera
 
 
-def motion(camera: AnyCamera, points: ArrayLike, displacement: ArrayLike, z: float) -> Array:
+def image_motion(camera: AnyCamera, points: ArrayLike, displacement: ArrayLike, z: float) -> Array:
     """Image displacement of material points, exact for any size of displacement.
 
     Parameters
@@ -27,7 +27,9 @@ def motion(camera: AnyCamera, points: ArrayLike, displacement: ArrayLike, z: flo
     return camera.project(start + moved) - camera.project(start)
 
 
-def seen(camera: AnyCamera, px: ArrayLike, value: ArrayLike, slope: ArrayLike, z: float) -> Array:
+def image_motion_basis(
+    camera: AnyCamera, px: ArrayLike, value: ArrayLike, slope: ArrayLike, z: float
+) -> Array:
     """Image displacement per unit of each of K deflection fields, to first order.
 
     The face at height z of a thin plate moves by (−z w,x, −z w,y, w); the camera sees that
@@ -57,7 +59,7 @@ def seen(camera: AnyCamera, px: ArrayLike, value: ArrayLike, slope: ArrayLike, z
     return J[:, :, 2:] * w[:, None, :] - z * bending
 
 
-def rigid(camera: AnyCamera, px: ArrayLike) -> Array:
+def rigid_motion_basis(camera: AnyCamera, px: ArrayLike) -> Array:
     """Image displacement when the picture shifts, turns or grows about its middle.
 
     These four unknowns stand for a camera that moves a little during a measurement.

@@ -14,7 +14,7 @@ from synthetic.rendering import mean_light
 from synthetic.sampling import BORDER_PX, CONTROL_PX, moved_back, sample
 from synthetic.sensor import Sensor
 from synthetic.telecentric import AnyCamera
-from synthetic.view import motion
+from synthetic.view import image_motion
 
 # Points a side of a pixel of the sharp picture: off by 0.04 grey levels, less than the spline is.
 SAMPLES = 3
@@ -122,7 +122,7 @@ class Warper:
         -------
         (rows, cols, 2) float64, px.
         """
-        forward = motion(self.camera, self.points, displacement, self.z)
+        forward = image_motion(self.camera, self.points, displacement, self.z)
         count = self.grid[0] * self.grid[1]
         # Past the edge the field goes on as its point reflection, with equal value and slope.
         forward[self.past] = 2 * forward[self.past] - forward[count:]

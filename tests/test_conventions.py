@@ -14,7 +14,7 @@ import fe
 import models
 import rig
 import synthetic
-from dic.fields.strain_field import measure
+from dic.fields.strain_field import strain_measure
 from models.data import gauge_layout
 from rig.system import cache
 
@@ -60,7 +60,7 @@ def test_a_scene_may_write_other_units_and_holds_ours():
     assert scene.plate.young == pytest.approx(3000.0)
 
 
-# Pictures
+# Images
 
 
 def test_a_pixel_is_row_y_and_column_x_and_its_centre_has_whole_coordinates(pattern, picture):
@@ -154,7 +154,7 @@ def test_above_the_plate_x_runs_right_and_y_runs_up_in_the_picture():
 def test_what_is_pressed_away_from_a_pinhole_moves_towards_the_middle_of_its_picture():
     points = np.array([(100.0, 70.0), (20.0, 15.0)])
     pressed = np.tile([0.0, 0.0, -0.5], (2, 1))
-    motion = synthetic.motion(CAMERA, points, pressed, z=1.0)
+    motion = synthetic.image_motion(CAMERA, points, pressed, z=1.0)
     outwards = CAMERA.project(np.column_stack([points, [1.0, 1.0]])) - CAMERA.centre
     assert np.all(np.einsum("kc,kc->k", motion, outwards) < 0)
 
@@ -188,14 +188,16 @@ def test_the_kinds_of_strain_are_what_they_are_called():
     rotation = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
     long, short = 1.2, 0.9
     gradient = rotation @ np.diag([long, short]) - np.eye(2)  # ∇u = F - 1
-    exx, eyy, exy = measure(gradient, "small")
+    exx, eyy, exy = strain_measure(gradient, "small")
     assert [exx, eyy] == pytest.approx([np.cos(turn) * long - 1, np.cos(turn) * short - 1])
     assert exy == pytest.approx(np.sin(turn) * (long - short) / 2)
     np.testing.assert_allclose(
-        measure(gradient, "green-lagrange"), [(long**2 - 1) / 2, (short**2 - 1) / 2, 0], atol=1e-12
+        strain_measure(gradient, "green-lagrange"),
+        [(long**2 - 1) / 2, (short**2 - 1) / 2, 0],
+        atol=1e-12,
     )
     np.testing.assert_allclose(
-        measure(gradient, "logarithmic"), [np.log(long), np.log(short), 0], atol=1e-12
+        strain_measure(gradient, "logarithmic"), [np.log(long), np.log(short), 0], atol=1e-12
     )
 
 
@@ -221,7 +223,7 @@ def test_what_is_not_measured_is_nan_with_a_status_that_says_why(picture):
 
 
 def test_an_estimate_is_sorted_and_its_covariance_runs_x_y_force_in_mm_and_newton():
-    influence = fe.influence(PLATE, gauge_layout.on_edges(SIZE, 10.0, 10.0), MESH)
+    influence = fe.influence(PLATE, gauge_layout.gauges_on_edges(SIZE, 10.0, 10.0), MESH)
     truth, sigma = np.array([[30.0, 50.0, 2.0], [80.0, 25.0, 0.5]]), 1e-6
     rng = np.random.default_rng(0)
     clean = np.einsum("k,kmc->mc", truth[::-1, 2], influence.strain(truth[::-1, :2]))

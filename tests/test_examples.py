@@ -7,7 +7,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+import dic
 
 FOLDER = Path(__file__).parent.parent / "examples"
 NUMBER = r"[-+]?\d+(?:\.\d+)?(?:e[-+]\d+)?"
@@ -159,3 +162,30 @@ def test_large_touches(example, tmp_path):
         "large-touch.png",
         "bent-base.vtu",
     }
+
+
+def test_live_loop(example):
+    printed = example(9)
+    rows = printed.lines("one touch in the last of")
+    assert rows[0][1:] == [384, 320]
+    place, force = printed.line("median error:")
+    assert place < 6  # mm; measured 3.4, and σ is 3: the camera is small
+    assert force < 0.3  # N; measured 0.05
+    assert printed.line("missed:") == [0, 0]
+    times = [line.split()[0] for line in printed.splitlines() if ": touch 1 at" in line]
+    assert len(times) >= 10
+    assert times == sorted(times, key=float)
+
+
+def test_photographs(example, tmp_path):
+    printed = example(10)
+    pull, rim = printed.line("results/photographs: pull")
+    assert rim == pytest.approx(3 * pull)  # the round hole of Kirsch
+    folder = tmp_path / "results/photographs"
+    before, after, roi = (dic.read_image(folder / f"{n}.png") for n in ("before", "after", "roi"))
+    field = dic.correlate(dic.prepare(before, roi=roi > 0), after)
+    strain = dic.strain(field)
+    assert set(np.unique(roi)) == {0, 255}
+    assert field.valid[field.status != dic.Status.EXCLUDED].mean() > 0.99
+    far = strain.valid & (np.abs(field.xy[:, 0] - before.shape[1] / 2) > 250)  # px from the hole
+    assert np.median(strain.exx[far]) == pytest.approx(1e-6 * pull, rel=0.1)

@@ -23,7 +23,7 @@ from dic.fields import shape
 from dic.fields.displacement import DisplacementField, Status
 from dic.fields.grid import Grid
 from dic.images.image import check_image, check_pair
-from dic.images.spline import coefficients
+from dic.images.spline import spline_coefficients
 
 _TOGETHER = 10  # iterations of the whole field
 _PART = 2500  # px filtered for one point, in the time that the whole picture takes
@@ -73,15 +73,17 @@ def correlate(
     points = Points(dense_motion.fill(ref.xy, motion, known)[0])
     if ref.grid is None and len(motion) * _PART < image.size:
         frame = image if image.dtype == np.uint8 else image.astype(np.float32)
-        _alone(ref, frame, False, points, usable)
+        _iterate_points(ref, frame, False, points, usable)
         usable &= np.isnan(points.change)
     if usable.any():
-        spline = coefficients(np.subtract(image, image.mean(dtype=np.float64), dtype=np.float32))
+        spline = spline_coefficients(
+            np.subtract(image, image.mean(dtype=np.float64), dtype=np.float32)
+        )
         if ref.grid is not None:
-            _together(ref, ref.grid, spline, points)
-            usable = point_status.found(ref, points) & ~points.still
-        _alone(ref, spline, True, points, usable)
-    return point_status.field(ref, points, image)
+            _iterate_field(ref, ref.grid, spline, points)
+            usable = point_status.is_correlated(ref, points) & ~points.still
+        _iterate_points(ref, spline, True, points, usable)
+    return point_status.displacement_field(ref, points, image)
 
 
 def _start(ref, image, guess, usable) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
@@ -141,13 +143,13 @@ def _seed_places(ref: Reference, usable: NDArray[np.bool_], spacing: int) -> NDA
     return places[nearest[first]]
 
 
-def _together(ref: Reference, grid: Grid, spline: NDArray, points: Points) -> None:
+def _iterate_field(ref: Reference, grid: Grid, spline: NDArray, points: Points) -> None:
     """Iterate a grid on the frame warped by its dense motion, until few points still move."""
     held, sums_of = -1, _summing(ref, grid, spline)
     for _ in range(_TOGETHER):
-        net = dense_motion.net(points.motion, grid)
+        net = dense_motion.motion_grid(points.motion, grid)
         points.step(ref, sums_of(net), net.base)
-        good = point_status.found(ref, points)
+        good = point_status.is_correlated(ref, points)
         moving, count = np.count_nonzero(good & ~points.still), np.count_nonzero(good)
         if moving <= _FEW * count and count <= held:
             return
@@ -155,7 +157,9 @@ def _together(ref: Reference, grid: Grid, spline: NDArray, points: Points) -> No
         points.motion, _ = dense_motion.fill(ref.xy, points.motion, good)
 
 
-def _summing(ref: Reference, grid: Grid, spline: NDArray) -> Callable[[dense_motion.Net], NDArray]:
+def _summing(
+    ref: Reference, grid: Grid, spline: NDArray
+) -> Callable[[dense_motion.MotionGrid], NDArray]:
     """Make what takes the sums (N, S) of a frame for a dense motion, where the reference says."""
     if ref.device is not None:
         from dic.correlation import device_moments
@@ -164,14 +168,14 @@ def _summing(ref: Reference, grid: Grid, spline: NDArray) -> Callable[[dense_mot
     windows = grid.xs, grid.ys, ref.half
     sums = np.empty((*grid.shape, len(frame_moments.frame_plan(ref.order).sums)))
 
-    def take(net: dense_motion.Net) -> NDArray:
+    def take(net: dense_motion.MotionGrid) -> NDArray:
         frame_moments.sums_on_grid(ref.texture, spline, net, windows, ref.order, sums)
         return sums.reshape(len(ref.xy), -1)
 
     return take
 
 
-def _alone(
+def _iterate_points(
     ref: Reference, frame: NDArray, filtered: bool, points: Points, waiting: NDArray
 ) -> None:
     """Iterate the points `waiting` one by one; try those that are lost again beside those found.
@@ -180,14 +184,14 @@ def _alone(
     """
     while waiting.any():
         points.alone(ref, frame, filtered, np.flatnonzero(waiting & ~points.still))
-        good = point_status.found(ref, points)
+        good = point_status.is_correlated(ref, points)
         if not (good & waiting).any():
             return
         motion, given = dense_motion.fill(ref.xy, points.motion, good, _BESIDE)
         waiting = (
             given
             & (ref.status == Status.OK)
-            & ~point_status.leaves(ref, motion)
+            & ~point_status.leaves_image(ref, motion)
             & ~(waiting & good)
         )
         points.motion[waiting], points.still[waiting] = motion[waiting], False

@@ -12,7 +12,7 @@ from dic.fields.grid import Grid
 
 
 @dataclass(frozen=True)
-class Net:
+class MotionGrid:
     """Motion on the grid of POIs, continued over the borders of the picture.
 
     Attributes
@@ -49,7 +49,7 @@ class Net:
         )
 
 
-def net(motion: NDArray[np.float64], grid: Grid) -> Net:
+def motion_grid(motion: NDArray[np.float64], grid: Grid) -> MotionGrid:
     """Continue the motion of the POIs over the borders by their own gradients.
 
     Parameters
@@ -68,7 +68,7 @@ def net(motion: NDArray[np.float64], grid: Grid) -> Net:
     base = np.rint(np.median(motion[:, :, 0], axis=0)).astype(int)
     origin = int(grid.xs[0]) - margin * grid.step, int(grid.ys[0]) - margin * grid.step
     relative = np.ascontiguousarray(np.moveaxis(u - base, -1, 0))
-    return Net(relative, (int(base[0]), int(base[1])), origin, grid.step)
+    return MotionGrid(relative, (int(base[0]), int(base[1])), origin, grid.step)
 
 
 def _beyond(count: int, margin: int) -> NDArray[np.int64]:
@@ -89,7 +89,7 @@ def fill(
     ----------
     xy : (N, 2) px
     motion : (N, 2, P)
-        As for `net`.
+        As for `motion_grid`.
     good : (N,) bool
     reach : float, px
         Neighbours farther away than this say nothing.

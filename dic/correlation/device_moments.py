@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from dic.correlation.dense_motion import Net
+from dic.correlation.dense_motion import MotionGrid
 from dic.correlation.frame_moments import frame_plan
 from dic.fields.grid import Grid
 from dic.images.warp import PAD, TAPS, weights
@@ -41,7 +41,7 @@ def check_device(device: str) -> None:
 
 def summing(
     texture: NDArray[np.float32], spline: NDArray[np.float32], grid: Grid, order: int, device: str
-) -> Callable[[Net], NDArray[np.float64]]:
+) -> Callable[[MotionGrid], NDArray[np.float64]]:
     """Prepare the sums of a frame: a function of the dense motion that gives (N, S) float64.
 
     Parameters
@@ -69,7 +69,7 @@ def summing(
     columns, sums = frame_plan(order)
     over_x, over_y = (_put(axis.windows(sums[:, 1].max()), device) for axis in axes)
 
-    def take(net: Net) -> NDArray[np.float64]:
+    def take(net: MotionGrid) -> NDArray[np.float64]:
         between = [
             _put(_interpolation(net, axis.pixels - origin, count), device)
             for axis, origin, count in zip(axes, net.origin, net.motion.shape[:0:-1], strict=True)
@@ -105,7 +105,7 @@ def _put(array: NDArray, device: str) -> Tensor:
     return torch.as_tensor(np.ascontiguousarray(array, dtype=np.float32), device=device)
 
 
-def _interpolation(net: Net, places: NDArray[np.int64], count: int) -> NDArray[np.float64]:
+def _interpolation(net: MotionGrid, places: NDArray[np.int64], count: int) -> NDArray[np.float64]:
     """Weights (P, count) of the nodes at places, px from the first node."""
     node, phase = np.divmod(places, net.step)
     matrix = np.zeros((len(places), count))

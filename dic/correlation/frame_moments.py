@@ -10,15 +10,15 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from dic.correlation.dense_motion import Net
-from dic.correlation.window import Plan, add_row, along, close, plan, raise_powers, together
+from dic.correlation.dense_motion import MotionGrid
+from dic.correlation.window import SumPlan, add_row, along, close, plan, raise_powers, together
 from dic.fields import shape
 from dic.images.warp import TAPS, warp_row
 
 _TERMS = 11
 
 
-def frame_plan(order: int) -> Plan:
+def frame_plan(order: int) -> SumPlan:
     """Sum fx g, fy g, fx q, fy q with the monomials; f g, g, f q, q, g², g q, q²."""
     return plan([shape.degree(order)] * 4 + [0] * 7)
 
@@ -95,7 +95,7 @@ def _grid(texture, spline, net, base, windows, columns, sums, out):
             last += 1
 
 
-def sums_on_grid(texture, spline, net: Net, windows, order: int, out) -> None:
+def sums_on_grid(texture, spline, net: MotionGrid, windows, order: int, out) -> None:
     """Sum under each subset of a grid, the frame warped by the dense motion `net`.
 
     Parameters
@@ -103,7 +103,7 @@ def sums_on_grid(texture, spline, net: Net, windows, order: int, out) -> None:
     texture : (4, H, W) float32
     spline : (H + 2 PAD, W + 2 PAD) float32
         Coefficients of the frame.
-    net : dic.correlation.dense_motion.Net
+    net : dic.correlation.dense_motion.MotionGrid
         Motion at the POIs and around them, px.
     windows : (xs, ys, half)
         As for the reference.

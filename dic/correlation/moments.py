@@ -9,13 +9,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from dic.correlation.window import Plan, add_row, along, close, plan, raise_powers, together
+from dic.correlation.window import SumPlan, add_row, along, close, plan, raise_powers, together
 from dic.fields import shape
 
 _TERMS = 10
 
 
-def reference_plan(order: int) -> Plan:
+def reference_plan(order: int) -> SumPlan:
     """Sum fx², fxfy, fy² with monomials of twice the degree; fx f, fy f, fx, fy; f², f, n."""
     degree = shape.degree(order)
     return plan([2 * degree] * 3 + [degree] * 4 + [0] * 3)

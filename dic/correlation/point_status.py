@@ -25,13 +25,13 @@ _MOST_NOISE = 0.5  # share of Σ∇f∇fᵀ that may be noise
 _FAR = 5.0  # σ, the distance that shall be as rare as it is for a normal error
 
 
-def found(ref: Reference, points: Points) -> NDArray[np.bool_]:
+def is_correlated(ref: Reference, points: Points) -> NDArray[np.bool_]:
     """Tell where the pattern was found again, wholly on the picture, (N,) bool."""
     known = (ref.status == Status.OK) & (points.zncc >= _FOUND)
-    return known & ~leaves(ref, points.motion)
+    return known & ~leaves_image(ref, points.motion)
 
 
-def field(ref: Reference, points: Points, image: NDArray) -> DisplacementField:
+def displacement_field(ref: Reference, points: Points, image: NDArray) -> DisplacementField:
     """Turn the last state of the points in a frame into a measurement, NaN where there is none."""
     noise = np.sqrt(np.maximum(points.residual, 0) / _noise_gain(points.motion, ref.half))
     clipped = _clipped(ref, points, image)
@@ -116,7 +116,7 @@ def _status(ref, points, noise, clipped) -> NDArray[np.int8]:
     for condition, name in (
         # Too much of what is taken for slope is noise.
         (ref.slope < np.sqrt(noise_slope() / _MOST_NOISE) * level, Status.FLAT),
-        (leaves(ref, points.motion), Status.OUTSIDE),
+        (leaves_image(ref, points.motion), Status.OUTSIDE),
         (~(points.zncc >= _FOUND), Status.LOW_CORRELATION),
         (~(points.still | (points.change <= _STOPPED)), Status.NOT_CONVERGED),
         *((part > _CLIPPED, name) for part, name in clipped),
@@ -126,7 +126,7 @@ def _status(ref, points, noise, clipped) -> NDArray[np.int8]:
     return status
 
 
-def leaves(ref: Reference, motion: NDArray) -> NDArray[np.bool_]:
+def leaves_image(ref: Reference, motion: NDArray) -> NDArray[np.bool_]:
     """Tell where a corner of the moved subset lies beyond the last pixels, (N,) bool."""
     out = np.empty(len(motion), dtype=bool)
     _leave(ref.xy, motion, ref.half, ref.image.shape, out)

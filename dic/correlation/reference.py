@@ -14,7 +14,7 @@ from dic.fields.displacement import Status
 from dic.fields.grid import Grid, grid_over
 from dic.images.image import check_image
 from dic.images.quality import box_areas, box_sums
-from dic.images.spline import coefficients, gradient
+from dic.images.spline import spline_coefficients, spline_gradient
 
 _BARE = 0.02  # of the median mean square of ∇f: the inner half of a subset is without pattern
 _CLIPPED = 2 / 3  # share of a subset at black or at white from which it cannot be trusted
@@ -149,7 +149,7 @@ def _inner(weight: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def _texture(image: NDArray, weight: NDArray[np.bool_]) -> NDArray[np.float32]:
     grey = np.subtract(image, image.mean(dtype=np.float64), dtype=np.float32)
     texture = np.empty((4, *grey.shape), dtype=np.float32)
-    texture[0], texture[1] = gradient(coefficients(grey))
+    texture[0], texture[1] = spline_gradient(spline_coefficients(grey))
     texture[2], texture[3] = grey, weight
     if not weight.all():
         texture *= weight

@@ -16,13 +16,13 @@ _KEPT = 0.98  # share of the points followed so far that a frame must find again
 _ALIKE = 0.9  # their median ZNCC, below which the pattern has changed too much
 
 
-def follow(ref: Reference, frames: Iterable[ArrayLike]) -> Iterator[DisplacementField]:
+def correlate_sequence(ref: Reference, frames: Iterable[ArrayLike]) -> Iterator[DisplacementField]:
     """Measure the displacement of every frame from the first reference, one by one.
 
     A frame is compared with the first picture, from the motion of the frame before. Once the
     pattern has changed too much for that, by strain, light or wear, the frame before becomes the
     reference: the points go on from where they had moved to, so that each stays on its material
-    point, and the displacements add up (`compose`).
+    point, and the displacements add up (`compose_displacements`).
 
     Parameters
     ----------
@@ -86,10 +86,10 @@ def _joined(
         arrays[name] = np.full_like(getattr(start, name), np.nan)
     for name, array in arrays.items():
         array[here] = getattr(found, name)
-    return compose(start, replace(found, xy=start.xy, **arrays))
+    return compose_displacements(start, replace(found, xy=start.xy, **arrays))
 
 
-def compose(first: DisplacementField, second: DisplacementField) -> DisplacementField:
+def compose_displacements(first: DisplacementField, second: DisplacementField) -> DisplacementField:
     """Add up two displacements of which the second starts where the first has led.
 
     Parameters

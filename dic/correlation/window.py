@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from dic.fields.shape import monomials
 
 
-class Plan(NamedTuple):
+class SumPlan(NamedTuple):
     """Which sums to take.
 
     Attributes
@@ -32,12 +32,12 @@ class Plan(NamedTuple):
     sums: NDArray[np.int64]
 
 
-def plan(degrees: list[int]) -> Plan:
+def plan(degrees: list[int]) -> SumPlan:
     """Sum term k with every monomial up to `degrees[k]`: results term by term, in that order."""
     columns = [(k, b) for k, degree in enumerate(degrees) for b in range(degree + 1)]
     place = {column: n for n, column in enumerate(columns)}
     sums = [(place[k, b], a) for k, degree in enumerate(degrees) for a, b in monomials(degree)]
-    return Plan(np.array(columns), np.array(sums))
+    return SumPlan(np.array(columns), np.array(sums))
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")

@@ -13,7 +13,9 @@ from dic.fields import roughness
 from dic.fields.displacement import DisplacementField
 from dic.fields.grid import Grid
 
-Kind = Literal["small", "green-lagrange", "logarithmic"]
+StrainKind = Literal["small", "green-lagrange", "logarithmic"]
+"""Definition of strain: of small motion, or free of rotation."""
+
 LEAST = 0.5  # share of a window that must be valid
 _NUDGE = 1e-5  # for differences of the strain measures: error 1e-10
 
@@ -47,7 +49,7 @@ class StrainField:
     valid: NDArray[np.bool_]
     vsg: int
     window: int
-    kind: Kind
+    kind: StrainKind
     grid: Grid | None
 
     @property
@@ -56,7 +58,7 @@ class StrainField:
         return 2 * self.exy
 
 
-def strain(disp: DisplacementField, window: int = 5, kind: Kind = "small") -> StrainField:
+def strain(disp: DisplacementField, window: int = 5, kind: StrainKind = "small") -> StrainField:
     """Strain from a least-squares plane through u and v over a window of points.
 
     Parameters
@@ -81,8 +83,10 @@ def strain(disp: DisplacementField, window: int = 5, kind: Kind = "small") -> St
     of their pixels share that part of their noise, ρ = (1 - |Δx|/subset)₊ (1 - |Δy|/subset)₊ at
     orders 0 and 1; at order 2 the pixels count as the quadratic fit weighs them.
     """
-    if kind not in get_args(Kind):
-        raise ValueError(f"strain kind must be one of {', '.join(get_args(Kind))}, got {kind!r}")
+    if kind not in get_args(StrainKind):
+        raise ValueError(
+            f"strain kind must be one of {', '.join(get_args(StrainKind))}, got {kind!r}"
+        )
     if disp.grid is None:
         gradient, variance = _of_subsets(disp)
         window, vsg = 1, disp.subset
@@ -192,7 +196,7 @@ def _fit_one(fields, place, step, overlap, gradient, variance):
 
 
 def _measure_with_sigma(
-    gradient: NDArray, variance: NDArray, kind: Kind
+    gradient: NDArray, variance: NDArray, kind: StrainKind
 ) -> tuple[NDArray, NDArray]:
     """Strain (N, 3) and its σ (N, 3), by the slopes of the measure in the four gradients."""
     spread = np.zeros((len(gradient), 3))
@@ -200,14 +204,14 @@ def _measure_with_sigma(
         for b in range(2):
             nudge = np.zeros((2, 2))
             nudge[a, b] = _NUDGE
-            slope = (measure(gradient + nudge, kind) - measure(gradient - nudge, kind)) / (
-                2 * _NUDGE
-            )
+            slope = (
+                strain_measure(gradient + nudge, kind) - strain_measure(gradient - nudge, kind)
+            ) / (2 * _NUDGE)
             spread += slope**2 * variance[:, a, b, None]
-    return measure(gradient, kind), np.sqrt(spread)
+    return strain_measure(gradient, kind), np.sqrt(spread)
 
 
-def measure(gradient: NDArray[np.float64], kind: Kind) -> NDArray[np.float64]:
+def strain_measure(gradient: NDArray[np.float64], kind: StrainKind) -> NDArray[np.float64]:
     """Strain of a displacement gradient.
 
     Parameters

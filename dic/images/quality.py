@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from dic.images.image import check_image
-from dic.images.spline import coefficients, gradient
+from dic.images.spline import spline_coefficients, spline_gradient
 
 
 def sssig(image: ArrayLike, subset: int, xy: ArrayLike) -> NDArray[np.float64]:
@@ -45,7 +45,7 @@ def sssig(image: ArrayLike, subset: int, xy: ArrayLike) -> NDArray[np.float64]:
             f"the subset of {subset} px at ({x}, {y}) px leaves the picture; "
             f"keep {half} px from its border"
         )
-    gx, gy = gradient(coefficients(image))
+    gx, gy = spline_gradient(spline_coefficients(image))
     return np.stack([box_sums(np.square(g), centres, half) for g in (gx, gy)], axis=1)
 
 

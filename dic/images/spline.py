@@ -23,7 +23,7 @@ _GAIN = 120
 _HORIZON = 25  # _POLES[0] ** 25 = 7e-10, below float32
 
 
-def coefficients(image: ArrayLike) -> NDArray[np.float32]:
+def spline_coefficients(image: ArrayLike) -> NDArray[np.float32]:
     """Coefficients of the interpolating quintic B-spline.
 
     Beyond a border the picture goes on as its mirror turned by half a turn about the last pixel,
@@ -57,7 +57,9 @@ def coefficients(image: ArrayLike) -> NDArray[np.float32]:
     return padded
 
 
-def gradient(spline: NDArray[np.float32]) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
+def spline_gradient(
+    spline: NDArray[np.float32],
+) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
     """Differentiate at the pixels: ∂/∂x and ∂/∂y, each (H, W) float32, grey levels per px."""
     slope = [1 / 24, 10 / 24, 0.0, -10 / 24, -1 / 24]
     value = [1 / 120, 26 / 120, 66 / 120, 26 / 120, 1 / 120]

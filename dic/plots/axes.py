@@ -24,7 +24,7 @@ _SMALL, _MIDDLE, _LARGE = 11, 14, 17  # px, sizes of letters
 
 
 @dataclass(frozen=True)
-class Box:
+class SheetBox:
     """Place of an image on the sheet, px."""
 
     left: int
@@ -33,7 +33,7 @@ class Box:
     high: int
 
 
-def draw_axes(pen: ImageDraw.ImageDraw, box: Box, shape: tuple[int, ...], title: str) -> None:
+def draw_axes(pen: ImageDraw.ImageDraw, box: SheetBox, shape: tuple[int, ...], title: str) -> None:
     """Draw the frame of an image (H, W), px along its sides, and its title."""
     right, bottom = box.left + box.wide, box.top + box.high
     pen.rectangle((box.left - 1, box.top - 1, right, bottom), outline="black")
@@ -53,7 +53,7 @@ def draw_axes(pen: ImageDraw.ImageDraw, box: Box, shape: tuple[int, ...], title:
 
 def draw_scale(
     sheet: Image.Image,
-    box: Box,
+    box: SheetBox,
     colours: NDArray[np.uint8],
     limits: tuple[float, float],
     unit: str,
@@ -81,7 +81,7 @@ def draw_scale(
 
 
 def draw_legend(
-    pen: ImageDraw.ImageDraw, box: Box, colours: NDArray[np.uint8], labels: Sequence[str]
+    pen: ImageDraw.ImageDraw, box: SheetBox, colours: NDArray[np.uint8], labels: Sequence[str]
 ) -> None:
     """Draw a field of each colour with its label, the first below."""
     left, right = box.left + box.wide + _BESIDE, box.left + box.wide + _BESIDE + _WIDE

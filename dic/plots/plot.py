@@ -18,7 +18,7 @@ from PIL import Image, ImageDraw
 from dic.fields.displacement import DisplacementField, Status
 from dic.fields.grid import Grid
 from dic.plots import axes
-from dic.plots.axes import Box
+from dic.plots.axes import SheetBox
 
 _STATUS_COLOURS = (
     "#2f9e44", "#ced4da", "#f1c40f", "#343a40", "#f783ac", "#4dabf7", "#e03131", "#7048e8",
@@ -75,14 +75,14 @@ def draw_sheet(
 
 def _frame(
     shape: tuple[int, ...], most: tuple[int, int], counts: tuple[int, int]
-) -> tuple[Image.Image, list[Box]]:
+) -> tuple[Image.Image, list[SheetBox]]:
     """White sheet with room for rows and columns of images (H, W) and what stands about each."""
     height, width = shape
     scale = min(most[0] / width, most[1] / height)
     wide, high = max(round(width * scale), 1), max(round(height * scale), 1)
     across, up = wide + axes.LEFT + axes.RIGHT, high + axes.BELOW + axes.ABOVE
     boxes = [
-        Box(column * across + axes.LEFT, row * up + axes.ABOVE, wide, high)
+        SheetBox(column * across + axes.LEFT, row * up + axes.ABOVE, wide, high)
         for row in range(counts[0])
         for column in range(counts[1])
     ]
@@ -91,7 +91,7 @@ def _frame(
 
 def _panel(
     sheet: Image.Image,
-    box: Box,
+    box: SheetBox,
     image: NDArray,
     name: str,
     values: NDArray,
@@ -160,7 +160,7 @@ def _seen(count: int, pixels: int) -> NDArray[np.float64]:
     return (np.arange(pixels) + 0.5) * count / pixels - 0.5
 
 
-def _grey(image: NDArray, box: Box) -> NDArray[np.float32]:
+def _grey(image: NDArray, box: SheetBox) -> NDArray[np.float32]:
     """Image as it stands in its box, (high, wide, 1), from black 0 to white 255."""
     dark, bright = np.percentile(image[::4, ::4], (1, 99))
     rows, columns = (

@@ -74,7 +74,7 @@ def prepare_blocks(reference: TileReference, block: int = 3) -> TileBlocks:
     return TileBlocks(reference, block, hessian, _inverse(summed), status)
 
 
-def right_side(blocks: TileBlocks, sums: TileSums) -> NDArray[np.float64]:
+def tile_gradient(blocks: TileBlocks, sums: TileSums) -> NDArray[np.float64]:
     """Right-hand side of each tile for the motion left over, light eliminated, (T, 2)."""
     pixels = blocks.reference.tiles.size**2
     return _of_light(sums.light.T, pixels, sums.ef, sums.e).T - sums.gradient
@@ -97,7 +97,7 @@ def tile_displacement(blocks: TileBlocks, sums: TileSums, noise: float) -> Displ
     """
     reference = blocks.reference
     known = (blocks.hessian @ sums.flow[..., None])[..., 0]
-    right = _block_sum(known + right_side(blocks, sums), reference.tiles.shape, blocks.block)
+    right = _block_sum(known + tile_gradient(blocks, sums), reference.tiles.shape, blocks.block)
     moved = (blocks.inverse @ right[..., None])[..., 0]
     zncc = _zncc(blocks, sums)
     lost = (blocks.status == Status.OK) & (zncc < LEAST_ZNCC)

@@ -33,12 +33,12 @@ class Stencil(NamedTuple):
     weights: NDArray[np.float64]
 
 
-# DERIVATIVES[order, function, power]: the four functions of an element (left value, left slope,
-# right value, right slope) as polynomials in t = 0..1, and their derivatives by t.
-DERIVATIVES = np.zeros((4, 4, 4))
-DERIVATIVES[0] = [[1, 0, -3, 2], [0, 1, -2, 1], [0, 0, 3, -2], [0, 0, -1, 1]]
+HERMITE_DERIVATIVES = np.zeros((4, 4, 4))
+"""[order, function, power]: the four functions of an element (left value, left slope, right value,
+right slope) as polynomials in t = 0..1, and their derivatives by t."""
+HERMITE_DERIVATIVES[0] = [[1, 0, -3, 2], [0, 1, -2, 1], [0, 0, 3, -2], [0, 0, -1, 1]]
 for _order in (1, 2, 3):
-    DERIVATIVES[_order, :, :3] = DERIVATIVES[_order - 1, :, 1:] * np.arange(1, 4)
+    HERMITE_DERIVATIVES[_order, :, :3] = HERMITE_DERIVATIVES[_order - 1, :, 1:] * np.arange(1, 4)
 
 
 def hermite(x: NDArray[np.float64], line: Line, order: int) -> Stencil:
@@ -71,13 +71,13 @@ def _hermite(x: NDArray, nodes: NDArray, unit: float, order: int) -> tuple[NDArr
         t = (x[k] - nodes[element]) / h
         start[k] = 2 * element
         for i in range(4):
-            c = DERIVATIVES[order, i]
+            c = HERMITE_DERIVATIVES[order, i]
             scale = h**-order if i % 2 == 0 else h**-order * (h / unit)
             weights[k, i] = scale * (c[0] + t * (c[1] + t * (c[2] + t * c[3])))
     return start, weights
 
 
-def gram(line: Line, p: int, q: int, run: tuple[int, int] | None = None) -> sp.csr_array:
+def hermite_gram(line: Line, p: int, q: int, run: tuple[int, int] | None = None) -> sp.csr_array:
     """Integrals of products of derivatives of the Hermite functions of a line.
 
     Parameters
@@ -97,7 +97,7 @@ def gram(line: Line, p: int, q: int, run: tuple[int, int] | None = None) -> sp.c
     powers = np.arange(4)
     moments = 1.0 / (powers[:, None] + powers + 1)  # ∫ t^k t^l over the element
     slopes = (h / line.unit) ** (powers % 2)  # (elements, 1, 4)
-    unit_element = DERIVATIVES[p] @ moments @ DERIVATIVES[q].T
+    unit_element = HERMITE_DERIVATIVES[p] @ moments @ HERMITE_DERIVATIVES[q].T
     element = unit_element * h ** (1 - p - q) * slopes * slopes.swapaxes(1, 2)
     start = 2 * np.arange(first, last)[:, None, None]
     rows, columns, values = np.broadcast_arrays(start + powers[:, None], start + powers, element)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.elements.hermite import DERIVATIVES, Stencil, hermite
+from fe.elements.hermite import HERMITE_DERIVATIVES, Stencil, hermite
 from fe.elements.line import Line
 
 
@@ -50,8 +50,8 @@ def _integral(x: NDArray, line: Line) -> NDArray[np.float64]:
     whole = np.zeros((line.count + 1, line.unknowns))
     for e in range(line.count):
         whole[e + 1] = whole[e]
-        whole[e + 1, 2 * e : 2 * e + 4] += scale[e] * (DERIVATIVES[0] @ (1 / (powers + 1)))
-    part = t[:, None] ** (powers + 1) / (powers + 1) @ DERIVATIVES[0].T * scale[element]
+        whole[e + 1, 2 * e : 2 * e + 4] += scale[e] * (HERMITE_DERIVATIVES[0] @ (1 / (powers + 1)))
+    part = t[:, None] ** (powers + 1) / (powers + 1) @ HERMITE_DERIVATIVES[0].T * scale[element]
     rows = whole[element]
     np.add.at(rows, (np.arange(len(x))[:, None], 2 * element[:, None] + powers), part)
     return rows

@@ -18,7 +18,7 @@ from fe.elements.hermite import hermite
 from fe.elements.line import Line
 from fe.elements.mesh import Mesh
 from fe.linear.energy import stiffness
-from fe.linear.linear import Linear, State
+from fe.linear.linear import Linear, LinearState
 from fe.plate.edges import Clamped, Edges
 from fe.plate.plate import Plate
 
@@ -79,7 +79,7 @@ def _point(
 
 
 def _deflection(linear: Linear, values: NDArray, place: NDArray) -> float:
-    return float(State(linear.plate, linear.mesh, values).deflection(place[None])[0])
+    return float(LinearState(linear.plate, linear.mesh, values).deflection(place[None])[0])
 
 
 def _forces(linear: Linear, values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fe.elements.hermite import gram, hermite
+from fe.elements.hermite import hermite, hermite_gram
 from fe.elements.line import Line
 from fe.elements.mesh import Mesh, on_elements
 from fe.plate.plate import Plate
@@ -58,7 +58,7 @@ def stiffness(plate: Plate, mesh: Mesh, kept: Free | None = None) -> sp.csc_arra
     rows, columns = kept or free(plate, mesh)
 
     def along(axis: int, run: tuple[int, int], keep: NDArray):
-        return lambda p, q: gram(mesh.lines[axis], p, q, run)[keep][:, keep]
+        return lambda p, q: hermite_gram(mesh.lines[axis], p, q, run)[keep][:, keep]
 
     rigidity = rigidities(plate, mesh)
     matrix = _edge_stiffness(plate, mesh, rows, columns)
@@ -97,7 +97,7 @@ def _edge_stiffness(plate: Plate, mesh: Mesh, rows: NDArray, columns: NDArray) -
     """Springs of elastic edges; a rigid one is held instead, one of no stiffness is left out."""
     matrix = sp.csr_array((rows.sum() * columns.sum(),) * 2)
     for axis, keep, other, keep_other in ((0, rows, 1, columns), (1, columns, 0, rows)):
-        along = gram(mesh.lines[other], 0, 0)[keep_other][:, keep_other]
+        along = hermite_gram(mesh.lines[other], 0, 0)[keep_other][:, keep_other]
         for end, edge in enumerate(plate.sides.along(axis)):
             springs = edge.springs.deflection, edge.springs.rotation
             for order, spring in enumerate(springs):

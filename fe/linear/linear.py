@@ -27,7 +27,7 @@ CURVATURES = ((2, 0), (0, 2), (1, 1))
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class LinearState:
     """A bent plate.
 
     Attributes
@@ -159,7 +159,7 @@ class Linear:
         values[self.free] = solution.reshape(right.shape)
         return values
 
-    def deflect(self, touches: Sequence[Touch]) -> State:
+    def deflect(self, touches: Sequence[Touch]) -> LinearState:
         """Bend the plate by touches.
 
         Raises
@@ -170,10 +170,10 @@ class Linear:
         xy, along_z, _ = spread(self.plate, self.mesh, touches)
         loads = np.zeros((*self.mesh.shape, 1))
         derivative(self.mesh, xy).add_to(loads, along_z, np.zeros(len(xy), dtype=np.int64))
-        return State(self.plate, self.mesh, self.solve(loads))
+        return LinearState(self.plate, self.mesh, self.solve(loads))
 
 
-def deflect(plate: Plate, touches: Sequence[Touch], mesh: Mesh | None = None) -> State:
+def deflect(plate: Plate, touches: Sequence[Touch], mesh: Mesh | None = None) -> LinearState:
     """Bend a plate by touches, linearly.
 
     Deflections must stay small against the thickness: strain is off by 1 % where the deflection

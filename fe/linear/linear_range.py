@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from fe.elements.functional import derivative
 from fe.elements.mesh import Mesh, grid
-from fe.linear.linear import Linear, State
+from fe.linear.linear import Linear, LinearState
 from fe.linear.membrane import Membrane, Stretched, stretch
-from fe.linear.validity import TOLERANCE, Regime
+from fe.linear.validity import LINEAR_TOLERANCE, LinearRange
 from fe.plate.plate import Plate
 
 # Deflection is right to 1 % on this many elements along the longer side.
@@ -29,7 +29,7 @@ _PLACES = np.linspace(0.0, 1.0, 9)
 _SEEN = np.linspace(0.05, 0.95, 10)
 
 
-def regime(plate: Plate, force: float) -> Regime:
+def linear_range(plate: Plate, force: float) -> LinearRange:
     """Say which theory holds for touches up to a force, anywhere on a plate.
 
     Parameters
@@ -42,7 +42,7 @@ def regime(plate: Plate, force: float) -> Regime:
     -------
     Regime
         Its error is an estimate. Against the shell, over seven ways of holding a plate, it is
-        within 2 % of itself up to w/h = 0.35, 11 % at 1 and 27 % at 2 (`benchmarks/regime.py`).
+        within 2 % of itself up to w/h = 0.35, 11 % at 1 and 27 % at 2 (`python -m rig.studies.plates.regime`).
 
     Raises
     ------
@@ -63,8 +63,8 @@ def regime(plate: Plate, force: float) -> Regime:
     share = _share(force * depth, _work(membrane, plane, stretching))
     error = max(1.0 / share - 1.0, _strain_error(linear, plane, share))
     ratio = share * depth / float(plate.material(place)[0][0])
-    return Regime(
-        theory="linear" if error <= TOLERANCE else "large",
+    return LinearRange(
+        theory="linear" if error <= LINEAR_TOLERANCE else "large",
         force=force,
         place=(float(place[0, 0]), float(place[0, 1])),
         deflection=share * depth,
@@ -73,7 +73,7 @@ def regime(plate: Plate, force: float) -> Regime:
     )
 
 
-def _worst(linear: Linear, force: float) -> tuple[NDArray[np.float64], State]:
+def _worst(linear: Linear, force: float) -> tuple[NDArray[np.float64], LinearState]:
     """Place (1, 2) mm of the largest w/h, and the plate under the touch there."""
     xy = _over(linear.plate, _PLACES)
     touch = derivative(linear.mesh, xy)
@@ -85,7 +85,7 @@ def _worst(linear: Linear, force: float) -> tuple[NDArray[np.float64], State]:
     # The first of places that are alike by symmetry, whatever rounding does to them.
     worst = int(np.argmax(ratio > (1.0 - 1e-6) * ratio.max()))
     here = slice(worst, worst + 1)
-    return xy[here], State(linear.plate, linear.mesh, values[:, :, here])
+    return xy[here], LinearState(linear.plate, linear.mesh, values[:, :, here])
 
 
 def _share(bending: float, stretching: float) -> float:
@@ -100,7 +100,7 @@ def _work(membrane: Membrane, plane: Stretched, strain: NDArray[np.float64]) -> 
     return float(np.sum((xx + yy + 2.0 * xy) * membrane.gauss.weights))
 
 
-def _strain_error(linear: State, plane: Stretched, share: float) -> float:
+def _strain_error(linear: LinearState, plane: Stretched, share: float) -> float:
     """Error of the linear strain of the touched face, relative."""
     xy = _over(linear.plate, _SEEN)
     bending = linear.strain(xy)
@@ -108,7 +108,9 @@ def _strain_error(linear: State, plane: Stretched, share: float) -> float:
     return float(np.linalg.norm(bending - true) / np.linalg.norm(true))
 
 
-def _middle_strain(linear: State, plane: Stretched, xy: NDArray[np.float64]) -> NDArray[np.float64]:
+def _middle_strain(
+    linear: LinearState, plane: Stretched, xy: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Strain of the middle surface, u_(a,b) + ½ w,a w,b, (K, 3) float64."""
     (ux, uy), (vx, vy) = (_gradient(linear.mesh, np.ascontiguousarray(u), xy) for u in plane.values)
     wx, wy = linear.slope(xy).T

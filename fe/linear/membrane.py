@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from fe.elements.factor import Factor, factor
 from fe.elements.gauss import Gauss, gauss
-from fe.elements.hermite import gram
+from fe.elements.hermite import hermite_gram
 from fe.elements.mesh import Mesh, on_elements
 from fe.plate.plate import Plate
 
@@ -111,7 +111,7 @@ class Membrane:
         unknowns = self.mesh.shape[0] * self.mesh.shape[1]
         matrix = sp.csr_array((unknowns, unknowns))
         for axis in (0, 1):
-            along = gram(self.mesh.lines[1 - axis], 0, 0)
+            along = hermite_gram(self.mesh.lines[1 - axis], 0, 0)
             for edge, place in zip(self.plate.sides.along(axis), (0, -2), strict=True):
                 spring = edge.springs.membrane
                 if spring == 0 or isinf(spring):

@@ -14,7 +14,7 @@ from scipy.sparse.linalg import eigsh
 
 from fe.elements.factor import operator
 from fe.elements.functional import derivative
-from fe.elements.hermite import gram
+from fe.elements.hermite import hermite_gram
 from fe.elements.mesh import Mesh, mesh_for
 from fe.elements.storage import restore, store
 from fe.linear.energy import bending_products, free
@@ -177,7 +177,7 @@ def _by_lanczos(
     linear = Linear(plate, mesh)
     kept = free(plate, mesh)
     mass_x, mass_y = (
-        gram(line, 0, 0)[keep][:, keep] for line, keep in zip(mesh.lines, kept, strict=True)
+        hermite_gram(line, 0, 0)[keep][:, keep] for line, keep in zip(mesh.lines, kept, strict=True)
     )
     mass = sp.csc_array(sp.kron(mass_x, mass_y))
     size = len(mass.indptr) - 1
@@ -246,7 +246,7 @@ def _beam_modes(plate: Plate, mesh: Mesh, count: int) -> list[NDArray[np.float64
     for axis, (n, line) in enumerate(zip(mesh.counts, mesh.lines, strict=True)):
         share = plate.size[axis] / sqrt(plate.area)
         wanted = max(ceil(sqrt(_RICHNESS * count) * share), _FEWEST)
-        mass, stiffness = (gram(line, p, p)[_CLAMPED, _CLAMPED].toarray() for p in (0, 2))
+        mass, stiffness = (hermite_gram(line, p, p)[_CLAMPED, _CLAMPED].toarray() for p in (0, 2))
         shapes = np.zeros((2 * n + 2, min(wanted, n)))
         last = shapes.shape[1] - 1
         shapes[_CLAMPED] = eigh(stiffness, mass, subset_by_index=(0, last))[1]
@@ -266,7 +266,7 @@ def _ritz(
     """Stiffness (k,) and mixture (m_x, m_y, k) of the lowest modes among products of beams."""
 
     def along(axis: int, beams: NDArray):
-        return lambda p, q: beams.T @ (gram(mesh.lines[axis], p, q) @ beams)
+        return lambda p, q: beams.T @ (hermite_gram(mesh.lines[axis], p, q) @ beams)
 
     products = bending_products(plate.poisson, along(0, beams_x), along(1, beams_y), np.kron)
     last = min(count, len(products)) - 1

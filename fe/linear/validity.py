@@ -8,18 +8,18 @@ from typing import Any, Literal
 
 import numpy as np
 
-TOLERANCE = 0.05
+LINEAR_TOLERANCE = 0.05
 """Error of linear theory up to which it is taken: what a good camera bench knows of its plate."""
 
 
 @dataclass(frozen=True)
-class Regime:
+class LinearRange:
     """What a touch does to a plate, and what linear theory makes of it.
 
     Attributes
     ----------
     theory : {"linear", "large"}
-        The smaller theory that is right to `TOLERANCE`.
+        The smaller theory that is right to `LINEAR_TOLERANCE`.
     force : float
         Of the touch, N.
     place : tuple of float
@@ -45,7 +45,7 @@ class Regime:
         return {name: np.asarray(value) for name, value in asdict(self).items()}
 
     @classmethod
-    def from_arrays(cls, arrays: Mapping[str, np.ndarray]) -> Regime:
+    def from_arrays(cls, arrays: Mapping[str, np.ndarray]) -> LinearRange:
         """Return the regime that `arrays` came from.
 
         Raises
@@ -63,10 +63,10 @@ class Regime:
         x, y = self.place
         return (
             f"w/h is up to {self.ratio:.2g} under {self.force:g} N at ({x:g}, {y:g}) mm, where "
-            f"linear theory is off by {percent(self.error)}"
+            f"linear theory is off by {as_percent(self.error)}"
         )
 
 
-def percent(share: float) -> str:
+def as_percent(share: float) -> str:
     """Write a relative error for people: two digits, and no more than that it is all wrong."""
     return f"{100 * share:.2g} %" if share < 0.995 else "more than 100 %"

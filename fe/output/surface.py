@@ -36,7 +36,7 @@ class Bent(Protocol):
         ...
 
 
-class Surface(NamedTuple):
+class FaceSamples(NamedTuple):
     """Points of the touched face: those of a grid row by row, then the places of touches.
 
     Attributes
@@ -58,7 +58,7 @@ class Surface(NamedTuple):
     shape: tuple[int, int]
 
 
-def sample(state: Bent, touches: Sequence[Touch] = ()) -> Surface:
+def sample(state: Bent, touches: Sequence[Touch] = ()) -> FaceSamples:
     """Read a state on the nodes of its mesh and where it is touched.
 
     Raises
@@ -71,7 +71,7 @@ def sample(state: Bent, touches: Sequence[Touch] = ()) -> Surface:
     places = np.array([(t.x, t.y) for t in touches], dtype=np.float64).reshape(-1, 2)
     xy = np.concatenate([nodes, state.plate.points(places, "touch")])
     thickness = state.plate.material(xy)[0]
-    return Surface(xy, state.displacement(xy), state.strain(xy), thickness, (y.size, x.size))
+    return FaceSamples(xy, state.displacement(xy), state.strain(xy), thickness, (y.size, x.size))
 
 
 def writable(path: str | Path, suffixes: tuple[str, ...]) -> Path:

@@ -11,7 +11,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.output.surface import Bent, Surface, sample, writable, write_whole
+from fe.output.surface import Bent, FaceSamples, sample, writable, write_whole
 from fe.plate.plate import Touch
 
 # Numbers of the cell types in VTK's format.
@@ -63,7 +63,7 @@ def write_vtu(path: str | Path, state: Bent, touches: Sequence[Touch] = ()) -> N
     write_whole(path, ET.tostring(file, encoding="utf-8", xml_declaration=True))
 
 
-def _cells(surface: Surface) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _cells(surface: FaceSamples) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Points of the cells one after the other, and how many each has: quads, then touches."""
     rows, columns = surface.shape
     node = np.arange(rows * columns).reshape(rows, columns)
@@ -74,7 +74,7 @@ def _cells(surface: Surface) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return np.concatenate([quads.ravel(), vertices]), sizes
 
 
-def _fields(surface: Surface, touches: Sequence[Touch]) -> dict[str, NDArray[np.float64]]:
+def _fields(surface: FaceSamples, touches: Sequence[Touch]) -> dict[str, NDArray[np.float64]]:
     untouched = np.zeros(len(surface.xy) - len(touches))
     return {
         "displacement": surface.displacement,

@@ -101,6 +101,7 @@ class Elastic:
 
 
 Edge = Clamped | Supported | Free | Elastic
+"""How one edge of a plate is held."""
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,8 @@
 """Large deflection of a plate at a live pace, made from states of the whole plate."""
 
 from fe.reduced.large_state import LargeState
-from fe.reduced.reduced import Reduced, reduce
+from fe.reduced.reduced import Reduced, reduced_plate
 from fe.reduced.result import Trust
-from fe.reduced.view import Reading, View
+from fe.reduced.view import Reading, ReducedReadings
 
-__all__ = ["LargeState", "Reading", "Reduced", "Trust", "View", "reduce"]
+__all__ = ["LargeState", "Reading", "Reduced", "ReducedReadings", "Trust", "reduced_plate"]

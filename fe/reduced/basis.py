@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.elements.hermite import gram
+from fe.elements.hermite import hermite_gram
 from fe.elements.mesh import Mesh
 from fe.reduced.karman import Karman
 from fe.reduced.training import Parts, Snapshots
@@ -22,7 +22,7 @@ from fe.reduced.training import Parts, Snapshots
 _LINEAR, _REST, _STRESSES, _DRIFTS = 16, 24, 110, 36
 
 
-class Basis(NamedTuple):
+class ReducedBasis(NamedTuple):
     """What the reduced plate is made of, besides the functions that move with the touch.
 
     Attributes
@@ -40,9 +40,9 @@ class Basis(NamedTuple):
     drifts: NDArray[np.float64]
 
 
-def basis(karman: Karman, states: Snapshots, parts: Parts) -> Basis:
+def basis(karman: Karman, states: Snapshots, parts: Parts) -> ReducedBasis:
     """Find the basis of some states and of the parts of their deflections."""
-    return Basis(_shapes(karman, parts), _stresses(karman, states), _drifts(karman, states))
+    return ReducedBasis(_shapes(karman, parts), _stresses(karman, states), _drifts(karman, states))
 
 
 def _shapes(karman: Karman, parts: Parts) -> NDArray[np.float64]:
@@ -69,7 +69,7 @@ def _drifts(karman: Karman, states: Snapshots) -> NDArray[np.float64]:
 
 def spread_out(mesh: Mesh, values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Compute the loads ∫ f u dA, for every f, of functions u: (2 nx + 2, 2 ny + 2, C) both."""
-    along_x, along_y = (gram(line, 0, 0).toarray() for line in mesh.lines)
+    along_x, along_y = (hermite_gram(line, 0, 0).toarray() for line in mesh.lines)
     return along_y @ np.tensordot(along_x, values, 1)
 
 

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from fe.elements.mesh import Mesh
 from fe.linear.membrane import pull, stretch
-from fe.reduced.basis import Basis, spread_out
+from fe.reduced.basis import ReducedBasis, spread_out
 from fe.reduced.karman import Karman
-from fe.reduced.spline import Table, table
+from fe.reduced.spline import SplineTable, table
 from fe.reduced.touch_shape import TouchShapes
 
 # Elements between neighbouring places of the table, and the fewest steps between places along a
@@ -36,14 +36,14 @@ class Forms:
         M.
     fixed : (F, n, n) float32
         Both arguments fixed shapes. Single precision, as in the table, halves what is read.
-    moving : Table
+    moving : SplineTable
         Of F (n A + A (A + 1) / 2) functions of the place of a touch: one argument moving, then
         both.
     """
 
     stresses: int
     fixed: NDArray[np.float32]
-    moving: Table
+    moving: SplineTable
 
     @property
     def functions(self) -> int:
@@ -78,7 +78,7 @@ class Forms:
 
 
 def forms(
-    shapes: TouchShapes, basis: Basis, progress: Callable[[int, int], object] | None = None
+    shapes: TouchShapes, basis: ReducedBasis, progress: Callable[[int, int], object] | None = None
 ) -> Forms:
     """Compute the forms of a plate for a basis."""
     karman, stresses = shapes.karman, _all_stresses(shapes.karman, basis)
@@ -103,7 +103,7 @@ def _places(mesh: Mesh, axis: int) -> NDArray[np.float64]:
     return np.linspace(0.0, mesh.size[axis], max(mesh.counts[axis] // _STRIDE, _FEWEST) + 1)
 
 
-def _all_stresses(karman: Karman, basis: Basis) -> NDArray[np.float64]:
+def _all_stresses(karman: Karman, basis: ReducedBasis) -> NDArray[np.float64]:
     """Stresses of forms 1 to F - 1, (3, gx, gy, M + U) float64."""
     forces = np.stack([spread_out(karman.mesh, component) for component in basis.drifts])
     membrane = karman.membrane

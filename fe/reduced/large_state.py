@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fe.elements.functional import derivative
 from fe.elements.mesh import Mesh
-from fe.linear.linear import Face, State
+from fe.linear.linear import Face, LinearState
 from fe.plate.plate import Plate
 from fe.reduced.interpolation import between
 from fe.reduced.result import Trust
@@ -21,7 +21,7 @@ class LargeState:
 
     Attributes
     ----------
-    bent : State
+    bent : LinearState
         Its deflection.
     plane : (2, 2 nx + 2, 2 ny + 2, 1) float64, mm
         Unknowns of u and v of the middle surface.
@@ -30,7 +30,7 @@ class LargeState:
     result : Trust
     """
 
-    bent: State
+    bent: LinearState
     plane: NDArray[np.float64]
     stress: NDArray[np.float64]
     result: Trust

@@ -14,7 +14,7 @@ from fe.elements.functional import Functional, derivative, recovered
 from fe.elements.mesh import Mesh, grid, mesh_for
 from fe.elements.storage import restore, store
 from fe.linear.adjoint import Adjoint
-from fe.linear.linear import CURVATURES, Face, State, height
+from fe.linear.linear import CURVATURES, Face, LinearState, height
 from fe.linear.load import disc
 from fe.plate.plate import Plate, Touch
 from fe.reduced.assembly import assemble
@@ -25,10 +25,10 @@ from fe.reduced.interpolation import between
 from fe.reduced.karman import Karman
 from fe.reduced.large_state import LargeState, drift_at, middle_strain
 from fe.reduced.result import Trust
-from fe.reduced.spline import Table
+from fe.reduced.spline import SplineTable
 from fe.reduced.touch_shape import TouchShapes, touch_shapes
 from fe.reduced.training import MARGIN, sample, snapshots, split
-from fe.reduced.view import View
+from fe.reduced.view import ReducedReadings
 
 # Elements for the longer side, and the part of the shorter one that the rim takes along each edge.
 # Elements of the rim are smaller: where a clamped edge meets a free one strain is singular, and
@@ -95,7 +95,7 @@ class Reduced:
         for touch, part in zip(touches, moving.reshape(len(touches), -1), strict=True):
             points = disc(self.plate, self.mesh, np.array([[touch.x, touch.y]]), touch.radius)
             values += self.touch_shapes.at(*points) @ part
-        bent = State(self.plate, self.mesh, values[:, :, None])
+        bent = LinearState(self.plate, self.mesh, values[:, :, None])
         plane = (self.drifts @ state.drift)[..., None]
         stress = (self.stresses @ state.stress)[..., None]
         return LargeState(bent, plane, stress, self.trust(xy, state))
@@ -114,7 +114,7 @@ class Reduced:
         room = np.minimum(xy, np.array(self.plate.size) - xy).min()
         return Trust.TRAINED if room >= MARGIN * min(self.plate.size) else Trust.NEAR_EDGE
 
-    def gauges(self, xy: ArrayLike, face: Face = "top") -> View:
+    def gauges(self, xy: ArrayLike, face: Face = "top") -> ReducedReadings:
         """Prepare strain gauges at (M, 2) mm: the view reads Green-Lagrange strain exx, eyy, exy.
 
         Raises
@@ -129,7 +129,7 @@ class Reduced:
         still = np.zeros((*middle.shape[:2], self.drifts.shape[-1]))
         return self._view(reads, np.concatenate([middle, still], axis=2))
 
-    def points(self, xy: ArrayLike, face: Face = "top") -> View:
+    def points(self, xy: ArrayLike, face: Face = "top") -> ReducedReadings:
         """Prepare points at (M, 2) mm of a face: the view reads displacement u, v, w in mm.
 
         Raises
@@ -148,7 +148,7 @@ class Reduced:
         plane[:, :2, self.forms.stresses :] = drift_at(self.mesh, self.drifts, at)
         return self._view(reads, plane)
 
-    def _view(self, reads: list[tuple[Functional, NDArray]], plane: NDArray) -> View:
+    def _view(self, reads: list[tuple[Functional, NDArray]], plane: NDArray) -> ReducedReadings:
         """Solve for three channels a place: functionals of w with scales (M,), and the plane."""
         count = len(plane)
         fixed = np.stack([scale[:, None] * read.of(self.shapes) for read, scale in reads], axis=1)
@@ -162,7 +162,9 @@ class Reduced:
             part = slice(first, first + _BLOCK)
             values[:, :, part] = self.touch_shapes.solve(loads[:, :, part])
         moving = Adjoint(self.plate, self.mesh, values.reshape(*self.mesh.shape, -1))
-        return View(self, moving, fixed.reshape(3 * count, -1), plane.reshape(3 * count, -1))
+        return ReducedReadings(
+            self, moving, fixed.reshape(3 * count, -1), plane.reshape(3 * count, -1)
+        )
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Return all of it as named arrays, for a file."""
@@ -189,11 +191,11 @@ class Reduced:
         """
         plate, mesh, found = restore(arrays, *_ARRAYS)
         stresses, fixed, moving, shapes, nodal, drifts, stretched = found
-        parts = Forms(int(stresses), fixed, Table(plate.size, moving))
+        parts = Forms(int(stresses), fixed, SplineTable(plate.size, moving))
         return cls(plate, mesh, parts, shapes, nodal, drifts, float(stretched))
 
 
-def reduce(
+def reduced_plate(
     plate: Plate,
     mesh: Mesh | None = None,
     force: float = 5.0,

@@ -13,7 +13,7 @@ _CHUNK = 512
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class SplineTable:
     """L functions as products of uniform cubic B-splines: two continuous derivatives.
 
     Attributes
@@ -45,11 +45,11 @@ class Table:
         return _mix(self.coefficients, _patch(self.coefficients.shape[:2], self.size, xy, share))
 
 
-def table(size: tuple[float, float], values: NDArray[np.float64]) -> Table:
+def table(size: tuple[float, float], values: NDArray[np.float64]) -> SplineTable:
     """Splines through values (mx, my, L) at places spread evenly over a plate."""
     along_x, along_y = (_interpolation(count) for count in values.shape[:2])
     rows = np.tensordot(along_x, values, 1)
-    return Table(size, np.ascontiguousarray(along_y @ rows, dtype=np.float32))
+    return SplineTable(size, np.ascontiguousarray(along_y @ rows, dtype=np.float32))
 
 
 def _interpolation(count: int) -> NDArray[np.float64]:

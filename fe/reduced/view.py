@@ -40,7 +40,7 @@ class Reading(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class View:
+class ReducedReadings:
     """M fixed places of a reduced plate, ready to be read.
 
     Each of 3 M channels is linear in all that makes up a state.

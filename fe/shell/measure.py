@@ -22,7 +22,7 @@ _SECOND = ((2, 4), (4, 3))
 _Reading = Callable[[Mesh, NDArray[np.float64], int, int], Functional]
 
 
-class Surface(NamedTuple):
+class BentSurface(NamedTuple):
     """The bent middle surface at K points.
 
     Attributes
@@ -52,7 +52,7 @@ def derivatives(
     return np.stack([reading(mesh, xy, p, q).of(values) for p, q in ORDERS], axis=1)
 
 
-def surface(g: NDArray[np.float64]) -> Surface:
+def surface(g: NDArray[np.float64]) -> BentSurface:
     """Surface of the derivatives (K, 5, 3) at points."""
     flat = np.eye(2, 3)
     tangents = flat + g[:, :2]
@@ -62,7 +62,7 @@ def surface(g: NDArray[np.float64]) -> Surface:
     linear = g[:, :2] @ flat.T
     strain = 0.5 * (linear + linear.swapaxes(1, 2) + g[:, :2] @ g[:, :2].swapaxes(1, 2))
     curvature = np.einsum("kc,kabc->kab", normal, g[:, _SECOND])
-    return Surface(tangents, duals, normal, strain, curvature)
+    return BentSurface(tangents, duals, normal, strain, curvature)
 
 
 def strain(g: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.float64]:

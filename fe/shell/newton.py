@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from fe.shell.band import Band, cholesky
 from fe.shell.problem import TINY, Problem
-from fe.shell.unstable_direction import escape
+from fe.shell.unstable_direction import leave_unstable
 
 _MOST_ITERATIONS = 60
 # The step is the last one where the work that it can still do is this part of the energy: it
@@ -102,7 +102,7 @@ def equilibrium(problem: Problem, start: NDArray[np.float64], bold: bool = True)
         if shift > 0:
             far = _ROUNDING
         if work <= _AT_SADDLE and shift > 0:
-            length, move = 0.0, escape(problem, values, step.factor)
+            length, move = 0.0, leave_unstable(problem, values, step.factor)
         else:
             if work > far and not jumped:
                 length = _search(problem, values, step)

@@ -22,7 +22,7 @@ from numba import njit
 Vector = tuple[float, float, float]
 
 
-class Basis(NamedTuple):
+class SurfaceBasis(NamedTuple):
     """Tangents a1, a2, their duals a¹, a², and the normal n of the bent surface."""
 
     a1: Vector
@@ -68,7 +68,7 @@ def basis(g):
     area = np.sqrt(dot(c, c))
     n = scaled(c, 1.0 / area)
     dual1, dual2 = scaled(cross(a2, n), 1.0 / area), scaled(cross(n, a1), 1.0 / area)
-    return Basis(a1, a2, dual1, dual2, n)
+    return SurfaceBasis(a1, a2, dual1, dual2, n)
 
 
 @njit(cache=True, nogil=True)

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fe.elements.hermite import gram, hermite
+from fe.elements.hermite import hermite, hermite_gram
 from fe.elements.mesh import Mesh
 from fe.plate.plate import Plate
 
@@ -100,7 +100,7 @@ def springs(plate: Plate, mesh: Mesh) -> sp.csr_array:
     size = mesh.shape[0] * mesh.shape[1] * 3
     matrix = sp.csr_array((size, size))
     for axis, line in enumerate(mesh.lines):
-        along = gram(mesh.lines[1 - axis], 0, 0)
+        along = hermite_gram(mesh.lines[1 - axis], 0, 0)
         for end, edge in enumerate(plate.sides.along(axis)):
             deflection, rotation, membrane = (0 if isinf(s) else s for s in edge.springs)
             for order, each in ((0, (membrane, membrane, deflection)), (1, (0, 0, rotation))):

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fe.elements.hermite import gram
+from fe.elements.hermite import hermite_gram
 from fe.elements.mesh import Mesh
 from fe.plate.plate import Plate
 from fe.shell.elements import pattern, rule
@@ -48,7 +48,7 @@ class System:
     @cached_property
     def mass(self) -> sp.csr_array:
         """Mass of a plate of 1 per area: ∫ U·U dA = Uᵀ mass U, (N, N), mm²."""
-        along_x, along_y = (gram(line, 0, 0) for line in self.mesh.lines)
+        along_x, along_y = (hermite_gram(line, 0, 0) for line in self.mesh.lines)
         return sp.csr_array(sp.kron(sp.kron(along_x, along_y), sp.eye_array(3)))
 
     def forces(self, values: NDArray) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:

@@ -16,7 +16,9 @@ _WEST, _SOUTH = 0.1, 0.01
 _INVERSE_ITERATIONS = 20
 
 
-def escape(problem: Problem, values: NDArray[np.float64], factor: Band) -> NDArray[np.float64]:
+def leave_unstable(
+    problem: Problem, values: NDArray[np.float64], factor: Band
+) -> NDArray[np.float64]:
     """Step along the softest direction to about where the potential is lowest.
 
     Of the two senses the one that moves the plate to +z is tried first, so that plates that are

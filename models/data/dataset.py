@@ -7,8 +7,6 @@ import numpy as np
 
 from models.data.gauge_layout import even_steps
 
-__all__ = ["Dataset", "flatten", "grid", "midpoints", "random_places", "simulate"]
-
 
 class StrainInfluence(Protocol):
     """What a data set needs of the plate; `fe.Influence` is one."""
@@ -37,13 +35,13 @@ class Dataset:
         return len(self.targets)
 
 
-def simulate(influence: StrainInfluence, xy: np.ndarray) -> Dataset:
+def simulate_dataset(influence: StrainInfluence, xy: np.ndarray) -> Dataset:
     """Return the data set of unit touches at `xy` (N, 2) mm, section 2.1 of the paper."""
     xy = np.asarray(xy, dtype=float)
     return Dataset(influence.strain(xy).reshape(len(xy), -1), xy)
 
 
-def flatten(strain: np.ndarray, touches: np.ndarray, unit: float | None = None) -> Dataset:
+def flatten_samples(strain: np.ndarray, touches: np.ndarray, unit: float | None = None) -> Dataset:
     """Return samples of several touches as a net learns them, section 2.3 of the paper.
 
     Parameters
@@ -65,7 +63,7 @@ def flatten(strain: np.ndarray, touches: np.ndarray, unit: float | None = None) 
     return Dataset(strain.reshape(len(strain), -1), targets)
 
 
-def grid(size: tuple[float, float], spacing: float, margin: float) -> np.ndarray:
+def grid_places(size: tuple[float, float], spacing: float, margin: float) -> np.ndarray:
     """Return the training places: a grid that keeps `margin` from the edges.
 
     Parameters
@@ -88,8 +86,10 @@ def grid(size: tuple[float, float], spacing: float, margin: float) -> np.ndarray
     return _product(even_steps(a, spacing, margin), even_steps(b, spacing, margin))
 
 
-def midpoints(size: tuple[float, float], spacing: float, margin: float, count: int) -> np.ndarray:
-    """Return the validation places: `count` a side between those of `grid`.
+def midpoint_places(
+    size: tuple[float, float], spacing: float, margin: float, count: int
+) -> np.ndarray:
+    """Return the validation places: `count` a side between those of `grid_places`.
 
     They run evenly from the first mid-point of the training grid to the last. The paper has 196
     and says no more; 14 a side on its plate stand at 12.5, 18.27, ... 87.5, none of them a place
@@ -98,7 +98,7 @@ def midpoints(size: tuple[float, float], spacing: float, margin: float, count: i
     Parameters
     ----------
     size, spacing, margin
-        As given to `grid`, mm.
+        As given to `grid_places`, mm.
     count
         Places a side, at least 2.
 

@@ -14,11 +14,9 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-__all__ = ["Place", "lay_out", "locate"]
-
 
 @dataclass(frozen=True)
-class Place:
+class ArrayPlace:
     """Where an array lies in its file.
 
     Attributes
@@ -78,7 +76,7 @@ def lay_out(
         aside.unlink(missing_ok=True)
 
 
-def locate(path: Path) -> tuple[dict[str, Any], dict[str, Place]]:
+def locate(path: Path) -> tuple[dict[str, Any], dict[str, ArrayPlace]]:
     """Return the attributes of a file and the places of its arrays.
 
     Raises
@@ -91,7 +89,7 @@ def locate(path: Path) -> tuple[dict[str, Any], dict[str, Place]]:
     with h5py.File(path, "r") as file:
         arrays = {str(name): item for name, item in file.items() if isinstance(item, h5py.Dataset)}
         places = {
-            name: Place(item.id.get_offset(), item.shape, item.dtype)
+            name: ArrayPlace(item.id.get_offset(), item.shape, item.dtype)
             for name, item in arrays.items()
             if item.id.get_offset() is not None
         }

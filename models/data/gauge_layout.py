@@ -3,9 +3,9 @@
 The paper draws 72 grey blocks "on the boundary of the plate" and gives no coordinates. Two readings
 give 72 points at a spacing of 5 mm on its 100 x 100 plate, and 360 at a spacing of 1 mm:
 
-* reading B, `on_edges`: the middles of equal steps ON the edges. Along a clamped edge two of the
-  three strains vanish, so one input in three is live: 360 at 1 mm, as the paper prints.
-* reading A, `inside_edges`: a closed rectangle 5 mm inside, where all three strains are live.
+* reading B, `gauges_on_edges`: the middles of equal steps ON the edges. Along a clamped edge two of
+  the three strains vanish, so one input in three is live: 360 at 1 mm, as the paper prints.
+* reading A, `gauges_inside_edges`: a closed rectangle 5 mm inside, where all three are live.
 
 B reproduces what the paper reports and is what the scenes take by default.
 """
@@ -14,10 +14,10 @@ import math
 
 import numpy as np
 
-__all__ = ["even_steps", "inside_edges", "on_edges"]
 
-
-def on_edges(size: tuple[float, float], spacing: float = 5.0, margin: float = 5.0) -> np.ndarray:
+def gauges_on_edges(
+    size: tuple[float, float], spacing: float = 5.0, margin: float = 5.0
+) -> np.ndarray:
     """Return gauge places on the four edges, reading B of the paper.
 
     Each edge is cut into steps of `spacing`, from `margin` to its length less `margin`;
@@ -47,7 +47,7 @@ def on_edges(size: tuple[float, float], spacing: float = 5.0, margin: float = 5.
     return _around(x, y, size, inset=0.0)
 
 
-def inside_edges(
+def gauges_inside_edges(
     size: tuple[float, float], spacing: float = 5.0, margin: float = 5.0
 ) -> np.ndarray:
     """Return gauge places on a closed rectangle inside the edges, reading A of the paper.

@@ -12,9 +12,7 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
-from models.data.flat_file import Place, locate
-
-__all__ = ["ARRAYS", "FORMAT", "VERSION", "Samples", "checksum", "open_dataset", "read_dataset"]
+from models.data.flat_file import ArrayPlace, locate
 
 FORMAT = "touchplate data set"
 VERSION = 1
@@ -94,7 +92,7 @@ def checksum(touches: NDArray[np.float64], strain: NDArray[np.float32]) -> int:
     return crc32(np.ascontiguousarray(strain).data, crc32(np.ascontiguousarray(touches).data))
 
 
-def open_dataset(path: Path) -> tuple[dict[str, Any], dict[str, Place]]:
+def open_dataset(path: Path) -> tuple[dict[str, Any], dict[str, ArrayPlace]]:
     """Return attributes and places of a data set, finished or not.
 
     Raises

@@ -14,8 +14,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["BLOCK", "Box", "Lattice", "Plan"]
-
 BLOCK = 4096
 """Samples in a block. The seed of a block holds its number, so another size is another data set."""
 
@@ -24,7 +22,7 @@ _MOST = 2**62
 
 
 @dataclass(frozen=True, eq=False)
-class Lattice:
+class TouchLattice:
     """Places and forces from a list each: no two touches of a sample share a place.
 
     Attributes
@@ -38,7 +36,7 @@ class Lattice:
 
 
 @dataclass(frozen=True)
-class Box:
+class TouchBox:
     """Places and forces anywhere between bounds, drawn evenly.
 
     Attributes
@@ -52,12 +50,12 @@ class Box:
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class SamplingPlan:
     """Which touches each sample has.
 
     Attributes
     ----------
-    source : Lattice or Box
+    source : TouchLattice or TouchBox
         What touches are taken from. Of a lattice each combination of places and forces comes once
         at most.
     touches : int
@@ -76,7 +74,7 @@ class Plan:
         A number is out of range, or a lattice has not so many combinations.
     """
 
-    source: Lattice | Box
+    source: TouchLattice | TouchBox
     touches: int
     samples: int | None
     seed: int = 0
@@ -90,9 +88,9 @@ class Plan:
         if self.order == "doubled" and self.touches == 1:
             raise ValueError("order 'doubled' swaps touches and needs 2 or 3, got 1")
         match self.source:
-            case Box() if self.samples is None:
+            case TouchBox() if self.samples is None:
                 raise ValueError("random touches need a number of samples, got none; use 3000")
-            case Lattice():
+            case TouchLattice():
                 self._check_combinations()
 
     def _check_combinations(self) -> None:
@@ -112,9 +110,9 @@ class Plan:
     def combinations(self) -> int:
         """Number of combinations of a lattice; 0 for a box, which has no end of them."""
         match self.source:
-            case Lattice(places=places, forces=forces):
+            case TouchLattice(places=places, forces=forces):
                 return comb(len(places), self.touches) * len(forces) ** self.touches
-            case Box():
+            case TouchBox():
                 return 0
 
     @property
@@ -141,9 +139,9 @@ class Plan:
         """Return the touches of a block: (rows, touches, 3) float64; x, y in mm, force in N."""
         first, last = BLOCK * number, min(BLOCK * (number + 1), self.count)
         match self.source:
-            case Lattice() as lattice:
+            case TouchLattice() as lattice:
                 drawn = _combine(lattice, self._codes[first:last], self.touches)
-            case Box(low=low, high=high):
+            case TouchBox(low=low, high=high):
                 rng = np.random.default_rng([self.seed, number])
                 drawn = rng.uniform(low, high, (last - first, self.touches, 3))
         order = np.lexsort((drawn[..., 1], drawn[..., 0]), axis=1)
@@ -161,7 +159,7 @@ class Plan:
         return rng.choice(self.combinations, self.samples, replace=False)
 
 
-def _combine(lattice: Lattice, codes: NDArray[np.int64], touches: int) -> NDArray[np.float64]:
+def _combine(lattice: TouchLattice, codes: NDArray[np.int64], touches: int) -> NDArray[np.float64]:
     """Touches (n, touches, 3) of numbered combinations.
 
     The places c1 < c2 < … of combination r are the digits of r in the combinatorial number system,

@@ -18,13 +18,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from models.data.flat_file import Place, lay_out
+from models.data.flat_file import ArrayPlace, lay_out
 from models.data.reader import ARRAYS, FORMAT, VERSION, checksum, open_dataset
-from models.data.sampling_plan import BLOCK, Plan
-from models.forward.simulator import Answer
+from models.data.sampling_plan import BLOCK, SamplingPlan
+from models.forward.simulator import Simulator
 from models.workers import Map
-
-__all__ = ["DatasetFile", "begin_dataset"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,21 +32,21 @@ class DatasetFile:
     Attributes
     ----------
     path : Path
-    plan : Plan
+    plan : SamplingPlan
     found : int
         Rows that were there when it was opened.
-    places : dict of Place
+    places : dict of ArrayPlace
         Where its arrays lie.
     """
 
     path: Path
-    plan: Plan
+    plan: SamplingPlan
     found: int
-    places: Mapping[str, Place]
+    places: Mapping[str, ArrayPlace]
 
     def fill(
         self,
-        answer: Answer,
+        answer: Simulator,
         progress: Callable[[int, int], object] | None = None,
         each: Map = map,
     ) -> None:
@@ -92,7 +90,7 @@ class DatasetFile:
             file.flush()
             self.places["done"].put(file, 0, np.array([row + len(touches)]))
 
-    def _check_again(self, answer: Answer, block: int) -> None:
+    def _check_again(self, answer: Simulator, block: int) -> None:
         """Refuse to go on where a block that is there would not come out again."""
         there = self.places["sums"].map(self.path)[block]
         if checksum(*_compute(self.plan, answer, block)) != there:
@@ -100,7 +98,7 @@ class DatasetFile:
 
 
 def begin_dataset(
-    path: str | Path, plan: Plan, gauges: NDArray[np.float64], about: Mapping[str, Any]
+    path: str | Path, plan: SamplingPlan, gauges: NDArray[np.float64], about: Mapping[str, Any]
 ) -> DatasetFile:
     """Lay out the file of a data set, or open the one that an earlier run began.
 
@@ -143,7 +141,7 @@ def begin_dataset(
     return DatasetFile(path, plan, int(places["done"].map(path)[0]), places)
 
 
-def _shapes(plan: Plan, gauges: int) -> dict[str, tuple[tuple[int, ...], str]]:
+def _shapes(plan: SamplingPlan, gauges: int) -> dict[str, tuple[tuple[int, ...], str]]:
     shapes = (
         ((plan.rows, gauges, 3), "<f4"),
         ((plan.rows, plan.touches, 3), "<f8"),
@@ -155,7 +153,7 @@ def _shapes(plan: Plan, gauges: int) -> dict[str, tuple[tuple[int, ...], str]]:
 
 
 def _compute(
-    plan: Plan, answer: Answer, block: int
+    plan: SamplingPlan, answer: Simulator, block: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
     # Single precision, 6e-8, is far finer than any mesh or gauge, and halves the file.
     touches = plan.block(block)

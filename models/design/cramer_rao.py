@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 import fe
 import synthetic
-from dic.tiles.tiles import prepare_tiles
-from models.forward.tile_pattern import Pattern, see_motions, see_pattern
+from dic import prepare_tiles
+from models.forward.tile_pattern import TilePattern, prepare_motions, prepare_pattern
 from models.inverse.levenberg_marquardt import covariance
 
 PIXELS = 4  # side of the tiles over which motion counts as constant, px
@@ -21,8 +21,8 @@ def pixel_level(
     camera: synthetic.AnyCamera,
     height: float,
     picture: NDArray,
-    moves: Callable[[synthetic.AnyCamera, NDArray], NDArray] = synthetic.rigid,
-) -> Pattern:
+    moves: Callable[[synthetic.AnyCamera, NDArray], NDArray] = synthetic.rigid_motion_basis,
+) -> TilePattern:
     """Information of every pixel, with motion resolved over 4 px.
 
     Parameters
@@ -30,14 +30,14 @@ def pixel_level(
     picture : (H, W) float64, grey levels
         The undeformed pattern without noise.
     moves : callable
-        Motions of the camera that are unknown: see `see_motions`.
+        ImageMotions of the camera that are unknown: see `prepare_motions`.
     """
     reference = prepare_tiles(picture, size=PIXELS)
-    motions = see_motions(modes, camera, height, reference.tiles, moves=moves)
-    return see_pattern(motions, reference)
+    motions = prepare_motions(modes, camera, height, reference.tiles, moves=moves)
+    return prepare_pattern(motions, reference)
 
 
-def cramer_rao(pattern: Pattern, touches: NDArray, noise: float) -> NDArray[np.float64]:
+def cramer_rao(pattern: TilePattern, touches: NDArray, noise: float) -> NDArray[np.float64]:
     """Smallest covariance of x, y, F of all touches that one frame allows.
 
     The camera's motions and the light (gain, offset) are unknown too. The reference is taken as
@@ -45,7 +45,7 @@ def cramer_rao(pattern: Pattern, touches: NDArray, noise: float) -> NDArray[np.f
 
     Parameters
     ----------
-    pattern : Pattern
+    pattern : TilePattern
         From `pixel_level`.
     touches : (n, 3) float64
         x, y (mm) and F (N).

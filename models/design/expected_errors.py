@@ -12,14 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from dic.tiles.tile_field import prepare_blocks
-from dic.tiles.tiles import TileReference, Tiles, prepare_tiles
+from dic import TileReference, Tiles, prepare_blocks, prepare_tiles
 from models.forward.linear import Forward
 from models.inverse.levenberg_marquardt import covariance
 
 
 @dataclass(frozen=True, eq=False)
-class Errors:
+class ExpectedErrors:
     """Errors that are to be expected of single touches.
 
     Attributes
@@ -36,16 +35,16 @@ class Errors:
     place: NDArray[np.float64]
     force: NDArray[np.float64]
 
-    def scaled(self, factor: float) -> Errors:
+    def scaled(self, factor: float) -> ExpectedErrors:
         """Multiply by a factor of the noise."""
-        return Errors(self.touches, factor * self.place, factor * self.force)
+        return ExpectedErrors(self.touches, factor * self.place, factor * self.force)
 
     def force_for(self, error: float) -> NDArray[np.float64]:
         """Smallest forces (n,), N, whose places are known to `error` mm by linear theory."""
         return self.place * self.touches[:, 2] / error
 
 
-def expected_errors(forward: Forward, touches: NDArray) -> Errors:
+def expected_errors(forward: Forward, touches: NDArray) -> ExpectedErrors:
     """Say how well each touch is known that presses alone, by the Cramér-Rao bound.
 
     Parameters
@@ -58,10 +57,12 @@ def expected_errors(forward: Forward, touches: NDArray) -> Errors:
     variances = np.array(
         [np.diag(covariance(forward.read(touch[None])[1])) for touch in touches]
     ).reshape(-1, 3)
-    return Errors(touches, np.sqrt(variances[:, 0] + variances[:, 1]), np.sqrt(variances[:, 2]))
+    return ExpectedErrors(
+        touches, np.sqrt(variances[:, 0] + variances[:, 1]), np.sqrt(variances[:, 2])
+    )
 
 
-def over_plate(size: tuple[float, float], across: int = 24) -> NDArray[np.float64]:
+def places_over_plate(size: tuple[float, float], across: int = 24) -> NDArray[np.float64]:
     """List the middles of equal cells, `across` along the longer side, (n, 2) mm, row after row."""
     columns, rows = shape_over(size, across)
     x, y = np.meshgrid(
@@ -71,7 +72,7 @@ def over_plate(size: tuple[float, float], across: int = 24) -> NDArray[np.float6
 
 
 def shape_over(size: tuple[float, float], across: int = 24) -> tuple[int, int]:
-    """Count columns and rows of the cells of `over_plate`."""
+    """Count columns and rows of the cells of `places_over_plate`."""
     a, b = (max(round(across * side / max(size)), 1) for side in size)
     return a, b
 
@@ -92,7 +93,7 @@ def gradient_energy(picture: NDArray, tile: int) -> float:
     return float(hessian[:, [0, 1], [0, 1]].mean() / tile**2)
 
 
-def alike(tiles: Tiles, energy: float) -> TileReference:
+def equal_tiles(tiles: Tiles, energy: float) -> TileReference:
     """Make a reference of a pattern that is alike in all tiles, for `see_pattern`, without picture.
 
     Parameters

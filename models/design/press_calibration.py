@@ -17,10 +17,9 @@ from scipy.spatial.transform import Rotation
 from scipy.special import chdtrc
 
 import synthetic
-from dic.tiles.tile_field import prepare_blocks, right_side
-from dic.tiles.tiles import TileReference, tile_sums
+from dic import TileReference, prepare_blocks, tile_gradient, tile_sums
 from models.design.shared_reference import SharedReference
-from models.forward.image_motion import Motions
+from models.forward.image_motion import ImageMotions
 
 SHARED = 8  # turn (3), shift (3), focal length, softness
 OWN = 3  # x, y, F of each press, before the motions of the camera
@@ -30,7 +29,7 @@ ROUNDS = 3  # of Newton's method with derivatives from the start: each leaves a 
 
 
 @dataclass(frozen=True)
-class Doubt:
+class PriorSigma:
     """Standard deviations of what is known beforehand.
 
     Attributes
@@ -56,7 +55,7 @@ class Doubt:
 
 
 @dataclass(frozen=True, eq=False)
-class Corrected:
+class PressCorrection:
     """A forward model that known presses have corrected.
 
     Attributes
@@ -85,16 +84,16 @@ class Corrected:
         return towards @ self.covariance[:6, :6] @ towards.T
 
 
-def correct(
+def correct_by_presses(
     camera: synthetic.Camera,
-    look: Callable[[synthetic.Camera], Motions],
+    look: Callable[[synthetic.Camera], ImageMotions],
     reference: TileReference,
     pictures: Sequence[NDArray] | NDArray,
     touches: NDArray,
     noise: tuple[float, float],
     hidden: NDArray | None = None,
-    doubt: Doubt | None = None,
-) -> Corrected:
+    doubt: PriorSigma | None = None,
+) -> PressCorrection:
     """Correct camera and softness by pictures of known presses.
 
     Parameters
@@ -102,7 +101,7 @@ def correct(
     camera : synthetic.Camera
         As it is thought to be.
     look : callable
-        Motions of plate and camera on the tiles of the reference, as a camera sees them.
+        ImageMotions of plate and camera on the tiles of the reference, as a camera sees them.
     reference : TileReference
     pictures : (P, H, W) array, or as many (H, W) arrays, grey levels
         One of each press, or the mean of several.
@@ -112,7 +111,7 @@ def correct(
         Of a picture, and of the reference, whose errors all presses share.
     hidden : (P, T) bool, optional
         Tiles of each picture that a hand hides; see `models.hidden_tiles`.
-    doubt : Doubt, optional
+    doubt : PriorSigma, optional
 
     Raises
     ------
@@ -123,7 +122,7 @@ def correct(
         raise ValueError(
             f"{len(touches)} known presses need a picture each, got {len(pictures)}; give one each"
         )
-    doubt, blocks = doubt or Doubt(), prepare_blocks(reference, 1)
+    doubt, blocks = doubt or PriorSigma(), prepare_blocks(reference, 1)
     prior = _prior(camera, doubt)
     nothing = np.zeros((len(touches), len(blocks.hessian)), dtype=bool)
     sight = ~(nothing if hidden is None else hidden)
@@ -135,7 +134,7 @@ def correct(
         shown = np.empty((len(touches), *blocks.hessian.shape[:2]))
         for index, (touch, picture) in enumerate(zip(touches, pictures, strict=True)):
             flow = _flow(motions, touch, numbers[-1], still[index])
-            shown[index] = right_side(blocks, tile_sums(reference, picture, flow))
+            shown[index] = tile_gradient(blocks, tile_sums(reference, picture, flow))
         right = system.right(shown)
         right[:SHARED] -= prior * numbers
         step = np.linalg.solve(normal, right)
@@ -143,7 +142,7 @@ def correct(
         still += step[SHARED:].reshape(len(touches), -1)[:, OWN:]
     covariance = np.asarray(np.linalg.inv(normal)[:SHARED, :SHARED], dtype=np.float64)
     proof = float(numbers @ (np.linalg.inv(covariance) - np.diag(prior)) @ numbers)
-    return Corrected(
+    return PressCorrection(
         camera=_moved(camera, numbers),
         softness=float(np.exp(numbers[-1])),
         covariance=covariance,
@@ -151,14 +150,14 @@ def correct(
     )
 
 
-def _prior(camera: synthetic.Camera, doubt: Doubt) -> NDArray[np.float64]:
+def _prior(camera: synthetic.Camera, doubt: PriorSigma) -> NDArray[np.float64]:
     """Precision of the shared numbers, (8,)."""
     along = doubt.shift * float(np.linalg.norm(camera.T_cam_plate[:3, 3]))
     spread = [doubt.turn] * 3 + [along] * 3 + [doubt.focal, doubt.softness]
     return np.array(spread) ** -2.0
 
 
-def _known(prior: NDArray, doubt: Doubt, system: SharedReference) -> NDArray[np.float64]:
+def _known(prior: NDArray, doubt: PriorSigma, system: SharedReference) -> NDArray[np.float64]:
     """Precision of all numbers of a system beforehand, (M,)."""
     touch = np.array([doubt.place, doubt.place, doubt.force]) ** -2.0
     alone = np.concatenate([touch, np.zeros(system.own - OWN)])
@@ -180,21 +179,23 @@ def _pivot(camera: synthetic.Camera) -> NDArray[np.float64]:
     return np.array([0.0, 0.0, camera.scale * camera.focal])
 
 
-def _flow(motions: Motions, touch: NDArray, soft: float, still: NDArray) -> NDArray[np.float64]:
+def _flow(
+    motions: ImageMotions, touch: NDArray, soft: float, still: NDArray
+) -> NDArray[np.float64]:
     """Motion (T, 2) px of the tiles by a touch x, y, F on a plate softer by a factor exp(soft)."""
-    fields = motions.pressed(touch[None, :2], touch[2:] * np.exp(soft))
+    fields = motions.modal_amplitudes(touch[None, :2], touch[2:] * np.exp(soft))
     return motions.flow(np.concatenate([fields, still]))
 
 
 def _bases(
-    camera: synthetic.Camera, look: Callable[[synthetic.Camera], Motions], touches: NDArray
+    camera: synthetic.Camera, look: Callable[[synthetic.Camera], ImageMotions], touches: NDArray
 ) -> NDArray[np.float64]:
     """How the tiles of each press move by what is unknown of it, (P, T, 2, 8 + k).
 
     First the 8 shared numbers, then the k of the press: its touch and R motions of the camera.
     """
     here, *nudged = (look(_moved(camera, nudge)) for nudge in np.diag((0.0, *STEPS))[:-1, 1:])
-    rigid = here.of_tiles()[:, :, here.fields :]
+    rigid = here.tile_basis()[:, :, here.fields :]
     still = np.zeros(rigid.shape[2])
     found = []
     for touch in touches:

@@ -17,11 +17,9 @@ import synthetic
 from models.forward.linear import LinearForward, modal
 from models.forward.simulator import read_modes
 
-__all__ = ["SeenGauges", "WhiteGauges", "see_gauges"]
-
 
 @dataclass(frozen=True, eq=False)
-class SeenGauges:
+class CameraGauges:
     """M gauges of a plate under a camera.
 
     Attributes
@@ -83,9 +81,9 @@ class WhiteGauges:
     forward: LinearForward
 
 
-def see_gauges(
+def prepare_camera_gauges(
     modes: fe.Modes, camera: synthetic.AnyCamera, xy: ArrayLike, subset: int
-) -> SeenGauges:
+) -> CameraGauges:
     """See places of a plate as gauges.
 
     Parameters
@@ -114,4 +112,4 @@ def see_gauges(
             f"gauges of {subset} px must lie in the picture, and some leave it; give gauges.margin"
             " more, or gauges.subset less"
         )
-    return SeenGauges(modes, gauges, read_modes(modes, camera, gauges))
+    return CameraGauges(modes, gauges, read_modes(modes, camera, gauges))

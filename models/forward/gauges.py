@@ -9,7 +9,7 @@ import fe
 from models.forward.linear import LinearForward, linear
 
 
-def gauges(
+def gauge_forward(
     influence: fe.Influence,
     sigma: ArrayLike | None = None,
     missing: ArrayLike | None = None,

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 import fe
 import synthetic
-from dic.tiles.tiles import Tiles
+from dic import Tiles
 from models.forward.large import LargePlate
-from models.forward.tile_spline import Spread, spread_over
+from models.forward.tile_spline import TileSpline, spread_over
 
 SKIRT = 3
 """Tiles beside the plate up to which its motion goes on as that of its nearest point.
@@ -24,7 +24,7 @@ pixel some tiles into the plate.
 
 
 @dataclass(frozen=True, eq=False)
-class Motions:
+class ImageMotions:
     """How the picture of every tile moves with the plate and the camera, whatever is on it.
 
     Attributes
@@ -35,7 +35,7 @@ class Motions:
         Where touches are large: what knows their K amplitudes, of modes and of motion in the plane.
         Without it these are amplitudes of modes, linear in the force.
     tiles : Tiles
-    spread : Spread
+    spread : TileSpline
         From the coefficients of a motion to the motion of every tile.
     basis : (2C, K + R) float32, px
         Coefficients of the motion to first order, x then y of each, by a unit of every field of the
@@ -47,7 +47,7 @@ class Motions:
     modes: fe.Modes
     large: LargePlate | None
     tiles: Tiles
-    spread: Spread
+    spread: TileSpline
     basis: NDArray[np.float32]
     nearer: NDArray[np.float32]
 
@@ -56,7 +56,7 @@ class Motions:
         """Number K of fields of the plate."""
         return len(self.modes.stiffness) + (0 if self.large is None else self.large.drifts)
 
-    def pressed(self, xy: NDArray, force: NDArray) -> NDArray[np.float64]:
+    def modal_amplitudes(self, xy: NDArray, force: NDArray) -> NDArray[np.float64]:
         """Amplitudes of the fields of the plate under touches (n, 2) mm and (n,) N, (K,)."""
         if not len(force):
             return np.zeros(self.fields)
@@ -80,24 +80,24 @@ class Motions:
 
     @cached_property
     def on_tiles(self) -> NDArray[np.float32]:
-        """What `of_tiles` returns, kept, at half the size: for a pattern that is partly hidden."""
-        return self.of_tiles().astype(np.float32)
+        """What `tile_basis` returns, kept, at half the size: for a partly hidden pattern."""
+        return self.tile_basis().astype(np.float32)
 
-    def farthest(self, amplitudes: NDArray) -> float:
+    def max_motion(self, amplitudes: NDArray) -> float:
         """Bound of the motion of any tile for given amplitudes, px: the largest coefficient."""
         return float(np.abs(self._coefficients(amplitudes)).max())
 
-    def gather(self, gradient: NDArray, flow: NDArray) -> NDArray[np.float32]:
+    def project(self, gradient: NDArray, flow: NDArray) -> NDArray[np.float32]:
         """Sum over the tiles what each says of each amplitude, at a flow: (T, 2) → (K + R,).
 
         The adjoint of a small change of `flow`, but for the turn of u by its own gradient (1e-3).
         """
         share = flow / self.tiles.size
         along_x, along_y = gradient * share[:, :1], gradient * share[:, 1:]
-        total = self.spread.gather(gradient) - self.spread.gather_slopes(along_x, along_y)
+        total = self.spread.project(gradient) - self.spread.project_slopes(along_x, along_y)
         return total.ravel().astype(np.float32) @ self.basis
 
-    def of_tiles(self) -> NDArray[np.float64]:
+    def tile_basis(self) -> NDArray[np.float64]:
         """Motion of every tile by a unit of every mode and rigid motion, (T, 2, K + R) px."""
         count = self.basis.shape[1]
         wide = self.basis.astype(np.float64).reshape(-1, 2 * count)
@@ -107,14 +107,14 @@ class Motions:
         return self.basis @ amplitudes.astype(np.float32)
 
 
-def see_motions(
+def prepare_motions(
     modes: fe.Modes,
     camera: synthetic.AnyCamera,
     height: float,
     tiles: Tiles,
     large: LargePlate | None = None,
-    moves: Callable[[synthetic.AnyCamera, NDArray], NDArray] = synthetic.rigid,
-) -> Motions:
+    moves: Callable[[synthetic.AnyCamera, NDArray], NDArray] = synthetic.rigid_motion_basis,
+) -> ImageMotions:
     """See motions of the plate and of the camera on every tile, as means over the tile.
 
     Parameters
@@ -128,7 +128,7 @@ def see_motions(
     large : LargePlate, optional
         For touches that are large; its modes must be the ones given.
     moves : callable
-        Motions of the camera: from camera and pixels (N, 2) to (N, 2, R) px a unit of each;
+        ImageMotions of the camera: from camera and pixels (N, 2) to (N, 2, R) px a unit of each;
         `with_tilts` where it may tilt as well.
     """
     spread, skirt = spread_over(tiles.shape), float(SKIRT * tiles.size)
@@ -141,7 +141,7 @@ def see_motions(
     basis = coefficients.reshape(-1, motions.shape[2]).astype(np.float32)
     nearer = np.zeros((len(basis) // 2, motions.shape[2]), dtype=np.float32)
     nearer[:, : len(modes.stiffness)] = spread.fit(_nearer(modes, camera, height, tiles.xy, skirt))
-    return Motions(modes, large, tiles, spread, basis, nearer)
+    return ImageMotions(modes, large, tiles, spread, basis, nearer)
 
 
 def with_tilts(camera: synthetic.AnyCamera, px: NDArray) -> NDArray[np.float64]:
@@ -151,7 +151,7 @@ def with_tilts(camera: synthetic.AnyCamera, px: NDArray) -> NDArray[np.float64]:
     plate that tilts under it, by its change of distance. To leave them free makes places 1 to 2 %
     and forces 0 to 8 % less sure (512², PVC of 1 and 2 mm).
     """
-    rigid = synthetic.rigid(camera, px)
+    rigid = synthetic.rigid_motion_basis(camera, px)
     if not isinstance(camera, synthetic.Camera):
         return rigid
     x, y = ((px - camera.centre) / camera.focal).T
@@ -166,7 +166,9 @@ def _modes_seen(
     inside, places = _near_plate(modes.plate, camera, height, px, skirt)
     seen = np.zeros((len(px), 2, len(modes.stiffness)))
     at = camera.project(np.column_stack([places, np.full(len(places), height)]))
-    seen[inside] = synthetic.seen(camera, at, modes.value(places), modes.slope(places), height)
+    seen[inside] = synthetic.image_motion_basis(
+        camera, at, modes.value(places), modes.slope(places), height
+    )
     return seen
 
 

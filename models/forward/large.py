@@ -14,9 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 import fe
-from fe.elements.hermite import gram
-from fe.reduced.large_state import drift_at
-from fe.reduced.view import View
+from fe import ReducedReadings, drift_at, hermite_gram
 
 # A light touch has the shape of the response, but a finger's is what is looked for: N.
 TYPICAL = 1.5
@@ -30,13 +28,13 @@ class LargeForward:
 
     Attributes
     ----------
-    view : View
+    view : ReducedReadings
         Of C readings.
     whitening : (m, C) float64
         Rows of zeros for what is missing.
     """
 
-    view: View
+    view: ReducedReadings
     whitening: NDArray[np.float64]
 
     @property
@@ -115,13 +113,13 @@ class LargePlate:
     reduced : fe.Reduced
     modes : fe.Modes
         K modes on the mesh of the reduced plate.
-    view : View
+    view : ReducedReadings
         Reads K + U amplitudes, and up to two zeros.
     """
 
     reduced: fe.Reduced
     modes: fe.Modes
-    view: View
+    view: ReducedReadings
 
     @property
     def drifts(self) -> int:
@@ -150,7 +148,7 @@ class LargePlate:
 def large_plate(reduced: fe.Reduced, count: int = 200) -> LargePlate:
     """Carry the motion of a reduced plate by `count` of its modes and its fields in the plane."""
     modes = fe.modes(reduced.plate, count, reduced.mesh)
-    x, y = (gram(line, 0, 0) for line in reduced.mesh.lines)
+    x, y = (hermite_gram(line, 0, 0) for line in reduced.mesh.lines)
     # ∫ φ w dA of each mode: modes are orthonormal, so these are amplitudes.
     loads = np.einsum("ai,ijk,jb->abk", x.toarray(), modes.values, y.toarray(), optimize=True)
     drifts = reduced.drifts.shape[-1]
@@ -164,4 +162,4 @@ def large_plate(reduced: fe.Reduced, count: int = 200) -> LargePlate:
     plane[count : count + drifts, reduced.forms.stresses :] = np.eye(drifts)
     channels = moving.reshape(*reduced.mesh.shape, -1)
     adjoint = fe.Adjoint(reduced.plate, reduced.mesh, channels)
-    return LargePlate(reduced, modes, View(reduced, adjoint, fixed, plane))
+    return LargePlate(reduced, modes, ReducedReadings(reduced, adjoint, fixed, plane))

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fe
-from models.forward.table import Table, plain_responses, read_touches, responses
+from models.forward.table import ForwardTable, plain_responses, read_touches, responses
 
 
 class Forward(Protocol):
@@ -51,13 +51,13 @@ class LinearForward:
     Attributes
     ----------
     plate : fe.Plate
-    table : Table
+    table : ForwardTable
     doubt : float
         See `Forward.doubt`.
     """
 
     plate: fe.Plate
-    table: Table
+    table: ForwardTable
     doubt: float = 0.0
 
     @property
@@ -145,7 +145,7 @@ def linear(plate: fe.Plate, mesh: fe.Mesh, values: NDArray, whitening: NDArray) 
     """
     x, y = mesh.nodes
     count = whitening.shape[0] * whitening.shape[1]
-    table = Table(
+    table = ForwardTable(
         values,
         np.ascontiguousarray(x, dtype=np.float64),
         np.ascontiguousarray(y, dtype=np.float64),

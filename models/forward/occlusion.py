@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
-from dic.tiles.tiles import TileReference, TileSums
+from dic import TileReference, TileSums
 
 LIMIT = 8.0  # standard deviations of χ² above its mean
 ROUGH = 0.05  # of the pattern, which moving it by interpolation may leave unexplained

@@ -15,16 +15,14 @@ from numpy.typing import NDArray
 import fe
 import synthetic
 
-__all__ = ["Answer", "balance", "read_modes", "see", "superpose"]
-
-Answer = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+Simulator = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """From touches (n, k, 3), mm, mm, N, to strain (n, M, 3): exx, eyy, exy of M gauges."""
 
 
 def superpose(
     unit: Callable[[NDArray[np.float64]], NDArray[np.float64]],
     before: NDArray[np.float64] | float = 0.0,
-) -> Answer:
+) -> Simulator:
     """Return the answer of linear theory: strains of single touches add, each times its force.
 
     Parameters
@@ -43,7 +41,7 @@ def superpose(
     return strain
 
 
-def see(
+def through_camera(
     modes: fe.Modes, camera: synthetic.AnyCamera, gauges: synthetic.Gauges
 ) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
     """Return what DIC reads through a camera, without pictures, for `superpose`.
@@ -70,14 +68,16 @@ def see(
 def read_modes(
     modes: fe.Modes, camera: synthetic.AnyCamera, gauges: synthetic.Gauges
 ) -> NDArray[np.float64]:
-    """Strains (M, 3, K) that DIC reads through a camera for a unit of each mode; see `see`."""
+    """Strains (M, 3, K) that DIC reads through a camera for a unit of each mode."""
     top = modes.plate.thickness / 2.0
     points = camera.on_plate(gauges.px, top)
-    shown = synthetic.seen(camera, gauges.px, modes.value(points), modes.slope(points), top)
+    shown = synthetic.image_motion_basis(
+        camera, gauges.px, modes.value(points), modes.slope(points), top
+    )
     return gauges.read(shown)
 
 
-def balance(gauges: fe.View, radius: float = 0.0) -> Answer:
+def large_deflection(gauges: fe.ReducedReadings, radius: float = 0.0) -> Simulator:
     """Return the answer of a reduced plate: large touches do not add, each sample is solved for.
 
     Parameters
@@ -99,7 +99,9 @@ def balance(gauges: fe.View, radius: float = 0.0) -> Answer:
     return strain
 
 
-def _read(gauges: fe.View, sample: NDArray[np.float64], radius: float) -> NDArray[np.float64]:
+def _read(
+    gauges: fe.ReducedReadings, sample: NDArray[np.float64], radius: float
+) -> NDArray[np.float64]:
     reading = gauges.read(sample[:, :2], sample[:, 2], radius)
     if reading.result is not fe.Trust.TRAINED:
         named = ", ".join(f"{force:g} N at ({x:g}, {y:g}) mm" for x, y, force in sample)

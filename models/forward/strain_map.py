@@ -16,11 +16,9 @@ from scipy.sparse import bsr_array, csr_array, kron
 
 import fe
 import synthetic
-from dic.fields.displacement import DisplacementField, Status
-from dic.fields.strain_matrix import strain_operator
-from dic.tiles.tile_field import TileBlocks
+from dic import DisplacementField, Status, TileBlocks, strain_operator
 from models.forward.linear import LinearForward, modal
-from models.forward.tile_pattern import Pattern
+from models.forward.tile_pattern import TilePattern
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,14 +73,14 @@ class StrainMap:
         return (touched > 0).reshape(-1, 3).any(axis=1)
 
 
-def see_strain(
-    pattern: Pattern, blocks: TileBlocks, camera: synthetic.AnyCamera, window: int
+def prepare_strain_map(
+    pattern: TilePattern, blocks: TileBlocks, camera: synthetic.AnyCamera, window: int
 ) -> StrainMap:
     """Set up the strain map as a measurement of touches.
 
     Parameters
     ----------
-    pattern : Pattern
+    pattern : TilePattern
         The whole pattern of the same reference.
     blocks : TileBlocks
     camera : synthetic.AnyCamera
@@ -96,8 +94,8 @@ def see_strain(
     spread = csr_array(operator @ root)
     sigma = np.sqrt(np.asarray(spread.power(2).sum(axis=1))).reshape(-1, 3)
     weight = np.divide(1.0, sigma.ravel(), out=np.zeros(sigma.size), where=sigma.ravel() > 0)
-    scale = synthetic.rigid(camera, tiles.xy)[:, :, 3].ravel()
-    modal = pattern.motions.of_tiles()[:, :, : pattern.count]
+    scale = synthetic.rigid_motion_basis(camera, tiles.xy)[:, :, 3].ravel()
+    modal = pattern.motions.tile_basis()[:, :, : pattern.count]
     motions = np.column_stack([modal.reshape(-1, pattern.count), scale])
     shown = weight[:, None] * (operator @ (mean @ motions))  # strain of each mode over its σ
     projected = spread.T @ (weight[:, None] * shown)

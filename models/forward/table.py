@@ -12,10 +12,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from fe.elements.hermite import DERIVATIVES
+from fe import HERMITE_DERIVATIVES
 
 
-class Table(NamedTuple):
+class ForwardTable(NamedTuple):
     """Everything that is needed to read m whitened measurements; all arrays are contiguous.
 
     Attributes
@@ -42,7 +42,7 @@ class Table(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def responses(table: Table, places: NDArray) -> NDArray:
+def responses(table: ForwardTable, places: NDArray) -> NDArray:
     """Whitened response to 1 N at each place (n, 2), and its derivatives in x and y: (n, 3, m)."""
     groups, numbers, channels = table.whitening.shape
     raw = np.empty((3 * len(places), groups * channels))
@@ -53,7 +53,7 @@ def responses(table: Table, places: NDArray) -> NDArray:
 
 
 @njit(cache=True, nogil=True)
-def plain_responses(table: Table, places: NDArray) -> NDArray:
+def plain_responses(table: ForwardTable, places: NDArray) -> NDArray:
     """Whitened response to 1 N at each place (n, 2), without derivatives: (n, m)."""
     groups, _, channels = table.whitening.shape
     raw, read = np.empty((len(places), groups * channels)), np.empty((2, groups * channels))
@@ -63,7 +63,7 @@ def plain_responses(table: Table, places: NDArray) -> NDArray:
 
 
 @njit(cache=True, nogil=True)
-def read_touches(table: Table, touches: NDArray) -> tuple[NDArray, NDArray]:
+def read_touches(table: ForwardTable, touches: NDArray) -> tuple[NDArray, NDArray]:
     """Measurement (m,) under touches x, y, F, (n, 3), and its derivatives in them, (3 n, m)."""
     groups, _, channels = table.whitening.shape
     raw = np.empty((3 * len(touches), groups * channels))
@@ -83,7 +83,7 @@ def _weights(place: float, nodes: NDArray, unit: float, weights: NDArray) -> int
     t = (place - nodes[element]) / h
     for order in range(2):
         for i in range(4):
-            c = DERIVATIVES[order, i]
+            c = HERMITE_DERIVATIVES[order, i]
             scale = 1.0 if i % 2 == 0 else h / unit
             scale = scale / h if order == 1 else scale
             weights[order, i] = scale * (c[0] + t * (c[1] + t * (c[2] + t * c[3])))
@@ -92,7 +92,7 @@ def _weights(place: float, nodes: NDArray, unit: float, weights: NDArray) -> int
 
 @njit(cache=True, nogil=True, fastmath=True)
 def _read_channels(
-    table: Table,
+    table: ForwardTable,
     x: float,
     y: float,
     force: float,
@@ -120,7 +120,7 @@ def _read_channels(
 
 
 @njit(cache=True, nogil=True)
-def _whiten(table: Table, raw: NDArray) -> NDArray:
+def _whiten(table: ForwardTable, raw: NDArray) -> NDArray:
     """Put readings of all channels (n, M c) into units of their noise, (n, m)."""
     groups, numbers, _ = table.whitening.shape
     if groups == 1:

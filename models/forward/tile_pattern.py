@@ -16,9 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-from dic.tiles.tiles import TileReference, Tiles, TileSums
+from dic import TileReference, Tiles, TileSums
 from models.estimate import Estimate
-from models.forward.image_motion import Motions as Motions, see_motions as see_motions
+from models.forward.image_motion import (
+    ImageMotions as ImageMotions,
+    prepare_motions as prepare_motions,
+)
 from models.forward.linear import Forward, modal
 
 LIGHT = 2  # gain and offset
@@ -28,12 +31,12 @@ RIDGE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Pattern:
+class TilePattern:
     """The whole pattern as a measurement of touches.
 
     Attributes
     ----------
-    motions : Motions
+    motions : ImageMotions
         Of K modes and R rigid motions.
     reference : TileReference
     whole : (K + R + 2, K + R + 2) float64, grey levels²
@@ -48,7 +51,7 @@ class Pattern:
         Lower Cholesky factor of the modes' normal matrix with camera and light eliminated.
     """
 
-    motions: Motions
+    motions: ImageMotions
     reference: TileReference
     whole: NDArray[np.float64]
     hidden: NDArray[np.bool_]
@@ -78,7 +81,7 @@ class Pattern:
             return large.forward(self.factor / noise)
         return modal(self.motions.modes, self.factor / noise)
 
-    def hiding(self, hidden: NDArray) -> Pattern:
+    def hiding(self, hidden: NDArray) -> TilePattern:
         """Leave out tiles (T,): what they said is taken out of the normal matrix.
 
         That costs in proportion to the hidden tiles, or to those in sight if they are fewer.
@@ -112,7 +115,7 @@ class Pattern:
                 f"{self.count} fields of the plate apart; clear the view"
             ) from None
 
-    def right_side(self, sums: TileSums, moved: NDArray) -> NDArray[np.float64]:
+    def gradient(self, sums: TileSums, moved: NDArray) -> NDArray[np.float64]:
         """Right-hand side of the normal equations for all that moved, (K + R + 2,).
 
         Parameters
@@ -123,7 +126,7 @@ class Pattern:
             Amplitudes of modes and rigid motions by which the reference was moved.
         """
         sight = (~self.hidden).astype(np.float64)
-        towards = -self.motions.gather(sums.gradient * sight[:, None], sums.flow)
+        towards = -self.motions.project(sums.gradient * sight[:, None], sums.flow)
         left_over = np.concatenate([towards, [sums.ef @ sight, sums.e @ sight]])
         return left_over + self.normal[:, : len(moved)] @ moved
 
@@ -137,7 +140,7 @@ class Pattern:
 
         With the touches known, what is left of the right-hand side is the motion of the camera.
         """
-        modal = self.motions.pressed(estimate.xy, estimate.force)
+        modal = self.motions.modal_amplitudes(estimate.xy, estimate.force)
         rest = right[self.count :] - self.normal[self.count :, : self.count] @ modal
         nuisance = np.linalg.solve(self.normal[self.count :, self.count :], rest)
         return np.concatenate([modal, np.asarray(nuisance[:-LIGHT], dtype=np.float64)])
@@ -147,7 +150,7 @@ class Pattern:
         return np.zeros(len(self.normal) - LIGHT)
 
 
-def see_pattern(motions: Motions, reference: TileReference) -> Pattern:
+def prepare_pattern(motions: ImageMotions, reference: TileReference) -> TilePattern:
     """Set up the whole pattern of a reference as a measurement.
 
     Raises
@@ -159,24 +162,28 @@ def see_pattern(motions: Motions, reference: TileReference) -> Pattern:
         raise ValueError(
             f"reference has {reference.tiles} and the motions {motions.tiles}; use the same tiles"
         )
-    whole = _normal(reference.hessian, reference.light, motions.of_tiles(), motions.tiles.size)
+    whole = _normal(reference.hessian, reference.light, motions.tile_basis(), motions.tiles.size)
     hidden = np.zeros(len(reference.hessian), dtype=np.bool_)
     return _reduced(motions, reference, whole, hidden, whole)
 
 
 def _reduced(
-    motions: Motions, reference: TileReference, whole: NDArray, hidden: NDArray, normal: NDArray
-) -> Pattern:
+    motions: ImageMotions,
+    reference: TileReference,
+    whole: NDArray,
+    hidden: NDArray,
+    normal: NDArray,
+) -> TilePattern:
     """Eliminate camera and light."""
     count = motions.fields
     modal, mixed, rest = normal[:count, :count], normal[:count, count:], normal[count:, count:]
     share = np.asarray(np.linalg.solve(rest, mixed.T).T, dtype=np.float64)
     ridge = RIDGE * np.diag(np.diag(modal)) if hidden.any() else 0.0
     factor = np.asarray(np.linalg.cholesky(modal + ridge - share @ mixed.T), dtype=np.float64)
-    return Pattern(motions, reference, whole, hidden, normal, share, factor)
+    return TilePattern(motions, reference, whole, hidden, normal, share, factor)
 
 
-def noise_of(sums: TileSums, tiles: Tiles) -> float:
+def noise_from_sums(sums: TileSums, tiles: Tiles) -> float:
     """Noise of a frame, grey levels: the median tile, which a hand or a new touch hardly moves."""
     return float(np.sqrt(np.median(sums.ee)) / tiles.size)
 

@@ -16,7 +16,7 @@ TILES_A_KNOT = 2
 
 
 @dataclass(frozen=True, eq=False)
-class Spread:
+class TileSpline:
     """Spreads spline coefficients over a grid of tiles.
 
     Attributes
@@ -38,7 +38,7 @@ class Spread:
         """Values at the tiles, (m·n, k) → (T, k)."""
         return self._apply(self.down, self.across, coefficients)
 
-    def gather(self, values: NDArray) -> NDArray[np.float64]:
+    def project(self, values: NDArray) -> NDArray[np.float64]:
         """Adjoint of `over_tiles`, (T, k) → (m·n, k)."""
         return self._apply(self.down.T, self.across.T, values)
 
@@ -49,7 +49,7 @@ class Spread:
             self._apply(self.down_slope, self.across, coefficients),
         )
 
-    def gather_slopes(self, along_x: NDArray, along_y: NDArray) -> NDArray[np.float64]:
+    def project_slopes(self, along_x: NDArray, along_y: NDArray) -> NDArray[np.float64]:
         """Adjoint of `slopes`, two (T, k) → (m·n, k)."""
         return self._apply(self.down.T, self.across_slope.T, along_x) + self._apply(
             self.down_slope.T, self.across.T, along_y
@@ -66,10 +66,10 @@ class Spread:
         return grid.reshape(-1, grid.shape[2])
 
 
-def spread_over(shape: tuple[int, int]) -> Spread:
+def spread_over(shape: tuple[int, int]) -> TileSpline:
     """Splines over `shape` = (rows, columns) of tiles, with a knot at every second one."""
     (down, down_slope), (across, across_slope) = (_splines(count) for count in shape)
-    return Spread(down, across, down_slope, across_slope)
+    return TileSpline(down, across, down_slope, across_slope)
 
 
 def _splines(count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

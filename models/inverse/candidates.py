@@ -17,7 +17,7 @@ ALIKE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Search:
+class CandidateGrid:
     """Candidate touches of a forward model.
 
     Attributes
@@ -78,7 +78,7 @@ class Search:
         i, j, *force = _best_pair(self.response, self._gram, residual, tangent)
         return [i, j], np.array(force)
 
-    def weighted(self, weight: NDArray) -> Search:
+    def weighted(self, weight: NDArray) -> CandidateGrid:
         """Trust each measurement by a factor (m,), in a forward model that is linear."""
         if not isinstance(self.forward, LinearForward):
             raise TypeError("weights need a forward model that is linear in the forces")
@@ -99,7 +99,7 @@ class Search:
         return self.response @ self.response.T
 
 
-def prepare_search(forward: Forward, count: int = 17) -> Search:
+def prepare_candidates(forward: Forward, count: int = 17) -> CandidateGrid:
     """Lay `count` candidates along the longer side of the plate and as dense along the other.
 
     Raises
@@ -116,12 +116,12 @@ def prepare_search(forward: Forward, count: int = 17) -> Search:
         for side in (width, height)
     )
     xy = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    return Search(forward, xy, forward.response(xy))
+    return CandidateGrid(forward, xy, forward.response(xy))
 
 
-def renewed(search: Search, forward: Forward) -> Search:
+def with_forward(search: CandidateGrid, forward: Forward) -> CandidateGrid:
     """Ask another forward model of the same plate for the same candidates."""
-    return Search(forward, search.xy, forward.response(search.xy))
+    return CandidateGrid(forward, search.xy, forward.response(search.xy))
 
 
 @njit(cache=True, nogil=True)
@@ -159,7 +159,7 @@ def _dot(one: NDArray, other: NDArray) -> float:
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _inside(row: NDArray, basis: NDArray) -> float:
+def _explained(row: NDArray, basis: NDArray) -> float:
     """Sum of squares of the part of a row (m,) in an orthonormal basis (k, m).
 
     Three of its rows, those of one touch, pass through the cache with the row.
@@ -188,7 +188,7 @@ def _best(
     best, most, force = 0, 0.0, 0.0
     for g in range(len(along)):
         if along[g] > 0:
-            free = energy[g] - _inside(response[g], rows)
+            free = energy[g] - _explained(response[g], rows)
             if free > ALIKE * energy[g] and along[g] ** 2 > most * free:
                 best, most, force = g, along[g] ** 2 / free, along[g] / free
     return best, most, force

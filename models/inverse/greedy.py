@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.forward.linear import LinearForward
-from models.inverse.candidates import Search
+from models.inverse.candidates import CandidateGrid
 from models.inverse.levenberg_marquardt import Fit, descend, weak_or_close
 from models.inverse.prior import Prior
 
@@ -31,11 +31,11 @@ UNUSUAL = 6.0  # standard deviations of χ² above its mean: the fit does not ex
 
 
 @dataclass(frozen=True, eq=False)
-class Task:
+class CountProblem:
     """What is to be explained, by what, and by how many touches; `known` if just so many."""
 
     measured: NDArray[np.float64]
-    search: Search
+    search: CandidateGrid
     prior: Prior
     limit: int
     known: bool
@@ -77,43 +77,43 @@ class Task:
         return self.search.best(fit.residual, fit.jacobian)[1] <= HOPE * self.gain
 
 
-def look(task: Task, begun: Fit) -> Fit:
+def search_count(task: CountProblem, begun: Fit) -> Fit:
     """Find touches from those of the last frame on, and afresh where these mislead."""
-    fit = _follow(task, begun if task.known else without_idle(task, begun))
+    fit = _follow(task, begun if task.known else pruned(task, begun))
     if not len(begun.touches) or (len(fit.touches) == len(begun.touches) and task.explained(fit)):
         return fit
     return min(fit, _follow(task, task.fit(begun.touches[:0])), key=task.cost)
 
 
-def _follow(task: Task, fit: Fit) -> Fit:
+def _follow(task: CountProblem, fit: Fit) -> Fit:
     """Add touches that are missing: greedily, then with more effort if these explain too little.
 
     What a pair does is the sum of what two touches do where forces superpose, and only there.
     """
-    grown = _grow(task, fit, lambda fit: fit)
+    grown = _add_touch(task, fit, lambda fit: fit)
     if not isinstance(task.search.forward, LinearForward) or task.explained(grown):
         return grown
-    grown = min(grown, _grow(task, fit, lambda fit: _pairs_anew(task, fit)), key=task.cost)
+    grown = min(grown, _add_touch(task, fit, lambda fit: _pairs_anew(task, fit)), key=task.cost)
     if task.explained(grown):
         return grown
     return min(grown, _too_many(task, grown), key=task.cost)
 
 
-def _too_many(task: Task, fit: Fit) -> Fit:
+def _too_many(task: CountProblem, fit: Fit) -> Fit:
     """Add two touches more than allowed and leave out those that are needed least.
 
     It frees touches that share between them what others should explain.
     """
     allowed = len(fit.touches)
     richer = replace(task, limit=allowed + 2, known=True)
-    fit = _grow(richer, fit, lambda fit: fit)
+    fit = _add_touch(richer, fit, lambda fit: fit)
     while len(fit.touches) > allowed:
         fewer = (np.delete(fit.touches, i, axis=0) for i in range(len(fit.touches)))
         fit = min((task.fit(touches, COARSE) for touches in fewer), key=task.cost)
     return _pairs_anew(task, task.fit(fit.touches))
 
 
-def _grow(task: Task, fit: Fit, mend: Callable[[Fit], Fit]) -> Fit:
+def _add_touch(task: CountProblem, fit: Fit, mend: Callable[[Fit], Fit]) -> Fit:
     """Add touches one by one, mending all after each, while χ² falls by more than it must."""
     while len(fit.touches) < task.limit:
         grown = _one_more(task, fit)
@@ -123,7 +123,7 @@ def _grow(task: Task, fit: Fit, mend: Callable[[Fit], Fit]) -> Fit:
     return task.fit(fit.touches)
 
 
-def _one_more(task: Task, fit: Fit) -> Fit | None:
+def _one_more(task: CountProblem, fit: Fit) -> Fit | None:
     """One touch more, where it explains most of what is left; None if χ² falls by too little.
 
     A candidate of the grid that promises less than `HOPE` of that is not worth a fit: between the
@@ -143,7 +143,7 @@ def _one_more(task: Task, fit: Fit) -> Fit | None:
     return None
 
 
-def _pairs_anew(task: Task, fit: Fit) -> Fit:
+def _pairs_anew(task: CountProblem, fit: Fit) -> Fit:
     """Look for each pair of touches again among all pairs of candidates, until all is explained.
 
     Twice, since a pair that moved makes way for others.
@@ -159,7 +159,7 @@ def _pairs_anew(task: Task, fit: Fit) -> Fit:
     return fit
 
 
-def without_idle(task: Task, fit: Fit) -> Fit:
+def pruned(task: CountProblem, fit: Fit) -> Fit:
     """Leave out touches, one by one, without which χ² rises by less than a touch must bring."""
     while len(fit.touches):
         tried = [task.fit(fewer) for fewer in _with_one_less(fit, task.gain)]

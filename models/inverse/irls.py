@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from models.estimate import Estimate
 from models.forward.linear import LinearForward
-from models.inverse.candidates import Search
+from models.inverse.candidates import CandidateGrid
 from models.inverse.greedy import GAIN
 from models.inverse.solver import check_measured, find
 
@@ -25,7 +25,7 @@ HONEST = 0.7  # share of the measurements that is never doubted: a touch must ex
 
 
 def find_robust(
-    measured: NDArray, search: Search, *, count: int | None = None, most: int = 4
+    measured: NDArray, search: CandidateGrid, *, count: int | None = None, most: int = 4
 ) -> Estimate:
     """Find touches where up to a quarter of the measurements is false.
 
@@ -33,7 +33,7 @@ def find_robust(
     ----------
     measured : (m,) float64
         In units of its noise.
-    search : Search
+    search : CandidateGrid
         Of a forward model that is linear in the forces.
     count, most
         As for `find`.
@@ -67,7 +67,7 @@ def find_robust(
 
 
 def _reweighted(
-    measured: NDArray, search: Search, touches: NDArray, number: int
+    measured: NDArray, search: CandidateGrid, touches: NDArray, number: int
 ) -> NDArray[np.float64]:
     """Touches (number, 3) of the least robust cost that is reached from fewer."""
     for law in (_huber, _tukey):
@@ -84,7 +84,7 @@ def _reweighted(
     return touches
 
 
-def _explained(search: Search, touches: NDArray) -> NDArray[np.float64]:
+def _explained(search: CandidateGrid, touches: NDArray) -> NDArray[np.float64]:
     return search.forward.read(touches)[0]
 
 

@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 from models.forward.linear import Forward, LinearForward
 from models.forward.table import read_touches
 from models.inverse.normal_equations import (
+    active_bounds,
+    assemble,
+    clipped_step,
     damped_step,
-    equations,
     fisher_matrix,
-    held_back,
     inverse,
-    stepped,
 )
 from models.inverse.prior import FLAT, Prior
 
@@ -132,14 +132,14 @@ def _descend(
 ) -> tuple[NDArray, NDArray, NDArray, float, bool]:
     """Run the loop; in the part of NumPy that numba compiles. `model` is a Forward or a Table."""
     damping = 1e-4
-    touches = stepped(touches, np.zeros(touches.size), bounds)
+    touches = clipped_step(touches, np.zeros(touches.size), bounds)
     predicted, jacobian = _read(model, touches)
     residual = measured - predicted
     cost = float(residual @ residual) + _pull(touches, mean, precision)
     for _ in range(STEPS):
-        normal, slope = equations(jacobian, residual, touches, mean, precision)
-        held = held_back(touches, slope, bounds)
-        trial = stepped(touches, damped_step(normal, slope, held, damping), bounds)
+        normal, slope = assemble(jacobian, residual, touches, mean, precision)
+        held = active_bounds(touches, slope, bounds)
+        trial = clipped_step(touches, damped_step(normal, slope, held, damping), bounds)
         step = (trial - touches).ravel()
         promise = float(step @ (2.0 * slope - normal @ step))
         if damping < 1.0 and 0 <= promise < SETTLED:

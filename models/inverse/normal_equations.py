@@ -25,7 +25,7 @@ def fisher_matrix(jacobian: NDArray, precision: NDArray) -> NDArray:
 
 
 @njit(cache=True, nogil=True)
-def equations(
+def assemble(
     jacobian: NDArray, residual: NDArray, touches: NDArray, mean: NDArray, precision: NDArray
 ) -> tuple[NDArray, NDArray]:
     """Fisher matrix (3n, 3n), and the slope (3n,) of -χ²/2, of touches (n, 3) with a prior."""
@@ -36,7 +36,7 @@ def equations(
 
 
 @njit(cache=True, nogil=True)
-def held_back(touches: NDArray, slope: NDArray, bounds: NDArray) -> NDArray:
+def active_bounds(touches: NDArray, slope: NDArray, bounds: NDArray) -> NDArray:
     """Unknowns (3n,) that would leave their bounds: they would bend the step of all others."""
     held = np.empty(len(slope), dtype=np.bool_)
     for i in range(len(slope)):
@@ -48,7 +48,7 @@ def held_back(touches: NDArray, slope: NDArray, bounds: NDArray) -> NDArray:
 
 
 @njit(cache=True, nogil=True)
-def stepped(touches: NDArray, step: NDArray, bounds: NDArray) -> NDArray:
+def clipped_step(touches: NDArray, step: NDArray, bounds: NDArray) -> NDArray:
     """Touches (n, 3) after a step (3n,), as far as their bounds let them."""
     after = np.empty_like(touches)
     for i in range(len(touches)):

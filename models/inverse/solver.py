@@ -10,9 +10,9 @@ from scipy.special import chdtrc
 
 import fe
 from models.estimate import Estimate, Result
-from models.forward.gauges import gauges
-from models.inverse.candidates import Search, prepare_search
-from models.inverse.greedy import Task, look, without_idle
+from models.forward.gauges import gauge_forward
+from models.inverse.candidates import CandidateGrid, prepare_candidates
+from models.inverse.greedy import CountProblem, pruned, search_count
 from models.inverse.levenberg_marquardt import Fit, sort_touches, weak_or_close
 from models.inverse.prior import FLAT, Prior
 
@@ -61,14 +61,14 @@ def solve(
         raise ValueError(
             f"strain must have shape {expected}, exx, eyy, exy of each gauge, got {strain.shape}"
         )
-    forward = gauges(influence, sigma, ~np.isfinite(strain), covariance)
-    search = prepare_search(forward)
+    forward = gauge_forward(influence, sigma, ~np.isfinite(strain), covariance)
+    search = prepare_candidates(forward)
     return find(forward.whiten(strain), search, count=count, most=most, prior=prior)
 
 
 def find(
     measured: NDArray,
-    search: Search,
+    search: CandidateGrid,
     *,
     start: ArrayLike = (),
     count: int | None = None,
@@ -81,7 +81,7 @@ def find(
     ----------
     measured : (m,) float64
         In units of its noise.
-    search : Search
+    search : CandidateGrid
         Forward model with its candidates.
     start : (n, 3) array, mm, mm, N
         x, y, F of the last frame's touches, where there are any: the fit begins there.
@@ -107,19 +107,19 @@ def find(
     """
     limit = most if count is None else count
     check_measured(measured, search, limit)
-    task = Task(measured, search, prior, limit, count is not None)
+    task = CountProblem(measured, search, prior, limit, count is not None)
     begun = _begun(start)[:limit]
     fit = task.fit(begun)
     if not len(begun) or not task.explained(fit):
-        fit = look(task, fit)
-    needed = without_idle(task, fit)
+        fit = search_count(task, fit)
+    needed = pruned(task, fit)
     idle = len(fit.touches) - len(needed.touches)
     if count is None or not idle:
         return _describe(task, needed, needed=True)
     return _describe(task, fit, needed=False)
 
 
-def check_measured(measured: NDArray, search: Search, limit: int) -> None:
+def check_measured(measured: NDArray, search: CandidateGrid, limit: int) -> None:
     """Refuse a measurement that does not fit its forward model; see `find`."""
     expected = (search.response.shape[1],)
     if measured.shape != expected:
@@ -145,7 +145,7 @@ def _begun(start: ArrayLike) -> NDArray[np.float64]:
     return touches.reshape(-1, 3)
 
 
-def _describe(task: Task, fit: Fit, *, needed: bool) -> Estimate:
+def _describe(task: CountProblem, fit: Fit, *, needed: bool) -> Estimate:
     touches, spread = sort_touches(fit.touches, fit.spread)
     freedom = task.freedom(fit)
     sound = needed and fit.settled and task.search.within(touches)

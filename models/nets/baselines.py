@@ -9,15 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from models.data.dataset import Dataset
-from models.nets.loss import distance
+from models.nets.loss import distance_loss
 from models.nets.net import Scaling, scale_strain, scaling
 from models.nets.regression import Predictor
 
 if TYPE_CHECKING:
     from torch import Tensor
     from torch.nn import Module
-
-__all__ = ["adversarial", "convolutional"]
 
 # Neurons of the critic, and the weight of its verdict beside the distance, mm.
 _CRITIC = 32
@@ -59,7 +57,7 @@ def convolutional(
     inputs, targets = _tensors(scale, training)
     adam = torch.optim.Adam(net.parameters(), lr=learning_rate, fused=True)
     for _ in range(epochs):
-        _step(adam, distance()(net(inputs), targets))
+        _step(adam, distance_loss()(net(inputs), targets))
     return _predictor(net, scale)
 
 
@@ -104,7 +102,7 @@ def adversarial(
     for _ in range(epochs):
         guess = net(inputs)
         _step(judge, (softplus(verdict(guess.detach())) + softplus(-verdict(targets))).mean())
-        _step(teach, distance()(guess, targets) + _VERDICT * softplus(-verdict(guess)).mean())
+        _step(teach, distance_loss()(guess, targets) + _VERDICT * softplus(-verdict(guess)).mean())
     return _predictor(net, scale)
 
 

@@ -6,10 +6,8 @@ import numpy as np
 
 from models.data.dataset import Dataset
 
-__all__ = ["estimated", "gain", "mixed", "noisy", "shuffled", "superposed"]
 
-
-def shuffled(data: Dataset, size: int, rng: np.random.Generator) -> Iterator[Dataset]:
+def shuffled_batches(data: Dataset, size: int, rng: np.random.Generator) -> Iterator[Dataset]:
     """Go through `data` in random order again and again, `size` samples at a time.
 
     A rest that does not fill a batch is left out; the next round has another one.
@@ -22,7 +20,7 @@ def shuffled(data: Dataset, size: int, rng: np.random.Generator) -> Iterator[Dat
             yield Dataset(data.strain[rows], data.targets[rows])
 
 
-def superposed(
+def superposed_batches(
     single: Dataset, touches: int, size: int, rng: np.random.Generator, largest: float | None = None
 ) -> Iterator[Dataset]:
     """Press several of the touches of `single` at a time: linear theory.
@@ -54,7 +52,7 @@ def superposed(
             yield Dataset(total, np.column_stack([told, magnitudes]))
 
 
-def noisy(
+def noisy_batches(
     batches: Iterator[Dataset], sigma: float | np.ndarray, rng: np.random.Generator
 ) -> Iterator[Dataset]:
     """Add noise to every channel, drawn anew for each batch.
@@ -74,7 +72,7 @@ def noisy(
         yield Dataset(batch.strain + noise, batch.targets)
 
 
-def mixed(batches: Iterator[Dataset], others: Iterator[Dataset]) -> Iterator[Dataset]:
+def mixed_batches(batches: Iterator[Dataset], others: Iterator[Dataset]) -> Iterator[Dataset]:
     """Join each batch with one of others: of touches that were simulated in another way."""
     for batch, more in zip(batches, others, strict=False):
         strain = np.concatenate([batch.strain, more.strain])

@@ -11,8 +11,6 @@ from pathlib import Path
 
 import numpy as np
 
-__all__ = ["Checkpoint", "fingerprint"]
-
 
 @dataclass(frozen=True)
 class Checkpoint:

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from torch import Tensor
 
-    Loss = Callable[[Tensor, Tensor], Tensor]
+Loss = Callable[["Tensor", "Tensor"], "Tensor"]
+"""Predictions and targets of a batch in, the loss out."""
 
-__all__ = ["base_too", "distance", "error_sum", "magnitudes_too", "mean_square"]
 
-
-def distance(touches: int = 1) -> "Loss":
+def distance_loss(touches: int = 1) -> Loss:
     """Return equations 1 and 2: the mean distance of predicted and true touches, mm.
 
     Parameters
@@ -30,7 +29,7 @@ def distance(touches: int = 1) -> "Loss":
     return loss
 
 
-def magnitudes_too(touches: int, k: float) -> "Loss":
+def magnitude_loss(touches: int, k: float) -> Loss:
     """Return equation 3: the distance, and k times the relative error of the magnitudes.
 
     Parameters
@@ -40,7 +39,7 @@ def magnitudes_too(touches: int, k: float) -> "Loss":
     k
         Weight of the magnitudes, mm.
     """
-    place = distance(touches)
+    place = distance_loss(touches)
 
     def loss(predicted: "Tensor", true: "Tensor") -> "Tensor":
         error = predicted[:, 2 * touches :] / true[:, 2 * touches :] - 1.0
@@ -49,7 +48,7 @@ def magnitudes_too(touches: int, k: float) -> "Loss":
     return loss
 
 
-def base_too(k: float) -> "Loss":
+def base_loss(k: float) -> Loss:
     """Return equation 4: the distance, and k times the error of bend and twist together.
 
     Parameters
@@ -57,7 +56,7 @@ def base_too(k: float) -> "Loss":
     k
         Weight of what follows x and y in the targets, mm for each of its units.
     """
-    place, base = distance(), error_sum()
+    place, base = distance_loss(), error_sum()
 
     def loss(predicted: "Tensor", true: "Tensor") -> "Tensor":
         return place(predicted, true) + k * base(predicted[:, 2:], true[:, 2:])
@@ -65,11 +64,11 @@ def base_too(k: float) -> "Loss":
     return loss
 
 
-def error_sum() -> "Loss":
+def error_sum() -> Loss:
     """Return the second part of equation 4: the sum of the errors of all targets."""
     return lambda predicted, true: (predicted - true).abs().sum(dim=1).mean()
 
 
-def mean_square() -> "Loss":
+def mean_square() -> Loss:
     """Return the mean square of all errors, whose root a bound on variances is about."""
     return lambda predicted, true: ((predicted - true) ** 2).mean()

@@ -13,19 +13,6 @@ import numpy as np
 
 from models.nets.set_encoding import decode
 
-__all__ = [
-    "Activation",
-    "Inputs",
-    "Net",
-    "NetOptions",
-    "Scaling",
-    "forward",
-    "initial",
-    "predict",
-    "scale_strain",
-    "scaling",
-]
-
 Activation = Literal["relu", "tanh", "silu"]
 Inputs = Literal["standard", "asinh", "relative"]
 Layer = tuple[np.ndarray, np.ndarray]

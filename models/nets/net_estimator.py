@@ -14,21 +14,19 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc
 
 from models.estimate import Estimate, Result
-from models.forward.camera_gauges import SeenGauges
+from models.forward.camera_gauges import CameraGauges
 from models.forward.linear import Forward
 from models.inverse.greedy import GAIN
 from models.inverse.levenberg_marquardt import covariance
 from models.nets.net import Net, predict
 from models.nets.refine import refine
 
-__all__ = ["NetTouch", "jacobian", "tell_touch"]
-
 NEAR = 9
 """Places around a touch over which the net's own error is averaged: a net is worse near edges."""
 
 
 @dataclass(frozen=True, eq=False)
-class NetTouch:
+class NetEstimate:
     """A net of one touch, and what is known of the strains that it is fed.
 
     Attributes
@@ -94,16 +92,16 @@ class NetTouch:
         return self.off[np.argsort(np.sum((self.places - place) ** 2, axis=1))[:NEAR]]
 
 
-def tell_touch(
-    net: Net, seen: SeenGauges, root: NDArray[np.float64], places: NDArray, steps: int = 0
-) -> NetTouch:
+def estimate_touch(
+    net: Net, seen: CameraGauges, root: NDArray[np.float64], places: NDArray, steps: int = 0
+) -> NetEstimate:
     """Prepare a net for strains that a camera sees.
 
     Parameters
     ----------
     net : Net
         Of one place, trained on these gauges.
-    seen : SeenGauges
+    seen : CameraGauges
     root : (3M, 3M) float64
         Of the covariance of the strains.
     places : (N, 2) float64, mm
@@ -123,7 +121,7 @@ def tell_touch(
             " [dataset]"
         )
     white = seen.white(root)
-    return NetTouch(net, white.towards, white.forward, root, places, told - places, steps)
+    return NetEstimate(net, white.towards, white.forward, root, places, told - places, steps)
 
 
 def jacobian(net: Net, strain: NDArray[np.float64]) -> NDArray[np.float64]:

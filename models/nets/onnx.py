@@ -13,8 +13,6 @@ from models.nets.net import Net
 if TYPE_CHECKING:
     from onnx import ModelProto
 
-__all__ = ["to_onnx", "write_onnx"]
-
 # Of the operators and of the file; runtimes refuse files newer than themselves.
 _OPSET = 18
 _FILE = 9

@@ -20,14 +20,12 @@ if TYPE_CHECKING:
     Layers = list[tuple[Tensor, Tensor]]
     Pairs = tuple[Tensor, Tensor]
 
-__all__ = ["Descent", "Task", "descend", "finish"]
-
 # What Adam remembers of each parameter.
 _MOMENTS = ("step", "exp_avg", "exp_avg_sq")
 
 
 @dataclass(frozen=True, eq=False)
-class Task:
+class TrainingTask:
     """What turns data into tensors, and tensors into a loss."""
 
     scale: Scaling
@@ -124,7 +122,7 @@ def descend(
     descent: Descent,
     stream: Iterator["Pairs"],
     validation: "Pairs",
-    task: Task,
+    task: TrainingTask,
     on_epoch: Callable[[int, float], None],
 ) -> np.ndarray:
     """Step the layers of `descent` in place; return the losses of both sets where checked."""
@@ -154,7 +152,7 @@ def descend(
     return np.array(descent.history)
 
 
-def finish(layers: "Layers", training: Dataset, task: Task, most: int) -> "Layers":
+def finish(layers: "Layers", training: Dataset, task: TrainingTask, most: int) -> "Layers":
     """Go on in double precision, by L-BFGS on the mean square of scaled errors."""
     import torch
 

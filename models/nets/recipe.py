@@ -6,8 +6,6 @@ from typing import Literal
 
 from models.nets.net import NetOptions
 
-__all__ = ["BEST", "BEST_NET", "Recipe"]
-
 
 @dataclass(frozen=True)
 class Recipe:

@@ -7,8 +7,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from models.forward.linear import Forward
 
-__all__ = ["refine"]
-
 
 def refine(
     measured: NDArray[np.float64], forward: Forward, start: ArrayLike, steps: int = 2

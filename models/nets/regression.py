@@ -15,8 +15,6 @@ from scipy.spatial.distance import cdist
 from models.data.dataset import Dataset
 from models.nets.net import scale_strain, scaling
 
-__all__ = ["Predictor", "gaussian_process", "linear", "nearest", "quadratic", "ridge"]
-
 Predictor = Callable[[np.ndarray], np.ndarray]
 Basis = Callable[[np.ndarray], np.ndarray]
 

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from models.nets.loss import Loss
 
-__all__ = ["decode", "encode", "unordered"]
-
 # Touches nearer than this are weighed as if they were so far apart, mm: to first order the error
 # of a place is that of p over p', which has no end where two places meet; the true error has.
 _NEAR = 2.0
@@ -73,7 +71,7 @@ def decode(codes: NDArray[np.float64], touches: int) -> NDArray[np.float64]:
     return np.column_stack([told, np.take_along_axis(magnitudes, order, axis=1)])
 
 
-def unordered(touches: int, k: float = 1.0) -> "Loss":
+def permutation_invariant_loss(touches: int, k: float = 1.0) -> "Loss":
     """Return equations 2 and 3 of the paper for codes, to first order in their errors.
 
     The polynomial that was told is p(z) at a true place z, where it should be 0; its root is off by

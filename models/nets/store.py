@@ -14,13 +14,11 @@ import numpy as np
 from models.nets.net import Net, NetOptions, Scaling
 from models.nets.train import Trained
 
-__all__ = ["FORMAT", "VERSION", "load", "prepare", "save"]
-
 FORMAT = "touchplate net"
 VERSION = 1
 
 
-def save(path: str | Path, trained: Trained, about: Mapping[str, Any]) -> None:
+def save_net(path: str | Path, trained: Trained, about: Mapping[str, Any]) -> None:
     """Write `trained` to `path`: aside first, then renamed, so that no half file is ever seen.
 
     Parameters
@@ -39,7 +37,7 @@ def save(path: str | Path, trained: Trained, about: Mapping[str, Any]) -> None:
     """
     path = Path(path)
     text = json.dumps({"net": asdict(trained.net.options), "about": dict(about)}, sort_keys=True)
-    prepare(path)
+    prepare_net_file(path)
     aside = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         _write(aside, _to_arrays(trained), text)
@@ -50,7 +48,7 @@ def save(path: str | Path, trained: Trained, about: Mapping[str, Any]) -> None:
         aside.unlink(missing_ok=True)
 
 
-def prepare(path: str | Path) -> None:
+def prepare_net_file(path: str | Path) -> None:
     """Make the folder of `path` and try it, so that no training ends in a net without a place.
 
     Raises
@@ -69,8 +67,8 @@ def prepare(path: str | Path) -> None:
         raise IsADirectoryError(f"model file {path} is a folder; give the name of a file in it")
 
 
-def load(path: str | Path) -> tuple[Trained, dict[str, Any]]:
-    """Read what `save` wrote.
+def load_net(path: str | Path) -> tuple[Trained, dict[str, Any]]:
+    """Read what `save_net` wrote.
 
     Returns
     -------

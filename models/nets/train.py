@@ -11,11 +11,11 @@ import numpy as np
 
 from models.data.dataset import Dataset
 from models.nets.checkpoint import Checkpoint, fingerprint
-from models.nets.loss import distance
+from models.nets.loss import distance_loss
 from models.nets.net import Net, NetOptions, Scaling, initial, scaling
-from models.nets.optimise import Descent, Task, descend, finish
+from models.nets.optimise import Descent, TrainingTask, descend, finish
 from models.nets.recipe import Recipe
-from models.nets.set_encoding import encode, unordered
+from models.nets.set_encoding import encode, permutation_invariant_loss
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
     Layers = list[tuple[Tensor, Tensor]]
     Pairs = tuple[Tensor, Tensor]
-
-__all__ = ["Recipe", "Trained", "train"]
 
 
 @dataclass(frozen=True)
@@ -45,7 +43,7 @@ class Trained:
     history: np.ndarray
 
 
-def train(
+def train_net(
     training: Dataset,
     validation: Dataset,
     options: NetOptions,
@@ -94,8 +92,8 @@ def train(
     start = initial(sizes, rng)
     live = training.strain.std(axis=0) > 0.0  # of reading B one input in three; the rest is 0
     fed = replace(scale, centre=scale.centre[live], scale=scale.scale[live])
-    usual = unordered(options.poles) if options.poles else distance()
-    task = Task(fed, live, _outputs(told, recipe), options.activation, loss or usual)
+    usual = permutation_invariant_loss(options.poles) if options.poles else distance_loss()
+    task = TrainingTask(fed, live, _outputs(told, recipe), options.activation, loss or usual)
     with _one_thread():
         layers = _tensors(start, live)
         fixed = task.tensors(training)

@@ -13,8 +13,6 @@ from models.workers import Map
 if TYPE_CHECKING:
     import optuna
 
-__all__ = ["DEPTHS", "WIDTHS", "Candidate", "tune"]
-
 DEPTHS = (1, 2, 4)
 """Hidden layers of the models in Table S1."""
 
@@ -23,7 +21,7 @@ WIDTHS = (4, 8, 16, 24, 32, 48, 64, 128)
 
 
 @dataclass(frozen=True)
-class Candidate:
+class NetCandidate:
     """An architecture that was tried.
 
     Attributes
@@ -38,15 +36,15 @@ class Candidate:
     loss: float
 
 
-def tune(
+def tune_net(
     judge: Callable[[tuple[int, ...]], float],
     trials: int,
     storage: str | None = None,
     name: str = "touchplate",
     seed: int = 0,
-    on_trial: Callable[[int, Candidate], None] | None = None,
+    on_trial: Callable[[int, NetCandidate], None] | None = None,
     each: Map = map,
-) -> list[Candidate]:
+) -> list[NetCandidate]:
     """Try random architectures until `trials` of them are done, those of earlier runs counted.
 
     Several processes with one storage share the work. A trial whose process was killed is not
@@ -125,13 +123,13 @@ def _study(storage: str | None, name: str, seed: int) -> optuna.Study:
     return study
 
 
-def _candidates(study: optuna.Study) -> Sequence[Candidate]:
+def _candidates(study: optuna.Study) -> Sequence[NetCandidate]:
     """Trials that were finished, in their order."""
     import optuna
 
     finished = study.get_trials(deepcopy=False, states=[optuna.trial.TrialState.COMPLETE])
     return [
-        Candidate(
+        NetCandidate(
             tuple(trial.params[_layer(number)] for number in range(trial.params["depth"])),
             float(trial.value or 0.0),
         )

@@ -10,20 +10,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from models.data.dataset import Dataset
-from models.nets.batches import shuffled
-from models.nets.loss import distance, error_sum
+from models.nets.batches import shuffled_batches
+from models.nets.loss import distance_loss, error_sum
 from models.nets.net import Net, NetOptions, predict
 from models.nets.recipe import Recipe
-from models.nets.train import train
+from models.nets.train import train_net
 
 if TYPE_CHECKING:
     from models.nets.loss import Loss
 
-__all__ = ["Surface", "TwoStep", "predict_two_step", "train_two_step"]
-
 
 @dataclass(frozen=True)
-class Surface:
+class DeformableSurface:
     """Touches on bases that differ.
 
     Attributes
@@ -71,8 +69,8 @@ class TwoStep:
 
 
 def train_two_step(
-    training: Surface,
-    validation: Surface,
+    training: DeformableSurface,
+    validation: DeformableSurface,
     options: tuple[NetOptions, NetOptions],
     recipe: Recipe,
     rng: np.random.Generator,
@@ -95,15 +93,15 @@ def train_two_step(
     """
 
     def descend(data: Dataset, watched: Dataset, options: NetOptions, loss: "Loss") -> Net:
-        drawn = shuffled(data, size, rng)
-        return train(data, watched, options, recipe, rng, loss=loss, batches=drawn).net
+        drawn = shuffled_batches(data, size, rng)
+        return train_net(data, watched, options, recipe, rng, loss=loss, batches=drawn).net
 
     shape = descend(training.shapes, validation.shapes, options[0], error_sum())
     told, watched = (
         Dataset(_beside(shape, each.before, each.loaded), each.xy)
         for each in (training, validation)
     )
-    return TwoStep(shape, descend(told, watched, options[1], distance()))
+    return TwoStep(shape, descend(told, watched, options[1], distance_loss()))
 
 
 def predict_two_step(nets: TwoStep, before: np.ndarray, loaded: np.ndarray) -> np.ndarray:

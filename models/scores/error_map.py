@@ -7,8 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["ErrorMap", "error_map"]
-
 CELLS = 12  # along the longer side
 
 

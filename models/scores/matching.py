@@ -9,8 +9,6 @@ from scipy.optimize import linear_sum_assignment
 import fe
 from models.estimate import Estimate
 
-__all__ = ["match", "pair"]
-
 
 def pair(
     told: NDArray[np.float64], true: NDArray[np.float64]

@@ -5,8 +5,6 @@ from itertools import permutations
 
 import numpy as np
 
-__all__ = ["Score", "matched_error", "position_error", "score"]
-
 
 @dataclass(frozen=True)
 class Score:
@@ -91,7 +89,7 @@ def matched_error(true: np.ndarray, predicted: np.ndarray) -> tuple[np.ndarray, 
     return errors[np.arange(len(true)), best], orders[best]
 
 
-def score(error: np.ndarray, limit: float = 0.5) -> Score:
+def score_positions(error: np.ndarray, limit: float = 0.5) -> Score:
     """Return the figures of `error` (N,) mm; `limit` 0.5 mm is the paper's, below its figure 3B.
 
     Raises

@@ -15,8 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 from models.estimate import Estimate
 from models.scores.matching import pair
 
-__all__ = ["Pairs", "TouchScore", "pair_touches", "score_touches"]
-
 BANDS = 3  # of the force, evenly in its logarithm
 
 
@@ -55,7 +53,7 @@ class TouchScore:
 
 
 @dataclass(frozen=True, eq=False)
-class Pairs:
+class TouchPairs:
     """True touches, and what was told of each.
 
     Attributes
@@ -80,7 +78,7 @@ class Pairs:
         return np.hypot(self.error[:, 0], self.error[:, 1])
 
 
-def pair_touches(told: Sequence[Estimate], truth: Sequence[ArrayLike]) -> Pairs:
+def pair_touches(told: Sequence[Estimate], truth: Sequence[ArrayLike]) -> TouchPairs:
     """Pair what was told with what was there, sample by sample, so that distances sum to the least.
 
     Parameters
@@ -103,11 +101,11 @@ def pair_touches(told: Sequence[Estimate], truth: Sequence[ArrayLike]) -> Pairs:
     rows = [_pair(one, touches) for one, touches in zip(told, there, strict=True)]
     false = sum(max(0, one.count - len(each)) for one, each in zip(told, there, strict=True))
     every = np.concatenate([np.empty((0, 3, 3)), *rows])
-    return Pairs(every[:, 0], every[:, 1], every[:, 2], false)
+    return TouchPairs(every[:, 0], every[:, 1], every[:, 2], false)
 
 
 def score_touches(
-    pairs: Pairs, bound: NDArray[np.float64] | None = None
+    pairs: TouchPairs, bound: NDArray[np.float64] | None = None
 ) -> tuple[TouchScore, list[TouchScore]]:
     """Return the score of all touches, and that of each band of forces where these differ.
 
@@ -138,7 +136,7 @@ def _pair(told: Estimate, truth: NDArray) -> NDArray[np.float64]:
 
 
 def _score(
-    pairs: Pairs, chosen: NDArray[np.bool_], bound: NDArray | None, false: int
+    pairs: TouchPairs, chosen: NDArray[np.bool_], bound: NDArray | None, false: int
 ) -> TouchScore:
     force, distance = pairs.truth[chosen, 2], pairs.distance[chosen]
     found = np.isfinite(distance)

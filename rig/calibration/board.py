@@ -16,7 +16,7 @@ FEWEST = 6  # corners of a view that is good for anything
 
 
 @dataclass(frozen=True)
-class Board:
+class CharucoBoard:
     """Squares along x and y, their side and that of the markers in them, mm; first marker."""
 
     squares: tuple[int, int] = (11, 8)
@@ -47,14 +47,14 @@ class Board:
         width, height = (round(side * scale) for side in self.size)
         return np.asarray(self._board().generateImage((width, height)), dtype=np.uint8)
 
-    def find(self, image: NDArray[np.uint8]) -> View | None:
+    def find(self, image: NDArray[np.uint8]) -> BoardView | None:
         """Find the corners that a picture shows; None if these are fewer than `FEWEST`."""
         detector = cv2.aruco.CharucoDetector(self._board())
         px, names, _, _ = detector.detectBoard(image)
         if px is None or names is None or len(names) < FEWEST:
             return None
         names = np.asarray(names, dtype=np.intp).ravel()
-        return View(self.corners[names], np.asarray(px, dtype=np.float64).reshape(-1, 2))
+        return BoardView(self.corners[names], np.asarray(px, dtype=np.float64).reshape(-1, 2))
 
     def _board(self) -> Any:
         count = self.squares[0] * self.squares[1] // 2
@@ -64,14 +64,14 @@ class Board:
 
 
 @dataclass(frozen=True, eq=False)
-class View:
+class BoardView:
     """Corners that a picture shows: on the board (N, 2) mm, and in the picture (N, 2) px."""
 
     mm: NDArray[np.float64]
     px: NDArray[np.float64]
 
 
-def on_plate(views: list[tuple[View, ArrayLike]], height: float) -> View:
+def on_plate(views: list[tuple[BoardView, ArrayLike]], height: float) -> BoardView:
     """Join boards that lie on a plate as patches: (N, 3) mm of the plate frame, and px.
 
     Parameters
@@ -86,7 +86,7 @@ def on_plate(views: list[tuple[View, ArrayLike]], height: float) -> View:
         T = np.asarray(given, dtype=np.float64)
         parts.append(view.mm @ T[:, :2].T + T[:, 2])
     mm = np.concatenate(parts)
-    return View(
+    return BoardView(
         np.column_stack([mm, np.full(len(mm), height)]),
         np.concatenate([view.px for view, _ in views]),
     )

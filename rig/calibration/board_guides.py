@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rig.calibration.board import Board, View, on_plate
+from rig.calibration.board import BoardView, CharucoBoard, on_plate
 from rig.calibration.guide import Progress
 from rig.calibration.lens import FEWEST, Lens, calibrate_lens
 from rig.calibration.pose import Pose, find_pose
@@ -26,15 +26,15 @@ class LensGuide:
 
     Parameters
     ----------
-    board : Board
+    board : CharucoBoard
     wanted : int
         Number of views.
     """
 
-    board: Board
+    board: CharucoBoard
     wanted: int = VIEWS
-    _views: dict[int, View] = field(default_factory=dict)
-    _last: View | None = None
+    _views: dict[int, BoardView] = field(default_factory=dict)
+    _last: BoardView | None = None
     _size: tuple[int, int] = (0, 0)
     _lens: Lens | None = None
     _says: str = "hold the board before the camera"
@@ -97,7 +97,7 @@ class PoseGuide:
     Parameters
     ----------
     lens : Lens
-    board : Board
+    board : CharucoBoard
     at : (x, y), mm
         Where the printed top left corner lies on the plate, its x along that of the plate.
     height : float, mm
@@ -105,11 +105,11 @@ class PoseGuide:
     """
 
     lens: Lens
-    board: Board
+    board: CharucoBoard
     at: tuple[float, float]
     height: float
     wanted: int = SERIES
-    _views: list[View] = field(default_factory=list)
+    _views: list[BoardView] = field(default_factory=list)
     _says: str = "lay the board on the plate"
 
     @property
@@ -144,7 +144,7 @@ class PoseGuide:
         return find_pose(self.lens, on_plate([(_mean(self._views), T)], self.height))
 
 
-def _moved(one: View, other: View) -> float:
+def _moved(one: BoardView, other: BoardView) -> float:
     """RMS distance of the corners that both views show, px; infinite if they share none."""
     pairs = _shared(one, other)
     if not len(pairs[0]):
@@ -153,13 +153,13 @@ def _moved(one: View, other: View) -> float:
     return float(np.sqrt(np.square(away).sum(axis=1).mean()))
 
 
-def _shared(one: View, other: View) -> tuple[np.ndarray, np.ndarray]:
+def _shared(one: BoardView, other: BoardView) -> tuple[np.ndarray, np.ndarray]:
     """Numbers of the same corners in two views."""
     here, there = np.nonzero((one.mm[:, None] == other.mm[None]).all(axis=2))
     return here, there
 
 
-def _mean(views: list[View]) -> View:
+def _mean(views: list[BoardView]) -> BoardView:
     """Mean of the corners that all views show."""
     mm, total, seen = views[0].mm, views[0].px.copy(), np.ones(len(views[0].mm))
     for view in views[1:]:
@@ -167,4 +167,4 @@ def _mean(views: list[View]) -> View:
         total[here] += view.px[there]
         seen[here] += 1
     every = seen == len(views)
-    return View(mm[every], total[every] / len(views))
+    return BoardView(mm[every], total[every] / len(views))

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fe
+from rig.calibration.requested_presses import requested_presses
 from rig.live.alignment import Alignment, align
 from rig.live.snapshot import Mark
 from rig.scene import Scene
-from rig.sources.script import asked
 
 HOLD = 0.6  # s that a press must stand still; the second half counts, when a finger has settled
 STEADY = 0.05  # of the force, by which it may vary meanwhile, beside what its noise explains
@@ -38,7 +38,7 @@ def targets(scene: Scene) -> tuple[fe.Touch, ...]:
             " as twin has them"
         )
     seed = scene.source.seed if scene.source.kind == "twin" else 0
-    return asked(scene.plate.size, scene.touches.force, seed)
+    return requested_presses(scene.plate.size, scene.touches.force, seed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +121,7 @@ class Collector:
             return None
         mark = marks[0]
         found = np.array([mark.x, mark.y, mark.force])
-        sigma = np.array([*_along_axes(mark.sigma), mark.sigma_force])
+        sigma = np.array([mark.sigma_x, mark.sigma_y, mark.sigma_force])
         self._held.append((time, found, sigma))
         self._held = [one for one in self._held if _still(one[1], found, sigma)]
         if time - self._held[0][0] < HOLD:
@@ -143,19 +143,12 @@ class Collector:
         return nearest
 
 
-def _along_axes(ellipse: tuple[float, float, float]) -> tuple[float, float]:
-    """Resolve an ellipse of semi-axes and angle into standard deviations along x and y."""
-    long, short, angle = ellipse
-    c, s = np.cos(angle), np.sin(angle)
-    return float(np.hypot(long * c, short * s)), float(np.hypot(long * s, short * c))
-
-
 def _still(before: NDArray, now: NDArray, sigma: NDArray) -> bool:
     return bool(abs(now[2] - before[2]) < STEADY * now[2] + NOISE * sigma[2])
 
 
 @dataclass(frozen=True)
-class Score:
+class HeldOutScore:
     """Presses held out, one at a time: RMS errors as found, and as the others mend them.
 
     Places in mm, forces as shares; slips are not among them.
@@ -174,7 +167,7 @@ class Score:
         return after <= before
 
 
-def score(taken: Sequence[Taken]) -> tuple[Alignment, Score]:
+def score(taken: Sequence[Taken]) -> tuple[Alignment, HeldOutScore]:
     """Fit what known presses mend, and score each press by a fit to all others.
 
     Raises
@@ -195,7 +188,7 @@ def score(taken: Sequence[Taken]) -> tuple[Alignment, Score]:
         after[[index]] = part.mend(found[[index]])
     true = np.array([(press.x, press.y, press.force) for press in presses])
     before, after = (rms(given[fair], true[fair]) for given in (found, after))
-    return mended, Score(len(fair), before[0], after[0], before[1], after[1])
+    return mended, HeldOutScore(len(fair), before[0], after[0], before[1], after[1])
 
 
 def rms(found: NDArray, true: NDArray) -> tuple[float, float]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import synthetic
-from rig.calibration.board import View
+from rig.calibration.board import BoardView
 
 FEWEST = 4  # views
 FAR = 3.0  # times the median: a view whose residual is larger was blurred or bent
@@ -63,13 +63,13 @@ class Lens:
 
 
 def calibrate_lens(
-    views: list[View], size: tuple[int, int], left_out: tuple[int, ...] = ()
+    views: list[BoardView], size: tuple[int, int], left_out: tuple[int, ...] = ()
 ) -> Lens:
     """Fit a lens to views of a board, from several sides and distances.
 
     Parameters
     ----------
-    views : list of View
+    views : list of BoardView
     size : (width, height), px
     left_out : tuple of int
         Views that are not to be used.
@@ -95,7 +95,7 @@ def calibrate_lens(
 
 
 def _fit(
-    views: list[View], size: tuple[int, int], left_out: tuple[int, ...]
+    views: list[BoardView], size: tuple[int, int], left_out: tuple[int, ...]
 ) -> tuple[Lens, NDArray[np.float64]]:
     boards = [np.column_stack([v.mm, np.zeros(len(v.mm))]).astype(np.float32) for v in views]
     start = np.array([[size[0], 0, size[0] / 2], [0, size[0], size[1] / 2], [0, 0, 1.0]])

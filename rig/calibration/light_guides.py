@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 import synthetic
 from rig.calibration.guide import Progress
 from rig.calibration.latency import Latency, measure_latency
-from rig.calibration.projector import Light
+from rig.calibration.projector import ProjectorLight
 from rig.calibration.steps import light_of
 from rig.projector import gray_code
 from rig.projector.content import Content, Plain, Stripe
-from rig.scene.plate import Plate
+from rig.scene.plate import PlateSection
 from rig.system.frame import Frame
 
 SETTLING = 0.5  # s from a new picture to the first frame that counts
@@ -35,12 +35,12 @@ class StripesGuide:
     ----------
     camera : synthetic.Camera
         Calibrated, at the pose of the plate.
-    plate : Plate
+    plate : PlateSection
     size : (width, height) of the projector, px
     """
 
     camera: synthetic.Camera
-    plate: Plate
+    plate: PlateSection
     size: tuple[int, int]
     _images: list[NDArray] = field(default_factory=list)
     _series: list[NDArray] = field(default_factory=list)
@@ -76,7 +76,7 @@ class StripesGuide:
         """See `Guide`; all pictures are taken anew."""
         self._images, self._series, self._since = [], [], None
 
-    def result(self) -> Light | None:
+    def result(self) -> ProjectorLight | None:
         """See `Guide`."""
         if len(self._images) < gray_code.count(self.size):
             return None

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import synthetic
-from rig.calibration.board import View
+from rig.calibration.board import BoardView
 from rig.calibration.lens import Lens
 
 LEAST = 0.05  # px; corners are not found better, however few there are to say so
@@ -38,13 +38,13 @@ class Pose:
     error: float
 
 
-def find_pose(lens: Lens, seen: View, sigma: float | None = None) -> Pose:
+def find_pose(lens: Lens, seen: BoardView, sigma: float | None = None) -> Pose:
     """Find the pose of a plate from points on it.
 
     Parameters
     ----------
     lens : Lens
-    seen : View
+    seen : BoardView
         Points in the plate frame (N, 3) mm, four or more not on a line, and their px.
     sigma : float, px, optional
         Standard deviation of a point; from the residuals where it is left out, which four corners

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fe
-from fe.linear.adjoint import Adjoint
+from fe import Adjoint
 
 STEP = 0.5  # mm to each side, over which an influence is differentiated in the place of its gauge
 FEWEST = 5  # presses; fewer leave a gauge to its prior

@@ -18,7 +18,7 @@ BLOCKS = 8  # a side, over which residuals are averaged: what is left of them is
 
 
 @dataclass(frozen=True, eq=False)
-class Light:
+class ProjectorLight:
     """The projector over the plate.
 
     Attributes
@@ -52,7 +52,7 @@ def find_light(
     plate: tuple[float, float],
     size: tuple[int, int],
     height: float,
-) -> Light:
+) -> ProjectorLight:
     """Fit the homography of a projector to a decoded Gray code.
 
     Parameters
@@ -92,7 +92,7 @@ def find_light(
         np.column_stack([[0, plate[0], plate[0], 0], [0, 0, plate[1], plate[1]], [height] * 4])
     )
     area = cv2.contourArea(corners.astype(np.float32))
-    return Light(
+    return ProjectorLight(
         screen=Screen(size, T),
         residual=float(np.sqrt(np.square(left).sum(axis=1).mean())),
         error=_smooth(left, places[fits], plate) / float(scale),

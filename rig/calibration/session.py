@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 import synthetic
-from models.design.press_calibration import Corrected, correct
-from models.forward.image_motion import Motions, see_motions
-from rig.calibration.collect import HOLD, Collector, Score, Taken, rms, targets
+from models import ImageMotions, PressCorrection, correct_by_presses, prepare_motions
+from rig.calibration.collect import HOLD, Collector, HeldOutScore, Taken, rms, targets
 from rig.calibration.lens import Lens
 from rig.calibration.pose import Pose
+from rig.calibration.requested_presses import REQUESTED
 from rig.calibration.store import parse
 from rig.live import chain as live
 from rig.live.alignment import FEWEST, Alignment, align
@@ -26,7 +26,6 @@ from rig.live.bench import Bench, build_bench
 from rig.live.evidence import CHANCE
 from rig.live.view import marks
 from rig.recording.session import Session, told
-from rig.sources.script import ASKED
 from rig.system.timing import Stopwatch
 
 
@@ -53,7 +52,7 @@ class Learned:
     pose : Pose
     alignment : Alignment
         A factor of the force alone: a plate that is softer by a factor takes less for the same.
-    score : Score
+    score : HeldOutScore
         Of the presses held out.
     chance : float
         By which a model that is right would be corrected by so much.
@@ -62,7 +61,7 @@ class Learned:
     lens: Lens
     pose: Pose
     alignment: Alignment
-    score: Score
+    score: HeldOutScore
     chance: float
 
     @property
@@ -81,7 +80,7 @@ def presses(session: Session) -> list[Pressed]:
     OSError
         If the file is damaged.
     """
-    collector, found = Collector(targets(session.scene), ASKED), []
+    collector, found = Collector(targets(session.scene), REQUESTED), []
     times = session.column("frames/captured")
     images = session.arrays["frames/image"]
     for index in range(session.frames):
@@ -111,9 +110,9 @@ def learn(session: Session, report: Callable[[int, int], None]) -> Learned:
     hidden = np.array([one.hidden for one in sensed])
     noise = _noise(kept, session.zero.noise, bench.reference_frames)
 
-    def by(chosen: NDArray) -> Corrected:
+    def by(chosen: NDArray) -> PressCorrection:
         given = pictures[chosen], touches[chosen], noise, hidden[chosen]
-        return correct(camera, look, chain.reference, *given)
+        return correct_by_presses(camera, look, chain.reference, *given)
 
     held = np.arange(len(kept)) % 3 == 2
     part = by(~held)
@@ -121,7 +120,7 @@ def learn(session: Session, report: Callable[[int, int], None]) -> Learned:
     again = _found([_sense(better, one) for one in compress(kept, held)])
     before = rms(_found(sensed)[held], touches[held])
     after = rms(again / (1.0, 1.0, part.softness), touches[held])
-    score = Score(len(again), before[0], after[0], before[1], after[1])
+    score = HeldOutScore(len(again), before[0], after[0], before[1], after[1])
     return _learned(by(np.ones(len(kept), dtype=bool)), score)
 
 
@@ -160,12 +159,14 @@ def _without_slips(found: list[Pressed]) -> list[Pressed]:
     return [one for index, one in enumerate(found) if index not in slips]
 
 
-def _look(bench: Bench) -> Callable[[synthetic.Camera], Motions]:
+def _look(bench: Bench) -> Callable[[synthetic.Camera], ImageMotions]:
     known = bench.motions
-    return lambda camera: see_motions(known.modes, camera, bench.height, known.tiles, known.large)
+    return lambda camera: prepare_motions(
+        known.modes, camera, bench.height, known.tiles, known.large
+    )
 
 
-def _sense(chain: live.Chain, pressed: Pressed) -> live.Sensed:
+def _sense(chain: live.Chain, pressed: Pressed) -> live.FrameEstimate:
     """Find the one touch of a press.
 
     Raises
@@ -173,7 +174,9 @@ def _sense(chain: live.Chain, pressed: Pressed) -> live.Sensed:
     ValueError
         If there is none.
     """
-    sensed = live.sense(chain, pressed.picture, live.at_rest(chain), Stopwatch(lambda: 0.0))
+    sensed = live.estimate_frame(
+        chain, pressed.picture, live.at_rest(chain), Stopwatch(lambda: 0.0)
+    )
     if sensed.estimate.count != 1:
         x, y, _ = pressed.touch
         raise ValueError(
@@ -183,12 +186,12 @@ def _sense(chain: live.Chain, pressed: Pressed) -> live.Sensed:
     return sensed
 
 
-def _found(sensed: list[live.Sensed]) -> NDArray[np.float64]:
+def _found(sensed: list[live.FrameEstimate]) -> NDArray[np.float64]:
     """x, y, F of the one touch of each, (n, 3)."""
     return np.array([(*one.estimate.xy[0], one.estimate.force[0]) for one in sensed])
 
 
-def _learned(corrected: Corrected, score: Score) -> Learned:
+def _learned(corrected: PressCorrection, score: HeldOutScore) -> Learned:
     camera, softness = corrected.camera, corrected.softness
     spread = np.sqrt(np.diag(corrected.covariance))
     lens = Lens(

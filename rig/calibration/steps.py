@@ -11,16 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 import synthetic
-from rig.calibration.board import Board, View, on_plate
+from rig.calibration.board import BoardView, CharucoBoard, on_plate
 from rig.calibration.lens import Lens, calibrate_lens
 from rig.calibration.photon import Photon, photon_transfer
 from rig.calibration.pose import Pose, find_pose
-from rig.calibration.projector import Light, brightness, find_light
+from rig.calibration.projector import ProjectorLight, brightness, find_light
 from rig.calibration.store import Calibration
 from rig.projector import gray_code
 from rig.scene import Scene
-from rig.scene.loop import Projector
-from rig.scene.plate import Plate
+from rig.scene.loop import ProjectorSection
+from rig.scene.plate import PlateSection
 
 PICTURES = {".png", ".tif", ".tiff", ".bmp", ".jpg", ".jpeg"}
 BY_HAND = 0.7  # px, standard deviation of a corner that was marked by hand
@@ -42,7 +42,7 @@ def pictures(folder: Path) -> list[NDArray[np.uint8]]:
     return [_read(path) for path in paths]
 
 
-def from_boards(folder: Path, board: Board, left_out: tuple[int, ...]) -> Lens:
+def from_boards(folder: Path, board: CharucoBoard, left_out: tuple[int, ...]) -> Lens:
     """Calibrate the lens; views are numbered from 0 in the order of their names.
 
     Raises
@@ -53,7 +53,7 @@ def from_boards(folder: Path, board: Board, left_out: tuple[int, ...]) -> Lens:
     images = pictures(folder)
     found = [board.find(image) for image in images]
     unseen = tuple(index for index, view in enumerate(found) if view is None)
-    nothing = View(np.empty((0, 2)), np.empty((0, 2)))
+    nothing = BoardView(np.empty((0, 2)), np.empty((0, 2)))
     views = [view or nothing for view in found]
     size = (images[0].shape[1], images[0].shape[0])
     return calibrate_lens(views, size, tuple(sorted({*left_out, *unseen})))
@@ -66,11 +66,11 @@ def from_corners(scene: Scene, known: Calibration, corners: list[tuple[float, fl
     mm = np.array([(0, 0, height), (a, 0, height), (a, b, height), (0, b, height)])
     if len(corners) != 4:
         raise ValueError(f"plate has 4 corners, got {len(corners)}; give --corner four times")
-    return find_pose(known.known_lens(), View(mm, np.array(corners)), BY_HAND)
+    return find_pose(known.known_lens(), BoardView(mm, np.array(corners)), BY_HAND)
 
 
 def from_patch(
-    scene: Scene, known: Calibration, folder: Path, board: Board, at: tuple[float, float]
+    scene: Scene, known: Calibration, folder: Path, board: CharucoBoard, at: tuple[float, float]
 ) -> Pose:
     """Find the plate from a board on it, whose printed top left corner lies at (x, y) mm."""
     view = board.find(pictures(folder)[0])
@@ -80,15 +80,15 @@ def from_patch(
     return find_pose(known.known_lens(), on_plate([(view, T)], plate_of(scene).thickness / 2))
 
 
-def from_stripes(scene: Scene, known: Calibration, folder: Path) -> Light:
+def from_stripes(scene: Scene, known: Calibration, folder: Path) -> ProjectorLight:
     """Find the projector from pictures of its Gray code, in the order of `gray.patterns`."""
     window, camera = projector_of(scene), posed(known)
     return light_of(pictures(folder), camera, plate_of(scene), window.size)
 
 
 def light_of(
-    images: Sequence[NDArray], camera: synthetic.Camera, plate: Plate, size: tuple[int, int]
-) -> Light:
+    images: Sequence[NDArray], camera: synthetic.Camera, plate: PlateSection, size: tuple[int, int]
+) -> ProjectorLight:
     """Find the projector of `size` px from pictures of its Gray code, and how bright it is."""
     seen, valid = gray_code.decode(images, size)
     light = find_light(seen, valid, camera, plate.size, size, plate.thickness / 2)
@@ -113,14 +113,14 @@ def write_stripes(scene: Scene, folder: Path) -> int:
     return len(stripes)
 
 
-def plate_of(scene: Scene) -> Plate:
+def plate_of(scene: Scene) -> PlateSection:
     """Return the plate of a scene that must have one."""
     if scene.plate is None:
         raise ValueError(f"scene '{scene.title}' has no plate; add [plate]")
     return scene.plate
 
 
-def projector_of(scene: Scene) -> Projector:
+def projector_of(scene: Scene) -> ProjectorSection:
     """Return the projector of a scene that must have one."""
     if scene.projector is None:
         raise ValueError(f"scene '{scene.title}' has no projector; add [projector]")

@@ -14,16 +14,17 @@ from rig.calibration.latency import Latency
 from rig.calibration.lens import Lens
 from rig.calibration.photon import Photon
 from rig.calibration.pose import Pose
-from rig.calibration.projector import Light
+from rig.calibration.projector import ProjectorLight
 from rig.live.alignment import Alignment
-from rig.projector.light_map import LightMap, see_light
+from rig.projector.light_map import LightMap, prepare_light_map
 from rig.projector.markers import Screen
 from rig.scene import Scene
 from rig.scene.section import Section
+from rig.scene.source import DeviceSection
 
 AGE = timedelta(days=30)  # after which a bench has been bumped at least once
 Row = tuple[float, ...]
-Part = Lens | Pose | Light | Photon | Latency | Alignment
+Part = Lens | Pose | ProjectorLight | Photon | Latency | Alignment
 """What can be calibrated."""
 
 
@@ -127,7 +128,7 @@ class Calibration(Section):
         if self.projector is None or screen is None:
             return None
         part = self.projector
-        return see_light(screen, T_cam_plate, size, part.strength, part.black)
+        return prepare_light_map(screen, T_cam_plate, size, part.strength, part.black)
 
     def alignment(self) -> Alignment | None:
         """Return what known presses mend; None without any."""
@@ -180,7 +181,7 @@ def entry_of(part: Part, now: datetime) -> dict:
             T, spread = _rows(part.camera.T_cam_plate), _rows(part.covariance)
             figures = {"date": now, "error": part.error, "residual": part.residual}
             return {"pose": PoseEntry(**figures, T_cam_plate=T, covariance=spread)}
-        case Light():
+        case ProjectorLight():
             figures = {"date": now, "error": part.error, "residual": part.residual}
             figures |= {"strength": part.strength, "black": part.black}
             T = _rows(part.screen.T_px_plate)
@@ -201,6 +202,28 @@ def entry_of(part: Part, now: datetime) -> dict:
             return {"presses": PressesEntry(date=now, matrix=_rows(part.matrix), **figures)}
 
 
+def calibration_beside(scene: str | Path) -> Calibration:
+    """Read the calibration beside a scene, an empty one where there is none.
+
+    Raises
+    ------
+    OSError, ValueError
+        See `read_calibration`.
+    """
+    return read_calibration(beside(scene))
+
+
+def calibration_warnings(calibration: Calibration, scene: Scene, now: datetime) -> list[str]:
+    """Say in a sentence each what a run of a scene should doubt in its calibration."""
+    found = calibration.doubts(scene, now)
+    if isinstance(scene.source, DeviceSection) and scene.camera and calibration.camera() is None:
+        found.append(
+            "calibration holds no lens and pose: the camera is taken to look straight down from"
+            f" {scene.camera.stand_off:g} mm; run `touchplate calibrate camera` and `pose`"
+        )
+    return found
+
+
 def beside(scene: str | Path) -> Path:
     """Return where the calibration of a scene lies; that of a shipped one in the working folder."""
     path = Path(scene)
@@ -208,7 +231,7 @@ def beside(scene: str | Path) -> Path:
     return folder / f"{path.stem}.calibration.json"
 
 
-def read(path: Path) -> Calibration:
+def read_calibration(path: Path) -> Calibration:
     """Read a calibration, an empty one where there is no file.
 
     Raises
@@ -241,7 +264,7 @@ def parse(text: str, name: str) -> Calibration:
 def keep(path: Path, part: Part) -> Calibration:
     """Put a new result into a calibration on disk, in the place of the old one of its kind."""
     now = datetime.now(UTC).replace(microsecond=0)
-    calibration = read(path).model_copy(update=entry_of(part, now))
+    calibration = read_calibration(path).model_copy(update=entry_of(part, now))
     aside = path.with_name(f"{path.name}.{os.getpid()}.partial")
     aside.write_text(calibration.model_dump_json(indent=2, exclude_none=True), encoding="utf-8")
     aside.replace(path)

@@ -6,7 +6,7 @@ import time
 from importlib import import_module
 from typing import Any
 
-from rig.camera.controls import Controls, Setting
+from rig.camera.controls import Controls, ControlSetting
 from rig.camera.nodes import DeviceClock, set_up
 from rig.system.frame import Frame
 from rig.system.optional import need
@@ -17,7 +17,7 @@ TICKS = 1e9  # a second, of USB3 cameras; GigE cameras say theirs
 class BaslerCamera:
     """A `Device` on an open camera of pypylon; use `open_basler`."""
 
-    def __init__(self, camera: Any, name: str, settings: tuple[Setting, ...]):
+    def __init__(self, camera: Any, name: str, settings: tuple[ControlSetting, ...]):
         self.name, self.settings = name, settings
         self._camera = camera
         self._pylon = import_module("pypylon.pylon")
@@ -26,7 +26,7 @@ class BaslerCamera:
         camera.StartGrabbing(self._pylon.GrabStrategy_OneByOne)
 
     def read(self, timeout: float) -> Frame | None:
-        """See `Device.read`; a picture that was damaged on the way is left out."""
+        """See `Device.read`; an image that was damaged on the way is left out."""
         try:
             result = self._camera.RetrieveResult(
                 max(1, round(1e3 * timeout)), self._pylon.TimeoutHandling_Return

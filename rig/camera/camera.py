@@ -1,4 +1,4 @@
-"""A camera that always drains its device: the newest picture wins, what it replaces is counted."""
+"""A camera that always drains its device: the newest image wins, what it replaces is counted."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from rig.camera.controls import Setting
-    from rig.camera.device import Device
+    from rig.camera.controls import ControlSetting
+    from rig.camera.device import OpenDevice
     from rig.system.frame import Frame
 
-SLICE = 0.1  # s that one wait for a picture takes: so soon does the thread see that it shall end
-SILENCE = 1.0  # s without a picture after which the device is opened anew
+SLICE = 0.1  # s that one wait for an image takes: so soon does the thread see that it shall end
+SILENCE = 1.0  # s without an image after which the device is opened anew
 RETRY = 0.25  # s between attempts to open a device that has gone
 END = 2.0  # s that the thread gets to end; a driver that hangs is left behind
 
 
-class Camera:
-    """A `rig.system.frame.Source` on a device, with a thread that reads every picture at once.
+class LiveCamera:
+    """A `rig.system.frame.Source` on a device, with a thread that reads every image at once.
 
-    A driver queues pictures that nobody takes: after a pause of 0.5 s the next two would be half a
+    A driver queues images that nobody takes: after a pause of 0.5 s the next two would be half a
     second old. Where the device goes (unplugged, frozen) it is opened again until it comes back.
     Numbers go on over such a gap.
 
@@ -33,19 +33,19 @@ class Camera:
     clock : callable
         Monotonic time, s; the same that stamps the frames.
     rescue : callable or None
-        Called before the device is opened for the second time without a picture in between:
+        Called before the device is opened for the second time without an image in between:
         `rig.usb.watch.reset` with the device that has the node.
 
     Attributes
     ----------
     status : str
         One sentence for the user.
-    settings : tuple of Setting
+    settings : tuple of ControlSetting
         What became of the controls when the device was last opened.
     dropped : int
-        Pictures that the device numbered and `grab` never gave.
+        Images that the device numbered and `grab` never gave.
     refused : int
-        Pictures of another size than the first, which nobody gets.
+        Images of another size than the first, which nobody gets.
     outages : int
         Times that the device has gone or fallen silent.
 
@@ -57,7 +57,7 @@ class Camera:
 
     def __init__(
         self,
-        open_device: Callable[[], Device],
+        open_device: Callable[[], OpenDevice],
         clock: Callable[[], float] = time.monotonic,
         rescue: Callable[[], object] | None = None,
     ):
@@ -71,13 +71,13 @@ class Camera:
         self._news = threading.Condition()
         self._ending = threading.Event()
         self._ended = False
-        self._device: Device | None = open_device()
-        self.settings: tuple[Setting, ...] = self._device.settings
+        self._device: OpenDevice | None = open_device()
+        self.settings: tuple[ControlSetting, ...] = self._device.settings
         self.status = self._sound = f"{self._device.name} is open"
         self._thread = threading.Thread(target=self._drain, name="camera", daemon=True)
         self._thread.start()
 
-    def __enter__(self) -> Camera:
+    def __enter__(self) -> LiveCamera:
         """Leave the camera open for the block."""
         return self
 
@@ -118,7 +118,7 @@ class Camera:
                     self._take(frame)
                 elif self._device and self._clock() - heard > SILENCE:
                     self._silences += 1
-                    raise OSError(f"{self._device.name} gives no pictures; it is opened anew")
+                    raise OSError(f"{self._device.name} gives no images; it is opened anew")
             except EOFError as error:
                 self._end(str(error))
             except OSError as error:
@@ -126,7 +126,7 @@ class Camera:
         self._release()
 
     def _take(self, frame: Frame) -> None:
-        """Make a picture the newest one."""
+        """Make an image the newest one."""
         self._silences = 0
         image = frame.image
         self._shape = self._shape or image.shape
@@ -134,7 +134,7 @@ class Camera:
             self.refused += 1
             (rows, columns), (high, wide) = image.shape, self._shape
             self.status = (
-                f"a picture of {columns} × {rows} px came instead of {wide} × {high} px; it is"
+                f"an image of {columns} × {rows} px came instead of {wide} × {high} px; it is"
                 " left out"
             )
             return

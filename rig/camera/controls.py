@@ -1,6 +1,6 @@
 """Exposure, gain, focus and white balance held still: first the automatics off, then the values.
 
-Correlation compares pictures of the same light. A camera that still adjusts itself changes them
+Correlation compares images of the same light. A camera that still adjusts itself changes them
 all the time, and most cameras refuse a value while the automatic that owns it is on. So the order
 is the same for every kind of camera and stands here, and each kind brings a `Port`.
 """
@@ -55,7 +55,7 @@ class Controls:
 
 
 @dataclass(frozen=True)
-class Setting:
+class ControlSetting:
     """What became of one control.
 
     Attributes
@@ -110,7 +110,7 @@ class Port(Protocol):
         ...
 
 
-def hold(port: Port, controls: Controls) -> tuple[Setting, ...]:
+def hold(port: Port, controls: Controls) -> tuple[ControlSetting, ...]:
     """Switch the automatics off, set the values and read them back.
 
     A control that the camera lacks is only reported where a value was asked for. Nothing raises
@@ -123,9 +123,9 @@ def hold(port: Port, controls: Controls) -> tuple[Setting, ...]:
         asked, before = controls.of(knob), found[knob]
         if before is None:
             if asked is not None:
-                settings.append(Setting(knob, asked, None, manual=False))
+                settings.append(ControlSetting(knob, asked, None, manual=False))
             continue
         # the value that the automatic had found goes back in: manual mode brings an older one
         port.write(knob, before if asked is None else asked)
-        settings.append(Setting(knob, asked, port.read(knob), manual[knob]))
+        settings.append(ControlSetting(knob, asked, port.read(knob), manual[knob]))
     return tuple(settings)

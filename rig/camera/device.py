@@ -5,35 +5,35 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from rig.camera.controls import Setting
+    from rig.camera.controls import ControlSetting
     from rig.system.frame import Frame
 
 STALEST = 2.0  # s; an older time stamp is of another clock
 
 
-class Device(Protocol):
-    """An open camera, folder or video, which gives its pictures one after the other.
+class OpenDevice(Protocol):
+    """An open camera, folder or video, which gives its images one after the other.
 
     Attributes
     ----------
     name : str
         What the user knows it by: a path, a serial number.
-    settings : tuple of Setting
+    settings : tuple of ControlSetting
         What became of the controls that it was asked to hold.
     """
 
     name: str
-    settings: tuple[Setting, ...]
+    settings: tuple[ControlSetting, ...]
 
     def read(self, timeout: float) -> Frame | None:
-        """Next picture, with the number that the device gave it; None if none came in `timeout` s.
+        """Next image, with the number that the device gave it; None if none came in `timeout` s.
 
         Raises
         ------
         OSError
             If the device has gone; its text is a sentence for the user.
         EOFError
-            If there are no more pictures, because the source has an end.
+            If there are no more images, because the source has an end.
         """
         ...
 
@@ -43,11 +43,11 @@ class Device(Protocol):
 
 
 class InOrder:
-    """A `rig.system.frame.Source` that leaves nothing out: each grab gives the next picture."""
+    """A `rig.system.frame.Source` that leaves nothing out: each grab gives the next image."""
 
-    def __init__(self, device: Device):
+    def __init__(self, device: OpenDevice):
         self._device = device
-        self.status = f"{device.name} gives no pictures"
+        self.status = f"{device.name} gives no images"
 
     def grab(self, timeout: float) -> Frame | None:
         """See `Source.grab`."""

@@ -1,4 +1,4 @@
-"""A folder of pictures or a video in the place of a camera, one picture after the other."""
+"""A folder of images or a video in the place of a camera, one image after the other."""
 
 from __future__ import annotations
 
@@ -11,29 +11,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 import dic
-from rig.camera.controls import Setting
+from rig.camera.controls import ControlSetting
 from rig.system.frame import Frame
 
 SUFFIXES = {".png", ".tif", ".tiff", ".bmp", ".jpg", ".jpeg", ".pgm"}
 
 
-class Pictures:
-    """A `Device` that gives grey pictures in order, at a pace or as fast as they are read.
+class ImageSequence:
+    """A `Device` that gives grey images in order, at a pace or as fast as they are read.
 
     Parameters
     ----------
     name : str
         What the user knows the source by.
-    pictures : iterator of (H, W) uint8
+    images : iterator of (H, W) uint8
     rate : float or None, frames a second
-        Pictures that come late keep their number and their turn; None waits for nothing.
+        Images that come late keep their number and their turn; None waits for nothing.
     """
 
-    settings: tuple[Setting, ...] = ()
+    settings: tuple[ControlSetting, ...] = ()
 
-    def __init__(self, name: str, pictures: Iterator[NDArray[np.uint8]], rate: float | None):
+    def __init__(self, name: str, images: Iterator[NDArray[np.uint8]], rate: float | None):
         self.name = name
-        self._pictures = pictures
+        self._images = images
         self._period = 1.0 / rate if rate else 0.0
         self._start: float | None = None
         self._number = 0
@@ -47,9 +47,9 @@ class Pictures:
             time.sleep(timeout)
             return None
         time.sleep(max(0.0, wait))
-        image = next(self._pictures, None)
+        image = next(self._images, None)
         if image is None:
-            raise EOFError(f"{self.name} has ended after {self._number} pictures")
+            raise EOFError(f"{self.name} has ended after {self._number} images")
         self._number += 1
         return Frame(self._number - 1, time.monotonic(), image)
 
@@ -57,20 +57,20 @@ class Pictures:
         """See `Device.close`."""
 
 
-def open_folder(folder: str | Path, rate: float | None = None) -> Pictures:
-    """Open the pictures of a folder, in the order of the numbers in their names.
+def open_folder(folder: str | Path, rate: float | None = None) -> ImageSequence:
+    """Open the images of a folder, in the order of the numbers in their names.
 
     Parameters
     ----------
     folder : str or Path
-        With grey pictures of 8 bit.
+        With grey images of 8 bit.
     rate : float or None, frames a second
-        Pace; None gives each picture as soon as it is asked for.
+        Pace; None gives each image as soon as it is asked for.
 
     Raises
     ------
     OSError
-        If there is no such folder, or no picture in it; later, if a picture is damaged.
+        If there is no such folder, or no image in it; later, if an image is damaged.
     ValueError
         If the rate is not positive.
     """
@@ -80,11 +80,11 @@ def open_folder(folder: str | Path, rate: float | None = None) -> Pictures:
         raise OSError(f"folder {folder} does not exist; check the path")
     paths = sorted((p for p in folder.iterdir() if p.suffix.lower() in SUFFIXES), key=_in_order)
     if not paths:
-        raise OSError(f"folder {folder} holds no pictures; PNG, TIFF, BMP and JPEG are read")
-    return Pictures(str(folder), map(_read_grey, paths), rate)
+        raise OSError(f"folder {folder} holds no images; PNG, TIFF, BMP and JPEG are read")
+    return ImageSequence(str(folder), map(_read_grey, paths), rate)
 
 
-def open_video(path: str | Path, rate: float | None = None) -> Pictures:
+def open_video(path: str | Path, rate: float | None = None) -> ImageSequence:
     """Open a video file; its colours become brightness. Parameters as in `open_folder`.
 
     Raises
@@ -103,14 +103,14 @@ def open_video(path: str | Path, rate: float | None = None) -> Pictures:
     if not capture.isOpened():
         raise OSError(f"{path} is no video that can be read; convert it to AVI or MP4")
 
-    def pictures() -> Iterator[NDArray[np.uint8]]:
+    def images() -> Iterator[NDArray[np.uint8]]:
         while True:
-            there, picture = capture.read()
+            there, colour = capture.read()
             if not there:
                 return capture.release()
-            yield np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.uint8)
+            yield np.asarray(cv2.cvtColor(colour, cv2.COLOR_BGR2GRAY), np.uint8)
 
-    return Pictures(str(path), pictures(), rate)
+    return ImageSequence(str(path), images(), rate)
 
 
 def _check_rate(rate: float | None) -> None:
@@ -129,5 +129,5 @@ def _read_grey(path: Path) -> NDArray[np.uint8]:
     except ValueError as error:  # in colour, say
         raise OSError(str(error)) from None
     if image.dtype != np.uint8:
-        raise OSError(f"picture {path} has {image.dtype} values; convert it to 8 bit")
+        raise OSError(f"image {path} has {image.dtype} values; convert it to 8 bit")
     return image

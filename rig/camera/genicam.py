@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from rig.camera.controls import Controls, Setting
+from rig.camera.controls import Controls, ControlSetting
 from rig.camera.nodes import DeviceClock, set_up
 from rig.system.frame import Frame
 from rig.system.optional import need
@@ -20,7 +20,9 @@ NANOSECOND = 1e-9
 class GenicamCamera:
     """A `Device` on an image acquirer of harvesters; use `open_genicam`."""
 
-    def __init__(self, harvester: Any, acquirer: Any, name: str, settings: tuple[Setting, ...]):
+    def __init__(
+        self, harvester: Any, acquirer: Any, name: str, settings: tuple[ControlSetting, ...]
+    ):
         self.name, self.settings = name, settings
         self._harvester, self._acquirer = harvester, acquirer
         self._error = import_module("genicam.gentl").GenericException

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections import deque
 from typing import Any, Protocol
 
-from rig.camera.controls import Controls, Knob, Setting, hold
+from rig.camera.controls import Controls, ControlSetting, Knob, hold
 from rig.camera.panel import Panel
 from rig.camera.reasons import unsupported
 
@@ -23,7 +23,7 @@ AUTOMATICS = {
     Knob.GAIN: (("GainAuto",), "Off"),
     Knob.FOCUS: (("FocusAuto",), "Off"),
 }
-"""White balance is a ratio of channels, and a grey picture has one."""
+"""White balance is a ratio of channels, and a grey image has one."""
 STEPS = {Knob.EXPOSURE: 1e-6}  # s
 RATES = ("AcquisitionFrameRate", "AcquisitionFrameRateAbs")
 RECENT = (
@@ -45,13 +45,13 @@ class Nodes(Protocol):
 
 def set_up(
     nodes: Nodes, name: str, size: tuple[int, int], rate: float, controls: Controls
-) -> tuple[Setting, ...]:
+) -> tuple[ControlSetting, ...]:
     """Set size, format and rate, then hold the controls.
 
     Raises
     ------
     OSError
-        If the camera has no grey pictures of this size.
+        If the camera has no grey images of this size.
     """
     nodes.set("PixelFormat", FORMAT)
     for side, length in zip(("Width", "Height"), size, strict=True):
@@ -68,7 +68,7 @@ def set_up(
 class DeviceClock:
     """Puts the time stamps of a camera's own clock on ours.
 
-    A picture arrives late by what its transport takes, and never early: the quickest of the last
+    An image arrives late by what its transport takes, and never early: the quickest of the last
     `RECENT` deliveries tells how far the clocks are apart.
     """
 

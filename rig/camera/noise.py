@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rig.camera.camera import Camera
+from rig.camera.camera import LiveCamera
 
 FRAMES = 30
 PATIENCE = 2.0  # s for a frame
@@ -16,8 +16,8 @@ DARK = 5
 
 
 @dataclass(frozen=True)
-class Noise:
-    """Figures of a series of pictures of a scene that does not move.
+class CameraNoise:
+    """Figures of a series of images of a scene that does not move.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class Noise:
     flicker : float
         Standard deviation of the mean brightness over its mean: light or exposure that changes.
     contrast : float, grey levels
-        Standard deviation over the mean picture: that of the speckle.
+        Standard deviation over the mean image: that of the speckle.
     clipped : float
         Share of the pixels that are too bright or too dark to say anything.
     age : float, s
@@ -47,7 +47,7 @@ class Noise:
     age: float
 
 
-def measure_noise(camera: Camera, frames: int = FRAMES) -> Noise:
+def measure_noise(camera: LiveCamera, frames: int = FRAMES) -> CameraNoise:
     """Grab frames of a still scene and say how they differ.
 
     Mean and squares run along with the frames (Welford, Technometrics 4, 1962), so that any number
@@ -67,7 +67,7 @@ def measure_noise(camera: Camera, frames: int = FRAMES) -> Noise:
     for count in range(1, frames + 1):
         frame = camera.grab(PATIENCE)
         if frame is None:
-            raise OSError(f"{camera.status}; no picture came for {PATIENCE:g} s")
+            raise OSError(f"{camera.status}; no image came for {PATIENCE:g} s")
         ages.append(time.monotonic() - frame.captured)
         times.append(frame.captured)
         levels.append(float(frame.image.mean()))
@@ -76,7 +76,7 @@ def measure_noise(camera: Camera, frames: int = FRAMES) -> Noise:
         mean = mean + change / count
         squares = squares + change * (image - mean)
     brightness = mean + np.mean(levels)
-    return Noise(
+    return CameraNoise(
         frames=frames,
         dropped=camera.dropped,
         rate=(frames - 1) / (times[-1] - times[0]),

@@ -18,7 +18,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from rig.camera.controls import Controls, Knob, Setting, hold
+from rig.camera.controls import Controls, ControlSetting, Knob, hold
 from rig.camera.device import stamp
 from rig.camera.panel import Panel
 from rig.camera.pixels import FORMATS, brightness, name_of
@@ -54,7 +54,7 @@ class OpenCvCamera:
         name: str,
         capture: cv2.VideoCapture,
         layout: tuple[str, tuple[int, int]],
-        settings: tuple[Setting, ...],
+        settings: tuple[ControlSetting, ...],
     ):
         self.name, self.settings = name, settings
         self._capture = capture
@@ -95,7 +95,7 @@ def open_camera(name: str, size: tuple[int, int], rate: float, controls: Control
     Raises
     ------
     OSError
-        If there is no such camera, it is in use, may not be used or has no such pictures.
+        If there is no such camera, it is in use, may not be used or has no such images.
     """
     _probe(name)
     os.environ.setdefault(*PATIENCE)

@@ -21,7 +21,7 @@ def brightness(
     Parameters
     ----------
     raw : array of uint8
-        The bytes of a picture, in any shape.
+        The bytes of an image, in any shape.
     code : {"GREY", "YUYV", "MJPG"}
     size : (int, int), px
         Width and height.

@@ -34,7 +34,7 @@ def refusal(device: str, error: OSError) -> OSError:
 
 def unsupported(device: str, wanted: str, offered: str) -> OSError:
     """Error for a size or format that the camera does not have."""
-    return OSError(f"{device} has no pictures of {wanted}; it offers {offered}")
+    return OSError(f"{device} has no images of {wanted}; it offers {offered}")
 
 
 def user_of(device: str) -> str | None:

@@ -1,4 +1,4 @@
-"""A camera through V4L2 itself: frame numbers, damaged pictures and time stamps of the driver.
+"""A camera through V4L2 itself: frame numbers, damaged images and time stamps of the driver.
 
 The extra package linuxpy (`pip install touchplate[v4l2]`) knows the kernel's structures; the
 waiting is our own, so that a camera which has stopped is noticed within the time that was asked.
@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from rig.camera.controls import Controls, Knob, Setting, hold
+from rig.camera.controls import Controls, ControlSetting, Knob, hold
 from rig.camera.device import stamp
 from rig.camera.panel import Panel
 from rig.camera.pixels import FORMATS, brightness, name_of
@@ -43,9 +43,9 @@ STEPS = {Knob.EXPOSURE: 1e-4}  # s
 
 
 class V4l2Camera:
-    """A `Device` that takes pictures from the buffers of the driver; use `open_camera`."""
+    """A `Device` that takes images from the buffers of the driver; use `open_camera`."""
 
-    def __init__(self, video: Any, name: str, handle: int, settings: tuple[Setting, ...]):
+    def __init__(self, video: Any, name: str, handle: int, settings: tuple[ControlSetting, ...]):
         self.name, self.settings = name, settings
         self._video, self._handle = video, handle
         self._kind, self._memory = video.BufferType.VIDEO_CAPTURE, video.Memory.MMAP
@@ -59,14 +59,14 @@ class V4l2Camera:
         video.stream_on(handle, self._kind)
 
     def read(self, timeout: float) -> Frame | None:
-        """See `Device.read`; a damaged picture is left out, and its number with it."""
+        """See `Device.read`; a damaged image is left out, and its number with it."""
         end = time.monotonic() + timeout
         while (left := end - time.monotonic()) > 0:
             try:
                 if not select.select([self._handle], [], [], left)[0]:
                     return None
                 buffer = self._video.dequeue_buffer(self._handle, self._kind, self._memory)
-            except BlockingIOError:  # ready, but not with a picture
+            except BlockingIOError:  # ready, but not with an image
                 time.sleep(PAUSE)
                 continue
             except OSError as error:
@@ -83,7 +83,7 @@ class V4l2Camera:
         os.close(self._handle)  # ends the stream as well
 
     def _frame(self, buffer: Any) -> Frame | None:
-        """Copy a picture out of its buffer, and give the buffer back; None if it is damaged."""
+        """Copy an image out of its buffer, and give the buffer back; None if it is damaged."""
         image = None
         if not buffer.flags & self._video.BufferFlag.ERROR:
             raw = np.frombuffer(self._buffers[buffer.index], np.uint8, buffer.bytesused)

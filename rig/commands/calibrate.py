@@ -1,4 +1,4 @@
-"""`touchplate calibrate WHAT SCENE`: live or from pictures to what a bench knows of itself."""
+"""`touchplate calibrate WHAT SCENE`: live or from images to what a bench knows of itself."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ import typer
 from rig.commands.output import emit
 
 if TYPE_CHECKING:
-    from rig.calibration.board import Board
+    from rig.calibration.board import CharucoBoard
     from rig.calibration.guide import Guide
     from rig.calibration.store import Calibration, Part
     from rig.scene import Scene
 
 PART = {"camera": "lens"}  # name of what is kept, where it is another
 Name = Annotated[str, typer.Argument(help="Name of a shipped scene, or a TOML file.")]
-Pictures = Annotated[
-    Path | None, typer.Option(help="Folder of pictures; else live, from the scene's source.")
+Images = Annotated[
+    Path | None, typer.Option(help="Folder of images; else live, from the scene's source.")
 ]
 Squares = Annotated[tuple[int, int], typer.Option(help="Squares of the board.")]
 Square = Annotated[float, typer.Option(help="Side of a square, mm, as measured.")]
@@ -37,7 +37,7 @@ calibrate = typer.Typer(no_args_is_help=True)
 @calibrate.command()
 def camera(
     scene: Name,
-    pictures: Pictures = None,
+    images: Images = None,
     squares: Squares = SQUARES,
     square: Square = SQUARE,
     marker: Marker = MARKER,
@@ -45,15 +45,15 @@ def camera(
     settings: Settings = None,
     as_json: Json = False,
 ) -> None:
-    """Find the lens: show a ChArUco board, tilted to all sides, over the whole picture.
+    """Find the lens: show a ChArUco board, tilted to all sides, over the whole image.
 
-    With --pictures ten views of it.
+    With --images ten views of it.
     """
     from rig.calibration import steps
 
     bench, board = _bench("camera", scene, settings), _board(squares, square, marker)
-    if pictures:
-        part = steps.from_boards(pictures, board, tuple(leave_out or ()))
+    if images:
+        part = steps.from_boards(images, board, tuple(leave_out or ()))
     else:
         from rig.calibration.board_guides import LensGuide
 
@@ -64,7 +64,7 @@ def camera(
 @calibrate.command()
 def pose(
     scene: Name,
-    pictures: Pictures = None,
+    images: Images = None,
     squares: Squares = SQUARES,
     square: Square = SQUARE,
     marker: Marker = MARKER,
@@ -73,17 +73,17 @@ def pose(
     settings: Settings = None,
     as_json: Json = False,
 ) -> None:
-    """Find the plate: lay the board on it, or mark its four corners in a picture.
+    """Find the plate: lay the board on it, or mark its four corners in an image.
 
-    With --pictures one of the board on the plate.
+    With --images one of the board on the plate.
     """
     from rig.calibration import steps
 
     bench, board = _bench("pose", scene, settings), _board(squares, square, marker)
     if corner:
         part = steps.from_corners(bench.scene, bench.known, [_pair(text) for text in corner])
-    elif pictures:
-        part = steps.from_patch(bench.scene, bench.known, pictures, board, at)
+    elif images:
+        part = steps.from_patch(bench.scene, bench.known, images, board, at)
     else:
         from rig.calibration.board_guides import PoseGuide
 
@@ -94,17 +94,17 @@ def pose(
 
 @calibrate.command()
 def projector(
-    scene: Name, pictures: Pictures = None, settings: Settings = None, as_json: Json = False
+    scene: Name, images: Images = None, settings: Settings = None, as_json: Json = False
 ) -> None:
     """Find the projector: leave the plate alone while stripes are projected.
 
-    With --pictures what the camera saw of each picture that `stripes` writes.
+    With --images what the camera saw of each image that `stripes` writes.
     """
     from rig.calibration import steps
 
     bench = _bench("projector", scene, settings)
-    if pictures:
-        part = steps.from_stripes(bench.scene, bench.known, pictures)
+    if images:
+        part = steps.from_stripes(bench.scene, bench.known, images)
     else:
         from rig.calibration.light_guides import StripesGuide
 
@@ -130,20 +130,20 @@ def latency(scene: Name, settings: Settings = None, as_json: Json = False) -> No
 @calibrate.command()
 def noise(
     scene: Name,
-    pictures: Pictures = None,
+    images: Images = None,
     black: Annotated[float, typer.Option(help="Grey level without light.")] = 0.0,
     settings: Settings = None,
     as_json: Json = False,
 ) -> None:
     """Find noise and gain of the camera: leave it alone, and change the light twice when asked.
 
-    With --pictures a folder for each of three exposures.
+    With --images a folder for each of three exposures.
     """
     from rig.calibration import steps
 
     bench = _bench("noise", scene, settings)
-    if pictures:
-        part = steps.from_stills(pictures, black)
+    if images:
+        part = steps.from_stills(images, black)
     else:
         from rig.calibration.noise_guide import NoiseGuide
 
@@ -154,16 +154,16 @@ def noise(
 @calibrate.command()
 def stripes(
     scene: Name,
-    pictures: Annotated[Path, typer.Option(help="Folder for them.")] = Path(),
+    images: Annotated[Path, typer.Option(help="Folder for them.")] = Path(),
     settings: Settings = None,
     as_json: Json = False,
 ) -> None:
-    """Write the pictures that find the projector, for another program to show."""
+    """Write the images that find the projector, for another program to show."""
     from rig.calibration import steps
 
-    pictures.mkdir(parents=True, exist_ok=True)
-    count = steps.write_stripes(_bench("projector", scene, settings).scene, pictures)
-    emit(f"{count} pictures in {pictures}", {"pictures": count}, as_json)
+    images.mkdir(parents=True, exist_ok=True)
+    count = steps.write_stripes(_bench("projector", scene, settings).scene, images)
+    emit(f"{count} images in {images}", {"images": count}, as_json)
 
 
 @dataclass(frozen=True)
@@ -186,14 +186,14 @@ class _Bench:
 
         kept = store.keep(self.path, part)
         entry = getattr(kept, PART.get(self.what, self.what)).model_dump(mode="json")
-        doubts = kept.doubts(self.scene, datetime.now(UTC))
+        notes = kept.doubts(self.scene, datetime.now(UTC))
         left_out = list(getattr(part, "left_out", ()))
         error, residual = entry["error"], entry["residual"]
         lines = [f"{self.what}: error {error:.3g}, residual {residual:.3g}; in {self.path}"]
         if left_out:
             lines.append(f"views left out: {', '.join(map(str, left_out))}")
-        said = entry | {"path": str(self.path), "doubts": doubts, "left_out": left_out}
-        emit("\n".join([*lines, *doubts]), said, as_json)
+        said = entry | {"path": str(self.path), "notes": notes, "left_out": left_out}
+        emit("\n".join([*lines, *notes]), said, as_json)
 
 
 def _bench(what: str, name: str, settings: list[str] | None) -> _Bench:
@@ -202,13 +202,13 @@ def _bench(what: str, name: str, settings: list[str] | None) -> _Bench:
 
     path = store.beside(name)
     scene = rig.load(name, rig.scene.parse_overrides(settings or []))
-    return _Bench(what, scene, store.read(path), path)
+    return _Bench(what, scene, store.read_calibration(path), path)
 
 
-def _board(squares: tuple[int, int], square: float, marker: float) -> Board:
-    from rig.calibration.board import Board
+def _board(squares: tuple[int, int], square: float, marker: float) -> CharucoBoard:
+    from rig.calibration.board import CharucoBoard
 
-    return Board(squares, square, marker)
+    return CharucoBoard(squares, square, marker)
 
 
 def _pair(text: str) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""`touchplate collect SCENE`: known presses, one after the other, and what they mend."""
+"""`touchplate collect SCENE`: known presses, one after the other, and what they correct."""
 
 from __future__ import annotations
 
@@ -33,21 +33,22 @@ def collect(
         Path | None, typer.Option(metavar="FILE", help="Keep the session in a new file *.h5.")
     ] = None,
     keep: Annotated[
-        bool, typer.Option(help="Put what they mend beside the scene, if it makes nothing worse.")
+        bool,
+        typer.Option(help="Put what they correct beside the scene, if it makes nothing worse."),
     ] = True,
     settings: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override the scene.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Ask for known presses, see each stand still, and score what they mend on those held out.
+    """Ask for known presses, see each stand still, and score what they correct on those held out.
 
     In the twin a scripted finger presses.
     """
     from rig.commands.run import known
     from rig.scene import load, parse_overrides
 
-    overrides = parse_overrides(settings or []) | {"touches.most": 1}
+    overrides = parse_overrides(settings or []) | {"touches.max_touches": 1}
     loaded = load(scene, overrides)
     if loaded.source and loaded.source.kind == "twin":
         overrides |= {"source.script": "collect"}
@@ -55,33 +56,34 @@ def collect(
         # Presses are known from the whole pattern: a net may not be trained yet.
         overrides |= {"estimator": {"kind": "pattern"}}
     loaded = load(scene, overrides)
-    # What older presses mended is not applied: these are to say what the bench itself finds.
+    # What older presses corrected is not applied: these are to say what the bench itself finds.
     calibration = known(scene, loaded).model_copy(update={"presses": None})
     with ExitStack() as open_parts, interruptible():
         collector = _ask(loaded, calibration, presses, record, open_parts)
     if table:
         _write(table, collector.taken)
-    tell(scene, collector.taken, keep, as_json)
+    conclude(scene, collector.taken, keep, as_json)
 
 
-def tell(scene: str, taken: Sequence[Taken], keep: bool, as_json: bool) -> None:
-    """Say what presses mend, and put it beside the scene if it makes nothing worse."""
+def conclude(scene: str, taken: Sequence[Taken], keep: bool, as_json: bool) -> None:
+    """Say what presses correct, and put it beside the scene if it makes nothing worse."""
     from rig.calibration import store
     from rig.calibration.collect import score
 
-    mended, scored = score(taken)
+    corrected, scored = score(taken)
     kept = keep and scored.helps
     if kept:
-        store.keep(store.beside(scene), mended)
-    said = {"presses": len(taken), "slips": len(mended.slips), **asdict(scored)}
-    what = ", ".join(mended.terms) or "nothing, for they prove nothing wrong"
-    emit(
-        f"{said['presses']} presses mend {what}; each held out in turn: {scored.place_before:.2f}"
-        f" → {scored.place_after:.2f} mm, force {100 * scored.force_before:.1f} →"
-        f" {100 * scored.force_after:.1f} %",
-        said | {"mends": mended.terms, "gain": mended.gain, "error_mm": mended.error, "kept": kept},
-        as_json,
+        store.keep(store.beside(scene), corrected)
+    said = {"presses": len(taken), "slips": len(corrected.slips), **asdict(scored)}
+    what = ", ".join(corrected.terms) or "nothing, for they prove nothing wrong"
+    said |= {"corrects": corrected.terms, "gain": corrected.gain}
+    said |= {"error_mm": corrected.error, "kept": kept}
+    sentence = (
+        f"{len(taken)} presses correct {what}; each held out in turn: {scored.place_before:.2f} →"
+        f" {scored.place_after:.2f} mm, force {100 * scored.force_before:.1f} →"
+        f" {100 * scored.force_after:.1f} %"
     )
+    emit(sentence, said, as_json)
 
 
 def _ask(
@@ -111,7 +113,7 @@ def _ask(
         if show:
             show((Mark(target.x, target.y, target.force),))
     raise ValueError(
-        f"{len(collector.taken)} of {count} presses were seen; look at them with `touchplate run`"
+        f"{len(collector.taken)} of {count} presses were seen; watch them with `touchplate run`"
     )
 
 

@@ -1,4 +1,4 @@
-"""`touchplate correlate REF DEF`: two pictures in; displacement, strain and their σ out."""
+"""`touchplate correlate REF DEF`: two images in; displacement, strain and their σ out."""
 
 from __future__ import annotations
 
@@ -23,26 +23,26 @@ PRINTED = {"u": (1.0, "px"), "v": (1.0, "px")} | dict.fromkeys(("exx", "eyy", "e
 
 
 def correlate(
-    reference: Annotated[Path, typer.Argument(metavar="REF", help="Picture before.")],
-    deformed: Annotated[Path, typer.Argument(metavar="DEF", help="Picture after.")],
+    reference: Annotated[Path, typer.Argument(metavar="REF", help="Image before.")],
+    deformed: Annotated[Path, typer.Argument(metavar="DEF", help="Image after.")],
     subset: Annotated[int, typer.Option(help="Side of a subset, px, odd.")] = 21,
     step: Annotated[int, typer.Option(help="Distance of neighbouring points, px.")] = 5,
     order: Annotated[int, typer.Option(help="Order of the shape function.")] = 1,
     window: Annotated[int, typer.Option(help="Side of the strain window, points, odd.")] = 5,
     kind: Annotated[Kind, typer.Option(help="Definition of strain.")] = "small",
     roi: Annotated[
-        Path | None, typer.Option(metavar="MASK", help="Picture that is black where to leave out.")
+        Path | None, typer.Option(metavar="MASK", help="Image that is black where to leave out.")
     ] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder of the results, else results/DEF.")
     ] = None,
-    pictures: Annotated[
-        bool, typer.Option("--pictures", help="Draw each field alone too, σ and ZNCC among them.")
+    plots: Annotated[
+        bool, typer.Option("--plots", help="Draw each field alone too, σ and ZNCC among them.")
     ] = False,
     force: Annotated[bool, typer.Option(help="Replace files of an earlier run.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Write u, v, Exx, Eyy, Exy, σ, ZNCC and status as HDF5 and CSV, and a picture of them."""
+    """Write u, v, Exx, Eyy, Exy, σ, ZNCC and status as HDF5 and CSV, and a plot of them."""
     import dic
 
     folder = out or Path("results") / deformed.stem
@@ -58,7 +58,7 @@ def correlate(
 
     with folder_aside(folder) as aside:
         _write(aside, before, field, strain)
-        if pictures:
+        if plots:
             dic.export.pictures(aside, before, field, strain)
     figures = _figures(field, strain) | {"seconds": seconds, "folder": str(folder)}
     emit(_tables(figures), figures, as_json)
@@ -119,9 +119,9 @@ def _tables(figures: dict[str, Any]) -> Group:
             else ["-"] * 3
         )
         fields.add_row(name, *row, unit)
-    shares = [f"{name} {share:.1%}" for name, share in figures["status"].items() if share]
+    fractions = [f"{name} {part:.1%}" for name, part in figures["status"].items() if part]
     return Group(
-        f"{figures['points']} points: {', '.join(shares)}",
+        f"{figures['points']} points: {', '.join(fractions)}",
         fields,
         f"strain is {figures['strain_kind']}, gauge length {figures['vsg']:g} px,"
         f" at {figures['strain_points']} points",

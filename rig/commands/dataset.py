@@ -13,16 +13,16 @@ import typer
 from rig.commands.output import Report, console, emit, progress
 from rig.plates.cached import influence, reduced
 from rig.scene import Scene, load, parse_overrides
-from rig.scene.bench import Ring
-from rig.scene.dataset import Dataset
-from rig.scene.plate import Base, Plate
+from rig.scene.bench import RingSection
+from rig.scene.dataset import DatasetSection
+from rig.scene.plate import BaseSection, PlateSection
 from rig.scene.theory import choose
 
 if TYPE_CHECKING:
     import numpy as np
     from rich.table import Table
 
-    from models import Answer
+    from models import Simulator
 
 
 def dataset(
@@ -40,7 +40,7 @@ def dataset(
 ) -> None:
     """Write the samples of a scene to disk; a run that was cut off goes on where it ended."""
     import models
-    from models.workers import workers
+    from models import workers
 
     task = _task(load(scene, parse_overrides(settings or [])))
     plan = task.samples.build(task.plate)
@@ -70,22 +70,26 @@ def dataset(
 
 
 @dataclass(frozen=True)
-class Task:
+class BlockTask:
     """The sections of a scene that a data set is made from."""
 
     title: str
-    plate: Plate
-    base: Base | None
-    gauges: Ring
-    samples: Dataset
+    plate: PlateSection
+    base: BaseSection | None
+    gauges: RingSection
+    samples: DatasetSection
     radius: float
     theory: Literal["linear", "large"]
 
 
-def _task(scene: Scene) -> Task:
+def _task(scene: Scene) -> BlockTask:
     """Return what a data set is made from; say which theory where that matters."""
     match scene:
-        case Scene(plate=Plate() as plate, gauges=Ring() as gauges, dataset=Dataset() as samples):
+        case Scene(
+            plate=PlateSection() as plate,
+            gauges=RingSection() as gauges,
+            dataset=DatasetSection() as samples,
+        ):
             pass
         case _:
             raise ValueError(
@@ -98,11 +102,11 @@ def _task(scene: Scene) -> Task:
     theory = choose(scene, plate, samples.largest)
     if theory.against or (theory.name == "large" and not scene.base):
         console().print(theory.sentence)
-    return Task(scene.title, plate, scene.base, gauges, samples, radius, theory.name)
+    return BlockTask(scene.title, plate, scene.base, gauges, samples, radius, theory.name)
 
 
-def _check_base(plate: Plate, base: Base, radius: float) -> None:
-    from fe.shell.base import check_base
+def _check_base(plate: PlateSection, base: BaseSection, radius: float) -> None:
+    from fe import check_base
 
     check_base(plate.build(), base.build())
     if radius:
@@ -112,25 +116,25 @@ def _check_base(plate: Plate, base: Base, radius: float) -> None:
         )
 
 
-def _answer(task: Task, gauges: np.ndarray, report: Report) -> Answer:
+def _answer(task: BlockTask, gauges: np.ndarray, report: Report) -> Simulator:
     """Return what gives the strains of touches; a flat plate's come from the cache if there."""
     import models
 
     plate = task.plate.build()
     if task.base is None and task.theory == "large":
         together = task.samples.touches * task.samples.largest
-        return models.balance(reduced(plate, together, report).gauges(gauges), task.radius)
+        return models.large_deflection(reduced(plate, together, report).gauges(gauges), task.radius)
     if task.base is None:
         flat = influence(plate, gauges, report)
         return models.superpose(partial(flat.strain, radius=task.radius))
-    from fe.shell import Shell, shell_mesh
+    from fe import Shell, shell_mesh
 
     bent = Shell(plate, shell_mesh(plate)).at(task.base.build())
     console().print(f"bent by its base: {bent.stability.verdict.value}")
     return models.superpose(bent.influence(gauges).strain, before=bent.strain(gauges))
 
 
-def _about(task: Task) -> dict[str, Any]:
+def _about(task: BlockTask) -> dict[str, Any]:
     sections = {
         "plate": task.plate,
         "base": task.base,

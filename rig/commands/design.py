@@ -14,7 +14,7 @@ from rig.commands.output import emit, progress
 if TYPE_CHECKING:
     from rich.console import Group
 
-    from models.design.expected_errors import Errors
+    from models import ExpectedErrors
     from rig.design.outlook import Design
 
 WAYS = {"bound": "bound of the pattern", "pattern": "as the scene has it", "strain": "by strain"}
@@ -25,7 +25,7 @@ UNITS = {"mm": "mm", "n": "N"}
 
 def design(
     scene: Annotated[str, typer.Argument(help="Name of a shipped scene, or path of a TOML file.")],
-    picture: Annotated[
+    plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw the errors over the plate: *.png.")
     ] = None,
     settings: Annotated[
@@ -41,28 +41,26 @@ def design(
     from rig.design.outlook import design as predict
     from rig.scene import load, parse_overrides
 
-    if picture and (picture.suffix != ".png" or not picture.parent.is_dir()):
-        raise OSError(
-            f"picture '{picture}' must be a *.png in a folder that exists; name such a one"
-        )
+    if plot and (plot.suffix != ".png" or not plot.parent.is_dir()):
+        raise OSError(f"plot '{plot}' must be a *.png in a folder that exists; name such a one")
     loaded = load(scene, parse_overrides(settings or []))
     with progress("design") as report:
         made = predict(loaded, report)
-    if picture:
+    if plot:
         from rig.design.plot import draw_map
 
-        draw_map(made, picture)
+        draw_map(made, plot)
     emit(_tables(made), _data(made), as_json)
 
 
-def _figures(errors: Errors) -> dict[str, float]:
+def _figures(errors: ExpectedErrors) -> dict[str, float]:
     """Quantiles over the plate; forces for 1 mm are those of the place at 1 N."""
     needed = errors.force_for(1.0)
     return {
         "place_median_mm": float(np.median(errors.place)),
         "place_p95_mm": float(np.quantile(errors.place, 0.95)),
         "force_median_n": float(np.median(errors.force)),
-        "force_for_1_mm_least_n": float(needed.min()),
+        "force_for_1_mm_min_n": float(needed.min()),
         "force_for_1_mm_median_n": float(np.median(needed)),
         "force_for_1_mm_p95_n": float(np.quantile(needed, 0.95)),
     }

@@ -1,4 +1,4 @@
-"""`touchplate doctor`: what is there, what is missing, and how to mend it."""
+"""`touchplate doctor`: what is there, what is missing, and the remedy."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rig.commands.output import emit
-from rig.doctor.finding import Finding, State, wrong
+from rig.doctor.finding import Finding, FindingState, wrong
 
 if TYPE_CHECKING:
     from rich.console import Group
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rig.usb import UsbDevice
 
 RESULTS = Path("results")
-COLOURS = {State.GOOD: "green", State.ABSENT: "yellow", State.WRONG: "red"}
+COLOURS = {FindingState.GOOD: "green", FindingState.ABSENT: "yellow", FindingState.WRONG: "red"}
 
 
 def doctor(
@@ -26,7 +26,7 @@ def doctor(
         typer.Option(metavar="DEVICE", help="Test the noise of this camera, e.g. /dev/video0."),
     ] = None,
     size: Annotated[
-        tuple[int, int], typer.Option(metavar="WIDTH HEIGHT", help="Of its pictures, px.")
+        tuple[int, int], typer.Option(metavar="WIDTH HEIGHT", help="Of its images, px.")
     ] = (640, 480),
     rate: Annotated[float, typer.Option(min=0.1, help="Frames a second that it shall give.")] = 30,
     frames: Annotated[int, typer.Option(min=2, help="Frames of the noise test.")] = 30,
@@ -40,12 +40,12 @@ def doctor(
 
     usb, trouble = _list_usb()
     findings = [
-        *machine.look_at_packages(),
-        *machine.look_at_computer(),
-        machine.look_at_disk(RESULTS),
-        machine.look_at_displays(),
-        *devices.look_at_cameras(),
-        *(trouble or devices.look_at_usb(usb)),
+        *machine.check_packages(),
+        *machine.check_computer(),
+        machine.check_disk(RESULTS),
+        machine.check_displays(),
+        *devices.check_cameras(),
+        *(trouble or devices.check_usb(usb)),
     ]
     noise = None
     if camera:
@@ -53,7 +53,7 @@ def doctor(
         findings += more
     rule = devices.udev_rule(usb)
     data = {
-        "ready": all(finding.state is not State.WRONG for finding in findings),
+        "ready": all(finding.state is not FindingState.WRONG for finding in findings),
         "findings": [asdict(finding) for finding in findings],
         "versions": machine.versions(),
         "usb": [asdict(device) for device in usb],
@@ -81,7 +81,7 @@ def _test(
     try:
         noise, findings = examine(camera, size, rate, frames)
     except OSError as error:
-        return None, [wrong("picture", "the camera was not tested", str(error))]
+        return None, [wrong("image", "the camera was not tested", str(error))]
     return asdict(noise), findings
 
 

@@ -23,11 +23,11 @@ class Way(StrEnum):
 def export(
     recording: Annotated[Path, typer.Argument(help="File of a recorded session.")],
     folder: Annotated[Path, typer.Argument(help="Folder to write to.")],
-    to: Annotated[Way, typer.Option(help="tiff: pictures; csv: touches; vtu: bent plates; video.")],
+    to: Annotated[Way, typer.Option(help="tiff: images; csv: touches; vtu: bent plates; video.")],
     force: Annotated[bool, typer.Option(help="Replace files in the folder.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Write a recording as pictures, tables, surfaces or a video."""
+    """Write a recording as images, tables, surfaces or a video."""
     require_free(folder, force)
     from rig.recording.export import WAYS
     from rig.recording.session import open_session

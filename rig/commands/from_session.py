@@ -10,20 +10,20 @@ from rig.commands.output import progress
 from rig.scene import Scene
 
 if TYPE_CHECKING:
-    from models.nets.net import Net
+    from models import Net
     from rig.training.net_presses import PressScore
-    from rig.training.plan import Lesson
+    from rig.training.plan import TrainingPlan
 
 
 @dataclass(frozen=True)
-class Lessons:
-    """What presses taught: a sentence for people and figures for machines."""
+class PressCorrection:
+    """What presses correct: a sentence for people and figures for machines."""
 
     sentence: str
     figures: dict[str, Any]
 
 
-def learn_from(name: str, scene: Scene, path: Path) -> Lessons:
+def learn_from(name: str, scene: Scene, path: Path) -> PressCorrection:
     """Correct the forward model of a scene by the known presses of a recording.
 
     What helps on the presses held out is kept beside the scene, as a calibration.
@@ -57,26 +57,26 @@ def learn_from(name: str, scene: Scene, path: Path) -> Lessons:
         for part in (learned.lens, learned.pose, learned.alignment):
             store.keep(store.beside(name), part)
     figures = {"softness": 1 / learned.alignment.gain, "focal_px": learned.lens.focal, "kept": kept}
-    return Lessons(
+    return PressCorrection(
         f"{score.held_out} presses held out: {score.place_before:.2f} → {score.place_after:.2f} mm,"
         f" force {100 * score.force_before:.1f} → {100 * score.force_after:.1f} %; {said}",
         asdict(score) | figures,
     )
 
 
-def judge_net(name: str, net: Net, taught: Lesson, scene: Scene, path: Path) -> PressScore:
-    """Tell the presses of a recording by a net, through the camera as it is known now."""
+def score_net(name: str, net: Net, plan: TrainingPlan, scene: Scene, path: Path) -> PressScore:
+    """Score a net on the presses of a recording, through the camera as it is known now."""
     from rig.calibration import store
     from rig.recording.session import open_session
     from rig.training.net_presses import score_presses
 
-    calibration = store.read(store.beside(name))
+    calibration = store.calibration_beside(name)
     with open_session(path) as session, progress("presses") as report:
-        return score_presses(net, taught, scene, calibration, session, report)
+        return score_presses(net, plan, scene, calibration, session, report)
 
 
 def _seen(scene: Scene) -> bool:
-    """Whether the touches of a scene are found in pictures."""
+    """Whether the touches of a scene are found in images."""
     kind = scene.estimator.kind if scene.estimator else ""
     return kind == "pattern" or (
         kind == "net" and scene.gauges is not None and scene.gauges.subset is not None

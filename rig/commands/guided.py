@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rig.calibration.guide import Guide, Progress
 from rig.calibration.store import Calibration, Part
 from rig.commands.output import console
-from rig.live.snapshot import Snapshot
-from rig.live.view import View, look
+from rig.live.view import View, bare, look
 from rig.page.controls import UNITS, Desk, Wizard
 from rig.projector.markers import fit_plate
 from rig.scene import Scene
@@ -39,9 +39,9 @@ def live(what: str, scene: Scene, known: Calibration, guide: Guide) -> Part:
 
     with ExitStack() as open_parts, interruptible():
         show = _window(what, scene, known, open_parts)
-        teller = _Teller(what, scene, known, open_parts)
+        reporter = _Reporter(what, scene, known, open_parts)
         source, _ = open_parts.enter_context(open_input(scene, console().print))
-        return lead(guide, source, show, teller.tell, teller.dropped)
+        return lead(guide, source, show, reporter.report, reporter.dropped)
 
 
 def _window(
@@ -60,12 +60,12 @@ def _window(
     return show
 
 
-class _Teller:
+class _Reporter:
     """Says on the console and on the page where a calibration stands, and hears what is dropped."""
 
     def __init__(self, what: str, scene: Scene, known: Calibration, open_parts: ExitStack):
         self._what, self._said = what, ""
-        self._plate_size, self._view = _sight(scene, known)
+        self._plate_size, self._view = _view_of(scene, known)
         self._publisher: Publisher | None = None
         if scene.page:
             from rig.commands.page_panels import open_page
@@ -75,7 +75,7 @@ class _Teller:
                 f"page: [bold]{self._publisher.url}[/bold]   (Ctrl-C ends)", markup=True
             )
 
-    def tell(self, progress: Progress, frame: Frame) -> None:
+    def report(self, progress: Progress, frame: Frame) -> None:
         """Say what is new."""
         error = "" if progress.error is None else f", error {progress.error:.3g}"
         said = f"{progress.sentence} ({progress.taken} of {progress.wanted}{error})"
@@ -84,8 +84,9 @@ class _Teller:
             console().print(said)
         if self._publisher:
             wizard = Wizard(self._what, progress, UNITS.get(self._what, "mm"))
-            shot = _bare(frame, self._plate_size, self._view, progress.sentence)
-            self._publisher.publish(shot, Desk(wizard=wizard))
+            shot = bare(frame, self._plate_size, self._view, progress.sentence)
+            told = replace(shot, strain_reason="the bench is being calibrated")
+            self._publisher.publish(told, Desk(wizard=wizard))
 
     def dropped(self) -> Iterator[int]:
         """Give the views that were taken out on the page."""
@@ -94,38 +95,10 @@ class _Teller:
                 yield wish["view"]
 
 
-def _sight(scene: Scene, known: Calibration) -> tuple[tuple[float, float], View]:
-    """Sides of the plate, mm, and where it lies in the picture as far as that is known."""
+def _view_of(scene: Scene, known: Calibration) -> tuple[tuple[float, float], View]:
+    """Sides of the plate, mm, and where it lies in the image as far as that is known."""
     plate, camera = scene.plate, scene.camera
     if plate is None or camera is None:
         raise ValueError(f"scene '{scene.title}' has no bench; add [plate] and [camera]")
     view = look(plate.build(), known.camera() or camera.build(plate), plate.thickness / 2)
     return plate.size, view
-
-
-def _bare(frame: Frame, plate_size: tuple[float, float], view: View, status: str) -> Snapshot:
-    """Return a snapshot of a picture in which nothing was looked for."""
-    nothing = float("nan")
-    return Snapshot(
-        sequence=frame.sequence,
-        captured=frame.captured,
-        image=frame.image,
-        plate_size=plate_size,
-        plate_outline=view.outline,
-        T_px_plate=view.T_px_plate,
-        touches=(),
-        from_strain=(),
-        truth=None,
-        strain=None,
-        status=status,
-        position_error=None,
-        force_error=None,
-        position_error_median=None,
-        force_error_median=None,
-        fps=nothing,
-        dropped=0,
-        stages=(),
-        latency=(nothing, nothing),
-        noise=nothing,
-        strain_reason="the bench is being calibrated",
-    )

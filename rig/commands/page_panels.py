@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 Sink = Callable[["Snapshot"], object]
 
 
-def open_panes(
+def open_panels(
     scene: Scene,
     calibration: Calibration,
-    doubts: tuple[str, ...],
+    notes: tuple[str, ...],
     screen: Screen,
     switch: Switch | None,
     open_parts: ExitStack,
@@ -65,7 +65,7 @@ def open_panes(
 
             black = calibration.projector.black if calibration.projector else 0.0
             meter = open_parts.enter_context(Meter(screen, black))
-        sinks.append(Operator(publisher, switch, calibration, doubts, show, meter))
+        sinks.append(Operator(publisher, switch, calibration, notes, show, meter))
     return show, sinks
 
 

@@ -39,20 +39,20 @@ def replay(
 def _replay(session: Session) -> dict[str, Any]:
     from rig.calibration.store import parse
     from rig.live.bench import build_bench
-    from rig.live.run_score import Tally
+    from rig.live.run_score import RunScore
     from rig.recording.replay import replay as play
     from rig.system.timing import Stopwatch
 
     with progress("plate modes") as report:
         bench = build_bench(session.scene, report, parse(session.calibration, "in the recording"))
     watch, different = Stopwatch(time.perf_counter), 0
-    pattern, net = Tally(bench.least_force), Tally(bench.least_force)
+    pattern, net = RunScore(bench.least_force), RunScore(bench.least_force)
     for one in play(session, bench, watch):
         different += not one.same
-        told, whole = one.sensed.estimate, one.sensed.from_pattern
+        estimate, whole = one.sensed.estimate, one.sensed.from_pattern
         if one.frame.truth is not None:
-            pattern.add(whole or told, one.frame.truth)
-            net.add(told, one.frame.truth)
+            pattern.add(whole or estimate, one.frame.truth)
+            net.add(estimate, one.frame.truth)
     return {
         "frames": session.frames,
         "different": different,

@@ -52,12 +52,12 @@ def report(
     effort = "quick" if quick else "full" if full else "normal"
     contents = read_contents(studies) if studies else shipped()
     order = Order(effort, out, tuple(names or ()), data)
-    results = build(contents, order, _tell, datetime.now().astimezone())
+    results = build(contents, order, _announce, datetime.now().astimezone())
     changed = changes(before, out, 0.2) if before else []
     emit(_shown(results, changed, out), _data(results, changed, out), as_json)
 
 
-def _tell(study: Study, count: int, total: int) -> None:
+def _announce(study: Study, count: int, total: int) -> None:
     console().print(f"{count + 1}/{total} {study.title}")
 
 

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from rig.live.snapshot import Snapshot
     from rig.projector.show import Show
     from rig.recording.control import Switch
-    from rig.recording.recorder import Recorder
     from rig.scene import Scene
 
 READY = "the source gets ready; then the reference is taken …"
@@ -55,20 +54,12 @@ def run(
 
 
 def known(name: str, scene: Scene) -> Calibration:
-    """Read the calibration beside a scene, and say what is to be doubted in it."""
-    from rig.calibration.store import beside, read
-    from rig.scene.source import Device
+    """Read the calibration beside a scene, and warn of what is wrong with it."""
+    from rig.calibration.store import calibration_beside, calibration_warnings
 
-    path = beside(name)
-    calibration = read(path)
-    doubts = calibration.doubts(scene, datetime.now(UTC))
-    if isinstance(scene.source, Device) and scene.camera and calibration.camera() is None:
-        doubts.append(
-            f"'{path}' holds no lens and pose: the camera is taken to look straight down from"
-            f" {scene.camera.stand_off:g} mm; run `touchplate calibrate camera` and `pose`"
-        )
-    for doubt in doubts:
-        warn(doubt)
+    calibration = calibration_beside(name)
+    for sentence in calibration_warnings(calibration, scene, datetime.now(UTC)):
+        warn(sentence)
     return calibration
 
 
@@ -104,42 +95,19 @@ def start(
     """Open everything that the scene names; what can fail at once comes before what is slow."""
     switch = None
     if record or (scene.page and not headless):
-        switch = open_parts.enter_context(_switch(scene, calibration, record))
+        from rig.recording.control import open_switch
+
+        switch = open_parts.enter_context(open_switch(record, scene, calibration))
     show, sinks = _open_sinks(scene, calibration, headless, switch, open_parts)
-    from rig.sources.open_source import open_input
+    from rig.sources.open_loop import open_loop
 
-    source, zero = open_parts.enter_context(open_input(scene, say))
-    from rig.live.bench import build_bench
-    from rig.live.loop import Loop
-    from rig.live.view import look
+    def preview(snapshot: Snapshot) -> None:
+        for sink in sinks:
+            sink(snapshot)
 
-    with progress("plate modes") as report:
-        bench = build_bench(scene, report, calibration)
-    if show and scene.camera:
-        view = look(bench.plate, bench.camera, bench.height)
-        light = calibration.light(view.T_px_plate, bench.camera.size)
-        source = show.filtered(source, light, 1 / scene.camera.rate)
-    if bench.theory.against:
-        say(bench.theory.sentence)
     say(READY)
-    return Loop(bench, source, recorder=switch, zero=zero), sinks
-
-
-def _switch(scene: Scene, calibration: Calibration, path: Path | None) -> Switch:
-    """Make the recording, on from the first frame if its file was named."""
-    from rig.recording.control import Switch
-    from rig.recording.recorder import Recorder
-
-    def new(file: Path | None) -> Recorder:
-        now = datetime.now(UTC)
-        texts = {
-            "scene": scene.model_dump_json(),
-            "calibration": calibration.model_dump_json(exclude_none=True),
-            "started": now.isoformat(timespec="seconds"),
-        }
-        return Recorder(file or Path(f"session-{now:%Y%m%d-%H%M%S}.h5"), texts)
-
-    return Switch(new, path)
+    parts = scene, calibration, say, progress, preview, switch, show
+    return open_parts.enter_context(open_loop(*parts)), sinks
 
 
 def _open_sinks(
@@ -157,15 +125,15 @@ def _open_sinks(
     screen = calibration.screen() or fit_plate(size, scene.plate.size)
     show, sinks = None, []
     if not headless:
-        from rig.commands.page_panels import open_panes
+        from rig.commands.page_panels import open_panels
 
-        doubts = tuple(calibration.doubts(scene, datetime.now(UTC)))
-        show, sinks = open_panes(scene, calibration, doubts, screen, switch, open_parts)
+        notes = tuple(calibration.doubts(scene, datetime.now(UTC)))
+        show, sinks = open_panels(scene, calibration, notes, screen, switch, open_parts)
     if scene.outputs:
         from rig.out.open import open_outputs
 
-        most = scene.touches.most if scene.touches else 1
-        sinks += open_outputs(scene.outputs, scene.plate.size, screen, most, open_parts)
+        max_touches = scene.touches.max_touches if scene.touches else 1
+        sinks += open_outputs(scene.outputs, scene.plate.size, screen, max_touches, open_parts)
     return show, sinks
 
 

@@ -11,8 +11,7 @@ import numpy as np
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from models.scores.error_map import ErrorMap
-    from models.scores.touch_score import TouchScore
+    from models import ErrorMap, TouchScore
 
 ROWS = {
     "touches": "touches",
@@ -95,17 +94,17 @@ def _write_csv(path: Path, errors: ErrorMap) -> None:
         rows = csv.writer(file, lineterminator="\n")
         rows.writerow(COLUMNS)
         for place_x, place_y, count, *found in cells:
-            told = ("" if np.isnan(figure) else f"{figure:.4g}" for figure in found)
-            rows.writerow((f"{place_x:g}", f"{place_y:g}", count, *told))
+            written = ("" if np.isnan(figure) else f"{figure:.4g}" for figure in found)
+            rows.writerow((f"{place_x:g}", f"{place_y:g}", count, *written))
 
 
 def _draw(path: Path, errors: ErrorMap) -> None:
     from matplotlib.figure import Figure
 
-    picture = Figure(figsize=(6, 5), layout="constrained")
-    axes = picture.subplots()
+    plot = Figure(figsize=(6, 5), layout="constrained")
+    axes = plot.subplots()
     width, height = (2 * sides.mean() for sides in (errors.x, errors.y))
     shown = axes.imshow(errors.mean, origin="lower", extent=(0.0, width, 0.0, height))
-    picture.colorbar(shown, ax=axes, label="mean error, mm")
+    plot.colorbar(shown, ax=axes, label="mean error, mm")
     axes.set(xlabel="x, mm", ylabel="y, mm")
-    picture.savefig(path, dpi=120)
+    plot.savefig(path, dpi=120)

@@ -11,25 +11,22 @@ import numpy as np
 import typer
 
 from rig.calibration.camera_of import camera_of
-from rig.commands.from_session import judge_net, learn_from
+from rig.commands.from_session import learn_from, score_net
 from rig.commands.output import console, emit, progress
 from rig.commands.score_table import table
 from rig.scene import Scene, load, parse_overrides
 from rig.scene.sensing import NetEstimator
-from rig.training.data import Sets, model_path, simulate
+from rig.training.data import TrainingSets, model_path, simulate_sets
 from rig.training.model_score import figures
-from rig.training.plan import Lesson, lesson
+from rig.training.plan import TrainingPlan, training_plan
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from models.data.dataset import Dataset
-    from models.nets.checkpoint import Checkpoint
-    from models.nets.loss import Loss
-    from models.nets.train import Trained
+    from models import Checkpoint, Dataset, Loss, Trained
 
 BATCHES_A_CHECK = 100
-"""Looking at the validation set costs as much as several batches."""
+"""A check on the validation set costs as much as several batches."""
 
 
 def train(
@@ -57,9 +54,9 @@ def train(
     """Train the net of a scene on simulated touches, test it and store it.
 
     From a recording of known presses the forward model is corrected first: camera and stiffness. A
-    net is then trained through that camera, and told the presses.
+    net is then trained through that camera, and scored on the presses.
     """
-    from models.nets import store
+    from models import prepare_net_file, save_net
 
     bench = load(scene, parse_overrides(settings or []))
     learned = learn_from(scene, bench, session) if session else None
@@ -67,29 +64,29 @@ def train(
         emit(learned.sentence, learned.figures, as_json)
         return
     calibration = _calibration(scene, bench)
-    taught = lesson(bench, camera_of(bench, calibration))
-    path = out or Path(taught.net.model or model_path(scene))
-    store.prepare(path)
+    plan = training_plan(bench, camera_of(bench, calibration))
+    path = out or Path(plan.net.model or model_path(scene))
+    prepare_net_file(path)
     with progress("influence") as report:
-        sets = simulate(taught, report)
+        sets = simulate_sets(plan, report)
     began = time.monotonic()
-    trained = _train(taught, sets, path.with_name(f"{path.stem}.part.npz"))
+    trained = _train(plan, sets, path.with_name(f"{path.stem}.part.npz"))
     seconds = time.monotonic() - began
     about = {"scene": bench.model_dump(mode="json"), "calibration": calibration}
-    store.save(path, trained, about)
+    save_net(path, trained, about)
     if onnx:
-        from models.nets.onnx import write_onnx
+        from models import write_onnx
 
         write_onnx(onnx, trained.net)
     if curves:
-        _draw(curves, trained, _check(taught))
-    scores = figures(trained.net, sets, taught.touches)
+        _draw(curves, trained, _check(plan))
+    scores = figures(trained.net, sets, plan.touches)
     console().print(f"trained in {seconds:.0f} s, stored in {path}")
     said = {"model": str(path), "seconds": seconds} | scores
     if learned and session:
-        told = judge_net(scene, trained.net, taught, bench, session)
-        console().print(f"{learned.sentence}; {told.sentence}")
-        said |= {"presses": learned.figures | {"net": asdict(told)}}
+        reported = score_net(scene, trained.net, plan, bench, session)
+        console().print(f"{learned.sentence}; {reported.sentence}")
+        said |= {"presses": learned.figures | {"net": asdict(reported)}}
     emit(table(bench.title, scores), said, as_json)
 
 
@@ -97,98 +94,97 @@ def _calibration(name: str, bench: Scene) -> str:
     """Return the calibration beside a scene as JSON, where a camera reads its gauges."""
     if bench.gauges is None or bench.gauges.subset is None:
         return ""
-    from rig.calibration.store import beside, read
+    from rig.calibration.store import calibration_beside
 
-    return read(beside(name)).model_dump_json(exclude_none=True)
+    return calibration_beside(name).model_dump_json(exclude_none=True)
 
 
-def _train(taught: Lesson, sets: Sets, part: Path) -> Trained:
+def _train(plan: TrainingPlan, sets: TrainingSets, part: Path) -> Trained:
     """Train with a bar that shows the loss; go on where a run was killed that left `part`."""
-    from models.nets.checkpoint import Checkpoint
+    from models import Checkpoint
 
-    epochs = taught.net.epochs
+    epochs = plan.net.epochs
     with progress("training") as report:
         return descend(
-            taught,
+            plan,
             sets,
-            taught.net.layers,
+            plan.net.layers,
             lambda epoch, loss: report(epoch, epochs, f"loss {loss:.3f} mm"),
             Checkpoint(part),
         )
 
 
 def descend(
-    taught: Lesson,
-    sets: Sets,
+    plan: TrainingPlan,
+    sets: TrainingSets,
     layers: tuple[int, ...],
     on_epoch: Callable[[int, float], None] | None = None,
     checkpoint: Checkpoint | None = None,
 ) -> Trained:
     """Train a net with these layers by the recipe of a scene."""
-    from models.nets.net import NetOptions
-    from models.nets.recipe import Recipe
-    from models.nets.train import train
+    from models import NetOptions, Recipe, train_net
 
-    net, touches = taught.net, taught.touches
+    net, touches = plan.net, plan.touches
     rng = np.random.default_rng(net.seed)
-    poles = touches if net.told == "poles" else 0
-    return train(
+    poles = touches if net.target_encoding == "rational" else 0
+    return train_net(
         sets.training,
         sets.validation,
         NetOptions(layers, net.activation, net.inputs, poles),
-        Recipe(net.epochs, net.learning_rate, net.decay, net.outputs, net.finish, _check(taught)),
+        Recipe(
+            net.epochs, net.learning_rate, net.decay, net.outputs, net.lbfgs_steps, _check(plan)
+        ),
         rng,
         on_epoch,
-        _loss(taught),
-        _batches(taught, sets),
+        _loss(plan),
+        _batches(plan, sets),
         checkpoint,
     )
 
 
-def _batches(taught: Lesson, sets: Sets) -> Iterator[Dataset] | None:
+def _batches(plan: TrainingPlan, sets: TrainingSets) -> Iterator[Dataset] | None:
     """Draw what each step learns from; None where it is all of the training set."""
-    from models.nets.batches import mixed, noisy, shuffled
+    from models import mixed_batches, noisy_batches, shuffled_batches
 
-    size, rng = taught.net.batch, np.random.default_rng(taught.net.seed)
+    size, rng = plan.net.batch, np.random.default_rng(plan.net.seed)
     if sets.noise is None:
-        return shuffled(sets.training, size, rng) if size else None
-    pool, pictures = sets.noise.pool, sets.noise.pictures
+        return shuffled_batches(sets.training, size, rng) if size else None
+    pool, images = sets.noise.pool, sets.noise.pictures
     size = min(size or len(pool), len(pool))
-    stream = noisy(shuffled(pool, size, rng), sets.noise.root, rng)
-    if pictures is None:
+    stream = noisy_batches(shuffled_batches(pool, size, rng), sets.noise.root, rng)
+    if images is None:
         return stream
-    few = max(round(size * taught.training.share), 1)
-    return mixed(stream, shuffled(pictures, few, rng))
+    few = max(round(size * plan.training.rendered_fraction), 1)
+    return mixed_batches(stream, shuffled_batches(images, few, rng))
 
 
-def _loss(taught: Lesson) -> Loss:
-    """Return equation 2 or 3 of the paper, for what the net of a scene tells."""
-    from models.nets.loss import distance, magnitudes_too
-    from models.nets.set_encoding import unordered
+def _loss(plan: TrainingPlan) -> Loss:
+    """Return equation 2 or 3 of the paper, for what the net of a scene estimates."""
+    from models import distance_loss, magnitude_loss, permutation_invariant_loss
 
-    weight = taught.net.magnitude_weight
-    if taught.net.told == "poles":
-        return unordered(taught.touches, weight)
-    return magnitudes_too(taught.touches, weight) if taught.magnitudes else distance(taught.touches)
+    weight = plan.net.magnitude_weight
+    if plan.net.target_encoding == "rational":
+        return permutation_invariant_loss(plan.touches, weight)
+    return magnitude_loss(plan.touches, weight) if plan.magnitudes else distance_loss(plan.touches)
 
 
-def _check(taught: Lesson) -> int:
-    """Return the epochs between two looks at the validation set."""
-    return BATCHES_A_CHECK if taught.net.batch else 1
+def _check(plan: TrainingPlan) -> int:
+    """Return the epochs between two checks on the validation set."""
+    return BATCHES_A_CHECK if plan.net.batch else 1
 
 
 def _draw(path: Path, trained: Trained, check: int) -> None:
     """Draw both losses over the epochs, as figures 2D and 4A of the paper."""
     from matplotlib.figure import Figure
 
-    picture = Figure(figsize=(5, 4), layout="constrained")
-    axes = picture.subplots()
+    plot = Figure(figsize=(5, 4), layout="constrained")
+    axes = plot.subplots()
     epochs = 1 + check * np.arange(len(trained.history))
     axes.loglog(epochs, trained.history, label=["training", "validation"])
     axes.set(xlabel="epoch", ylabel="loss, mm")
     axes.legend()
     try:
-        picture.savefig(path, dpi=120)
+        plot.savefig(path, dpi=120)
     except (OSError, ValueError) as error:
         raise OSError(
             f"curves {path} cannot be drawn ({error}); give a PNG file in a folder that exists"

@@ -11,14 +11,14 @@ import typer
 from rig.commands.output import emit, progress
 from rig.commands.train import descend
 from rig.scene import load, parse_overrides
-from rig.training.data import Sets, simulate
+from rig.training.data import TrainingSets, simulate_sets
 from rig.training.model_score import figures
-from rig.training.plan import Lesson, lesson
+from rig.training.plan import TrainingPlan, training_plan
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from models.nets.tune import Candidate
+    from models import NetCandidate
 
 
 def tune(
@@ -37,25 +37,24 @@ def tune(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Train nets of random sizes; a search that was cut off goes on where it ended."""
-    from models.nets import tune as search
-    from models.workers import workers
+    from models import tune_net, workers
 
     bench = load(scene, parse_overrides(settings or []))
-    taught = lesson(bench)
+    plan = training_plan(bench)
     if storage is None:
         home = Path("results") / Path(scene).stem
         home.mkdir(parents=True, exist_ok=True)
         storage = f"sqlite:///{home / 'search.db'}"
     with workers(scheduler) as each:
         with progress("influence") as report:
-            sets = simulate(taught, report)
+            sets = simulate_sets(plan, report)
         with progress("search") as report:
-            found = search.tune(
-                partial(_loss, taught, sets),
+            found = tune_net(
+                partial(_loss, plan, sets),
                 trials,
                 storage,
-                _study(taught),
-                taught.net.seed,
+                _study(plan),
+                plan.net.seed,
                 lambda done, last: report(done, trials, f"{list(last.layers)}: {last.loss:.3f} mm"),
                 each,
             )
@@ -63,21 +62,21 @@ def tune(
     emit(_table(bench.title, found), {"storage": storage, "candidates": rows}, as_json)
 
 
-def _loss(taught: Lesson, sets: Sets, layers: tuple[int, ...]) -> float:
+def _loss(plan: TrainingPlan, sets: TrainingSets, layers: tuple[int, ...]) -> float:
     """Train a net with these layers by the recipe of the scene; return its validation loss."""
-    net = descend(taught, sets, layers).net
-    return figures(net, sets, taught.touches)["validation"]["mean"]
+    net = descend(plan, sets, layers).net
+    return figures(net, sets, plan.touches)["validation"]["mean"]
 
 
-def _study(taught: Lesson) -> str:
+def _study(plan: TrainingPlan) -> str:
     """Name a study by all that its losses depend on, so that no two kinds mix."""
     from rig.system.cache import key
 
-    sections = (taught.plate, taught.gauges, taught.training, taught.net, taught.samples)
+    sections = (plan.plate, plan.gauges, plan.training, plan.net, plan.samples)
     return key("search", [part and part.model_dump(mode="json") for part in sections])[:16]
 
 
-def _table(title: str, found: list[Candidate]) -> Table:
+def _table(title: str, found: list[NetCandidate]) -> Table:
     from rich.table import Table
 
     shown = Table("rank", "loss mm", "layers", title=title)

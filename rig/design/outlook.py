@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import fe
-from models.design.expected_errors import Errors
+from models import ExpectedErrors
 from rig.design.prediction import from_strain, linear_to, predict, seen, time_of_frame
 from rig.design.setup import changes, setup_of
 from rig.scene import Scene
@@ -21,7 +21,7 @@ from rig.scene.theory import largest_force
 
 
 @dataclass(frozen=True)
-class Change:
+class DesignChange:
     """One thing that is changed, and what comes of it.
 
     Attributes
@@ -63,18 +63,18 @@ class Design:
         Time of a frame with a touch that is followed, on this machine.
     rate : float, frames a second
         What camera and machine give together.
-    changes : tuple of Change
+    changes : tuple of DesignChange
         The most helpful first.
     """
 
     title: str
     plate: fe.Plate
-    sensed: dict[str, Errors]
+    sensed: dict[str, ExpectedErrors]
     linear_to: float
     largest: float | None
     frame: float
     rate: float
-    changes: tuple[Change, ...]
+    changes: tuple[DesignChange, ...]
 
 
 def design(scene: Scene, report: Callable[[int, int, str], None]) -> Design:
@@ -113,6 +113,8 @@ def design(scene: Scene, report: Callable[[int, int, str], None]) -> Design:
     )
 
 
-def _change(texts: tuple[str, str, str], now: Errors, then: Errors, linear: float) -> Change:
+def _change(
+    texts: tuple[str, str, str], now: ExpectedErrors, then: ExpectedErrors, linear: float
+) -> DesignChange:
     place, force = float(np.median(then.place)), float(np.median(then.force))
-    return Change(*texts, place, force, float(np.median(now.place)) / place, linear)
+    return DesignChange(*texts, place, force, float(np.median(now.place)) / place, linear)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from models.design.expected_errors import Errors, shape_over
+from models import ExpectedErrors, shape_over
 from rig.design.outlook import Design
 
 LEVELS = (0.25, 0.5, 1.0, 2.0, 4.0)  # mm, of the lines
@@ -35,7 +35,7 @@ def draw_map(design: Design, file: Path) -> None:
     figure.savefig(file, dpi=120)
 
 
-def _draw(figure, axes, errors: Errors, values: np.ndarray, unit: str) -> None:
+def _draw(figure, axes, errors: ExpectedErrors, values: np.ndarray, unit: str) -> None:
     from matplotlib.colors import LogNorm
 
     xy = errors.touches[:, :2]

@@ -13,18 +13,11 @@ import numpy as np
 import fe
 import models
 import synthetic
-from dic.tiles.tile_field import prepare_blocks
-from dic.tiles.tiles import lay_tiles, prepare_tiles, tile_sums
-from models.design.expected_errors import (
-    Errors,
-    alike,
-    expected_errors,
-    gradient_energy,
-    over_plate,
-)
+from dic import lay_tiles, prepare_blocks, prepare_tiles, tile_sums
+from models import ExpectedErrors, equal_tiles, expected_errors, gradient_energy, places_over_plate
 from rig.design.setup import Setup
-from rig.scene.bench import Camera
-from rig.scene.plate import Plate
+from rig.scene.bench import CameraSection
+from rig.scene.plate import PlateSection
 
 MODES = 200  # of the plate, on
 ELEMENTS = 48  # elements along its longer side: bounds within 0.2 % of those on 120
@@ -47,15 +40,15 @@ class Prediction:
     """
 
     setup: Setup
-    unit: Errors
+    unit: ExpectedErrors
     energy: float
 
-    def against(self, noise: float) -> Errors:
+    def against(self, noise: float) -> ExpectedErrors:
         """Return the errors for a noise, grey levels, of a frame less the reference."""
         return self.unit.scaled(noise / float(np.sqrt(self.energy)))
 
     @property
-    def errors(self) -> Errors:
+    def errors(self) -> ExpectedErrors:
         """Errors for the noise of the setup."""
         return self.against(self.setup.noise)
 
@@ -75,60 +68,62 @@ def predict(setup: Setup, like: Prediction | None = None) -> Prediction:
     return Prediction(setup, unit, _energy(setup))
 
 
-def from_strain(prediction: Prediction, motions: models.Motions) -> Errors:
+def from_strain(prediction: Prediction, motions: models.ImageMotions) -> ExpectedErrors:
     """Predict errors under 1 N over the plate from strain maps alone."""
     given = prediction.setup
-    reference = alike(motions.tiles, prediction.energy)
-    pattern = models.see_pattern(motions, reference)
+    reference = equal_tiles(motions.tiles, prediction.energy)
+    pattern = models.prepare_pattern(motions, reference)
     blocks = prepare_blocks(reference, given.dic.block)
-    strain = models.see_strain(pattern, blocks, given.camera.build(given.plate), given.dic.window)
+    strain = models.prepare_strain_map(
+        pattern, blocks, given.camera.build(given.plate), given.dic.window
+    )
     return expected_errors(strain.forward(given.noise), _touches(given.plate.size))
 
 
 def linear_to(plate: fe.Plate) -> float:
-    """Find the force up to which linear theory is right to `fe.linear.validity.TOLERANCE`, N."""
-    from fe.linear.validity import TOLERANCE
+    """Find the force up to which linear theory is right to `fe.LINEAR_TOLERANCE`, N."""
+    from fe import LINEAR_TOLERANCE
 
     force = UNIT
     for _ in range(8):  # the error grows with the square of the force, nearly
-        force *= float(np.sqrt(TOLERANCE / fe.regime(plate, force).error))
+        force *= float(np.sqrt(LINEAR_TOLERANCE / fe.linear_range(plate, force).error))
     return force
 
 
-def time_of_frame(given: Setup, motions: models.Motions) -> float:
+def time_of_frame(given: Setup, motions: models.ImageMotions) -> float:
     """Measure how long a frame with one touch takes here, picture to touch, s: the median."""
     width, height = given.camera.pixels
     picture = np.random.default_rng(0).normal(128.0, 40.0, (height, width)).clip(0, 255)
     reference = prepare_tiles(picture.astype(np.float32), motions.tiles.size)
-    pattern = models.see_pattern(motions, reference)
-    search = models.prepare_search(pattern.forward(given.noise))
+    pattern = models.prepare_pattern(motions, reference)
+    search = models.prepare_candidates(pattern.forward(given.noise))
     a, b = motions.modes.plate.size
     touch = np.array([[0.5 * a, 0.5 * b, UNIT]])
     motion, frame = pattern.still(), picture.astype(np.uint8)
-    motion[: pattern.count] = motions.pressed(touch[:, :2], touch[:, 2])
+    motion[: pattern.count] = motions.modal_amplitudes(touch[:, :2], touch[:, 2])
     measured = search.forward.read(touch)[0]
     spent = []
     for _ in range(REPEATS):
         begun = time.perf_counter()
         sums = tile_sums(reference, frame, motions.flow(motion))
-        pattern.whiten(pattern.right_side(sums, motion), given.noise)
+        pattern.whiten(pattern.gradient(sums, motion), given.noise)
         models.find(measured, search, start=touch, most=1)
         spent.append(time.perf_counter() - begun)
     return float(np.median(spent))
 
 
-def seen(plate: Plate, camera: Camera, tile: int) -> models.Motions:
+def seen(plate: PlateSection, camera: CameraSection, tile: int) -> models.ImageMotions:
     """See the motions of the plate and of the camera on tiles of `tile` px."""
     flat, view = plate.build(), camera.build(plate)
     modes = fe.modes(flat, MODES, mesh=fe.grid(flat, ELEMENTS))
     tiles = lay_tiles((view.size[1], view.size[0]), tile)
-    return models.see_motions(modes, view, flat.thickness / 2, tiles)
+    return models.prepare_motions(modes, view, flat.thickness / 2, tiles)
 
 
-def _unit(given: Setup) -> Errors:
+def _unit(given: Setup) -> ExpectedErrors:
     motions = seen(given.plate, given.camera, given.tile)
     try:
-        pattern = models.see_pattern(motions, alike(motions.tiles, 1.0))
+        pattern = models.prepare_pattern(motions, equal_tiles(motions.tiles, 1.0))
     except np.linalg.LinAlgError:
         width, height = given.camera.pixels
         raise ValueError(
@@ -153,5 +148,5 @@ def _energy(given: Setup) -> float:
 
 
 def _touches(size: tuple[float, float]) -> np.ndarray:
-    places = over_plate(size)
+    places = places_over_plate(size)
     return np.column_stack([places, np.full(len(places), UNIT)])

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from rig.scene import Scene
-from rig.scene.bench import Camera, Pattern, Sensor
-from rig.scene.plate import Plate
-from rig.scene.sensing import Dic
+from rig.scene.bench import CameraSection, PatternSection, SensorSection
+from rig.scene.plate import PlateSection
+from rig.scene.sensing import DicSection
 
 STEP = 1.25  # by which a change changes something, unless it says otherwise
 AVERAGED = 4  # frames
@@ -22,11 +22,11 @@ ROUNDING = 1 / 12  # variance of rounding to whole grey levels
 class Setup:
     """The sections of a scene that a design is made from, all of them there."""
 
-    plate: Plate
-    camera: Camera
-    pattern: Pattern
-    sensor: Sensor
-    dic: Dic
+    plate: PlateSection
+    camera: CameraSection
+    pattern: PatternSection
+    sensor: SensorSection
+    dic: DicSection
     frames: int = 1  # averaged before touches are sought
 
     @property
@@ -41,7 +41,7 @@ class Setup:
         return float(np.sqrt(self.sensor.noise**2 + ROUNDING))
 
     @property
-    def geometry(self) -> tuple[Plate, Camera, int]:
+    def geometry(self) -> tuple[PlateSection, CameraSection, int]:
         """What decides how touches are seen, whatever the pattern and the noise."""
         return self.plate, self.camera, self.tile
 
@@ -65,11 +65,11 @@ def setup_of(scene: Scene) -> Setup:
     """
     match scene:
         case Scene(
-            plate=Plate() as plate,
-            camera=Camera() as camera,
-            pattern=Pattern() as pattern,
-            sensor=Sensor() as sensor,
-            dic=Dic() as dic,
+            plate=PlateSection() as plate,
+            camera=CameraSection() as camera,
+            pattern=PatternSection() as pattern,
+            sensor=SensorSection() as sensor,
+            dic=DicSection() as dic,
         ) if scene.base is None:
             return Setup(plate, camera, pattern, sensor, dic)
     if scene.base is not None:
@@ -120,7 +120,7 @@ def changed(section: Any, **update: object) -> Any:
     return section.model_copy(update=update)
 
 
-def _thinner(plate: Plate) -> Plate:
+def _thinner(plate: PlateSection) -> PlateSection:
     patches = tuple(
         changed(patch, thickness=(patch.thickness or plate.thickness) / STEP)
         for patch in plate.patches

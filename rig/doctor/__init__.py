@@ -1,1 +1,1 @@
-"""What a bench finds on this machine, what it lacks, and how to mend that."""
+"""What a bench finds on this machine, what it lacks, and the remedy."""

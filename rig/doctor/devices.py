@@ -18,8 +18,8 @@ INSTALL = f"paste the rule below into {RULES}"
 RELOAD = "then run: sudo udevadm control --reload && sudo udevadm trigger"
 
 
-def look_at_cameras() -> Iterator[Finding]:
-    """Video nodes of the kernel; those that give no pictures (metadata) are left out."""
+def check_cameras() -> Iterator[Finding]:
+    """Video nodes of the kernel; those that give no images (metadata) are left out."""
     nodes = sorted(path for path in VIDEO.glob("video*") if _read(path / "index") in ("0", ""))
     if not nodes:
         yield absent("camera", "no /dev/video*: none is plugged in, or the system has no V4L2")
@@ -36,7 +36,7 @@ def look_at_cameras() -> Iterator[Finding]:
             yield good("camera", text)
 
 
-def look_at_usb(devices: Iterable[UsbDevice]) -> Iterator[Finding]:
+def check_usb(devices: Iterable[UsbDevice]) -> Iterator[Finding]:
     """Cameras and boards on the USB."""
     ours = [device for device in devices if is_ours(device)]
     if not ours:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 
-class State(StrEnum):
+class FindingState(StrEnum):
     """How bad it is."""
 
     GOOD = "good"
@@ -17,21 +17,21 @@ class Finding:
     """What was found about a topic, and what to do where it is not good."""
 
     topic: str
-    state: State
+    state: FindingState
     text: str
     remedy: str = ""
 
 
 def good(topic: str, text: str) -> Finding:
     """Make a finding that needs nothing."""
-    return Finding(topic, State.GOOD, text)
+    return Finding(topic, FindingState.GOOD, text)
 
 
 def absent(topic: str, text: str, remedy: str = "") -> Finding:
     """Make a finding about what only some benches need."""
-    return Finding(topic, State.ABSENT, text, remedy)
+    return Finding(topic, FindingState.ABSENT, text, remedy)
 
 
 def wrong(topic: str, text: str, remedy: str) -> Finding:
-    """Make a finding that must be mended."""
-    return Finding(topic, State.WRONG, text, remedy)
+    """Make a finding that needs its remedy."""
+    return Finding(topic, FindingState.WRONG, text, remedy)

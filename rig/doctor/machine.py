@@ -23,7 +23,7 @@ EXTRAS = {
 """Packages of each extra, and what it is for."""
 TRAINER = "torch"
 GIGA = 1e9
-LEAST_FREE = 5.0  # GB
+MIN_FREE = 5.0  # GB
 FRAME_BYTES, RATE = 1024**2, 30  # what a recording takes: one byte a pixel
 GRAPHICS = Path("/proc/driver/nvidia/gpus")
 CONNECTORS = Path("/sys/class/drm")
@@ -36,7 +36,7 @@ def versions() -> dict[str, str | None]:
     return {name: _version(name) for name in ("touchplate", *sorted(needed))}
 
 
-def look_at_packages() -> Iterator[Finding]:
+def check_packages() -> Iterator[Finding]:
     """Python, the packages, and the extras."""
     yield good("python", f"{platform.python_version()} on {platform.platform(terse=True)}")
     found = versions()
@@ -56,7 +56,7 @@ def look_at_packages() -> Iterator[Finding]:
             yield absent(f"extra {extra}", f"not installed; for {purpose}", remedy)
 
 
-def look_at_computer() -> Iterator[Finding]:
+def check_computer() -> Iterator[Finding]:
     """Processor, memory and graphics."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     memory = ""
@@ -71,18 +71,18 @@ def look_at_computer() -> Iterator[Finding]:
         yield absent("graphics", "no NVIDIA GPU; nets are trained on the processor")
 
 
-def look_at_disk(folder: Path) -> Finding:
+def check_disk(folder: Path) -> Finding:
     """Free space where recordings go."""
     place = next(path for path in (folder, *folder.absolute().parents) if path.exists())
     free = shutil.disk_usage(place).free / GIGA
     minutes = free * GIGA / (FRAME_BYTES * RATE) / 60
     text = f"{free:.0f} GB free at {place}, {minutes:.0f} minutes of full frames at 1024²"
-    if free < LEAST_FREE:
+    if free < MIN_FREE:
         return wrong("disk", text, "delete old recordings or record elsewhere")
     return good("disk", text)
 
 
-def look_at_displays() -> Finding:
+def check_displays() -> Finding:
     """Screens that the system sees, for the projector's window."""
     connected = [
         f"{path.parent.name.partition('-')[2]} {_first_line(path.parent / 'modes')}".strip()

@@ -4,30 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from rig.camera import Camera, Controls
-from rig.camera.noise import Noise, measure_noise
+from rig.camera import Controls, LiveCamera
+from rig.camera.noise import CameraNoise, measure_noise
 from rig.camera.opencv import open_camera
 from rig.doctor.finding import Finding, good, wrong
 
 SETTLE = 10  # frames that are left out while the camera takes its fixed values
-MOST_NOISE = 4.0  # grey levels; position error grows with it, 1.7 mm at 2 on the 2 mm plate
-MOST_FLICKER = 0.005
-LEAST_CONTRAST = 20.0  # grey levels
-MOST_CLIPPED = 0.01
-OLDEST = 0.1  # s
+MAX_NOISE = 4.0  # grey levels; position error grows with it, 1.7 mm at 2 on the 2 mm plate
+MAX_FLICKER = 0.005
+MIN_CONTRAST = 20.0  # grey levels
+MAX_CLIPPED = 0.01
+MAX_AGE = 0.1  # s
 
 
 def examine(
     device: str, size: tuple[int, int], rate: float, frames: int
-) -> tuple[Noise, list[Finding]]:
-    """Hold the controls of a camera and measure the noise of `frames` pictures.
+) -> tuple[CameraNoise, list[Finding]]:
+    """Hold the controls of a camera and measure the noise of `frames` images.
 
     Raises
     ------
     OSError
-        If the camera does not open or gives no pictures.
+        If the camera does not open or gives no images.
     """
-    with Camera(lambda: open_camera(device, size, rate, Controls())) as camera:
+    with LiveCamera(lambda: open_camera(device, size, rate, Controls())) as camera:
         for _ in range(SETTLE):
             camera.grab(1.0)
         findings = [
@@ -42,25 +42,25 @@ def examine(
     return noise, findings
 
 
-def _judge(noise: Noise) -> Iterator[Finding]:
+def _judge(noise: CameraNoise) -> Iterator[Finding]:
     figures = (
-        (f"noise {noise.sigma:.2f} grey levels", noise.sigma <= MOST_NOISE,
+        (f"noise {noise.sigma:.2f} grey levels", noise.sigma <= MAX_NOISE,
          "give it more light and less gain, and see that nothing moves"),
-        (f"brightness changes by {noise.flicker:.2%}", noise.flicker <= MOST_FLICKER,
+        (f"brightness changes by {noise.flicker:.2%}", noise.flicker <= MAX_FLICKER,
          "use a light on direct current, or an exposure of whole periods of the mains"),
-        (f"contrast {noise.contrast:.0f} grey levels", noise.contrast >= LEAST_CONTRAST,
+        (f"contrast {noise.contrast:.0f} grey levels", noise.contrast >= MIN_CONTRAST,
          "focus on the pattern and light it evenly"),
-        (f"{noise.clipped:.1%} of the pixels too bright or too dark", noise.clipped <= MOST_CLIPPED,
+        (f"{noise.clipped:.1%} of the pixels too bright or too dark", noise.clipped <= MAX_CLIPPED,
          "change the exposure"),
-        (f"{noise.rate:.1f} frames a second, {1e3 * noise.age:.0f} ms old", noise.age <= OLDEST,
+        (f"{noise.rate:.1f} frames a second, {1e3 * noise.age:.0f} ms old", noise.age <= MAX_AGE,
          "take another format or USB socket"),
     )  # fmt: skip
     for text, fine, remedy in figures:
-        yield good("picture", text) if fine else wrong("picture", text, remedy)
+        yield good("image", text) if fine else wrong("image", text, remedy)
 
 
 def _judge_drops(dropped: int, frames: int) -> Finding:
     if dropped:
         text = f"{dropped} frames were lost while {frames} were taken"
-        return wrong("picture", text, "take the camera off the hub, or lower its rate")
-    return good("picture", f"none of {frames} frames was lost")
+        return wrong("image", text, "take the camera off the hub, or lower its rate")
+    return good("image", f"none of {frames} frames was lost")

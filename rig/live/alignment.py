@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fe
-from models.estimate import Estimate
+from models import Estimate
 from rig.live.evidence import Equations
 
 FEWEST = 6  # presses: an affine map has as many numbers as three places, and an error is wanted

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-from dic.tiles.tiles import lay_tiles
-from models.estimate import Estimate
-from models.forward.tile_pattern import Pattern
+from dic import lay_tiles
+from models import Estimate, TilePattern
 
 LEAST_NOISE = 0.05  # grey levels: less than the rounding of an 8-bit picture
 TILE = 16  # px, side of the tiles in which motion is looked for while the reference is taken
@@ -22,14 +21,14 @@ DOUBT = 1e-12  # p-value below which touches cannot explain a frame; a clear vie
 
 
 @dataclass(frozen=True, eq=False)
-class Zero:
+class ReferenceFrame:
     """The plate at rest: the mean of several frames, and the noise of a frame against it."""
 
     image: NDArray[np.float32]
     noise: float
 
 
-def take_zero(frames: Sequence[NDArray]) -> Zero:
+def average_reference(frames: Sequence[NDArray]) -> ReferenceFrame:
     """Average frames of the untouched plate, two or more, and measure their noise.
 
     The noise is that of a frame less the mean of N others, σ √(1 + 1/N), grey levels.
@@ -48,10 +47,10 @@ def take_zero(frames: Sequence[NDArray]) -> Zero:
     count = len(frames)
     squares = sum(float(np.square(frame - mean).sum(dtype=np.float64)) for frame in frames)
     variance = squares / (mean.size * (count - 1))
-    return Zero(mean, max(float(np.sqrt(variance * (1 + 1 / count))), LEAST_NOISE))
+    return ReferenceFrame(mean, max(float(np.sqrt(variance * (1 + 1 / count))), LEAST_NOISE))
 
 
-def restless(frames: Sequence[NDArray]) -> bool:
+def moved_during_reference(frames: Sequence[NDArray]) -> bool:
     """Whether something moved in the picture while frames were taken: a hand, a settling plate.
 
     The means of the first and the second half differ by noise alone where nothing moves; a tile
@@ -65,18 +64,18 @@ def restless(frames: Sequence[NDArray]) -> bool:
     return bool(squares.max() > RESTLESS * max(float(np.median(squares)), LEAST_NOISE**2))
 
 
-def fits(estimate: Estimate) -> bool:
+def is_consistent(estimate: Estimate) -> bool:
     """Whether touches explain the frame; not if something is in the way or the camera jumped."""
     return estimate.p_value >= DOUBT
 
 
-def share(seconds: float) -> float:
+def drift_weight(seconds: float) -> float:
     """Weight of a frame that comes `seconds` after the last in a mean over `SETTLING` s."""
     return 1.0 - exp(-max(seconds, 0.0) / SETTLING)
 
 
-def settle(
-    rest: NDArray, pattern: Pattern, measured: NDArray, noise: float, weight: float
+def update_drift(
+    rest: NDArray, pattern: TilePattern, measured: NDArray, noise: float, weight: float
 ) -> NDArray[np.float64]:
     """Take a part of what an untouched plate shows as its new state of rest.
 
@@ -84,13 +83,13 @@ def settle(
     ----------
     rest : (K,) float64
         Amplitudes of the plate's modes at rest so far.
-    pattern : Pattern
+    pattern : TilePattern
         With the Cholesky factor L of the modes' normal matrix.
     measured : (K,) float64
         Whitened numbers of a frame without touches, less those of `rest`: Lᵀ q / noise.
     noise : float, grey levels
     weight : float
-        Part that is taken, from `share`.
+        Part that is taken, from `drift_weight`.
     """
     shown = solve_triangular(pattern.factor, measured, lower=True, trans=1, check_finite=False)
     return rest + weight * noise * shown

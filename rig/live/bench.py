@@ -10,20 +10,20 @@ import numpy as np
 
 import fe
 import synthetic
-from dic.tiles.tiles import lay_tiles
-from models.forward.tile_pattern import Motions, see_motions
+from dic import lay_tiles
+from models import ImageMotions, prepare_motions
 from rig.live import chain as live
 from rig.live.alignment import Alignment
-from rig.live.baseline import Zero
+from rig.live.baseline import ReferenceFrame
 from rig.plates.cached import plate_modes, reduced
 from rig.scene import Scene
-from rig.scene.bench import Camera
-from rig.scene.plate import Plate
-from rig.scene.sensing import Dic, NetEstimator, PatternEstimator, StrainEstimator
+from rig.scene.bench import CameraSection
+from rig.scene.plate import PlateSection
+from rig.scene.sensing import DicSection, NetEstimator, PatternEstimator, StrainEstimator
 from rig.scene.theory import Theory, choose, largest_force
 
 if TYPE_CHECKING:
-    from models.forward.large import LargePlate
+    from models import LargePlate
     from rig.calibration.store import Calibration
     from rig.live.net_chain import NetChain, NetPlan
 
@@ -37,13 +37,13 @@ class Bench:
 
     Attributes
     ----------
-    plate : fe.Plate
+    plate : fe.PlateSection
     camera : synthetic.AnyCamera
     height : float, mm
         Height of the seen face over the plate's middle plane.
-    motions : models.Motions
+    motions : models.ImageMotions
         Of plate modes and camera, on the tiles of the picture.
-    dic : rig.scene.sensing.Dic
+    dic : rig.scene.sensing.DicSection
         Tile, block, strain window and number of reference frames.
     most : int
         Largest number of touches looked for.
@@ -62,8 +62,8 @@ class Bench:
     plate: fe.Plate
     camera: synthetic.AnyCamera
     height: float
-    motions: Motions
-    dic: Dic
+    motions: ImageMotions
+    dic: DicSection
     most: int
     least_force: float
     strain: bool
@@ -76,7 +76,7 @@ class Bench:
         """Frames averaged into the reference."""
         return self.dic.reference_frames
 
-    def prepare(self, zero: Zero) -> tuple[live.Chain, live.StrainChain | None]:
+    def prepare(self, zero: ReferenceFrame) -> tuple[live.Chain, live.StrainChain | None]:
         """Prepare the chain, and that of strain where the scene wants it.
 
         Raises
@@ -104,7 +104,7 @@ class Bench:
             return chain, None
         return chain, live.prepare_strain(chain, self.camera, self.dic.block, self.dic.window)
 
-    def prepare_net(self, zero: Zero, chain: live.Chain) -> NetChain | None:
+    def prepare_net(self, zero: ReferenceFrame, chain: live.Chain) -> NetChain | None:
         """Prepare the net for a reference, where the scene has one.
 
         Raises
@@ -140,9 +140,9 @@ def build_bench(
         )
     match scene:
         case Scene(
-            plate=Plate() as plate,
-            camera=Camera() as camera,
-            dic=Dic() as dic,
+            plate=PlateSection() as plate,
+            camera=CameraSection() as camera,
+            dic=DicSection() as dic,
             estimator=PatternEstimator() | NetEstimator() as estimator,
         ):
             flat = plate.build()
@@ -167,9 +167,9 @@ def build_bench(
         plate=flat,
         camera=view,
         height=height,
-        motions=see_motions(modes, view, height, tiles, large),
+        motions=prepare_motions(modes, view, height, tiles, large),
         dic=dic,
-        most=scene.touches.most if scene.touches else 1,
+        most=scene.touches.max_touches if scene.touches else 1,
         least_force=scene.touches.force[0] if scene.touches else 0.0,
         strain=scene.comparison is not None,
         theory=theory,
@@ -192,7 +192,7 @@ def _fields(
     """Give what carries the motion of a plate: its modes, and under large touches more."""
     if theory.name == "linear":
         return plate_modes(plate, count, report), None
-    from models.forward.large import large_plate
+    from models import large_plate
 
     large = large_plate(reduced(plate, theory.force, report), count)
     return large.modes, large

@@ -8,25 +8,41 @@ import numpy as np
 from numpy.typing import NDArray
 
 import synthetic
-from dic.tiles.tile_field import TileBlocks, prepare_blocks, tile_displacement
-from dic.tiles.tiles import TileReference, TileSums, prepare_tiles, tile_sums
-from models.estimate import Estimate, Result
-from models.forward.occlusion import hidden_tiles
-from models.forward.strain_map import StrainMap, see_strain
-from models.forward.tile_pattern import Motions, Pattern, see_pattern
-from models.inverse.candidates import Search, prepare_search
-from models.inverse.solver import find
+from dic import (
+    TileBlocks,
+    TileReference,
+    TileSums,
+    prepare_blocks,
+    prepare_tiles,
+    tile_displacement,
+    tile_sums,
+)
+from models import (
+    CandidateGrid,
+    Estimate,
+    ImageMotions,
+    Result,
+    StrainMap,
+    TilePattern,
+    find,
+    hidden_tiles,
+    prepare_candidates,
+    prepare_pattern,
+    prepare_strain_map,
+)
 from rig.live.alignment import Alignment
-from rig.live.baseline import Zero, fits, settle
-from rig.live.illumination import unlit, unlit_sums
-from rig.live.visibility import Sights, jump, missed, trouble
+from rig.live.baseline import ReferenceFrame, is_consistent, update_drift
+from rig.live.illumination import sums_without_gain_offset, unlit
+from rig.live.visibility import MaskedModels, coarse_shift, contrast_loss, unusable_reason
 from rig.system.timing import Stopwatch
 
 STALE = 0.1  # px: a reference that was moved wrongly by more is moved again within the frame
 LEFT = 0.003  # px that a pass may miss in the shade: the trace of 0.05 N that are there no more
 PASSES = 6  # at most so often; two are usual where something moves
 ODD = 0.2  # of the tiles: where more look strange, the camera may have jumped
-NOTHING = Estimate(np.empty((0, 2)), np.empty(0), np.empty((0, 0)), 0.0, 1, 1.0, Result.NO_TOUCH)
+NO_ESTIMATE = Estimate(
+    np.empty((0, 2)), np.empty(0), np.empty((0, 0)), 0.0, 1, 1.0, Result.NO_TOUCH
+)
 """What is told where nothing can be seen."""
 
 
@@ -39,7 +55,7 @@ class Chain:
     reference : TileReference
     tiles : TileBlocks
         The same, each tile by itself.
-    sights : Sights
+    sights : MaskedModels
         Forward model and candidates, of the whole pattern and behind what hides a part of it.
     noise : float, grey levels
     most : int
@@ -48,23 +64,23 @@ class Chain:
 
     reference: TileReference
     tiles: TileBlocks
-    sights: Sights
+    sights: MaskedModels
     noise: float
     most: int
 
     @property
-    def pattern(self) -> Pattern:
+    def pattern(self) -> TilePattern:
         """The whole pattern as a measurement."""
         return self.sights.pattern
 
 
-def prepare_chain(zero: Zero, motions: Motions, most: int) -> Chain:
+def prepare_chain(zero: ReferenceFrame, motions: ImageMotions, most: int) -> Chain:
     """Prepare the chain for a reference."""
     reference = prepare_tiles(zero.image, size=motions.tiles.size)
     tiles = prepare_blocks(reference, 1)
-    pattern = see_pattern(motions, unlit(tiles))
-    search = prepare_search(pattern.forward(zero.noise))
-    return Chain(reference, tiles, Sights(pattern, search, zero.noise), zero.noise, most)
+    pattern = prepare_pattern(motions, unlit(tiles))
+    search = prepare_candidates(pattern.forward(zero.noise))
+    return Chain(reference, tiles, MaskedModels(pattern, search, zero.noise), zero.noise, most)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +89,7 @@ class StrainChain:
 
     blocks: TileBlocks
     map: StrainMap
-    search: Search
+    search: CandidateGrid
     noise: float
     most: int
 
@@ -83,15 +99,15 @@ def prepare_strain(
 ) -> StrainChain:
     """Prepare strain over blocks of `block` tiles and windows of `window` blocks a side."""
     blocks = prepare_blocks(chain.reference, block)
-    strain_map = see_strain(chain.pattern, blocks, camera, window)
+    strain_map = prepare_strain_map(chain.pattern, blocks, camera, window)
     large, factor = chain.pattern.motions.large, strain_map.factor / chain.noise
     forward = large.forward(factor) if large else strain_map.forward(chain.noise)
-    search = prepare_search(forward)
+    search = prepare_candidates(forward)
     return StrainChain(blocks, strain_map, search, chain.noise, chain.most)
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class ChainState:
     """What the next frame starts from.
 
     Attributes
@@ -112,14 +128,14 @@ class State:
     from_strain: NDArray[np.float64]
 
 
-def at_rest(chain: Chain) -> State:
+def at_rest(chain: Chain) -> ChainState:
     """Nothing moved and nothing touches."""
     none = np.empty((0, 3))
-    return State(chain.pattern.still(), np.zeros(chain.pattern.count), none, none)
+    return ChainState(chain.pattern.still(), np.zeros(chain.pattern.count), none, none)
 
 
 @dataclass(frozen=True, eq=False)
-class Sensed:
+class FrameEstimate:
     """What one frame says.
 
     Attributes
@@ -130,9 +146,9 @@ class Sensed:
         Of the last pass, for displacement and strain of the same frame.
     hidden : (T,) bool
         Tiles that do not show the pattern, behind a hand for instance.
-    trouble : str
+    unusable_reason : str
         Why no touch can be told, as a sentence for the user; empty where it can.
-    state : State
+    state : ChainState
         To start the next frame from.
     strain : (T, 3) float64, or None where the scene wants none
     from_strain : Estimate or None
@@ -144,16 +160,16 @@ class Sensed:
     estimate: Estimate
     sums: TileSums
     hidden: NDArray[np.bool_]
-    trouble: str
-    state: State
+    unusable_reason: str
+    state: ChainState
     strain: NDArray[np.float64] | None = None
     from_strain: Estimate | None = None
     from_pattern: Estimate | None = None
 
 
-def sense(
-    chain: Chain, image: NDArray, state: State, watch: Stopwatch, settling: float = 0.0
-) -> Sensed:
+def estimate_frame(
+    chain: Chain, image: NDArray, state: ChainState, watch: Stopwatch, settling: float = 0.0
+) -> FrameEstimate:
     """Find the touches in one frame.
 
     The reference is moved to where the frame shows it, again where the first guess was off. Where
@@ -167,61 +183,68 @@ def sense(
         `zero.share`; 0 leaves it as it is.
     """
     moved, stale = state.motion, STALE
-    found = _pass(chain, image, moved, state, watch, settling)
-    if found.trouble or (found.hidden.mean() > ODD and not fits(found.estimate)):
+    found = _iteration(chain, image, moved, state, watch, settling)
+    if found.unusable_reason or (found.hidden.mean() > ODD and not is_consistent(found.estimate)):
         jumped = moved.copy()
-        jumped[chain.pattern.count :][:2] = jump(chain.reference, image)
-        other = _pass(chain, image, jumped, state, watch, settling)
+        jumped[chain.pattern.count :][:2] = coarse_shift(chain.reference, image)
+        other = _iteration(chain, image, jumped, state, watch, settling)
         if _strange(other) < _strange(found):
             moved, found, stale = jumped, other, 0.0  # a jump is seen roughly: once more
     for _ in range(PASSES - 1):
-        off = chain.pattern.motions.farthest(found.state.motion - moved)
-        if found.trouble or (off <= stale and off * _miss(chain, found) <= LEFT):
+        off = chain.pattern.motions.max_motion(found.state.motion - moved)
+        if found.unusable_reason or (off <= stale and off * _miss(chain, found) <= LEFT):
             break
         stale = STALE
         moved, start = found.state.motion, replace(state, touches=found.state.touches)
-        found = _pass(chain, image, moved, start, watch, settling)
+        found = _iteration(chain, image, moved, start, watch, settling)
     return found
 
 
-def _miss(chain: Chain, sensed: Sensed) -> float:
+def _miss(chain: Chain, sensed: FrameEstimate) -> float:
     """Give what a pass has missed as a share of what it found."""
-    share = min(missed(chain.reference, sensed.sums, sensed.hidden), 0.9)
+    share = min(contrast_loss(chain.reference, sensed.sums, sensed.hidden), 0.9)
     return abs(share) / (1.0 - share)
 
 
-def _strange(sensed: Sensed) -> tuple[bool, float]:
+def _strange(sensed: FrameEstimate) -> tuple[bool, float]:
     """How little a pass says: the less the better."""
-    return bool(sensed.trouble), float(sensed.hidden.mean())
+    return bool(sensed.unusable_reason), float(sensed.hidden.mean())
 
 
-def _pass(
-    chain: Chain, image: NDArray, moved: NDArray, state: State, watch: Stopwatch, settling: float
-) -> Sensed:
+def _iteration(
+    chain: Chain,
+    image: NDArray,
+    moved: NDArray,
+    state: ChainState,
+    watch: Stopwatch,
+    settling: float,
+) -> FrameEstimate:
     """Find touches with the reference moved by `moved` (K + R,)."""
     with watch.stage("correlate"):
         sums = tile_sums(chain.reference, image, chain.pattern.motions.flow(moved))
     with watch.stage("look"):
         hidden = hidden_tiles(chain.reference, sums, chain.noise)
-        if why := trouble(chain.reference, sums, hidden):
-            return Sensed(NOTHING, sums, hidden, why, replace(state, touches=np.empty((0, 3))))
+        if why := unusable_reason(chain.reference, sums, hidden):
+            return FrameEstimate(
+                NO_ESTIMATE, sums, hidden, why, replace(state, touches=np.empty((0, 3)))
+            )
         pattern, search = chain.sights.behind(hidden)
     with watch.stage("estimate"):
         rest = state.rest
-        right = pattern.right_side(unlit_sums(chain.tiles, sums), moved)
+        right = pattern.gradient(sums_without_gain_offset(chain.tiles, sums), moved)
         right -= pattern.normal[:, : len(rest)] @ rest
         measured = pattern.whiten(right, chain.noise)
         estimate = find(measured, search, start=state.touches, most=chain.most)
         motion = pattern.amplitudes(estimate, right)
         motion[: len(rest)] += rest
-        if settling and not estimate.count and not hidden.any() and fits(estimate):
-            rest = settle(rest, pattern, measured, chain.noise, settling)
+        if settling and not estimate.count and not hidden.any() and is_consistent(estimate):
+            rest = update_drift(rest, pattern, measured, chain.noise, settling)
     after = replace(state, motion=motion, rest=rest, touches=_places(estimate))
-    return Sensed(estimate, sums, hidden, "", after)
+    return FrameEstimate(estimate, sums, hidden, "", after)
 
 
 def sense_strain(
-    chain: StrainChain, sums: TileSums, state: State, watch: Stopwatch
+    chain: StrainChain, sums: TileSums, state: ChainState, watch: Stopwatch
 ) -> tuple[NDArray[np.float64], Estimate | None]:
     """Strain of one frame, (T, 3), and the touches that it shows beyond the plate at rest.
 
@@ -240,18 +263,18 @@ def sense_strain(
 
 def with_strain(
     strain_chain: StrainChain | None,
-    sensed: Sensed,
+    sensed: FrameEstimate,
     watch: Stopwatch,
     alignment: Alignment | None = None,
-) -> Sensed:
-    """Add what strain says, where it is wanted, to what `sense` found in a frame, and mend it all.
+) -> FrameEstimate:
+    """Add what strain says, where it is wanted, to the estimate of a frame, and correct it all.
 
     The state stays as it was found: the next frame starts from what this one shows.
     """
     if strain_chain is None:
         return _mended(sensed, alignment)
     strain, found = sense_strain(strain_chain, sensed.sums, sensed.state, watch)
-    if sensed.trouble:
+    if sensed.unusable_reason:
         found = None
     start = np.empty((0, 3)) if found is None else _places(found)
     after = replace(sensed.state, from_strain=start)
@@ -259,7 +282,7 @@ def with_strain(
     return _mended(told, alignment)
 
 
-def _mended(sensed: Sensed, alignment: Alignment | None) -> Sensed:
+def _mended(sensed: FrameEstimate, alignment: Alignment | None) -> FrameEstimate:
     """Mend each estimate of a frame by what known presses have shown."""
     if alignment is None:
         return sensed

@@ -11,8 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from dic.tiles.tile_field import TileBlocks, right_side
-from dic.tiles.tiles import TileReference, TileSums
+from dic import TileBlocks, TileReference, TileSums, tile_gradient
 
 
 def unlit(blocks: TileBlocks) -> TileReference:
@@ -24,6 +23,6 @@ def unlit(blocks: TileBlocks) -> TileReference:
     return replace(reference, hessian=hessian, light=light)
 
 
-def unlit_sums(blocks: TileBlocks, sums: TileSums) -> TileSums:
+def sums_without_gain_offset(blocks: TileBlocks, sums: TileSums) -> TileSums:
     """Take the light out of the sums of a frame, for the tiles of such a reference."""
-    return replace(sums, gradient=-right_side(blocks, sums))
+    return replace(sums, gradient=-tile_gradient(blocks, sums))

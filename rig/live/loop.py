@@ -8,23 +8,34 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
-from models.forward.tile_pattern import noise_of
+import numpy as np
+
+from models import noise_from_sums
 from rig.live import chain as live
-from rig.live.baseline import Zero, restless, take_zero
+from rig.live.baseline import ReferenceFrame, average_reference, moved_during_reference
 from rig.live.bench import Bench
 from rig.live.quality import signs
-from rig.live.run_score import Tally
+from rig.live.run_score import RunScore
 from rig.live.shot import Recorder, Shot
-from rig.live.snapshot import Snapshot, StrainMap
-from rig.live.tracker import LATENCY, Follower, Seen
-from rig.live.view import View, look, marks, strain_map, true_marks
+from rig.live.snapshot import Snapshot, StrainOverlay
+from rig.live.tracker import LATENCY, FrameProcessor, FrameResult
+from rig.live.view import View, bare, look, marks, strain_map, true_marks
 from rig.system.frame import Frame, Source
 from rig.system.timing import Stopwatch
 
 PATIENCE = 5.0  # s without a frame after which a source is given up before the reference is there
-SILENCE = 0.5  # s without a frame after which the user is told
+SILENCE = 0.5  # s without a frame after which the user is told,
+MISSED = 3  # or so many of the intervals between the frames of the reference, if these are longer
 ATTEMPTS = 30  # series of reference frames that are thrown away because something moved
 PACE = 60  # frames over which the running rate is measured
+
+
+Tell = Callable[[int, int, Snapshot], object]
+"""Called as ``tell(done, total, snapshot)`` while the loop gets ready."""
+
+
+def _nobody(done: int, total: int, shot: Snapshot) -> None:
+    """Nobody is told."""
 
 
 class Loop:
@@ -39,7 +50,7 @@ class Loop:
         Monotonic time, s; the same that stamps the frames.
     recorder : Recorder or None
         Keeps what every frame said; it never holds the loop up.
-    zero : Zero or None
+    zero : ReferenceFrame or None
         The plate at rest, where the source knows it.
     """
 
@@ -49,19 +60,22 @@ class Loop:
         source: Source,
         clock: Callable[[], float] = time.monotonic,
         recorder: Recorder | None = None,
-        zero: Zero | None = None,
+        zero: ReferenceFrame | None = None,
     ):
         self.bench = bench
         self.dropped = 0
         self.frames = 0
         self.watch = Stopwatch(clock)
-        self.tally = Tally(bench.least_force)
-        self.strain_tally = Tally(bench.least_force)
-        self.net_tally = Tally(bench.least_force)
+        self.tally = RunScore(bench.least_force)
+        self.strain_tally = RunScore(bench.least_force)
+        self.net_tally = RunScore(bench.least_force)
         self._recorder = recorder
         self._source = source
         self._clock = clock
         self._zero = zero
+        self._view = look(bench.plate, bench.camera, bench.height)
+        self._follower: FrameProcessor | None = None
+        self._silence = SILENCE
         self._sequence: int | None = None
         self._first: float | None = None
         self._finished: deque[float] = deque(maxlen=PACE)
@@ -80,10 +94,13 @@ class Loop:
             return None
         return (self.frames - 1) / (self._finished[-1] - self._first)
 
-    def __iter__(self) -> Iterator[Snapshot]:
-        """Take the reference, then yield a snapshot a frame until the source ends.
+    def get_ready(self, tell: Tell = _nobody) -> FrameProcessor:
+        """Take the reference and pass all that may come through the chain, so that nothing waits.
 
-        While no frames come, the last one is shown without touches and with what the source says.
+        Parameters
+        ----------
+        tell : callable
+            Takes how many steps are done, of how many, and what can be shown meanwhile.
 
         Raises
         ------
@@ -92,15 +109,36 @@ class Loop:
         ValueError
             If something touched the plate or moved whenever the reference was taken.
         """
+        if self._follower:
+            return self._follower
         zero = self._zero or self._take_zero()
-        follower = Follower(self.bench, zero, self.watch, self._clock)
+        rest = Frame(0, self._clock(), np.rint(zero.image).astype(np.uint8))
+
+        def report(done: int, total: int, what: str) -> None:
+            status = f"getting ready: {what} ({done} of {total})"
+            shot = bare(rest, self.bench.plate.size, self._view, status)
+            tell(done, total, replace(shot, fresh=False))
+
+        self._follower = FrameProcessor(self.bench, zero, self.watch, self._clock, report)
         if self._recorder:
-            self._recorder.begin(zero, follower.chain, follower.strain is not None)
-        view = look(self.bench.plate, self.bench.camera, self.bench.height)
+            self._recorder.begin(zero, self._follower.chain, self._follower.strain is not None)
+        return self._follower
+
+    def __iter__(self) -> Iterator[Snapshot]:
+        """Get ready, then yield a snapshot a frame until the source ends.
+
+        While no frames come, the last one is shown without touches and with what the source says.
+
+        Raises
+        ------
+        OSError, ValueError
+            See `get_ready`.
+        """
+        follower, view = self.get_ready(), self._view
         shot: Snapshot | None = None
         while True:
             try:
-                frame = self._source.grab(SILENCE)
+                frame = self._source.grab(self._silence)
             except EOFError:
                 return
             if frame:
@@ -129,7 +167,7 @@ class Loop:
             "recorded": self._recorder.summary() if self._recorder else None,
         }
 
-    def _take(self, frame: Frame, follower: Follower, view: View) -> Snapshot:
+    def _take(self, frame: Frame, follower: FrameProcessor, view: View) -> Snapshot:
         if self._sequence is not None:
             self.dropped += frame.sequence - self._sequence - 1
         self._sequence = frame.sequence
@@ -143,7 +181,7 @@ class Loop:
         self._finished.append(now)
         return self._snapshot(frame, follower, view, seen, errors)
 
-    def _without_frame(self, shot: Snapshot, follower: Follower) -> Snapshot:
+    def _without_frame(self, shot: Snapshot, follower: FrameProcessor) -> Snapshot:
         return replace(
             shot,
             touches=(),
@@ -157,17 +195,19 @@ class Loop:
             events=follower.miss(self._clock()),
         )
 
-    def _take_zero(self) -> Zero:
+    def _take_zero(self) -> ReferenceFrame:
         for _ in range(ATTEMPTS):
             frames = [self._next() for _ in range(self.bench.reference_frames)]
             if any(frame.truth for frame in frames):
                 raise ValueError(
-                    "plate was touched while the reference was taken; leave the machine more time"
-                    " or set dic.reference_frames to fewer"
+                    "plate was touched while the reference was taken; let nothing touch it in the"
+                    f" first {self.bench.reference_frames} frames"
                 )
             images = [frame.image for frame in frames]
-            if not restless(images):
-                return take_zero(images)
+            if not moved_during_reference(images):
+                pace = (frames[-1].captured - frames[0].captured) / (len(frames) - 1)
+                self._silence = max(SILENCE, MISSED * pace)
+                return average_reference(images)
         raise ValueError(
             f"something moved in the picture in each of {ATTEMPTS} series of reference frames;"
             " leave the plate alone, or set camera exposure longer if its light flickers"
@@ -182,7 +222,7 @@ class Loop:
             raise OSError(f"{self._source.status}; none came for {PATIENCE:g} s, look after it")
         return frame
 
-    def _score(self, frame: Frame, sensed: live.Sensed) -> tuple[float, float] | None:
+    def _score(self, frame: Frame, sensed: live.FrameEstimate) -> tuple[float, float] | None:
         if frame.truth is None:
             return None
         if sensed.from_strain is not None:
@@ -195,9 +235,9 @@ class Loop:
     def _snapshot(
         self,
         frame: Frame,
-        follower: Follower,
+        follower: FrameProcessor,
         view: View,
-        seen: Seen,
+        seen: FrameResult,
         errors: tuple[float, float] | None,
     ) -> Snapshot:
         told = self.net_tally if self.bench.net else self.tally
@@ -223,14 +263,16 @@ class Loop:
             dropped=self.dropped,
             stages=tuple(row for row in self.watch.table() if row[0] != LATENCY),
             latency=self.watch.quantiles(LATENCY),
-            noise=noise_of(sensed.sums, follower.chain.reference.tiles),
+            noise=noise_from_sums(sensed.sums, follower.chain.reference.tiles),
             strain_reason="" if shown else "the scene names no [comparison] by strain",
             events=seen.events,
             signs=signs(follower.chain, sensed),
         )
 
 
-def _shown(strain_chain: live.StrainChain | None, sensed: live.Sensed) -> StrainMap | None:
+def _shown(
+    strain_chain: live.StrainChain | None, sensed: live.FrameEstimate
+) -> StrainOverlay | None:
     if strain_chain is None or sensed.strain is None:
         return None
     return strain_map(strain_chain, sensed.strain)

@@ -16,16 +16,20 @@ from pydantic import ValidationError
 
 import dic
 import synthetic
-from models.estimate import Estimate
-from models.forward.camera_gauges import SeenGauges, see_gauges
-from models.nets.net import Net
-from models.nets.net_estimator import NetTouch, tell_touch
-from models.nets.store import load
-from rig.live.baseline import Zero
-from rig.live.chain import NOTHING, Chain, Sensed
+from models import (
+    CameraGauges,
+    Estimate,
+    Net,
+    NetEstimate,
+    estimate_touch,
+    load_net,
+    prepare_camera_gauges,
+)
+from rig.live.baseline import ReferenceFrame
+from rig.live.chain import NO_ESTIMATE, Chain, FrameEstimate
 from rig.scene import Scene
-from rig.scene.bench import Lattice, Ring
-from rig.scene.plate import Plate
+from rig.scene.bench import LatticeSection, RingSection
+from rig.scene.plate import PlateSection
 from rig.scene.sensing import NetEstimator
 from rig.scene.theory import Theory
 from rig.system.timing import Stopwatch
@@ -66,33 +70,35 @@ class NetChain:
     ----------
     reference : dic.Reference
         Of the gauges.
-    seen : SeenGauges
+    seen : CameraGauges
     touch : NetTouch
     tiles : (M,) int
         The tile that lies nearest to each gauge.
     """
 
     reference: dic.Reference
-    seen: SeenGauges
-    touch: NetTouch
+    seen: CameraGauges
+    touch: NetEstimate
     tiles: NDArray[np.int64]
 
-    def tell(self, chain: Chain, image: NDArray, sensed: Sensed, watch: Stopwatch) -> Sensed:
+    def tell(
+        self, chain: Chain, image: NDArray, sensed: FrameEstimate, watch: Stopwatch
+    ) -> FrameEstimate:
         """Put what the net tells in the place of what the whole pattern says of a frame.
 
         No touch is told while a gauge is hidden: a net reads all of them.
         """
-        told = NOTHING
-        if not sensed.trouble:
+        told = NO_ESTIMATE
+        if not sensed.unusable_reason:
             with watch.stage("net"):
                 told = self._tell(chain, image, sensed)
         return replace(sensed, estimate=told, from_pattern=sensed.estimate)
 
-    def _tell(self, chain: Chain, image: NDArray, sensed: Sensed) -> Estimate:
+    def _tell(self, chain: Chain, image: NDArray, sensed: FrameEstimate) -> Estimate:
         guess = chain.pattern.motions.flow(sensed.state.motion)[self.tiles]
         field = dic.strain(dic.correlate(self.reference, image, guess))
         if not field.valid.all():
-            return NOTHING
+            return NO_ESTIMATE
         crept = self.seen.of_modes @ sensed.state.rest
         return self.touch.tell(np.column_stack([field.exx, field.eyy, field.exy]) - crept)
 
@@ -109,9 +115,9 @@ def plan_net(scene: Scene, theory: Theory) -> NetPlan:
     """
     match scene:
         case Scene(
-            plate=Plate() as plate,
-            gauges=Ring(subset=int(subset)) | Lattice(subset=int(subset)) as gauges,
-            estimator=NetEstimator(model=str(model), steps=steps),
+            plate=PlateSection() as plate,
+            gauges=RingSection(subset=int(subset)) | LatticeSection(subset=int(subset)) as gauges,
+            estimator=NetEstimator(model=str(model), solver_steps=steps),
         ):
             pass
         case _:
@@ -124,12 +130,12 @@ def plan_net(scene: Scene, theory: Theory) -> NetPlan:
             f"scene '{scene.title}' needs the theory of large deflection, and nets learn the linear"
             " one; expect smaller forces, or set plate.theory to 'linear' and accept the error"
         )
-    if scene.touches and scene.touches.most > 1:
+    if scene.touches and scene.touches.max_touches > 1:
         raise ValueError(
-            f"scene '{scene.title}' expects up to {scene.touches.most} touches, and its net tells"
-            " one; set touches.most to 1"
+            f"scene '{scene.title}' expects up to {scene.touches.max_touches} touches, and its net"
+            " tells one; set touches.max_touches to 1"
         )
-    trained, about = load(model)
+    trained, about = load_net(model)
     _check_same(scene, about.get("scene"), Path(model))
     margin = scene.training.margin if scene.training else 0.0
     return NetPlan(trained.net, gauges.build(plate), subset, steps, margin)
@@ -151,7 +157,9 @@ def _check_same(scene: Scene, about: object, path: Path) -> None:
         )
 
 
-def prepare_net(plan: NetPlan, chain: Chain, zero: Zero, camera: synthetic.AnyCamera) -> NetChain:
+def prepare_net(
+    plan: NetPlan, chain: Chain, zero: ReferenceFrame, camera: synthetic.AnyCamera
+) -> NetChain:
     """Prepare a net for a reference.
 
     Raises
@@ -160,7 +168,7 @@ def prepare_net(plan: NetPlan, chain: Chain, zero: Zero, camera: synthetic.AnyCa
         If a gauge leaves the picture or stands where there is no pattern.
     """
     motions = chain.pattern.motions
-    seen = see_gauges(motions.modes, camera, plan.gauges, plan.subset)
+    seen = prepare_camera_gauges(motions.modes, camera, plan.gauges, plan.subset)
     reference = dic.prepare(zero.image, plan.subset, points=seen.gauges.xy)
     blind = np.count_nonzero(reference.status != dic.Status.OK)
     if blind:
@@ -174,5 +182,5 @@ def prepare_net(plan: NetPlan, chain: Chain, zero: Zero, camera: synthetic.AnyCa
     sides = (np.linspace(plan.margin, side - plan.margin, PLACES) for side in (a, b))
     places = np.stack(np.meshgrid(*sides), axis=-1).reshape(-1, 2)
     apart = np.abs(seen.gauges.xy[:, None] - motions.tiles.xy).max(axis=2)
-    touch = tell_touch(plan.net, seen, root, places, plan.steps)
+    touch = estimate_touch(plan.net, seen, root, places, plan.steps)
     return NetChain(reference, seen, touch, apart.argmin(axis=1))

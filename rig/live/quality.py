@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.estimate import Estimate
-from models.forward.tile_pattern import noise_of
-from rig.live.baseline import fits
-from rig.live.chain import Chain, Sensed
+from models import Estimate, noise_from_sums
+from rig.live.baseline import is_consistent
+from rig.live.chain import Chain, FrameEstimate
 from rig.live.snapshot import Sign
 from rig.live.visibility import contrast
 
@@ -18,16 +17,16 @@ BUMPED = 1.0  # px; a camera on a firm stand creeps by tenths
 COARSE = 5.0  # mm, half a fingertip
 
 
-def signs(chain: Chain, sensed: Sensed) -> tuple[Sign, ...]:
+def signs(chain: Chain, sensed: FrameEstimate) -> tuple[Sign, ...]:
     """Say how good a frame is, of the whole pattern also where a net tells the touches."""
     hidden, sums, tiles = sensed.hidden, sensed.sums, chain.reference.tiles
     estimate = sensed.from_pattern or sensed.estimate
     seen = 1.0 - float(np.mean(hidden))
-    noise = noise_of(sums, tiles)
+    noise = noise_from_sums(sums, tiles)
     shift = float(np.hypot(*sensed.state.motion[chain.pattern.count :][:2]))
     return (
         Sign("pattern in sight", f"{seen:.0%}", seen < 1.0 - SLIGHT),
-        _fit(estimate, bool(sensed.trouble)),
+        _fit(estimate, bool(sensed.unusable_reason)),
         Sign("noise", f"{noise:.1f} gl, {chain.noise:.1f} at rest", noise > NOISY * chain.noise),
         _light(contrast(sums, ~hidden, tiles.size) if seen else float("nan")),
         Sign("camera moved", f"{shift:.2f} px", shift > BUMPED),
@@ -38,7 +37,9 @@ def signs(chain: Chain, sensed: Sensed) -> tuple[Sign, ...]:
 def _fit(estimate: Estimate, trouble: bool) -> Sign:
     if trouble:
         return Sign("misfit", "–", True)
-    return Sign("misfit", f"χ² {estimate.chi2 / estimate.dof:.2f} of 1", not fits(estimate))
+    return Sign(
+        "misfit", f"χ² {estimate.chi2 / estimate.dof:.2f} of 1", not is_consistent(estimate)
+    )
 
 
 def _light(light: float) -> Sign:

@@ -9,8 +9,7 @@ from itertools import islice
 import numpy as np
 
 import fe
-from models.estimate import Estimate
-from models.scores.matching import match
+from models import Estimate, match
 
 KEPT = 100_000  # pairs whose errors are kept: an hour of one touch
 RECENT = 300  # pairs in the running medians
@@ -21,7 +20,7 @@ def _errors() -> deque[float]:
 
 
 @dataclass
-class Tally:
+class RunScore:
     """Counts frames and keeps the errors of the last `KEPT` matched touches.
 
     Attributes

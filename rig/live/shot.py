@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from rig.live.baseline import Zero
-from rig.live.chain import Chain, Sensed, State
+from rig.live.baseline import ReferenceFrame
+from rig.live.chain import Chain, ChainState, FrameEstimate
 from rig.system.frame import Frame
 
 
@@ -17,24 +17,24 @@ class Shot:
     Attributes
     ----------
     frame : Frame
-    before : State
+    before : ChainState
         What the loop started from, so that frames before it may be missing.
-    sensed : Sensed
+    sensed : FrameEstimate
         What it found.
     identities : (n,) int
         Of the touches found.
     """
 
     frame: Frame
-    before: State
-    sensed: Sensed
+    before: ChainState
+    sensed: FrameEstimate
     identities: tuple[int, ...]
 
 
 class Recorder(Protocol):
     """Keeps shots; nothing that goes wrong there reaches the loop."""
 
-    def begin(self, zero: Zero, chain: Chain, strain: bool) -> None:
+    def begin(self, zero: ReferenceFrame, chain: Chain, strain: bool) -> None:
         """Learn the reference, before the first shot."""
         ...
 

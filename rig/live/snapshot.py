@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import cos, hypot, sin
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -41,6 +42,18 @@ class Mark:
     identity: int | None = None
     velocity: tuple[float, float] = (0.0, 0.0)
 
+    @property
+    def sigma_x(self) -> float:
+        """Standard deviation of the place along x, mm."""
+        long, short, angle = self.sigma
+        return hypot(long * cos(angle), short * sin(angle))
+
+    @property
+    def sigma_y(self) -> float:
+        """Standard deviation of the place along y, mm."""
+        long, short, angle = self.sigma
+        return hypot(long * sin(angle), short * cos(angle))
+
 
 @dataclass(frozen=True)
 class Sign:
@@ -52,7 +65,7 @@ class Sign:
 
 
 @dataclass(frozen=True, eq=False)
-class StrainMap:
+class StrainOverlay:
     """Strain of the seen face on a grid of the camera picture.
 
     Attributes
@@ -99,7 +112,7 @@ class Snapshot:
         Touches found from strain alone.
     truth : tuple of Mark or None
         Touches that the source knows to be there; None where it cannot know.
-    strain : StrainMap or None
+    strain : StrainOverlay or None
         The strain map of this frame.
     status : str
         One sentence for the user.
@@ -136,7 +149,7 @@ class Snapshot:
     touches: tuple[Mark, ...]
     from_strain: tuple[Mark, ...]
     truth: tuple[Mark, ...] | None
-    strain: StrainMap | None
+    strain: StrainOverlay | None
     status: str
     position_error: float | None
     force_error: float | None
@@ -151,3 +164,8 @@ class Snapshot:
     fresh: bool = True
     events: tuple[Event, ...] = ()
     signs: tuple[Sign, ...] = ()
+
+    @property
+    def time(self) -> float:
+        """Capture time, s on the monotonic clock."""
+        return self.captured

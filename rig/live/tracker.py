@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.estimate import Estimate, Result
-from models.forward.large import LargeForward
+from models import Estimate, LargeForward, Result
 from rig.live import chain as live
-from rig.live.baseline import Zero, fits, share
+from rig.live.baseline import ReferenceFrame, drift_weight, is_consistent
 from rig.live.bench import Bench
 from rig.live.quality import SLIGHT
 from rig.live.tracks import Event, Tracks
+from rig.live.warm_up import Report, quiet, rehearsal
 from rig.system.frame import Frame
 from rig.system.timing import Stopwatch
 
@@ -22,14 +22,14 @@ LATENCY = "capture to touches"
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class FrameResult:
     """What a frame says in the light of those before it.
 
     Attributes
     ----------
-    before : State
+    before : ChainState
         What it was sensed from.
-    sensed : Sensed
+    sensed : FrameEstimate
     identities : (n,) int
         Of the touches found.
     velocities : (n,) pairs of float, mm/s
@@ -37,24 +37,26 @@ class Seen:
     events : tuple of Event
     """
 
-    before: live.State
-    sensed: live.Sensed
+    before: live.ChainState
+    sensed: live.FrameEstimate
     identities: tuple[int, ...]
     velocities: tuple[tuple[float, float], ...]
     events: tuple[Event, ...]
 
 
-class Follower:
+class FrameProcessor:
     """Senses frame after frame.
 
     Parameters
     ----------
     bench : Bench
-    zero : Zero
+    zero : ReferenceFrame
         The plate at rest.
     watch : Stopwatch
     clock : callable
         Monotonic time, s; the same that stamps the frames.
+    report : callable
+        Called while frames that are made up go through everything first; see `rehearsal`.
 
     Attributes
     ----------
@@ -67,20 +69,32 @@ class Follower:
         If the reference does not suit the bench.
     """
 
-    def __init__(self, bench: Bench, zero: Zero, watch: Stopwatch, clock: Callable[[], float]):
+    def __init__(
+        self,
+        bench: Bench,
+        zero: ReferenceFrame,
+        watch: Stopwatch,
+        clock: Callable[[], float],
+        report: Report = quiet,
+    ):
         self.chain, self.strain = bench.prepare(zero)
         self._net = bench.prepare_net(zero, self.chain)
-        self._bench, self._watch, self._clock = bench, watch, clock
-        self._state, self._tracks = live.at_rest(self.chain), Tracks()
-        self._captured: float | None = None
-        self._warm_up(zero)
+        self._bench, self._clock = bench, clock
+        self._watch = Stopwatch(time.monotonic)  # what is made up counts for nothing
+        self._begin()
+        for frame in rehearsal(self.chain, bench.theory.force, report):
+            self.sentence(self.see(frame).sensed)
+        self._watch = watch
+        self._begin()
 
-    def see(self, frame: Frame) -> Seen:
+    def see(self, frame: Frame) -> FrameResult:
         """Sense a frame and follow its touches."""
         before, watch = self._state, self._watch
         watch.add("arrive", self._clock() - frame.captured)
         last = frame.captured if self._captured is None else self._captured
-        sensed = live.sense(self.chain, frame.image, before, watch, share(frame.captured - last))
+        sensed = live.estimate_frame(
+            self.chain, frame.image, before, watch, drift_weight(frame.captured - last)
+        )
         if self._net:
             sensed = self._net.tell(self.chain, frame.image, sensed, watch)
         watch.add(LATENCY, self._clock() - frame.captured)
@@ -91,46 +105,42 @@ class Follower:
         self._state, self._captured = sensed.state, frame.captured
         pace = {track.identity: track.sure_velocity for track in self._tracks.tracks}
         velocities = tuple(pace[identity] for identity in identities)
-        return Seen(before, sensed, identities, velocities, events)
+        return FrameResult(before, sensed, identities, velocities, events)
 
     def miss(self, time: float) -> tuple[Event, ...]:
         """Let touches leave while no frames come."""
-        self._tracks, _, events = self._tracks.follow(live.NOTHING, time)
+        self._tracks, _, events = self._tracks.follow(live.NO_ESTIMATE, time)
         return events
 
-    def sentence(self, sensed: live.Sensed) -> str:
+    def sentence(self, sensed: live.FrameEstimate) -> str:
         """Say what a frame shows, and what is to be doubted in it."""
-        if sensed.trouble:
-            return sensed.trouble
+        if sensed.unusable_reason:
+            return sensed.unusable_reason
         said, share = _count(sensed.estimate), float(np.mean(sensed.hidden))
         if share > SLIGHT:
             said += f"; {share:.0%} of the pattern is hidden"
-        elif not fits(sensed.estimate):
+        elif not is_consistent(sensed.estimate):
             said += ", but the picture does not fit: is something in the way, or the pattern worn?"
         if doubt := self._doubt(sensed):
             said += f"; {doubt}"
         return said
 
-    def _doubt(self, sensed: live.Sensed) -> str:
+    def _doubt(self, sensed: live.FrameEstimate) -> str:
         """Say what is wrong with the theory under these touches; empty where it holds."""
         touches, forward = sensed.state.touches, self.chain.sights.search.forward
         if not len(touches):
             return ""
         if isinstance(forward, LargeForward):
-            from fe.reduced.result import Trust
+            from fe import Trust
 
             trust = forward.trust(touches)
             return "" if trust is Trust.TRAINED else trust.value
         return self._bench.theory.beyond(float(touches[:, 2].max()))
 
-    def _warm_up(self, zero: Zero) -> None:
-        """Pass the reference through the chain: what compiles does so before time counts."""
-        watch = Stopwatch(time.monotonic)
-        picture = np.rint(zero.image).astype(np.uint8)
-        sensed = live.sense(self.chain, picture, self._state, watch)
-        if self._net:
-            sensed = self._net.tell(self.chain, picture, sensed, watch)
-        live.with_strain(self.strain, sensed, watch)
+    def _begin(self) -> None:
+        """Start from a plate at rest, and know no touch."""
+        self._state, self._tracks = live.at_rest(self.chain), Tracks()
+        self._captured: float | None = None
 
 
 def _count(estimate: Estimate) -> str:

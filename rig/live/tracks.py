@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from models.estimate import Estimate
+from models import Estimate
 
 GATE = 13.8  # squared Mahalanobis distance that 1 in 1000 true pairs exceeds, 2 degrees of freedom
 HASTE = 2000.0  # mm/s², by which a finger gains or loses speed; a stroke of 100 mm takes 0.5 s

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 import fe
 import synthetic
-from models.estimate import Estimate
+from models import Estimate
 from rig.live.chain import StrainChain
-from rig.live.snapshot import Mark, StrainMap
+from rig.live.snapshot import Mark, Snapshot, StrainOverlay
+from rig.system.frame import Frame
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,9 +68,37 @@ def _mark(estimate: Estimate, index: int) -> Mark:
     )
 
 
-def strain_map(chain: StrainChain, strain: NDArray) -> StrainMap:
+def strain_map(chain: StrainChain, strain: NDArray) -> StrainOverlay:
     """Strain (T, 3) as a grid over the picture."""
     tiles = chain.blocks.reference.tiles
     exx, eyy, exy = strain.T.reshape(3, *tiles.shape).astype(np.float32)
     sigma = chain.noise * np.median(chain.map.sigma, axis=0)
-    return StrainMap(tiles.xs, tiles.ys, exx, eyy, exy, tuple(sigma.tolist()))
+    return StrainOverlay(tiles.xs, tiles.ys, exx, eyy, exy, tuple(sigma.tolist()))
+
+
+def bare(frame: Frame, plate_size: tuple[float, float], view: View, status: str) -> Snapshot:
+    """Return a snapshot of a picture in which nothing was looked for, because of `status`."""
+    nothing = float("nan")
+    return Snapshot(
+        sequence=frame.sequence,
+        captured=frame.captured,
+        image=frame.image,
+        plate_size=plate_size,
+        plate_outline=view.outline,
+        T_px_plate=view.T_px_plate,
+        touches=(),
+        from_strain=(),
+        truth=None,
+        strain=None,
+        status=status,
+        position_error=None,
+        force_error=None,
+        position_error_median=None,
+        force_error_median=None,
+        fps=nothing,
+        dropped=0,
+        stages=(),
+        latency=(nothing, nothing),
+        noise=nothing,
+        strain_reason=status,
+    )

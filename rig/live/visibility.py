@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-from dic.tiles.tiles import TileReference, TileSums
-from models.forward.tile_pattern import Pattern
-from models.inverse.candidates import Search
+from dic import TileReference, TileSums
+from models import CandidateGrid, TilePattern
 
 HIDDEN = 0.75  # of the tiles, beyond which the others say too little
 DARK = 0.3  # of the contrast of the reference, below which there is no pattern to follow
@@ -20,27 +19,27 @@ FLAT = 0.1  # of the usual texture, below which the gain of a tile is not known
 COARSE = 512  # px, longer side of the pictures in which a jump is looked for: right to 0.2 px
 
 
-class Sights:
+class MaskedModels:
     """Forward model and candidates for the tiles in sight; those for the last mask are kept.
 
     What hides a part of the pattern mostly stays there for many frames.
 
     Attributes
     ----------
-    pattern : Pattern
+    pattern : TilePattern
         The whole pattern.
-    search : Search
+    search : CandidateGrid
         Its candidates.
     """
 
-    def __init__(self, pattern: Pattern, search: Search, noise: float):
+    def __init__(self, pattern: TilePattern, search: CandidateGrid, noise: float):
         self.pattern, self.search, self._noise = pattern, search, noise
         self._last = pattern, search
         # Each candidate is one row of amplitudes, whatever is hidden: response = A L / noise.
         shown = solve_triangular(pattern.factor, noise * search.response.T, lower=True, trans=1)
         self._amplitudes = np.asarray(shown.T, dtype=np.float64)
 
-    def behind(self, hidden: NDArray[np.bool_]) -> tuple[Pattern, Search]:
+    def behind(self, hidden: NDArray[np.bool_]) -> tuple[TilePattern, CandidateGrid]:
         """Leave out tiles (T,).
 
         Raises
@@ -58,7 +57,7 @@ class Sights:
         return self._last
 
 
-def trouble(reference: TileReference, sums: TileSums, hidden: NDArray[np.bool_]) -> str:
+def unusable_reason(reference: TileReference, sums: TileSums, hidden: NDArray[np.bool_]) -> str:
     """Say why touches cannot be told from a frame; empty where they can.
 
     Parameters
@@ -76,7 +75,7 @@ def trouble(reference: TileReference, sums: TileSums, hidden: NDArray[np.bool_])
     return ""
 
 
-def missed(reference: TileReference, sums: TileSums, hidden: NDArray[np.bool_]) -> float:
+def contrast_loss(reference: TileReference, sums: TileSums, hidden: NDArray[np.bool_]) -> float:
     """Share of a motion that one pass misses in the shade.
 
     A frame whose contrast is lower by a factor shows a motion that is smaller by it; what is left
@@ -107,7 +106,7 @@ def contrast(sums: TileSums, sight: NDArray[np.bool_], size: int) -> float:
     return 1.0 + float((ef - f * e / pixels) / max(ff - f**2 / pixels, 1e-9))
 
 
-def jump(reference: TileReference, image: NDArray) -> NDArray[np.float64]:
+def coarse_shift(reference: TileReference, image: NDArray) -> NDArray[np.float64]:
     """Shift of a whole picture against the reference, (2,) px, to some tenths of a pixel.
 
     By the phase of coarse pictures (Kuglin and Hines 1975), which a hand over a half of them does

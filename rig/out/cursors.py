@@ -113,7 +113,7 @@ def across_plate(size: tuple[float, float]) -> NDArray[np.float64]:
 
 
 def across_screen(screen: Screen) -> NDArray[np.float64]:
-    """Homography of a surface that is the projector's picture, for programs that fill it."""
+    """Homography of a surface that is the projector's image, for programs that fill it."""
     width, height = screen.size
     to_unit = np.array([[1 / width, 0, 0.5 / width], [0, 1 / height, 0.5 / height], [0, 0, 1.0]])
     return to_unit @ screen.T_px_plate

@@ -18,11 +18,11 @@ FIELDS = (
 
 
 class LslOutlet:
-    """Sends one sample a frame: the fields of `most` touches, NaN where there is none.
+    """Sends one sample a frame: the fields of `max_touches` touches, NaN where there is none.
 
     Parameters
     ----------
-    most : int
+    max_touches : int
         Touches in a sample; the hardest pressed are sent.
     name : str
         Name under which clients find the stream; its type is ``Touch``.
@@ -35,17 +35,17 @@ class LslOutlet:
         If no touch has room.
     """
 
-    def __init__(self, most: int, name: str = "touchplate"):
-        if most < 1:
-            raise ValueError(f"an LSL sample must have room for 1 touch or more, got {most}")
+    def __init__(self, max_touches: int, name: str = "touchplate"):
+        if max_touches < 1:
+            raise ValueError(f"an LSL sample must have room for 1 touch or more, got {max_touches}")
         need("pylsl", "lsl")
         self._lsl = import_module("pylsl")
-        self._most = most
+        self._max_touches = max_touches
         info = self._lsl.StreamInfo(
-            name, "Touch", most * len(FIELDS), self._lsl.IRREGULAR_RATE, "float32", name
+            name, "Touch", max_touches * len(FIELDS), self._lsl.IRREGULAR_RATE, "float32", name
         )
         channels = info.desc().append_child("channels")
-        for number in range(1, most + 1):
+        for number in range(1, max_touches + 1):
             for field, unit in FIELDS:
                 channel = channels.append_child("channel")
                 channel.append_child_value("label", f"{field}_{number}")
@@ -55,16 +55,16 @@ class LslOutlet:
     def __call__(self, marks: Sequence[Mark], captured: float) -> None:
         """Send the touches of a frame, stamped with its capture time (s, monotonic)."""
         age = time.monotonic() - captured
-        self._outlet.push_sample(sample(marks, self._most), self._lsl.local_clock() - age)
+        self._outlet.push_sample(sample(marks, self._max_touches), self._lsl.local_clock() - age)
 
 
-def sample(marks: Sequence[Mark], most: int) -> list[float]:
+def sample(marks: Sequence[Mark], max_touches: int) -> list[float]:
     """Numbers of a sample, touch after touch."""
-    hardest = sorted(marks, key=lambda mark: -mark.force)[:most]
+    hardest = sorted(marks, key=lambda mark: -mark.force)[:max_touches]
     rows = [
         (nan if mark.identity is None else mark.identity, mark.x, mark.y, mark.force,
          *mark.sigma[:2], mark.sigma_force)
         for mark in hardest
     ]  # fmt: skip
-    rows += [(nan,) * len(FIELDS)] * (most - len(rows))
+    rows += [(nan,) * len(FIELDS)] * (max_touches - len(rows))
     return [float(value) for row in rows for value in row]

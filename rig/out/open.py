@@ -16,7 +16,11 @@ Sink = Callable[[Snapshot], object]
 
 
 def open_outputs(
-    outputs: Outputs, size: tuple[float, float], screen: Screen, most: int, open_parts: ExitStack
+    outputs: Outputs,
+    size: tuple[float, float],
+    screen: Screen,
+    max_touches: int,
+    open_parts: ExitStack,
 ) -> list[Sink]:
     """Open the ways out for touches until `open_parts` is closed; each takes a snapshot at once.
 
@@ -26,8 +30,8 @@ def open_outputs(
     size : (float, float), mm
         Sides of the plate.
     screen : Screen
-        The projector's picture, for programs that fill it.
-    most : int
+        The projector's image, for programs that fill it.
+    max_touches : int
         Touches that a sample of LSL holds.
     open_parts : ExitStack
 
@@ -51,6 +55,6 @@ def open_outputs(
     if way := outputs.lsl:
         from rig.out.lsl import LslOutlet
 
-        lsl = LslOutlet(most, way.name)
+        lsl = LslOutlet(max_touches, way.name)
         sinks.append(lambda snapshot: lsl(snapshot.touches, snapshot.captured))
     return sinks

@@ -19,7 +19,7 @@ from rig.out.osc import bundle, message
 
 ADDRESS = "/tuio/2Dcur"
 PORT = 3333  # where TUIO clients listen
-MOST = 20  # cursors in one packet, below the 1500 bytes that networks pass in one piece
+MAX_CURSORS = 20  # cursors in one packet, below the 1500 bytes that networks pass in one piece
 LAST = 2**31  # frame numbers are 32 bits with sign
 
 
@@ -34,7 +34,7 @@ class Tuio:
         Address of the client.
     port : int
     source : str
-        What the clients are told that the touches come from.
+        Name of what the touches come from, for the clients.
 
     Attributes
     ----------
@@ -84,11 +84,11 @@ class Tuio:
         Parameters
         ----------
         marks : sequence of Mark
-            With more than `MOST`, the hardest pressed are sent.
+            With more than `MAX_CURSORS`, the hardest pressed are sent.
         captured : float, s
             Capture time of the frame, from which velocities come.
         """
-        hardest = sorted(marks, key=lambda mark: -mark.force)[:MOST]
+        hardest = sorted(marks, key=lambda mark: -mark.force)[:MAX_CURSORS]
         self._send(self._cursors.update(hardest, captured))
 
     def _send(self, cursors: Sequence[Cursor]) -> None:

@@ -8,7 +8,7 @@ from rig.calibration.guide import Progress
 
 
 @dataclass(frozen=True)
-class Setting:
+class PageSetting:
     """Something that may be changed while the loop runs.
 
     Attributes
@@ -46,7 +46,7 @@ class Measured:
     unit: str
 
 
-UNITS = {"latency": "s", "noise": "share"}
+UNITS = {"latency": "s", "noise": "fraction"}
 """Units of the errors of a calibration's parts, where they are not mm."""
 
 
@@ -69,13 +69,13 @@ class Desk:
         What the user should know, a sentence each.
     recording : Recording or None
         None where nothing can be recorded.
-    settings : tuple of Setting
+    settings : tuple of PageSetting
     calibration : tuple of Measured
     wizard : Wizard or None
     """
 
     notes: tuple[str, ...] = ()
     recording: Recording | None = None
-    settings: tuple[Setting, ...] = ()
+    settings: tuple[PageSetting, ...] = ()
     calibration: tuple[Measured, ...] = ()
     wizard: Wizard | None = None

@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, get_args
 
 from rig.live.snapshot import Snapshot
-from rig.page.controls import UNITS, Desk, Measured, Recording, Setting
+from rig.page.controls import UNITS, Desk, Measured, PageSetting, Recording
 from rig.projector.modes import Mode
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ class Operator:
     switch : Switch
         Of the recording.
     calibration : Calibration
-    doubts : tuple of str
+    notes : tuple of str
         What is old or wrong in it, a sentence each.
     show : Show or None
         The projector, where there is one.
@@ -42,12 +42,12 @@ class Operator:
         publisher: Publisher,
         switch: Switch,
         calibration: Calibration,
-        doubts: tuple[str, ...],
+        notes: tuple[str, ...],
         show: Show | None = None,
         meter: Meter | None = None,
     ):
         self._publisher, self._switch = publisher, switch
-        self._doubts, self._measured = doubts, measured(calibration, datetime.now(UTC))
+        self._notes, self._measured = notes, measured(calibration, datetime.now(UTC))
         self._show, self._meter = show, meter
         self._wishes: Mapping[str, Callable[[dict[str, Any]], object]] = {
             "record": lambda wish: switch.toggle(),
@@ -61,7 +61,7 @@ class Operator:
                 act(wish)
         shown = self._show.marks(snapshot) if self._show else None
         if self._meter and shown is not None and (begun := self._switch.begun):
-            self._meter.look(snapshot, shown, begun.chain)
+            self._meter.measure(snapshot, shown, begun.chain)
         self._publisher.publish(snapshot, self._desk(), shown)
 
     def _set(self, wish: dict[str, Any]) -> None:
@@ -75,7 +75,7 @@ class Operator:
         return tuple(mode for mode in get_args(Mode) if mode != "dark")
 
     def _desk(self) -> Desk:
-        notes = [*self._doubts]
+        notes = [*self._notes]
         if self._show and self._show.trouble:
             notes.append(self._show.trouble)
         if self._meter and self._meter.sentence:
@@ -84,7 +84,7 @@ class Operator:
             notes.append(self._switch.refusal)
         settings = ()
         if modes := self._modes():
-            settings = (Setting(MODE, "Marks", self._show.mode if self._show else "", modes),)
+            settings = (PageSetting(MODE, "Marks", self._show.mode if self._show else "", modes),)
         return Desk(tuple(notes), self._recording(), settings, self._measured)
 
     def _recording(self) -> Recording:

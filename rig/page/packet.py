@@ -13,13 +13,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.live.snapshot import Mark, Snapshot, StrainMap
+from rig.live.snapshot import Mark, Snapshot, StrainOverlay
 from rig.page.controls import Desk
 from rig.projector.markers import Screen, draw_marks, project
 
 JPEG_QUALITY = 80
 NOTHING = Desk()
-STEP = 128  # px: widths are rounded up to whole steps, so that pages share their pictures
+STEP = 128  # px: widths are rounded up to whole steps, so that pages of like width get the same
 BRIGHTENED = 3  # the projector is dim on purpose, and a page that is watched by day need not be
 
 
@@ -31,7 +31,7 @@ class Packet:
     snapshot : Snapshot
         What the loop published.
     screen : Screen or None
-        The projector's picture, where the scene has a projector.
+        The projector's image, where the scene has a projector.
     desk : Desk
         What stands beside the frame.
     shown : tuple of Mark or None
@@ -49,18 +49,18 @@ class Packet:
         self.screen = screen
         self.desk = desk
         self.shown = snapshot.touches if shown is None else shown
-        self._pictures: dict[int, bytes] = {}
+        self._images: dict[int, bytes] = {}
 
     def parts(self, wanted: str) -> dict[str, bytes]:
         """Binary parts among ``camera``, ``strain`` and ``projector`` that are wanted and exist.
 
-        ``camera`` and ``projector`` (brightened) are JPEG pictures; ``strain`` is exx, eyy and
+        ``camera`` and ``projector`` (brightened) are JPEG images; ``strain`` is exx, eyy and
         exy one after the other, (3, R, C) little-endian float32.
 
         Parameters
         ----------
         wanted : str
-            Names; ``camera:600`` is content with a picture of 600 px or more across.
+            Names; ``camera:600`` is content with an image of 600 px or more across.
         """
         words = (word.partition(":") for word in wanted.split())
         asked = {name: across for name, _, across in words}
@@ -91,10 +91,10 @@ class Packet:
         height, width = self.snapshot.image.shape
         wide = -(-int(across) // STEP) * STEP if across.isdecimal() else width
         wide = max(min(wide, width), 1)
-        if wide not in self._pictures:
+        if wide not in self._images:
             size = wide, max(round(height * wide / width), 1)
-            self._pictures[wide] = _jpeg(_resized(self.snapshot.image, size))
-        return self._pictures[wide]
+            self._images[wide] = _jpeg(_resized(self.snapshot.image, size))
+        return self._images[wide]
 
     @cached_property
     def _projector(self) -> bytes:
@@ -116,8 +116,8 @@ def _resized(image: NDArray[np.uint8], size: tuple[int, int]) -> NDArray[np.uint
     return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
 
 
-def _jpeg(picture: NDArray[np.uint8]) -> bytes:
-    return cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1].tobytes()
+def _jpeg(image: NDArray[np.uint8]) -> bytes:
+    return cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1].tobytes()
 
 
 def _describe(shot: Snapshot, screen: Screen | None) -> dict[str, Any]:
@@ -137,6 +137,7 @@ def _describe(shot: Snapshot, screen: Screen | None) -> dict[str, Any]:
         "strain_reason": shot.strain_reason,
         "projector": None if screen is None else _projection(shot.plate_size, screen),
         "status": shot.status,
+        "fresh": shot.fresh,
         "position_error": (shot.position_error, shot.position_error_median),
         "force_error": (shot.force_error, shot.force_error_median),
         "fps": shot.fps,
@@ -152,7 +153,7 @@ def _marks(marks: tuple[Mark, ...]) -> list[dict[str, Any]]:
     return [asdict(mark) for mark in marks]
 
 
-def _grid(strain: StrainMap) -> dict[str, Any]:
+def _grid(strain: StrainOverlay) -> dict[str, Any]:
     return {
         "x": (strain.xs[0], strain.xs[-1]),
         "y": (strain.ys[0], strain.ys[-1]),

@@ -94,7 +94,7 @@ def serve(
     port : int
         Port on 127.0.0.1; 0 takes a free one, which `Publisher.port` then names.
     screen : Screen or None
-        The projector's picture for the page's projector view; None if there is no projector.
+        The projector's image for the page's projector view; None if there is no projector.
     access : Access or None
         With a token the port is open to the network as well; None keeps it to this machine.
 

@@ -38,6 +38,6 @@ def reduced(plate: fe.Plate, force: float, report: Report) -> fe.Reduced:
     """Return the reduced plate for touches up to `force` N."""
 
     def compute() -> cache.Arrays:
-        return fe.reduce(plate, force=force, progress=report).arrays()
+        return fe.reduced_plate(plate, force=force, progress=report).arrays()
 
     return fe.Reduced.from_arrays(cache.fetch("reduced", (fe, plate, force), compute))

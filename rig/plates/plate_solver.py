@@ -7,21 +7,21 @@ from collections.abc import Callable, Sequence
 import fe
 from rig.plates.cached import reduced
 from rig.scene import Scene
-from rig.scene.plate import Plate
+from rig.scene.plate import PlateSection
 from rig.scene.theory import choose, largest_force
 
 Solver = fe.Linear | fe.Reduced
 
 
 def plate_solver(
-    scene: Scene, plate: Plate, elements: int, report: Callable[[int, int], None]
+    scene: Scene, plate: PlateSection, elements: int, report: Callable[[int, int], None]
 ) -> Solver:
     """Prepare a plate: under small touches its stiffness, under large ones the reduced plate.
 
     Parameters
     ----------
     scene : Scene
-    plate : Plate
+    plate : PlateSection
         That of the scene.
     elements : int
         Along the longer side, under small touches.
@@ -35,6 +35,6 @@ def plate_solver(
     return reduced(flat, theory.force, report)
 
 
-def press(solver: Solver, touches: Sequence[fe.Touch]) -> fe.State | fe.LargeState:
+def solve_plate(solver: Solver, touches: Sequence[fe.Touch]) -> fe.LinearState | fe.LargeState:
     """Press a plate."""
     return solver.deflect(touches) if isinstance(solver, fe.Linear) else solver.solve(touches)

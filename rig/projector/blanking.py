@@ -38,7 +38,7 @@ class Blink:
         return phase >= self.lit and phase + end - start <= self.period
 
 
-class InTheDark:
+class Blanked:
     """A `rig.system.frame.Source` that leaves out frames which may show the projector's light.
 
     Parameters

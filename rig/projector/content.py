@@ -1,4 +1,4 @@
-"""What the projector can show: marks of touches, a stripe picture of the Gray code, plain light."""
+"""What the projector can show: marks of touches, a stripe image of the Gray code, plain light."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rig.projector.markers import Screen, draw_marks
 
 @dataclass(frozen=True)
 class Stripe:
-    """Picture of the Gray code by its number, see `rig.projector.gray_code.pattern`."""
+    """Image of the Gray code by its number, see `rig.projector.gray_code.pattern`."""
 
     number: int
 
@@ -27,11 +27,11 @@ class Plain:
 
 
 Content = tuple[Mark, ...] | Stripe | Plain
-"""Small, so that it passes to the window's process at once; the picture is drawn there."""
+"""Small, so that it passes to the window's process at once; the image is drawn there."""
 
 
 def draw(content: Content, screen: Screen) -> NDArray[np.uint8]:
-    """Draw the projector's picture, (H, W, 3) uint8 RGB."""
+    """Draw the projector's image, (H, W, 3) uint8 RGB."""
     width, height = screen.size
     match content:
         case Stripe(number):

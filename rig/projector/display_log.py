@@ -6,10 +6,10 @@ from collections import deque
 
 from rig.projector.content import Content
 
-KEPT = 60  # pictures that are remembered: two seconds
+KEPT = 60  # images that are remembered: two seconds
 
 
-class Shown:
+class DisplayLog:
     """A log of contents and the times from which on they are shown."""
 
     def __init__(self) -> None:

@@ -17,12 +17,12 @@ def bits(size: tuple[int, int]) -> tuple[int, int]:
 
 
 def count(size: tuple[int, int]) -> int:
-    """Count the pictures of a projector of `size` px: white, black, stripes and their inverses."""
+    """Count the images of a projector of `size` px: white, black, stripes and their inverses."""
     return 2 + 2 * sum(bits(size))
 
 
 def pattern(size: tuple[int, int], number: int) -> NDArray[np.uint8]:
-    """Picture (H, W) to project: 0 all light, 1 all dark, then stripes, each before its inverse.
+    """Image (H, W) to project: 0 all light, 1 all dark, then stripes, each before its inverse.
 
     Columns come first, the widest stripes first; size = (width, height), px.
     """
@@ -40,7 +40,7 @@ def pattern(size: tuple[int, int], number: int) -> NDArray[np.uint8]:
 
 
 def patterns(size: tuple[int, int]) -> list[NDArray[np.uint8]]:
-    """Return all pictures to project, in order."""
+    """Return all images to project, in order."""
     return [pattern(size, number) for number in range(count(size))]
 
 
@@ -65,13 +65,13 @@ def decode(
     Raises
     ------
     ValueError
-        If there is not one picture for each pattern.
+        If there is not one image for each pattern.
     """
     columns, rows = bits(size)
     expected = count(size)
     if len(images) != expected:
         raise ValueError(
-            f"Gray code for {size[0]} × {size[1]} px has {expected} pictures, got {len(images)};"
+            f"Gray code for {size[0]} × {size[1]} px has {expected} images, got {len(images)};"
             " take one of each pattern"
         )
     light, dark, *stripes = (np.asarray(image, dtype=np.float32) for image in images)

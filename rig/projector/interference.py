@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from dic.tiles.tiles import tile_sums
+from dic import tile_sums
 from rig.live.chain import Chain
-from rig.live.illumination import unlit_sums
+from rig.live.illumination import sums_without_gain_offset
 from rig.live.snapshot import Mark
 
 SPOILT = 0.45  # of σ: a bias of so much makes an error 10 % larger, √(1 + 0.45²)
@@ -82,8 +82,8 @@ def interference(
     ----------
     chain : Chain
     light : (H, W) float32
-        On each pixel of the camera, over that of the room, from `LightMap.seen`; where a picture
-        is divided by it, what is left of it.
+        On each pixel of the camera, over that of the room, from `LightMap.on_camera`; where an
+        image is divided by it, what is left of it.
     black : float, grey levels
         What a pixel reads without any light.
     marks : tuple of Mark
@@ -93,7 +93,7 @@ def interference(
         return Interference(0.0, 0.0, 0.0)
     image, pattern = chain.reference.image, chain.pattern
     sums = tile_sums(chain.reference, image + (image - black) * (light - 1.0))
-    right = pattern.right_side(unlit_sums(chain.tiles, sums), pattern.still())
+    right = pattern.gradient(sums_without_gain_offset(chain.tiles, sums), pattern.still())
     seen = pattern.whiten(right, chain.noise)
     touches = np.array([(mark.x, mark.y, mark.force) for mark in marks])
     _, tangent = pattern.forward(chain.noise).read(touches)

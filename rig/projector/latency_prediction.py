@@ -12,7 +12,9 @@ from rig.live.snapshot import Mark
 FURTHEST = 25.0  # mm; a stroke of 250 mm/s for a tenth of a second
 
 
-def led(marks: Sequence[Mark], ahead: float, plate_size: tuple[float, float]) -> tuple[Mark, ...]:
+def predicted(
+    marks: Sequence[Mark], ahead: float, plate_size: tuple[float, float]
+) -> tuple[Mark, ...]:
     """Carry marks on at the velocity of their touches, as far as the plate goes.
 
     Parameters
@@ -22,10 +24,10 @@ def led(marks: Sequence[Mark], ahead: float, plate_size: tuple[float, float]) ->
         From the capture of the frame that they were found in to the light.
     plate_size : (a, b), mm
     """
-    return tuple(_led(mark, ahead, plate_size) for mark in marks)
+    return tuple(_predicted(mark, ahead, plate_size) for mark in marks)
 
 
-def _led(mark: Mark, ahead: float, plate_size: tuple[float, float]) -> Mark:
+def _predicted(mark: Mark, ahead: float, plate_size: tuple[float, float]) -> Mark:
     step = ahead * np.array(mark.velocity)
     far = float(np.hypot(*step))
     if far == 0.0:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rig.projector.content import draw
-from rig.projector.display_log import Shown
+from rig.projector.display_log import DisplayLog
 from rig.projector.light_map import LightMap, divided
 from rig.projector.markers import Screen
 
@@ -14,21 +14,23 @@ if TYPE_CHECKING:
     from rig.system.frame import Frame, Source
 
 
-class Relit:
+class LightCorrected:
     """A `rig.system.frame.Source` that divides each frame by the light that was on it.
 
     Parameters
     ----------
     source : Source
-    shown : Shown
+    shown : DisplayLog
     screen : Screen
-        The projector's picture.
+        The projector's image.
     light : LightMap
     delay : float, s
         From the command to the light.
     """
 
-    def __init__(self, source: Source, shown: Shown, screen: Screen, light: LightMap, delay: float):
+    def __init__(
+        self, source: Source, shown: DisplayLog, screen: Screen, light: LightMap, delay: float
+    ):
         self._source, self._shown, self._screen = source, shown, screen
         self._light, self._delay = light, delay
 
@@ -45,5 +47,5 @@ class Relit:
         content = self._shown.at(frame.captured - self._delay)
         if content == ():
             return frame
-        light = self._light.seen(draw(content, self._screen))
+        light = self._light.on_camera(draw(content, self._screen))
         return replace(frame, image=divided(frame.image, light, self._light.black))

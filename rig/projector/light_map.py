@@ -1,8 +1,8 @@
-"""What the camera sees of the projector's light, and a picture without it.
+"""What the camera sees of the projector's light, and an image without it.
 
 Light of the projector falls on the same speckle as that of the room, so a pixel that reads r in the
-light of the room, less what it reads in the dark, reads r (1 + s p), p the projected picture there,
-0 to 1, and s the projector's white over the light of the room. Where p is known the picture can be
+light of the room, less what it reads in the dark, reads r (1 + s p), p the projected image there,
+0 to 1, and s the projector's white over the light of the room. Where p is known the image can be
 divided by it.
 """
 
@@ -19,13 +19,13 @@ from rig.projector.markers import Screen, project
 
 @dataclass(frozen=True, eq=False)
 class LightMap:
-    """From the projector's picture to the light that the camera sees.
+    """From the projector's image to the light that the camera sees.
 
     Attributes
     ----------
     T_cam_projector : (3, 3) float64
-        Homography from the projector's picture to that of the camera, px to px, over the plate.
-    size : (width, height) of the camera's picture, px
+        Homography from the projector's image to that of the camera, px to px, over the plate.
+    size : (width, height) of the camera's image, px
     strength : float
         The projector's white over the light of the room, as the camera sees both.
     black : float, grey levels
@@ -37,16 +37,16 @@ class LightMap:
     strength: float
     black: float = 0.0
 
-    def seen(self, picture: NDArray[np.uint8]) -> NDArray[np.float32]:
+    def on_camera(self, projected: NDArray[np.uint8]) -> NDArray[np.float32]:
         """Light on each pixel of the camera over that of the room, (H, W), 1 where none falls.
 
         Parameters
         ----------
-        picture : (H, W, 3) uint8
+        projected : (H, W, 3) uint8
             What the projector shows.
         """
         light = np.ones(self.size[::-1], np.float32)
-        x, y, wide, high = cv2.boundingRect(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY))
+        x, y, wide, high = cv2.boundingRect(cv2.cvtColor(projected, cv2.COLOR_RGB2GRAY))
         corners = np.array([[x, y], [x + wide, y], [x + wide, y + high], [x, y + high]]) - 0.5
         seen = project(self.T_cam_projector, corners)
         left, top = np.clip(np.floor(seen.min(axis=0)), 0, self.size).astype(int)
@@ -55,18 +55,18 @@ class LightMap:
             return light
         T = _shift(-left, -top) @ self.T_cam_projector @ _shift(x, y)
         # A grey camera sees all channels alike.
-        grey = picture[y : y + high, x : x + wide].mean(axis=2, dtype=np.float32)
+        grey = projected[y : y + high, x : x + wide].mean(axis=2, dtype=np.float32)
         falls = cv2.warpPerspective(grey, T, (int(right - left), int(bottom - top)))
         light[top:bottom, left:right] += np.float32(self.strength / 255.0) * falls
         return light
 
 
 def _shift(x: float, y: float) -> NDArray[np.float64]:
-    """Shift of a picture by (x, y) px as a homography."""
+    """Shift of an image by (x, y) px as a homography."""
     return np.array([[1.0, 0.0, x], [0.0, 1.0, y], [0.0, 0.0, 1.0]])
 
 
-def see_light(
+def prepare_light_map(
     screen: Screen,
     T_cam_plate: NDArray,
     size: tuple[int, int],
@@ -80,8 +80,8 @@ def see_light(
     screen : Screen
         The projector over the plate.
     T_cam_plate : (3, 3) float64
-        Homography from the touched face, mm, to the camera's picture, px.
-    size : (width, height) of the camera's picture, px
+        Homography from the touched face, mm, to the camera's image, px.
+    size : (width, height) of the camera's image, px
     strength : float
         The projector's white over the light of the room.
     black : float, grey levels
@@ -104,24 +104,24 @@ def see_light(
 def divided(
     image: NDArray[np.uint8], light: NDArray[np.float32], black: float = 0.0
 ) -> NDArray[np.uint8]:
-    """Take the projector's light out of a picture.
+    """Take the projector's light out of an image.
 
     Parameters
     ----------
     image : (H, W) uint8
     light : (H, W) float32
-        From `LightMap.seen`.
+        From `LightMap.on_camera`.
     black : float, grey levels
         What a pixel reads without any light.
 
     Returns
     -------
-    (H, W) uint8, rounded; the picture itself where no light falls.
+    (H, W) uint8, rounded; the image itself where no light falls.
     """
     left, top, wide, high = cv2.boundingRect((light > 1.0).astype(np.uint8))
     if not wide:
         return image
     part = np.s_[top : top + high, left : left + wide]
-    mended = image.copy()
-    mended[part] = np.clip(np.rint((image[part] - black) / light[part] + black), 0, 255)
-    return mended
+    corrected = image.copy()
+    corrected[part] = np.clip(np.rint((image[part] - black) / light[part] + black), 0, 255)
+    return corrected

@@ -1,4 +1,4 @@
-"""What the projector shows on the plate: a soft, dim spot for each touch and a ring for its doubt.
+"""What the projector shows: a soft, dim spot for each touch and a ring for its uncertainty.
 
 Projected light falls on the speckle that is being measured. A spot with a soft edge at a quarter
 of full brightness moves the correlation by less than 0.1 px, a hard bright disc by more than 1 px;
@@ -16,27 +16,27 @@ from numpy.typing import NDArray
 from rig.live.snapshot import Mark
 
 PEAK = 64  # grey levels of 255: a quarter of full brightness
-SPOT = np.array([0.3, 0.8, 0.65])  # red, green, blue as shares of PEAK
+SPOT = np.array([0.3, 0.8, 0.65])  # red, green, blue as fractions of PEAK
 SPOT_RADIUS = 5.0  # mm, one standard deviation of the spot of a 1 N touch; area grows with force
 SPOT_RANGE = (2.0, 12.0)  # mm
 RING_WIDTH = 0.4  # mm, one standard deviation of the soft edge of the line
 RING_SIGMAS = 2.0
-RING_LEAST = 2.5  # mm, a smaller ring would hide in the spot's peak
+MIN_RING = 2.5  # mm, a smaller ring would hide in the spot's peak
 REACH = 3.5  # standard deviations after which a soft edge is below one grey level
-SPRITE = 64  # px from the middle of the spot's own picture to its border
+SPRITE = 64  # px from the middle of the spot's own image to its border
 SUBPIXEL = 4  # fractional bits of a line's points
 
 
 @dataclass(frozen=True, eq=False)
 class Screen:
-    """The projector's picture and where the plate lies in it.
+    """The projector's image and where the plate lies in it.
 
     Attributes
     ----------
     size : tuple of int
         Width and height, px.
     T_px_plate : (3, 3) float64
-        Homography from the touched face (x, y, mm) to the picture (x, y, px).
+        Homography from the touched face (x, y, mm) to the image (x, y, px).
     """
 
     size: tuple[int, int]
@@ -44,21 +44,21 @@ class Screen:
 
 
 def fit_plate(size: tuple[int, int], plate_size: tuple[float, float], margin: float = 0.05):
-    """Put the whole plate in the middle of the picture, plate y upwards, as a `Screen`.
+    """Put the whole plate in the middle of the image, plate y upwards, as a `Screen`.
 
     Parameters
     ----------
     size : tuple of int
-        Width and height of the picture, px.
+        Width and height of the image, px.
     plate_size : tuple of float
         Sides of the plate along its x and y, mm.
     margin : float
-        Share of the picture left free at each border that the plate would touch.
+        Fraction of the image left free at each border that the plate would touch.
 
     Raises
     ------
     ValueError
-        If a side of the picture or of the plate is not positive.
+        If a side of the image or of the plate is not positive.
     """
     if min(size) < 1:
         raise ValueError(
@@ -84,27 +84,27 @@ def project(T_px_plate: NDArray[np.floating], xy: NDArray[np.floating]) -> NDArr
 
 
 def draw_marks(marks: Sequence[Mark], screen: Screen) -> NDArray[np.uint8]:
-    """Draw the projector's picture, (H, W, 3) uint8 RGB; where marks overlap the brighter stays."""
+    """Draw the projector's image, (H, W, 3) uint8 RGB; where marks overlap the brighter stays."""
     width, height = screen.size
-    picture = np.zeros((height, width, 3), np.uint8)
+    image = np.zeros((height, width, 3), np.uint8)
     for mark in marks:
-        _draw_mark(picture, mark, screen.T_px_plate)
-    return picture
+        _draw_mark(image, mark, screen.T_px_plate)
+    return image
 
 
-def _draw_mark(picture: NDArray[np.uint8], mark: Mark, T: NDArray[np.float64]) -> None:
-    """Lay spot and ring over the part of the picture that they reach."""
+def _draw_mark(image: NDArray[np.uint8], mark: Mark, T: NDArray[np.float64]) -> None:
+    """Lay spot and ring over the part of the image that they reach."""
     place = np.array([mark.x, mark.y])
     spot = float(np.clip(SPOT_RADIUS * np.sqrt(max(mark.force, 0.0)), *SPOT_RANGE))
-    axes = np.maximum(RING_SIGMAS * np.array(mark.sigma[:2]), RING_LEAST)
+    axes = np.maximum(RING_SIGMAS * np.array(mark.sigma[:2]), MIN_RING)
     reach = max(REACH * spot, axes.max() + REACH * RING_WIDTH)
     box = project(T, place + reach * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]))
-    height, width = picture.shape[:2]
+    height, width = image.shape[:2]
     x0, y0 = np.maximum(np.floor(box.min(0)).astype(int), 0)
     x1, y1 = np.minimum(np.ceil(box.max(0)).astype(int) + 1, (width, height))
     if x0 >= x1 or y0 >= y1:
         return
-    window = picture[y0:y1, x0:x1]
+    window = image[y0:y1, x0:x1]
     T_window = np.array([[1.0, 0.0, -x0], [0.0, 1.0, -y0], [0.0, 0.0, 1.0]]) @ T
     np.maximum(window, _spot(T_window, place, spot, window.shape), out=window)
     np.maximum(window, _ring(T_window, place, (*axes, mark.sigma[2]), window.shape), out=window)
@@ -119,7 +119,7 @@ def _sprite() -> NDArray[np.uint8]:
 
 
 def _spot(T: NDArray[np.float64], place, radius: float, shape) -> NDArray[np.uint8]:
-    """Spot of `radius`, mm, one standard deviation, seen through T in a picture of `shape`."""
+    """Spot of `radius`, mm, one standard deviation, seen through T in an image of `shape`."""
     step = radius * REACH / SPRITE
     left, top = np.asarray(place) - radius * REACH
     T_plate_sprite = np.array([[step, 0.0, left], [0.0, step, top], [0.0, 0.0, 1.0]])

@@ -12,7 +12,7 @@ import numpy as np
 from rig.live.chain import Chain
 from rig.live.snapshot import Mark, Snapshot
 from rig.projector.interference import interference, leftover
-from rig.projector.light_map import see_light
+from rig.projector.light_map import prepare_light_map
 from rig.projector.markers import Screen, draw_marks
 
 PAUSE = 1.0  # s
@@ -48,7 +48,7 @@ class Meter:
         """End the thread."""
         self._pool.shutdown(cancel_futures=True)
 
-    def look(self, snapshot: Snapshot, shown: tuple[Mark, ...], chain: Chain) -> None:
+    def measure(self, snapshot: Snapshot, shown: tuple[Mark, ...], chain: Chain) -> None:
         """Take a snapshot to measure, if the last one is done with and a second is over.
 
         Parameters
@@ -63,14 +63,14 @@ class Meter:
         if self._work or snapshot.captured < self._due or not snapshot.fresh:
             return
         self._due = snapshot.captured + PAUSE
-        self._work = self._pool.submit(self._measure, snapshot, shown, chain)
+        self._work = self._pool.submit(self._sentence, snapshot, shown, chain)
 
-    def _measure(self, snapshot: Snapshot, shown: tuple[Mark, ...], chain: Chain) -> str:
+    def _sentence(self, snapshot: Snapshot, shown: tuple[Mark, ...], chain: Chain) -> str:
         if not shown or not snapshot.touches:
             return ""
         height, width = snapshot.image.shape
-        whole = see_light(self._screen, snapshot.T_px_plate, (width, height), 1.0)
-        light = whole.seen(draw_marks(shown, self._screen)) - 1
+        whole = prepare_light_map(self._screen, snapshot.T_px_plate, (width, height), 1.0)
+        light = whole.on_camera(draw_marks(shown, self._screen)) - 1
         left = leftover(snapshot.image, chain.reference.image, light, self._black)
         found = interference(chain, 1 + left * light, self._black, snapshot.touches)
         return found.sentence

@@ -7,9 +7,9 @@ from contextlib import contextmanager
 from time import monotonic
 from typing import TYPE_CHECKING
 
-from rig.projector.blanking import Blink, InTheDark
-from rig.projector.latency_prediction import led
-from rig.projector.light_correction import Relit
+from rig.projector.blanking import Blanked, Blink
+from rig.projector.latency_prediction import predicted
+from rig.projector.light_correction import LightCorrected
 from rig.projector.light_map import LightMap
 from rig.projector.markers import Screen
 from rig.projector.modes import Mode, placed
@@ -18,7 +18,7 @@ from rig.projector.window import Projector, open_projector
 if TYPE_CHECKING:
     from rig.calibration.store import Calibration
     from rig.live.snapshot import Mark, Snapshot
-    from rig.scene.loop import Projector as Section
+    from rig.scene.loop import ProjectorSection
     from rig.system.frame import Source
 
 OLDEST = 0.1  # s from the capture of a frame, after which its touches are not shown any more
@@ -30,7 +30,7 @@ class Show:
 
     Parameters
     ----------
-    window : Projector
+    window : ProjectorSection
     screen : Screen
     mode : Mode
     plate_size : (a, b), mm
@@ -75,7 +75,7 @@ class Show:
     def marks(self, snapshot: Snapshot) -> tuple[Mark, ...]:
         """Return the marks of a frame, where the mode puts them when their light arrives."""
         ahead = self._clock() - snapshot.captured + self._delay
-        touches = led(snapshot.touches, ahead, self._plate_size)
+        touches = predicted(snapshot.touches, ahead, self._plate_size)
         return placed(touches, self.mode, self._plate_size)
 
     def filtered(self, source: Source, light: LightMap | None, interval: float) -> Source:
@@ -90,15 +90,18 @@ class Show:
             From frame to frame.
         """
         if self.mode == "dark":
-            return InTheDark(source, Blink(), self._delay, interval)
+            return Blanked(source, Blink(), self._delay, interval)
         if light is None or light.strength == 0:
             return source
-        return Relit(source, self._window.shown, self._screen, light, self._delay)
+        return LightCorrected(source, self._window.shown, self._screen, light, self._delay)
 
 
 @contextmanager
 def open_show(
-    section: Section, screen: Screen, plate_size: tuple[float, float], calibration: Calibration
+    section: ProjectorSection,
+    screen: Screen,
+    plate_size: tuple[float, float],
+    calibration: Calibration,
 ) -> Iterator[Show]:
     """Open the window of a scene's projector.
 

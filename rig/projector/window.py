@@ -11,7 +11,7 @@ from multiprocessing.process import BaseProcess
 
 from rig.projector.blanking import Blink
 from rig.projector.content import Content, draw
-from rig.projector.display_log import Shown
+from rig.projector.display_log import DisplayLog
 from rig.projector.markers import Screen
 from rig.system.process import deaf_to_interrupts
 
@@ -45,13 +45,13 @@ class Projector:
         Whether there is a window, or one is opening.
     pid : int or None
         Number of the window's process.
-    shown : Shown
+    shown : DisplayLog
         What the window was given, and when.
     """
 
     def __init__(self, start: Start, name: str):
         self.status = f"projector window on {name} is opening"
-        self.shown = Shown()
+        self.shown = DisplayLog()
         self._start, self._name = start, name
         self._open()
 
@@ -127,7 +127,7 @@ def open_projector(
     Parameters
     ----------
     screen : Screen
-        Size of the picture and the place of the plate in it.
+        Size of the image and the place of the plate in it.
     display : str or None
         Name of the X display such as ``":0"``; None leaves the choice to the system.
     full_screen : bool
@@ -159,7 +159,7 @@ def _run_window(
     """Body of the window's process: ends when the loop closes the link or dies."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.environ["PYGAME_HIDE_SUPPORT_PROMPT"] = "1"
-    os.environ["SDL_FRAMEBUFFER_ACCELERATION"] = "0"  # 0.7 ms a picture instead of 19 ms
+    os.environ["SDL_FRAMEBUFFER_ACCELERATION"] = "0"  # 0.7 ms an image instead of 19 ms
     if display:
         os.environ |= {"DISPLAY": display, "SDL_VIDEODRIVER": "x11"}
     import pygame
@@ -168,10 +168,10 @@ def _run_window(
     try:
         surface = _open_window(screen.size, full_screen)
     except pygame.error as error:
-        _tell(link, False, f"no projector window: {name} did not open ({error})")
+        _report(link, False, f"no projector window: {name} did not open ({error})")
         return
     except ValueError as error:
-        _tell(link, False, f"no projector window: {error}")
+        _report(link, False, f"no projector window: {error}")
         return
     width, height = screen.size
     status = f"projector window on {name}, {width} x {height} px"
@@ -182,7 +182,7 @@ def _run_window(
 def _open_window(size: tuple[int, int], full_screen: bool):
     """Open the window and give its surface.
 
-    A full screen of another resolution would scale the picture, so it is refused.
+    A full screen of another resolution would scale the image, so it is refused.
     """
     import pygame
 
@@ -199,7 +199,7 @@ def _open_window(size: tuple[int, int], full_screen: bool):
 
 
 class _Canvas:
-    """Shows pictures; draws only where that changes what is seen."""
+    """Shows images; draws only where that changes what is seen."""
 
     def __init__(self, surface, screen: Screen):
         self._surface, self._screen = surface, screen
@@ -210,8 +210,8 @@ class _Canvas:
 
         if content == self._shown:
             return
-        picture = draw(content, self._screen)
-        image = pygame.image.frombuffer(picture.tobytes(), self._screen.size, "RGB")
+        drawn = draw(content, self._screen)
+        image = pygame.image.frombuffer(drawn.tobytes(), self._screen.size, "RGB")
         self._surface.blit(image, (0, 0))
         pygame.display.flip()
         self._shown = content
@@ -223,10 +223,10 @@ def _follow(link: Connection, canvas: _Canvas, status: str, blink: Blink | None)
 
     content: Content = ()
     canvas.show(content)
-    alive = _tell(link, True, status)
+    alive = _report(link, True, status)
     while alive:
         if any(_closes(event) for event in pygame.event.get()):
-            _tell(link, False, CLOSED)
+            _report(link, False, CLOSED)
             return
         patience = SECONDS_BETWEEN_EVENTS
         if blink:
@@ -237,7 +237,7 @@ def _follow(link: Connection, canvas: _Canvas, status: str, blink: Blink | None)
         except (EOFError, OSError):  # the loop has ended
             return
         canvas.show(content if blink is None or blink.on(time.monotonic()) else ())
-        alive = not came or _tell(link, True, status)
+        alive = not came or _report(link, True, status)
 
 
 def _closes(event) -> bool:
@@ -247,7 +247,7 @@ def _closes(event) -> bool:
     return escape or event.type == pygame.QUIT
 
 
-def _tell(link: Connection, ready: bool, status: str) -> bool:
+def _report(link: Connection, ready: bool, status: str) -> bool:
     """Send readiness and status to the loop; False when nobody listens any more."""
     try:
         link.send((ready, status))

@@ -6,25 +6,34 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from rig.live.baseline import Zero
+from rig.live.baseline import ReferenceFrame
 from rig.live.chain import Chain
 from rig.live.shot import Shot
-from rig.recording.recorder import Recorder
+from rig.recording.recorder import SessionRecorder, new_recorder
+
+if TYPE_CHECKING:
+    from rig.calibration.store import Calibration
+    from rig.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
 class Begun:
     """What the loop began with; each recording begins with it."""
 
-    zero: Zero
+    zero: ReferenceFrame
     chain: Chain
     strain: bool
 
 
+def open_switch(path: Path | None, scene: Scene, calibration: Calibration) -> Switch:
+    """Return a switch for recordings of a scene, on from the first frame if a file is named."""
+    return Switch(lambda file: new_recorder(file, scene, calibration), path)
+
+
 class Switch:
-    """A `rig.live.shot.Recorder` that hands on to a recording while one runs.
+    """A `rig.live.shot.SessionRecorder` that hands on to a recording while one runs.
 
     Parameters
     ----------
@@ -41,11 +50,11 @@ class Switch:
         Why the last recording could not be started, as a sentence; empty if it could.
     """
 
-    def __init__(self, open_recorder: Callable[[Path | None], Recorder], first: Path | None):
+    def __init__(self, open_recorder: Callable[[Path | None], SessionRecorder], first: Path | None):
         self.begun: Begun | None = None
         self.refusal = ""
         self._open = open_recorder
-        self._recorder: Recorder | None = None
+        self._recorder: SessionRecorder | None = None
         self._running = ExitStack()
         if first:
             self._recorder = self._running.enter_context(open_recorder(first))
@@ -79,14 +88,14 @@ class Switch:
         if self.begun:
             recorder.begin(self.begun.zero, self.begun.chain, self.begun.strain)
 
-    def begin(self, zero: Zero, chain: Chain, strain: bool) -> None:
-        """See `rig.live.shot.Recorder`."""
+    def begin(self, zero: ReferenceFrame, chain: Chain, strain: bool) -> None:
+        """See `rig.live.shot.SessionRecorder`."""
         self.begun = Begun(zero, chain, strain)
         if self._recorder:
             self._recorder.begin(zero, chain, strain)
 
     def put(self, shot: Shot) -> None:
-        """See `rig.live.shot.Recorder`."""
+        """See `rig.live.shot.SessionRecorder`."""
         if self._recorder:
             self._recorder.put(shot)
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fe
-from rig.plates.plate_solver import plate_solver, press
+from rig.plates.plate_solver import plate_solver, solve_plate
 from rig.recording.layout import LAST, there
 from rig.recording.session import Session
 
@@ -60,7 +60,7 @@ def to_vtu(session: Session, folder: Path, report: Report) -> list[Path]:
         places = there(session.row(index)["touches/place"])
         touches = tuple(fe.Touch(*place.tolist()) for place in places)
         paths.append(folder / f"frame-{index:06d}.vtu")
-        fe.write_vtu(paths[-1], press(solver, touches), touches)
+        fe.write_vtu(paths[-1], solve_plate(solver, touches), touches)
     return paths
 
 

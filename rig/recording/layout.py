@@ -13,7 +13,7 @@
 /touches/covariance    (N, n, 3, 3) float64   of x, y, force
 /touches/identity      (N, n) int64           the same for a touch that goes on; -1 where none is
 /touches/from_strain   (N, n, 3) float64      as place, from strain alone
-/start/motion          (N, K + R) float64     state of the loop before the frame, see `live.State`
+/start/motion          (N, K + R) float64     state of the loop before the frame, see `ChainState`
 /start/rest            (N, K) float64
 /start/touches         (N, n, 3) float64
 /start/from_strain     (N, n, 3) float64
@@ -30,8 +30,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from models.estimate import Estimate
-from rig.live.chain import Chain, State
+from models import Estimate
+from rig.live.chain import Chain, ChainState
 from rig.live.shot import Shot
 
 FORMAT, VERSION = "touchplate session", 1
@@ -110,9 +110,9 @@ def covariances(estimate: Estimate) -> NDArray[np.float64]:
     return np.array(blocks).reshape(-1, 3, 3)
 
 
-def state(row: Mapping[str, NDArray]) -> State:
+def state(row: Mapping[str, NDArray]) -> ChainState:
     """State of the loop before a frame."""
-    return State(
+    return ChainState(
         row["start/motion"],
         row["start/rest"],
         there(row["start/touches"]),

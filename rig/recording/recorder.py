@@ -7,23 +7,45 @@ import shutil
 import threading
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from datetime import UTC, datetime
 from pathlib import Path
 from queue import Full, Queue
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from rig.live.baseline import Zero
+from rig.live.baseline import ReferenceFrame
 from rig.live.chain import Chain
 from rig.live.shot import Shot
 from rig.recording.layout import Shapes, rows, shapes
 from rig.recording.paths import require_new
 from rig.recording.writer import Writer
 
+if TYPE_CHECKING:
+    from rig.calibration.store import Calibration
+    from rig.scene import Scene
+
 WAITING = 8  # frames that may wait to be written, 10 MB at a megapixel
 RESERVE = 256 * 2**20  # bytes that are left free: a full disk would spoil the file and more
 
 
-class Recorder:
-    """See `rig.live.shot.Recorder`; use it as a context.
+def new_recorder(path: Path | None, scene: Scene, calibration: Calibration) -> SessionRecorder:
+    """Return a recorder of a scene; without a path the file is called by the time.
+
+    Raises
+    ------
+    OSError, ValueError
+        If the path is none for a new recording.
+    """
+    now = datetime.now(UTC)
+    texts = {
+        "scene": scene.model_dump_json(),
+        "calibration": calibration.model_dump_json(exclude_none=True),
+        "started": now.isoformat(timespec="seconds"),
+    }
+    return SessionRecorder(path or Path(f"session-{now:%Y%m%d-%H%M%S}.h5"), texts)
+
+
+class SessionRecorder:
+    """See `rig.live.shot.SessionRecorder`; use it as a context.
 
     Attributes
     ----------
@@ -65,7 +87,7 @@ class Recorder:
         self._waiting: Queue[Shot | None] = Queue(waiting)
         self._thread = threading.Thread(target=self._write, name="recorder", daemon=True)
 
-    def __enter__(self) -> Recorder:
+    def __enter__(self) -> SessionRecorder:
         """Record what is put while the block runs."""
         self._thread.start()
         return self
@@ -77,7 +99,7 @@ class Recorder:
                 self._waiting.put(None, timeout=0.1)
                 self._thread.join()
 
-    def begin(self, zero: Zero, chain: Chain, strain: bool) -> None:
+    def begin(self, zero: ReferenceFrame, chain: Chain, strain: bool) -> None:
         """Open the file; a disk that is full or read-only ends the recording and nothing else."""
         self._layout = shapes(chain, strain)
         try:

@@ -20,7 +20,7 @@ class Replayed:
     """One frame, what is found in it now, and whether that is what was found then, bit for bit."""
 
     frame: Frame
-    sensed: live.Sensed
+    sensed: live.FrameEstimate
     same: bool
 
 
@@ -40,7 +40,7 @@ def replay(session: Session, bench: Bench, watch: Stopwatch) -> Iterator[Replaye
     for index in range(session.frames):
         row = session.row(index)
         shot = frame(row)
-        sensed = live.sense(chain, shot.image, state(row), watch)
+        sensed = live.estimate_frame(chain, shot.image, state(row), watch)
         if net:
             sensed = net.tell(chain, shot.image, sensed, watch)
         sensed = live.with_strain(strain_chain, sensed, watch, bench.alignment)

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fe
-from models.estimate import Estimate, Result
-from rig.live.baseline import Zero
+from models import Estimate, Result
+from rig.live.baseline import ReferenceFrame
 from rig.recording.layout import FORMAT, LAST, VERSION, there
 from rig.recording.truncated import Padded, missing, whole_frames
 from rig.scene import Scene
@@ -33,7 +33,7 @@ class Session:
     scene : Scene
     calibration : str
         JSON, empty where there was none.
-    zero : Zero
+    zero : ReferenceFrame
     frames : int
         Whole frames that it holds.
     cut : str
@@ -43,7 +43,7 @@ class Session:
     path: Path
     scene: Scene
     calibration: str
-    zero: Zero
+    zero: ReferenceFrame
     frames: int
     arrays: Mapping[str, h5py.Dataset]
     cut: str = ""
@@ -175,7 +175,7 @@ def _read(path: Path, file: h5py.File, lost: int) -> Session:
         path=path,
         scene=Scene.model_validate_json(str(file.attrs["scene"])),
         calibration=str(file.attrs.get("calibration", "")),
-        zero=Zero(np.asarray(reference[()]), noise),
+        zero=ReferenceFrame(np.asarray(reference[()]), noise),
         frames=frames,
         arrays=arrays,
         cut=cut,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.live.baseline import Zero
+from rig.live.baseline import ReferenceFrame
 from rig.recording.layout import FORMAT, LAST, PICTURES, VERSION, Shapes
 from rig.recording.swmr_flag import SUPERBLOCK, unmarked
 
@@ -32,7 +32,7 @@ class Writer:
     path : Path
     texts : mapping
         Attributes of the file.
-    zero : Zero
+    zero : ReferenceFrame
     layout : Shapes
 
     Raises
@@ -41,7 +41,7 @@ class Writer:
         If the file exists or cannot be made.
     """
 
-    def __init__(self, path: Path, texts: Mapping[str, str], zero: Zero, layout: Shapes):
+    def __init__(self, path: Path, texts: Mapping[str, str], zero: ReferenceFrame, layout: Shapes):
         import h5py
 
         self._file = h5py.File(path, "x", libver="latest")

@@ -14,7 +14,7 @@ from rig.report.runner import Place
 from rig.report.study import Contents, Effort, Study
 from rig.system.cache import key
 
-Tell = Callable[[Study, int, int], object]
+Announce = Callable[[Study, int, int], object]
 """Called with a study before it runs, its number and how many there are."""
 
 
@@ -39,7 +39,7 @@ class Order:
     data: Path | None = None
 
 
-def build(contents: Contents, order: Order, tell: Tell, now: datetime) -> list[page.Result]:
+def build(contents: Contents, order: Order, announce: Announce, now: datetime) -> list[page.Result]:
     """Run the studies that are asked for, and write the page.
 
     A study that ended well with this code and this effort is not run again, so that a report that
@@ -57,7 +57,7 @@ def build(contents: Contents, order: Order, tell: Tell, now: datetime) -> list[p
     left = tuple(study.title for study in known if study not in chosen)
     code, results = code_hash(contents.home), {}
     for count, study in enumerate(chosen):
-        tell(study, count, len(chosen))
+        announce(study, count, len(chosen))
         results[study.name] = _result(study, contents, order, code)
     parts = [
         (section, tuple(results[study.name] for study in section.studies if study.name in results))

@@ -9,7 +9,7 @@ from hashlib import sha256
 from importlib import import_module
 from pathlib import Path
 
-from rig.doctor.machine import look_at_computer, versions
+from rig.doctor.machine import check_computer, versions
 from rig.scene import load, shipped
 from rig.system.cache import key
 
@@ -35,7 +35,7 @@ class Origin:
     @property
     def built(self) -> str:
         """When, how and on what machine it was built."""
-        computer = "; ".join(finding.text for finding in look_at_computer())
+        computer = "; ".join(finding.text for finding in check_computer())
         return (
             f"Built on {self.now:%Y-%m-%d %H:%M} by `touchplate report`, effort {self.effort}, on"
             f" {processor()}; {computer}. Times are of one thread unless stated."

@@ -13,11 +13,11 @@ from rig.scene.parts import Part, describe
 from rig.scene.scene import Scene
 from rig.scene.section import Section
 from rig.scene.sensing import PatternEstimator, StrainEstimator
-from rig.scene.source import Twin
+from rig.scene.source import TwinSection
 from rig.scene.theory import Theory, choose, largest_force
 
 if TYPE_CHECKING:
-    from fe.linear.validity import Regime
+    from fe import LinearRange
 
 
 REDUCED = Part(
@@ -44,7 +44,7 @@ class Account:
     ----------
     theory : {"linear", "large"} or None
         Theory of deflection that is taken; None without a plate.
-    regime : Regime or None
+    regime : LinearRange or None
         What the largest force does to the plate; None where no forces are expected.
     """
 
@@ -52,7 +52,7 @@ class Account:
     parts: tuple[Part, ...]
     left_out: tuple[LeftOut, ...]
     theory: str | None
-    regime: Regime | None
+    regime: LinearRange | None
 
 
 def account(scene: Scene) -> Account:
@@ -80,8 +80,8 @@ def _left_out(scene: Scene, absent: tuple[str, ...], theory: Theory | None) -> t
     if theory:
         other = "large deflection" if theory.name == "linear" else "linear theory"
         left.append(LeftOut(other, theory.sentence))
-    if scene.touches and scene.touches.most == 1:
-        left.append(LeftOut("counting of touches", "one touch at most is expected"))
+    if scene.touches and scene.touches.max_touches == 1:
+        left.append(LeftOut("counting of touches", "one touch at a time is expected"))
     if scene.dic:
         if not (scene.gauges and scene.gauges.subset):
             why = f"sums over {tiles(scene.dic, scene)} tiles keep what the pixels know"
@@ -94,6 +94,6 @@ def _left_out(scene: Scene, absent: tuple[str, ...], theory: Theory | None) -> t
         left.append(
             LeftOut("out-of-plane terms", "a telecentric camera sees no motion along its view")
         )
-    if isinstance(scene.source, Twin):
-        left.append(LeftOut("camera device", "pictures are rendered"))
+    if isinstance(scene.source, TwinSection):
+        left.append(LeftOut("camera device", "images are rendered"))
     return tuple(left)

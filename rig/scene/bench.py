@@ -13,23 +13,23 @@ if TYPE_CHECKING:
     import numpy as np
 
     import synthetic
-    from rig.scene.plate import Plate
+    from rig.scene.plate import PlateSection
 
 
-class Camera(Section):
+class CameraSection(Section):
     """A camera over the middle of the plate, looking at the touched face."""
 
     kind: Literal["pinhole", "telecentric"] = Field("pinhole", description="projection")
     pixels: tuple[Annotated[Count, Field(ge=64)], Annotated[Count, Field(ge=64)]] = Field(
-        description="width and height of the picture, px"
+        description="width and height of the image, px"
     )
     stand_off: Length = Field(gt=0, description="distance from the plate, mm")
     margin: Ratio = Field(
-        0.02, ge=0, lt=0.5, description="share of the picture left free on each side"
+        0.02, ge=0, lt=0.5, description="fraction of the image left free on each side"
     )
-    rate: Rate = Field(30.0, gt=0, description="pictures a second, fps")
+    rate: Rate = Field(30.0, gt=0, description="images a second, fps")
 
-    def build(self, plate: Plate) -> synthetic.AnyCamera:
+    def build(self, plate: PlateSection) -> synthetic.AnyCamera:
         """Return the camera that sees the whole of `plate`."""
         import synthetic
 
@@ -39,25 +39,25 @@ class Camera(Section):
         )
 
 
-class Pattern(Section):
+class PatternSection(Section):
     """The speckle pattern on the touched face."""
 
     diameter: Length = Field(gt=0, description="diameter of a speckle, mm")
-    density: Ratio = Field(0.5, gt=0, lt=1, description="share of the face that speckles cover")
+    density: Ratio = Field(0.5, gt=0, lt=1, description="fraction of the face that speckles cover")
     contrast: Ratio = Field(1.0, gt=0, le=1, description="darkness of a speckle, 0 to 1")
     softness: Ratio = Field(
         0.4, gt=0, le=0.8, description="width of a speckle's edge over its diameter"
     )
     seed: Count = Field(0, ge=0, description="seed of the random places")
 
-    def build(self, plate: Plate) -> synthetic.Pattern:
+    def build(self, plate: PlateSection) -> synthetic.Pattern:
         """Return the pattern drawn over `plate`."""
         import synthetic
 
         return synthetic.speckle(size=plate.size, **self.model_dump())
 
 
-class Sensor(Section):
+class SensorSection(Section):
     """The sensor of the camera."""
 
     noise: Grey = Field(2.0, ge=0, description="standard deviation of its noise, grey levels")
@@ -70,7 +70,7 @@ class Sensor(Section):
         return synthetic.Sensor(noise=self.noise, bits=self.bits)
 
 
-class Gauges(Section):
+class GaugesSection(Section):
     """What all arrangements of gauges have in common."""
 
     spacing: Length = Field(5.0, gt=0, description="distance of neighbours, mm")
@@ -86,36 +86,39 @@ class Gauges(Section):
         return value if value is None else odd(value)
 
 
-class Ring(Gauges):
+class RingSection(GaugesSection):
     """Strain gauges in a ring along the edges, as in the paper.
 
-    The paper does not show where they lie: reading A is the rectangle `margin` inside the edges,
-    reading B lies on the edges themselves and reproduces the paper's figures.
+    The paper does not show where they lie; on the edges they reproduce its figures.
     """
 
     kind: Literal["ring"] = Field("ring", description="arrangement")
-    reading: Literal["A", "B"] = Field("B", description="reading of the paper")
-    margin: Length = Field(5.0, ge=0, description="distance from corners, and edges in A, mm")
+    placement: Literal["inside", "edges"] = Field(
+        "edges", description="on the edges themselves, or `margin` inside them"
+    )
+    margin: Length = Field(
+        5.0, ge=0, description="distance from corners, and from edges where inside, mm"
+    )
 
-    def build(self, plate: Plate) -> np.ndarray:
+    def build(self, plate: PlateSection) -> np.ndarray:
         """Return the places on `plate`, (M, 2) float64, mm."""
-        from models.data import gauge_layout
+        from models import gauges_inside_edges, gauges_on_edges
 
-        places = {"A": gauge_layout.inside_edges, "B": gauge_layout.on_edges}[self.reading]
+        places = {"inside": gauges_inside_edges, "edges": gauges_on_edges}[self.placement]
         return places(plate.size, self.spacing, self.margin)
 
 
-class Lattice(Gauges):
+class LatticeSection(GaugesSection):
     """Strain gauges on a grid over the middle of the plate, which DIC reads as easily as a ring."""
 
     kind: Literal["lattice"] = Field(description="arrangement")
     margin: Length = Field(5.0, ge=0, description="distance from the edges, mm")
 
-    def build(self, plate: Plate) -> np.ndarray:
+    def build(self, plate: PlateSection) -> np.ndarray:
         """Return the places on `plate`, (M, 2) float64, mm."""
-        from models.data.dataset import grid
+        from models import grid_places
 
-        return grid(plate.size, self.spacing, self.margin)
+        return grid_places(plate.size, self.spacing, self.margin)
 
 
-AnyGauges = Annotated[Ring | Lattice, Field(discriminator="kind")]
+AnyGauges = Annotated[RingSection | LatticeSection, Field(discriminator="kind")]

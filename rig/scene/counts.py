@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from math import comb, isinf
 
-from rig.scene.bench import Lattice, Ring
-from rig.scene.dataset import Dataset
-from rig.scene.plate import SIDES, Edges, Elastic, Mixed, Plate
+from rig.scene.bench import LatticeSection, RingSection
+from rig.scene.dataset import DatasetSection
+from rig.scene.plate import SIDES, Edges, ElasticSection, Mixed, PlateSection
 from rig.scene.scene import Scene
-from rig.scene.sensing import Dic, Training
+from rig.scene.sensing import DicSection, TrainingSection
 
 ELEMENTS, FEWEST = 120, 6
 """Elements along the longer side and the fewest between borders of patches, as in `fe.grid`."""
@@ -23,7 +23,7 @@ TILE_MARGIN = 8
 """Border that tiles leave free, px, as in `dic.tiles`."""
 
 
-def elements(plate: Plate | None, longer: int) -> tuple[int, int]:
+def elements(plate: PlateSection | None, longer: int) -> tuple[int, int]:
     """Elements along x and y, as in `fe.grid`."""
     sides = plate.size if plate else (1.0, 1.0)
     patches = plate.patches if plate else ()
@@ -38,7 +38,7 @@ def elements(plate: Plate | None, longer: int) -> tuple[int, int]:
     return columns, rows
 
 
-def unknowns(plate: Plate) -> int:
+def unknowns(plate: PlateSection) -> int:
     """Return deflection, slopes and twist at each node, less those that the edges hold."""
     columns, rows = elements(plate, ELEMENTS)
     west, east, south, north = (_held(plate.edges, side) for side in SIDES)
@@ -48,35 +48,37 @@ def unknowns(plate: Plate) -> int:
 def _held(edges: Edges, side: str) -> int:
     """Of deflection and rotation, how many an edge holds."""
     edge = getattr(edges, side) if isinstance(edges, Mixed) else edges
-    if isinstance(edge, Elastic):
+    if isinstance(edge, ElasticSection):
         return isinf(edge.deflection) + isinf(edge.rotation)
     return {"clamped": 2, "supported": 1, "free": 0}[edge.kind]
 
 
-def tiles(dic: Dic, scene: Scene) -> int:
-    """Return the number of tiles on a picture of the scene's camera."""
+def tiles(dic: DicSection, scene: Scene) -> int:
+    """Return the number of tiles on an image of the scene's camera."""
     width, height = scene.camera.pixels if scene.camera else (0, 0)
     return ((width - 2 * TILE_MARGIN) // dic.tile) * ((height - 2 * TILE_MARGIN) // dic.tile)
 
 
-def gauges(section: Ring | Lattice, plate: Plate | None) -> int:
+def gauges(section: RingSection | LatticeSection, plate: PlateSection | None) -> int:
     """Return the number of gauges of a scene."""
     sides = plate.size if plate else (0.0, 0.0)
     columns, rows = (round((side - 2 * section.margin) / section.spacing) for side in sides)
-    return 2 * (columns + rows) if isinstance(section, Ring) else (columns + 1) * (rows + 1)
+    return 2 * (columns + rows) if isinstance(section, RingSection) else (columns + 1) * (rows + 1)
 
 
-def training_counts(training: Training, scene: Scene) -> tuple[int, int, int]:
+def training_counts(training: TrainingSection, scene: Scene) -> tuple[int, int, int]:
     """Return the touches that a net learns from, watches and is tested on."""
     sides = scene.plate.size if scene.plate else (0.0, 0.0)
     along = [round((side - 2 * training.margin) / training.spacing) + 1 for side in sides]
-    return training.samples or along[0] * along[1], training.validation**2, training.test
+    learnt = training.samples or along[0] * along[1]
+    return learnt, training.validation_side**2, training.test_samples
 
 
-def combinations(section: Dataset, plate: Plate | None) -> int:
+def combinations(section: DatasetSection, plate: PlateSection | None) -> int:
     """Return the number of different samples of a data set on its grid."""
     sides = plate.size if plate else (0.0, 0.0)
-    steps = (round((side - 2 * section.margin) / section.spacing) + 1 for side in sides)
-    along = (section.side, section.side) if section.places == "between" else tuple(steps)
+    along = [round((side - 2 * section.margin) / section.spacing) + 1 for side in sides]
+    if section.places == "between":
+        along = [section.midpoint_side] * 2
     choices = comb(along[0] * along[1], section.touches)
     return choices * section.magnitudes**section.touches

@@ -11,10 +11,10 @@ from rig.scene.section import Section
 
 if TYPE_CHECKING:
     import models
-    from rig.scene.plate import Plate
+    from rig.scene.plate import PlateSection
 
 
-class Dataset(Section):
+class DatasetSection(Section):
     """Samples of touches and what the gauges read for them, without noise.
 
     The grid is that of the paper, and so are the places between; `dataset` says where they
@@ -26,7 +26,7 @@ class Dataset(Section):
     places: Literal["grid", "between", "random"] = Field("grid", description="where they press")
     spacing: Length = Field(5.0, gt=0, description="distance of neighbours on the grid, mm")
     margin: Length = Field(10.0, ge=0, description="distance kept from the edges, mm")
-    side: Count = Field(14, ge=2, description="places a side between those of the grid")
+    midpoint_side: Count = Field(14, ge=2, description="places a side between those of the grid")
     force: Force = Field(1.0, gt=0, description="the smallest force, N")
     magnitudes: Count = Field(1, ge=1, description="the largest force in units of the smallest")
     samples: Count | None = Field(
@@ -42,7 +42,7 @@ class Dataset(Section):
         """Sum of the forces of the hardest sample, N."""
         return self.touches * self.magnitudes * self.force
 
-    def build(self, plate: Plate) -> models.Plan:
+    def build(self, plate: PlateSection) -> models.SamplingPlan:
         """Return the plan of the samples on `plate`.
 
         Raises
@@ -53,23 +53,23 @@ class Dataset(Section):
         import models
 
         source = self._box(plate) if self.places == "random" else self._lattice(plate)
-        return models.Plan(source, self.touches, self.samples, self.seed, self.order)
+        return models.SamplingPlan(source, self.touches, self.samples, self.seed, self.order)
 
-    def _lattice(self, plate: Plate) -> models.Lattice:
+    def _lattice(self, plate: PlateSection) -> models.TouchLattice:
         import numpy as np
 
         import models
-        from models.data import dataset
+        from models import grid_places, midpoint_places
 
-        places = dataset.grid(plate.size, self.spacing, self.margin)
+        places = grid_places(plate.size, self.spacing, self.margin)
         if self.places == "between":
-            places = dataset.midpoints(plate.size, self.spacing, self.margin, self.side)
-        return models.Lattice(places, self.force * np.arange(1.0, self.magnitudes + 1))
+            places = midpoint_places(plate.size, self.spacing, self.margin, self.midpoint_side)
+        return models.TouchLattice(places, self.force * np.arange(1.0, self.magnitudes + 1))
 
-    def _box(self, plate: Plate) -> models.Box:
+    def _box(self, plate: PlateSection) -> models.TouchBox:
         import models
 
         a, b = plate.size
         low = (self.margin, self.margin, self.force)
         high = (a - self.margin, b - self.margin, self.magnitudes * self.force)
-        return models.Box(low, high)
+        return models.TouchBox(low, high)

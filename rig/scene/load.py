@@ -9,8 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
+from pydantic_core import PydanticCustomError
 
 from rig.scene.refusal import SceneError, sentence
+from rig.scene.renamed import with_new_keys
 from rig.scene.scene import Scene
 
 
@@ -37,10 +39,13 @@ def load(scene: str | Path, overrides: Mapping[str, Any] | None = None) -> Scene
     """
     path = _find(scene)
     table = _read(path)
-    for key, value in (overrides or {}).items():
-        _override(table, key, value)
     try:
+        table = with_new_keys(table)
+        for key, value in _with_new_keys(overrides or {}).items():
+            _override(table, key, value)
         return Scene.model_validate(table)
+    except PydanticCustomError as error:
+        raise SceneError(f"{path.name}: {error}") from error
     except ValidationError as error:
         raise SceneError(f"{path.name}: {sentence(error, Scene)}") from error
 
@@ -104,6 +109,28 @@ def _read(path: Path) -> dict[str, Any]:
         raise SceneError(
             f"scene file '{path}' cannot be read ({error.strerror}); check its permissions"
         ) from error
+
+
+def _with_new_keys(overrides: Mapping[str, Any]) -> dict[str, Any]:
+    """Return overrides by the keys of this release."""
+    renamed: dict[str, Any] = {}
+    for key, value in overrides.items():
+        nested: dict[str, Any] = {}
+        _override(nested, key, value)
+        new, value = _dotted(with_new_keys(nested), key.count(".") + 1)
+        if new in renamed:
+            raise SceneError(f"'{key}' sets {new} a second time; leave one of the two out")
+        renamed[new] = value
+    return renamed
+
+
+def _dotted(nested: dict[str, Any], depth: int) -> tuple[str, Any]:
+    """Return the key of a single value that lies `depth` tables deep, and the value."""
+    ((name, value),) = nested.items()
+    if depth == 1:
+        return name, value
+    below, value = _dotted(value, depth - 1)
+    return f"{name}.{below}", value
 
 
 def _override(table: dict[str, Any], key: str, value: Any) -> None:

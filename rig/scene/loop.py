@@ -22,12 +22,12 @@ class Page(Section):
     )
 
 
-class Projector(Section):
+class ProjectorSection(Section):
     """The window that shows the touches on the plate."""
 
     display: str = Field(":0", min_length=1, description="name of the X display")
     size: tuple[Annotated[Count, Field(ge=1)], Annotated[Count, Field(ge=1)]] = Field(
-        (1280, 800), description="width and height of its picture, px"
+        (1280, 800), description="width and height of its image, px"
     )
     full_screen: bool = Field(True, strict=True, description="whether it fills the display")
     mode: Literal["on", "beside", "outside", "dark"] = Field(
@@ -37,13 +37,13 @@ class Projector(Section):
     )
 
 
-class Tuio(Section):
+class TuioSection(Section):
     """Touches by TUIO 1.1 over UDP."""
 
     host: str = Field("127.0.0.1", min_length=1, description="address of the client")
     port: Count = Field(3333, ge=1, le=65535, description="port of the client")
     surface: Literal["plate", "projector"] = Field(
-        "plate", description="what 0 to 1 spans: the plate, or the projector's picture"
+        "plate", description="what 0 to 1 spans: the plate, or the projector's image"
     )
 
 
@@ -62,6 +62,6 @@ class Lsl(Section):
 class Outputs(Section):
     """Where touches are sent to; also by a headless run."""
 
-    tuio: Tuio | None = Field(None, description="tables of fingers")
+    tuio: TuioSection | None = Field(None, description="tables of fingers")
     websocket: Websocket | None = Field(None, description="programs that read JSON")
     lsl: Lsl | None = Field(None, description="beside recordings of EEG and the like")

@@ -8,27 +8,43 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from rig.scene import counts
-from rig.scene.bench import Camera, Gauges, Lattice, Pattern, Ring, Sensor
-from rig.scene.dataset import Dataset
-from rig.scene.loop import Outputs, Page, Projector
-from rig.scene.plate import SIDES, Base, Mixed, Plate, Touches
+from rig.scene.bench import (
+    CameraSection,
+    GaugesSection,
+    LatticeSection,
+    PatternSection,
+    RingSection,
+    SensorSection,
+)
+from rig.scene.dataset import DatasetSection
+from rig.scene.loop import Outputs, Page, ProjectorSection
+from rig.scene.plate import SIDES, BaseSection, Mixed, PlateSection, TouchesSection
 from rig.scene.scene import Scene
 from rig.scene.section import Section
-from rig.scene.sensing import Dic, NetEstimator, PatternEstimator, StrainEstimator, Training
+from rig.scene.sensing import (
+    DicSection,
+    NetEstimator,
+    PatternEstimator,
+    StrainEstimator,
+    TrainingSection,
+)
 from rig.scene.source import (
     Basler,
-    Device,
+    DeviceSection,
     Folder,
     Genicam,
     OpenCv,
     Recorded,
-    Twin,
+    TwinSection,
     V4l2,
     Video,
 )
 
 DRIVERS = {"opencv": "cv2", "v4l2": "linuxpy", "basler": "pypylon", "genicam": "harvesters"}
 """What reads each kind of camera."""
+
+PLACEMENTS = {"edges": "on the edges", "inside": "inside the edges"}
+"""Where the gauges of a ring lie."""
 
 OUTPUTS = {"tuio": "", "websocket": "starlette", "lsl": "pylsl"}
 """Ways out for touches, and what each imports."""
@@ -47,52 +63,58 @@ class Part:
 def describe(name: str, section: Section, scene: Scene) -> Part:
     """Return the part that a section of a scene stands for."""
     match section:
-        case Plate() | Base() | Touches() | Gauges() | Dataset():
+        case PlateSection() | BaseSection() | TouchesSection() | GaugesSection() | DatasetSection():
             return _mechanics(name, section, scene)
-        case Camera() | Pattern() | Sensor():
+        case CameraSection() | PatternSection() | SensorSection():
             return _optics(name, section, scene)
-        case PatternEstimator() | StrainEstimator() | NetEstimator() | Training() | Dic():
+        case (
+            PatternEstimator()
+            | StrainEstimator()
+            | NetEstimator()
+            | TrainingSection()
+            | DicSection()
+        ):
             return _sensing(name, section, scene)
-        case Twin() | Device() | Folder() | Video() | Recorded():
-            return _pictures(name, section, scene)
-        case Page() | Projector() | Outputs():
+        case TwinSection() | DeviceSection() | Folder() | Video() | Recorded():
+            return _images(name, section, scene)
+        case Page() | ProjectorSection() | Outputs():
             return _shown(name, section)
     raise TypeError(f"no account of a {type(section).__name__}")
 
 
 def _mechanics(name: str, section: Section, scene: Scene) -> Part:
     match section:
-        case Plate():
+        case PlateSection():
             columns, rows = counts.elements(section, counts.ELEMENTS)
             cost = f"{columns} × {rows} elements, {counts.unknowns(section)} unknowns"
             return Part(name, _plate(section), cost, ("fe",))
-        case Base(bend=bend, twist=twist):
+        case BaseSection(bend=bend, twist=twist):
             what = f"clamps {bend:g} mm nearer and turned by {twist:g}° before any touch"
             columns, rows = counts.elements(scene.plate, counts.SHELL_ELEMENTS)
             return Part(name, what, f"shell on {columns} × {rows} elements", ("fe",))
-        case Touches(most=most, force=(low, high), radius=radius):
-            noun = "touch" if most == 1 else "touches"
+        case TouchesSection(max_touches=number, force=(low, high), radius=radius):
+            noun = "touch" if number == 1 else "touches"
             over = f" over a radius of {radius:g} mm" if radius else ""
-            return Part(name, f"up to {most} {noun} of {low:g} to {high:g} N{over}", "", ())
-        case Ring() | Lattice():
+            return Part(name, f"up to {number} {noun} of {low:g} to {high:g} N{over}", "", ())
+        case RingSection() | LatticeSection():
             return _gauges(name, section, scene)
-        case Dataset():
+        case DatasetSection():
             return _dataset(name, section, scene)
     raise TypeError(f"no account of a {type(section).__name__}")
 
 
-def _gauges(name: str, section: Ring | Lattice, scene: Scene) -> Part:
+def _gauges(name: str, section: RingSection | LatticeSection, scene: Scene) -> Part:
     count = counts.gauges(section, scene.plate)
     what = f"lattice of {count} gauges"
-    if isinstance(section, Ring):
-        what = f"ring of {count} gauges, reading {section.reading}"
+    if isinstance(section, RingSection):
+        what = f"ring of {count} gauges, {PLACEMENTS[section.placement]}"
     if section.subset is None:
         return Part(name, what, f"one factoring and {3 * count} solves, kept in the cache", ("fe",))
     what += f", read by DIC with subsets of {section.subset} px"
     return Part(name, what, f"{count} subsets correlated a frame", ("dic", "models"))
 
 
-def _plate(plate: Plate) -> str:
+def _plate(plate: PlateSection) -> str:
     (a, b), edges = plate.size, plate.edges
     held = f"{edges.kind} edges"
     if isinstance(edges, Mixed):
@@ -105,7 +127,7 @@ def _plate(plate: Plate) -> str:
     )
 
 
-def _dataset(name: str, section: Dataset, scene: Scene) -> Part:
+def _dataset(name: str, section: DatasetSection, scene: Scene) -> Part:
     noun = "touch" if section.touches == 1 else "touches"
     where = {"grid": "on a grid", "between": "between a grid", "random": "at random places"}
     samples = section.samples or counts.combinations(section, scene.plate)
@@ -117,28 +139,30 @@ def _dataset(name: str, section: Dataset, scene: Scene) -> Part:
     return Part(name, what, f"{size / 1e6:.3g} MB on disk", ("fe", "models", "h5py"))
 
 
-def _optics(name: str, section: Camera | Pattern | Sensor, scene: Scene) -> Part:
+def _optics(
+    name: str, section: CameraSection | PatternSection | SensorSection, scene: Scene
+) -> Part:
     match section:
-        case Camera(pixels=(width, height)):
+        case CameraSection(pixels=(width, height)):
             what = f"{section.kind}, {width} × {height} px at {section.stand_off:g} mm"
             cost = f"{width * height / 1e6 * section.rate:.3g} million pixels a second"
             return Part(name, what, cost, ("synthetic",))
-        case Pattern():
+        case PatternSection():
             what = f"speckles of {section.diameter:g} mm over {section.density:.0%} of the face"
             return Part(name, what, "drawn once, kept in the cache", ("synthetic",))
-        case Sensor():
+        case SensorSection():
             what = f"noise {section.noise:g} grey levels, {section.bits} bit"
             return Part(name, what, "", ("synthetic",))
 
 
 def _sensing(
     name: str,
-    section: PatternEstimator | StrainEstimator | NetEstimator | Training | Dic,
+    section: PatternEstimator | StrainEstimator | NetEstimator | TrainingSection | DicSection,
     scene: Scene,
 ) -> Part:
     match section:
-        case Dic(tile=tile, reference_frames=frames):
-            what = f"sums over tiles of {tile} px; reference of {frames} pictures"
+        case DicSection(tile=tile, reference_frames=frames):
+            what = f"sums over tiles of {tile} px; reference of {frames} frames"
             return Part(
                 name, what, f"{counts.tiles(section, scene)} tiles a frame", ("dic", "numba")
             )
@@ -147,11 +171,11 @@ def _sensing(
             return Part(name, what, f"{modes} modes, kept in the cache", ("models",))
         case StrainEstimator():
             return _strain(name, scene)
-        case NetEstimator(layers=layers, steps=steps):
+        case NetEstimator(layers=layers, solver_steps=steps):
             what = f"net of {' × '.join(map(str, layers))}, {section.activation}"
             what += f", and {steps} steps of the solver after it" if steps else ""
             return Part(name, what, f"{section.epochs} epochs", ("models", "torch"))
-        case Training():
+        case TrainingSection():
             number = counts.training_counts(section, scene)
             what = "{} training, {} validation and {} test touches".format(*number)
             return Part(name, what, "", ("models",))
@@ -170,12 +194,14 @@ def _strain(name: str, scene: Scene) -> Part:
     )
 
 
-def _pictures(name: str, section: Twin | Device | Folder | Video | Recorded, scene: Scene) -> Part:
+def _images(
+    name: str, section: TwinSection | DeviceSection | Folder | Video | Recorded, scene: Scene
+) -> Part:
     match section:
-        case Twin(script=script, seed=seed):
+        case TwinSection(script=script, seed=seed):
             columns, rows = counts.elements(scene.plate, counts.TWIN_ELEMENTS)
-            cost = f"{columns} × {rows} elements solved and one picture a frame, in its own process"
-            what = f"rendered pictures, script '{script}', seed {seed}"
+            cost = f"{columns} × {rows} elements solved and one image a frame, in its own process"
+            what = f"rendered images, script '{script}', seed {seed}"
             return Part(name, what, cost, ("fe", "synthetic"))
         case OpenCv(device=place) | V4l2(device=place):
             what = f"camera at {place}"
@@ -190,12 +216,12 @@ def _pictures(name: str, section: Twin | Device | Folder | Video | Recorded, sce
     return Part(name, what, "one copy a frame, in its own thread", (DRIVERS[section.kind],))
 
 
-def _shown(name: str, section: Page | Projector | Outputs) -> Part:
+def _shown(name: str, section: Page | ProjectorSection | Outputs) -> Part:
     match section:
         case Page(port=port):
             what = f"http://127.0.0.1:{port}" if port else "any free port"
             return Part(name, what, "one JPEG a frame and viewer", ("starlette", "uvicorn"))
-        case Projector(size=(width, height), display=display):
+        case ProjectorSection(size=(width, height), display=display):
             what = f"{width} × {height} px on display {display}"
             return Part(name, what, "one window, in its own process", ("pygame",))
         case Outputs():

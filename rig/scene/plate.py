@@ -12,14 +12,13 @@ from rig.scene.section import Section
 
 if TYPE_CHECKING:
     import fe
-    import fe.shell
 
 Positive = Field(gt=0)
 SIDES = ("west", "east", "south", "north")
 Span = tuple[Length, Length]
 
 
-class Uniform(Section):
+class UniformSection(Section):
     """A support that is the same along the whole of what it holds."""
 
     @model_validator(mode="before")
@@ -36,7 +35,7 @@ class Uniform(Section):
         return data
 
 
-class Clamped(Uniform):
+class ClampedSection(UniformSection):
     """Held in place and in rotation."""
 
     kind: Literal["clamped"] = Field(description="support")
@@ -48,7 +47,7 @@ class Clamped(Uniform):
         return fe.Clamped()
 
 
-class Supported(Uniform):
+class SupportedSection(UniformSection):
     """Held in place, free to turn."""
 
     kind: Literal["supported"] = Field(description="support")
@@ -60,7 +59,7 @@ class Supported(Uniform):
         return fe.Supported()
 
 
-class Free(Uniform):
+class FreeSection(UniformSection):
     """Not held."""
 
     kind: Literal["free"] = Field(description="support")
@@ -72,7 +71,7 @@ class Free(Uniform):
         return fe.Free()
 
 
-class Elastic(Uniform):
+class ElasticSection(UniformSection):
     """Held by springs along the edge, 0 for none and inf for a rigid one."""
 
     kind: Literal["elastic"] = Field(description="support")
@@ -96,7 +95,9 @@ class Elastic(Uniform):
         return fe.Elastic(self.deflection, self.rotation, self.membrane)
 
 
-Edge = Annotated[Clamped | Supported | Free | Elastic, Field(discriminator="kind")]
+Edge = Annotated[
+    ClampedSection | SupportedSection | FreeSection | ElasticSection, Field(discriminator="kind")
+]
 
 
 class Mixed(Section):
@@ -115,10 +116,13 @@ class Mixed(Section):
         return fe.Edges(*(getattr(self, side).build() for side in SIDES))
 
 
-Edges = Annotated[Clamped | Supported | Free | Elastic | Mixed, Field(discriminator="kind")]
+Edges = Annotated[
+    ClampedSection | SupportedSection | FreeSection | ElasticSection | Mixed,
+    Field(discriminator="kind"),
+]
 
 
-class Patch(Section):
+class PatchSection(Section):
     """A rectangle of another thickness or stiffness about the same middle plane."""
 
     x: Span = Field(description="from and to along x, mm")
@@ -126,7 +130,7 @@ class Patch(Section):
     thickness: Length | None = Field(None, gt=0, description="thickness, mm [that of the plate]")
     young: Stress | None = Field(None, gt=0, description="Young's modulus, MPa [of the plate]")
 
-    def build(self, plate: Plate) -> fe.Patch:
+    def build(self, plate: PlateSection) -> fe.Patch:
         """Return the patch that `fe` knows."""
         import fe
 
@@ -135,7 +139,7 @@ class Patch(Section):
         )
 
 
-class Plate(Section):
+class PlateSection(Section):
     """The plate that is touched."""
 
     size: tuple[Annotated[Length, Positive], Annotated[Length, Positive]] = Field(
@@ -145,7 +149,7 @@ class Plate(Section):
     young: Stress = Field(gt=0, description="Young's modulus, MPa")
     poisson: Ratio = Field(gt=-1, lt=0.5, description="Poisson's ratio")
     edges: Edges = Field(description="how the plate is held")
-    patches: tuple[Patch, ...] = Field(
+    patches: tuple[PatchSection, ...] = Field(
         (), description="rectangles of another thickness or stiffness; later ones cover earlier"
     )
     theory: Literal["linear", "large"] | None = Field(
@@ -172,7 +176,7 @@ class Plate(Section):
         )
 
 
-class Base(Section):
+class BaseSection(Section):
     """How the clamps of the west and the east edge moved before any touch: a bent plate."""
 
     bend: Length = Field(0.0, ge=0, description="by which they came nearer to each other, mm")
@@ -180,17 +184,17 @@ class Base(Section):
         0.0, gt=-90, lt=90, description="by which they turned against each other about x, deg"
     )
 
-    def build(self) -> fe.shell.Base:
+    def build(self) -> fe.Base:
         """Return the base that `fe` knows."""
-        from fe.shell import Base
+        from fe import Base
 
         return Base(self.bend, self.twist)
 
 
-class Touches(Section):
+class TouchesSection(Section):
     """The touches that are expected."""
 
-    most: Count = Field(1, ge=1, le=4, description="largest number of touches at one time")
+    max_touches: Count = Field(1, ge=1, le=4, description="largest number at one time")
     force: tuple[Annotated[Force, Positive], Annotated[Force, Positive]] = Field(
         description="smallest and largest force, N"
     )

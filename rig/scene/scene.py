@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from rig.scene.bench import AnyGauges, Camera, Pattern, Sensor
-from rig.scene.dataset import Dataset
-from rig.scene.loop import Outputs, Page, Projector
-from rig.scene.plate import Base, Plate, Touches
+from rig.scene.bench import AnyGauges, CameraSection, PatternSection, SensorSection
+from rig.scene.dataset import DatasetSection
+from rig.scene.loop import Outputs, Page, ProjectorSection
+from rig.scene.plate import BaseSection, PlateSection, TouchesSection
+from rig.scene.renamed import with_new_keys
 from rig.scene.section import Section
-from rig.scene.sensing import Dic, Estimator, Training
+from rig.scene.sensing import DicSection, Estimator, TrainingSection
 from rig.scene.source import Source
 
 NEEDS = {
@@ -51,24 +54,29 @@ class Scene(Section):
     """
 
     title: str = Field(description="one line that says what the scene is")
-    plate: Plate | None = Field(None, description="the plate that is touched")
-    base: Base | None = Field(None, description="how the plate is bent before any touch")
-    touches: Touches | None = Field(None, description="the touches that are expected")
-    camera: Camera | None = Field(None, description="the camera")
-    pattern: Pattern | None = Field(None, description="the speckle pattern")
-    sensor: Sensor | None = Field(None, description="the sensor of the camera")
+    plate: PlateSection | None = Field(None, description="the plate that is touched")
+    base: BaseSection | None = Field(None, description="how the plate is bent before any touch")
+    touches: TouchesSection | None = Field(None, description="the touches that are expected")
+    camera: CameraSection | None = Field(None, description="the camera")
+    pattern: PatternSection | None = Field(None, description="the speckle pattern")
+    sensor: SensorSection | None = Field(None, description="the sensor of the camera")
     gauges: AnyGauges | None = Field(None, description="strain gauges")
-    dic: Dic | None = Field(None, description="correlation")
+    dic: DicSection | None = Field(None, description="correlation")
     estimator: Estimator | None = Field(None, description="what finds the touches")
     comparison: Estimator | None = Field(
         None, description="a second estimator, shown beside the first"
     )
-    training: Training | None = Field(None, description="training and test touches")
-    dataset: Dataset | None = Field(None, description="samples of touches on disk")
-    source: Source | None = Field(None, description="where pictures come from")
+    training: TrainingSection | None = Field(None, description="training and test touches")
+    dataset: DatasetSection | None = Field(None, description="samples of touches on disk")
+    source: Source | None = Field(None, description="where frames come from")
     page: Page | None = Field(None, description="the operator page")
-    projector: Projector | None = Field(None, description="the projector window")
+    projector: ProjectorSection | None = Field(None, description="the projector window")
     outputs: Outputs | None = Field(None, description="where touches are sent to")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _renamed(cls, data: Any) -> Any:
+        return with_new_keys(data) if isinstance(data, dict) else data
 
     @model_validator(mode="after")
     def _complete(self) -> Scene:

@@ -10,15 +10,15 @@ from rig.scene.quantity import Count, Force, Length, Ratio, odd
 from rig.scene.section import Section
 
 
-class Dic(Section):
-    """Correlation of each picture with the reference."""
+class DicSection(Section):
+    """Correlation of each frame with the reference."""
 
     tile: Count = Field(16, ge=4, le=64, description="side of the tiles whose sums are kept, px")
     subset: Count = Field(
         49, ge=5, description="side of the window that gives one displacement of the map, px, odd"
     )
     window: Count = Field(5, ge=3, description="side of the strain window, displacements, odd")
-    reference_frames: Count = Field(16, ge=2, description="pictures averaged into the reference")
+    reference_frames: Count = Field(16, ge=2, description="frames averaged into the reference")
 
     @field_validator("subset", "window")
     @classmethod
@@ -62,14 +62,17 @@ class NetEstimator(Section):
     outputs: Literal["raw", "scaled"] = Field(
         "raw", description="begin at 0 mm, or at the mean of the places in units of their spread"
     )
-    told: Literal["columns", "poles"] = Field(
+    target_encoding: Literal["columns", "rational"] = Field(
         "columns",
-        description="touches in a sorted list, or without an order, by models.nets.set_encoding",
+        description="touches as columns in sorted order, or without an order as the coefficients"
+        " of a rational function with its poles at their places",
     )
     decay: Literal["constant", "cosine"] = Field(
         "constant", description="keep the step size, or let it fall to 0"
     )
-    finish: Count = Field(0, ge=0, description="most steps of L-BFGS in double precision after")
+    lbfgs_steps: Count = Field(
+        0, ge=0, description="largest number of steps of L-BFGS in double precision after Adam"
+    )
     batch: Count | None = Field(
         None, ge=1, description="samples that a step learns from [all of them]"
     )
@@ -80,7 +83,7 @@ class NetEstimator(Section):
     model: Annotated[str, Field(min_length=1)] | None = Field(
         None, description="file that `train` writes and `run` reads [results/SCENE/model.h5]"
     )
-    steps: Count = Field(0, ge=0, description="steps of the solver after the net, live")
+    solver_steps: Count = Field(0, ge=0, description="steps of the solver after the net, live")
 
 
 Estimator = Annotated[
@@ -88,13 +91,13 @@ Estimator = Annotated[
 ]
 
 
-class Training(Section):
+class TrainingSection(Section):
     """The simulated touches that train and test a net."""
 
     spacing: Length = Field(5.0, gt=0, description="distance between training touches, mm")
     margin: Length = Field(10.0, ge=0, description="distance kept from the edges, mm")
-    validation: Count = Field(14, ge=2, description="places a side of the validation grid")
-    test: Count = Field(3000, ge=1, description="random touches of the test set")
+    validation_side: Count = Field(14, ge=2, description="places a side of the validation grid")
+    test_samples: Count = Field(3000, ge=1, description="random touches of the test set")
     test_seed: Count = Field(1, ge=0, description="seed of the test set")
     samples: Annotated[Count, Field(ge=1)] | None = Field(
         None, description="random touches to learn from [those of the grid]"
@@ -102,14 +105,16 @@ class Training(Section):
     force: tuple[
         Annotated[Force, Field(gt=0)],
         Annotated[Force, Field(gt=0)],
-    ] = Field((1.0, 1.0), description="least and largest force of one touch, N")
+    ] = Field((1.0, 1.0), description="smallest and largest force of one touch, N")
     noise: Ratio = Field(
         0.0, ge=0, description="noise of gauges on the face over the mean strain of a touch of 1 N"
     )
-    frames: Count = Field(
-        1, ge=1, description="pictures that one strain is averaged over, where DIC reads the gauges"
+    averaged_frames: Count = Field(
+        1, ge=1, description="frames that one strain is averaged over, where DIC reads the gauges"
     )
-    pictures: Count = Field(
-        0, ge=0, description="rendered pictures among what is learnt from, correlated at the gauges"
+    rendered_images: Count = Field(
+        0, ge=0, description="rendered images among what is learnt from, correlated at the gauges"
     )
-    share: Ratio = Field(0.02, gt=0, lt=1, description="their share of every batch")
+    rendered_fraction: Ratio = Field(
+        0.02, gt=0, lt=1, description="fraction of every batch that is of rendered images"
+    )

@@ -1,4 +1,4 @@
-"""Sections for where pictures come from: the twin, a camera, or pictures that were kept."""
+"""Sections for where frames come from: the twin, a camera, or images that were kept."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 Text = Annotated[str, Field(min_length=1)]
 
 
-class Twin(Section):
-    """The digital twin: pictures are rendered, so the truth is known."""
+class TwinSection(Section):
+    """The digital twin: images are rendered, so the truth is known."""
 
-    kind: Literal["twin"] = Field("twin", description="where pictures come from")
+    kind: Literal["twin"] = Field("twin", description="where frames come from")
     script: Literal["tour", "random", "collect", "empty"] = Field(
         "tour",
         description="touches: a tour of moves and presses, single random ones, known ones, or none",
@@ -29,7 +29,7 @@ class Twin(Section):
     )
 
 
-class Device(Section):
+class DeviceSection(Section):
     """A camera, whose controls are held still; [camera] says its size and rate."""
 
     exposure: Time | None = Field(None, gt=0, description="exposure, s [as the camera found it]")
@@ -44,57 +44,57 @@ class Device(Section):
         return Controls(self.exposure, self.gain, self.focus, self.white_balance)
 
 
-class OpenCv(Device):
+class OpenCv(DeviceSection):
     """A camera at a device node, through OpenCV: any UVC camera."""
 
-    kind: Literal["opencv"] = Field(description="where pictures come from")
+    kind: Literal["opencv"] = Field(description="where frames come from")
     device: Text = Field("/dev/video0", description="device node")
 
 
-class V4l2(Device):
+class V4l2(DeviceSection):
     """The same through the kernel itself, which numbers its frames (needs linuxpy)."""
 
-    kind: Literal["v4l2"] = Field(description="where pictures come from")
+    kind: Literal["v4l2"] = Field(description="where frames come from")
     device: Text = Field("/dev/video0", description="device node")
 
 
-class Basler(Device):
+class Basler(DeviceSection):
     """A Basler camera (needs pypylon)."""
 
-    kind: Literal["basler"] = Field(description="where pictures come from")
+    kind: Literal["basler"] = Field(description="where frames come from")
     serial: Text = Field(description="serial number")
 
 
-class Genicam(Device):
+class Genicam(DeviceSection):
     """A GenICam camera through the GenTL producer of its maker (needs harvesters)."""
 
-    kind: Literal["genicam"] = Field(description="where pictures come from")
+    kind: Literal["genicam"] = Field(description="where frames come from")
     serial: Text = Field(description="serial number")
     producer: Text = Field(description="the maker's file *.cti")
 
 
 class Folder(Section):
-    """Pictures of a folder in the order of their numbers, at the rate of [camera]."""
+    """Images of a folder in the order of their numbers, at the rate of [camera]."""
 
-    kind: Literal["folder"] = Field(description="where pictures come from")
-    path: Text = Field(description="folder of grey pictures of 8 bit")
+    kind: Literal["folder"] = Field(description="where frames come from")
+    path: Text = Field(description="folder of grey images of 8 bit")
 
 
 class Video(Section):
-    """Pictures of a video, at the rate of [camera]."""
+    """Images of a video, at the rate of [camera]."""
 
-    kind: Literal["video"] = Field(description="where pictures come from")
+    kind: Literal["video"] = Field(description="where frames come from")
     path: Text = Field(description="file that OpenCV reads")
 
 
 class Recorded(Section):
-    """Pictures, reference and truth of a recorded session, at the pace of that time."""
+    """Images, reference and truth of a recorded session, at the pace of that time."""
 
-    kind: Literal["recording"] = Field(description="where pictures come from")
+    kind: Literal["recording"] = Field(description="where frames come from")
     path: Text = Field(description="file *.h5 that was recorded")
 
 
 Source = Annotated[
-    Twin | OpenCv | V4l2 | Basler | Genicam | Folder | Video | Recorded,
+    TwinSection | OpenCv | V4l2 | Basler | Genicam | Folder | Video | Recorded,
     Field(discriminator="kind"),
 ]

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from math import inf, sqrt
 from typing import TYPE_CHECKING, Literal
 
-from rig.scene.plate import Plate
+from rig.scene.plate import PlateSection
 from rig.scene.scene import Scene
 
 if TYPE_CHECKING:
     import fe
-    from fe.linear.validity import Regime
+    from fe import LinearRange
 
 
 FINGER = 5.0  # N, up to which a finger presses, where a scene names no forces
@@ -24,14 +24,14 @@ class Theory:
     Attributes
     ----------
     name : {"linear", "large"}
-    regime : Regime or None
+    regime : LinearRange or None
         What the largest force does to the flat plate; None where that does not decide.
     sentence : str
         What is taken, why, and how far linear theory is off, for the user.
     """
 
     name: Literal["linear", "large"]
-    regime: Regime | None
+    regime: LinearRange | None
     sentence: str
 
     @property
@@ -53,22 +53,22 @@ class Theory:
         """
         if self.name == "large" or self.regime is None:
             return inf
-        from fe.linear.validity import TOLERANCE
+        from fe import LINEAR_TOLERANCE
 
-        return self.regime.force * max(1.0, sqrt(TOLERANCE / max(self.regime.error, 1e-9)))
+        return self.regime.force * max(1.0, sqrt(LINEAR_TOLERANCE / max(self.regime.error, 1e-9)))
 
     def beyond(self, force: float) -> str:
         """Say what linear theory costs under a force beyond the limit; empty below."""
         if force <= self.limit or self.regime is None:
             return ""
-        from fe.linear.validity import percent
+        from fe import as_percent
 
         error = self.regime.error * (force / self.regime.force) ** 2
-        off = percent(error)
+        off = as_percent(error)
         return f"{force:.2g} N is more than linear theory is good for; it is off by {off}"
 
 
-def choose(scene: Scene, plate: Plate, force: float | None) -> Theory:
+def choose(scene: Scene, plate: PlateSection, force: float | None) -> Theory:
     """Choose the theory for forces up to `force` N, unless the scene insists on one.
 
     Raises
@@ -85,17 +85,17 @@ def choose(scene: Scene, plate: Plate, force: float | None) -> Theory:
     return Theory(name, regime, _why(name, plate.theory is not None, regime))
 
 
-def _judge(plate: fe.Plate, force: float) -> Regime:
+def _judge(plate: fe.Plate, force: float) -> LinearRange:
     """Regime of a touch, from the cache where it is there; reading it loads no mechanics."""
     import fe
     from rig.system import cache
 
-    return fe.Regime.from_arrays(
-        cache.fetch("regime", (fe, plate, force), lambda: fe.regime(plate, force).arrays())
+    return fe.LinearRange.from_arrays(
+        cache.fetch("regime", (fe, plate, force), lambda: fe.linear_range(plate, force).arrays())
     )
 
 
-def _why(name: str, insisted: bool, regime: Regime | None) -> str:
+def _why(name: str, insisted: bool, regime: LinearRange | None) -> str:
     taken = {"linear": "linear theory", "large": "theory of large deflection"}[name]
     if insisted:
         taken += ", as the scene insists"
@@ -113,7 +113,7 @@ def largest_force(scene: Scene) -> float | None:
     return max(forces, default=None)
 
 
-def require_linear(scene: Scene, plate: Plate, force: float | None, what: str) -> Theory:
+def require_linear(scene: Scene, plate: PlateSection, force: float | None, what: str) -> Theory:
     """Return the theory of a scene for something that knows no other than the linear one.
 
     Raises

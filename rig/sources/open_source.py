@@ -9,29 +9,31 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rig.scene import Scene
-from rig.scene.bench import Camera as CameraSection
+from rig.scene.bench import CameraSection
 from rig.scene.source import (
     Basler,
-    Device,
+    DeviceSection,
     Folder,
     Genicam,
     OpenCv,
     Recorded,
-    Twin,
+    TwinSection,
     V4l2,
     Video,
 )
 
 if TYPE_CHECKING:
-    from rig.camera.device import Device as OpenDevice
-    from rig.live.baseline import Zero
+    from rig.camera.device import OpenDevice
+    from rig.live.baseline import ReferenceFrame
     from rig.system.frame import Source
 
 Opening = Callable[[], "OpenDevice"]
 
 
 @contextmanager
-def open_input(scene: Scene, say: Callable[[str], object]) -> Iterator[tuple[Source, Zero | None]]:
+def open_input(
+    scene: Scene, say: Callable[[str], object]
+) -> Iterator[tuple[Source, ReferenceFrame | None]]:
     """Open the source of a scene's pictures while the block runs.
 
     Parameters
@@ -54,7 +56,7 @@ def open_input(scene: Scene, say: Callable[[str], object]) -> Iterator[tuple[Sou
         If the scene has no source.
     """
     match scene.source, scene.camera:
-        case Twin(), _:
+        case TwinSection(), _:
             from rig.sources.twin_source import open_twin
 
             with open_twin(scene) as source:
@@ -71,10 +73,10 @@ def open_input(scene: Scene, say: Callable[[str], object]) -> Iterator[tuple[Sou
             from rig.camera.device import InOrder
 
             yield InOrder(_kept(kept, rate)), None
-        case Device() as device, CameraSection() as view:
-            from rig.camera import Camera
+        case DeviceSection() as device, CameraSection() as view:
+            from rig.camera import LiveCamera
 
-            with Camera(_opening(device, view), rescue=_rescue(device)) as camera:
+            with LiveCamera(_opening(device, view), rescue=_rescue(device)) as camera:
                 for setting in camera.settings:
                     if not setting.held:
                         say(f"{camera.status}, but {setting.sentence}")
@@ -92,7 +94,7 @@ def _kept(source: Folder | Video, rate: float) -> OpenDevice:
     return (open_folder if isinstance(source, Folder) else open_video)(source.path, rate)
 
 
-def _opening(device: Device, view: CameraSection) -> Opening:
+def _opening(device: DeviceSection, view: CameraSection) -> Opening:
     """Choose what opens a camera, again after each outage."""
     given = view.pixels, view.rate, device.controls()
     match device:
@@ -115,7 +117,7 @@ def _opening(device: Device, view: CameraSection) -> Opening:
     raise TypeError(f"no way to open a {type(device).__name__}")
 
 
-def _rescue(device: Device) -> Callable[[], object] | None:
+def _rescue(device: DeviceSection) -> Callable[[], object] | None:
     """Free a camera that hangs by a reset of the USB device that has its node."""
     if not isinstance(device, OpenCv | V4l2):
         return None

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import fe
+from rig.calibration.requested_presses import requested_presses
 
 Script = Callable[[float], tuple[fe.Touch, ...]]
 """Touches at a time in s since the first frame."""
@@ -15,9 +16,7 @@ Script = Callable[[float], tuple[fe.Touch, ...]]
 STILL = 1.0  # s at the start of every script in which nothing touches and nothing moves
 RAMP = 0.3  # s that a finger takes to press and to leave
 INSET = 25.0  # mm from an edge, or a quarter of the side, within which no random touch lies
-ASKED = 30  # presses of a collection
-TURN, PAUSE = 1.6, 0.3  # s from one of them to the next, and without a touch between
-BORDER = 0.15  # of a side that they keep from the edge
+TURN, PAUSE = 1.6, 0.3  # s from one known press to the next, and without a touch between
 
 
 def at_rest(time: float) -> bool:
@@ -105,29 +104,15 @@ def random_touches(
     return touches
 
 
-def asked(size: tuple[float, float], force: tuple[float, float], seed: int) -> tuple[fe.Touch, ...]:
-    """Known presses that `collect` asks for: places and forces that cover the plate evenly.
-
-    Any part of the sequence does (R3 of Roberts 2018, "The unreasonable effectiveness of
-    quasirandom sequences"), so that a session may be ended early.
-    """
-    root = 1.2207440846057596  # of x⁴ = x + 1
-    begin = np.random.default_rng(seed).uniform(size=3)
-    share = (begin + np.outer(np.arange(ASKED), root ** -np.arange(1.0, 4.0))) % 1.0
-    low = np.array([BORDER * size[0], BORDER * size[1], force[0]])
-    high = np.array([(1 - BORDER) * size[0], (1 - BORDER) * size[1], force[1]])
-    return tuple(fe.Touch(*press) for press in (low + share * (high - low)).tolist())
-
-
 def collect(size: tuple[float, float], force: tuple[float, float], seed: int) -> Script:
-    """Press what `asked` asks for, one after the other, over and over."""
-    presses = asked(size, force, seed)
+    """Press what a collection asks for, one after the other, over and over."""
+    presses = requested_presses(size, force, seed)
 
     def touches(time: float) -> tuple[fe.Touch, ...]:
         if at_rest(time):
             return ()
         turn, age = divmod(time - STILL, TURN)
-        touch = presses[int(turn) % ASKED]
+        touch = presses[int(turn) % len(presses)]
         rise = min(1.0, age / RAMP, (TURN - PAUSE - age) / RAMP)
         return (replace(touch, force=rise * touch.force),) if rise > 0 else ()
 

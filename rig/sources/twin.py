@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 import fe
 import synthetic
-from rig.plates.plate_solver import Solver, plate_solver, press
+from rig.plates.plate_solver import Solver, plate_solver, solve_plate
 from rig.scene import Scene
-from rig.scene.bench import Camera, Pattern, Sensor
-from rig.scene.plate import Plate, Touches
-from rig.scene.source import Twin as TwinSection
+from rig.scene.bench import CameraSection, PatternSection, SensorSection
+from rig.scene.plate import PlateSection, TouchesSection
+from rig.scene.source import TwinSection
 from rig.sources import script
 from rig.sources.script import Script
 from rig.system import cache
@@ -32,7 +32,7 @@ class Twin:
         The plate under small touches, its stiffness factored, or under large ones.
     warper : synthetic.Warper
         The speckle pattern as the camera sees it, ready to be warped.
-    sensor : synthetic.Sensor
+    sensor : synthetic.SensorSection
     script : Script
     rate : float, frames a second
     seed : int
@@ -41,6 +41,8 @@ class Twin:
         Motion of the camera after the reference was taken.
     radius : float, mm
         Of the disc that a touch presses.
+    rest : int
+        Frames in which the plate stands still before its script begins.
     """
 
     solver: Solver
@@ -51,11 +53,16 @@ class Twin:
     seed: int
     shift: tuple[float, float]
     radius: float
+    rest: int = 0
+
+    def time(self, sequence: int) -> float:
+        """Time of the script at frame `sequence`, s."""
+        return max(0, sequence - self.rest) / self.rate
 
     def touches(self, sequence: int) -> tuple[fe.Touch, ...]:
         """Touches on the plate while frame `sequence` is taken."""
         return tuple(
-            replace(touch, radius=self.radius) for touch in self.script(sequence / self.rate)
+            replace(touch, radius=self.radius) for touch in self.script(self.time(sequence))
         )
 
     def frame(
@@ -64,12 +71,12 @@ class Twin:
         """Picture of the touched plate, (H, W), the same for the same arguments."""
         displacement = np.zeros((len(self.warper.points), 3))
         if touches:
-            displacement = press(self.solver, touches).displacement(self.warper.points, "top")
+            displacement = solve_plate(self.solver, touches).displacement(self.warper.points, "top")
         return self.warper.render(
             displacement,
             self.sensor,
             np.random.default_rng((self.seed, sequence)),
-            shift=(0.0, 0.0) if script.at_rest(sequence / self.rate) else self.shift,
+            shift=(0.0, 0.0) if script.at_rest(self.time(sequence)) else self.shift,
             out=out,
         )
 
@@ -86,10 +93,10 @@ def build_twin(scene: Scene, progress: Callable[[int, int], None] | None = None)
     """
     match scene:
         case Scene(
-            plate=Plate() as plate,
-            camera=Camera() as camera,
-            pattern=Pattern() as pattern,
-            sensor=Sensor() as sensor,
+            plate=PlateSection() as plate,
+            camera=CameraSection() as camera,
+            pattern=PatternSection() as pattern,
+            sensor=SensorSection() as sensor,
             source=TwinSection() as source,
         ):
             pass
@@ -116,15 +123,17 @@ def build_twin(scene: Scene, progress: Callable[[int, int], None] | None = None)
     )
 
 
-def _script(source: TwinSection, plate: Plate, touches: Touches | None, rate: float) -> Script:
+def _script(
+    source: TwinSection, plate: PlateSection, touches: TouchesSection | None, rate: float
+) -> Script:
     match source.script, touches:
         case "tour", _:
             return script.tour(plate.size)
         case "empty", _:
             return script.empty
-        case "collect", Touches(force=force):
+        case "collect", TouchesSection(force=force):
             return script.collect(plate.size, force, source.seed)
-        case _, Touches(force=force):
+        case _, TouchesSection(force=force):
             return script.random_touches(plate.size, force, source.seed, rate)
     raise ValueError(
         f"script '{source.script}' draws its forces from [touches]; add [touches] to the scene"

@@ -1,7 +1,8 @@
 """The twin as a camera: it renders in a process of its own and delivers frames in real time.
 
 Pictures pass through a ring of shared memory; a pipe carries their number, time and truth. A frame
-that nobody grabs in time is overwritten and counted as dropped, as with a real camera.
+that nobody grabs in time is overwritten and counted as dropped, as with a real camera. The plate
+stands still until the loop says that it has its reference, however long that takes.
 """
 
 from __future__ import annotations
@@ -9,8 +10,9 @@ from __future__ import annotations
 import multiprocessing
 import signal
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import replace
 from multiprocessing.connection import Connection
 from multiprocessing.shared_memory import SharedMemory
 from typing import TYPE_CHECKING, NoReturn
@@ -20,10 +22,9 @@ from numpy.typing import NDArray
 
 import fe
 from rig.scene import Scene
-from rig.scene.bench import Camera
-from rig.sources.script import STILL
+from rig.scene.bench import CameraSection
 from rig.system.frame import Frame
-from rig.system.process import deaf_to_interrupts
+from rig.system.process import deaf_to_interrupts, without_script
 
 if TYPE_CHECKING:
     from rig.sources.twin import Twin
@@ -63,6 +64,19 @@ class TwinSource:
             raise OSError("the twin's process has ended; start the run again") from None
         return None
 
+    def begin(self) -> None:
+        """Let the script begin; until then the plate stands still.
+
+        Frames that were announced meanwhile are over: the link holds some hundred of them, and a
+        twin that has to wait for it leaves the next ones out.
+        """
+        with suppress(EOFError, ConnectionError):  # it has ended; the next grab says so
+            if not self._started:
+                self._start()
+            self._link.send(None)
+            while self._receive() is not None:
+                pass
+
     def _newest(self) -> Frame | None:
         """Newest of the frames that were announced; None if it was overwritten meanwhile."""
         sequence, captured, truth = self._receive()
@@ -93,12 +107,12 @@ class TwinSource:
 def open_twin(scene: Scene) -> Iterator[TwinSource]:
     """Start the twin of a scene; it ends with the context, or with the process that opened it.
 
-    It prepares itself meanwhile; its time, and so its script, begins with the first `grab`.
+    It prepares itself meanwhile; its time begins with the first `grab`, its script with `begin`.
 
     Raises
     ------
     ValueError
-        If the scene has no twin, or its reference takes longer than the plate is at rest.
+        If the scene has no twin.
     """
     width, height = _camera(scene).pixels
     spawn = multiprocessing.get_context("spawn")
@@ -108,7 +122,7 @@ def open_twin(scene: Scene) -> Iterator[TwinSource]:
         target=_deliver, args=(scene, memory.name, there), name="touchplate-twin", daemon=True
     )
     try:
-        with deaf_to_interrupts():
+        with deaf_to_interrupts(), without_script():
             process.start()
         there.close()
         source = TwinSource(here, *_views(memory, (height, width)))
@@ -124,18 +138,11 @@ def open_twin(scene: Scene) -> Iterator[TwinSource]:
             memory.unlink()
 
 
-def _camera(scene: Scene) -> Camera:
+def _camera(scene: Scene) -> CameraSection:
     """Camera of the twin, after the checks that need no process."""
     if scene.source is None or scene.camera is None:
         raise ValueError(
             f"scene '{scene.title}' has no source of pictures; add [source] with kind = \"twin\""
-        )
-    count, rate = scene.dic.reference_frames if scene.dic else 0, scene.camera.rate
-    if count > STILL * rate:
-        raise ValueError(
-            f"a reference of {count} frames takes {count / rate:.3g} s at {rate:g} fps, and the"
-            f" twin's plate is at rest for {STILL:g} s; set dic.reference_frames to"
-            f" {int(STILL * rate)} or less"
         )
     return scene.camera
 
@@ -162,23 +169,35 @@ def _deliver(scene: Scene, memory_name: str, link: Connection) -> None:
         pass  # the loop has ended, and so does this
 
 
-def _play(twin: Twin, memory: SharedMemory, link: Connection) -> NoReturn:
+def _play(
+    twin: Twin,
+    memory: SharedMemory,
+    link: Connection,
+    clock: Callable[[], float] = time.monotonic,
+    sleep: Callable[[float], object] = time.sleep,
+) -> NoReturn:
     """Render frame after frame; those for which time is too short are left out."""
     width, height = twin.warper.camera.size
     pictures, numbers = _views(memory, (height, width))
     a, b = twin.solver.plate.size
     middle = fe.Touch(a / 2, b / 2, 1.0)
-    twin.frame(0, (middle,), pictures[0])  # factored and compiled before time counts
+    for touches in ((middle,), ()):
+        twin.frame(0, touches, pictures[0])  # factored and compiled before time counts
     link.send(None)
     link.recv()
-    start, sequence = time.monotonic(), 0
+    start, sequence, still = clock(), 0, True
     while True:
+        if still:
+            twin = replace(twin, rest=sequence + 1)
+        if still and link.poll():
+            link.send(link.recv())
+            still = False
         slot = sequence % SLOTS
         touches = twin.touches(sequence)
         numbers[slot] = -1
         twin.frame(sequence, touches, pictures[slot])
         numbers[slot] = sequence
-        link.send((sequence, time.monotonic(), touches))
-        late = time.monotonic() - start - (sequence + 1) / twin.rate
-        time.sleep(max(0.0, -late))
+        link.send((sequence, clock(), touches))
+        late = clock() - start - (sequence + 1) / twin.rate
+        sleep(max(0.0, -late))
         sequence += 1 + max(0, int(late * twin.rate))

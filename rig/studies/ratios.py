@@ -14,7 +14,7 @@ from scipy.optimize import least_squares
 
 import dic
 import models
-from models.inverse.candidates import Search
+from models import CandidateGrid
 from rig.report.figure import Figure, at_most
 from rig.studies.correlation.images import eight_bit, speckle
 from rig.studies.correlation.peers import pyramid, pyvale_field
@@ -59,8 +59,8 @@ def correlation() -> Iterator[Figure]:
 
 def solver() -> Iterator[Figure]:
     """Compare a tracked frame of 72 gauges with SciPy's least squares on the same model."""
-    forward = models.gauges(INFLUENCE, STRAIN_NOISE)
-    search = models.prepare_search(forward)
+    forward = models.gauge_forward(INFLUENCE, STRAIN_NOISE)
+    search = models.prepare_candidates(forward)
     for count in (1, 4):
         rng, spent, errors = np.random.default_rng(count), ([], []), ([], [])
         for scene in range(SCENES):
@@ -80,14 +80,14 @@ def solver() -> Iterator[Figure]:
         yield from beside(name, (mine, theirs), 1.0, (off, other), "mm")
 
 
-def by_us(white: NDArray, start: Touches, search: Search) -> Touches:
+def by_us(white: NDArray, start: Touches, search: CandidateGrid) -> Touches:
     """Solve as the loop does."""
     found = models.find(white, search, start=start, count=len(start))
     order = np.linalg.norm(start[:, None, :2] - found.xy[None], axis=2).argmin(axis=1)
     return np.column_stack([found.xy, found.force])[order]
 
 
-def by_scipy(white: NDArray, start: Touches, search: Search) -> Touches:
+def by_scipy(white: NDArray, start: Touches, search: CandidateGrid) -> Touches:
     """Solve with the same model and derivatives by Levenberg and Marquardt of MINPACK."""
 
     def residual(unknowns: NDArray) -> NDArray:

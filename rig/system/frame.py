@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 if TYPE_CHECKING:  # a camera must not wait for plates
     import numpy as np
@@ -52,4 +52,13 @@ class Source(Protocol):
         EOFError
             If the source has an end and it was reached; its text is a sentence for the user.
         """
+        ...
+
+
+@runtime_checkable
+class Waiting(Protocol):
+    """A source whose plate stands still until it is told that the reference was taken."""
+
+    def begin(self) -> None:
+        """Let the plate be touched from now on."""
         ...

@@ -1,9 +1,11 @@
 """Ctrl-C and the processes beside the loop: they are born deaf to it, the loop answers."""
 
 import signal
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from types import ModuleType
 from typing import Any
 
 AGAIN = 0.5  # s after which an interrupt that was lost comes again
@@ -40,22 +42,44 @@ def deaf_to_interrupts() -> Iterator[None]:
 
 
 @contextmanager
+def without_script() -> Iterator[None]:
+    """Let a process that is spawned here leave the user's script alone.
+
+    It would run the script once more to find what it defines. What starts here is defined in this
+    package, and a script of three lines has no ``if __name__ == "__main__"``.
+    """
+    script = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = script
+
+
+@contextmanager
 def interruptible() -> Iterator[None]:
     """Let Ctrl-C end what runs here as KeyboardInterrupt and nothing else.
 
     Where it comes while compiled code is called, that code makes a SystemError of it; where it
     comes in a callback of such code, it is lost: so it comes again until the block has ended. What
     must not be broken off, the closing of what is open for instance, stands outside of the block.
+    An alarm that the user has set rings as ever unless Ctrl-C came.
     """
+    if threading.current_thread() is not threading.main_thread():  # signals are the main thread's
+        yield
+        return
     asked = False
+    before = {signal.SIGINT: signal.getsignal(signal.SIGINT)}
 
     def interrupt(signum: int, frame: object) -> None:
         nonlocal asked
+        if REPEATS and not asked:
+            before[signal.SIGALRM] = signal.signal(signal.SIGALRM, interrupt)
         asked = True
         _wake(AGAIN)
         raise KeyboardInterrupt
 
-    before = _answer(interrupt)
+    signal.signal(signal.SIGINT, interrupt)
     try:
         yield
     except SystemError:
@@ -63,8 +87,10 @@ def interruptible() -> Iterator[None]:
             raise KeyboardInterrupt from None
         raise
     finally:
-        _wake(0.0)
-        _restore(before)
+        if asked:
+            _wake(0.0)
+        for one, handler in before.items():
+            signal.signal(one, handler)
 
 
 def _answer(handler: Any) -> list[Any]:

@@ -9,19 +9,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rig.plates.cached import influence
-from rig.scene.dataset import Dataset as Samples
-from rig.scene.sensing import Training
-from rig.training.plan import Lesson
+from rig.scene.dataset import DatasetSection
+from rig.scene.sensing import TrainingSection
+from rig.training.plan import TrainingPlan
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from models.data.dataset import Dataset, StrainInfluence
-    from models.forward.linear import LinearForward
+    from models import Dataset, LinearForward, StrainInfluence
 
 
 @dataclass(frozen=True, eq=False)
-class Sets:
+class TrainingSets:
     """A set to learn from, one to watch, one for the test.
 
     Of one touch: a grid or random places, places between, random places. Of several: the samples of
@@ -29,14 +28,14 @@ class Sets:
 
     Attributes
     ----------
-    noise : Noise or None
+    noise : TrainingNoise or None
         What is drawn anew for each batch.
     """
 
     training: Dataset
     validation: Dataset
     test: Dataset
-    noise: Noise | None = None
+    noise: TrainingNoise | None = None
 
     def named(self) -> dict[str, Dataset]:
         """Return the three by their names."""
@@ -44,7 +43,7 @@ class Sets:
 
 
 @dataclass(frozen=True, eq=False)
-class Noise:
+class TrainingNoise:
     """Touches without noise, and what to add to them.
 
     Attributes
@@ -70,99 +69,100 @@ class Noise:
     forces: np.ndarray
 
 
-def simulate(lesson: Lesson, report: Callable[[int, int], None]) -> Sets:
+def simulate_sets(lesson: TrainingPlan, report: Callable[[int, int], None]) -> TrainingSets:
     """Return the three data sets; `report` is called while the influence is not in the cache."""
-    from models.data import dataset
+    from models import grid_places, midpoint_places, random_places
 
     if lesson.samples:
         return _several(lesson, lesson.samples, report)
     size, training = lesson.plate.size, lesson.training
     spacing, margin = training.spacing, training.margin
     rng = np.random.default_rng(training.test_seed)
-    drawn = dataset.random_places(size, margin, training.test, rng)
-    between = dataset.midpoints(size, spacing, margin, training.validation)
+    drawn = random_places(size, margin, training.test_samples, rng)
+    between = midpoint_places(size, spacing, margin, training.validation_side)
     if training.samples:
-        grid = dataset.random_places(size, margin, training.samples, rng)
+        grid = random_places(size, margin, training.samples, rng)
     else:
-        grid = dataset.grid(size, spacing, margin)
+        grid = grid_places(size, spacing, margin)
     if lesson.view or training.noise:
         return _noisy(lesson, (grid, between, drawn), rng, report)
     touches = influence(lesson.plate.build(), lesson.gauges.build(lesson.plate), report)
     force = training.force[1]
-    sets = [_pressed(touches, places, force) for places in (grid, between, drawn)]
-    return Sets(sets[0], sets[1], sets[2])
+    sets = [_at_force(touches, places, force) for places in (grid, between, drawn)]
+    return TrainingSets(sets[0], sets[1], sets[2])
 
 
-def _pressed(plate: StrainInfluence, places: np.ndarray, force: float | np.ndarray) -> Dataset:
+def _at_force(plate: StrainInfluence, places: np.ndarray, force: float | np.ndarray) -> Dataset:
     """Return what gauges read of touches at places (N, 2), of one force or one each."""
-    from models.data.dataset import Dataset, simulate
+    from models import Dataset, simulate_dataset
 
-    unit = simulate(plate, places)
+    unit = simulate_dataset(plate, places)
     return Dataset(unit.strain * np.reshape(force, (-1, 1)), unit.targets)
 
 
 def _noisy(
-    lesson: Lesson,
+    lesson: TrainingPlan,
     places: tuple[np.ndarray, ...],
     rng: np.random.Generator,
     report: Callable[[int, int], None],
-) -> Sets:
+) -> TrainingSets:
     """Return touches of random forces with noise: that of the gauges, or of pictures of them."""
-    from models.data.dataset import Dataset, random_places
-    from models.nets.batches import noisy
+    from models import Dataset, noisy_batches, random_places
 
     training, pictures = lesson.training, None
     forces = [_draw(training, len(each), rng) for each in places]
     if lesson.view:
-        from rig.training.rendered_gauges import open_eye
+        from rig.training.rendered_gauges import render_gauges
 
-        eye = open_eye(lesson.view, report)
+        eye = render_gauges(lesson.view, report)
         plate, root = eye.seen, eye.root.astype(np.float32)
         white = eye.seen.white(eye.root)
         towards, forward = white.towards, white.forward
-        if training.pictures:
-            seen = random_places(lesson.plate.size, training.margin, training.pictures, rng)
+        if training.rendered_images:
+            seen = random_places(lesson.plate.size, training.margin, training.rendered_images, rng)
             touches = np.column_stack([seen, _draw(training, len(seen), rng)])
             pictures = Dataset(eye.correlate(touches, rng), seen)
     else:
-        from models.forward.gauges import gauges
+        from models import gauge_forward
 
         plate = influence(lesson.plate.build(), lesson.gauges.build(lesson.plate), report)
         root = float(training.noise * np.sqrt(np.mean(plate.strain(places[0]) ** 2)))
-        towards, forward = np.eye(3 * len(plate.gauges)) / root, gauges(plate, root)
-    clear = [_pressed(plate, *each) for each in zip(places, forces, strict=True)]
-    drawn = [next(noisy(iter([each]), root, rng)) for each in clear]
-    noise = Noise(clear[0], root, pictures, towards, forward, forces[2])
-    return Sets(drawn[0], drawn[1], drawn[2], noise)
+        towards, forward = np.eye(3 * len(plate.gauges)) / root, gauge_forward(plate, root)
+    clear = [_at_force(plate, *each) for each in zip(places, forces, strict=True)]
+    drawn = [next(noisy_batches(iter([each]), root, rng)) for each in clear]
+    noise = TrainingNoise(clear[0], root, pictures, towards, forward, forces[2])
+    return TrainingSets(drawn[0], drawn[1], drawn[2], noise)
 
 
-def _draw(training: Training, count: int, rng: np.random.Generator) -> np.ndarray:
+def _draw(training: TrainingSection, count: int, rng: np.random.Generator) -> np.ndarray:
     """Draw forces evenly in their logarithm, (count,) N."""
     low, high = np.log(training.force)
     return np.exp(rng.uniform(low, high, count))
 
 
-def _several(lesson: Lesson, samples: Samples, report: Callable[[int, int], None]) -> Sets:
+def _several(
+    lesson: TrainingPlan, samples: DatasetSection, report: Callable[[int, int], None]
+) -> TrainingSets:
     """Return samples of several touches, superposed."""
     import models
-    from models.data.dataset import flatten
+    from models import flatten_samples
 
     plate, training = lesson.plate, lesson.training
     touches = influence(plate.build(), lesson.gauges.build(plate), report)
     answer = models.superpose(touches.strain)
     unit = samples.force if lesson.magnitudes else None
 
-    def collect(section: Samples) -> Dataset:
+    def collect(section: DatasetSection) -> Dataset:
         plan = section.build(plate)
         blocks = [plan.block(number) for number in range(plan.blocks)]
         strain = np.concatenate([answer(block).astype(np.float32) for block in blocks])
-        return flatten(strain, np.concatenate(blocks), unit)
+        return flatten_samples(strain, np.concatenate(blocks), unit)
 
-    random = {"places": "random", "order": "canonical", "samples": training.test}
+    random = {"places": "random", "order": "canonical", "samples": training.test_samples}
     watched, tested = (
         samples.model_copy(update=random | {"seed": training.test_seed + later}) for later in (1, 0)
     )
-    return Sets(collect(samples), collect(watched), collect(tested))
+    return TrainingSets(collect(samples), collect(watched), collect(tested))
 
 
 def model_path(scene: str | Path) -> Path:

@@ -12,18 +12,13 @@ from pydantic import ValidationError
 from rig.calibration.camera_of import camera_of
 from rig.scene import Scene
 from rig.scene.refusal import sentence
-from rig.training.data import Noise, Sets, simulate
-from rig.training.plan import lesson
+from rig.training.data import TrainingNoise, TrainingSets, simulate_sets
+from rig.training.plan import training_plan
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from models.data.dataset import Dataset
-    from models.forward.linear import LinearForward
-    from models.nets.net import Net
-    from models.nets.net_estimator import NetTouch
-    from models.scores.error_map import ErrorMap
-    from models.scores.touch_score import Pairs, TouchScore
+    from models import Dataset, ErrorMap, LinearForward, Net, NetEstimate, TouchPairs, TouchScore
 
 SAMPLES = 500
 """Touches of a test set with noise of which a net says how sure it is, and as many empty ones."""
@@ -59,7 +54,7 @@ class Scored:
 
     def map(self) -> ErrorMap:
         """Return the error over the plate."""
-        from models.scores.error_map import error_map
+        from models import error_map
 
         return error_map(self.xy, self.error, self.size)
 
@@ -90,7 +85,7 @@ def score_recording(path: Path) -> Scored:
     ValueError
         If its source did not know what pressed.
     """
-    from models.scores.touch_score import pair_touches, score_touches
+    from models import pair_touches, score_touches
     from rig.recording.session import open_session, told_touches
 
     with open_session(path) as session:
@@ -117,14 +112,13 @@ def score_model(path: Path, report: Callable[[int, int], None]) -> Scored:
     ValueError
         If it holds something else, or the net of a bench that this release does not know.
     """
-    from models.nets import store
-    from models.nets.net import predict
+    from models import load_net, predict
 
-    trained, about = store.load(path)
+    trained, about = load_net(path)
     scene = _bench(about, path)
     camera = camera_of(scene, str(about.get("calibration", "")))
-    taught, net = lesson(scene, camera), trained.net
-    sets = simulate(taught, report)
+    taught, net = training_plan(scene, camera), trained.net
+    sets = simulate_sets(taught, report)
     nets = figures(net, sets, taught.touches)
     if sets.noise and taught.touches == 1:
         pairs, total, bands = _judge_noisy(net, sets.test, sets.noise)
@@ -136,13 +130,13 @@ def score_model(path: Path, report: Callable[[int, int], None]) -> Scored:
     return Scored(scene.title, size, nets, None, [], xy, error.ravel())
 
 
-def figures(net: Net, sets: Sets, touches: int) -> dict[str, dict[str, float]]:
+def figures(net: Net, sets: TrainingSets, touches: int) -> dict[str, dict[str, float]]:
     """Return the score of `net` on each data set, as plain numbers by name.
 
     Touches of a sample are paired with the true ones before they are measured. Where the net tells
     magnitudes their mean error follows, in units of the smallest force.
     """
-    from models.nets.net import predict
+    from models import predict
 
     return {
         name: _judge(data.targets, predict(net, data.strain), touches)
@@ -151,7 +145,7 @@ def figures(net: Net, sets: Sets, touches: int) -> dict[str, dict[str, float]]:
 
 
 def _judge(true: np.ndarray, told: np.ndarray, touches: int) -> dict[str, float]:
-    from models.scores.score import score as judge
+    from models import score_positions as judge
 
     error, order = _matched(true, told, touches)
     rows = asdict(judge(error.ravel()))
@@ -163,17 +157,17 @@ def _judge(true: np.ndarray, told: np.ndarray, touches: int) -> dict[str, float]
 
 def _matched(true: np.ndarray, told: np.ndarray, touches: int) -> tuple[np.ndarray, np.ndarray]:
     """Errors (N, k) mm of touches paired with those told, and in which order these came."""
-    from models.scores.score import matched_error
+    from models import matched_error
 
     places = [each[:, : 2 * touches].reshape(-1, touches, 2) for each in (true, told)]
     return matched_error(*places)
 
 
 def _judge_noisy(
-    net: Net, test: Dataset, noise: Noise
-) -> tuple[Pairs, TouchScore, list[TouchScore]]:
+    net: Net, test: Dataset, noise: TrainingNoise
+) -> tuple[TouchPairs, TouchScore, list[TouchScore]]:
     """Score what a net says of touches in noise, and of noise alone."""
-    from models.scores.touch_score import pair_touches, score_touches
+    from models import pair_touches, score_touches
 
     teller = _teller(net, noise)
     strain, places = test.strain[:SAMPLES], test.targets[:SAMPLES]
@@ -185,21 +179,20 @@ def _judge_noisy(
     return pairs, *score_touches(pairs, _bound(noise.forward, truth))
 
 
-def _teller(net: Net, noise: Noise) -> NetTouch:
+def _teller(net: Net, noise: TrainingNoise) -> NetEstimate:
     """Return a net that says how sure it is, from the error that it makes without noise."""
-    from models.nets.net import predict
-    from models.nets.net_estimator import NetTouch
+    from models import NetEstimate, predict
 
     clear, places = noise.pool.strain[:CLEAR], noise.pool.targets[:CLEAR]
     off = np.asarray(predict(net, clear) - places, np.float64)
     alone = isinstance(noise.root, float)
     root = noise.root * np.eye(clear.shape[1]) if alone else np.asarray(noise.root, np.float64)
-    return NetTouch(net, noise.towards, noise.forward, root, places, off)
+    return NetEstimate(net, noise.towards, noise.forward, root, places, off)
 
 
 def _bound(forward: LinearForward, touches: np.ndarray) -> np.ndarray:
     """Least variance of the place of each touch, force unknown, (N,) mm²."""
-    from models.inverse.levenberg_marquardt import covariance
+    from models import covariance
 
     spreads = (covariance(forward.read(touch[None])[1]) for touch in touches)
     return np.array([np.trace(spread[:2, :2]) for spread in spreads])

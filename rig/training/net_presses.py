@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.nets.net import Net
+from models import Net
 from rig.calibration.session import presses
 from rig.calibration.store import Calibration
 from rig.live import chain as live
@@ -17,7 +17,7 @@ from rig.recording.session import Session
 from rig.scene import Scene
 from rig.scene.sensing import PatternEstimator
 from rig.system.timing import Stopwatch
-from rig.training.plan import Lesson
+from rig.training.plan import TrainingPlan
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class PressScore:
 
 def score_presses(
     net: Net,
-    taught: Lesson,
+    taught: TrainingPlan,
     scene: Scene,
     calibration: Calibration,
     session: Session,
@@ -70,11 +70,11 @@ def score_presses(
     bench = build_bench(whole, report, calibration)
     chain, _ = bench.prepare(session.zero)
     gauges, margin = taught.gauges.build(taught.plate), taught.training.margin
-    plan = NetPlan(net, gauges, taught.view.subset, taught.net.steps, margin)
+    plan = NetPlan(net, gauges, taught.view.subset, taught.net.solver_steps, margin)
     ready, watch = prepare_net(plan, chain, session.zero, bench.camera), Stopwatch(lambda: 0.0)
     off, found = [], presses(session)
     for one in found:
-        sensed = live.sense(chain, one.picture, live.at_rest(chain), watch)
+        sensed = live.estimate_frame(chain, one.picture, live.at_rest(chain), watch)
         told = ready.tell(chain, one.picture, sensed, watch).estimate
         if told.count:
             off.append(np.hypot(*(told.xy[0] - one.touch[:2])))

@@ -5,36 +5,36 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rig.scene.bench import Lattice, Ring
-from rig.scene.dataset import Dataset as Samples
-from rig.scene.plate import Plate
+from rig.scene.bench import LatticeSection, RingSection
+from rig.scene.dataset import DatasetSection
+from rig.scene.plate import PlateSection
 from rig.scene.scene import Scene
-from rig.scene.sensing import NetEstimator, Training
+from rig.scene.sensing import NetEstimator, TrainingSection
 from rig.scene.theory import require_linear
 
 if TYPE_CHECKING:
     import synthetic
-    from rig.training.rendered_gauges import View
+    from rig.training.rendered_gauges import GaugeSetup
 
 
 @dataclass(frozen=True)
-class Lesson:
+class TrainingPlan:
     """The sections of a scene that a net is trained from, all of them there.
 
     Attributes
     ----------
-    samples : Samples or None
+    samples : DatasetSection or None
         Where a sample has several touches.
-    view : View or None
+    view : GaugeSetup or None
         Where DIC reads the gauges through a camera.
     """
 
-    plate: Plate
-    gauges: Ring | Lattice
-    training: Training
+    plate: PlateSection
+    gauges: RingSection | LatticeSection
+    training: TrainingSection
     net: NetEstimator
-    samples: Samples | None
-    view: View | None
+    samples: DatasetSection | None
+    view: GaugeSetup | None
 
     @property
     def touches(self) -> int:
@@ -47,7 +47,7 @@ class Lesson:
         return self.samples is not None and self.samples.magnitudes > 1
 
 
-def lesson(scene: Scene, camera: synthetic.AnyCamera | None = None) -> Lesson:
+def training_plan(scene: Scene, camera: synthetic.AnyCamera | None = None) -> TrainingPlan:
     """Return what a net is trained from; `camera` is the one that was calibrated, if any.
 
     Raises
@@ -57,16 +57,18 @@ def lesson(scene: Scene, camera: synthetic.AnyCamera | None = None) -> Lesson:
     """
     match scene:
         case Scene(
-            plate=Plate() as plate,
-            gauges=Ring() | Lattice() as gauges,
-            training=Training() as training,
+            plate=PlateSection() as plate,
+            gauges=RingSection() | LatticeSection() as gauges,
+            training=TrainingSection() as training,
             estimator=NetEstimator() as net,
         ):
             several = scene.dataset is not None and scene.dataset.touches > 1
             force = None if several else training.force[1]
             require_linear(scene, plate, force if gauges.subset else None, "training")
             view = _view(scene, plate, gauges, training, camera)
-            return Lesson(plate, gauges, training, net, scene.dataset if several else None, view)
+            return TrainingPlan(
+                plate, gauges, training, net, scene.dataset if several else None, view
+            )
         case _:
             raise ValueError(
                 f"scene '{scene.title}' has no net to train; give its [estimator] kind = \"net\""
@@ -76,11 +78,11 @@ def lesson(scene: Scene, camera: synthetic.AnyCamera | None = None) -> Lesson:
 
 def _view(
     scene: Scene,
-    plate: Plate,
-    gauges: Ring | Lattice,
-    training: Training,
+    plate: PlateSection,
+    gauges: RingSection | LatticeSection,
+    training: TrainingSection,
     camera: synthetic.AnyCamera | None,
-) -> View | None:
+) -> GaugeSetup | None:
     """Return what says how a camera sees the gauges; None where they are on the face."""
     if gauges.subset is None:
         return None
@@ -94,8 +96,10 @@ def _view(
             f"scene '{scene.title}' has DIC read its gauges, and such nets learn one touch; set"
             " dataset.touches to 1 or leave gauges.subset out"
         )
-    from rig.training.rendered_gauges import View
+    from rig.training.rendered_gauges import GaugeSetup
 
     view = camera or scene.camera.build(plate)
-    frames = scene.dic.reference_frames if scene.dic else training.frames
-    return View(plate, gauges, gauges.subset, view, scene.pattern, scene.sensor, training, frames)
+    frames = scene.dic.reference_frames if scene.dic else training.averaged_frames
+    return GaugeSetup(
+        plate, gauges, gauges.subset, view, scene.pattern, scene.sensor, training, frames
+    )

@@ -10,19 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 import synthetic
-from models.forward.camera_gauges import SeenGauges, see_gauges
+from models import CameraGauges, prepare_camera_gauges
 from rig.live.bench import MODES
 from rig.plates.cached import plate_modes
-from rig.scene.bench import Lattice, Pattern, Ring, Sensor
-from rig.scene.plate import Plate
-from rig.scene.sensing import Training
+from rig.scene.bench import LatticeSection, PatternSection, RingSection, SensorSection
+from rig.scene.plate import PlateSection
+from rig.scene.sensing import TrainingSection
 from rig.system import cache
 
 ROUNDING = 1 / sqrt(12)  # grey levels, of a picture of whole ones
 
 
 @dataclass(frozen=True)
-class View:
+class GaugeSetup:
     """The sections of a scene that say how a camera sees its gauges, all of them there.
 
     Attributes
@@ -32,31 +32,31 @@ class View:
         Pictures averaged into the reference.
     """
 
-    plate: Plate
-    gauges: Ring | Lattice
+    plate: PlateSection
+    gauges: RingSection | LatticeSection
     subset: int
     camera: synthetic.AnyCamera
-    pattern: Pattern
-    sensor: Sensor
-    training: Training
+    pattern: PatternSection
+    sensor: SensorSection
+    training: TrainingSection
     reference_frames: int
 
 
 @dataclass(frozen=True, eq=False)
-class Eye:
+class RenderedGauges:
     """A camera over a plate, its gauges and the noise of their strains.
 
     Attributes
     ----------
-    seen : SeenGauges
+    seen : CameraGauges
     root : (3M, 3M) float64
         Of the covariance of the strains.
     warper : synthetic.Warper
-    sensors : pair of synthetic.Sensor
+    sensors : pair of synthetic.SensorSection
         Of the reference and of a picture, each for the mean of some.
     """
 
-    seen: SeenGauges
+    seen: CameraGauges
     root: NDArray[np.float64]
     warper: synthetic.Warper
     sensors: tuple[synthetic.Sensor, synthetic.Sensor]
@@ -85,7 +85,7 @@ class Eye:
         return np.array(found)
 
 
-def open_eye(view: View, report: Callable[[int, int], None]) -> Eye:
+def render_gauges(view: GaugeSetup, report: Callable[[int, int], None]) -> RenderedGauges:
     """See the gauges of a scene; `report` is called while modes of the plate are computed.
 
     Raises
@@ -95,7 +95,7 @@ def open_eye(view: View, report: Callable[[int, int], None]) -> Eye:
     """
     plate, camera = view.plate.build(), view.camera
     modes, top = plate_modes(plate, MODES, report), plate.thickness / 2
-    seen = see_gauges(modes, camera, view.gauges.build(view.plate), view.subset)
+    seen = prepare_camera_gauges(modes, camera, view.gauges.build(view.plate), view.subset)
     arrays = cache.fetch(
         "sharp-pattern",
         (synthetic, view.pattern.model_dump(), camera, plate.thickness),
@@ -103,7 +103,10 @@ def open_eye(view: View, report: Callable[[int, int], None]) -> Eye:
     )
     warper = synthetic.Warper.from_arrays(camera, top, arrays)
     one = view.sensor.build()
-    frames = view.training.frames, max(view.reference_frames, view.training.frames)
+    frames = (
+        view.training.averaged_frames,
+        max(view.reference_frames, view.training.averaged_frames),
+    )
     picture, reference = (one.noise / sqrt(number) for number in frames)
     noise = hypot(picture, ROUNDING, reference, ROUNDING / sqrt(frames[1])) / sqrt(2)
     span = (one.white - one.black) * one.top / 255.0
@@ -111,4 +114,4 @@ def open_eye(view: View, report: Callable[[int, int], None]) -> Eye:
     sensors = tuple(
         synthetic.Sensor(noise=deviation, bits=one.bits) for deviation in (reference, picture)
     )
-    return Eye(seen, seen.root(rest, noise), warper, (sensors[0], sensors[1]))
+    return RenderedGauges(seen, seen.root(rest, noise), warper, (sensors[0], sensors[1]))

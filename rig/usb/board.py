@@ -46,7 +46,7 @@ class BoardState:
     time: float
 
 
-class Board:
+class UsbBoard:
     """An open board; use `open_board`.
 
     Attributes
@@ -75,11 +75,11 @@ class Board:
         """Light an output steadily, from 0 to 1."""
         if not 0 <= level <= 1:
             raise ValueError(f"level must lie in 0..1, got {level:g}; give 1 for full light")
-        self._tell(LEVEL, output, value=round(level * FULL))
+        self._report(LEVEL, output, value=round(level * FULL))
 
     def strobe(self, output: int, delay: float, width: float) -> None:
         """Give a pulse of `width` s, `delay` s after each frame trigger; width 0 gives none."""
-        self._tell(STROBE, output, _microseconds(delay=delay, width=width))
+        self._report(STROBE, output, _microseconds(delay=delay, width=width))
 
     def trigger(self, output: int, period: float, width: float, count: int = 0) -> None:
         """Give `count` pulses of `width` s, one each `period` s; 0 goes on until `off`."""
@@ -91,7 +91,7 @@ class Board:
         if not 0 <= count < 2**32:
             raise ValueError(f"count must lie in 0..4294967295, got {count}; 0 is for ever")
         times = _microseconds(period=period, width=width)
-        self._tell(TRIGGER, output, times + struct.pack("<I", count))
+        self._report(TRIGGER, output, times + struct.pack("<I", count))
 
     def state(self) -> BoardState:
         """Ask how many pulses were given and missed."""
@@ -100,9 +100,9 @@ class Board:
 
     def off(self) -> None:
         """Make all outputs dark and still."""
-        self._tell(OFF, 0)
+        self._report(OFF, 0)
 
-    def _tell(self, request: int, output: int, data: bytes = b"", value: int = 0) -> None:
+    def _report(self, request: int, output: int, data: bytes = b"", value: int = 0) -> None:
         if not 0 <= output < self.outputs:
             raise ValueError(
                 f"output must lie in 0..{self.outputs - 1}, got {output}; the board has"
@@ -120,7 +120,7 @@ class Board:
 
 
 @contextmanager
-def open_board(device: UsbDevice, backend: IBackend | None = None) -> Iterator[Board]:
+def open_board(device: UsbDevice, backend: IBackend | None = None) -> Iterator[UsbBoard]:
     """Open a board; its outputs are off when the block ends, where it still listens.
 
     Raises
@@ -130,7 +130,7 @@ def open_board(device: UsbDevice, backend: IBackend | None = None) -> Iterator[B
     """
     found = find_device(device, backend)
     try:
-        board = Board(found, device.label)
+        board = UsbBoard(found, device.label)
         try:
             yield board
         finally:

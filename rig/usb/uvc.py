@@ -1,7 +1,7 @@
 """Controls of a UVC camera by class requests, for one that no driver of the system holds.
 
 While the kernel's driver streams it owns the camera, and controls are set through it
-(`rig.camera.opencv`, `rig.camera.v4l2`). Here the driver is detached, which stops the pictures:
+(`rig.camera.opencv`, `rig.camera.v4l2`). Here the driver is detached, which stops the images:
 for cameras with a driver of their own, and to set one up before the system sees it. Numbers are
 those of the USB Device Class Definition for Video Devices 1.5, tables A-12, A-13 and section 4.2.
 """

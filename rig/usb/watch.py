@@ -19,7 +19,7 @@ PAUSE = 0.1  # s between looks; one takes about a millisecond
 
 
 @dataclass(frozen=True)
-class Change:
+class DeviceChange:
     """A device that came or went."""
 
     kind: Literal["plugged", "unplugged"]
@@ -44,7 +44,7 @@ class Watch:
         self._look = look
         self._seen = self._now()
 
-    def changes(self) -> tuple[Change, ...]:
+    def changes(self) -> tuple[DeviceChange, ...]:
         """Look again; what went comes before what came.
 
         A device that was out and in again between two looks has a new address and shows as both.
@@ -52,8 +52,8 @@ class Watch:
         before, now = self._seen, self._now()
         self._seen = now
         return (
-            *(Change("unplugged", before[one]) for one in sorted(before.keys() - now)),
-            *(Change("plugged", now[one]) for one in sorted(now.keys() - before)),
+            *(DeviceChange("unplugged", before[one]) for one in sorted(before.keys() - now)),
+            *(DeviceChange("plugged", now[one]) for one in sorted(now.keys() - before)),
         )
 
     def _now(self) -> dict[tuple, UsbDevice]:

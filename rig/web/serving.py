@@ -114,7 +114,7 @@ def _configuration(application: Starlette) -> uvicorn.Config:
     return uvicorn.Config(
         application,
         ws="websockets-sansio",
-        ws_per_message_deflate=False,  # pictures do not shrink, and it costs a third of the frames
+        ws_per_message_deflate=False,  # images do not shrink, and it costs a third of the frames
         ws_max_size=1024,  # nobody sends us more than a few words
         lifespan="off",
         log_config=None,

@@ -68,7 +68,7 @@ def steps(count):
 
 def test_half_again_as_long_is_followed_in_steps(large, picture):
     motions = list(steps(5))
-    fields = list(dic.follow(dic.prepare(picture), (large.draw(*m) for m in motions)))
+    fields = list(dic.correlate_sequence(dic.prepare(picture), (large.draw(*m) for m in motions)))
     for motion, disp in zip(motions, fields, strict=True):
         seen = inside(large, disp.xy, motion, 10)
         assert disp.valid[seen].mean() >= 0.99
@@ -89,7 +89,7 @@ def test_pattern_that_becomes_another_is_followed_by_new_references(large, pictu
     ]
     ref = dic.prepare(picture)
     assert dic.correlate(ref, frames[-1]).valid.mean() < 0.2
-    disp = list(dic.follow(ref, frames))[-1]
+    disp = list(dic.correlate_sequence(ref, frames))[-1]
     seen = inside(large, disp.xy, motions[-1], 10)
     assert disp.valid[seen].mean() >= 0.99
     assert disp.grid is not None
@@ -110,7 +110,7 @@ def test_displacements_compose_as_motions_do(large, picture):
     moved = there.xy + np.column_stack([there.u, there.v])
     assert there.valid.all()
     onward = dic.correlate(dic.prepare(middle, points=moved), end)
-    disp, direct = dic.compose(there, onward), large.displacement(there.xy, *both)
+    disp, direct = dic.compose_displacements(there, onward), large.displacement(there.xy, *both)
     seen = disp.valid
     assert np.abs(np.column_stack([disp.u, disp.v]) - direct)[seen].max() <= 0.01
     np.testing.assert_allclose(disp.gradient[seen].mean(axis=0), both[1], atol=5e-4)

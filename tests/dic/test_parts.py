@@ -26,7 +26,7 @@ def continued(picture, width=30):
 
 
 def test_coefficients_are_those_of_scipy(picture):
-    ours, margin = spline.coefficients(picture), 30 - warp.PAD
+    ours, margin = spline.spline_coefficients(picture), 30 - warp.PAD
     theirs = ndimage.spline_filter(continued(picture), 5, mode="mirror")
     np.testing.assert_allclose(ours, theirs[margin:-margin, margin:-margin], atol=2e-3)
 
@@ -37,12 +37,12 @@ def test_sample_is_that_of_scipy(x, y):
     picture = np.random.default_rng(0).normal(100, 30, (37, 52))
     place = [[y + 30], [x + 30]]
     there = ndimage.map_coordinates(continued(picture), place, order=5, mode="mirror")[0]
-    assert warp.sample(spline.coefficients(picture), x, y) == pytest.approx(there, abs=2e-3)
+    assert warp.sample(spline.spline_coefficients(picture), x, y) == pytest.approx(there, abs=2e-3)
 
 
 def test_gradient_is_the_slope_of_the_sample(picture):
-    c, h = spline.coefficients(picture), 1e-2
-    gx, gy = spline.gradient(c)
+    c, h = spline.spline_coefficients(picture), 1e-2
+    gx, gy = spline.spline_gradient(c)
     x, y = 23.0, 11.0
     slope_x = (warp.sample(c, x + h, y) - warp.sample(c, x - h, y)) / (2 * h)
     slope_y = (warp.sample(c, x, y + h) - warp.sample(c, x, y - h)) / (2 * h)
@@ -60,13 +60,13 @@ def test_noise_power_is_what_noise_keeps_between_pixels(t):
 
 def test_noise_slope_is_that_of_noise():
     noise = np.random.default_rng(2).normal(0, 1, (300, 400))
-    gx, gy = spline.gradient(spline.coefficients(noise))
+    gx, gy = spline.spline_gradient(spline.spline_coefficients(noise))
     assert (gx.var(), gy.var()) == pytest.approx((spline.noise_slope(),) * 2, rel=0.02)
 
 
 @pytest.mark.parametrize("stretch", [0.002, 0.2, -1.3])
 def test_row_is_warped_as_its_pixels_are_sampled(picture, stretch):
-    coefficients, x = spline.coefficients(picture), np.arange(30.0)
+    coefficients, x = spline.spline_coefficients(picture), np.arange(30.0)
     u, v = (0.4 + stretch * x).astype(np.float32), (-0.3 - 0.1 * stretch * x).astype(np.float32)
     cells, taps, row = np.empty((2, 30), np.int32), np.empty((2, 6, 30), np.float32), np.empty(30)
     warp.warp_row(coefficients, (7, 11), u, v, cells, taps, row)
@@ -75,7 +75,7 @@ def test_row_is_warped_as_its_pixels_are_sampled(picture, stretch):
 
 
 def texture_of(picture):
-    gx, gy = spline.gradient(spline.coefficients(picture))
+    gx, gy = spline.spline_gradient(spline.spline_coefficients(picture))
     weight = np.ones_like(gx)
     weight[5:9, 20:31] = 0
     return np.stack([gx, gy, picture, np.ones_like(gx)], dtype=np.float32) * weight.astype(
@@ -126,7 +126,7 @@ def test_dense_motion_is_exact_for_parabolas_inside_the_grid():
     x, y = grid.xy.T
     motion = np.zeros((len(x), 2, 3))
     motion[:, 0, 0], motion[:, 1, 0] = 1e-3 * x * x - 2e-3 * x * y, 3e-3 * y * y
-    net = dense_motion.net(motion, grid)
+    net = dense_motion.motion_grid(motion, grid)
     px, py = 37, 29
     (column, across), (row, down) = (
         divmod(p - o, 5) for p, o in zip((px, py), net.origin, strict=True)

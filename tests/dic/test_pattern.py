@@ -48,7 +48,7 @@ def test_sub_pixel_bias_is_that_of_exact_pictures(large, picture):
 def test_chosen_subset_measures_to_the_sigma_asked_for(large, picture, sigma):
     rng = np.random.default_rng(1)
     first, second = (i + rng.normal(0, 3, i.shape) for i in (picture, large.draw((0.3, 0.4))))
-    advice = dic.choose(first, noise=3.0, sigma=sigma)
+    advice = dic.recommend_settings(first, noise=3.0, sigma=sigma)
     assert advice.sigma <= sigma
     assert advice.subset >= 3 * advice.speckle
     disp = dic.correlate(dic.prepare(first, advice.subset, advice.step), second)
@@ -61,7 +61,7 @@ def test_chosen_subset_measures_to_the_sigma_asked_for(large, picture, sigma):
 def test_a_pattern_too_weak_for_the_camera_is_named(picture):
     weak = 128 + 0.01 * (picture - 128)
     with pytest.raises(ValueError, match=r"no subset up to 101 px measures to 0\.001 px"):
-        dic.choose(weak, noise=5.0, sigma=0.001)
+        dic.recommend_settings(weak, noise=5.0, sigma=0.001)
 
 
 def test_a_picture_without_spots_is_named():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import dic
-from dic.tiles.tile_field import LEAST_ZNCC, right_side
+from dic.tiles.tile_field import LEAST_ZNCC, tile_gradient
 from dic.tiles.tiles import tile_sums
 
 SIZE = 8
@@ -60,7 +60,7 @@ def test_sigma_is_what_sampling_finds(blocks, pattern):
         sums = tile_sums(blocks.reference, frame + rng.normal(0, noise, frame.shape), flow)
         field = dic.tile_displacement(blocks, sums, noise)
         samples.append([field.u, field.v])
-        sides.append(right_side(blocks, sums))
+        sides.append(tile_gradient(blocks, sums))
     predicted = np.array([field.sigma_u, field.sigma_v])
     ratio = np.std(samples, axis=0, ddof=1) / predicted
     assert np.sqrt((ratio**2).mean(axis=1)) == pytest.approx([1.0, 1.0], abs=0.03)

@@ -5,7 +5,7 @@ import pytest
 
 import fe
 from fe.elements.functional import derivative, recovered
-from fe.elements.hermite import gram
+from fe.elements.hermite import hermite_gram
 from fe.linear.energy import bending_products
 
 SIZE, COUNTS = (3.0, 2.0), (9, 7)
@@ -85,8 +85,8 @@ def test_recovered_curvature_converges_with_the_fourth_power_anywhere(p, q):
 def energy(values):
     matrix = PLATE.rigidity * bending_products(
         PLATE.poisson,
-        lambda p, q: gram(MESH.lines[0], p, q).toarray(),
-        lambda p, q: gram(MESH.lines[1], p, q).toarray(),
+        lambda p, q: hermite_gram(MESH.lines[0], p, q).toarray(),
+        lambda p, q: hermite_gram(MESH.lines[1], p, q).toarray(),
         np.kron,
     )
     return values.ravel() @ matrix @ values.ravel()

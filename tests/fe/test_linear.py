@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 import fe
-from fe.elements.hermite import gram
+from fe.elements.hermite import hermite_gram
 from fe.linear.energy import bending_products
 
 # Clamped square of side a under a load P: load and gauge in parts of the side, w D / (P a²) under
@@ -251,8 +251,8 @@ def test_the_edges_carry_force_and_moments_of_the_touches():
     mesh, values = SMALL.mesh, SMALL.deflect(touches).values
     stiffness = OBLONG.rigidity * bending_products(
         OBLONG.poisson,
-        lambda p, q: gram(mesh.lines[0], p, q).toarray(),
-        lambda p, q: gram(mesh.lines[1], p, q).toarray(),
+        lambda p, q: hermite_gram(mesh.lines[0], p, q).toarray(),
+        lambda p, q: hermite_gram(mesh.lines[1], p, q).toarray(),
         np.kron,
     )
     reaction = (stiffness @ values.ravel()).reshape(mesh.shape)

@@ -6,7 +6,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 import fe
-from fe.elements.hermite import gram
+from fe.elements.hermite import hermite_gram
 
 PLATE = fe.Plate((150.0, 100.0), 2.0, 3000.0, 0.38)
 MESH = fe.Mesh(PLATE.size, (48, 32))
@@ -31,7 +31,7 @@ def test_the_clamped_square_sounds_as_known():
 def test_stiffnesses_are_those_of_the_sparse_problem_on_the_same_mesh(modes):
     solver = fe.Linear(PLATE, MESH)
     inside = slice(2, -2)
-    mass = sp.kron(*(gram(line, 0, 0)[inside, inside] for line in MESH.lines))
+    mass = sp.kron(*(hermite_gram(line, 0, 0)[inside, inside] for line in MESH.lines))
     inverse = LinearOperator(
         mass.shape, matvec=lambda v: solver.factor.solve(v[:, None])[:, 0], dtype=np.float64
     )
@@ -48,7 +48,7 @@ def test_stiffnesses_are_those_of_the_sparse_problem_on_the_same_mesh(modes):
 
 
 def test_modes_are_orthonormal_over_the_area(modes):
-    mass = [gram(line, 0, 0).toarray() for line in MESH.lines]
+    mass = [hermite_gram(line, 0, 0).toarray() for line in MESH.lines]
     product = np.einsum("abk,ac,bd,cdl->kl", modes.values, *mass, modes.values, optimize=True)
     np.testing.assert_allclose(product, np.eye(120), atol=1e-9)
 

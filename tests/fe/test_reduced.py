@@ -21,7 +21,7 @@ FORCES = np.array([14.0, 9.0])
 
 
 def reduced(plate):
-    return fe.reduce(plate, fe.Mesh(plate.size, COUNTS, borders(plate)), force=FORCE)
+    return fe.reduced_plate(plate, fe.Mesh(plate.size, COUNTS, borders(plate)), force=FORCE)
 
 
 @pytest.fixture(scope="module")
@@ -251,9 +251,9 @@ def test_what_makes_no_sense_is_refused(clamped, call, message):
 @pytest.mark.parametrize("force", [0.0, -1.0, np.inf, np.nan])
 def test_the_largest_force_is_positive(force):
     with pytest.raises(ValueError, match="largest force must be positive"):
-        fe.reduce(OBLONG, force=force)
+        fe.reduced_plate(OBLONG, force=force)
 
 
 def test_the_mesh_fits_the_plate():
     with pytest.raises(ValueError, match="size of the plate"):
-        fe.reduce(OBLONG, fe.Mesh((90.0, 71.0), COUNTS))
+        fe.reduced_plate(OBLONG, fe.Mesh((90.0, 71.0), COUNTS))

@@ -1,6 +1,6 @@
 """The reduced plate against the shell: another theory, another solver, a finer mesh.
 
-`benchmarks/reduced_bars.py` does the same on the default mesh over many touches.
+`python -m rig.studies.plates.reduced` does the same on the default mesh over many touches.
 """
 
 import numpy as np
@@ -33,7 +33,7 @@ def ring():
 def test_strain_and_displacement_are_those_of_the_shell(edges):
     """Measured: 0.9 % and 3.0 % with four and two edges clamped; 2.4e-3 of the displacement."""
     plate = fe.Plate((SIDE, SIDE), thickness=1.0, young=3000.0, poisson=0.38, edges=edges)
-    reduced = fe.reduce(plate, mesh(24))
+    reduced = fe.reduced_plate(plate, mesh(24))
     shell, at = fe.Shell(plate, mesh(36)), np.array([[60.0, 90.0], [127.0, 140.0], [200.0, 61.0]])
     for touches in (
         [fe.Touch(127.0, 127.0, 5.0)],

@@ -1,6 +1,6 @@
 """The regime: how far linear theory is off, held against von Kármán's plate solved in full.
 
-The estimate itself solves nothing nonlinear; `benchmarks/regime.py` holds it against the shell.
+The estimate itself solves nothing nonlinear; `python -m rig.studies.plates.regime` holds it against the shell.
 """
 
 import dataclasses
@@ -10,8 +10,8 @@ import pytest
 
 import fe
 from fe.elements.functional import derivative
-from fe.linear.linear_range import regime
-from fe.linear.validity import TOLERANCE, Regime
+from fe.linear.linear_range import linear_range
+from fe.linear.validity import LINEAR_TOLERANCE, LinearRange
 from fe.reduced.karman import Karman
 
 C, S, F = fe.Clamped(), fe.Supported(), fe.Free()
@@ -32,7 +32,7 @@ def held(edges):
 
 def force_for(plate, ratio):
     """Force that deflects to about `ratio` thicknesses, N."""
-    return ratio * 1e-6 / regime(plate, 1e-6).ratio
+    return ratio * 1e-6 / linear_range(plate, 1e-6).ratio
 
 
 @pytest.mark.parametrize("edges", EDGES.values(), ids=EDGES.keys())
@@ -40,7 +40,7 @@ def force_for(plate, ratio):
 def test_deflection_and_its_error_are_those_of_the_plate_that_stretches(edges, ratio):
     """Measured: within 1.6 % of the deflection, on hinges at w/h 0.7; 0.2 % at 0.3."""
     plate = held(edges)
-    said = regime(plate, force_for(plate, ratio))
+    said = linear_range(plate, force_for(plate, ratio))
     mesh = fe.grid(plate, 16)
     touch, loads = derivative(mesh, np.array([said.place])), np.zeros((*mesh.shape, 1))
     touch.add_to(loads, np.array([-said.force]), np.array([0]))
@@ -55,7 +55,7 @@ def test_deflection_and_its_error_are_those_of_the_plate_that_stretches(edges, r
 
 def test_the_place_is_where_the_plate_gives_most_for_its_thickness():
     def place(plate):
-        return regime(plate, 1.0).place
+        return linear_range(plate, 1.0).place
 
     assert place(PVC) == (127.0, 90.0)
     assert place(held(fe.Edges(C, F, F, F)))[0] == 254.0
@@ -67,7 +67,7 @@ def test_the_place_is_where_the_plate_gives_most_for_its_thickness():
 
 
 def test_the_error_of_strain_grows_as_the_deflection_and_that_of_deflection_as_its_square():
-    errors = [regime(PVC, force_for(PVC, ratio)).error for ratio in (0.001, 0.01, 0.1)]
+    errors = [linear_range(PVC, force_for(PVC, ratio)).error for ratio in (0.001, 0.01, 0.1)]
     assert errors[1] / errors[0] == pytest.approx(10.0, rel=0.01)
     assert errors[2] / errors[1] == pytest.approx(10.0, rel=0.1)
 
@@ -76,7 +76,7 @@ def test_a_plate_that_can_slide_at_its_edges_stays_linear_for_longer():
     free_to_slide = held(fe.Elastic(deflection=np.inf, rotation=0.0, membrane=0.0))
     ratio = 0.2
     held_in_plane, sliding = (
-        regime(plate, force_for(plate, ratio)).error for plate in (held(S), free_to_slide)
+        linear_range(plate, force_for(plate, ratio)).error for plate in (held(S), free_to_slide)
     )
     assert sliding < 0.5 * held_in_plane
 
@@ -86,7 +86,7 @@ def test_one_percent_and_ten_percent_lie_where_they_are_known_to_lie():
     square = fe.Plate((100.0, 100.0), 1.0, 3000.0, 0.3)
     for edges in (C, S):
         plate = dataclasses.replace(square, edges=edges)
-        error = {r: regime(plate, force_for(plate, r)).error for r in (0.02, 0.05, 0.2, 0.35)}
+        error = {r: linear_range(plate, force_for(plate, r)).error for r in (0.02, 0.05, 0.2, 0.35)}
         assert error[0.02] < 0.0101
         assert error[0.05] > 0.01
         assert error[0.2] < 0.12
@@ -94,19 +94,19 @@ def test_one_percent_and_ten_percent_lie_where_they_are_known_to_lie():
 
 
 def test_the_smaller_theory_is_taken_up_to_the_tolerance():
-    weak, strong = regime(PVC, force_for(PVC, 0.1)), regime(PVC, force_for(PVC, 0.4))
+    weak, strong = linear_range(PVC, force_for(PVC, 0.1)), linear_range(PVC, force_for(PVC, 0.4))
     assert (weak.theory, strong.theory) == ("linear", "large")
-    assert weak.error < TOLERANCE < strong.error
+    assert weak.error < LINEAR_TOLERANCE < strong.error
     assert strong.sentence.startswith("w/h is up to 0.38 under ")
     assert "at (127, 90) mm, where linear theory is off by 11 %" in strong.sentence
-    assert regime(PVC, 1e3).sentence.endswith("off by more than 100 %")
+    assert linear_range(PVC, 1e3).sentence.endswith("off by more than 100 %")
 
 
 def test_scale_changes_nothing():
     """Twice as large in all, with eight times the force over twice the modulus."""
-    here = regime(PVC, 0.8)
+    here = linear_range(PVC, 0.8)
     large = fe.Plate((508.0, 360.0), 2.0, 6000.0, 0.38)
-    there = regime(large, 0.8 * 8)
+    there = linear_range(large, 0.8 * 8)
     assert there.ratio == pytest.approx(here.ratio, rel=1e-6)
     assert there.error == pytest.approx(here.error, rel=1e-6)
 
@@ -114,9 +114,9 @@ def test_scale_changes_nothing():
 @pytest.mark.parametrize("force", [0.0, -1.0, np.nan, np.inf])
 def test_a_force_that_presses_nothing_is_refused(force):
     with pytest.raises(ValueError, match="expected force must be positive and finite, got"):
-        regime(PVC, force)
+        linear_range(PVC, force)
 
 
 def test_a_regime_comes_back_from_its_arrays():
-    found = regime(held(EDGES["mixed"]), 2.0)
-    assert Regime.from_arrays(found.arrays()) == found
+    found = linear_range(held(EDGES["mixed"]), 2.0)
+    assert LinearRange.from_arrays(found.arrays()) == found

@@ -25,8 +25,8 @@ class SmallBench:
     solver: fe.Linear
     warper: synthetic.Warper
     reference: TileReference
-    pattern: models.Pattern
-    search: models.Search
+    pattern: models.TilePattern
+    search: models.CandidateGrid
 
     @property
     def height(self):
@@ -52,7 +52,7 @@ class SmallBench:
         motions, motion = self.pattern.motions, self.pattern.still()
         for _ in range(passes):
             sums = tile_sums(self.reference, frame, motions.flow(motion))
-            right = self.pattern.right_side(sums, motion)
+            right = self.pattern.gradient(sums, motion)
             measured = self.pattern.whiten(right, NOISE)
             estimate = models.find(measured, self.search, start=start, count=count, most=3)
             start = np.column_stack([estimate.xy, estimate.force])
@@ -68,8 +68,8 @@ def bench():
     warper = synthetic.prepare_warp(speckle, camera, TOP)
     still = warper.render(np.zeros((len(warper.points), 3)), SENSOR, None) / 257.0
     reference = prepare_tiles(still, size=8)
-    motions = models.see_motions(modes, camera, TOP, reference.tiles)
-    pattern = models.see_pattern(motions, reference)
-    search = models.prepare_search(pattern.forward(NOISE))
+    motions = models.prepare_motions(modes, camera, TOP, reference.tiles)
+    pattern = models.prepare_pattern(motions, reference)
+    search = models.prepare_candidates(pattern.forward(NOISE))
     solver = fe.Linear(PLATE, modes.mesh)
     return SmallBench(camera, modes, solver, warper, reference, pattern, search)

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from models.data import dataset
-from models.data.gauge_layout import on_edges
+from models.data.gauge_layout import gauges_on_edges
 from models.nets import baselines
 from models.scores.score import position_error
 
 SIZE = (60.0, 40.0)
-GAUGES = on_edges(SIZE, spacing=10.0)
+GAUGES = gauges_on_edges(SIZE, spacing=10.0)
 
 
 class Bumps:
@@ -21,8 +21,10 @@ class Bumps:
         return np.stack([bump, -0.5 * bump, np.zeros_like(bump)], axis=2)
 
 
-TRAINING = dataset.simulate(Bumps(), dataset.grid(SIZE, spacing=5.0, margin=5.0))
-TEST = dataset.simulate(Bumps(), dataset.midpoints(SIZE, spacing=5.0, margin=5.0, count=6))
+TRAINING = dataset.simulate_dataset(Bumps(), dataset.grid_places(SIZE, spacing=5.0, margin=5.0))
+TEST = dataset.simulate_dataset(
+    Bumps(), dataset.midpoint_places(SIZE, spacing=5.0, margin=5.0, count=6)
+)
 
 
 @pytest.mark.parametrize("fit", [baselines.convolutional, baselines.adversarial])

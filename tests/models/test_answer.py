@@ -5,7 +5,7 @@ import pytest
 
 import fe
 import synthetic
-from models.forward.simulator import see, superpose
+from models.forward.simulator import superpose, through_camera
 
 PLATE = fe.Plate(size=(120.0, 90.0), thickness=1.0, young=3000.0, poisson=0.38, edges=fe.Clamped())
 TOP = PLATE.thickness / 2
@@ -20,7 +20,7 @@ def modes():
 
 def test_a_telecentric_camera_reads_the_strain_of_the_plate(modes):
     camera = synthetic.telecentric_above(PLATE.size, (1600, 1200))
-    found = see(modes, camera, synthetic.strain_gauges(PLACES))(TOUCH)[0]
+    found = through_camera(modes, camera, synthetic.strain_gauges(PLACES))(TOUCH)[0]
     expected = fe.influence(PLATE, camera.on_plate(PLACES, TOP)).strain(TOUCH)[0]
     # Rows of a picture run down, so that its shear has the other sign. Measured 2.2 % of the
     # largest, 4.1 with 150 modes and 1.0 with 800: the bend at a point is in no mode.
@@ -30,18 +30,20 @@ def test_a_telecentric_camera_reads_the_strain_of_the_plate(modes):
 def test_a_camera_in_perspective_reads_the_motion_towards_it_too(modes):
     camera = synthetic.pinhole_above(PLATE.size, 500.0, (1600, 1200))
     gauges = synthetic.strain_gauges(PLACES)
-    found = see(modes, camera, gauges)(TOUCH)[0]
+    found = through_camera(modes, camera, gauges)(TOUCH)[0]
     points = camera.on_plate(gauges.px, TOP)
     w = (modes.value(points) @ modes.response(TOUCH).T)[:, 0]
     slope = np.einsum("nka,k->na", modes.slope(points), modes.response(TOUCH)[0])
     small = 1e-4  # N: the camera is linear for small motions only
     moved = small * np.column_stack([-TOP * slope, w])
-    exact = gauges.read(synthetic.motion(camera, points, moved, TOP)) / small
+    exact = gauges.read(synthetic.image_motion(camera, points, moved, TOP)) / small
     np.testing.assert_allclose(found, exact, atol=1e-5 * np.abs(exact).max())
 
 
 def test_touches_add_with_their_forces_through_a_camera(modes):
-    unit = see(modes, synthetic.pinhole_above(PLATE.size), synthetic.strain_gauges(PLACES))
+    unit = through_camera(
+        modes, synthetic.pinhole_above(PLATE.size), synthetic.strain_gauges(PLACES)
+    )
     touches = np.array([[[20.0, 30.0, 0.5], [80.0, 60.0, 2.0]]])
     expected = 0.5 * unit(touches[0, :1, :2]) + 2.0 * unit(touches[0, 1:, :2])
     np.testing.assert_allclose(superpose(unit)(touches), expected, rtol=1e-12)

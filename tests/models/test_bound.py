@@ -37,7 +37,7 @@ def by_pixels(bench, touches):
         moved = np.zeros_like(px)
         field = bench.solver.deflect([fe.Touch(*touch) for touch in pressed])
         displacement = field.displacement(places[inside], "top")
-        moved[inside] = synthetic.motion(bench.camera, places[inside], displacement, height)
+        moved[inside] = synthetic.image_motion(bench.camera, places[inside], displacement, height)
         return moved
 
     columns = []
@@ -46,7 +46,7 @@ def by_pixels(bench, touches):
             step = np.zeros_like(touches)
             step[n, k] = nudge
             columns.append((motion(touches + step) - motion(touches - step)) / (2 * nudge))
-    columns += list(synthetic.rigid(bench.camera, px).transpose(2, 0, 1))
+    columns += list(synthetic.rigid_motion_basis(bench.camera, px).transpose(2, 0, 1))
     columns += [tilted(bench.camera, px, height, axis) for axis in (0, 1)]
 
     def light(dx, dy):

@@ -11,17 +11,17 @@ import pytest
 from models.data.dataset import Dataset
 from models.nets.checkpoint import Checkpoint
 from models.nets.net import NetOptions
-from models.nets.train import Recipe, train
+from models.nets.train import Recipe, train_net
 
 RUN = """
 import os, signal, sys
 import numpy as np
 from pathlib import Path
-from models.nets.batches import shuffled
+from models.nets.batches import shuffled_batches
 from models.nets.checkpoint import Checkpoint
 from models.data.dataset import Dataset
 from models.nets.net import NetOptions
-from models.nets.train import Recipe, train
+from models.nets.train import Recipe, train_net
 
 def run(path, stop=0):
     rng = np.random.default_rng(0)
@@ -31,8 +31,8 @@ def run(path, stop=0):
         began.append(epoch)
         if epoch == stop:
             os.kill(os.getpid(), signal.SIGKILL)
-    trained = train(data, data, NetOptions((8,)), Recipe(60, 1e-2, check=7), rng, tell,
-                    batches=shuffled(data, 16, np.random.default_rng(1)),
+    trained = train_net(data, data, NetOptions((8,)), Recipe(60, 1e-2, check=7), rng, tell,
+                    batches=shuffled_batches(data, 16, np.random.default_rng(1)),
                     checkpoint=Checkpoint(Path(path), every=10))
     return trained, began[0]
 """
@@ -63,7 +63,7 @@ def test_the_checkpoint_of_another_training_is_not_gone_on_from(tmp_path):
     epochs = []
     rng = np.random.default_rng(0)
     tell = lambda epoch, loss: epochs.append(epoch)  # noqa: E731
-    train(data, data, NetOptions((3,)), Recipe(3), rng, tell, checkpoint=checkpoint)
+    train_net(data, data, NetOptions((3,)), Recipe(3), rng, tell, checkpoint=checkpoint)
     assert epochs == [1, 2, 3]
 
 

@@ -6,8 +6,8 @@ import fe
 from models.data import dataset, gauge_layout
 
 PLATE = fe.Plate(size=(60.0, 40.0), thickness=1.0, young=3000.0, poisson=0.3, edges=fe.Clamped())
-GAUGES = gauge_layout.on_edges(PLATE.size, spacing=10.0, margin=5.0)
-PLACES = dataset.grid(PLATE.size, spacing=5.0, margin=10.0)
+GAUGES = gauge_layout.gauges_on_edges(PLATE.size, spacing=10.0, margin=5.0)
+PLACES = dataset.grid_places(PLATE.size, spacing=5.0, margin=10.0)
 
 
 def small_influence():
@@ -16,7 +16,7 @@ def small_influence():
 
 def test_columns_run_exx_eyy_exy_of_the_first_gauge_then_of_the_next():
     influence = small_influence()
-    data = dataset.simulate(influence, PLACES)
+    data = dataset.simulate_dataset(influence, PLACES)
     strain = influence.strain(PLACES)
     assert data.strain.shape == (len(PLACES), 3 * len(GAUGES))
     np.testing.assert_array_equal(data.targets, PLACES)
@@ -25,7 +25,7 @@ def test_columns_run_exx_eyy_exy_of_the_first_gauge_then_of_the_next():
 
 
 def test_on_clamped_edges_one_strain_of_three_is_live_and_stretches_the_touched_face():
-    data = dataset.simulate(small_influence(), PLACES)
+    data = dataset.simulate_dataset(small_influence(), PLACES)
     live = np.abs(data.strain).max(axis=0) > 1e-9 * np.abs(data.strain).max()
     on_side_x = np.isin(GAUGES[:, 0], [0.0, 60.0])
     expected = np.column_stack([on_side_x, ~on_side_x, np.zeros(len(GAUGES), bool)])

@@ -12,13 +12,13 @@ import pytest
 
 from models import begin_dataset, read_dataset, superpose
 from models.data import writer
-from models.data.dataset import grid
+from models.data.dataset import grid_places
 from models.data.flat_file import locate
-from models.data.sampling_plan import BLOCK, Box, Lattice, Plan
+from models.data.sampling_plan import BLOCK, SamplingPlan, TouchBox, TouchLattice
 
 GAUGES = np.array([(0.0, 5.0), (60.0, 15.0), (25.0, 40.0), (35.0, 0.0)])
-PLACES = grid((60.0, 40.0), spacing=5.0, margin=10.0)
-PLAN = Plan(Lattice(PLACES, np.arange(1.0, 6.0)), 2, 3 * BLOCK + 1000, seed=7)
+PLACES = grid_places((60.0, 40.0), spacing=5.0, margin=10.0)
+PLAN = SamplingPlan(TouchLattice(PLACES, np.arange(1.0, 6.0)), 2, 3 * BLOCK + 1000, seed=7)
 ABOUT = {"scene": {"plate": {"thickness": 1.0}, "dataset": {"seed": 7}}}
 
 
@@ -149,7 +149,7 @@ def test_reading_takes_no_memory_until_rows_are_asked_for(whole):
 
 
 def test_a_box_may_hold_one_touch_of_one_force(tmp_path):
-    plan = Plan(Box((10.0, 10.0, 1.0), (50.0, 30.0, 1.0)), 1, 100)
+    plan = SamplingPlan(TouchBox((10.0, 10.0, 1.0), (50.0, 30.0, 1.0)), 1, 100)
     write(tmp_path / "set.h5", plan)
     data = read_dataset(tmp_path / "set.h5")
     assert data.touches.shape == (100, 1, 3)

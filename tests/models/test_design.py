@@ -5,10 +5,10 @@ import pytest
 
 import models
 from models.design.expected_errors import (
-    alike,
+    equal_tiles,
     expected_errors,
     gradient_energy,
-    over_plate,
+    places_over_plate,
     shape_over,
 )
 
@@ -18,9 +18,11 @@ NOISE = 1.7  # grey levels
 def test_a_patch_of_the_pattern_tells_the_bound_of_the_whole(bench):
     picture = bench.picture()
     patch = picture[60:200, 80:250]
-    motions = models.see_motions(bench.modes, bench.camera, bench.height, bench.reference.tiles)
-    expected = models.see_pattern(motions, alike(motions.tiles, gradient_energy(patch, 8)))
-    true = models.see_pattern(motions, bench.reference)
+    motions = models.prepare_motions(bench.modes, bench.camera, bench.height, bench.reference.tiles)
+    expected = models.prepare_pattern(
+        motions, equal_tiles(motions.tiles, gradient_energy(patch, 8))
+    )
+    true = models.prepare_pattern(motions, bench.reference)
     rng = np.random.default_rng(3)
     touches = np.column_stack([rng.uniform((25, 20), (125, 90), (40, 2)), rng.uniform(1, 3, 40)])
     said, right = (expected_errors(one.forward(NOISE), touches) for one in (expected, true))
@@ -56,7 +58,7 @@ def test_gradient_energy_is_that_of_a_wave():
 
 
 def test_cells_lie_evenly_over_a_plate_that_is_not_square():
-    places = over_plate((240.0, 110.0), 12)
+    places = places_over_plate((240.0, 110.0), 12)
     assert shape_over((240.0, 110.0), 12) == (12, 6)
     assert places.shape == (72, 2)
     np.testing.assert_allclose(places[0], (10.0, 110 / 12))

@@ -5,10 +5,10 @@ import pytest
 
 import fe
 import models
-from models.data.gauge_layout import inside_edges
+from models.data.gauge_layout import gauges_inside_edges
 
 PLATE = fe.Plate((120.0, 100.0), 1.0, 3000.0, 0.38)
-INFLUENCE = fe.influence(PLATE, inside_edges(PLATE.size), fe.Mesh(PLATE.size, (48, 40)))
+INFLUENCE = fe.influence(PLATE, gauges_inside_edges(PLATE.size), fe.Mesh(PLATE.size, (48, 40)))
 SIGMA = 1e-7  # strain; 1 N leaves 1e-4
 
 

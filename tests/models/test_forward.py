@@ -18,9 +18,9 @@ SIGMA = np.arange(1.0, 13.0).reshape(4, 3) * 1e-6
 FACTOR = np.random.default_rng(2).normal(0, 50, (12, 9))
 COVARIANCE = np.array([a @ a.T for a in np.random.default_rng(3).normal(0, 1e-6, (4, 3, 5))])
 FORWARDS = {
-    "gauges": models.gauges(INFLUENCE, SIGMA),
-    "correlated": models.gauges(INFLUENCE, covariance=COVARIANCE),
-    "base free": models.gauges(INFLUENCE, SIGMA).setting_aside(RNG.normal(0, 1, (2, 4, 3))),
+    "gauges": models.gauge_forward(INFLUENCE, SIGMA),
+    "correlated": models.gauge_forward(INFLUENCE, covariance=COVARIANCE),
+    "base free": models.gauge_forward(INFLUENCE, SIGMA).setting_aside(RNG.normal(0, 1, (2, 4, 3))),
     "modal": modal(MODES, FACTOR),
 }
 
@@ -50,7 +50,7 @@ def test_missing_channels_say_nothing():
     sigma, missing = SIGMA.copy(), np.zeros((4, 3), dtype=bool)
     sigma[1, 2] = np.inf
     missing[3, 0] = True
-    forward = models.gauges(INFLUENCE, sigma, missing)
+    forward = models.gauge_forward(INFLUENCE, sigma, missing)
     there = np.ones(12)
     there[[5, 9]] = 0.0
     xy = np.array([[40.0, 60.0]])
@@ -64,12 +64,12 @@ def test_missing_channels_say_nothing():
 
 @pytest.mark.parametrize("sigma", [2e-6, np.full(4, 2e-6), np.full((4, 3), 2e-6)])
 def test_sigma_has_three_forms(sigma):
-    whitened = models.gauges(INFLUENCE, sigma).whiten(np.ones((4, 3)))
+    whitened = models.gauge_forward(INFLUENCE, sigma).whiten(np.ones((4, 3)))
     np.testing.assert_array_equal(whitened, np.full(12, 5e5))
 
 
 def test_a_sigma_a_gauge_goes_to_its_three_channels():
-    whitened = models.gauges(INFLUENCE, [1e-6, 2e-6, 4e-6, 8e-6]).whiten(np.ones((4, 3)))
+    whitened = models.gauge_forward(INFLUENCE, [1e-6, 2e-6, 4e-6, 8e-6]).whiten(np.ones((4, 3)))
     np.testing.assert_allclose(whitened, 1e6 / np.repeat([1, 2, 4, 8], 3))
 
 
@@ -79,7 +79,7 @@ def test_correlated_noise_is_made_white():
         whole[3 * n : 3 * n + 3, 3 * n : 3 * n + 3] = block
     strain = RNG.normal(0, 1e-6, (4, 3))
     for covariance in (COVARIANCE, whole):
-        forward = models.gauges(INFLUENCE, covariance=covariance)
+        forward = models.gauge_forward(INFLUENCE, covariance=covariance)
         white = forward.whiten(strain)
         assert white @ white == pytest.approx(
             strain.ravel() @ np.linalg.solve(whole, strain.ravel())
@@ -93,7 +93,7 @@ def test_a_missing_channel_leaves_those_correlated_with_it_their_own_noise():
     missing = np.zeros((4, 3), dtype=bool)
     missing[2, 1] = True
     strain = RNG.normal(0, 1e-6, (4, 3))
-    white = models.gauges(INFLUENCE, missing=missing, covariance=COVARIANCE).whiten(strain)
+    white = models.gauge_forward(INFLUENCE, missing=missing, covariance=COVARIANCE).whiten(strain)
     truth = 0.0
     for n in range(4):
         there = ~missing[n]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import models
-from models.design.press_calibration import Doubt, correct
+from models.design.press_calibration import PriorSigma, correct_by_presses
 
 NOISE = 1.0  # grey levels
 PLACES = np.array([(40, 30), (110, 30), (40, 80), (110, 80), (75, 55), (60, 70), (95, 45)], float)
@@ -43,9 +43,9 @@ def learn(bench, assumed, rng, off=0.0, shift=(0.0, 0.0), hand=None, **given):
             one[hand] = 140.0
 
     def look(seen):
-        return models.see_motions(modes, seen, bench.height, bench.reference.tiles)
+        return models.prepare_motions(modes, seen, bench.height, bench.reference.tiles)
 
-    return correct(camera, look, bench.reference, pictures, said, (NOISE, 1e-3), **given)
+    return correct_by_presses(camera, look, bench.reference, pictures, said, (NOISE, 1e-3), **given)
 
 
 def apart(camera, other, plate):
@@ -68,7 +68,7 @@ def test_camera_and_softness_are_found(bench, rng, shift):
 
 
 def test_presses_that_are_off_themselves_cost_what_is_said_of_them(bench, rng):
-    doubt = Doubt(place=1.0)
+    doubt = PriorSigma(place=1.0)
     found = learn(bench, wrong(bench.camera, bench.modes), rng, off=1.0, doubt=doubt)
     exact = learn(bench, wrong(bench.camera, bench.modes), rng)
     assert (np.diag(found.covariance)[3:5] > 1.5 * np.diag(exact.covariance)[3:5]).all()
@@ -99,7 +99,9 @@ def test_a_bench_that_is_right_stays_so_within_its_uncertainty(bench, rng):
 def test_a_press_without_its_picture_is_refused(bench):
     picture = [bench.picture()]
     with pytest.raises(ValueError, match="2 known presses need a picture each, got 1; give one"):
-        correct(bench.camera, None, bench.reference, picture, np.ones((2, 3)), (NOISE, NOISE))
+        correct_by_presses(
+            bench.camera, None, bench.reference, picture, np.ones((2, 3)), (NOISE, NOISE)
+        )
 
 
 def test_the_covariance_of_the_pose_is_that_of_the_plates_origin(bench, rng):

@@ -20,7 +20,7 @@ SENSOR = synthetic.Sensor(noise=0.0, bits=16)  # 16 bits as 0 … 255: pictures 
 
 @pytest.fixture(scope="module")
 def reduced():
-    return fe.reduce(PLATE, fe.Mesh(PLATE.size, (14, 12)), force=12.0)
+    return fe.reduced_plate(PLATE, fe.Mesh(PLATE.size, (14, 12)), force=12.0)
 
 
 @pytest.fixture(scope="module")
@@ -47,28 +47,28 @@ def test_derivatives_are_those_of_the_measurement(gauges):
 
 @pytest.mark.parametrize("touches", [ONE, TWO])
 def test_strain_of_large_touches_gives_them_back(gauges, touches):
-    search = models.prepare_search(gauges, 8)
+    search = models.prepare_candidates(gauges, 8)
     estimate = models.find(gauges.read(touches)[0], search, count=len(touches))
     np.testing.assert_allclose(found(estimate), touches, atol=1e-4)  # mm and N
 
 
 def test_linear_theory_is_led_astray_by_large_touches(gauges, reduced):
     measured = gauges.read(ONE)[0]
-    linear = models.gauges(fe.influence(PLATE, RING, reduced.mesh), SIGMA)
-    estimate = models.find(measured, models.prepare_search(linear), count=1)
+    linear = models.gauge_forward(fe.influence(PLATE, RING, reduced.mesh), SIGMA)
+    estimate = models.find(measured, models.prepare_candidates(linear), count=1)
     assert abs(estimate.force[0] - 8.0) > 1.0
     assert estimate.p_value < 1e-12
 
 
 def test_light_touches_are_those_of_linear_theory(gauges, reduced):
     light = np.array([[45.0, 52.0, 1e-3]])
-    linear = models.gauges(fe.influence(PLATE, RING, reduced.mesh), SIGMA).read(light)
+    linear = models.gauge_forward(fe.influence(PLATE, RING, reduced.mesh), SIGMA).read(light)
     for one, other in zip(gauges.read(light), linear, strict=True):
         np.testing.assert_allclose(one, other, atol=1e-3 * np.abs(other).max())
 
 
 def test_scatter_is_the_covariance_that_is_stated(gauges):
-    search, rng, squares = models.prepare_search(gauges, 8), np.random.default_rng(1), []
+    search, rng, squares = models.prepare_candidates(gauges, 8), np.random.default_rng(1), []
     exact = gauges.read(ONE)[0]
     for _ in range(40):
         estimate = models.find(exact + rng.normal(size=exact.shape), search, start=ONE, count=1)
@@ -107,11 +107,15 @@ def test_large_touches_are_found_in_the_picture(large, reduced, touches):
         )
     )
     reference = prepare_tiles(still, size=8)
-    motions = models.see_motions(large.modes, camera, 0.5, reference.tiles, large)
-    pattern = models.see_pattern(motions, reference)
-    search, motion, start = models.prepare_search(pattern.forward(NOISE), 8), pattern.still(), ()
+    motions = models.prepare_motions(large.modes, camera, 0.5, reference.tiles, large)
+    pattern = models.prepare_pattern(motions, reference)
+    search, motion, start = (
+        models.prepare_candidates(pattern.forward(NOISE), 8),
+        pattern.still(),
+        (),
+    )
     for _ in range(4):
-        right = pattern.right_side(tile_sums(reference, bent, motions.flow(motion)), motion)
+        right = pattern.gradient(tile_sums(reference, bent, motions.flow(motion)), motion)
         estimate = models.find(pattern.whiten(right, NOISE), search, start=start, most=3)
         start, motion = found(estimate), pattern.amplitudes(estimate, right)
     assert (estimate.result, estimate.count) == (Result.FOUND, len(touches))

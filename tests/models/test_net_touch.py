@@ -8,13 +8,13 @@ import pytest
 
 import fe
 import synthetic
-from models.data.dataset import Dataset, grid, random_places
+from models.data.dataset import Dataset, grid_places, random_places
 from models.estimate import Result
-from models.forward.camera_gauges import see_gauges
+from models.forward.camera_gauges import prepare_camera_gauges
 from models.nets import net
-from models.nets.net_estimator import NetTouch, jacobian, tell_touch
+from models.nets.net_estimator import NetEstimate, estimate_touch, jacobian
 from models.nets.recipe import Recipe
-from models.nets.train import train
+from models.nets.train import train_net
 
 SIZE = (120.0, 90.0)
 FORCE = 2.0
@@ -25,7 +25,9 @@ def bench():
     """Return a net trained on the strains of gauges under a camera, and what it was trained for."""
     plate = fe.Plate(SIZE, thickness=1.0, young=3000.0, poisson=0.3, edges=fe.Clamped())
     camera = synthetic.pinhole_above(SIZE, stand_off=300.0, pixels=(400, 320))
-    seen = see_gauges(fe.modes(plate, 60), camera, grid(SIZE, 15.0, 15.0), subset=31)
+    seen = prepare_camera_gauges(
+        fe.modes(plate, 60), camera, grid_places(SIZE, 15.0, 15.0), subset=31
+    )
     rng = np.random.default_rng(1)
     root = seen.root(100.0 + 40.0 * rng.standard_normal((320, 400)), 1.0)
     places = random_places(SIZE, 15.0, 1500, rng)
@@ -33,7 +35,7 @@ def bench():
     taught = Dataset(clear + rng.standard_normal(clear.shape) @ root.T / FORCE, places)
     recipe = Recipe(600, 5e-3, "cosine", "scaled", check=600)
     options = net.NetOptions((48, 48), "silu", "relative")
-    made = train(taught, taught, options, recipe, rng).net
+    made = train_net(taught, taught, options, recipe, rng).net
     return SimpleNamespace(
         seen=seen, root=root, net=made, around=random_places(SIZE, 20.0, 64, rng)
     )
@@ -42,7 +44,7 @@ def bench():
 def told(bench, steps, force=FORCE, count=300):
     """Return estimates of touches of a force in noise, and the true places."""
     rng = np.random.default_rng(2)
-    teller = tell_touch(bench.net, bench.seen, bench.root, bench.around, steps)
+    teller = estimate_touch(bench.net, bench.seen, bench.root, bench.around, steps)
     places = random_places(SIZE, 20.0, count, rng)
     clear = force * bench.seen.strain(places).reshape(count, -1)
     noise = rng.standard_normal(clear.shape) @ bench.root.T
@@ -81,7 +83,7 @@ def test_a_net_that_points_off_the_plate_tells_no_touch(bench, steps):
     """Its place is put on the clamped edge, where no touch strains the plate."""
     *hidden, (weights, biases) = bench.net.layers
     wrong = replace(bench.net, layers=(*hidden, (weights, biases + 1e4)))
-    teller = tell_touch(wrong, bench.seen, bench.root, bench.around, steps)
+    teller = estimate_touch(wrong, bench.seen, bench.root, bench.around, steps)
     strain = FORCE * bench.seen.strain(np.array([[50.0, 40.0]]))[0]
     assert teller.tell(strain).result is Result.NO_TOUCH
 
@@ -94,7 +96,7 @@ def test_the_strains_fit_where_the_net_is_a_little_off(bench):
 
 def test_the_error_of_the_net_is_that_without_noise_around_the_touch(bench):
     quiet = 1e-6 * bench.root
-    teller = tell_touch(bench.net, bench.seen, quiet, bench.around)
+    teller = estimate_touch(bench.net, bench.seen, quiet, bench.around)
     off = net.predict(bench.net, bench.seen.strain(bench.around).reshape(64, -1)) - bench.around
     here = bench.around[5]
     near = off[np.argsort(np.linalg.norm(bench.around - here, axis=1))[:9]]
@@ -120,10 +122,10 @@ def test_a_net_of_two_touches_is_refused(bench):
     layers = net.initial((bench.seen.of_modes.shape[0] * 3, 4), np.random.default_rng(0))
     pair = net.Net(net.NetOptions(()), bench.net.scaling, layers)
     with pytest.raises(ValueError, match="x and y of one touch, got 4 numbers; train one without"):
-        tell_touch(pair, bench.seen, bench.root, bench.around)
+        estimate_touch(pair, bench.seen, bench.root, bench.around)
 
 
 def test_it_is_plain_data(bench):
-    teller = tell_touch(bench.net, bench.seen, bench.root, bench.around)
-    assert isinstance(teller, NetTouch)
+    teller = estimate_touch(bench.net, bench.seen, bench.root, bench.around)
+    assert isinstance(teller, NetEstimate)
     assert teller.steps == 0

@@ -55,8 +55,9 @@ def test_the_inverse_of_what_cannot_be_told_apart_is_huge_and_finite():
 def test_a_step_ends_at_the_bounds_and_is_held_there():
     bounds = np.array([[1.0, 1.0, 0.0], [9.0, 9.0, np.inf]])
     touches = np.array([[2.0, 8.0, 1.0]])
-    after = normal_equations.stepped(touches, np.array([-5.0, 5.0, -3.0]), bounds)
+    after = normal_equations.clipped_step(touches, np.array([-5.0, 5.0, -3.0]), bounds)
     np.testing.assert_array_equal(after, [[1.0, 9.0, 0.0]])
     np.testing.assert_array_equal(
-        normal_equations.held_back(after, np.array([-1.0, -1.0, -1.0]), bounds), [True, False, True]
+        normal_equations.active_bounds(after, np.array([-1.0, -1.0, -1.0]), bounds),
+        [True, False, True],
     )

@@ -26,8 +26,8 @@ def sense(bench, image, passes=3):
     for _ in range(passes):
         sums = tile_sums(bench.reference, image, pattern.motions.flow(motion))
         pattern = pattern.hiding(models.hidden_tiles(bench.reference, sums, NOISE))
-        search = models.renewed(search, pattern.forward(NOISE))
-        right = pattern.right_side(sums, motion)
+        search = models.with_forward(search, pattern.forward(NOISE))
+        right = pattern.gradient(sums, motion)
         estimate = models.find(pattern.whiten(right, NOISE), search, start=start, most=3)
         start, motion = (
             np.column_stack([estimate.xy, estimate.force]),
@@ -38,7 +38,7 @@ def sense(bench, image, passes=3):
 
 @pytest.mark.parametrize("shade", [0.1, 0.5, 0.9])
 def test_a_hand_is_hidden_and_the_rest_is_not(bench, shade):
-    hand = synthetic.Hand(OUTLINE, shade)
+    hand = synthetic.Occluder(OUTLINE, shade)
     image = frame(bench, TOUCHES, hand)
     hidden = models.hidden_tiles(bench.reference, tile_sums(bench.reference, image), NOISE)
     tiles = bench.reference.tiles
@@ -59,7 +59,7 @@ def test_touches_light_and_a_shifted_camera_hide_nothing(bench, change):
 
 
 def test_a_touch_is_found_beside_a_hand(bench):
-    estimate, pattern = sense(bench, frame(bench, TOUCHES, synthetic.Hand(OUTLINE, 0.5)))
+    estimate, pattern = sense(bench, frame(bench, TOUCHES, synthetic.Occluder(OUTLINE, 0.5)))
     assert 0.05 < pattern.hidden.mean() < 0.3
     assert (estimate.result, estimate.count) == (Result.FOUND, 1)
     error = np.column_stack([estimate.xy, estimate.force]) - TOUCHES
@@ -69,7 +69,7 @@ def test_a_touch_is_found_beside_a_hand(bench):
 
 def test_a_hand_alone_is_no_touch(bench):
     for seed in range(5):
-        image = frame(bench, hand=synthetic.Hand(OUTLINE, 0.4), seed=seed)
+        image = frame(bench, hand=synthetic.Occluder(OUTLINE, 0.4), seed=seed)
         assert sense(bench, image)[0].result is Result.NO_TOUCH
 
 
@@ -90,7 +90,7 @@ def test_hidden_tiles_cost_information_and_none_is_as_before(bench):
 @pytest.mark.parametrize("share", [0.2, 0.6])
 def test_what_is_left_is_the_normal_matrix_of_the_tiles_in_sight(bench, share):
     hidden = np.random.default_rng(3).random(len(bench.reference.hessian)) < share
-    basis = bench.pattern.motions.of_tiles()[~hidden]
+    basis = bench.pattern.motions.tile_basis()[~hidden]
     xx, xy, yy = bench.reference.hessian[~hidden].T[:, :, None]
     along_x, along_y = basis[:, 0], basis[:, 1]
     truth = along_x.T @ (xx * along_x + xy * along_y) + along_y.T @ (xy * along_x + yy * along_y)

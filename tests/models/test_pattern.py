@@ -10,7 +10,7 @@ import fe
 import models
 import synthetic
 from dic.tiles.tiles import TileSums, lay_tiles, prepare_tiles, tile_sums
-from models.forward.tile_pattern import noise_of
+from models.forward.tile_pattern import noise_from_sums
 
 TOP = 0.5  # mm, half the thickness of the plate
 NOISE = 2.0  # grey levels, as the bench of `conftest.py`
@@ -50,7 +50,7 @@ def test_the_light_does_not_matter(bench, gain, offset):
 def test_the_light_is_a_free_unknown(bench):
     # In place and without motion the change of the light is told exactly from all motion.
     frame = 1.2 * np.asarray(bench.reference.image, dtype=float) - 10
-    right = bench.pattern.right_side(tile_sums(bench.reference, frame), bench.pattern.still())
+    right = bench.pattern.gradient(tile_sums(bench.reference, frame), bench.pattern.still())
     assert np.abs(bench.pattern.whiten(right, NOISE)).max() < 1e-2  # standard deviations
 
 
@@ -110,9 +110,9 @@ def test_amplitudes_are_what_moved_modes_and_camera(bench):
     np.testing.assert_allclose(estimate.xy, place, atol=1e-6)
     np.testing.assert_allclose(pattern.amplitudes(estimate, right), moved, atol=1e-6)
     # The same from the sums of a picture that moved by the motion of the tiles.
-    sums = moved_by(reference, motions.of_tiles() @ moved, 0.05, -3.0)
+    sums = moved_by(reference, motions.tile_basis() @ moved, 0.05, -3.0)
     np.testing.assert_allclose(
-        pattern.right_side(sums, pattern.still()), right, atol=2e-4 * np.abs(right).max()
+        pattern.gradient(sums, pattern.still()), right, atol=2e-4 * np.abs(right).max()
     )
     none = models.find(np.zeros(pattern.count), bench.search)
     assert not pattern.amplitudes(none, np.zeros(len(right))).any()
@@ -139,13 +139,13 @@ def test_the_normal_matrix_is_that_of_the_pixels(bench):
     # Every pixel is one equation: -∇f·φ_k, f, 1.
     reference, motions = bench.reference, bench.pattern.motions
     picked = np.array([0, 3, 17, 60, 120, 121, 122, 123])
-    columns = [moved_by(reference, motions.of_tiles()[:, :, k], 0.0, 0.0) for k in picked]
+    columns = [moved_by(reference, motions.tile_basis()[:, :, k], 0.0, 0.0) for k in picked]
     columns += [moved_by(reference, np.zeros((len(reference.hessian), 2)), *light)
                 for light in ((1.0, 0.0), (0.0, 1.0))]  # fmt: skip
     count = len(bench.pattern.normal)
     rows = [*picked, count - 2, count - 1]
     for k, sums in zip(rows, columns, strict=True):
-        along = -(motions.of_tiles() * sums.gradient[:, :, None]).sum(axis=(0, 1))
+        along = -(motions.tile_basis() * sums.gradient[:, :, None]).sum(axis=(0, 1))
         truth = np.concatenate([along, [sums.ef.sum(), sums.e.sum()]])
         scale = np.sqrt(np.diag(bench.pattern.normal) * bench.pattern.normal[k, k])
         np.testing.assert_allclose(bench.pattern.normal[k] / scale, truth / scale, atol=1e-5)
@@ -160,9 +160,11 @@ def test_motions_of_the_tiles_are_the_modes_as_the_camera_sees_them(bench):
         for dy in offsets:
             px = motions.tiles.xy + np.array([dx, dy])
             places = camera.on_plate(px, height).clip(0, modes.plate.size)
-            truth += synthetic.seen(camera, px, modes.value(places), modes.slope(places), height)
+            truth += synthetic.image_motion_basis(
+                camera, px, modes.value(places), modes.slope(places), height
+            )
     truth /= len(offsets) ** 2
-    missed = motions.of_tiles()[:, :, : modes.stiffness.size] - truth
+    missed = motions.tile_basis()[:, :, : modes.stiffness.size] - truth
     inner = (np.abs(motions.tiles.xy - [159.5, 127.5]) < [130, 100]).all(axis=1)
     share = missed[inner].std(axis=(0, 1)) / truth[inner].std(axis=(0, 1))
     assert share[:10].max() < 2e-3  # a touch puts 0.999 of its deflection there
@@ -176,10 +178,10 @@ def test_gather_is_the_adjoint_of_small_flows_and_farthest_bounds_them(bench, se
     amplitudes = 1e-3 * rng.normal(size=motions.basis.shape[1]) / np.abs(motions.basis).max(axis=0)
     sums = rng.normal(size=(len(bench.reference.hessian), 2))
     flow, at_rest = motions.flow(amplitudes), np.zeros_like(sums)
-    there, back = (flow * sums).sum(), amplitudes @ motions.gather(sums, at_rest)
+    there, back = (flow * sums).sum(), amplitudes @ motions.project(sums, at_rest)
     assert there == pytest.approx(back, abs=2e-3 * np.linalg.norm(flow) * np.linalg.norm(sums))
-    assert np.abs(flow).max() <= motions.farthest(amplitudes) * 1.01
-    columns = motions.of_tiles() @ amplitudes
+    assert np.abs(flow).max() <= motions.max_motion(amplitudes) * 1.01
+    columns = motions.tile_basis() @ amplitudes
     np.testing.assert_allclose(flow, columns, atol=1e-2 * np.abs(columns).max())
 
 
@@ -192,7 +194,7 @@ def test_gather_is_the_derivative_of_flow_wherever_the_camera_has_moved(bench, d
     step = 0.01 * np.concatenate([bench.modes.response([[90.0, 60.0]])[0], np.zeros(4)])
     there = ((motions.flow(moved + step) - motions.flow(moved - step)) * sums).sum() / 2
     change = motions.flow(step)
-    back = step @ motions.gather(sums, motions.flow(moved))
+    back = step @ motions.project(sums, motions.flow(moved))
     assert there == pytest.approx(back, abs=5e-3 * np.linalg.norm(change) * np.linalg.norm(sums))
 
 
@@ -204,7 +206,9 @@ def test_a_tile_sees_the_point_that_came_there(bench):
     def u(px):
         places = camera.on_plate(px, bench.height)
         values = bench.modes.value(places), bench.modes.slope(places)
-        return synthetic.seen(camera, px, *values, bench.height) @ amplitudes[:120] + [0.6, -0.8]
+        return synthetic.image_motion_basis(camera, px, *values, bench.height) @ amplitudes[
+            :120
+        ] + [0.6, -0.8]
 
     inner = (np.abs(tiles.xy - [159.5, 127.5]) < [130, 100]).all(axis=1)
     px = tiles.xy[inner]
@@ -219,7 +223,7 @@ def test_noise_is_read_from_the_frame_whatever_a_hand_covers(bench):
     rng = np.random.default_rng(6)
     frame = bench.picture() + rng.normal(0, NOISE, bench.reference.image.shape)
     frame[:, :80] = 20.0  # a hand over a quarter
-    noise = noise_of(tile_sums(bench.reference, frame), bench.reference.tiles)
+    noise = noise_from_sums(tile_sums(bench.reference, frame), bench.reference.tiles)
     assert noise == pytest.approx(NOISE, rel=0.1)
 
 
@@ -227,7 +231,7 @@ def test_a_reference_with_other_tiles_is_refused(bench):
     other = prepare_tiles(bench.reference.image, size=16)
     assert other.tiles == lay_tiles((256, 320), 16)
     with pytest.raises(ValueError, match=r"use the same tiles$"):
-        models.see_pattern(bench.pattern.motions, other)
+        models.prepare_pattern(bench.pattern.motions, other)
 
 
 @pytest.mark.parametrize("noise", [0.0, -1.0, np.nan])
@@ -247,8 +251,8 @@ def test_a_plate_is_seen_where_it_is(bench):
     plate = fe.Plate((60.0, 50.0), 1.0, 3000.0, 0.38)
     camera = synthetic.pinhole_above(plate.size, 260.0, (320, 256), margin=0.25)
     tiles = lay_tiles((256, 320), 8)
-    motions = models.see_motions(fe.modes(plate, 6), camera, 0.5, tiles)
-    seen = np.abs(motions.of_tiles()[:, :, :6]).max(axis=(1, 2))
+    motions = models.prepare_motions(fe.modes(plate, 6), camera, 0.5, tiles)
+    seen = np.abs(motions.tile_basis()[:, :, :6]).max(axis=(1, 2))
     places = camera.on_plate(tiles.xy, 0.5)
     beside = ((places < -15) | (places > np.array(plate.size) + 15)).any(axis=1)
     assert beside.any()
@@ -260,21 +264,21 @@ def test_a_free_edge_is_seen_to_move_up_to_its_end():
     plate = fe.Plate((60.0, 50.0), 1.0, 3000.0, 0.38, edges)
     camera = synthetic.pinhole_above(plate.size, 260.0, (320, 256), margin=0.1)
     modes, tiles = fe.modes(plate, 4), lay_tiles((256, 320), 8)
-    motions = models.see_motions(modes, camera, 0.5, tiles)
+    motions = models.prepare_motions(modes, camera, 0.5, tiles)
     corners = np.array([(-3.5, -3.5), (3.5, -3.5), (-3.5, 3.5), (3.5, 3.5)])
     at = camera.on_plate((tiles.xy[:, None] + corners).reshape(-1, 2), 0.5).reshape(-1, 4, 2)
     whole = ((at > 0) & (at < np.array(plate.size))).all(axis=(1, 2))
     places = camera.on_plate(tiles.xy[whole], 0.5)
     values = modes.value(places), modes.slope(places)
-    exact = synthetic.seen(camera, tiles.xy[whole], *values, 0.5)
-    off = motions.of_tiles()[whole, :, :4] - exact
+    exact = synthetic.image_motion_basis(camera, tiles.xy[whole], *values, 0.5)
+    off = motions.tile_basis()[whole, :, :4] - exact
     # Measured 0.033, and 0.19 when the motion ended with the plate.
     assert np.abs(off).max() < 0.05 * np.abs(exact).max()
 
 
 def tilting(bench):
     tiles = bench.reference.tiles
-    return models.see_motions(bench.modes, bench.camera, TOP, tiles, moves=models.with_tilts)
+    return models.prepare_motions(bench.modes, bench.camera, TOP, tiles, moves=models.with_tilts)
 
 
 def test_tilts_are_those_of_a_camera_that_turns_about_its_centre(bench):
@@ -282,7 +286,7 @@ def test_tilts_are_those_of_a_camera_that_turns_about_its_centre(bench):
     camera, motions = bench.camera, tilting(bench)
     px, angle = motions.tiles.xy, 1e-5
     points = np.column_stack([camera.on_plate(px, TOP), np.full(len(px), TOP)])
-    seen = motions.of_tiles()[:, :, -6:]
+    seen = motions.tile_basis()[:, :, -6:]
     for axis, tilt in ((0, -1), (1, -2)):
         turn = np.eye(4)
         ray = np.zeros(3)
@@ -303,14 +307,14 @@ def test_tilts_are_those_of_a_camera_that_turns_about_its_centre(bench):
 
 
 def test_a_camera_that_tilts_leaves_the_touches_where_they_are(bench):
-    pattern = models.see_pattern(tilting(bench), bench.reference)
-    tilts = pattern.motions.of_tiles()[:, :, -2:] @ [0.004, -0.003]  # up to half a pixel
+    pattern = models.prepare_pattern(tilting(bench), bench.reference)
+    tilts = pattern.motions.tile_basis()[:, :, -2:] @ [0.004, -0.003]  # up to half a pixel
     assert 0.1 < np.abs(tilts).max() < 1.0
     unknowns = np.zeros(len(pattern.normal))
     unknowns[: bench.pattern.count] = 1.5 * bench.modes.response([[60.0, 70.0]])[0]
     unknowns[-4:-2] = 0.004, -0.003
     right = pattern.normal @ unknowns
-    search = models.prepare_search(pattern.forward(NOISE))
+    search = models.prepare_candidates(pattern.forward(NOISE))
     estimate = models.find(pattern.whiten(right, NOISE), search)
     np.testing.assert_allclose(estimate.xy, [[60.0, 70.0]], atol=1e-5)
     assert estimate.count == 1

@@ -8,15 +8,15 @@ import pytest
 from hypothesis import given, strategies as st
 
 from models.data import sampling_plan as plan_module
-from models.data.dataset import grid
-from models.data.sampling_plan import Box, Lattice, Plan
+from models.data.dataset import grid_places
+from models.data.sampling_plan import SamplingPlan, TouchBox, TouchLattice
 
-PLACES = grid((60.0, 40.0), spacing=10.0, margin=10.0)  # 5 x 3
+PLACES = grid_places((60.0, 40.0), spacing=10.0, margin=10.0)  # 5 x 3
 FORCES = np.array([0.5, 1.0, 1.5])  # N
 
 
 def lattice(touches, samples=None, forces=FORCES, **options):
-    return Plan(Lattice(PLACES, forces), touches, samples, **options)
+    return SamplingPlan(TouchLattice(PLACES, forces), touches, samples, **options)
 
 
 def everything(plan):
@@ -36,8 +36,8 @@ def test_without_a_number_of_samples_a_lattice_gives_every_combination_once(touc
 
 
 def test_one_touch_on_the_grid_of_the_paper_is_its_289_places():
-    places = grid((100.0, 100.0), spacing=5.0, margin=10.0)
-    got = everything(Plan(Lattice(places, np.ones(1)), 1, None))
+    places = grid_places((100.0, 100.0), spacing=5.0, margin=10.0)
+    got = everything(SamplingPlan(TouchLattice(places, np.ones(1)), 1, None))
     assert got.shape == (289, 1, 3)
     np.testing.assert_array_equal(got[:, 0, :2], places)
     np.testing.assert_array_equal(got[:, 0, 2], 1.0)
@@ -62,7 +62,7 @@ def test_drawn_combinations_are_even_in_place_and_force():
 
 
 def test_a_box_is_filled_evenly():
-    plan = Plan(Box((10.0, 5.0, 1.0), (50.0, 35.0, 10.0)), 2, 20000, seed=5)
+    plan = SamplingPlan(TouchBox((10.0, 5.0, 1.0), (50.0, 35.0, 10.0)), 2, 20000, seed=5)
     got = everything(plan)
     assert got.shape == (20000, 2, 3)
     assert np.all((got >= (10, 5, 1)) & (got <= (50, 35, 10)))
@@ -70,10 +70,10 @@ def test_a_box_is_filled_evenly():
     assert np.all(got[:, 0, 0] <= got[:, 1, 0])
 
 
-@pytest.mark.parametrize("source", [Lattice(PLACES, FORCES), Box((0, 0, 1), (60, 40, 1))])
+@pytest.mark.parametrize("source", [TouchLattice(PLACES, FORCES), TouchBox((0, 0, 1), (60, 40, 1))])
 def test_the_seed_decides(source, monkeypatch):
     monkeypatch.setattr(plan_module, "BLOCK", 64)
-    first, again, other = (everything(Plan(source, 2, 200, seed)) for seed in (1, 1, 2))
+    first, again, other = (everything(SamplingPlan(source, 2, 200, seed)) for seed in (1, 1, 2))
     np.testing.assert_array_equal(first, again)
     assert not np.array_equal(first, other)
     assert len(np.unique(first.reshape(200, -1), axis=0)) == 200  # blocks differ
@@ -96,8 +96,8 @@ def test_doubled_samples_come_twice_with_their_touches_swapped():
 
 
 def test_the_set_of_the_paper_with_ten_magnitudes_is_drawn_from_four_million():
-    places = grid((100.0, 100.0), spacing=5.0, margin=10.0)
-    plan = Plan(Lattice(places, np.arange(1.0, 11.0)), 2, 86400)
+    places = grid_places((100.0, 100.0), spacing=5.0, margin=10.0)
+    plan = SamplingPlan(TouchLattice(places, np.arange(1.0, 11.0)), 2, 86400)
     assert plan.combinations == 41616 * 100
     assert plan.rows == 86400
     got = everything(plan)
@@ -111,8 +111,11 @@ def test_the_set_of_the_paper_with_ten_magnitudes_is_drawn_from_four_million():
         (lambda: lattice(1, 0), "number of samples must be at least 1, got 0"),
         (lambda: lattice(1, 46), "45 combinations of 1 touches, got 46 samples; ask for no more"),
         (lambda: lattice(1, order="doubled"), "swaps touches and needs 2 or 3, got 1"),
-        (lambda: Plan(Box((0, 0, 1), (1, 1, 1)), 1, None), "need a number of samples, got none"),
-        (lambda: Plan(Lattice(PLACES[:2], FORCES), 3, None), "must have 1 to"),
+        (
+            lambda: SamplingPlan(TouchBox((0, 0, 1), (1, 1, 1)), 1, None),
+            "need a number of samples, got none",
+        ),
+        (lambda: SamplingPlan(TouchLattice(PLACES[:2], FORCES), 3, None), "must have 1 to"),
     ],
 )
 def test_bad_plans_are_refused(make, sentence):

@@ -7,7 +7,7 @@ import pytest
 import torch
 from hypothesis import given, strategies as st
 
-from models.nets.set_encoding import decode, encode, unordered
+from models.nets.set_encoding import decode, encode, permutation_invariant_loss
 from models.scores.score import matched_error
 
 SIZE = (60.0, 40.0)
@@ -57,7 +57,9 @@ def test_the_loss_is_the_mean_distance_where_errors_are_small(touches):
     )
     true = true[far]
     told = true + np.random.default_rng(1).normal(0.0, 1e-3, true.shape)
-    loss = unordered(touches)(torch.tensor(encode(told, touches)), torch.tensor(true)).item()
+    loss = permutation_invariant_loss(touches)(
+        torch.tensor(encode(told, touches)), torch.tensor(true)
+    ).item()
     error, _ = matched_error(true.reshape(-1, touches, 2), told.reshape(-1, touches, 2))
     assert loss == pytest.approx(error.mean(), rel=5e-3)
 
@@ -66,7 +68,7 @@ def test_the_loss_weighs_the_relative_error_of_magnitudes_by_k():
     true = np.array([[10.0, 10.0, 40.0, 30.0, 2.0, 8.0]])
     told = np.array([[10.0, 10.0, 40.0, 30.0, 2.1, 8.8]])  # 5 % and 10 % too much
     losses = [
-        unordered(2, k)(torch.tensor(encode(told, 2)), torch.tensor(true)).item()
+        permutation_invariant_loss(2, k)(torch.tensor(encode(told, 2)), torch.tensor(true)).item()
         for k in (0.0, 1.0, 10.0)
     ]
     np.testing.assert_allclose(losses, [0.0, 0.075, 0.75], atol=1e-12)
@@ -75,7 +77,7 @@ def test_the_loss_weighs_the_relative_error_of_magnitudes_by_k():
 def test_the_loss_stays_finite_with_its_gradient_where_touches_meet():
     true = torch.tensor([[30.0, 20.0, 30.0, 20.0]])
     told = torch.tensor(encode(true.numpy() + 0.5, 2), requires_grad=True)
-    loss = unordered(2)(told, true.double())
+    loss = permutation_invariant_loss(2)(told, true.double())
     loss.backward()
     assert np.isfinite(loss.item())
     assert told.grad.isfinite().all()

@@ -13,7 +13,7 @@ GAUGES = np.array(
     [[5.0, 20.0], [30.0, 5.0], [55.0, 20.0], [30.0, 35.0], [10.0, 10.0], [50.0, 30.0]]
 )
 INFLUENCE = fe.influence(PLATE, GAUGES, fe.Mesh(SIZE, (30, 20)))
-FORWARD = models.gauges(INFLUENCE, 1e-7)
+FORWARD = models.gauge_forward(INFLUENCE, 1e-7)
 TOUCHES = np.array([[20.0, 15.0, 2.0], [42.0, 27.0, 1.5]])
 
 

@@ -13,7 +13,9 @@ RING = np.vstack(
     [[(x, y) for x in X for y in (5.0, 95.0)], [(x, y) for x in (5.0, 145.0) for y in Y]]
 )
 INFLUENCE = fe.influence(PLATE, RING, fe.Mesh(PLATE.size, (30, 20)))
-SEARCH = models.prepare_search(models.gauges(INFLUENCE, 1e-6))  # a touch of 1 N gives 4e-5
+SEARCH = models.prepare_candidates(
+    models.gauge_forward(INFLUENCE, 1e-6)
+)  # a touch of 1 N gives 4e-5
 TOUCHES = np.array([[42.0, 63.0, 3.0], [104.0, 37.0, 2.0]])
 
 

@@ -14,8 +14,8 @@ RNG = np.random.default_rng(11)
 INFLUENCE = fe.influence(
     PLATE, RNG.uniform((5, 5), (145, 95), (9, 2)), fe.Mesh(PLATE.size, (24, 16))
 )
-FORWARD = models.gauges(INFLUENCE, 1e-6)
-SEARCH = models.prepare_search(FORWARD, count=9)
+FORWARD = models.gauge_forward(INFLUENCE, 1e-6)
+SEARCH = models.prepare_candidates(FORWARD, count=9)
 MEASURED = RNG.normal(0, 30, 27)
 TANGENTS = {"alone": np.empty((0, 27)), "beside others": RNG.normal(0, 1, (3, 27))}
 
@@ -69,11 +69,11 @@ def test_the_best_pair_is_the_one_of_largest_fall(tangent):
 
 def test_what_only_pulls_has_no_candidate():
     pull = -SEARCH.response.sum(axis=0)
-    one = models.Search(FORWARD, SEARCH.xy[:1], SEARCH.response[:1])
+    one = models.CandidateGrid(FORWARD, SEARCH.xy[:1], SEARCH.response[:1])
     residual = -SEARCH.response[0]
     assert one.best(residual, np.empty((0, 27)))[1] == 0.0
     assert np.isfinite(SEARCH.best(pull, np.empty((0, 27)))[1])
-    two = models.Search(FORWARD, SEARCH.xy[:2], SEARCH.response[:2])
+    two = models.CandidateGrid(FORWARD, SEARCH.xy[:2], SEARCH.response[:2])
     force = two.best_pair(-SEARCH.response[:2].sum(axis=0), np.empty((0, 27)))[1]
     np.testing.assert_array_equal(force, 0.0)
 
@@ -86,4 +86,4 @@ def test_a_candidate_that_is_free_already_gains_nothing():
 
 def test_a_search_without_candidates_is_refused():
     with pytest.raises(ValueError, match=r"^candidates along a side must be 2 or more, got 1;"):
-        models.prepare_search(FORWARD, count=1)
+        models.prepare_candidates(FORWARD, count=1)

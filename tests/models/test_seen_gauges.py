@@ -5,7 +5,7 @@ import pytest
 
 import fe
 import synthetic
-from models.forward.camera_gauges import see_gauges
+from models.forward.camera_gauges import prepare_camera_gauges
 
 SIZE = (120.0, 90.0)
 PLACES = np.array([[30.0, 25.0], [40.0, 30.0], [70.0, 60.0], [95.0, 45.0]])
@@ -15,7 +15,7 @@ PLACES = np.array([[30.0, 25.0], [40.0, 30.0], [70.0, 60.0], [95.0, 45.0]])
 def seen():
     plate = fe.Plate(SIZE, thickness=1.0, young=3000.0, poisson=0.3, edges=fe.Clamped())
     camera = synthetic.pinhole_above(SIZE, stand_off=300.0, pixels=(400, 320))
-    return see_gauges(fe.modes(plate, 60), camera, PLACES, subset=31)
+    return prepare_camera_gauges(fe.modes(plate, 60), camera, PLACES, subset=31)
 
 
 @pytest.fixture(scope="module")
@@ -54,4 +54,4 @@ def test_gauges_that_leave_the_picture_are_refused():
     plate = fe.Plate(SIZE, thickness=1.0, young=3000.0, poisson=0.3, edges=fe.Clamped())
     camera = synthetic.pinhole_above(SIZE, stand_off=300.0, pixels=(400, 320))
     with pytest.raises(ValueError, match=r"gauges of 61 px must lie in the picture.*margin"):
-        see_gauges(fe.modes(plate, 20), camera, np.array([[2.0, 45.0]]), subset=61)
+        prepare_camera_gauges(fe.modes(plate, 20), camera, np.array([[2.0, 45.0]]), subset=61)

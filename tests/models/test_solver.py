@@ -18,8 +18,8 @@ RING = np.vstack(
 )
 INFLUENCE = fe.influence(PLATE, RING, fe.Mesh(PLATE.size, (30, 20)))
 SIGMA = 1e-7  # strain; a touch of 1 N gives 4e-5
-FORWARD = models.gauges(INFLUENCE, SIGMA)
-SEARCH = models.prepare_search(FORWARD)
+FORWARD = models.gauge_forward(INFLUENCE, SIGMA)
+SEARCH = models.prepare_candidates(FORWARD)
 
 
 def draw(rng, count, apart=30.0):
@@ -93,8 +93,8 @@ def test_the_count_is_found_under_noise(count):
 
 def test_the_end_of_a_narrow_valley_is_reached():
     # Four in a row; the descent once stopped half way, 60 above the least χ² in 2 of 1000 scenes.
-    forward = models.gauges(INFLUENCE, 0.02 * SIGMA)
-    search = models.prepare_search(forward)
+    forward = models.gauge_forward(INFLUENCE, 0.02 * SIGMA)
+    search = models.prepare_candidates(forward)
     rng = np.random.default_rng(14)
     for _ in range(12):
         touches = np.array([(52.0, 44.0, 4.0), (58.0, 50.0, 3.0), (64.0, 56.0, 4.0), (76, 62, 5)])
@@ -113,7 +113,7 @@ def test_a_fit_that_did_not_settle_is_told(monkeypatch):
         response = staticmethod(FORWARD.response)
 
     measured, start = FORWARD.whiten(strain([(60.0, 40.0, 2.0)])), [(55.0, 44.0, 1.5)]
-    search = models.renewed(SEARCH, Slow())
+    search = models.with_forward(SEARCH, Slow())
     assert find(measured, search, start=start).result is Result.FOUND
     monkeypatch.setattr(levenberg_marquardt, "STEPS", 1)
     assert find(measured, search, start=start).result is Result.UNRESOLVABLE
@@ -306,8 +306,8 @@ def test_a_start_that_is_no_touches_is_refused(start, sentence):
 
 def test_a_touch_is_not_split_in_two():
     # Two touches in nearly one place explain these as well as one does.
-    exact = models.gauges(INFLUENCE, 1e-13)
-    search = models.prepare_search(exact)
+    exact = models.gauge_forward(INFLUENCE, 1e-13)
+    search = models.prepare_candidates(exact)
     for seed in range(20):
         touches = draw(np.random.default_rng(seed), 3, apart=8.0)
         estimate = find(exact.read(touches)[0], search)
@@ -351,7 +351,7 @@ def test_bending_and_twist_of_the_base_cost_little_and_mislead_nobody():
     forward = FORWARD.setting_aside(np.stack([bend, twist]))
     touches = [(60.0, 40.0, 2.0)]
     bent = forward.whiten(strain(touches) + 3 * bend - 2 * twist)
-    estimate = find(bent, models.prepare_search(forward))
+    estimate = find(bent, models.prepare_candidates(forward))
     np.testing.assert_allclose(found(estimate), touches, atol=1e-6)
     assert estimate.dof == 3 * len(RING) - 2 - 3
     flat = models.solve(strain(touches), INFLUENCE, SIGMA)

@@ -58,10 +58,10 @@ def test_to_gather_is_the_adjoint_of_to_spread(rows, columns, fields, seed):
     coefficients = rng.normal(size=(spread.down.shape[1] * spread.across.shape[1], fields))
     values, others = rng.normal(size=(2, rows * columns, fields))
     there = (spread.over_tiles(coefficients) * values).sum()
-    assert there == pytest.approx((coefficients * spread.gather(values)).sum(), abs=1e-9)
+    assert there == pytest.approx((coefficients * spread.project(values)).sum(), abs=1e-9)
     along_x, along_y = spread.slopes(coefficients)
     there = (along_x * values + along_y * others).sum()
-    back = (coefficients * spread.gather_slopes(values, others)).sum()
+    back = (coefficients * spread.project_slopes(values, others)).sum()
     assert there == pytest.approx(back, abs=1e-9)
 
 

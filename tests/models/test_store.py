@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from models.nets.net import Net, NetOptions, Scaling, initial, predict
-from models.nets.store import load, save
+from models.nets.store import load_net, save_net
 from models.nets.train import Trained
 
 ABOUT = {"scene": {"plate": {"size": [60.0, 40.0]}, "title": "µ-bench"}}
@@ -21,12 +21,12 @@ def some_net():
 @pytest.fixture
 def path(tmp_path):
     where = tmp_path / "new" / "model.h5"
-    save(where, some_net(), ABOUT)
+    save_net(where, some_net(), ABOUT)
     return where
 
 
 def test_a_stored_net_predicts_to_the_last_bit_what_it_did(path):
-    trained, about = load(path)
+    trained, about = load_net(path)
     strain = np.random.default_rng(1).normal(size=(9, 6))
     np.testing.assert_array_equal(predict(trained.net, strain), predict(some_net().net, strain))
     np.testing.assert_array_equal(trained.history, some_net().history)
@@ -38,8 +38,8 @@ def test_a_net_without_an_order_is_read_as_it_was(tmp_path):
     net = some_net().net
     layers = (*net.layers[:-1], initial((4, 7), np.random.default_rng(2))[0])
     unordered = Net(NetOptions((5, 4), "silu", poles=2), net.scaling, layers)
-    save(tmp_path / "pair.h5", Trained(unordered, np.zeros((1, 2))), ABOUT)
-    found = load(tmp_path / "pair.h5")[0].net
+    save_net(tmp_path / "pair.h5", Trained(unordered, np.zeros((1, 2))), ABOUT)
+    found = load_net(tmp_path / "pair.h5")[0].net
     assert found.options.poles == 2
     strain = np.random.default_rng(1).normal(size=(9, 6))
     told = predict(found, strain)
@@ -54,32 +54,32 @@ def test_the_file_holds_plain_float_arrays_and_text_only(path):
 
 
 def test_saving_replaces_the_file_and_leaves_nothing_beside_it(path):
-    save(path, some_net(), {"second": 2})
+    save_net(path, some_net(), {"second": 2})
     assert [entry.name for entry in path.parent.iterdir()] == ["model.h5"]
-    assert load(path)[1] == {"second": 2}
+    assert load_net(path)[1] == {"second": 2}
 
 
 def test_a_save_that_fails_leaves_the_old_file_whole(path):
     before = path.read_bytes()
     with pytest.raises(TypeError):
-        save(path, some_net(), {"about": object()})
+        save_net(path, some_net(), {"about": object()})
     broken = Trained(some_net().net, np.array([object()]))
     with pytest.raises(TypeError):
-        save(path, broken, ABOUT)
+        save_net(path, broken, ABOUT)
     assert path.read_bytes() == before
     assert len(list(path.parent.iterdir())) == 1
 
 
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"model\.h5 does not exist; train the model first"):
-        load(tmp_path / "model.h5")
+        load_net(tmp_path / "model.h5")
 
 
 @pytest.mark.parametrize("keep", [0, 10, 600, -1])
 def test_a_truncated_file_is_called_damaged(path, keep):
     path.write_bytes(path.read_bytes()[:keep])
     with pytest.raises(ValueError, match=r"is damaged .*; .*train the model again"):
-        load(path)
+        load_net(path)
 
 
 def test_no_flipped_byte_changes_what_is_read_unseen(path):
@@ -93,7 +93,7 @@ def test_no_flipped_byte_changes_what_is_read_unseen(path):
 def outcome(path):
     """Say how a load ends: as written, changed unseen, or with which sentence."""
     try:
-        trained, about = load(path)
+        trained, about = load_net(path)
     except ValueError as error:
         return str(error)
     strain = np.ones((1, 6))
@@ -103,11 +103,11 @@ def outcome(path):
 
 def test_changed_weights_or_options_do_not_pass(path):
     for change in (lambda file: file["weights0"].__setitem__((0, 0), 1.0), _swap_activation):
-        save(path, some_net(), ABOUT)
+        save_net(path, some_net(), ABOUT)
         with h5py.File(path, "r+") as file:
             change(file)
         with pytest.raises(ValueError, match="is damaged; delete it and train the model again"):
-            load(path)
+            load_net(path)
 
 
 def _swap_activation(file):
@@ -118,12 +118,12 @@ def test_another_version_and_foreign_files_are_told_apart(path, tmp_path):
     with h5py.File(path, "r+") as file:
         file.attrs["version"] = 99
     with pytest.raises(ValueError, match="has version 99, this release reads 1; train"):
-        load(path)
+        load_net(path)
     with h5py.File(tmp_path / "other.h5", "w") as file:
         file["data"] = np.zeros(3)
         file.create_group("a group")
     with pytest.raises(ValueError, match="holds something else"):
-        load(tmp_path / "other.h5")
+        load_net(tmp_path / "other.h5")
     (tmp_path / "text.h5").write_text("not HDF5")
     with pytest.raises(ValueError, match="damaged or no HDF5 file"):
-        load(tmp_path / "text.h5")
+        load_net(tmp_path / "text.h5")

@@ -20,7 +20,7 @@ def blocks(bench):
 
 @pytest.fixture(scope="module")
 def strain_map(bench, blocks):
-    return models.see_strain(bench.pattern, blocks, bench.camera, WINDOW)
+    return models.prepare_strain_map(bench.pattern, blocks, bench.camera, WINDOW)
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +89,7 @@ def test_noise_of_the_numbers_is_white_and_sigma_is_that_of_the_strain(
 @pytest.mark.slow
 def test_touches_from_strain_scatter_as_stated(bench, strain_map, measure):
     rng, truth = np.random.default_rng(2), bench.picture(TOUCH)
-    search = models.prepare_search(strain_map.forward(NOISE))
+    search = models.prepare_candidates(strain_map.forward(NOISE))
     deviations, pattern_sigma = [], np.sqrt(np.diag(bench.sense(truth).covariance))
     for _ in range(120):
         strain = measure(truth + rng.normal(0, NOISE, truth.shape), TOUCH)
@@ -128,4 +128,4 @@ def test_a_picture_that_is_flat_around_the_plate_has_no_strain_there(bench, stra
 
 def test_the_window_must_be_odd(bench, blocks):
     with pytest.raises(ValueError, match=r"^strain window must be odd"):
-        models.see_strain(bench.pattern, blocks, bench.camera, 4)
+        models.prepare_strain_map(bench.pattern, blocks, bench.camera, 4)

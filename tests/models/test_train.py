@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from models.data import dataset
-from models.nets.batches import superposed
+from models.nets.batches import superposed_batches
 from models.nets.net import NetOptions, predict
 from models.nets.set_encoding import encode
-from models.nets.train import Recipe, train
+from models.nets.train import Recipe, train_net
 from models.scores.score import matched_error, position_error
 
 SIZE = (60.0, 40.0)
@@ -17,7 +17,7 @@ TANH = NetOptions((16, 16), "tanh")
 class Bumps:
     """Gauges that feel a touch by its distance: smooth, one to one, in closed form."""
 
-    gauges = dataset.grid(SIZE, spacing=20.0, margin=0.0)
+    gauges = dataset.grid_places(SIZE, spacing=20.0, margin=0.0)
 
     def strain(self, xy):
         apart = np.linalg.norm(xy[:, None] - self.gauges, axis=2)
@@ -25,13 +25,15 @@ class Bumps:
         return np.stack([bump, -0.5 * bump, np.zeros_like(bump)], axis=2)
 
 
-TRAINING = dataset.simulate(Bumps(), dataset.grid(SIZE, spacing=5.0, margin=5.0))
-VALIDATION = dataset.simulate(Bumps(), dataset.midpoints(SIZE, spacing=5.0, margin=5.0, count=6))
+TRAINING = dataset.simulate_dataset(Bumps(), dataset.grid_places(SIZE, spacing=5.0, margin=5.0))
+VALIDATION = dataset.simulate_dataset(
+    Bumps(), dataset.midpoint_places(SIZE, spacing=5.0, margin=5.0, count=6)
+)
 
 
 def trained(epochs=400, options=TANH, seed=0, **more):
     recipe = Recipe(epochs, more.pop("learning_rate", 1e-2))
-    return train(TRAINING, VALIDATION, options, recipe, np.random.default_rng(seed), **more)
+    return train_net(TRAINING, VALIDATION, options, recipe, np.random.default_rng(seed), **more)
 
 
 @pytest.mark.parametrize("activation", ["relu", "tanh", "silu"])
@@ -62,8 +64,8 @@ def test_the_same_generator_gives_the_same_net_and_another_another():
 
 def test_the_force_of_the_training_touches_does_not_matter():
     strong = dataset.Dataset(1000.0 * TRAINING.strain, TRAINING.targets)
-    result = train(strong, strong, NetOptions((8,)), Recipe(50), np.random.default_rng(0))
-    plain = train(TRAINING, TRAINING, NetOptions((8,)), Recipe(50), np.random.default_rng(0))
+    result = train_net(strong, strong, NetOptions((8,)), Recipe(50), np.random.default_rng(0))
+    plain = train_net(TRAINING, TRAINING, NetOptions((8,)), Recipe(50), np.random.default_rng(0))
     np.testing.assert_allclose(
         predict(result.net, strong.strain), predict(plain.net, TRAINING.strain), rtol=1e-3
     )
@@ -106,12 +108,15 @@ def test_training_leaves_the_threads_of_torch_as_they_were():
 
 def test_a_net_learns_touches_without_an_order():
     rng = np.random.default_rng(0)
-    pool = dataset.simulate(Bumps(), dataset.random_places(SIZE, 5.0, 2000, rng))
-    stream = superposed(pool, 2, 128, rng)
-    first, test = next(superposed(pool, 2, 1000, rng)), next(superposed(pool, 2, 500, rng))
+    pool = dataset.simulate_dataset(Bumps(), dataset.random_places(SIZE, 5.0, 2000, rng))
+    stream = superposed_batches(pool, 2, 128, rng)
+    first, test = (
+        next(superposed_batches(pool, 2, 1000, rng)),
+        next(superposed_batches(pool, 2, 500, rng)),
+    )
     options = NetOptions((32, 32), "silu", poles=2)
     recipe = Recipe(1500, 5e-3, "cosine", "scaled", check=1500)
-    net = train(first, test, options, recipe, rng, batches=stream).net
+    net = train_net(first, test, options, recipe, rng, batches=stream).net
     told = predict(net, test.strain)
     error, _ = matched_error(test.targets.reshape(-1, 2, 2), told.reshape(-1, 2, 2))
     assert np.median(error) < 1.5  # measured 0.75 mm; a guess at the middle is off by 16 mm
@@ -119,13 +124,13 @@ def test_a_net_learns_touches_without_an_order():
 
 
 def test_a_finish_brings_the_codes_of_touches_nearer():
-    pool = dataset.simulate(Bumps(), dataset.grid(SIZE, spacing=10.0, margin=5.0))
-    pairs = next(superposed(pool, 2, 200, np.random.default_rng(0)))
+    pool = dataset.simulate_dataset(Bumps(), dataset.grid_places(SIZE, spacing=10.0, margin=5.0))
+    pairs = next(superposed_batches(pool, 2, 200, np.random.default_rng(0)))
     errors = []
     for steps in (0, 200):
         recipe = Recipe(100, 5e-3, "cosine", "scaled", finish=steps)
         options = NetOptions((8,), "silu", poles=2)
-        net = train(pairs, pairs, options, recipe, np.random.default_rng(0)).net
+        net = train_net(pairs, pairs, options, recipe, np.random.default_rng(0)).net
         told = predict(net, pairs.strain)
         errors.append(np.square(encode(told, 2) - encode(pairs.targets, 2)).mean())
     assert errors[1] < 0.5 * errors[0]

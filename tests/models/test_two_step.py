@@ -4,7 +4,7 @@ import numpy as np
 
 from models.nets.net import NetOptions
 from models.nets.train import Recipe
-from models.nets.two_step import Surface, predict_two_step, train_two_step
+from models.nets.two_step import DeformableSurface, predict_two_step, train_two_step
 from models.scores.score import position_error
 
 
@@ -16,7 +16,7 @@ def made(count, seed):
     places = np.random.default_rng(9).uniform([0.0, 0.0], [60.0, 40.0], (9, 2))
     before = 1e-3 * base @ np.random.default_rng(8).normal(size=(2, 9))
     touch = 1e-4 * np.exp(-((np.linalg.norm(xy[:, None] - places, axis=2) / 30.0) ** 2))
-    return Surface(before, before + touch, base, xy)
+    return DeformableSurface(before, before + touch, base, xy)
 
 
 def test_it_places_touches_whatever_the_base():

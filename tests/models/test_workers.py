@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from models.data.reader import read_dataset
-from models.data.sampling_plan import BLOCK, Box, Plan
+from models.data.sampling_plan import BLOCK, SamplingPlan, TouchBox
 from models.data.writer import begin_dataset
 from models.forward.simulator import superpose
-from models.nets.tune import tune
+from models.nets.tune import tune_net
 from models.workers import workers
 
 # Workers do not find this file.
@@ -24,7 +24,7 @@ cloudpickle.register_pickle_by_value(sys.modules[__name__])
 SCHEDULER = "from distributed.cli.dask_scheduler import main; main()"
 WORKER = "from distributed.cli.dask_worker import main; main()"
 GAUGES = np.array([[10.0, 0.0], [60.0, 15.0]])
-PLAN = Plan(Box((5.0, 5.0, 0.5), (55.0, 35.0, 1.0)), touches=2, samples=5 * BLOCK - 7)
+PLAN = SamplingPlan(TouchBox((5.0, 5.0, 0.5), (55.0, 35.0, 1.0)), touches=2, samples=5 * BLOCK - 7)
 
 
 def start(code, *arguments):
@@ -110,11 +110,11 @@ def test_a_search_has_each_trial_once_though_a_worker_is_killed(cluster, tmp_pat
             stop(crew[0])
 
     with workers(address) as each:
-        found = tune(judge, 8, storage, on_trial=kill_one, each=each)
+        found = tune_net(judge, 8, storage, on_trial=kill_one, each=each)
     assert heard == list(range(1, 9))
     assert len(found) == 8
     assert all(candidate.loss == sum(candidate.layers) for candidate in found)
-    assert tune(judge, 8, storage) == found  # nothing is left to do
+    assert tune_net(judge, 8, storage) == found  # nothing is left to do
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ import pytest
 import rig
 from rig.live.bench import build_bench
 from rig.live.loop import Loop
-from rig.recording.recorder import Recorder
+from rig.recording.recorder import SessionRecorder
 from rig.sources.twin import build_twin
 from rig.system.frame import Frame
 
@@ -56,6 +56,12 @@ def small(live_cache, monkeypatch):
 
 
 @pytest.fixture
+def small_overrides():
+    """Return what makes the twin small, as overrides of its scene."""
+    return dict(SMALL)
+
+
+@pytest.fixture
 def in_hand():
     """Make a source without a process: `in_hand(twin, sequences, with_truth=True)`."""
     return InHand
@@ -66,10 +72,10 @@ def session(small, in_hand):
     """Record frames of the twin: `session(path, sequences)` gives scene, bench and snapshots."""
 
     def make(path, sequences, waiting=100, **options):
-        scene = small({"touches.most": 2})
+        scene = small({"touches.max_touches": 2})
         bench = build_bench(scene, lambda done, total: None)
         source = in_hand(build_twin(scene), [*range(16), *sequences])
-        with Recorder(
+        with SessionRecorder(
             path, {"scene": scene.model_dump_json()}, waiting=waiting, **options
         ) as recorder:
             stream = iter(Loop(bench, source, recorder=recorder))

@@ -5,7 +5,7 @@ import pytest
 
 import rig
 from fe.linear.energy import stiffness
-from rig.live.baseline import take_zero
+from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
 from rig.scene.account import account
 from rig.sources.twin import build_twin
@@ -57,7 +57,7 @@ def test_the_shipped_twin_is_built_as_it_is_shown():
 def test_without_a_comparison_no_strain_is_prepared(small):
     scene = small().model_copy(update={"comparison": None})
     bench, twin = build_bench(scene, quiet), build_twin(scene)
-    chain, strain = bench.prepare(take_zero([twin.frame(k, ()) for k in range(2)]))
+    chain, strain = bench.prepare(average_reference([twin.frame(k, ()) for k in range(2)]))
     assert strain is None
     assert chain.most == 2
     said = account(scene)
@@ -66,7 +66,7 @@ def test_without_a_comparison_no_strain_is_prepared(small):
 
 
 def test_the_parts_are_those_of_the_scene(small):
-    bench = build_bench(small({"touches.most": 3, "touches.force": ["0.7 N", "2 N"]}), quiet)
+    bench = build_bench(small({"touches.max_touches": 3, "touches.force": ["0.7 N", "2 N"]}), quiet)
     assert bench.plate.size == (254.0, 203.0)
     assert bench.camera.size == (384, 320)
     assert (bench.height, bench.most, bench.least_force) == (1.0, 3, 0.7)
@@ -115,7 +115,7 @@ def test_an_estimator_that_cannot_run_live_is_refused(small):
 def test_too_few_tiles_for_the_modes_are_one_sentence(small):
     bench = build_bench(small({"dic.tile": 32, "estimator.modes": 200}), quiet)
     twin = build_twin(small())
-    zero = take_zero([twin.frame(k, ()) for k in range(2)])
+    zero = average_reference([twin.frame(k, ()) for k in range(2)])
     with pytest.raises(ValueError, match=r"384 × 320 px cannot tell 200 modes .*dic\.tile lower"):
         bench.prepare(zero)
 
@@ -123,4 +123,4 @@ def test_too_few_tiles_for_the_modes_are_one_sentence(small):
 def test_a_blank_picture_is_one_sentence(small):
     bench = build_bench(small(), quiet)
     with pytest.raises(ValueError, match="look whether the pattern is in sight"):
-        bench.prepare(take_zero([np.full((320, 384), 90, np.uint8)] * 4))
+        bench.prepare(average_reference([np.full((320, 384), 90, np.uint8)] * 4))

@@ -1,5 +1,6 @@
-"""The command line: quick, one sentence for what the user can mend, a traceback when asked for."""
+"""The command line: quick, a sentence for what the user can correct, a traceback on demand."""
 
+import importlib.metadata
 import subprocess
 import sys
 
@@ -8,6 +9,7 @@ from rich.markup import render
 from typer.main import get_command
 from typer.testing import CliRunner
 
+import rig
 from rig import cli
 
 RUN = [sys.executable, "-c", "from rig.cli import main; main()"]
@@ -32,6 +34,13 @@ def test_help_names_every_command_and_imports_none():
     assert done.stdout.strip().endswith("set() []")
     for name in cli.COMMANDS:
         assert name in done.stdout
+
+
+def test_the_version_is_that_of_the_package():
+    done = touchplate("--version")
+    assert done.stdout == f"touchplate {importlib.metadata.version('touchplate')}\n"
+    assert (done.returncode, done.stderr) == (0, "")
+    assert rig.__version__ == importlib.metadata.version("touchplate")
 
 
 CALIBRATIONS = ("camera", "pose", "projector", "latency", "noise", "stripes")
@@ -72,7 +81,7 @@ def test_the_help_of_calibrate_names_what_it_can():
         (["show", "twin", "--set", "plate.thickness"], "touchplate: setting 'plate.thickness'"),
     ],
 )
-def test_what_the_user_can_mend_is_one_line(arguments, sentence):
+def test_what_the_user_can_correct_is_one_line(arguments, sentence):
     done = touchplate(*arguments)
     assert done.returncode == 2
     assert done.stdout == ""

@@ -17,7 +17,7 @@ SHAPE = (150, 190)
 
 
 def speckle(shift):
-    """Gaussian spots, moved by `shift` px before they are drawn, so no picture is resampled."""
+    """Gaussian spots, moved by `shift` px before they are drawn, so no image is resampled."""
     rng = np.random.default_rng(5)
     height, width = SHAPE
     centres = rng.uniform(-10, [width + 10, height + 10], (1800, 2)) + shift
@@ -58,7 +58,7 @@ def files_in(folder):
     return sorted(path.name for path in folder.rglob("*") if path.is_file())
 
 
-def test_it_writes_fields_a_picture_and_figures(pair, correlate, tmp_path):
+def test_it_writes_fields_a_plot_and_figures(pair, correlate, tmp_path):
     done = correlate(*pair, "--json")
     assert done.returncode == 0, done.stderr
     said = json.loads(done.stdout)
@@ -75,7 +75,7 @@ def test_it_writes_fields_a_picture_and_figures(pair, correlate, tmp_path):
 
 
 def test_each_field_is_drawn_alone_when_asked_for(pair, correlate, tmp_path):
-    assert correlate(*pair, "--pictures", "--out", "out").returncode == 0
+    assert correlate(*pair, "--plots", "--out", "out").returncode == 0
     drawn = {name.removesuffix(".png") for name in files_in(tmp_path / "out")}
     assert drawn > {"fields", "u", "v", "exx", "eyy", "exy", "sigma_u", "zncc", "status"}
 
@@ -113,7 +113,7 @@ def test_a_mask_leaves_out_what_is_black(pair, correlate, tmp_path):
     assert 0.3 < measured[1] / measured[0] < 0.7
 
 
-def test_sixteen_bit_pictures_are_taken(pair, correlate, tmp_path):
+def test_sixteen_bit_images_are_taken(pair, correlate, tmp_path):
     paths = []
     for path in pair:
         deep = np.asarray(Image.open(path)).astype(np.uint16) * 256
@@ -123,7 +123,7 @@ def test_sixteen_bit_pictures_are_taken(pair, correlate, tmp_path):
     assert said["u"]["mean"] == pytest.approx(SHIFT[0], abs=0.003)
 
 
-def test_a_folder_that_holds_something_is_kept_unless_told(pair, correlate, tmp_path):
+def test_a_folder_that_holds_something_is_kept_unless_forced(pair, correlate, tmp_path):
     out = tmp_path / "out"
     out.mkdir()
     (out / "u.png").write_text("mine")
@@ -140,9 +140,9 @@ def test_a_folder_that_holds_something_is_kept_unless_told(pair, correlate, tmp_
 
 
 def colour(path):
-    picture = np.zeros((*SHAPE, 3), np.uint8)
-    picture[..., 0] = 200
-    Image.fromarray(picture).save(path)
+    image = np.zeros((*SHAPE, 3), np.uint8)
+    image[..., 0] = 200
+    Image.fromarray(image).save(path)
 
 
 def blank(path):
@@ -157,17 +157,17 @@ def truncated(path):
     path.write_bytes(path.read_bytes()[:2000])
 
 
-def no_picture(path):
-    path.write_text("not a picture")
+def no_image(path):
+    path.write_text("not an image")
 
 
 def missing(path):
     path.unlink()
 
 
-@pytest.mark.parametrize("spoil", [colour, smaller, truncated, no_picture, missing])
+@pytest.mark.parametrize("spoil", [colour, smaller, truncated, no_image, missing])
 @pytest.mark.parametrize("which", [0, 1])
-def test_a_bad_picture_ends_in_one_sentence(pair, correlate, tmp_path, spoil, which):
+def test_a_bad_image_ends_in_one_sentence(pair, correlate, tmp_path, spoil, which):
     spoil(pair[which])
     assert_refused(correlate(*pair), tmp_path)
 

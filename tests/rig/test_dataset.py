@@ -211,7 +211,7 @@ def test_bad_input_ends_in_one_sentence_with_the_remedy(bench, written, argument
     assert done.stderr.count("\n") == 1
 
 
-def test_a_scene_that_insists_on_linear_theory_is_told_what_it_costs(bench):
+def test_a_scene_that_insists_on_linear_theory_hears_what_it_costs(bench):
     folder, dataset = bench
     insist = ["--set", "plate.theory=linear", "--set", "dataset.force=1 N"]
     done = dataset("--out", str(folder / "insisted.h5"), *insist)

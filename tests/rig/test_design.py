@@ -14,7 +14,7 @@ from rig.design.outlook import design
 from rig.design.prediction import linear_to, predict
 from rig.design.setup import changes, setup_of
 from rig.live import chain as live
-from rig.live.baseline import take_zero
+from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
 from rig.sources.twin import build_twin
 from rig.system.timing import Stopwatch
@@ -29,8 +29,8 @@ def test_more_force_than_the_linear_limit_needs_large_theory(small):
 
     plate = small().plate.build()
     limit = linear_to(plate)
-    assert fe.regime(plate, 0.97 * limit).theory == "linear"
-    assert fe.regime(plate, 1.03 * limit).theory == "large"
+    assert fe.linear_range(plate, 0.97 * limit).theory == "linear"
+    assert fe.linear_range(plate, 1.03 * limit).theory == "large"
 
 
 def test_changes_change_one_thing_each(small):
@@ -90,7 +90,7 @@ def test_a_scene_without_a_camera_or_with_a_bent_plate_is_refused(small):
 
 def test_the_command_prints_writes_and_draws(small_settings, tmp_path):
     picture = tmp_path / "map.png"
-    arguments = ["design", "twin", "--json", f"--picture={picture}", *small_settings]
+    arguments = ["design", "twin", "--json", f"--plot={picture}", *small_settings]
     done = CliRunner().invoke(cli.application(arguments), arguments)
     assert done.exit_code == 0, done.output
     said = json.loads(done.stdout)
@@ -102,7 +102,7 @@ def test_the_command_prints_writes_and_draws(small_settings, tmp_path):
 
 
 def test_a_picture_that_cannot_be_written_is_refused_at_once(tmp_path):
-    arguments = ["design", "twin", f"--picture={tmp_path}/none/map.png"]
+    arguments = ["design", "twin", f"--plot={tmp_path}/none/map.png"]
     done = CliRunner().invoke(cli.application(arguments), arguments)
     assert "must be a *.png in a folder that exists" in str(done.exception)
 
@@ -114,7 +114,7 @@ def test_predicted_errors_are_those_of_a_simulated_run(small):
             "camera.pixels": [512, 416],
             "pattern.diameter": 2.6,
             "touches.force": [2, 4],
-            "touches.most": 1,
+            "touches.max_touches": 1,
             "source.script": "random",
             "estimator.modes": 200,
         }
@@ -122,14 +122,16 @@ def test_predicted_errors_are_those_of_a_simulated_run(small):
     errors = predict(setup_of(scene)).errors
     twin = build_twin(scene)
     bench = build_bench(scene, quiet)
-    zero = take_zero([twin.frame(k, ()) for k in range(bench.reference_frames)])
+    zero = average_reference([twin.frame(k, ()) for k in range(bench.reference_frames)])
     chain, _ = bench.prepare(zero)
     place, force = over(scene.plate.size, errors.place), over(scene.plate.size, errors.force)
     off, push = [], []
     for number in range(100, 350):
         (touch,) = twin.touches(number)
         image = twin.frame(number, (touch,))
-        found = live.sense(chain, image, live.at_rest(chain), Stopwatch(lambda: 0.0)).estimate
+        found = live.estimate_frame(
+            chain, image, live.at_rest(chain), Stopwatch(lambda: 0.0)
+        ).estimate
         assert found.count == 1
         away = np.linalg.norm(found.xy[0] - (touch.x, touch.y))
         off.append(away / place((touch.y, touch.x)) * touch.force)

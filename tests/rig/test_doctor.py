@@ -11,10 +11,10 @@ from typer.testing import CliRunner
 
 from rig import cli
 from rig.doctor import devices, machine
-from rig.doctor.finding import State
+from rig.doctor.finding import FindingState
 from rig.usb import UsbDevice
 
-EYE = UsbDevice(
+CAMERA = UsbDevice(
     vendor=0x046D, product=0x0825, serial="E7", name="Eye", bus=1, address=3, ports=(2, 3),
     camera=True, nodes=("/dev/video0",),
 )  # fmt: skip
@@ -41,7 +41,7 @@ def test_one_json_object_says_all():
 
 def test_what_is_wrong_has_a_remedy_and_a_camera_that_is_not_there_is_a_finding():
     said = json.loads(doctor("--json", "--camera", "/dev/video94"))
-    (tested,) = [f for f in said["findings"] if f["topic"] == "picture"]
+    (tested,) = [f for f in said["findings"] if f["topic"] == "image"]
     assert tested["state"] == "wrong"
     assert tested["remedy"].startswith("no camera at /dev/video94")
     assert not said["ready"]
@@ -70,20 +70,20 @@ def test_a_missing_package_is_wrong_and_a_missing_extra_is_absent(monkeypatch):
         return there(name)
 
     monkeypatch.setattr(metadata, "version", version)
-    findings = {finding.topic: finding for finding in machine.look_at_packages()}
-    assert findings["packages"].state is State.WRONG
+    findings = {finding.topic: finding for finding in machine.check_packages()}
+    assert findings["packages"].state is FindingState.WRONG
     assert findings["packages"].text == "missing: numba"
-    assert findings["extra vision"].state is State.ABSENT
+    assert findings["extra vision"].state is FindingState.ABSENT
     assert findings["extra vision"].remedy == "pip install 'touchplate[vision]'"
 
 
 def test_a_disk_that_is_nearly_full_is_wrong(monkeypatch, tmp_path):
-    monkeypatch.setattr(machine, "LEAST_FREE", 1e9)
-    finding = machine.look_at_disk(tmp_path / "results" / "later")
-    assert finding.state is State.WRONG
+    monkeypatch.setattr(machine, "MIN_FREE", 1e9)
+    finding = machine.check_disk(tmp_path / "results" / "later")
+    assert finding.state is FindingState.WRONG
     assert f"free at {tmp_path}" in finding.text
-    monkeypatch.setattr(machine, "LEAST_FREE", 0)
-    assert machine.look_at_disk(tmp_path).state is State.GOOD
+    monkeypatch.setattr(machine, "MIN_FREE", 0)
+    assert machine.check_disk(tmp_path).state is FindingState.GOOD
 
 
 def test_screens_and_x_servers_are_listed(monkeypatch, tmp_path):
@@ -93,23 +93,23 @@ def test_screens_and_x_servers_are_listed(monkeypatch, tmp_path):
         (tmp_path / name / "modes").write_text("1280x800\n1024x768\n")
     monkeypatch.setattr(machine, "CONNECTORS", tmp_path)
     monkeypatch.setattr(machine, "X_SOCKETS", tmp_path / "sockets")
-    assert machine.look_at_displays().text == "no X server, 1 screens are plugged in"
+    assert machine.check_displays().text == "no X server, 1 screens are plugged in"
     (tmp_path / "sockets").mkdir()
     (tmp_path / "sockets" / "X0").touch()
-    assert machine.look_at_displays().text == "X server :0; screens HDMI-A-1 1280x800"
+    assert machine.check_displays().text == "X server :0; screens HDMI-A-1 1280x800"
 
 
 def test_the_gpu_is_named(monkeypatch, tmp_path):
     (tmp_path / "0000:01:00.0").mkdir()
     (tmp_path / "0000:01:00.0" / "information").write_text("Model: \t Big GPU\nIRQ: 5\n")
     monkeypatch.setattr(machine, "GRAPHICS", tmp_path)
-    findings = {finding.topic: finding for finding in machine.look_at_computer()}
+    findings = {finding.topic: finding for finding in machine.check_computer()}
     assert findings["graphics"].text == "Big GPU"
 
 
 @pytest.fixture
 def nodes(monkeypatch, tmp_path):
-    """Draw two nodes of one camera: pictures, and metadata that are left out."""
+    """Draw two nodes of one camera: images, and metadata that are left out."""
     for node, index in (("video0", "0"), ("video1", "1")):
         (tmp_path / "sys" / node).mkdir(parents=True)
         (tmp_path / "sys" / node / "name").write_text("Speckle Eye\n")
@@ -121,8 +121,8 @@ def nodes(monkeypatch, tmp_path):
 
 
 def test_a_camera_is_named_and_its_metadata_are_left_out(nodes):
-    (finding,) = devices.look_at_cameras()
-    assert finding.state is State.GOOD
+    (finding,) = devices.check_cameras()
+    assert finding.state is FindingState.GOOD
     assert finding.text == f"{nodes}/video0 is Speckle Eye"
 
 
@@ -133,36 +133,36 @@ def test_a_camera_that_another_program_has_open_is_said_with_its_name(nodes):
     ) as other:
         assert other.stdout is not None
         other.stdout.readline()
-        (finding,) = devices.look_at_cameras()
+        (finding,) = devices.check_cameras()
         other.communicate(b"\n")
-    assert finding.state is State.WRONG
+    assert finding.state is FindingState.WRONG
     assert "in use by python" in finding.text
     assert f"(process {other.pid})" in finding.text
 
 
 def test_a_camera_that_we_may_not_use_says_what_to_do(nodes, monkeypatch):
     monkeypatch.setattr("os.access", lambda path, mode: False)
-    (finding,) = devices.look_at_cameras()
+    (finding,) = devices.check_cameras()
     assert "no permission" in finding.text
     assert "usermod -aG video" in finding.remedy
 
 
 def test_usb_devices_of_a_bench_are_listed_and_others_are_not(nodes):
-    eye, board = devices.look_at_usb([EYE, MOUSE, BOARD])
-    assert eye.text == "Eye 046d:0825 at 1-2.3, serial number E7, /dev/video0"
+    camera, board = devices.check_usb([CAMERA, MOUSE, BOARD])
+    assert camera.text == "Eye 046d:0825 at 1-2.3, serial number E7, /dev/video0"
     assert board.text == "Light 1209:0001 at 1-4"
-    assert devices.look_at_usb([MOUSE]).__next__().state is State.ABSENT
+    assert devices.check_usb([MOUSE]).__next__().state is FindingState.ABSENT
 
 
 def test_the_udev_rule_names_what_we_may_not_use(nodes, monkeypatch):
     (nodes / "bus" / "usb" / "001").mkdir(parents=True)
     (nodes / "bus" / "usb" / "001" / "003").touch()
     monkeypatch.setattr("os.access", lambda path, mode: False)
-    eye, board = devices.look_at_usb([EYE, BOARD])  # the board has no node here
-    assert eye.state is State.WRONG
-    assert eye.remedy == "paste the rule below into /etc/udev/rules.d/60-touchplate.rules"
-    assert board.state is State.GOOD
-    lines = devices.udev_rule([EYE, replace(EYE, ports=(7,)), MOUSE]).splitlines()
+    camera, board = devices.check_usb([CAMERA, BOARD])  # the board has no node here
+    assert camera.state is FindingState.WRONG
+    assert camera.remedy == "paste the rule below into /etc/udev/rules.d/60-touchplate.rules"
+    assert board.state is FindingState.GOOD
+    lines = devices.udev_rule([CAMERA, replace(CAMERA, ports=(7,)), MOUSE]).splitlines()
     assert lines[2:] == [
         'SUBSYSTEM=="usb", ATTR{idVendor}=="046d", ATTR{idProduct}=="0825", GROUP="plugdev",'
         ' MODE="0660", TAG+="uaccess"'

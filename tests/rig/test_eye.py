@@ -6,12 +6,12 @@ import pytest
 import rig
 from rig.calibration.camera_of import camera_of
 from rig.scene.account import account
-from rig.training.data import simulate
-from rig.training.plan import lesson
-from rig.training.rendered_gauges import open_eye
+from rig.training.data import simulate_sets
+from rig.training.plan import training_plan
+from rig.training.rendered_gauges import render_gauges
 
 SCENE = {
-    "touches.most": 1,
+    "touches.max_touches": 1,
     "sensor.noise": 1.0,
     "gauges": {"kind": "lattice", "spacing": 51.0, "margin": 25.0, "subset": 41},
     "training": {"samples": 50, "force": [2.0, 8.0], "margin": 30.0, "test": 40, "pictures": 3},
@@ -30,7 +30,7 @@ def scene(small):
 
 def test_pictures_read_as_the_model_says_within_its_noise(scene):
     """Of errors over the stated noise the mean square is near 1: measured 1.07, and no bias."""
-    eye, rng = open_eye(lesson(scene).view, quiet), np.random.default_rng(0)
+    eye, rng = render_gauges(training_plan(scene).view, quiet), np.random.default_rng(0)
     touches = np.column_stack([rng.uniform(40, 160, (12, 2)), rng.uniform(2.0, 4.0, 12)])
     read = eye.correlate(touches, rng)
     told = eye.seen.strain(touches[:, :2]).reshape(12, -1) * touches[:, 2:]
@@ -40,16 +40,17 @@ def test_pictures_read_as_the_model_says_within_its_noise(scene):
 
 
 def test_averaged_pictures_have_less_noise(scene):
-    taught = lesson(scene)
-    more = lesson(scene.model_copy(update={"training": _with(scene.training, frames=16)}))
+    taught = training_plan(scene)
+    more = training_plan(scene.model_copy(update={"training": _with(scene.training, frames=16)}))
     one, mean = (
-        np.sqrt(np.trace(np.square(open_eye(each.view, quiet).root))) for each in (taught, more)
+        np.sqrt(np.trace(np.square(render_gauges(each.view, quiet).root)))
+        for each in (taught, more)
     )
     assert mean < 0.5 * one
 
 
 def test_samples_have_forces_between_the_bounds_and_noise_that_is_drawn_anew(scene):
-    sets = simulate(lesson(scene), quiet)
+    sets = simulate_sets(training_plan(scene), quiet)
     noise = sets.noise
     assert len(sets.training) == len(noise.pool) == 50
     assert ((noise.forces >= 2.0) & (noise.forces <= 8.0)).all()
@@ -60,8 +61,8 @@ def test_samples_have_forces_between_the_bounds_and_noise_that_is_drawn_anew(sce
 
 
 def test_gauges_on_the_face_have_the_noise_that_the_scene_states():
-    scene = rig.load("paper-one", {"training.noise": 0.05, "training.test": 50})
-    sets = simulate(lesson(scene), quiet)
+    scene = rig.load("paper-one", {"training.noise": 0.05, "training.test_samples": 50})
+    sets = simulate_sets(training_plan(scene), quiet)
     assert sets.noise.root == pytest.approx(0.05 * np.sqrt(np.mean(sets.noise.pool.strain**2)))
     assert np.std(sets.training.strain - sets.noise.pool.strain) == pytest.approx(
         sets.noise.root, rel=0.02
@@ -82,7 +83,7 @@ def test_what_cannot_be_seen_is_refused(small, changes, sentence):
     source = {"source": None} if "pattern" in changes else {}
     scene = small(named | gauges | source | changes)
     with pytest.raises(ValueError, match=sentence):
-        simulate(lesson(scene), quiet)
+        simulate_sets(training_plan(scene), quiet)
 
 
 def test_a_camera_of_another_size_is_not_taken(scene):

@@ -127,7 +127,7 @@ def test_a_camera_without_lens_and_pose_is_told(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     known("bench", rig.load("bench"))
     said = " ".join(capsys.readouterr().err.split())
-    assert "'bench.calibration.json' holds no lens and pose" in said
+    assert "calibration holds no lens and pose" in said
     assert "straight down from 500 mm; run `touchplate calibrate camera`" in said
     known("twin", rig.load("twin"))
     assert capsys.readouterr().err == ""

@@ -7,9 +7,9 @@ import pytest
 
 import fe
 from rig.live import chain as live
-from rig.live.baseline import take_zero
+from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
-from rig.live.tracker import Follower
+from rig.live.tracker import FrameProcessor
 from rig.sources.twin import build_twin
 from rig.system.frame import Frame
 from rig.system.timing import Stopwatch
@@ -26,8 +26,8 @@ def test_a_press_of_a_finger_on_a_thin_plate_is_found_in_pictures_of_the_shell(s
     bench, twin = build_bench(scene, lambda done, total: None), build_twin(scene)
     assert bench.theory.name == "large"
     watch, mesh = Stopwatch(time.monotonic), fe.grid(bench.plate, 32)
-    follower = Follower(
-        bench, take_zero([twin.frame(k, ()) for k in range(16)]), watch, time.monotonic
+    follower = FrameProcessor(
+        bench, average_reference([twin.frame(k, ()) for k in range(16)]), watch, time.monotonic
     )
     for number, touch in enumerate(TOUCHES):
         shell = fe.solve(bench.plate, [touch], mesh=mesh)
@@ -42,5 +42,5 @@ def test_a_press_of_a_finger_on_a_thin_plate_is_found_in_pictures_of_the_shell(s
             assert found.force[0] == pytest.approx(touch.force, rel=0.05)
         assert follower.sentence(sensed) == "one touch"
     hard = twin.frame(30, (fe.Touch(127.0, 100.0, 9.0),))
-    sensed = live.sense(follower.chain, hard, live.at_rest(follower.chain), watch)
+    sensed = live.estimate_frame(follower.chain, hard, live.at_rest(follower.chain), watch)
     assert "the plate is stretched further than" in follower.sentence(sensed)

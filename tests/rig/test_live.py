@@ -9,7 +9,7 @@ import pytest
 import fe
 from rig.live import chain as live
 from rig.live.alignment import Alignment
-from rig.live.baseline import LEAST_NOISE, take_zero
+from rig.live.baseline import LEAST_NOISE, average_reference
 from rig.live.bench import build_bench
 from rig.sources.twin import build_twin
 from rig.system.timing import Stopwatch
@@ -24,7 +24,7 @@ class Rig:
         self.twin = build_twin(scene)
         frames = [self.twin.frame(k, ()) for k in range(16)]
         self.chain, self.strain = build_bench(scene, lambda done, total: None).prepare(
-            take_zero(frames)
+            average_reference(frames)
         )
         self.state = live.at_rest(self.chain)
         self.watch = Stopwatch(time.monotonic)
@@ -33,7 +33,7 @@ class Rig:
         image = self.twin.frame(sequence, touches)
         if hand is not None:
             image[hand] = 0
-        sensed = live.sense(self.chain, image, self.state, self.watch)
+        sensed = live.estimate_frame(self.chain, image, self.state, self.watch)
         self.state = sensed.state
         return sensed.estimate, sensed.sums
 
@@ -53,19 +53,19 @@ def test_the_reference_is_the_mean_of_its_frames_and_knows_the_noise_of_one():
     rng = np.random.default_rng(0)
     truth = rng.uniform(50, 200, (60, 80))
     frames = [truth + rng.normal(0, 3.0, truth.shape) for _ in range(8)]
-    zero = take_zero(frames)
+    zero = average_reference(frames)
     np.testing.assert_allclose(zero.image, np.mean(frames, axis=0), rtol=1e-6)
     assert zero.image.dtype == np.float32
     assert zero.noise == pytest.approx(3.0 * np.sqrt(1 + 1 / 8), rel=0.02)
 
 
 def test_frames_without_noise_leave_the_noise_of_rounding():
-    assert take_zero([np.full((20, 30), 7, np.uint8)] * 4).noise == LEAST_NOISE
+    assert average_reference([np.full((20, 30), 7, np.uint8)] * 4).noise == LEAST_NOISE
 
 
 def test_one_frame_is_no_reference():
     with pytest.raises(ValueError, match=r"2 frames or more.*got 1; set dic\.reference_frames"):
-        take_zero([np.zeros((20, 30), np.uint8)])
+        average_reference([np.zeros((20, 30), np.uint8)])
 
 
 def test_nothing_is_found_on_an_untouched_plate(rig):
@@ -132,7 +132,7 @@ def test_strain_tells_the_same_touch(rig):
 
 
 def test_known_presses_mend_every_touch_and_leave_what_the_next_frame_starts_from(rig):
-    sensed = live.sense(rig.chain, rig.twin.frame(20, PRESS), rig.state, rig.watch)
+    sensed = live.estimate_frame(rig.chain, rig.twin.frame(20, PRESS), rig.state, rig.watch)
     sensed = replace(sensed, from_pattern=sensed.estimate)
     moved = Alignment(np.array([[1.0, 0.0, 3.0], [0.0, 1.0, -2.0]]), 1.1, 0.1, 0.01, 0.01, ())
     plain = live.with_strain(rig.strain, sensed, rig.watch)

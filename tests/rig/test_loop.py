@@ -72,6 +72,22 @@ def test_a_camera_shift_changes_neither_places_nor_forces(start):
     assert shifted["force_median_n"] < 0.2
 
 
+def test_while_the_loop_gets_ready_it_shows_the_plate_at_rest_and_how_far_it_is(start):
+    loop, told = start(range(20)), []
+    follower = loop.get_ready(lambda *step: told.append(step))
+    assert loop.frames == 0
+    assert loop.get_ready() is follower
+    for number, (done, total, shot) in enumerate(told):
+        assert (done, total) == (number, len(told) - 1)
+        assert shot.status.startswith("getting ready: ")
+        assert shot.status.endswith(f"({done} of {total})")
+        assert not shot.fresh
+        assert not shot.touches
+        np.testing.assert_allclose(shot.image, follower.chain.reference.image, atol=0.5)
+    assert "one touch" in told[1][2].status
+    assert [shot.sequence for shot in run(loop, 4)] == [16, 17, 18, 19]
+
+
 def test_gaps_in_the_numbers_are_dropped_frames(start):
     after_reference = [16, 20, 21, 25]
     loop = start([*range(0, 32, 2), *[k + 30 for k in after_reference]])
@@ -121,6 +137,21 @@ def test_a_source_that_falls_silent_shows_no_touch_and_says_why(start):
     assert back.fresh
     assert len(back.touches) == 1
     assert loop.frames == 2
+
+
+@pytest.mark.parametrize(("interval", "patience"), [(1 / 30, 0.5), (0.5, 1.5), (2.0, 6.0)])
+def test_a_slow_source_is_not_taken_for_a_silent_one(start, interval, patience):
+    loop, asked = start(range(20)), []
+    grab = loop._source.grab
+
+    def slow(timeout):
+        asked.append(timeout)
+        frame = grab(timeout)
+        return replace(frame, captured=interval * frame.sequence)
+
+    loop._source.grab = slow
+    run(loop, 2)
+    assert asked[-1] == pytest.approx(patience)
 
 
 def test_a_source_that_never_speaks_is_one_sentence(start):

@@ -9,21 +9,21 @@ import pytest
 
 from models.nets import store
 from rig.commands.train import descend
-from rig.live.baseline import Zero, take_zero
+from rig.live.baseline import ReferenceFrame, average_reference
 from rig.live.bench import build_bench
 from rig.live.loop import Loop
 from rig.live.net_chain import plan_net
-from rig.live.tracker import Follower
-from rig.recording.recorder import Recorder
+from rig.live.tracker import FrameProcessor
+from rig.recording.recorder import SessionRecorder
 from rig.recording.replay import replay
 from rig.recording.session import open_session
 from rig.scene.theory import choose
 from rig.sources.twin import build_twin
 from rig.system.frame import Frame
 from rig.system.timing import Stopwatch
-from rig.training.data import simulate
+from rig.training.data import simulate_sets
 from rig.training.model_score import score_model
-from rig.training.plan import lesson
+from rig.training.plan import training_plan
 
 NET = {
     "kind": "net",
@@ -37,7 +37,7 @@ NET = {
     "batch": 256,
 }
 SCENE = {
-    "touches.most": 1,
+    "touches.max_touches": 1,
     "touches.force": [2.0, 8.0],
     "gauges": {"kind": "lattice", "spacing": 25.5, "margin": 25.0, "subset": 41},
     "training": {"samples": 3000, "force": [2.0, 8.0], "margin": 30.0, "test": 300, "pictures": 8},
@@ -57,15 +57,15 @@ def model(tmp_path_factory):
 
 @pytest.fixture
 def netted(small, model):
-    """Load the small twin with a net that is trained once: `netted({"estimator.steps": 2})`."""
+    """Load the small twin with a net, trained once: `netted({"estimator.solver_steps": 2})`."""
 
     def make(overrides=()):
         named = SCENE | {"estimator": NET | {"model": str(model)}}
         scene = small(deepcopy(named) | dict(overrides))
         if not model.exists():
-            taught = lesson(small(named))
-            trained = descend(taught, simulate(taught, quiet), taught.net.layers)
-            store.save(model, trained, {"scene": small(named).model_dump(mode="json")})
+            taught = training_plan(small(named))
+            trained = descend(taught, simulate_sets(taught, quiet), taught.net.layers)
+            store.save_net(model, trained, {"scene": small(named).model_dump(mode="json")})
         return scene
 
     return make
@@ -82,7 +82,7 @@ def test_net_strain_and_pattern_are_scored_in_one_run(netted, in_hand):
     """Medians measured: net 6.7 mm, with two steps 4.0, strain map 2.1, whole pattern 1.3."""
     medians = {}
     for steps in (0, 2):
-        loop, shots = run(netted({"estimator.steps": steps}), in_hand, range(40, 400, 6))
+        loop, shots = run(netted({"estimator.solver_steps": steps}), in_hand, range(40, 400, 6))
         said = loop.summary()
         assert said["net"]["frames"] == said["pattern"]["frames"] == said["strain"]["frames"] == 60
         assert said["net"]["false_touches"] == 0
@@ -118,7 +118,7 @@ def test_a_net_tells_touches_of_a_camera_that_knows_no_truth(netted, in_hand):
 
 def test_what_the_net_tells_is_followed_and_replayed_bit_for_bit(netted, in_hand, tmp_path):
     scene, path = netted(), tmp_path / "session.h5"
-    with Recorder(path, {"scene": scene.model_dump_json()}) as recorder:
+    with SessionRecorder(path, {"scene": scene.model_dump_json()}) as recorder:
         _, shots = run(scene, in_hand, range(60, 90, 3), recorder=recorder)
     assert any(mark.identity is not None for shot in shots for mark in shot.touches)
     with open_session(path) as session:
@@ -131,8 +131,8 @@ def test_nothing_is_told_on_an_untouched_plate_or_behind_a_hand(netted, in_hand)
     _, shots = run(scene, in_hand, range(20, 40))
     assert all(shot.touches == () for shot in shots)
     twin = build_twin(scene)
-    zero = take_zero([twin.frame(k, ()) for k in range(16)])
-    follower = Follower(build_bench(scene, quiet), zero, Stopwatch(lambda: 0.0), lambda: 0.0)
+    zero = average_reference([twin.frame(k, ()) for k in range(16)])
+    follower = FrameProcessor(build_bench(scene, quiet), zero, Stopwatch(lambda: 0.0), lambda: 0.0)
     image = twin.frame(50, ()).copy()
     image[100:180, 150:260] = 0
     assert follower.see(Frame(0, 0.0, image, None)).sensed.estimate.count == 0
@@ -160,7 +160,10 @@ def test_a_scene_without_a_net_imports_none(small):
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
-        ({"touches.most": 2}, "expects up to 2 touches, and its net tells one; set touches.most"),
+        (
+            {"touches.max_touches": 2},
+            "expects up to 2 touches, and its net tells one; set touches.max_touches",
+        ),
         ({"gauges.spacing": 51.0}, r"was trained for another \[gauges\] than scene"),
         ({"plate.young": 2000.0}, r"was trained for another \[plate\] than scene"),
         ({"plate.theory": "large"}, "nets learn the linear one; expect smaller forces, or set"),
@@ -178,8 +181,8 @@ def test_gauges_that_stand_off_the_pattern_are_said(netted):
     scene = netted()
     bench, twin = build_bench(scene, quiet), build_twin(scene)
     image = np.mean([twin.frame(k, ()) for k in range(4)], axis=0).astype(np.float32)
-    chain, _ = bench.prepare(Zero(image, 2.0))
+    chain, _ = bench.prepare(ReferenceFrame(image, 2.0))
     blank = image.copy()
     blank[:, :150] = 120.0
     with pytest.raises(ValueError, match=r"of 63 gauges show no pattern to follow; look after"):
-        bench.prepare_net(Zero(blank, 2.0), chain)
+        bench.prepare_net(ReferenceFrame(blank, 2.0), chain)

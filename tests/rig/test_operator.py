@@ -8,7 +8,7 @@ from rig.calibration.store import Calibration, LatencyEntry
 from rig.live.snapshot import Mark
 from rig.page.operator import Operator
 from rig.page.server import Publisher
-from rig.projector.display_log import Shown
+from rig.projector.display_log import DisplayLog
 from rig.projector.markers import fit_plate
 from rig.projector.show import Show
 from rig.recording.control import Switch
@@ -23,7 +23,7 @@ class Window:
     alive, status = True, "projector window on :0, 640 x 400 px"
 
     def __init__(self):
-        self.shown = Shown()
+        self.shown = DisplayLog()
 
     def __call__(self, content):
         self.content = content
@@ -61,7 +61,7 @@ def desk(publisher):
     return publisher.packets._newest.desk
 
 
-def test_doubts_recording_settings_and_calibration_are_on_the_desk(bench):
+def test_notes_recording_settings_and_calibration_are_on_the_desk(bench):
     publisher, operator, _, _ = bench
     operator(draw_snapshot(1))
     shown = desk(publisher)
@@ -121,7 +121,7 @@ def test_touches_of_a_frame_that_is_too_old_are_not_shown(bench):
     assert len(window.content) == 2
 
 
-def test_a_projector_that_has_gone_is_told(bench):
+def test_a_projector_that_has_gone_is_noted(bench):
     publisher, operator, _, window = bench
     window.alive, window.status = False, "projector window on :0 has gone; it is opened again"
     operator(draw_snapshot(1))

@@ -85,3 +85,31 @@ def test_a_process_that_starts_in_the_block_is_deaf_to_interrupts():
     with deaf_to_interrupts():
         process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE)
     assert process.communicate(timeout=60)[0] == b"deaf\n"
+
+
+def test_an_alarm_of_the_user_rings_as_ever():
+    rung, before = [], signal.getsignal(signal.SIGALRM)
+    signal.signal(signal.SIGALRM, lambda signum, frame: rung.append(signum))
+    try:
+        with interruptible():
+            signal.raise_signal(signal.SIGALRM)
+        signal.raise_signal(signal.SIGALRM)
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    assert rung == [signal.SIGALRM] * 2
+
+
+def test_a_process_that_is_spawned_does_not_run_the_script_again(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import multiprocessing, os\n"
+        "from rig.system.process import without_script\n"
+        "process = multiprocessing.get_context('spawn').Process(target=os.getpid)\n"
+        "with without_script():\n"
+        "    process.start()\n"
+        "process.join()\n"
+        "print(process.exitcode)\n"
+    )
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True)
+    assert done.stdout == "0\n"
+    assert done.stderr == ""

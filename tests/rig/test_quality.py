@@ -7,7 +7,7 @@ import pytest
 
 import fe
 from rig.live import chain as live
-from rig.live.baseline import take_zero
+from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
 from rig.live.quality import signs
 from rig.sources.twin import build_twin
@@ -21,12 +21,12 @@ def look(small):
     """Sense a frame of a twin, changed by a function; gives its signs by name."""
     scene = small({"source.shift": [0.0, 1.5]})
     twin = build_twin(scene)
-    zero = take_zero([twin.frame(k, ()) for k in range(16)])
+    zero = average_reference([twin.frame(k, ()) for k in range(16)])
     chain, _ = build_bench(scene, lambda done, total: None).prepare(zero)
 
     def look(touches=(), change=lambda image: image, sequence=20):
         image = change(twin.frame(sequence, touches).astype(float)).clip(0, 255).astype(np.uint8)
-        sensed = live.sense(chain, image, live.at_rest(chain), Stopwatch(time.monotonic))
+        sensed = live.estimate_frame(chain, image, live.at_rest(chain), Stopwatch(time.monotonic))
         return {sign.name: sign for sign in signs(chain, sensed)}
 
     return look

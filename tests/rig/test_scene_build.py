@@ -42,7 +42,7 @@ def scene():
             "plate.size": [120, 80],
             "camera.pixels": [320, 240],
             "gauges.kind": "ring",
-            "gauges.reading": "A",
+            "gauges.placement": "inside",
             "gauges.margin": 10,
         },
     )
@@ -130,12 +130,12 @@ def test_pattern_and_sensor_have_the_values_of_the_file(scene):
     assert scene.sensor.build().noise == 2.0
 
 
-@pytest.mark.parametrize("reading", ["A", "B"])
-def test_the_ring_lies_as_its_reading_says(scene, reading):
-    ring = scene.gauges.model_copy(update={"reading": reading})
+@pytest.mark.parametrize("placement", ["inside", "edges"])
+def test_the_ring_lies_as_its_placement_says(scene, placement):
+    ring = scene.gauges.model_copy(update={"placement": placement})
     places = ring.build(scene.plate)
     inset = np.minimum(places, np.array([120, 80]) - places).min(axis=1)
-    assert inset == pytest.approx(10.0 if reading == "A" else 0.0)
+    assert inset == pytest.approx(10.0 if placement == "inside" else 0.0)
     assert len(places) == 2 * (100 + 60) / 5
 
 

@@ -134,7 +134,7 @@ def test_a_fault_of_toml_is_given_with_its_line(tmp_path):
 
 
 def test_a_file_that_is_no_text_is_refused(tmp_path):
-    path = tmp_path / "picture.toml"
+    path = tmp_path / "image.toml"
     path.write_bytes(b"\xff\xd8\xff\xe0")
-    with pytest.raises(rig.SceneError, match=r"picture\.toml is no text in UTF-8"):
+    with pytest.raises(rig.SceneError, match=r"image\.toml is no text in UTF-8"):
         rig.load(path)

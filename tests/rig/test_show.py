@@ -99,7 +99,7 @@ def test_the_costs_are_those_of_the_parts():
     assert (TILE_MARGIN, TWIN_ELEMENTS) == (MARGIN, ELEMENTS)
 
 
-def test_patches_are_told_with_the_elements_that_they_need():
+def test_patches_are_listed_with_the_elements_that_they_need():
     import fe
 
     patch = {"x": [10, 12], "y": ["5 cm", "80 mm"], "thickness": "5 mm"}
@@ -137,7 +137,7 @@ def test_large_touches_are_followed_on_a_reduced_plate():
     assert "reduced plate" not in parts("bench", {"plate.theory": "linear"}) | parts("twin")
 
 
-def test_a_scene_that_insists_is_told_the_cost():
+def test_a_scene_that_insists_hears_the_cost():
     why = left_out("twin", {"plate.thickness": 1})["large deflection"]
     assert why.startswith("linear theory, as the scene insists: w/h is up to")
     assert "linear theory is off by more than 100 %" in why

@@ -7,11 +7,11 @@ import pytest
 
 import fe
 from rig.live import chain as live, visibility
-from rig.live.baseline import take_zero
+from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
 from rig.sources.twin import build_twin
 from rig.system.timing import Stopwatch
-from synthetic import Hand
+from synthetic import Occluder
 
 PRESS = fe.Touch(80.0, 120.0, 2.5)
 ARM = np.array([(190.0, -20.0), (410.0, -20.0), (410.0, 340.0), (190.0, 340.0)])  # the right half
@@ -29,14 +29,14 @@ class Rig:
         self.twin, self.watch = build_twin(scene), watch
         bench = build_bench(scene, lambda done, total: None)
         self.chain, self.strain = bench.prepare(
-            take_zero([self.twin.frame(k, ()) for k in range(16)])
+            average_reference([self.twin.frame(k, ()) for k in range(16)])
         )
         self.state = live.at_rest(self.chain)
 
     def see(self, sequence, touches=(), cover=lambda light: light):
         light = self.twin.frame(sequence, touches) / 255.0
         image = (255.0 * cover(light)).round().clip(0, 255).astype(np.uint8)
-        sensed = live.sense(self.chain, image, self.state, self.watch)
+        sensed = live.estimate_frame(self.chain, image, self.state, self.watch)
         self.state = sensed.state
         return sensed
 
@@ -48,17 +48,17 @@ def rig(small, watch):
 
 def test_a_hand_that_moves_over_half_the_plate_invents_no_touch(rig):
     for sequence in range(20, 44):
-        hand = Hand(ARM + np.array([8.0 * (32 - sequence), 5.0 * (sequence - 30)]), 0.45)
+        hand = Occluder(ARM + np.array([8.0 * (32 - sequence), 5.0 * (sequence - 30)]), 0.45)
         sensed = rig.see(sequence, (), hand.cover)
         assert sensed.estimate.count == 0, sequence
-        assert not sensed.trouble
+        assert not sensed.unusable_reason
         covered = hand.share((320, 384)).mean()
         assert covered - 0.05 < sensed.hidden.mean() < covered + 0.15
 
 
 def test_a_press_beside_the_hand_is_found_and_nothing_else_is_looked_for(rig, monkeypatch):
     monkeypatch.setattr(live, "jump", lambda reference, image: pytest.fail("no camera jumped"))
-    hand = Hand(ARM, 0.45)
+    hand = Occluder(ARM, 0.45)
     for sequence in range(20, 28):
         sensed = rig.see(sequence, (PRESS,), hand.cover)
         assert sensed.estimate.count == 1
@@ -110,12 +110,12 @@ def test_a_bumped_camera_is_no_touch_and_a_press_after_it_is_found(small, watch,
 
 def test_a_jump_is_seen_to_tenths_of_a_pixel_also_behind_a_hand(small, watch):
     rig = Rig(small({"source.shift": [4.6, -3.3]}), watch)
-    hand = Hand(ARM, 0.45)
+    hand = Occluder(ARM, 0.45)
     image = (255.0 * hand.cover(rig.twin.frame(40, ()) / 255.0)).astype(np.uint8)
-    found = visibility.jump(rig.chain.reference, image)
+    found = visibility.coarse_shift(rig.chain.reference, image)
     np.testing.assert_allclose(found, (4.6, -3.3), atol=0.35)
-    sensed = live.sense(rig.chain, image, rig.state, rig.watch)
-    assert (sensed.trouble, sensed.estimate.count) == ("", 0)
+    sensed = live.estimate_frame(rig.chain, image, rig.state, rig.watch)
+    assert (sensed.unusable_reason, sensed.estimate.count) == ("", 0)
 
 
 def test_a_shadow_is_no_touch(rig):

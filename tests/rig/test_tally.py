@@ -8,7 +8,7 @@ import pytest
 import fe
 from models.estimate import Estimate, Result
 from rig.live import run_score as module
-from rig.live.run_score import Tally
+from rig.live.run_score import RunScore
 
 
 def estimate(*touches):
@@ -20,7 +20,7 @@ def estimate(*touches):
 
 
 def test_errors_are_distances_and_force_differences_of_matched_touches():
-    tally = Tally(least=0.5)
+    tally = RunScore(least=0.5)
     truth = (fe.Touch(200.0, 50.0, 2.0), fe.Touch(40.0, 60.0, 1.0))
     errors = tally.add(estimate((43.0, 64.0, 0.9), (200.0, 51.0, 2.3)), truth)
     assert errors == pytest.approx(((5.0 + 1.0) / 2, (0.1 + 0.3) / 2))
@@ -33,14 +33,14 @@ def test_errors_are_distances_and_force_differences_of_matched_touches():
 
 
 def test_a_touch_that_is_not_found_is_a_miss_and_not_scored():
-    tally = Tally(least=0.5)
+    tally = RunScore(least=0.5)
     assert tally.add(estimate(), (fe.Touch(100.0, 80.0, 2.0),)) is None
     summary = tally.summary()
     assert (summary["misses"], summary["false_touches"], summary["scored"]) == (1, 0, 0)
 
 
 def test_a_touch_that_is_not_there_is_false():
-    tally = Tally(least=0.5)
+    tally = RunScore(least=0.5)
     assert tally.add(estimate((10.0, 10.0, 0.2)), ()) is None
     assert tally.add(estimate((10.0, 10.0, 0.2), (99, 9, 1)), (fe.Touch(9.0, 9.0, 1.0),)) is None
     assert tally.false == 2
@@ -49,20 +49,20 @@ def test_a_touch_that_is_not_there_is_false():
 
 @pytest.mark.parametrize("found", [(), ((100.0, 80.0, 0.3),)])
 def test_a_finger_that_just_lands_may_be_found_or_not(found):
-    tally = Tally(least=0.5)
+    tally = RunScore(least=0.5)
     assert tally.add(estimate(*found), (fe.Touch(100.0, 80.0, 0.3),)) is None
     assert (tally.misses, tally.false, len(tally.position)) == (0, 0, 0)
 
 
 def test_nothing_scored_is_none_and_still_json():
-    tally = Tally(least=0.5)
+    tally = RunScore(least=0.5)
     tally.add(estimate(), ())
     assert tally.running() is None
     assert json.loads(json.dumps(tally.summary(), allow_nan=False))["position_median_mm"] is None
 
 
 def test_running_medians_forget_and_the_summary_does_not():
-    tally = Tally(least=0.5)
+    tally = RunScore(least=0.5)
     truth = (fe.Touch(100.0, 80.0, 2.0),)
     for _ in range(module.RECENT):
         tally.add(estimate((110.0, 80.0, 3.0)), truth)
@@ -74,7 +74,7 @@ def test_running_medians_forget_and_the_summary_does_not():
 
 def test_a_long_run_keeps_a_bounded_number_of_errors(monkeypatch):
     monkeypatch.setattr(module, "KEPT", 50)
-    tally = Tally(least=0.5)
+    tally = RunScore(least=0.5)
     for _ in range(80):
         tally.add(estimate((101.0, 80.0, 2.0)), (fe.Touch(100.0, 80.0, 2.0),))
     assert tally.frames == 80

@@ -7,13 +7,13 @@ import pytest
 
 import fe
 from rig.live import chain as live
-from rig.live.baseline import take_zero
+from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
 from rig.scene.account import account
 from rig.sources.twin import build_twin
 from rig.system.timing import Stopwatch
-from rig.training.data import simulate
-from rig.training.plan import lesson
+from rig.training.data import simulate_sets
+from rig.training.plan import training_plan
 
 PRESS = fe.Touch(90.0, 120.0, 30.0)  # N; without the plate's motion towards it a camera sees little
 
@@ -29,11 +29,13 @@ def scene(small):
 
 def test_a_press_is_found_within_its_own_uncertainty(scene):
     twin, bench = build_twin(scene), build_bench(scene, quiet)
-    chain, strain = bench.prepare(take_zero([twin.frame(number, ()) for number in range(16)]))
+    chain, strain = bench.prepare(
+        average_reference([twin.frame(number, ()) for number in range(16)])
+    )
     state, watch = live.at_rest(chain), Stopwatch(time.monotonic)
     off = []
     for number in range(50, 70):
-        sensed = live.sense(chain, twin.frame(number, (PRESS,)), state, watch)
+        sensed = live.estimate_frame(chain, twin.frame(number, (PRESS,)), state, watch)
         sensed, state = live.with_strain(strain, sensed, watch), sensed.state
         for told in (sensed.estimate, sensed.from_strain):
             error = [*told.xy[0] - (PRESS.x, PRESS.y), told.force[0] - PRESS.force]
@@ -44,13 +46,17 @@ def test_a_press_is_found_within_its_own_uncertainty(scene):
 
 def test_it_sees_less_of_a_touch_than_a_pinhole(small):
     net = {
-        "touches.most": 1,
+        "touches.max_touches": 1,
         "gauges": {"kind": "lattice", "spacing": 51.0, "margin": 25.0, "subset": 41},
         "estimator": {"kind": "net"},
         "training": {"samples": 40, "margin": 30.0, "test": 20},
     }
     size = {
-        kind: np.std(simulate(lesson(small(net | {"camera.kind": kind})), quiet).noise.pool.strain)
+        kind: np.std(
+            simulate_sets(
+                training_plan(small(net | {"camera.kind": kind})), quiet
+            ).noise.pool.strain
+        )
         for kind in ("telecentric", "pinhole")
     }
     assert size["telecentric"] < 0.5 * size["pinhole"]

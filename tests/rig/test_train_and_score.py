@@ -25,8 +25,8 @@ epochs = 300
 learning_rate = 0.01
 [training]
 spacing = 5.0
-validation = 5
-test = 200
+validation_side = 5
+test_samples = 200
 """
 
 
@@ -187,9 +187,10 @@ def test_a_search_prints_its_candidates_and_goes_on(bench):
 
 
 @pytest.mark.parametrize(
-    "settings", [[], ["--set", "estimator.told=poles", "--set", "estimator.outputs=scaled"]]
+    "settings",
+    [[], ["--set", "estimator.target_encoding=rational", "--set", "estimator.outputs=scaled"]],
 )
-def test_a_net_of_two_touches_tells_places_and_magnitudes(bench, settings):
+def test_a_net_of_two_touches_estimates_places_and_magnitudes(bench, settings):
     (bench[0] / "pair.toml").write_text(PAIR)
     done = bench[1]("train", "pair.toml", "--json", *settings)
     assert done.returncode == 0, done.stderr
@@ -202,7 +203,9 @@ def test_a_net_of_two_touches_tells_places_and_magnitudes(bench, settings):
     assert again["test"] == figures["test"]
 
 
-PAIR = SCENE.replace("test = 200", "test = 50").replace("epochs = 300", "epochs = 300\nbatch = 64")
+PAIR = SCENE.replace("test_samples = 200", "test_samples = 50").replace(
+    "epochs = 300", "epochs = 300\nbatch = 64"
+)
 PAIR = (
     PAIR.replace("seed = 0", "")
     + """

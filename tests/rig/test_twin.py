@@ -61,7 +61,7 @@ def test_a_press_moves_the_picture_and_a_release_gives_it_back(small):
     seen = dic.correlate(dic.prepare(rest, subset=31, points=points), pressed)
     places = camera.on_plate(points, height)
     moved = twin.solver.deflect(PRESS).displacement(places)
-    truth = synthetic.motion(camera, places, moved, height)
+    truth = synthetic.image_motion(camera, places, moved, height)
     assert np.abs(truth).max() > 0.02
     error = np.column_stack([seen.u, seen.v]) - truth
     assert np.sqrt(np.mean(error**2)) < 0.1 * np.abs(truth).max()

@@ -5,15 +5,22 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
+from contextlib import ExitStack
+from dataclasses import replace
+from multiprocessing.shared_memory import SharedMemory
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from rig.live.bench import build_bench
+from rig.live.loop import Loop
 from rig.sources import twin_source
+from rig.sources.script import STILL
 from rig.sources.twin import build_twin
-from rig.sources.twin_source import SLOTS, TwinSource, open_twin
+from rig.sources.twin_source import SLOTS, TwinSource, _play, _views, open_twin
 
 PATIENCE = 30.0  # s
 
@@ -89,6 +96,27 @@ def test_a_frame_that_is_being_overwritten_is_left_for_the_next(ring, number):
     assert source.grab(1.0).sequence == 2
 
 
+def test_frames_from_before_the_script_are_over_when_it_begins(ring):
+    source, there, deliver, _ = ring
+    deliver(0)
+    assert source.grab(1.0).sequence == 0
+    deliver(1)
+    deliver(2)
+    there.send(None)  # heard
+    deliver(40)
+    source.begin()
+    assert [there.recv() for _ in range(2)] == [None, None]  # of the first grab and of the begin
+    assert source.grab(1.0).sequence == 40
+
+
+def test_a_twin_that_has_ended_is_told_by_the_grab_and_not_by_the_begin(ring):
+    source, there, _, _ = ring
+    there.close()
+    source.begin()
+    with pytest.raises(OSError, match="the twin's process has ended"):
+        drain(source)
+
+
 def test_a_sentence_from_the_twin_is_raised(ring):
     source, there, _, _ = ring
     there.send("the pattern is too coarse; draw a finer one")
@@ -109,14 +137,16 @@ def test_frames_are_those_of_the_twin_in_order_and_at_its_rate(small):
     twin = build_twin(scene)
     with open_twin(scene) as source:
         frames = [source.grab(PATIENCE) for _ in range(5)]
+        source.begin()
         time.sleep(1.2)  # frames are lost meanwhile
         frames += [source.grab(PATIENCE) for _ in range(5)]
     sequences = [frame.sequence for frame in frames]
     assert sequences[0] < 5
     assert (np.diff(sequences) >= 1).all()
     assert sequences[5] - sequences[4] > 20
+    assert frames[0].truth == ()
+    assert len(frames[-1].truth) == 1
     for frame in (frames[0], frames[-1]):
-        assert frame.truth == twin.touches(frame.sequence)
         np.testing.assert_array_equal(frame.image, twin.frame(frame.sequence, frame.truth))
     begun = np.array([frame.captured - frame.sequence / 40 for frame in frames])
     assert np.ptp(begun) < 0.5  # s; a frame comes when it is due, however many were lost
@@ -186,17 +216,85 @@ def test_a_damaged_pattern_in_the_cache_is_one_sentence(small, tmp_path, monkeyp
         source.grab(PATIENCE)
 
 
-@pytest.mark.parametrize(
-    ("changes", "sentence"),
-    [
-        ({"dic.reference_frames": 31}, "31 frames takes 1.03 s at 30 fps.*frames to 30 or less"),
-        ({"camera.rate": 10}, r"16 frames takes 1\.6 s at 10 fps.*frames to 10 or less"),
-    ],
-)
-def test_a_reference_longer_than_the_rest_is_refused_before_the_start(small, changes, sentence):
-    with pytest.raises(ValueError, match=sentence), open_twin(small(changes)):
+class Hurried:
+    """A clock that goes on by so many seconds whenever it is looked at, twice a frame."""
+
+    def __init__(self, seconds):
+        self.now, self._seconds = 0.0, seconds
+
+    def __call__(self):
+        self.now += self._seconds
+        return self.now
+
+
+@pytest.fixture
+def hurried():
+    """Give the twin of a scene, in a thread, that takes so many seconds a frame by its clock."""
+    with ExitStack() as opened:
+
+        def start(scene, seconds):
+            twin = build_twin(scene)
+            width, height = twin.warper.camera.size
+            memory = SharedMemory(create=True, size=SLOTS * (width * height + 8))
+            opened.callback(memory.unlink)
+            here, there = multiprocessing.Pipe()
+            clock = Hurried(seconds / 2)
+
+            def play():
+                with pytest.raises((ConnectionError, EOFError)):
+                    _play(twin, memory, there, clock, lambda seconds: None)
+
+            thread = threading.Thread(target=play)
+            thread.start()
+            opened.callback(thread.join)
+            opened.callback(here.close)
+            return TwinSource(here, *_views(memory, (height, width)))
+
+        yield start
+
+
+FEW = {"source.script": "random", "touches.force": [2.0, 4.0]}
+
+
+@pytest.mark.parametrize("series", [1, 3])
+@pytest.mark.parametrize("seconds", [0.5, 3.0])
+def test_however_slow_it_is_the_reference_is_untouched_and_then_touches_come(
+    small, hurried, monkeypatch, seconds, series
+):
+    restless = iter([True] * (series - 1) + [False])
+    monkeypatch.setattr("rig.live.loop.moved_during_reference", lambda images: next(restless))
+    scene = small(FEW)
+    source = hurried(scene, seconds)
+    loop = Loop(build_bench(scene, lambda done, total: None), source)
+    loop.get_ready()
+    assert not source.grab(PATIENCE).truth  # it waits still
+    source.begin()
+    shots = iter(loop)
+    while not (shot := next(shots)).truth:
         pass
-    assert not [p for p in multiprocessing.active_children() if p.name == "touchplate-twin"]
+    (mark,) = shot.touches
+    assert shot.position_error < 5 * mark.sigma[0]
+
+
+def test_a_script_begins_at_its_beginning(small, hurried):
+    scene = small(FEW)
+    source, twin = hurried(scene, 0.001), build_twin(scene)
+    still = [source.grab(PATIENCE) for _ in range(40)]
+    source.begin()
+    while not (frame := source.grab(PATIENCE)).truth:
+        pass
+    assert not any(frame.truth for frame in still)
+    assert still[-1].sequence > STILL * twin.rate
+    begun = [k for k in range(60) if twin.touches(k) == frame.truth]
+    assert begun
+    assert replace(twin, rest=frame.sequence - begun[0]).touches(frame.sequence) == frame.truth
+
+
+@pytest.mark.parametrize("changes", [{"dic.reference_frames": 31}, {"camera.rate": 2}])
+def test_a_reference_may_take_longer_than_a_script_is_at_rest(small, hurried, changes):
+    scene = small(FEW | changes)
+    loop = Loop(build_bench(scene, lambda done, total: None), hurried(scene, 0.01))
+    loop.get_ready()
 
 
 def test_a_scene_without_a_source_is_refused_before_the_start(small):

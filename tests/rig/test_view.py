@@ -6,7 +6,7 @@ import pytest
 import fe
 import synthetic
 from models.estimate import Estimate, Result
-from rig.live.baseline import take_zero
+from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
 from rig.live.view import look, marks, strain_map, true_marks
 from rig.projector.markers import project
@@ -60,7 +60,7 @@ def test_a_true_touch_is_drawn_as_exact():
 def test_the_strain_map_lies_where_its_tiles_lie(small):
     scene = small()
     bench, twin = build_bench(scene, lambda done, total: None), build_twin(scene)
-    _, chain = bench.prepare(take_zero([twin.frame(k, ()) for k in range(4)]))
+    _, chain = bench.prepare(average_reference([twin.frame(k, ()) for k in range(4)]))
     assert chain is not None
     xy = chain.blocks.reference.tiles.xy
     shown = strain_map(chain, np.column_stack([1e-6 * xy, 1e-3 + 0 * xy[:, 0]]))

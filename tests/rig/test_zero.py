@@ -8,7 +8,7 @@ import pytest
 
 import fe
 from rig.live import chain as live
-from rig.live.baseline import restless, share, take_zero
+from rig.live.baseline import average_reference, drift_weight, moved_during_reference
 from rig.live.bench import build_bench
 from rig.sources.twin import build_twin
 from rig.system.timing import Stopwatch
@@ -22,20 +22,20 @@ def still_frames(rng, count=16, shape=(180, 260)):
 def test_noise_and_a_flickering_lamp_are_no_motion(rng):
     for _ in range(20):
         frames = [frame + rng.normal(0, 3.0) for frame in still_frames(rng)]
-        assert not restless(frames)
+        assert not moved_during_reference(frames)
 
 
 def test_a_finger_that_lands_meanwhile_is_motion(rng):
     frames = still_frames(rng)
     for frame in frames[10:]:
         frame[60:80, 100:125] += 5.0
-    assert restless(frames)
+    assert moved_during_reference(frames)
 
 
 def test_the_weight_of_a_frame_grows_with_the_time_since_the_last():
-    assert share(0.0) == share(-1.0) == 0.0
-    assert share(10.0) == pytest.approx(1 - np.exp(-1))
-    assert share(1 / 30) == pytest.approx(1 / 300, rel=0.01)
+    assert drift_weight(0.0) == drift_weight(-1.0) == 0.0
+    assert drift_weight(10.0) == pytest.approx(1 - np.exp(-1))
+    assert drift_weight(1 / 30) == pytest.approx(1 / 300, rel=0.01)
 
 
 class Creeping:
@@ -45,7 +45,7 @@ class Creeping:
         self.twin = build_twin(scene)
         bench = build_bench(scene, lambda done, total: None)
         self.chain, self.strain = bench.prepare(
-            take_zero([self.twin.frame(k, ()) for k in range(16)])
+            average_reference([self.twin.frame(k, ()) for k in range(16)])
         )
 
     def run(self, loads, settling, touch=()):
@@ -54,7 +54,7 @@ class Creeping:
         for index, load in enumerate(loads):
             touches = (fe.Touch(70.0, 140.0, load, 30.0), *touch)
             image = self.twin.frame(20 + index, touches)
-            sensed = live.sense(self.chain, image, state, watch, settling)
+            sensed = live.estimate_frame(self.chain, image, state, watch, settling)
             state = sensed.state
             found.append(sensed.estimate)
         return found
@@ -67,13 +67,13 @@ def creeping(small):
 
 def test_slow_drift_is_no_touch_and_without_settling_it_is(creeping):
     loads = np.linspace(0.005, 0.8, 60)  # N, in a minute
-    assert not any(estimate.count for estimate in creeping.run(loads, share(1.0)))
+    assert not any(estimate.count for estimate in creeping.run(loads, drift_weight(1.0)))
     assert any(estimate.count for estimate in creeping.run(loads[-3:], 0.0))
 
 
 def test_a_touch_that_stays_is_never_taken_for_rest(creeping):
     press = fe.Touch(180.0, 60.0, 2.0)
-    found = creeping.run([0.001] * 40, share(1.0), (press,))
+    found = creeping.run([0.001] * 40, drift_weight(1.0), (press,))
     assert {estimate.count for estimate in found} == {1}
     assert found[-1].force[0] == pytest.approx(2.0, abs=0.2)
 
@@ -84,15 +84,15 @@ def test_a_touch_on_a_plate_that_has_crept_is_found_where_it_is(creeping):
     state, watch = live.at_rest(creeping.chain), Stopwatch(time.monotonic)
     for index, load in enumerate([*drift, *drift[-1:] * 40]):
         image = creeping.twin.frame(20 + index, (fe.Touch(70.0, 140.0, load, 30.0),))
-        state = live.sense(creeping.chain, image, state, watch, share(1.0)).state
+        state = live.estimate_frame(creeping.chain, image, state, watch, drift_weight(1.0)).state
     touched = (fe.Touch(70.0, 140.0, drift[-1], 30.0), press)
     image = creeping.twin.frame(200, touched)
-    estimate = live.sense(creeping.chain, image, state, watch).estimate
+    estimate = live.estimate_frame(creeping.chain, image, state, watch).estimate
     assert estimate.count == 1
     error = np.abs([*(estimate.xy[0] - (180.0, 60.0)), estimate.force[0] - 2.0])
     assert (error < 4.5 * np.sqrt(np.diag(estimate.covariance))).all()
     fresh = replace(state, rest=np.zeros_like(state.rest))
-    blind = live.sense(creeping.chain, image, fresh, watch).estimate
+    blind = live.estimate_frame(creeping.chain, image, fresh, watch).estimate
     assert blind.count != 1 or np.abs(blind.force[0] - 2.0) > 0.1
 
 
@@ -100,7 +100,7 @@ def test_slow_drift_is_no_touch_in_strain_either(creeping):
     state, watch = live.at_rest(creeping.chain), Stopwatch(time.monotonic)
     for index, load in enumerate(np.linspace(0.005, 0.8, 60)):
         image = creeping.twin.frame(20 + index, (fe.Touch(70.0, 140.0, load, 30.0),))
-        sensed = live.sense(creeping.chain, image, state, watch, share(1.0))
+        sensed = live.estimate_frame(creeping.chain, image, state, watch, drift_weight(1.0))
         sensed = live.with_strain(creeping.strain, sensed, watch)
         assert sensed.from_strain.count == 0
         state = sensed.state

@@ -76,7 +76,7 @@ def test_the_stated_displacement_is_that_of_what_a_pixel_sees_at_rest():
     points = CAMERA.on_plate(np.column_stack([x.ravel(), y.ravel()]), Z)
     truth = np.full((len(points), 2), np.nan)
     on = ((points > 0) & (points < PLATE)).all(axis=1)
-    truth[on] = synthetic.motion(CAMERA, points[on], waved(points[on]), Z)
+    truth[on] = synthetic.image_motion(CAMERA, points[on], waved(points[on]), Z)
     stated = BATCH.displacement(field)[0].numpy().reshape(2, -1).T
     error = np.abs(stated - truth).reshape(196, 253, 2)
     # Measured 0.2 mpx, and 2.8 mpx at the edge of the plate, where the field is reflected.

@@ -66,7 +66,7 @@ def test_out_of_plane_motion_moves_a_point_away_from_the_axis_by_w_x_over_the_di
     points = np.array([[200.0, 30.0], [20.0, 170.0]])
     lever = (points - np.array(PLATE) / 2) * [1, -1]
     expected = ABOVE.focal * lever * (1 / (500 - z - w) - 1 / (500 - z))
-    moved = synthetic.motion(ABOVE, points, [[0, 0, w]] * 2, z)
+    moved = synthetic.image_motion(ABOVE, points, [[0, 0, w]] * 2, z)
     assert np.allclose(moved, expected, atol=1e-10)
 
 
@@ -75,18 +75,18 @@ def test_seen_is_the_first_order_of_motion():
     px = np.array([[100.0, 60.0], [400.0, 300.0], [320.0, 200.0]])
     rng = np.random.default_rng(1)
     w, dw = rng.normal(size=(3, 4)), rng.normal(size=(3, 4, 2))
-    linear = synthetic.seen(camera, px, w, dw, z)
+    linear = synthetic.image_motion_basis(camera, px, w, dw, z)
     points = camera.on_plate(px, z)
     for k in range(4):
         face = np.column_stack([-z * dw[:, k], w[:, k]])
-        ahead = synthetic.motion(camera, points, step * face, z)
-        behind = synthetic.motion(camera, points, -step * face, z)
+        ahead = synthetic.image_motion(camera, points, step * face, z)
+        behind = synthetic.image_motion(camera, points, -step * face, z)
         assert np.allclose(linear[:, :, k], (ahead - behind) / (2 * step), atol=1e-6)
 
 
 def test_rigid_columns_are_shift_rotation_and_scale_about_the_picture_centre():
     px = np.array([[0.0, 0.0], [639.0, 100.0], [300.0, 479.0]])
-    columns = synthetic.rigid(ABOVE, px)
+    columns = synthetic.rigid_motion_basis(ABOVE, px)
     middle = np.array([319.5, 239.5])
     angle = 1e-6
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
@@ -108,8 +108,11 @@ def test_rigid_columns_are_shift_rotation_and_scale_about_the_picture_centre():
         (lambda: ABOVE.project([[0, 0]]), r"shape \(K, 3\)"),
         (lambda: ABOVE.project([[0, np.nan, 0]]), "finite"),
         (lambda: ABOVE.on_plate([[0, 0]], 600), "does not see the plane"),
-        (lambda: synthetic.motion(ABOVE, [[0, 0]], [[0, 0, 0]] * 2, 0), "1 rows, got 2"),
-        (lambda: synthetic.seen(ABOVE, [[0, 0]], [[1]], [[1, 2]], 0), "values and slopes"),
+        (lambda: synthetic.image_motion(ABOVE, [[0, 0]], [[0, 0, 0]] * 2, 0), "1 rows, got 2"),
+        (
+            lambda: synthetic.image_motion_basis(ABOVE, [[0, 0]], [[1]], [[1, 2]], 0),
+            "values and slopes",
+        ),
         (lambda: synthetic.Camera((4, 4), 1, (0, 0), np.eye(4)).scale, "optical axis"),
     ],
 )

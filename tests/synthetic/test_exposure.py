@@ -122,7 +122,7 @@ def test_flicker_changes_the_whole_picture_from_frame_to_frame():
 
 def test_a_hand_hides_what_lies_inside_its_outline():
     outline = np.array([[60.0, 40.0], [150.0, 30.0], [120.0, 80.0], [150.0, 145.0], [70.0, 130.0]])
-    hand = synthetic.Hand(outline, shade=0.25, border=6.0)
+    hand = synthetic.Occluder(outline, shade=0.25, border=6.0)
     hidden, share = picture(synthetic.Exposure(hand=hand)), hand.share((156, 208))
     plain = picture()
     assert np.allclose(hidden[share == 1], 255 * 0.25)
@@ -148,7 +148,7 @@ def test_more_light_saturates_the_sensor():
 
 
 def square(**parts):
-    return synthetic.Hand(np.array([[0, 0], [9, 0], [9, 9.0]]), **parts)
+    return synthetic.Occluder(np.array([[0, 0], [9, 0], [9, 9.0]]), **parts)
 
 
 @pytest.mark.parametrize(
@@ -163,7 +163,7 @@ def square(**parts):
         (lambda: synthetic.projected_discs([(0, 0)], 0, 1), "radius and border of a disc"),
         (lambda: square(border=0), "border of the hand must be positive"),
         (lambda: square(shade=-1), "shade of the hand"),
-        (lambda: synthetic.Hand(np.zeros((2, 2))), "needs 3 corners or more, got 2"),
+        (lambda: synthetic.Occluder(np.zeros((2, 2))), "needs 3 corners or more, got 2"),
         (
             lambda: picture(synthetic.Exposure(light=synthetic.Light(lambda p: p))),
             r"light of the lamp must be \(32448,\)",

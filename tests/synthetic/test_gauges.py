@@ -109,7 +109,7 @@ def test_gauges_read_what_dic_finds_in_clean_pictures(bench, order, wavelength):
 
 def _moved(px, displacement):
     points = CAMERA.on_plate(px, TOP)
-    return synthetic.motion(CAMERA, points, displacement(points), TOP)
+    return synthetic.image_motion(CAMERA, points, displacement(points), TOP)
 
 
 def test_a_parallel_view_of_a_plate_reads_the_influence_of_a_touch():
@@ -118,7 +118,7 @@ def test_a_parallel_view_of_a_plate_reads_the_influence_of_a_touch():
     gauges, state = synthetic.strain_gauges(places), fe.deflect(PLATE, [touch])
     points = camera.on_plate(gauges.px, TOP)
     w, slope = state.deflection(points)[:, None], state.slope(points)[:, None]
-    found = gauges.read(synthetic.seen(camera, gauges.px, w, slope, TOP))[:, :, 0]
+    found = gauges.read(synthetic.image_motion_basis(camera, gauges.px, w, slope, TOP))[:, :, 0]
     expected = fe.influence(PLATE, camera.on_plate(places, TOP)).strain([[80.0, 60.0]])[0]
     # Rows run down, so that the shear of the picture is that of the plate with its sign turned.
     # Measured 2e-3: what the gauge averages.
@@ -133,7 +133,7 @@ def test_gauges_compose_with_the_influence_of_a_touch_at_any_place():
     per_newton = np.einsum("qab,kqb->qak", J, influence.displacement([[80.0, 60.0], [30.0, 40.0]]))
     found = gauges.read(per_newton)[0, :, 0]
     moved = fe.deflect(PLATE, [touch], mesh).displacement(points)
-    exact = gauges.read(synthetic.motion(CAMERA, points, moved, TOP))[0] / touch.force
+    exact = gauges.read(synthetic.image_motion(CAMERA, points, moved, TOP))[0] / touch.force
     assert np.allclose(found, exact, rtol=1e-5)
 
 
@@ -144,7 +144,9 @@ def test_hundreds_of_small_touches_agree_with_pictures_within_the_predicted_nois
     places = np.stack(np.meshgrid([60, 128, 200, 272, 340], [60, 150, 240]), axis=-1).reshape(-1, 2)
     gauges = synthetic.strain_gauges(places, subset=31, step=8, window=5)
     points = CAMERA.on_plate(gauges.px, TOP)
-    seen = synthetic.seen(CAMERA, gauges.px, modes.value(points), modes.slope(points), TOP)
+    seen = synthetic.image_motion_basis(
+        CAMERA, gauges.px, modes.value(points), modes.slope(points), TOP
+    )
     response = gauges.read(seen)
     texture = synthetic.texture_at(exposed(rest, 0, rng), places, gauges.size)
     covariance = gauges.covariance(texture, noise)

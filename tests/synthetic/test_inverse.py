@@ -13,7 +13,7 @@ LENS = synthetic.Distortion(k1=-0.1, p1=1e-3, k3=0.02)
 ABOVE = synthetic.pinhole_above(PLATE, 200.0, (250, 160), margin=0.1, distortion=LENS)
 PARALLEL = synthetic.telecentric_above(PLATE, (250, 160), margin=0.1)
 OBLIQUE = synthetic.Camera(
-    (250, 160), 700.0, (120.0, 80.0), synthetic.looking((90.0, -40.0, 180.0), (30.0, 20.0, 0.0))
+    (250, 160), 700.0, (120.0, 80.0), synthetic.look_at((90.0, -40.0, 180.0), (30.0, 20.0, 0.0))
 )
 OFFSETS = np.array([[0.0, 0.0], [0.4, -0.3], [-0.49, 0.45]])
 

@@ -9,7 +9,7 @@ import synthetic
 
 PLATE = (254.0, 180.0)
 LENS = synthetic.Distortion(k1=-0.21, k2=0.08, p1=1.3e-3, p2=-2.1e-3, k3=-0.02)
-VIEW = synthetic.looking((180.0, -60.0, 420.0), (120.0, 95.0, 0.0), up=(0.2, 1.0, 0.1))
+VIEW = synthetic.look_at((180.0, -60.0, 420.0), (120.0, 95.0, 0.0), up=(0.2, 1.0, 0.1))
 CAMERA = synthetic.Camera((640, 480), 610.0, (310.0, 250.0), VIEW, LENS)
 places = st.tuples(st.floats(0, PLATE[0]), st.floats(0, PLATE[1]), st.floats(-3, 3))
 coefficients = st.builds(
@@ -83,9 +83,9 @@ def test_a_telecentric_pixel_sees_the_point_that_projects_to_it(place):
 
 def test_a_telecentric_camera_sees_no_motion_along_its_view():
     w = np.column_stack([np.zeros((2, 2)), [0.7, -1.3]])
-    moved = synthetic.motion(ABOVE, [[200.0, 30.0], [20.0, 170.0]], w, 0.5)
+    moved = synthetic.image_motion(ABOVE, [[200.0, 30.0], [20.0, 170.0]], w, 0.5)
     assert np.array_equal(moved, np.zeros((2, 2)))
-    seen = synthetic.seen(ABOVE, [[100.0, 60.0]], [[1.0]], [[[0.3, -0.2]]], z=0.5)
+    seen = synthetic.image_motion_basis(ABOVE, [[100.0, 60.0]], [[1.0]], [[[0.3, -0.2]]], z=0.5)
     assert np.allclose(seen[0, :, 0], np.array([-0.15, -0.1]) / ABOVE.scale)
 
 
@@ -107,21 +107,21 @@ def test_a_camera_that_looks_at_a_point_sees_it_in_its_middle_with_up_upwards():
 
 def test_a_plate_turned_under_the_camera_keeps_its_pivot_and_its_angles():
     pivot, angle = (100.0, 40.0, 0.0), 0.3
-    turned = synthetic.turned(VIEW, (0.0, 0.0, angle), pivot)
+    turned = synthetic.rotated(VIEW, (0.0, 0.0, angle), pivot)
     before, after = (np.linalg.inv(pose) for pose in (VIEW, turned))
     moved = before @ turned @ (110.0, 40.0, 0.0, 1.0)
     assert np.allclose(before @ turned @ (*pivot, 1.0), (*pivot, 1.0))
     assert np.allclose(moved[:3] - pivot, 10 * np.array([np.cos(angle), np.sin(angle), 0]))
     assert np.linalg.det(after[:3, :3]) == pytest.approx(1)
-    assert np.array_equal(synthetic.turned(VIEW, (0, 0, 0), pivot), VIEW)
+    assert np.array_equal(synthetic.rotated(VIEW, (0, 0, 0), pivot), VIEW)
 
 
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [
         (lambda: synthetic.Distortion(k1=np.nan), "lens distortion must be finite"),
-        (lambda: synthetic.looking((0, 0, 1), (0, 0, 1)), "apart from its target"),
-        (lambda: synthetic.looking((0, 0, 1), (0, 5, 1)), "its line upwards"),
+        (lambda: synthetic.look_at((0, 0, 1), (0, 0, 1)), "apart from its target"),
+        (lambda: synthetic.look_at((0, 0, 1), (0, 5, 1)), "its line upwards"),
         (lambda: synthetic.Telecentric((4, 4), 0, (0, 0), np.eye(4)), "scale must be positive"),
         (lambda: synthetic.Telecentric((4, 0), 1, (0, 0), np.eye(4)), "picture size"),
         (lambda: synthetic.Telecentric((4, 4), 1, (0, 0), np.eye(3)), "right-handed"),

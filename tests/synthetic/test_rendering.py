@@ -44,7 +44,7 @@ def affine_points(camera, px, F, b, w0, g):
 
 
 def tilted(tilt):
-    pose = synthetic.turned(CAMERA.T_cam_plate, tilt, (25.0, 18.0, 0.0))
+    pose = synthetic.rotated(CAMERA.T_cam_plate, tilt, (25.0, 18.0, 0.0))
     return synthetic.Camera(CAMERA.size, 700.0, (100.0, 80.0), pose)
 
 

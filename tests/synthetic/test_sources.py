@@ -20,7 +20,7 @@ def touch(force):
 # They deflect by 0.4, 1.4 and 3.4 mm: by up to six times the thickness.
 STATES = {
     "linear": lambda: fe.deflect(PLATE, touch(2.0), MESH),
-    "reduced": lambda: fe.reduce(PLATE, MESH, force=20.0).solve(touch(20.0)),
+    "reduced": lambda: fe.reduced_plate(PLATE, MESH, force=20.0).solve(touch(20.0)),
     "shell": lambda: fe.solve(PLATE, touch(200.0), mesh=MESH),
 }
 

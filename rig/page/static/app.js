@@ -1,7 +1,7 @@
 // The page: asks for a frame, draws it, asks for the next. What it shows is always the newest.
 
 import { Limit, paintRamp } from "./colour.js";
-import { Picture, component, inverse, strainAt, through } from "./picture.js";
+import { FrameView, component, inverse, strainAt, through } from "./frame_view.js";
 import { Chart } from "./chart.js";
 import { ask as wish, showDesk } from "./desk.js";
 import { show, showBar, showFigures, showSigns, showStages, showTouches } from "./panels.js";
@@ -10,7 +10,7 @@ const RECONNECT = 1000, STALE = 1500, FIGURES = 125;  // ms
 const KEYS = { 0: "none", 1: "exx", x: "exx", 2: "eyy", y: "eyy", 3: "exy", s: "exy" };
 
 const find = (id) => document.getElementById(id);
-const picture = new Picture(find("picture"), find("frame"));
+const view = new FrameView(find("view-canvas"), find("frame"));
 const chart = new Chart(find("chart"));
 const limits = { exx: new Limit(), eyy: new Limit(), exy: new Limit() };
 const choice = { view: "camera", component: "exx", opacity: 0.55, limit: 1e-5 };
@@ -37,7 +37,7 @@ function connect() {
 function ask() {
   if (socket.readyState !== WebSocket.OPEN) return;
   owed = false;
-  const camera = frame ? `camera:${picture.canvas.width}` : "camera";  // no larger than it is shown
+  const camera = frame ? `camera:${view.canvas.width}` : "camera";  // no larger than it is shown
   const map = choice.component === "none" ? "" : " strain";
   socket.send(choice.view === "camera" ? camera + map : choice.view);
 }
@@ -79,7 +79,7 @@ function redraw() {
     const sigma = frame.strain.sigma[["exx", "eyy", "exy"].indexOf(choice.component)] ?? 0;
     choice.limit = limits[choice.component].follow(values, sigma, frame.captured);
   }
-  picture.draw(frame, choice);
+  view.draw(frame, choice);
   showProbe();
 }
 
@@ -116,7 +116,9 @@ function watch() {
   const [name, title, detail] = {
     live: ["live"],
     waiting: ["connecting", "Waiting for the first frame", "The loop has not published one yet"],
-    stale: ["no new frames", "No new frame", `The last one came ${seconds} s ago; the loop or its camera stands still`],
+    stale: frame?.fresh === false
+      ? ["getting ready", "The loop is at work", `${frame.status}, for ${seconds} s`]
+      : ["no new frames", "No new frame", `The last one came ${seconds} s ago; the loop or its camera stands still`],
     lost: ["disconnected", "The loop has stopped", "This page connects again by itself when it runs"],
   }[dataset.link];
   show("link", name);
@@ -145,8 +147,8 @@ document.addEventListener("keydown", (event) => {
   if (key === "p") choose("view", choice.view === "camera" ? "projector" : "camera");
   if (key === "r" && frame?.recording && frame.controls) wish({ do: "record" });
 });
-find("picture").addEventListener("pointermove", (event) => { pointer = picture.toPicture(event); if (frame) showProbe(); });
-find("picture").addEventListener("pointerleave", () => { pointer = null; showProbe(); });
+find("view-canvas").addEventListener("pointermove", (event) => { pointer = view.toImage(event); if (frame) showProbe(); });
+find("view-canvas").addEventListener("pointerleave", () => { pointer = null; showProbe(); });
 new ResizeObserver(redraw).observe(find("frame"));
 paintRamp(find("ramp"));
 document.addEventListener("visibilitychange", () => { if (!document.hidden) draw(); });

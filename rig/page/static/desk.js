@@ -3,14 +3,14 @@
 
 import { make, show } from "./panels.js";
 
-const UNITS = { mm: [1, "mm", 3], s: [1e3, "ms", 1], share: [100, "%", 1] };
+const UNITS = { mm: [1, "mm", 3], s: [1e3, "ms", 1], fraction: [100, "%", 1] };
 const find = (id) => document.getElementById(id);
 
-const told = {};  // what each part shows now: it is made anew only where that changes
+const shown = {};  // what each part shows now: it is made anew only where that changes
 function changed(name, value) {
   const text = JSON.stringify(value);
-  if (told[name] === text) return false;
-  told[name] = text;
+  if (shown[name] === text) return false;
+  shown[name] = text;
   return true;
 }
 

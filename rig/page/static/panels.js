@@ -1,4 +1,4 @@
-// The figures beside the picture. Text is set, never markup, so that no status can inject any.
+// The figures beside the frame. Text is set, never markup, so that no status can inject any.
 
 const GLYPHS = {
   truth: '<circle cx="10" cy="10" r="7.5" class="truth"/>',

@@ -80,7 +80,7 @@ def calibrate(scene: Path, room: Room, camera: Emulation) -> Iterator[Figure]:
             raise OSError(f"calibrate {what}: {said.strip().splitlines()[-1]}")
         yield from line(TABLE, f"calibrate {what}: error", measured=json.loads(out)["error"])
     grid = np.stack(np.meshgrid(np.linspace(5, 249, 9), np.linspace(5, 249, 9)), -1).reshape(-1, 2)
-    known = store.read(path)
+    known = store.read_calibration(path)
     shown = project(part(known.screen()).T_px_plate, grid)
     away = np.linalg.norm(project(np.linalg.inv(T_TRUE), shown) - grid, axis=1)
     latency = part(known.latency)

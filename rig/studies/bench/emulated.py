@@ -35,8 +35,8 @@ from rig.calibration import store
 from rig.calibration.lens import Lens
 from rig.calibration.pose import Pose
 from rig.live.view import look
-from rig.plates.plate_solver import press
-from rig.projector.light_map import see_light
+from rig.plates.plate_solver import solve_plate
+from rig.projector.light_map import prepare_light_map
 from rig.projector.markers import Screen, project
 from rig.sources.twin import build_twin
 from rig.studies.study import part
@@ -153,7 +153,7 @@ class Room(threading.Thread):
         self.camera = camera = pinhole(self._twin.warper.camera)
         plate = self._twin.solver.plate
         self.view = look(plate, camera, plate.thickness / 2)
-        self._light = see_light(self._screen, self.view.T_px_plate, camera.size, STRENGTH)
+        self._light = prepare_light_map(self._screen, self.view.T_px_plate, camera.size, STRENGTH)
         width, height = camera.size
         self._shape = height, width
         file.write_bytes(bytes(START + 2 * width * height))
@@ -193,7 +193,7 @@ class Room(threading.Thread):
         points = self._twin.warper.points
         if not touches:
             return touches, np.zeros((len(points), 3), np.float32)
-        moved = press(self._twin.solver, touches).displacement(points, "top")
+        moved = solve_plate(self._twin.solver, touches).displacement(points, "top")
         return touches, moved.astype(np.float32)
 
     def _expose(self, number: int, now: float) -> None:
@@ -201,7 +201,7 @@ class Room(threading.Thread):
         picture = self._display.read()
         light: NDArray[np.float32] | np.float32 = np.float32(1.0)
         if picture is not None and picture[::4, ::4].any():
-            light = self._light.seen(picture)
+            light = self._light.on_camera(picture)
         self._sensor.light, self._sensor.cover = light * np.float32(self.lamp), self.cover
         slot, size = 1 - self._memory[0], self._shape
         start = START + slot * size[0] * size[1]
@@ -304,7 +304,7 @@ poisson = 0.38
 edges.kind = "clamped"
 theory = "linear"
 [touches]
-most = 2
+max_touches = 2
 force = [0.5, 4]
 [camera]
 kind = "pinhole"

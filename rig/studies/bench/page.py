@@ -17,7 +17,7 @@ from shutil import which
 import numpy as np
 from playwright.sync_api import sync_playwright
 
-from rig.live.snapshot import Mark, Snapshot, StrainMap
+from rig.live.snapshot import Mark, Snapshot, StrainOverlay
 from rig.page import serve
 from rig.page.server import Publisher
 from rig.projector.markers import fit_plate, project
@@ -54,7 +54,7 @@ def snapshots(size: int) -> list[Snapshot]:
         mark = Mark(100.0 + number, 120.0, 2.0, (1.0, 0.6, 0.3), 0.03)
         shots.append(Snapshot(
             number, 0.0, image.astype(np.uint8), PLATE, project(T, corners), T, (mark,), (), None,
-            StrainMap(at, at, exx, eyy, exy, (2e-5, 2e-5, 2e-5)), "one touch", None, None, None,
+            StrainOverlay(at, at, exx, eyy, exy, (2e-5, 2e-5, 2e-5)), "one touch", None, None, None,
             None, RATE, 0, (("correlate", 5.0, 7.0),), (8.0, 12.0), 2.0,
         ))  # fmt: skip
     return shots

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 import fe
 import rig
-from rig.live.baseline import take_zero
+from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
-from rig.live.run_score import Tally
-from rig.live.tracker import LATENCY, Follower
+from rig.live.run_score import RunScore
+from rig.live.tracker import LATENCY, FrameProcessor
 from rig.report.figure import Bar, Figure, at_most
 from rig.sources.twin import build_twin
 from rig.studies.study import line, run
@@ -56,15 +56,15 @@ def way(name: str) -> Iterator[Figure]:
     """Follow the stroke in one way."""
     (settings, bar), (rest, frames) = WAYS[name], photograph()
     bench = build_bench(rig.load("twin", settings), lambda done, total: None)
-    watch, tally = Stopwatch(time.monotonic), Tally(bench.least_force)
-    follower = Follower(bench, take_zero(rest), watch, time.monotonic)
+    watch, score = Stopwatch(time.monotonic), RunScore(bench.least_force)
+    processor = FrameProcessor(bench, average_reference(rest), watch, time.monotonic)
     for number, (image, touches) in enumerate(frames):
-        seen = follower.see(Frame(number, time.monotonic(), image, touches))
-        tally.add(seen.sensed.from_strain or seen.sensed.estimate, touches)
-    (middle, late), scores = watch.quantiles(LATENCY), tally.summary()
+        seen = processor.see(Frame(number, time.monotonic(), image, touches))
+        score.add(seen.sensed.from_strain or seen.sensed.estimate, touches)
+    (middle, late), scores = watch.quantiles(LATENCY), score.summary()
     yield from line(
         "From capture to touches, 1024², one touch",
-        f"{name}, {len(follower.chain.reference.hessian)} tiles",
+        f"{name}, {len(processor.chain.reference.hessian)} tiles",
         median=(middle, "ms"),
         p95=(late, "ms", bar, FRAMES),
         place=(scores["position_median_mm"], "mm, median"),

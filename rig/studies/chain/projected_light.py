@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 
 import fe
 import rig
-from models.estimate import Estimate
+from models import Estimate
 from rig.live import chain as live
-from rig.live.baseline import take_zero
+from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
 from rig.live.view import look, marks
-from rig.plates.plate_solver import press
+from rig.plates.plate_solver import solve_plate
 from rig.projector.interference import interference
-from rig.projector.light_map import divided, see_light
+from rig.projector.light_map import divided, prepare_light_map
 from rig.projector.markers import draw_marks, fit_plate
 from rig.projector.modes import Mode, placed
 from rig.report.figure import Figure, at_most
@@ -44,7 +44,7 @@ def photograph(
     """Frame of a plate under light of the room times `light`."""
     displacement = np.zeros((len(twin.warper.points), 3))
     if touches:
-        displacement = press(twin.solver, touches).displacement(twin.warper.points, "top")
+        displacement = solve_plate(twin.solver, touches).displacement(twin.warper.points, "top")
     sharp = twin.warper.render(displacement, None, None) / 255
     return twin.sensor.capture((sharp * light).astype(np.float32), np.random.default_rng(seed))
 
@@ -52,20 +52,20 @@ def photograph(
 def find(chain: live.Chain, image: NDArray[np.uint8]) -> Estimate:
     """Touch in a frame, begun from where it was in the last one."""
     state, watch = live.at_rest(chain), Stopwatch(time.monotonic)
-    state = live.sense(chain, image, state, watch).state
-    return live.sense(chain, image, state, watch).estimate
+    state = live.estimate_frame(chain, image, state, watch).state
+    return live.estimate_frame(chain, image, state, watch).estimate
 
 
 def modes() -> Iterator[Figure]:
     """Find touches under the light of their marks, mode by mode."""
-    scene = rig.load("twin", {"touches.most": 1})
+    scene = rig.load("twin", {"touches.max_touches": 1})
     twin, bench = build_twin(scene), build_bench(scene, lambda done, total: None)
     dark = np.ones(twin.warper.light.shape, np.float32)
     rest = [photograph(twin, (), dark, (9, k)) for k in range(part(scene.dic).reference_frames)]
-    chain = live.prepare_chain(take_zero(rest), bench.motions, 1)
+    chain = live.prepare_chain(average_reference(rest), bench.motions, 1)
     screen = fit_plate(PROJECTOR, bench.plate.size)
     view = look(bench.plate, bench.camera, bench.height)
-    seen = see_light(screen, view.T_px_plate, bench.camera.size, STRENGTH, SENSOR_DARK)
+    seen = prepare_light_map(screen, view.T_px_plate, bench.camera.size, STRENGTH, SENSOR_DARK)
     rng, errors, meter = np.random.default_rng(3), defaultdict(list), []
     for index in range(TOUCHES):
         x, y = rng.uniform(25, np.array(bench.plate.size) - 25)
@@ -74,7 +74,7 @@ def modes() -> Iterator[Figure]:
         errors["none"].append(miss(first, touch))
         for mode in MODES:
             shown = draw_marks(placed(marks(first), mode, bench.plate.size), screen)
-            light = seen.seen(shown)
+            light = seen.on_camera(shown)
             image = photograph(twin, (touch,), light, (1, index))
             found = find(chain, image)
             errors[mode].append(miss(found, touch))

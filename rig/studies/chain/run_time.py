@@ -15,15 +15,15 @@ from numpy.typing import NDArray
 
 import fe
 import rig
-from models.estimate import Estimate
+from models import Estimate
 from rig.live import chain as live
-from rig.live.baseline import take_zero
+from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
 from rig.report.figure import Figure
 from rig.sources.twin import build_twin
 from rig.studies.study import line, part, rms, run
 from rig.system.timing import Stopwatch
-from synthetic import Hand
+from synthetic import Occluder
 
 Path = Callable[[float, tuple[float, float]], fe.Touch]
 Cover = Callable[[np.ndarray, fe.Touch], np.ndarray]
@@ -112,7 +112,7 @@ def wander(
     """Follow a touch over the plate."""
     scene = rig.load("twin", settings)
     bench, twin = build_bench(scene, lambda done, total: None), build_twin(scene)
-    zero = take_zero([twin.frame(n, ()) for n in range(REFERENCE)])
+    zero = average_reference([twin.frame(n, ()) for n in range(REFERENCE)])
     chain, of_strain = bench.prepare(zero)
     state, watch = live.at_rest(chain), Stopwatch(time.process_time)
     found: dict[Way, list[tuple[float, float, float]]] = {"pattern": [], "strain": []}
@@ -120,7 +120,7 @@ def wander(
         touch = (path or wandering)(n / FRAMES, bench.plate.size)
         image = cover(twin.frame(1000 + n, (touch,)), touch)
         with watch.stage("pattern"):
-            sensed = live.sense(chain, image, state, watch)
+            sensed = live.estimate_frame(chain, image, state, watch)
         with watch.stage("strain on top"):
             sensed = live.with_strain(part(of_strain), sensed, watch)
         state = sensed.state
@@ -162,7 +162,7 @@ def arm(image: np.ndarray, touch: fe.Touch) -> np.ndarray:
     along, across = np.array([0.94, 0.33]), np.array([-0.33, 0.94])
     near, far = finger + 30.0 * along, finger + 1.5 * PIXELS * along
     corners = near - 40.0 * across, near + 40.0 * across, far + 70.0 * across, far - 70.0 * across
-    covered = 255.0 * Hand(np.array(corners), 0.45).cover(image / 255.0)
+    covered = 255.0 * Occluder(np.array(corners), 0.45).cover(image / 255.0)
     return np.rint(covered).clip(0, 255).astype(np.uint8)
 
 

@@ -16,11 +16,10 @@ import fe
 import models
 import rig
 import synthetic
-from dic.images.spline import coefficients, gradient
-from models.estimate import Estimate
-from models.forward.tile_pattern import Pattern
+from dic import spline_coefficients, spline_gradient
+from models import Estimate, TilePattern
 from rig.live import chain as live
-from rig.live.baseline import take_zero
+from rig.live.baseline import average_reference
 from rig.live.bench import Bench, build_bench
 from rig.report.figure import Figure, at_least, at_most
 from rig.sources.twin import Twin, build_twin
@@ -86,7 +85,7 @@ def random_touches(bench: Bench, twin: Twin, count: int) -> tuple[NDArray, NDArr
     return np.array(errors), np.array(limits)
 
 
-def every_pixel(bench: Bench, twin: Twin) -> Pattern:
+def every_pixel(bench: Bench, twin: Twin) -> TilePattern:
     """Use every pixel of the image at rest."""
     rest = twin.warper.render(np.zeros((len(twin.warper.points), 3)), None, None)
     span = (twin.sensor.white - twin.sensor.black) * twin.sensor.top / 255.0
@@ -98,10 +97,10 @@ def estimates(
 ) -> Iterator[Estimate]:
     """Take the reference, then estimate a frame for each entry of the script."""
     images = [twin.frame(n, ()) for n in range(REFERENCE)]
-    chain, _ = bench.prepare(take_zero(images))
+    chain, _ = bench.prepare(average_reference(images))
     state, watch = live.at_rest(chain), Stopwatch(lambda: 0.0)
     for n, pressed in enumerate(script):
-        sensed = live.sense(chain, twin.frame(1000 + n, pressed), state, watch)
+        sensed = live.estimate_frame(chain, twin.frame(1000 + n, pressed), state, watch)
         state = sensed.state
         yield sensed.estimate
 
@@ -157,7 +156,7 @@ def shifts() -> Iterator[Figure]:
 
 def floor_of(image: NDArray[np.float64], noise: float) -> float:
     """√2 σ / √SSSIG at subset 21, order 1, with the full 6 x 6 Hessian, px."""
-    fx, fy = gradient(coefficients(image))
+    fx, fy = spline_gradient(spline_coefficients(image))
     half, step, variances = 10, 25, []
     eta, xi = np.mgrid[-half : half + 1, -half : half + 1]
     shape = np.stack([np.ones_like(xi), xi, eta]).reshape(3, -1)

@@ -245,7 +245,7 @@ def stretch() -> Iterator[Figure]:
     for k in range(1, 11):
         longer = 1 + 0.05 * k, 1 / (1 + 0.05 * k)
         frames.append(eight_bit(speckle(SIDE, (0.7 * k, -0.4 * k), longer)))
-    *_, found = dic.follow(reference, frames)
+    *_, found = dic.correlate_sequence(reference, frames)
     moved = displacement(SIDE, reference.xy, (7.0, -4.0), (1.5, 1 / 1.5))
     corner = reference.half * np.array([1.5, 1 / 1.5]) + 1
     there = reference.xy + moved

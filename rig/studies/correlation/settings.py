@@ -92,7 +92,7 @@ def error(name: str, xy: NDArray[np.float64], moved: NDArray[np.float64]) -> flo
     inside = np.all((xy >= BORDER) & (xy <= SIDE - 1 - BORDER), axis=1)
     inside &= np.isfinite(moved).all(axis=1)
     places = CAMERA.on_plate(xy[inside], 0.0)
-    truth = synthetic.motion(CAMERA, places, MOTIONS[name](places), 0.0)
+    truth = synthetic.image_motion(CAMERA, places, MOTIONS[name](places), 0.0)
     return rms(moved[inside] - truth)
 
 

@@ -11,9 +11,8 @@ import numpy as np
 
 import fe
 import rig
-from fe.elements.mesh import Mesh
-from fe.shell import Base, Shell, Verdict
-from models.nets.two_step import Surface
+from fe import Base, Mesh, Shell, Verdict
+from models.nets.two_step import DeformableSurface
 from rig.studies.study import part
 from rig.system import cache
 
@@ -25,7 +24,7 @@ TOUCHES = 200  # on each base
 ELEMENTS = 20  # a side
 
 
-def surfaces(any_load: bool = False) -> list[Surface]:
+def surfaces(any_load: bool = False) -> list[DeformableSurface]:
     """Return training and validation touches, then test touches of each ratio to load 1.
 
     The load of the first two is 1, or drawn between the ratios for each touch.
@@ -68,7 +67,7 @@ def _strains(plate, gauges):
 def _surface(kept, rows, force):
     before = np.repeat(kept["before"][rows], TOUCHES, axis=0)
     touch = (force * kept["touch"][rows]).reshape(len(before), -1)
-    return Surface(
+    return DeformableSurface(
         before,
         before + touch,
         np.repeat(kept["bases"][rows], TOUCHES, axis=0),

@@ -13,12 +13,10 @@ from numpy.typing import NDArray
 
 import fe
 import rig
-from models.data.dataset import random_places
-from models.estimate import Estimate
-from models.nets.net import Net
+from models import Estimate, Net, random_places
 from rig.commands.train import descend
 from rig.live import chain as live
-from rig.live.baseline import Zero
+from rig.live.baseline import ReferenceFrame
 from rig.live.bench import build_bench
 from rig.live.net_chain import NetPlan, prepare_net
 from rig.scene import Scene
@@ -27,8 +25,8 @@ from rig.studies.paper.sets import Effort, Samples, errors
 from rig.studies.paper.table import Sample
 from rig.studies.study import part
 from rig.system.timing import Stopwatch
-from rig.training.data import simulate
-from rig.training.plan import lesson
+from rig.training.data import simulate_sets
+from rig.training.plan import training_plan
 
 SYSTEM = "bench, strain by DIC (2.2)"
 PRESSES = 60
@@ -38,11 +36,11 @@ FRAMES = 16  # averaged, of every press and of the reference
 def bench(effort: Effort) -> Samples:
     """One touch on the bench of the paper's validation."""
     scene = rig.load("paper-bench")
-    taught = lesson(scene)
+    taught = training_plan(scene)
     taught = replace(
         taught, net=taught.net.model_copy(update={"epochs": effort.epochs(taught.net.epochs)})
     )
-    sets, images = simulate(taught, lambda done, total: None), _Images(scene)
+    sets, images = simulate_sets(taught, lambda done, total: None), _Images(scene)
     epochs = taught.net.epochs
     for seed in range(effort.seeds):
         again = replace(taught, net=taught.net.model_copy(update={"seed": seed}))
@@ -83,13 +81,13 @@ class _Images:
             return np.array(frames).mean(axis=0, dtype=np.float32)
 
         noise = part(scene.sensor).noise * float(np.sqrt(2 / FRAMES))
-        self.zero = Zero(mean(), noise)
+        self.zero = ReferenceFrame(mean(), noise)
         self.images = [mean(touch) for touch in touches]
         whole = rig.load("paper-bench", {"estimator": {"kind": "pattern"}})
         self.bench = build_bench(whole, lambda done, total: None)
         self.chain, self.strain = self.bench.prepare(self.zero)
         watch, rest = Stopwatch(lambda: 0.0), live.at_rest(self.chain)
-        self.sensed = [live.sense(self.chain, image, rest, watch) for image in self.images]
+        self.sensed = [live.estimate_frame(self.chain, image, rest, watch) for image in self.images]
 
     def by_net(self, net: Net, steps: int) -> NDArray[np.float64]:
         """Errors of a net, (N,) mm."""

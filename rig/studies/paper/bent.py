@@ -4,12 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from models import NetOptions, Recipe, position_error, predict, train_net
 from models.nets import batches, loss
-from models.nets.net import NetOptions, predict
-from models.nets.recipe import Recipe
-from models.nets.train import train
 from models.nets.two_step import predict_two_step, train_two_step
-from models.scores.score import position_error
 from rig.report.figure import at_most
 from rig.studies.paper import base as paper_base
 from rig.studies.paper.sets import Effort, Samples
@@ -23,14 +20,14 @@ def deformable(effort: Effort) -> Samples:
     shallow, wide = NetOptions((64,) * 4), NetOptions((128,) * 4)
     for seed in range(effort.seeds):
         rng = np.random.default_rng(seed)
-        once = train(
+        once = train_net(
             training.together,
             validation.together,
             shallow,
             recipe,
             rng,
-            loss=loss.base_too(1.0),
-            batches=batches.shuffled(training.together, 512, rng),
+            loss=loss.base_loss(1.0),
+            batches=batches.shuffled_batches(training.together, 512, rng),
         ).net
         twice = train_two_step(training, validation, (shallow, wide), recipe, rng)
         for ratio, test in zip(paper_base.RATIOS, tests, strict=True):

@@ -3,11 +3,9 @@
 import numpy as np
 
 import models
+from models import NetOptions, Recipe, predict, train_net
 from models.nets import batches
-from models.nets.net import NetOptions, predict
-from models.nets.recipe import Recipe
 from models.nets.refine import refine
-from models.nets.train import train
 from rig.report.figure import at_most
 from rig.studies.paper.sets import Effort, Samples, pressed, several
 from rig.studies.paper.table import Sample
@@ -29,11 +27,11 @@ def bound(effort: Effort) -> Samples:
     for seed in range(effort.seeds):
         rng = np.random.default_rng(seed)
         stream = batches.estimated(pool, gain, (TAUGHT[0] * unit, TAUGHT[1] * unit), 512, rng)
-        net = train(first, test, options, recipe, rng, batches=stream).net
+        net = train_net(first, test, options, recipe, rng, batches=stream).net
         for level in LEVELS:
             sigma = level * unit
-            seen = next(batches.noisy(iter([test]), sigma, rng))
-            forward = models.gauges(answer, sigma)
+            seen = next(batches.noisy_batches(iter([test]), sigma, rng))
+            forward = models.gauge_forward(answer, sigma)
             for what, value, bar in _over_bound(forward, predict(net, seen.strain), seen):
                 what = f"noise {level:.0%}: {what}"
                 of = "trained with noise", what, "", ""

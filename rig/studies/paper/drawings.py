@@ -12,6 +12,7 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 
+from models import position_error, predict
 from rig.studies.paper.table import final, read_curves
 
 mpl.use("Agg")
@@ -19,11 +20,9 @@ from matplotlib import pyplot as plt
 
 import rig
 from models.nets import store
-from models.nets.net import predict
-from models.scores.score import position_error
 from rig.studies.study import part
-from rig.training.data import simulate
-from rig.training.plan import lesson
+from rig.training.data import simulate_sets
+from rig.training.plan import training_plan
 
 CURVES = {
     "3D": ("spacing (3D)", r"Ls (?P<line>\d+), Lt (?P<x>\d+)", "Ls {} mm", "Lt, mm"),
@@ -97,9 +96,9 @@ def magnitudes(folder):
 
 def of_net(folder, path):
     """Draw the training, the places and the histogram of one net."""
-    trained, about = store.load(path)
-    sets = simulate(
-        lesson(rig.scene.Scene.model_validate(about["scene"])), lambda done, total: None
+    trained, about = store.load_net(path)
+    sets = simulate_sets(
+        training_plan(rig.scene.Scene.model_validate(about["scene"])), lambda done, total: None
     )
     told = predict(trained.net, sets.test.strain)
     local = position_error(sets.validation.targets, predict(trained.net, sets.validation.strain))

@@ -6,13 +6,10 @@ from itertools import product
 
 import numpy as np
 
+from models import NetOptions, Recipe, position_error, train_net, tune_net
 from models.data import dataset
 from models.nets import baselines, regression
-from models.nets.net import NetOptions
-from models.nets.recipe import BEST, BEST_NET, Recipe
-from models.nets.train import train
-from models.nets.tune import tune
-from models.scores.score import position_error
+from models.nets.recipe import BEST, BEST_NET
 from rig.report.figure import at_least, at_most
 from rig.studies.paper.sets import Effort, Samples, errors, sets
 from rig.studies.paper.table import Sample
@@ -25,7 +22,7 @@ def one(effort: Effort) -> Samples:
         data = sets(f"gauges.reading={reading}")
         for seed in range(effort.seeds):
             rng = np.random.default_rng(seed)
-            net = train(data.training, data.validation, NetOptions(), recipe, rng).net
+            net = train_net(data.training, data.validation, NetOptions(), recipe, rng).net
             watched, tested = errors(net, data.validation), errors(net, data.test)
             for what, unit, paper, value in (
                 ("training loss", "mm", "< 0.3", errors(net, data.training).mean()),
@@ -46,7 +43,7 @@ def best(effort: Effort) -> Samples:
     data = sets()
     for seed in range(effort.seeds):
         began, rng = time.process_time(), np.random.default_rng(seed)
-        net = train(data.training, data.validation, BEST_NET, BEST, rng).net
+        net = train_net(data.training, data.validation, BEST_NET, BEST, rng).net
         spent, tested = time.process_time() - began, errors(net, data.test)
         for what, unit, value, most in (
             ("3000 random: loss", "mm", tested.mean(), 0.03),
@@ -69,7 +66,7 @@ def without(effort: Effort) -> Samples:
         for seed in range(effort.seeds):
             rng = np.random.default_rng(seed)
             tested = errors(
-                train(data.training, data.validation, options, recipe, rng).net, data.test
+                train_net(data.training, data.validation, options, recipe, rng).net, data.test
             )
             what = f"{name}: 3000 random: loss"
             yield Sample("best recipe changed", what, "mm", "", BEST.epochs, seed, tested.mean())
@@ -106,7 +103,7 @@ def noise(effort: Effort) -> Samples:
     unit = np.sqrt(np.mean(data.training.strain**2))
     for seed in range(effort.seeds):
         rng = np.random.default_rng(seed)
-        net = train(data.training, data.validation, NetOptions(), recipe, rng).net
+        net = train_net(data.training, data.validation, NetOptions(), recipe, rng).net
         for level in (0.0, 0.01, 0.03, 0.1):
             error = level * unit * rng.normal(size=data.test.strain.shape)
             for load in (1, 2, 5, 10):
@@ -134,7 +131,7 @@ def _spaced(pairs, effort: Effort) -> Samples:
         data = sets(f"gauges.spacing={apart} mm", f"training.spacing={touches} mm")
         for seed in range(effort.seeds):
             rng = np.random.default_rng(seed)
-            net = train(data.training, data.validation, NetOptions(), recipe, rng).net
+            net = train_net(data.training, data.validation, NetOptions(), recipe, rng).net
             paper = {(5, 5): "0.38", (1, 1): "0.06"}.get((apart, touches), "")
             bar = at_most(0.06) if (apart, touches) == (1, 1) else None
             of = "spacing (3D)", f"Ls {apart}, Lt {touches} mm: loss", "mm", paper
@@ -147,11 +144,11 @@ def search(effort: Effort) -> Samples:
 
     def judge(layers):
         rng = np.random.default_rng(0)
-        net = train(data.training, data.validation, NetOptions(layers), recipe, rng).net
+        net = train_net(data.training, data.validation, NetOptions(layers), recipe, rng).net
         return errors(net, data.validation).mean()
 
     for seed in range(effort.seeds):
-        losses = [candidate.loss for candidate in tune(judge, 50, seed=seed)]
+        losses = [candidate.loss for candidate in tune_net(judge, 50, seed=seed)]
         for what, paper, value in (
             ("best of 50: validation loss", "0.24", losses[0]),
             ("median of 50: validation loss", "0.30", np.median(losses)),

@@ -15,14 +15,10 @@ import dic
 import fe
 import rig
 import synthetic
+from models import Dataset, NetOptions, Recipe, position_error, predict, train_net
 from models.data import dataset, gauge_layout
-from models.data.dataset import Dataset
-from models.forward.simulator import see
+from models.forward.simulator import through_camera
 from models.nets import batches
-from models.nets.net import NetOptions, predict
-from models.nets.recipe import Recipe
-from models.nets.train import train
-from models.scores.score import position_error
 from rig.studies.paper.sets import Effort, Samples
 from rig.studies.paper.table import Sample
 from rig.studies.study import part
@@ -73,19 +69,23 @@ def seen(effort: Effort) -> Samples:
 
 def _train(view: View, images: Dataset | None, recipe: Recipe, rng):
     """Return a net that learns from a view, with a share of images among it if there are any."""
-    stream = batches.noisy(batches.shuffled(view.pool, 512, rng), view.root, rng)
+    stream = batches.noisy_batches(batches.shuffled_batches(view.pool, 512, rng), view.root, rng)
     if images is not None:
-        stream = batches.mixed(stream, batches.shuffled(images, round(512 * SHARE), rng))
-    first = next(batches.noisy(iter([view.pool]), view.root, rng))
-    return train(first, view.test, NetOptions((128, 128), "silu"), recipe, rng, batches=stream).net
+        stream = batches.mixed_batches(
+            stream, batches.shuffled_batches(images, round(512 * SHARE), rng)
+        )
+    first = next(batches.noisy_batches(iter([view.pool]), view.root, rng))
+    return train_net(
+        first, view.test, NetOptions((128, 128), "silu"), recipe, rng, batches=stream
+    ).net
 
 
 def _view(plate: fe.Plate, camera: synthetic.AnyCamera) -> View:
     rng, modes, top = np.random.default_rng(0), fe.modes(plate, MODES), plate.thickness / 2
-    places = gauge_layout.inside_edges(plate.size)
+    places = gauge_layout.gauges_inside_edges(plate.size)
     px = np.rint(camera.project(np.column_stack([places, np.full(len(places), top)])))
     gauges = synthetic.strain_gauges(px, SUBSET, window=1)
-    unit = see(modes, camera, gauges)
+    unit = through_camera(modes, camera, gauges)
 
     def read(places):
         return FORCE * unit(places).reshape(len(places), -1)
@@ -110,7 +110,7 @@ def _view(plate: fe.Plate, camera: synthetic.AnyCamera) -> View:
     test = touched(TESTED)
     return View(
         touched(POOL),
-        next(batches.noisy(iter([test]), root, rng)),
+        next(batches.noisy_batches(iter([test]), root, rng)),
         root,
         of_images(),
         of_images(),

@@ -7,15 +7,14 @@ from typing import NamedTuple
 import numpy as np
 
 import rig
+from models import position_error, predict
 from models.data import dataset
 from models.nets import batches
-from models.nets.net import predict
-from models.scores.score import position_error
 from rig.plates.cached import influence
 from rig.studies.paper.table import Sample
 from rig.studies.study import part
-from rig.training.data import simulate
-from rig.training.plan import lesson
+from rig.training.data import simulate_sets
+from rig.training.plan import training_plan
 
 STREAMED = 20000  # unit touches that several are drawn from
 TESTED = 2000  # samples of several touches in the test
@@ -38,7 +37,7 @@ class Effort(NamedTuple):
 def sets(*settings: str):
     """Training, validation and test touches of paper-one, changed by key=value."""
     scene = rig.load("paper-one", dict(setting.split("=") for setting in settings))
-    return simulate(lesson(scene), lambda done, total: None)
+    return simulate_sets(training_plan(scene), lambda done, total: None)
 
 
 def pressed(name: str):
@@ -55,11 +54,11 @@ def several(touches: int):
     plate, answer = pressed({1: "paper-one", 2: "paper-two", 3: "paper-three"}[touches])
     rng = np.random.default_rng(1)
     pools = [
-        dataset.simulate(answer, dataset.random_places(plate.size, 10.0, STREAMED, rng))
+        dataset.simulate_dataset(answer, dataset.random_places(plate.size, 10.0, STREAMED, rng))
         for _ in range(2)
     ]
     first, test = (
-        next(batches.superposed(pool, touches, count, rng))
+        next(batches.superposed_batches(pool, touches, count, rng))
         for pool, count in zip(pools, (4096, TESTED), strict=True)
     )
     return pools[0], first, test

@@ -6,12 +6,9 @@ import numpy as np
 
 import models
 import rig
+from models import NetOptions, Recipe, matched_error, predict, train_net
 from models.data import dataset
 from models.nets import batches, loss, set_encoding
-from models.nets.net import NetOptions, predict
-from models.nets.recipe import Recipe
-from models.nets.train import train
-from models.scores.score import matched_error
 from rig.report.figure import at_most
 from rig.studies.paper.sets import TESTED, Effort, Samples, pressed, several
 from rig.studies.paper.table import Sample, store_curve
@@ -41,7 +38,7 @@ def unordered(effort: Effort) -> Samples:
         pool, first, test = several(touches)
         for seed in range(effort.seeds):
             rng = np.random.default_rng(seed)
-            stream = batches.superposed(pool, touches, 512, rng)
+            stream = batches.superposed_batches(pool, touches, 512, rng)
             began = time.process_time()
             net, recipe = _smooth(first, test, touches, effort.epochs(whole), rng, stream)
             spent = time.process_time() - began
@@ -64,7 +61,7 @@ def _smooth(first, test, touches, epochs, rng, stream, judge=None):
     """Return a net that tells touches as poles, and its recipe."""
     options = NetOptions((256,) * 4, "silu", "asinh", poles=touches)
     recipe = Recipe(epochs, 2e-3, "cosine", "scaled", check=epochs)
-    return train(first, test, options, recipe, rng, loss=judge, batches=stream).net, recipe
+    return train_net(first, test, options, recipe, rng, loss=judge, batches=stream).net, recipe
 
 
 def _places(targets, touches):
@@ -83,9 +80,9 @@ def _equal(touches: int, steps, paper: str, effort: Effort) -> Samples:
         recipe = Recipe(epochs, 1e-3, "cosine", "scaled", check=max(epochs // LOOKS, 1))
         for seed in range(effort.seeds):
             rng = np.random.default_rng(seed)
-            stream = batches.superposed(pool, touches, 512, rng)
-            options, judge = NetOptions(layers), loss.distance(touches)
-            done = train(first, test, options, recipe, rng, loss=judge, batches=stream)
+            stream = batches.superposed_batches(pool, touches, 512, rng)
+            options, judge = NetOptions(layers), loss.distance_loss(touches)
+            done = train_net(first, test, options, recipe, rng, loss=judge, batches=stream)
             name = f"{len(layers)}×{layers[0]}"
             if touches == 3 and seed == 0:
                 store_curve(name, recipe.check, done.history)
@@ -123,15 +120,15 @@ def doubled(effort: Effort) -> Samples:
 
     for seed in range(effort.seeds):
         rng = np.random.default_rng(seed)
-        stream = batches.superposed(pool, 2, 512, rng)
+        stream = batches.superposed_batches(pool, 2, 512, rng)
         for name, taken in (("sorted", stream), ("doubled", both_ways(stream, rng))):
-            net = train(
+            net = train_net(
                 first,
                 test,
                 NetOptions((64,) * 4),
                 recipe,
                 rng,
-                loss=loss.distance(2),
+                loss=loss.distance_loss(2),
                 batches=taken,
             ).net
             predicted = predict(net, test.strain)
@@ -152,14 +149,14 @@ def magnitudes(effort: Effort) -> Samples:
     for k in (0.1, 1.0, 10.0):
         for seed in range(effort.seeds):
             rng = np.random.default_rng(seed)
-            net = train(
+            net = train_net(
                 training,
                 test,
                 NetOptions((128,) * 4),
                 recipe,
                 rng,
-                loss=loss.magnitudes_too(2, k),
-                batches=batches.shuffled(training, 512, rng),
+                loss=loss.magnitude_loss(2, k),
+                batches=batches.shuffled_batches(training, 512, rng),
             ).net
             error = predict(net, test.strain) - test.targets
             place = np.linalg.norm(error[:, :4].reshape(-1, 2, 2), axis=2).mean()
@@ -184,9 +181,9 @@ def magnitudes_unordered(effort: Effort) -> Samples:
     test, largest = _samples(scene, answer), float(drawn.magnitudes)
     for seed in range(effort.seeds):
         rng = np.random.default_rng(seed)
-        stream = batches.superposed(pool, 2, 512, rng, largest)
-        first = next(batches.superposed(pool, 2, 4096, rng, largest))
-        began, judge = time.process_time(), set_encoding.unordered(2, k=1.0)
+        stream = batches.superposed_batches(pool, 2, 512, rng, largest)
+        first = next(batches.superposed_batches(pool, 2, 4096, rng, largest))
+        began, judge = time.process_time(), set_encoding.permutation_invariant_loss(2, k=1.0)
         net, recipe = _smooth(first, test, 2, effort.epochs(30000), rng, stream, judge)
         spent, told = time.process_time() - began, predict(net, test.strain)
         error, order = matched_error(_places(test.targets, 2), _places(told, 2))
@@ -206,4 +203,4 @@ def _samples(scene, answer):
     parts = [plan.block(number) for number in range(plan.blocks)]
     touches = np.concatenate(parts)
     strain = np.concatenate([answer(part).astype(np.float32) for part in parts])
-    return dataset.flatten(strain, touches, scene.dataset.force)
+    return dataset.flatten_samples(strain, touches, scene.dataset.force)

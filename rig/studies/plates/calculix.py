@@ -11,14 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fe
-from models.data.gauge_layout import inside_edges, on_edges
+from models import gauges_inside_edges, gauges_on_edges
 from rig.report.figure import Figure, at_most
 from rig.studies.plates import ccx
 from rig.studies.study import line, run
 
 PAPER = fe.Plate((100.0, 100.0), 1.0, 3000.0, 0.3)
 TOP = PAPER.thickness / 2
-RINGS = {"on the edges": on_edges(PAPER.size), "5 mm inside": inside_edges(PAPER.size)}
+RINGS = {
+    "on the edges": gauges_on_edges(PAPER.size),
+    "5 mm inside": gauges_inside_edges(PAPER.size),
+}
 # Places of 1 N, and the bar of the ring's strain, %: one is in the corner of the paper's loads.
 LOADS = {
     (50.0, 50.0): 1.0,

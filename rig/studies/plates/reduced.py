@@ -69,7 +69,7 @@ def scenes(states: int) -> list[list[fe.Touch]]:
 
 
 def errors(
-    shell: fe.Shell, touches: list[fe.Touch], gauges: fe.View, points: fe.View
+    shell: fe.Shell, touches: list[fe.Touch], gauges: fe.ReducedReadings, points: fe.ReducedReadings
 ) -> tuple[float, float, float, float] | None:
     """w/h of the shell, and errors of strain, deflection and motion in the plane; None if lost."""
     state = shell.rest.touch(touches)
@@ -153,7 +153,7 @@ def jacobian_error(reduced: fe.Reduced) -> float:
                     touch: int = touch,
                     axis: int = axis,
                     start: NDArray[np.float64] = start,
-                    view: fe.View = view,
+                    view: fe.ReducedReadings = view,
                 ) -> NDArray[np.float64]:
                     moved = start.copy()
                     moved[touch, axis] += far * step
@@ -170,7 +170,7 @@ def plate(name: str) -> Iterator[Figure]:
     """Build, time and compare a plate that is held in one way."""
     made = fe.Plate((SIDE, SIDE), thickness=1.0, young=3000.0, poisson=0.38, edges=EDGES[name])
     began = time.process_time()
-    reduced = fe.reduce(made)
+    reduced = fe.reduced_plate(made)
     taken = time.process_time() - began
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     stored = sum(array.nbytes for array in reduced.arrays().values()) / 2**20

@@ -1,4 +1,4 @@
-"""How far linear theory is off against the shell, and what `fe.regime` says without it.
+"""How far linear theory is off against the shell, and what `fe.linear_range` says without it.
 
 Parts: regime. The plate is PVC, 254 x 254 x 1 mm; the touch presses where it gives most. Both
 errors are relative: of the deflection under the touch, and of the strain of the touched face over
@@ -12,8 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 
 import fe
-from fe.linear.linear_range import regime
-from fe.shell import solve
+from fe import linear_range, solve
 from rig.report.figure import Figure
 from rig.studies.study import line, run
 
@@ -32,7 +31,7 @@ EDGES = {
 }
 
 
-def measured(plate: fe.Plate, said: fe.Regime) -> tuple[float, float] | None:
+def measured(plate: fe.Plate, said: fe.LinearRange) -> tuple[float, float] | None:
     """Ratio w/h of the shell and error of linear theory against it; None where it is not found."""
     mesh, touch = fe.grid(plate, ELEMENTS), fe.Touch(*said.place, said.force)
     large, linear = solve(plate, [touch], mesh=mesh), fe.deflect(plate, [touch], mesh)
@@ -50,11 +49,11 @@ def measured(plate: fe.Plate, said: fe.Regime) -> tuple[float, float] | None:
 
 def force_for(plate: fe.Plate, ratio: float) -> float:
     """Force that deflects the plate to w/h = `ratio`, N, by halving."""
-    low = ratio * 1e-6 / regime(plate, 1e-6).ratio
+    low = ratio * 1e-6 / linear_range(plate, 1e-6).ratio
     high = 200.0 * low
     for _ in range(20):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if regime(plate, middle).ratio < ratio else (low, middle)
+        low, high = (middle, high) if linear_range(plate, middle).ratio < ratio else (low, middle)
     return low
 
 
@@ -63,7 +62,7 @@ def ranges() -> Iterator[Figure]:
     for name, edges in EDGES.items():
         plate = dataclasses.replace(PVC, edges=edges)
         for ratio in RATIOS:
-            said = regime(plate, force_for(plate, ratio))
+            said = linear_range(plate, force_for(plate, ratio))
             found = measured(plate, said)
             yield from line(
                 f"Linear theory against the shell, {name}",

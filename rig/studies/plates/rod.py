@@ -4,8 +4,7 @@ import numpy as np
 from scipy.integrate import quad, solve_bvp
 
 import fe
-from fe.elements.hermite import gram
-from fe.shell import Shell
+from fe import Shell, hermite_gram
 from fe.shell.newton import equilibrium
 from fe.shell.problem import Problem
 from fe.shell.support import REST, Motion, Support, support
@@ -118,4 +117,4 @@ def pressed_shell(thickness, pressure):
 
 def _even(line):
     """Work of an even load of 1 per length on the unknowns of a line."""
-    return gram(line, 0, 0) @ np.tile([1.0, 0.0], line.unknowns // 2)
+    return hermite_gram(line, 0, 0) @ np.tile([1.0, 0.0], line.unknowns // 2)

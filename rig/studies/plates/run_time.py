@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 import fe
 from fe.elements.functional import derivative
 from fe.linear.energy import stiffness
-from models.data.gauge_layout import inside_edges, on_edges
+from models import gauges_inside_edges, gauges_on_edges
 from rig.report.figure import Figure
 from rig.studies.stiff.plates import PAPER
 from rig.studies.study import Cell, cpu_seconds, line, run
 
 LOADS = ((50.0, 50.0), (30.0, 20.0), (10.0, 50.0), (20.0, 10.0))
-RING = np.concatenate([on_edges(PAPER.size), inside_edges(PAPER.size)])
+RING = np.concatenate([gauges_on_edges(PAPER.size), gauges_inside_edges(PAPER.size)])
 MESHES, TRUTH = (20, 40, 80, 100, 120, 160), 400
 COARSE, COARSE_TRUTH = (20, 40, 60, 80, 120), 200
 DEFAULT = 120  # elements a side of the default mesh
@@ -29,10 +29,10 @@ PVC = fe.Plate((254.0, 254.0), thickness=1.0, young=3000.0, poisson=0.38)
 PRESSES = ((127.0, 127.0), (60.0, 90.0), (100.0, 200.0), (40.0, 45.0))
 FORCES = (0.2, 5.0)
 Unknowns = NDArray[np.float64]
-AnyState = fe.State | fe.LargeState | fe.ShellState
+AnyState = fe.LinearState | fe.LargeState | fe.ShellState
 Press = Callable[[tuple[float, float], float], AnyState]
 """From a place, mm, and a force, N, to the state of the plate."""
-GAUGES = 25.0 + inside_edges((204.0, 204.0), 17.0, 0.0)
+GAUGES = 25.0 + gauges_inside_edges((204.0, 204.0), 17.0, 0.0)
 
 
 def meshes(counts: tuple[int, ...], fine: int) -> Iterator[Figure]:
@@ -63,12 +63,12 @@ def linear(count: int) -> fe.Linear:
     return fe.Linear(PAPER, fe.Mesh(PAPER.size, (count, count)))
 
 
-def states(solver: fe.Linear) -> list[fe.State]:
+def states(solver: fe.Linear) -> list[fe.LinearState]:
     """Bend it by each load."""
     return [solver.deflect([fe.Touch(*place, 1.0)]) for place in LOADS]
 
 
-def plain_strain(state: fe.State) -> NDArray[np.float64]:
+def plain_strain(state: fe.LinearState) -> NDArray[np.float64]:
     """Strain (K, 3) from the second derivatives of the elements, without recovery."""
     curvatures = [
         derivative(state.mesh, RING, p, q).of(state.values)[:, 0]
@@ -177,7 +177,7 @@ def _by_linear() -> Press:
 
 
 def _by_reduced() -> Press:
-    plate = fe.reduce(PVC)
+    plate = fe.reduced_plate(PVC)
     return lambda place, force: plate.solve([fe.Touch(place[0], place[1], force)])
 
 

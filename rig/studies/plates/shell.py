@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fe
+from fe import Base, Shell, ShellState, shell_mesh, solve
 from fe.linear.linear import Face
-from fe.shell import Base, Shell, ShellState, shell_mesh, solve
 from rig.report.figure import Figure, at_most
 from rig.studies.plates.rod import (
     RING_LENGTH,

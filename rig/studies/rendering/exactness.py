@@ -192,7 +192,9 @@ def gauges() -> Iterator[Figure]:
     image = warper.render(np.zeros((len(warper.points), 3)), SENSOR, None)
     for name, (gauge, unit, scale) in kinds.items():
         points = camera.on_plate(gauge.px, TOP)
-        seen = synthetic.seen(camera, gauge.px, modes.value(points), modes.slope(points), TOP)
+        seen = synthetic.image_motion_basis(
+            camera, gauge.px, modes.value(points), modes.slope(points), TOP
+        )
         said = (gauge.read(seen) @ weights.T).reshape(-1, TOUCHES).T
         # Rounding to a grey level adds its own noise.
         texture = synthetic.texture_at(image, places, gauge.size)

@@ -1,34 +1,32 @@
-"""What a newcomer does with the README alone, timed: install, then each command of its five steps.
+"""What a newcomer does with the tutorials alone, timed: install, then each of their commands.
 
 Parts: steps. A fresh clone of this repository, a virtual environment of its own, caches that are
-empty; commands and scenes are those that stand in the README. Wall times; pip may have wheels in
-its own cache.
+empty; commands and scenes are those that stand in the tutorials, photographs those of their
+example. Wall times; pip may have wheels in its own cache.
 """
 
 import os
 import re
 import shlex
 import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from PIL import Image
-
 from rig.report.figure import Figure
-from rig.studies.correlation.images import eight_bit, speckle
 from rig.studies.study import line, run
 
 ROOT = Path(__file__).parents[3]
-PAIR = {"before.png": (0.0, 0.0), "after.png": (0.4, 0.2)}
+TUTORIALS = ("docs/tutorials/photographs.md", "docs/tutorials/plate.md")
 TABLE = "A newcomer, with the README alone"
 AGAIN = {"correlate": ["--force"]}
 """What a command asks for before it replaces what it wrote."""
 
 
 def steps() -> Iterator[Figure]:
-    """Clone, install, and run the commands of the five steps twice."""
+    """Clone, install, and run the commands of the tutorials twice."""
     with tempfile.TemporaryDirectory() as name:
         home = Path(name) / "touchplate"
         subprocess.run(["git", "clone", "--quiet", ROOT, home], check=True)
@@ -44,20 +42,23 @@ def steps() -> Iterator[Figure]:
             yield from line(TABLE, name, first_time=(first, "s"), again=(again, "s"))
 
 
+def tutorials(home: Path) -> str:
+    """Return what both say."""
+    return "\n".join((home / page).read_text(encoding="utf-8") for page in TUTORIALS)
+
+
 def place_files(home: Path) -> None:
-    """Write the scenes of the README, and a pair of photographs."""
-    text = (home / "README.md").read_text(encoding="utf-8")
-    for name, scene in re.findall(r"```toml\n# (\S+\.toml)\n(.*?)```", text, re.DOTALL):
+    """Write the scenes of the tutorials, and a pair of photographs."""
+    found = re.findall(r"```toml\n# (\S+\.toml)\n(.*?)```", tutorials(home), re.DOTALL)
+    for name, scene in found:
         (home / name).write_text(scene, encoding="utf-8")
-    for name, shift in PAIR.items():
-        Image.fromarray(eight_bit(speckle(512, shift))).save(home / name)
+    example = home / "examples/10_photographs.py"
+    subprocess.run([sys.executable, example, home], check=True, stdout=subprocess.DEVNULL)
 
 
 def commands(home: Path) -> list[str]:
-    """Return the commands of the five steps, without what is said about them."""
-    text = (home / "README.md").read_text(encoding="utf-8")
-    steps = text.split("## From nothing")[1].split("\n## ")[0]
-    blocks = re.findall(r"```sh\n(.*?)```", steps, re.DOTALL)
+    """Return their commands, without what is said about them."""
+    blocks = re.findall(r"```sh\n(.*?)```", tutorials(home), re.DOTALL)
     lines = [row.partition(" #")[0].strip() for block in blocks for row in block.splitlines()]
     return [row for row in lines if row.startswith(".venv/bin/touchplate")]
 

@@ -11,16 +11,16 @@ import numpy as np
 import fe
 import rig
 from models import Estimate
-from rig.live.baseline import take_zero
+from rig.live.baseline import average_reference
 from rig.live.bench import Bench, build_bench
-from rig.live.chain import Sensed
-from rig.live.tracker import Follower
+from rig.live.chain import FrameEstimate
+from rig.live.tracker import FrameProcessor
 from rig.report.figure import Figure
 from rig.sources.twin import Twin, build_twin
 from rig.studies.stiff.case import NOT_WRONG, case
 from rig.system.frame import Frame
 from rig.system.timing import Stopwatch
-from synthetic import Hand
+from synthetic import Occluder
 
 SMALL = {
     "plate.size": [254, 203],
@@ -32,7 +32,7 @@ SMALL = {
     "comparison": None,
 }
 PRESS, NEAR = fe.Touch(80.0, 120.0, 2.5), fe.Touch(83.0, 120.0, 2.5)
-ARM = Hand(np.array([(190.0, -20.0), (410.0, -20.0), (410.0, 340.0), (190.0, 340.0)]), 0.45)
+ARM = Occluder(np.array([(190.0, -20.0), (410.0, -20.0), (410.0, 340.0), (190.0, 340.0)]), 0.45)
 FRAMES = 12  # after the change; the last one counts
 SIGMAS = 5.0
 PLAIN = ("no touch", "one touch", "2 touches")  # sentences without a doubt
@@ -73,36 +73,36 @@ def pressed(
     name: str, bench: Bench, twin: Twin, touches: tuple[fe.Touch, ...], change: Change
 ) -> Iterator[Figure]:
     """Follow spoilt images of touches; what the last of them says counts."""
-    follower = Follower(
-        bench, take_zero([twin.frame(k, ()) for k in range(16)]), Stopwatch(time.monotonic),
+    processor = FrameProcessor(
+        bench, average_reference([twin.frame(k, ()) for k in range(16)]), Stopwatch(time.monotonic),
         time.monotonic,
     )  # fmt: skip
     frames = [
-        see(follower, change(twin.frame(number, touches).astype(float)), number)
+        see(processor, change(twin.frame(number, touches).astype(float)), number)
         for number in range(20, 20 + FRAMES)
     ]
     last = frames[-1]
-    said, found = follower.sentence(last), last.estimate
+    said, found = processor.sentence(last), last.estimate
     truth = np.array([(touch.x, touch.y, touch.force) for touch in touches])
-    right, sure = compared(found, truth, trace(follower, truth))
-    doubted = bool(last.trouble) or said not in PLAIN
+    right, sure = compared(found, truth, trace(processor, truth))
+    doubted = bool(last.unusable_reason) or said not in PLAIN
     reason = f"{len(touches) or 'no'} touch{'es' * (len(touches) > 1)}"
     bar, unit = NOT_WRONG
     wrong = 0 if sure or doubted else 1
     return case(name, reason, wrong, unit, bar, seen=right, said=said)
 
 
-def see(follower: Follower, image: np.ndarray, number: int) -> Sensed:
+def see(processor: FrameProcessor, image: np.ndarray, number: int) -> FrameEstimate:
     """Let the loop see an image as a camera of 8 bit takes it."""
     eight_bit = np.rint(image).clip(0, 255).astype(np.uint8)
-    return follower.see(Frame(number, number / 30.0, eight_bit, None)).sensed
+    return processor.see(Frame(number, number / 30.0, eight_bit, None)).sensed
 
 
-def trace(follower: Follower, truth: np.ndarray) -> float:
+def trace(processor: FrameProcessor, truth: np.ndarray) -> float:
     """How far touches stand out of the noise of an image, in its σ."""
     if not len(truth):
         return 0.0
-    return float(np.linalg.norm(follower.chain.sights.search.forward.read(truth)[0]))
+    return float(np.linalg.norm(processor.chain.sights.search.forward.read(truth)[0]))
 
 
 def compared(found: Estimate, truth: np.ndarray, trace: float) -> tuple[str, bool]:

@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 
 import fe
+from fe import Base, Shell, Verdict
 from fe.elements.mesh import borders
-from fe.shell import Base, Shell, Verdict
 from rig.report.figure import Figure, at_most
 from rig.studies.plates.elastica import elastica
 from rig.studies.plates.rod import STRIP_SIZE, pressed_shell, strip
@@ -101,7 +101,7 @@ def trusted() -> Iterator[Figure]:
     """Press a reduced plate within and beyond the forces that it was made for."""
     plate = fe.Plate((90.0, 70.0), 1.0, YOUNG, 0.3)
     mesh = fe.Mesh(plate.size, (24, 18), borders(plate))
-    reduced = fe.reduce(plate, mesh, force=10.0)
+    reduced = fe.reduced_plate(plate, mesh, force=10.0)
     for force, wanted in (
         (10.0, fe.Trust.TRAINED),
         (100.0, fe.Trust.BEYOND),

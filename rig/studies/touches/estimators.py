@@ -14,12 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import models
-from models.estimate import Estimate
+from models import Estimate, Net, NetOptions, Recipe, predict, train_net
 from models.nets import batches, regression
-from models.nets.net import Net, NetOptions, predict
-from models.nets.recipe import BEST, BEST_NET, Recipe
+from models.nets.recipe import BEST, BEST_NET
 from models.nets.refine import refine
-from models.nets.train import train
 from rig.report.figure import Bar, Figure, at_most
 from rig.studies.paper.sets import pressed, sets, several
 from rig.studies.study import cpu_seconds, line, rms, run
@@ -48,7 +46,7 @@ def case() -> Case:
     data, answer, rng = sets(), pressed("paper-one")[1], np.random.default_rng(7)
     places, exact = data.test.targets[:TEST], data.test.strain[:TEST].astype(np.float64)
     sigma = NOISE * float(np.sqrt(np.mean(data.training.strain**2)))
-    forward, variances = models.gauges(answer, sigma), []
+    forward, variances = models.gauge_forward(answer, sigma), []
     for place in places:
         jacobian = forward.read(np.array([[*place, 1.0]]))[1]
         variances.append(np.trace(np.linalg.inv(jacobian @ jacobian.T)[:2, :2]))
@@ -84,12 +82,15 @@ def nets() -> Iterator[Figure]:
     for name, make in (
         (
             "net, the paper's recipe",
-            lambda: train(data.training, data.validation, NetOptions(), Recipe(), rng),
+            lambda: train_net(data.training, data.validation, NetOptions(), Recipe(), rng),
         ),
-        ("net, best recipe", lambda: train(data.training, data.validation, BEST_NET, BEST, rng)),
+        (
+            "net, best recipe",
+            lambda: train_net(data.training, data.validation, BEST_NET, BEST, rng),
+        ),
         (
             "net trained with noise",
-            lambda: train(
+            lambda: train_net(
                 first,
                 test,
                 NetOptions((128,) * 3, "silu"),
@@ -108,7 +109,7 @@ def nets() -> Iterator[Figure]:
 
 def stepped(net: Net) -> Estimator:
     """Take two steps of the solver after a net."""
-    forward = models.gauges(pressed("paper-one")[1], case().sigma)
+    forward = models.gauge_forward(pressed("paper-one")[1], case().sigma)
 
     def estimate(strain: NDArray) -> NDArray:
         starts = predict(net, strain)
@@ -126,8 +127,8 @@ def stepped(net: Net) -> Estimator:
 def solver() -> Iterator[Figure]:
     """Solve on the influence: from nothing, from the last frame, and robustly."""
     began = time.process_time()
-    forward = models.gauges(pressed("paper-one")[1], case().sigma)
-    search = models.prepare_search(forward)
+    forward = models.gauge_forward(pressed("paper-one")[1], case().sigma)
+    search = models.prepare_candidates(forward)
     spent = time.process_time() - began
     starts = np.column_stack([case().places + 0.3, np.ones(TEST)])
 

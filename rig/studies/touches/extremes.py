@@ -17,8 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 import models
-from models.estimate import Estimate
-from models.inverse.candidates import Search
+from models import CandidateGrid, Estimate
 from rig.report.figure import Figure, at_most
 from rig.studies.study import Cell, line, run
 from rig.studies.touches.strain import INFLUENCE, UNIT, Touches, measured, prepared
@@ -54,7 +53,7 @@ def _is_middle(estimate: Estimate, touches: Touches) -> bool:
     return bool(np.all(off <= SIGMAS * np.sqrt(np.diag(estimate.covariance)) + 0.02 * middle))
 
 
-def judged(search: Search, touches: ArrayLike, presses: int) -> dict[str, Cell]:
+def judged(search: CandidateGrid, touches: ArrayLike, presses: int) -> dict[str, Cell]:
     """Judge noisy measurements of touches; count each verdict, and tell the usual error."""
     true = np.asarray(touches, dtype=float)
     rng, count, errors = np.random.default_rng(0), Counter[Verdict](), []

@@ -15,11 +15,10 @@ import dic
 import models
 import rig
 import synthetic
-from models.data.gauge_layout import inside_edges
-from models.design.expected_errors import expected_errors, over_plate
-from models.forward.linear import Forward, modal
+from models import Forward, expected_errors, gauges_inside_edges, places_over_plate
+from models.forward.linear import modal
 from rig.live import chain as live
-from rig.live.baseline import take_zero
+from rig.live.baseline import average_reference
 from rig.live.bench import Bench, build_bench
 from rig.report.figure import Figure
 from rig.report.plate_map import at
@@ -58,7 +57,7 @@ def case() -> Case:
 def touches() -> NDArray[np.float64]:
     """Touches of 1 N over the plate, away from its edges."""
     size = case().bench.plate.size
-    places = over_plate(size, 16)
+    places = places_over_plate(size, 16)
     inner = np.all((places >= INSET) & (places <= np.array(size) - INSET), axis=1)
     return np.column_stack([places[inner], np.full(inner.sum(), FORCE)])
 
@@ -99,7 +98,7 @@ def steps() -> Iterator[Figure]:
 
 def over() -> Iterator[Figure]:
     """Bounds of place and force over the whole plate, from every pixel."""
-    places = over_plate(case().bench.plate.size, 16)
+    places = places_over_plate(case().bench.plate.size, 16)
     errors = expected_errors(every_pixel(), np.column_stack([places, np.full(len(places), FORCE)]))
     for (x, y), place, force in zip(places.tolist(), errors.place, errors.force, strict=True):
         yield from line(OVER, at(x, y), place=(place, "mm"), force=(force, "N"))
@@ -165,9 +164,9 @@ def by_strain() -> Forward:
 def chain(size: int) -> live.Chain:
     """Prepare the live chain on tiles of `size` px, with a reference of many frames."""
     bench, twin, *_ = case()
-    zero = take_zero([twin.frame(n, ()) for n in range(REFERENCE)])
+    zero = average_reference([twin.frame(n, ()) for n in range(REFERENCE)])
     tiles = dic.lay_tiles((bench.camera.size[1], bench.camera.size[0]), size)
-    motions = models.see_motions(bench.motions.modes, bench.camera, bench.height, tiles)
+    motions = models.prepare_motions(bench.motions.modes, bench.camera, bench.height, tiles)
     return live.prepare_chain(zero, motions, bench.most)
 
 
@@ -176,9 +175,13 @@ def by_gauges(gauges: synthetic.Gauges) -> Forward:
     bench, _, still, noise = case()
     modes, camera = bench.motions.modes, bench.camera
     points = camera.on_plate(gauges.px, bench.height)
-    seen = synthetic.seen(camera, gauges.px, modes.value(points), modes.slope(points), bench.height)
+    seen = synthetic.image_motion_basis(
+        camera, gauges.px, modes.value(points), modes.slope(points), bench.height
+    )
     response = np.asarray(gauges.read(seen)).reshape(-1, len(modes.stiffness))
-    rigid = np.asarray(gauges.read(synthetic.rigid(camera, gauges.px))).reshape(len(response), -1)
+    rigid = np.asarray(gauges.read(synthetic.rigid_motion_basis(camera, gauges.px))).reshape(
+        len(response), -1
+    )
     texture = synthetic.texture_at(still, gauges.xy, gauges.size)
     root = np.linalg.cholesky(gauges.covariance(texture, noise))
     whitened, free = (np.linalg.solve(root, part) for part in (response, rigid))
@@ -190,7 +193,7 @@ def by_gauges(gauges: synthetic.Gauges) -> Forward:
 def ring() -> NDArray[np.float64]:
     """72 places on a ring 25 mm inside the edges, px."""
     a, b = case().bench.plate.size
-    inner = INSET + inside_edges((a - 2 * INSET, b - 2 * INSET), (a - 2 * INSET) / 18, 0.0)
+    inner = INSET + gauges_inside_edges((a - 2 * INSET, b - 2 * INSET), (a - 2 * INSET) / 18, 0.0)
     return on_image(inner)
 
 

@@ -15,11 +15,8 @@ from numpy.typing import NDArray
 import fe
 import models
 import synthetic
-from dic.tiles.tiles import TileReference, prepare_tiles, tile_sums
-from models.estimate import Estimate
-from models.forward.tile_pattern import Pattern
-from models.inverse.candidates import Search
-from models.scores.matching import match
+from dic import TileReference, prepare_tiles, tile_sums
+from models import CandidateGrid, Estimate, TilePattern, match
 from rig.report.figure import Figure, at_most
 from rig.studies.study import line, run, timed, times
 from rig.studies.touches.strain import Touches, over_bounds
@@ -69,8 +66,8 @@ NO_TOUCHES = np.empty((0, 3))
 
 
 def sense(
-    pattern: Pattern,
-    search: Search,
+    pattern: TilePattern,
+    search: CandidateGrid,
     image: NDArray,
     start: Touches = NO_TOUCHES,
     passes: int = 3,
@@ -79,14 +76,14 @@ def sense(
     """Touches in an image, moved and masked anew in each pass."""
     motion, estimate = pattern.still(), None
     if len(start):
-        motion[: pattern.count] = pattern.motions.pressed(start[:, :2], start[:, 2])
+        motion[: pattern.count] = pattern.motions.modal_amplitudes(start[:, :2], start[:, 2])
     for _ in range(passes):
         sums = tile_sums(pattern.reference, image, pattern.motions.flow(motion))
         if masked:
             sight = pattern.hiding(models.hidden_tiles(pattern.reference, sums, AGAINST))
             if sight is not pattern:
-                pattern, search = sight, models.renewed(search, sight.forward(AGAINST))
-        right = pattern.right_side(sums, motion)
+                pattern, search = sight, models.with_forward(search, sight.forward(AGAINST))
+        right = pattern.gradient(sums, motion)
         estimate = models.find(pattern.whiten(right, AGAINST), search, start=start, most=3)
         start = np.column_stack([estimate.xy, estimate.force])
         motion = pattern.amplitudes(estimate, right)
@@ -100,15 +97,15 @@ def small() -> Iterator[Figure]:
     bench = stand(2.0, 1024)
     modes = fe.modes(bench.plate, MODES)
     height = bench.plate.thickness / 2
-    motions = models.see_motions(modes, bench.camera, height, bench.reference.tiles)
-    pattern = models.see_pattern(motions, bench.reference)
-    search = models.prepare_search(pattern.forward(AGAINST))
+    motions = models.prepare_motions(modes, bench.camera, height, bench.reference.tiles)
+    pattern = models.prepare_pattern(motions, bench.reference)
+    search = models.prepare_candidates(pattern.forward(AGAINST))
     span = (SENSOR.white - SENSOR.black) * SENSOR.top
     still = span * bench.light(np.zeros((len(bench.warper.points), 3)))
     fine = models.pixel_level(modes, bench.camera, height, still)
     linear = fe.Linear(bench.plate, fe.grid(bench.plate, 64))
     # A palm from a corner, over a tenth of the image.
-    palm = synthetic.Hand(np.array([(540.0, -50.0), (1080.0, -50.0), (1080.0, 540.0)]), 0.5)
+    palm = synthetic.Occluder(np.array([(540.0, -50.0), (1080.0, -50.0), (1080.0, 540.0)]), 0.5)
     cases = {
         "still": (None, (0.0, 0.0), 1.15),
         "camera shifted by 0.3 px": (None, (0.3, 0.0), 1.15),
@@ -139,7 +136,7 @@ def small() -> Iterator[Figure]:
         )
 
 
-def _covers(hand: synthetic.Hand, fine: Pattern) -> NDArray[np.bool_]:
+def _covers(hand: synthetic.Occluder, fine: TilePattern) -> NDArray[np.bool_]:
     """Tiles of a pattern that a hand reaches into, (T,) bool."""
     return fine.motions.tiles.sums(hand.share((1024, 1024))) > 0.01
 
@@ -149,11 +146,11 @@ def time() -> Iterator[Figure]:
     table = "Whole pattern: time of a frame"
     for pixels, plain, warped in ((1024, 6.0, 20.0), (2048, 14.0, 70.0)):
         bench = stand(2.0, pixels)
-        motions = models.see_motions(
+        motions = models.prepare_motions(
             fe.modes(bench.plate, MODES), bench.camera, 1.0, bench.reference.tiles
         )
-        pattern = models.see_pattern(motions, bench.reference)
-        search = models.prepare_search(pattern.forward(NOISE))
+        pattern = models.prepare_pattern(motions, bench.reference)
+        search = models.prepare_candidates(pattern.forward(NOISE))
         # What does not move by more than a fraction of a pixel needs no warp.
         for force, name, most in ((0.3, "no warp", plain), (3.0, "one warp", warped)):
             moved = fe.deflect(bench.plate, [fe.Touch(150.0, 100.0, force)])
@@ -162,7 +159,7 @@ def time() -> Iterator[Figure]:
             start = np.array([[150.3, 99.7, 0.97 * force]])
             motion = pattern.still()
             if name == "one warp":
-                motion[: pattern.count] = motions.pressed(start[:, :2], start[:, 2])
+                motion[: pattern.count] = motions.modal_amplitudes(start[:, :2], start[:, 2])
             work = partial(_frame, pattern, search, image, motion, start)
             yield from line(table, f"{pixels}², {name}", **times(_taken(work), at_most(most)))
         # A frame at 30 a second is lost when the mask takes longer than its period.
@@ -172,18 +169,18 @@ def time() -> Iterator[Figure]:
 
 
 def _frame(
-    pattern: Pattern, search: Search, image: NDArray, motion: NDArray, start: Touches
+    pattern: TilePattern, search: CandidateGrid, image: NDArray, motion: NDArray, start: Touches
 ) -> Estimate:
     flow = pattern.motions.flow(motion) if motion.any() else None
     sums = tile_sums(pattern.reference, image, flow)
     models.hidden_tiles(pattern.reference, sums, NOISE)
-    white = pattern.whiten(pattern.right_side(sums, motion), NOISE)
+    white = pattern.whiten(pattern.gradient(sums, motion), NOISE)
     return models.find(white, search, start=start)
 
 
-def _masked(pattern: Pattern, search: Search) -> Search:
+def _masked(pattern: TilePattern, search: CandidateGrid) -> CandidateGrid:
     hidden = np.arange(len(pattern.hidden)) < len(pattern.hidden) // 10
-    return models.renewed(search, pattern.hiding(hidden).forward(NOISE))
+    return models.with_forward(search, pattern.hiding(hidden).forward(NOISE))
 
 
 def _taken(work: Callable[[], object], repeats: int = 30) -> list[float]:
@@ -195,12 +192,12 @@ def _taken(work: Callable[[], object], repeats: int = 30) -> list[float]:
 def large(clamped: str) -> Iterator[Figure]:
     """Touches of 0.5 to 5 N on a plate of 1 mm; the frame before was pressed a tenth less."""
     bench = stand(1.0, 1024, EDGES[clamped])
-    plate = models.large_plate(fe.reduce(bench.plate), MODES)
-    see = partial(models.see_motions, plate.modes, bench.camera, 0.5, bench.reference.tiles)
+    plate = models.large_plate(fe.reduced_plate(bench.plate), MODES)
+    see = partial(models.prepare_motions, plate.modes, bench.camera, 0.5, bench.reference.tiles)
     ways = {}
     for name, motions in (("reduced plate", see(plate)), ("linear", see())):
-        pattern = models.see_pattern(motions, bench.reference)
-        ways[name] = pattern, models.prepare_search(pattern.forward(AGAINST))
+        pattern = models.prepare_pattern(motions, bench.reference)
+        ways[name] = pattern, models.prepare_candidates(pattern.forward(AGAINST))
     mesh = fe.grid(bench.plate, 40)
     for number, far, late in ((1, 0.3, 20.0), (2, 0.6, 60.0)):
         rng, found = np.random.default_rng(number), {name: [] for name in ways}

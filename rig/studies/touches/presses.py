@@ -18,16 +18,16 @@ import fe
 import models
 import rig
 import synthetic
-from dic.tiles.tiles import lay_tiles
+from dic import lay_tiles
+from models import correct_by_presses
 from models.data import gauge_layout
-from models.design.press_calibration import correct
 from rig.calibration.presses import fit_presses
+from rig.calibration.requested_presses import requested_presses
 from rig.live import chain as live
 from rig.live.alignment import Alignment, align
-from rig.live.baseline import Zero, take_zero
+from rig.live.baseline import ReferenceFrame, average_reference
 from rig.plates.cached import plate_modes
 from rig.report.figure import Figure, at_most
-from rig.sources.script import asked
 from rig.sources.twin import build_twin
 from rig.studies.study import Cell, line, part, run
 from rig.system.timing import Stopwatch
@@ -52,7 +52,7 @@ def error(found: NDArray, true: NDArray) -> NDArray[np.float64]:
 
 def gauges(rng: np.random.Generator) -> Iterator[NDArray[np.float64]]:
     """Errors of the model as it is, corrected, and right, of gauges 15 mm from the edges."""
-    mesh, places = fe.grid(PLATE, 40), gauge_layout.inside_edges(PLATE.size, 15.0, 15.0)
+    mesh, places = fe.grid(PLATE, 40), gauge_layout.gauges_inside_edges(PLATE.size, 15.0, 15.0)
     assumed = fe.influence(PLATE, places, mesh)
     moved = fe.influence(PLATE, places + rng.normal(0, PLACE, places.shape), mesh)
     factor = SOFTER * (1 + rng.normal(0, GAIN, len(places)))
@@ -93,12 +93,12 @@ class Watched:
 
 
 def chain(
-    plate: fe.Plate, camera: synthetic.Camera, zero: Zero, tile: int, modes: int
+    plate: fe.Plate, camera: synthetic.Camera, zero: ReferenceFrame, tile: int, modes: int
 ) -> live.Chain:
     """Prepare what the live loop makes of a reference, if plate and camera are as given."""
     tiles = lay_tiles((camera.size[1], camera.size[0]), tile)
     shapes = plate_modes(plate, modes, lambda done, total: None)
-    motions = models.see_motions(shapes, camera, plate.thickness / 2, tiles)
+    motions = models.prepare_motions(shapes, camera, plate.thickness / 2, tiles)
     return live.prepare_chain(zero, motions, 1)
 
 
@@ -119,19 +119,21 @@ def pattern(rng: np.random.Generator, off: float = 1.0) -> Iterator[NDArray[np.f
     speckle = part(scene.pattern).build(part(scene.plate))
     warper = synthetic.prepare_warp(speckle, seen, plate.thickness / 2)
     bench = Watched(fe.Linear(soft, fe.grid(soft, 64)), warper, twin.sensor, rng)
-    zero = take_zero([bench.image() for _ in range(REFERENCE)])
+    zero = average_reference([bench.image() for _ in range(REFERENCE)])
     parts = zero, tile, modes
     assumed, right = chain(plate, view, *parts), chain(soft, seen, *parts)
-    known = np.array([(t.x, t.y, t.force) for t in asked(plate.size, (2.0, 4.0), 0)][:PRESSES])
+    known = np.array(
+        [(t.x, t.y, t.force) for t in requested_presses(plate.size, (2.0, 4.0), 0)][:PRESSES]
+    )
     images = [[bench.image(touch) for _ in range(FRAMES)] for touch in known]
-    fresh = np.array([(t.x, t.y, t.force) for t in asked(plate.size, (2.0, 4.0), 1)])
+    fresh = np.array([(t.x, t.y, t.force) for t in requested_presses(plate.size, (2.0, 4.0), 1)])
     fresh = np.tile(fresh, (-(-FRESH // len(fresh)), 1))[:FRESH]
     shown = [bench.image(touch) for touch in fresh]
     raw = np.array([sense(assumed, image)[0] for image in shown])
     yield error(raw, fresh)
     yield error(mapped(assumed, images, known).mend(raw), fresh)
     one = zero.noise / np.sqrt(1 + 1 / REFERENCE)  # of a frame
-    corrected = correct(
+    corrected = correct_by_presses(
         view,
         lambda camera: seen_by(assumed, camera),
         assumed.reference,
@@ -153,16 +155,18 @@ def mapped(assumed: live.Chain, images: list[list[NDArray]], known: NDArray) -> 
     return align(tuple(fe.Touch(*touch) for touch in known.tolist()), found, sigma)
 
 
-def seen_by(assumed: live.Chain, camera: synthetic.Camera) -> models.Motions:
+def seen_by(assumed: live.Chain, camera: synthetic.Camera) -> models.ImageMotions:
     """See the motions of a chain by another camera."""
     motions = assumed.pattern.motions
     height = motions.modes.plate.thickness / 2
-    return models.see_motions(motions.modes, camera, height, motions.tiles)
+    return models.prepare_motions(motions.modes, camera, height, motions.tiles)
 
 
 def sense(chain: live.Chain, image: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """x, y, F of the one touch in an image, and their standard deviations."""
-    estimate = live.sense(chain, image, live.at_rest(chain), Stopwatch(lambda: 0.0)).estimate
+    estimate = live.estimate_frame(
+        chain, image, live.at_rest(chain), Stopwatch(lambda: 0.0)
+    ).estimate
     if estimate.count != 1:
         raise SystemExit(f"{estimate.count} touches found in an image of one")
     return (

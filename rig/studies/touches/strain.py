@@ -11,11 +11,7 @@ from numpy.typing import NDArray
 
 import fe
 import models
-from models.data.gauge_layout import inside_edges
-from models.estimate import Estimate
-from models.forward.linear import Forward
-from models.inverse.candidates import Search
-from models.scores.matching import match
+from models import CandidateGrid, Estimate, Forward, gauges_inside_edges, match
 from rig.report.figure import Bar, Figure, at_least, at_most
 from rig.studies.study import Cell, line, rms, run, timed, times
 
@@ -23,7 +19,7 @@ PLATE = fe.Plate((100.0, 100.0), 1.0, 3000.0, 0.3)
 MARGIN = 10.0  # mm, between the touches and the edges
 APART = 5.0  # mm
 FORCE = (1.0, 10.0)  # N
-INFLUENCE = fe.influence(PLATE, inside_edges(PLATE.size))
+INFLUENCE = fe.influence(PLATE, gauges_inside_edges(PLATE.size))
 LATTICE = np.stack(np.meshgrid(*2 * [np.arange(10.0, 91.0, 5.0)]), axis=-1).reshape(-1, 2)
 UNIT = float(np.sqrt(np.mean(INFLUENCE.strain(LATTICE) ** 2)))
 """Root mean square strain of a touch of 1 N."""
@@ -41,9 +37,9 @@ def draw(rng: np.random.Generator, count: int) -> Touches:
             return np.column_stack([places, rng.uniform(*FORCE, count)])
 
 
-def prepared(noise: float) -> Search:
+def prepared(noise: float) -> CandidateGrid:
     """Search at a noise of `noise` times the rms strain of a touch of 1 N."""
-    return models.prepare_search(models.gauges(INFLUENCE, noise * UNIT))
+    return models.prepare_candidates(models.gauge_forward(INFLUENCE, noise * UNIT))
 
 
 def measured(
@@ -183,7 +179,7 @@ def robust() -> Iterator[Figure]:
             time=(float(np.median(spent)), "ms"),
         )
     lost = np.repeat(INFLUENCE.gauges[:, :1] > 94.0, 3, axis=1)
-    half = models.prepare_search(models.gauges(INFLUENCE, 0.01 * UNIT, lost))
+    half = models.prepare_candidates(models.gauge_forward(INFLUENCE, 0.01 * UNIT, lost))
     for number in (1, 2, 3):
         rng, right, tried = np.random.default_rng(number), 0, 0
         while tried < SCENES:

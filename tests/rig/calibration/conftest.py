@@ -15,7 +15,7 @@ FOCAL, CENTRE = 820.0, (322.5, 251.2)
 
 
 def camera_at(position, target=(127.0, 100.0, 0.0), up=(0.0, 1.0, 0.0)):
-    pose = synthetic.looking(position, target, up)
+    pose = synthetic.look_at(position, target, up)
     return synthetic.Camera(SIZE, FOCAL, CENTRE, pose, LENS)
 
 

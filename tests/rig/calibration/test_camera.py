@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import synthetic
-from rig.calibration.board import Board, View, on_plate
+from rig.calibration.board import BoardView, CharucoBoard, on_plate
 from rig.calibration.lens import Lens, calibrate_lens
 from rig.calibration.pose import find_pose
 
-BOARD = Board(squares=(11, 9), square=20.0, marker=15.0)
+BOARD = CharucoBoard(squares=(11, 9), square=20.0, marker=15.0)
 SCALE = 6.0  # px of the drawn board per mm
 STANDS = [
     (127, 100, 430), (330, 100, 380), (-90, 120, 370), (127, 320, 360), (130, -130, 380),
@@ -61,7 +61,7 @@ def test_the_lens_is_found_and_its_uncertainty_is_honest(room, lens):
 def test_a_bad_view_is_left_out_and_named(room, views, rng):
     views = list(views)
     worse = views[3].px + rng.normal(0, 3.0, views[3].px.shape)
-    views[3] = View(views[3].mm, worse)
+    views[3] = BoardView(views[3].mm, worse)
     lens = calibrate_lens(views, room.size)
     assert 3 in lens.left_out
     assert lens.focal == pytest.approx(room.focal, rel=0.01)
@@ -99,7 +99,7 @@ def test_the_stated_error_of_a_pose_is_that_of_many_poses(room, rng):
     seen = camera.project(middle)
     places, stated, at_corners = [], [], []
     for _ in range(300):
-        pose = find_pose(lens, View(corners, px + rng.normal(0, 0.5, px.shape)), sigma=0.5)
+        pose = find_pose(lens, BoardView(corners, px + rng.normal(0, 0.5, px.shape)), sigma=0.5)
         places.append(pose.camera.on_plate(seen, 1.0)[0])
         at_corners.append(pose.camera.on_plate(px, 1.0) - corners[:, :2])
         stated.append(pose.error)
@@ -114,4 +114,4 @@ def test_what_shows_no_board_is_none(rng):
 
 def test_a_board_that_cannot_be_is_refused():
     with pytest.raises(ValueError, match="markers smaller than a square, got 11 × 8 squares of 20"):
-        Board(marker=25.0)
+        CharucoBoard(marker=25.0)

@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 import fe
 from rig import cli
 from rig.calibration.collect import HOLD, Collector, Taken, score
+from rig.calibration.requested_presses import requested_presses
 from rig.live.snapshot import Mark
 from rig.sources import script
 
@@ -68,7 +69,7 @@ def test_a_finger_that_stays_is_not_the_next_press_and_the_order_is_free():
 
 def test_the_script_presses_what_is_asked_for():
     size, force = (254.0, 203.0), (1.0, 3.0)
-    presses = script.asked(size, force, 3)
+    presses = requested_presses(size, force, 3)
     play = script.collect(size, force, 3)
     assert play(0.5) == ()
     for index, press in enumerate(presses):
@@ -83,7 +84,7 @@ def test_the_script_presses_what_is_asked_for():
 
 def test_presses_that_are_held_out_are_scored(rng):
     collector = Collector((), 0)
-    for press in script.asked((254.0, 203.0), (1.0, 3.0), 0)[:21]:
+    for press in requested_presses((254.0, 203.0), (1.0, 3.0), 0)[:21]:
         found = np.array([1.01 * press.x - 2.0, press.y + 1.0, press.force / 1.1])
         found += rng.normal(0, (0.3, 0.3, 0.01))
         collector.taken.append(Taken(press, found, np.array([0.3, 0.3, 0.01]), 12))

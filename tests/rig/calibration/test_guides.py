@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import synthetic
-from rig.calibration.board import Board
+from rig.calibration.board import CharucoBoard
 from rig.calibration.board_guides import LensGuide, PoseGuide
 from rig.calibration.guided import lead
 from rig.calibration.latency import Latency
@@ -14,10 +14,10 @@ from rig.calibration.noise_guide import NoiseGuide
 from rig.projector import gray_code
 from rig.projector.content import Plain, Stripe, draw
 from rig.projector.markers import fit_plate, project
-from rig.scene.plate import Plate
+from rig.scene.plate import PlateSection
 from rig.system.frame import Frame
 
-BOARD = Board((11, 9), 20.0, 15.0)
+BOARD = CharucoBoard((11, 9), 20.0, 15.0)
 STANDS = [(127, 100, 430), (330, 100, 380), (-90, 120, 370), (127, 320, 360), (130, -130, 380)]
 
 
@@ -156,7 +156,7 @@ class Lit:
 def lit(room):
     """Calibrate a projector that the camera sees two frames late."""
     bench = Lit(room)
-    plate = Plate.model_validate({
+    plate = PlateSection.model_validate({
         "size": (254, 203), "thickness": 2, "young": 3000, "poisson": 0.38,
         "edges": {"kind": "clamped"},
     })  # fmt: skip

@@ -9,7 +9,7 @@ import pytest
 import rig
 from rig.live.bench import build_bench
 from rig.live.loop import Loop
-from rig.recording.recorder import Recorder
+from rig.recording.recorder import SessionRecorder
 from rig.sources.script import STILL, TURN
 from rig.sources.twin import build_twin
 from rig.system.frame import Frame
@@ -24,7 +24,7 @@ poisson = 0.38
 edges.kind = "clamped"
 theory = "linear"
 [touches]
-most = 1
+max_touches = 1
 force = [4, 8]
 [camera]
 pixels = [384, 320]
@@ -45,7 +45,7 @@ subset = 41
 [estimator]
 kind = "net"
 model = "model.h5"
-steps = 2
+solver_steps = 2
 layers = [64]
 activation = "silu"
 inputs = "relative"
@@ -58,7 +58,7 @@ batch = 256
 samples = 4000
 force = [4, 8]
 margin = 30.0
-test = 100
+test_samples = 100
 [source]
 kind = "twin"
 script = "collect"
@@ -94,7 +94,7 @@ def bench(tmp_path_factory):
         real = build_twin(rig.load(folder / "small.toml", pattern | REAL))
         first = round(STILL * RATE)
         frames = [*range(16), *range(first, first + round(PRESSES * TURN * RATE), STEP)]
-        with Recorder(
+        with SessionRecorder(
             folder / "session.h5", {"scene": scene.model_dump_json()}, waiting=1000
         ) as recorder:
             quiet = build_bench(scene, lambda done, total: None)
@@ -140,22 +140,22 @@ def test_the_model_file_remembers_the_camera(bench):
     folder, touchplate = bench
     scored = touchplate("score", "model.h5")
     assert scored["test"]["count"] == 100
-    from models.nets.store import load
+    from models.nets.store import load_net
 
-    assert "T_cam_plate" in load(folder / "model.h5")[1]["calibration"]
+    assert "T_cam_plate" in load_net(folder / "model.h5")[1]["calibration"]
 
 
 def _presses(folder, model):
     """Tell the presses by a net without any calibration."""
-    from models.nets.store import load
+    from models.nets.store import load_net
     from rig.calibration.store import Calibration
     from rig.recording.session import open_session
     from rig.training.net_presses import score_presses
-    from rig.training.plan import lesson
+    from rig.training.plan import training_plan
 
     scene = rig.load(folder / "small.toml")
-    net = load(folder / model)[0].net
+    net = load_net(folder / model)[0].net
     with open_session(folder / "session.h5") as session:
         return score_presses(
-            net, lesson(scene), scene, Calibration(), session, lambda done, total: None
+            net, training_plan(scene), scene, Calibration(), session, lambda done, total: None
         )

@@ -10,7 +10,7 @@ from rig.calibration.presses import fit_presses
 from rig.live.alignment import align
 
 PLATE = fe.Plate((120.0, 90.0), 1.0, 3000.0, 0.3, fe.Clamped())
-GAUGES = gauge_layout.inside_edges((120.0, 90.0), 15.0, 15.0)
+GAUGES = gauge_layout.gauges_inside_edges((120.0, 90.0), 15.0, 15.0)
 MESH = fe.grid(PLATE, 40)
 SIGMA = 0.5e-6  # strain; a press of 2 N gives 20 µε here
 

@@ -10,7 +10,7 @@ from rig.calibration import store
 from rig.calibration.collect import targets
 from rig.calibration.session import learn, presses
 from rig.live import chain as live
-from rig.live.baseline import take_zero
+from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
 from rig.recording.session import Session
 from rig.sources.script import STILL
@@ -19,7 +19,7 @@ from rig.system.timing import Stopwatch
 from tests.rig.conftest import SMALL
 
 RATE, FRAMES, COUNT = 30.0, 24, 12  # frames a second and a press
-BENCH = SMALL | {"touches.force": [2, 4], "touches.most": 1, "source.script": "collect"}
+BENCH = SMALL | {"touches.force": [2, 4], "touches.max_touches": 1, "source.script": "collect"}
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +33,7 @@ def recorded(scene, rng, **wrong):
     """Record a bench that is not as its scene says; what was found then is a little off."""
     real = rig.load("twin", BENCH | wrong)
     twin, asked = build_twin(real), targets(scene)[:COUNT]
-    zero = take_zero([twin.frame(number, ()) for number in range(16)])
+    zero = average_reference([twin.frame(number, ()) for number in range(16)])
     images, places, spreads = [], [], []
     for press in asked:
         for frame in range(FRAMES):
@@ -87,14 +87,14 @@ def test_what_is_kept_is_what_the_loop_takes(scene, rng, tmp_path):
     learned, path = learn(session, quiet), tmp_path / "twin.calibration.json"
     for part in (learned.lens, learned.pose, learned.alignment):
         store.keep(path, part)
-    bench = build_bench(scene, quiet, store.read(path))
+    bench = build_bench(scene, quiet, store.read_calibration(path))
     assert bench.camera.focal == learned.lens.focal
     twin = build_twin(rig.load("twin", BENCH | wrong))
     chain, _ = bench.prepare(session.zero)
     errors = []
     for number, press in enumerate(targets(scene)[COUNT:], start=2000):
         image = twin.frame(number, (press,))
-        found = live.sense(chain, image, live.at_rest(chain), Stopwatch(lambda: 0.0))
+        found = live.estimate_frame(chain, image, live.at_rest(chain), Stopwatch(lambda: 0.0))
         mended = live.with_strain(None, found, Stopwatch(lambda: 0.0), bench.alignment)
         errors.append(mended.estimate.force[0] / press.force - 1)
     assert abs(np.median(errors)) < 0.02  # 0.13 as it was

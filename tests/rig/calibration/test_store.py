@@ -12,19 +12,19 @@ from rig.calibration.latency import Latency
 from rig.calibration.lens import Lens
 from rig.calibration.photon import Photon
 from rig.calibration.pose import Pose
-from rig.calibration.projector import Light
+from rig.calibration.projector import ProjectorLight
 from rig.live.alignment import Alignment
 from rig.projector.markers import Screen
 
 BENT = synthetic.Distortion(-0.1, 0.05, 1e-3, -2e-3, 0.01)
 LENS = Lens((1024, 1024), 1970.2, (510.1, 513.7), BENT, 0.4, 0.08, 0.02, ())
 POSE = Pose(
-    LENS.camera(synthetic.looking((127, 120, 500), (127, 127, 0))), np.eye(6) * 1e-4, 0.1, 0.03
+    LENS.camera(synthetic.look_at((127, 120, 500), (127, 127, 0))), np.eye(6) * 1e-4, 0.1, 0.03
 )
 SCREEN = Screen((1280, 800), np.array([[3.0, 0.1, 250], [0.0, -3.1, 780], [1e-5, 0, 1]]))
 MENDED = Alignment(np.array([[1.01, 0, -0.5], [0, 0.99, 0.4]]), 1.1, 0.3, 0.02, 0.004, (3,))
 PARTS = (
-    LENS, POSE, Light(SCREEN, 0.5, 0.2, 0.9), Photon(0.03, 1.5, 1e-4, 0.01, 0.02),
+    LENS, POSE, ProjectorLight(SCREEN, 0.5, 0.2, 0.9), Photon(0.03, 1.5, 1e-4, 0.01, 0.02),
     Latency(0.05, 0.07, 1e-3, 20, 1), MENDED,
 )  # fmt: skip
 
@@ -33,7 +33,7 @@ def test_every_part_comes_back_as_it_was(tmp_path):
     path = tmp_path / "bench.calibration.json"
     for part in PARTS:
         store.keep(path, part)
-    kept = store.read(path)
+    kept = store.read_calibration(path)
     camera = kept.camera()
     points = np.array([[10.0, 20.0, 1.0], [200.0, 150.0, 1.0]])
     np.testing.assert_array_equal(camera.project(points), POSE.camera.project(points))
@@ -66,19 +66,19 @@ def test_another_camera_or_window_is_said(tmp_path):
     path = tmp_path / "x.json"
     store.keep(path, LENS)
     scene = rig.load("twin", {"camera.pixels": [640, 480]})
-    (said,) = store.read(path).doubts(scene, datetime.now(UTC))
+    (said,) = store.read_calibration(path).doubts(scene, datetime.now(UTC))
     assert "lens is for 1024 × 1024 px and the camera has 640 × 480 px; repeat it" in said
 
 
 def test_nothing_there_is_an_empty_calibration_and_rubbish_is_refused(tmp_path):
     path = tmp_path / "x.json"
-    empty = store.read(path)
+    empty = store.read_calibration(path)
     assert empty.camera() is empty.screen() is empty.alignment() is None
     with pytest.raises(ValueError, match="run `touchplate calibrate camera` first"):
         empty.known_lens()
     path.write_text('{"lens": {"focal": 3}}')
     with pytest.raises(ValueError, match="is damaged at lens"):
-        store.read(path)
+        store.read_calibration(path)
 
 
 def test_a_calibration_lies_beside_its_scene(tmp_path):

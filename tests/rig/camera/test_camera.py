@@ -7,7 +7,7 @@ from queue import Empty, Queue
 import numpy as np
 import pytest
 
-from rig.camera import Camera, InOrder
+from rig.camera import InOrder, LiveCamera
 from rig.system.frame import Frame
 
 SECONDS = 10.0
@@ -58,7 +58,7 @@ def let_time_pass(seconds, condition):
 
 def test_each_grab_gives_a_frame_that_was_not_given_before():
     device = Played()
-    with Camera(lambda: device) as camera:
+    with LiveCamera(lambda: device) as camera:
         device.put(0)
         assert camera.grab(SECONDS).sequence == 0
         assert camera.grab(0.05) is None
@@ -69,7 +69,7 @@ def test_each_grab_gives_a_frame_that_was_not_given_before():
 
 def test_what_the_device_lost_and_what_came_too_fast_both_count_as_dropped():
     device = Played()
-    with Camera(lambda: device) as camera:
+    with LiveCamera(lambda: device) as camera:
         device.put(10)
         camera.grab(SECONDS)
         for number in (11, 12, 15):  # 13 and 14 were lost before they came here
@@ -80,13 +80,13 @@ def test_what_the_device_lost_and_what_came_too_fast_both_count_as_dropped():
         assert camera.dropped == 4
 
 
-def test_a_picture_of_another_size_is_left_out_and_said():
+def test_an_image_of_another_size_is_left_out_and_said():
     device = Played()
-    with Camera(lambda: device) as camera:
+    with LiveCamera(lambda: device) as camera:
         device.put(0)
         device.put(1, shape=(6, 4))
         wait_for(lambda: camera.refused == 1)
-        assert camera.status == ("a picture of 4 × 6 px came instead of 6 × 4 px; it is left out")
+        assert camera.status == ("an image of 4 × 6 px came instead of 6 × 4 px; it is left out")
         device.put(2)
         wait_for(lambda: camera.status == "played is open")
 
@@ -94,7 +94,7 @@ def test_a_picture_of_another_size_is_left_out_and_said():
 def test_numbers_go_on_when_the_device_comes_back():
     devices = [Played(), Played()]
     first, second = devices
-    with Camera(lambda: devices.pop(0)) as camera:
+    with LiveCamera(lambda: devices.pop(0)) as camera:
         first.put(7)
         first.put(8)
         wait_for(lambda: first.queue.empty())
@@ -116,7 +116,7 @@ def test_the_reason_why_it_does_not_open_again_is_the_status():
             return it
         raise OSError("there is no camera any more")
 
-    with Camera(opening) as camera:
+    with LiveCamera(opening) as camera:
         device.queue.put(OSError("the cable is out"))
         wait_for(lambda: camera.status == "there is no camera any more")
         assert camera.outages == 1
@@ -127,14 +127,14 @@ def test_a_camera_that_does_not_open_at_first_is_an_error():
         raise OSError("no camera at /dev/video0")
 
     with pytest.raises(OSError, match="no camera at /dev/video0"):
-        Camera(opening)
+        LiveCamera(opening)
 
 
 def test_a_silent_device_is_opened_anew_by_the_clock():
     seconds = [0.0]
     devices = [Played(), Played()]
     first, second = devices
-    with Camera(lambda: devices.pop(0), lambda: seconds[0]) as camera:
+    with LiveCamera(lambda: devices.pop(0), lambda: seconds[0]) as camera:
         first.put(0)
         assert camera.grab(SECONDS) is not None
         seconds[0] = 1.5
@@ -152,7 +152,7 @@ def test_a_device_that_stays_silent_is_rescued_before_it_is_opened_again():
     def rescue():
         rescued.append(len(devices))
 
-    with Camera(lambda: devices.pop(0), lambda: seconds[0], rescue) as camera:
+    with LiveCamera(lambda: devices.pop(0), lambda: seconds[0], rescue) as camera:
         let_time_pass(seconds, lambda: len(devices) == 1)
         assert rescued == []  # opening it anew is tried first
         let_time_pass(seconds, lambda: not devices)
@@ -169,7 +169,7 @@ def test_a_rescue_that_fails_is_said_and_tried_again():
         tries.append(1)
         raise OSError("no permission to reset it")
 
-    with Camera(lambda: devices.pop(0), lambda: seconds[0], rescue) as camera:
+    with LiveCamera(lambda: devices.pop(0), lambda: seconds[0], rescue) as camera:
         let_time_pass(seconds, lambda: camera.status == "no permission to reset it")
         wait_for(lambda: len(tries) > 1)
         assert not devices
@@ -179,7 +179,7 @@ def test_the_end_of_a_source_ends_the_wait():
     device = Played()
     device.put(0)
     device.queue.put(EOFError("the film is over"))
-    with Camera(lambda: device) as camera:
+    with LiveCamera(lambda: device) as camera:
         wait_for(lambda: camera.status == "the film is over")
         assert camera.grab(SECONDS).sequence == 0
         before = time.monotonic()
@@ -189,7 +189,7 @@ def test_the_end_of_a_source_ends_the_wait():
 
 
 def test_closing_ends_the_thread():
-    camera = Camera(Played)
+    camera = LiveCamera(Played)
     assert any(thread.name == "camera" for thread in threading.enumerate())
     camera.close()
     assert not any(thread.name == "camera" for thread in threading.enumerate())

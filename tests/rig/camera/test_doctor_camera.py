@@ -25,10 +25,10 @@ def test_the_camera_is_found_held_and_measured(emulation):
     assert texts["none of 20 frames was lost"] == "good"
 
 
-def test_pictures_that_move_are_too_noisy_and_said_to_be(emulation):
+def test_images_that_move_are_too_noisy_and_said_to_be(emulation):
     said = emulation.answer(DOCTOR)
     noisy = next(f for f in said["findings"] if f["text"].startswith("noise"))
-    assert said["noise"]["sigma"] > 40  # each picture of the emulation is another one
+    assert said["noise"]["sigma"] > 40  # each image of the emulation is another one
     assert noisy["state"] == "wrong"
     assert "see that nothing moves" in noisy["remedy"]
     assert not said["ready"]

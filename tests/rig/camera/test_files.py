@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from rig.camera import Camera, InOrder
+from rig.camera import InOrder, LiveCamera
 from rig.camera.files import open_folder, open_video
 
 SHAPE = (32, 48)
@@ -13,14 +13,14 @@ SHAPE = (32, 48)
 
 @pytest.fixture
 def folder(tmp_path):
-    """Pictures 8 to 11, whose grey level is their number."""
+    """Images 8 to 11, whose grey level is their number."""
     for number in range(8, 12):
         Image.fromarray(np.full(SHAPE, number, np.uint8)).save(tmp_path / f"frame_{number}.png")
-    (tmp_path / "notes.txt").write_text("no picture")
+    (tmp_path / "notes.txt").write_text("no image")
     return tmp_path
 
 
-def test_pictures_come_in_the_order_of_their_numbers_and_end(folder):
+def test_images_come_in_the_order_of_their_numbers_and_end(folder):
     source = InOrder(open_folder(folder))
     frames = [source.grab(1.0) for _ in range(4)]
     assert [frame.image[0, 0] for frame in frames] == [8, 9, 10, 11]
@@ -31,18 +31,18 @@ def test_pictures_come_in_the_order_of_their_numbers_and_end(folder):
 
 
 def test_a_folder_plays_as_a_camera_at_its_rate(folder):
-    with Camera(lambda: open_folder(folder, rate=20)) as camera:
+    with LiveCamera(lambda: open_folder(folder, rate=20)) as camera:
         frames = [camera.grab(5.0) for _ in range(4)]
-        with pytest.raises(EOFError, match=f"{folder} has ended after 4 pictures"):
+        with pytest.raises(EOFError, match=f"{folder} has ended after 4 images"):
             camera.grab(5.0)
     assert frames[-1].captured - frames[0].captured == pytest.approx(0.15, abs=0.1)
 
 
-def test_a_picture_that_is_not_due_is_waited_for_no_longer_than_asked(folder):
-    pictures = open_folder(folder, rate=0.1)
-    assert pictures.read(0.1) is not None
+def test_an_image_that_is_not_due_is_waited_for_no_longer_than_asked(folder):
+    images = open_folder(folder, rate=0.1)
+    assert images.read(0.1) is not None
     before = time.monotonic()
-    assert pictures.read(0.05) is None
+    assert images.read(0.05) is None
     assert time.monotonic() - before < 2
 
 
@@ -60,10 +60,10 @@ def test_a_video_gives_its_frames_in_grey(tmp_path):
         source.grab(1.0)
 
 
-def test_what_is_not_there_or_no_picture_is_one_sentence(tmp_path):
+def test_what_is_not_there_or_no_image_is_one_sentence(tmp_path):
     with pytest.raises(OSError, match=r"nowhere does not exist; check the path"):
         open_folder(tmp_path / "nowhere")
-    with pytest.raises(OSError, match="holds no pictures"):
+    with pytest.raises(OSError, match="holds no images"):
         open_folder(tmp_path)
     with pytest.raises(OSError, match=r"video .* does not exist"):
         open_video(tmp_path / "film.avi")
@@ -74,13 +74,13 @@ def test_what_is_not_there_or_no_picture_is_one_sentence(tmp_path):
         open_folder(tmp_path, rate=0)
 
 
-def test_a_picture_in_colour_is_one_sentence(tmp_path):
+def test_an_image_in_colour_is_one_sentence(tmp_path):
     Image.fromarray(np.arange(36, dtype=np.uint8).reshape(3, 4, 3)).save(tmp_path / "red.png")
     with pytest.raises(OSError, match="is not grey"):
         open_folder(tmp_path).read(1.0)
 
 
-def test_a_picture_of_16_bit_is_one_sentence(tmp_path):
+def test_an_image_of_16_bit_is_one_sentence(tmp_path):
     Image.fromarray(np.zeros(SHAPE, np.uint16)).save(tmp_path / "deep.png")
     with pytest.raises(OSError, match="has uint16 values; convert it to 8 bit"):
         open_folder(tmp_path).read(1.0)

@@ -1,4 +1,4 @@
-"""`touchplate run` on pictures that come through a real V4L2 client, out to a real websocket."""
+"""`touchplate run` on images that come through a real V4L2 client, out to a real websocket."""
 
 import json
 import signal
@@ -28,7 +28,7 @@ main()
 
 
 @pytest.fixture
-def pictures(tmp_path, small):
+def images(tmp_path, small):
     """Render the plate at rest and pressed; gives the folders of both."""
     twin = build_twin(small())
     for name, touches in (("rest", ()), ("pressed", (TOUCH,))):
@@ -66,8 +66,8 @@ def ending(client):
 
 @pytest.mark.slow
 @pytest.mark.timeout(600)  # the client may have to compile every kernel first
-def test_a_press_that_a_camera_sees_is_found_sent_and_recorded(pictures):
-    size, port, file = SMALL["camera.pixels"], free_port(), pictures / "session.h5"
+def test_a_press_that_a_camera_sees_is_found_sent_and_recorded(images):
+    size, port, file = SMALL["camera.pixels"], free_port(), images / "session.h5"
     settings = SMALL | {
         "source": '{kind = "v4l2", exposure = "10 ms"}',
         "camera.rate": 15,
@@ -76,13 +76,13 @@ def test_a_press_that_a_camera_sees_is_found_sent_and_recorded(pictures):
     arguments = [f"--set={key}={value}" for key, value in settings.items()]
     script = RUN.format(arguments=[*arguments, "--record", str(file)])
     with emulate("camera", *size, 15) as camera, ExitStack() as stack:
-        camera.say(f"show:{pictures / 'rest'}")
+        camera.say(f"show:{images / 'rest'}")
         with ending(camera.client(script)) as client:
             wait_until_listening(port)
             stream = stack.enter_context(connect(f"ws://127.0.0.1:{port}/touches"))
             for _ in range(5):
                 assert json.loads(stream.recv(timeout=300))["touches"] == []
-            camera.say(f"show:{pictures / 'pressed'}")
+            camera.say(f"show:{images / 'pressed'}")
             found = []
             while len(found) < 10:
                 found += json.loads(stream.recv(timeout=30))["touches"][:1]

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import pytest
 
-from rig.camera import Camera, Controls
+from rig.camera import Controls, LiveCamera
 
 SIZE = (640, 480)
 SERIAL = "0815-0000"  # of pylon's emulated camera
@@ -38,7 +38,7 @@ def open_emulated(size=SIZE, serial=SERIAL, controls=Controls()):  # noqa: B008 
 
 
 def test_a_basler_camera_gives_frames_and_holds_its_controls(pylon_emulation):
-    with Camera(lambda: open_emulated(controls=Controls(exposure=0.004, gain=1.0))) as camera:
+    with LiveCamera(lambda: open_emulated(controls=Controls(exposure=0.004, gain=1.0))) as camera:
         frames = [camera.grab(5.0) for _ in range(5)]
         assert [setting.held for setting in camera.settings] == [True, True]
     assert frames[0].image.shape == SIZE[::-1]
@@ -46,7 +46,7 @@ def test_a_basler_camera_gives_frames_and_holds_its_controls(pylon_emulation):
     assert [frame.sequence for frame in frames] == sorted({frame.sequence for frame in frames})
 
 
-def test_a_basler_camera_shows_the_pictures_that_it_is_given(pylon_emulation, tmp_path):
+def test_a_basler_camera_shows_the_images_that_it_is_given(pylon_emulation, tmp_path):
     cv2.imwrite(str(tmp_path / "only.png"), np.full(SIZE[::-1], 77, np.uint8))
     camera = open_emulated()
     try:
@@ -62,14 +62,14 @@ def test_a_basler_camera_shows_the_pictures_that_it_is_given(pylon_emulation, tm
         camera.close()
 
 
-def test_a_picture_that_failed_on_the_way_counts_as_dropped(pylon_emulation):
+def test_an_image_that_failed_on_the_way_counts_as_dropped(pylon_emulation):
     opened = []
 
     def opening():
         opened.append(open_emulated())
         return opened[-1]
 
-    with Camera(opening) as camera:
+    with LiveCamera(opening) as camera:
         camera.grab(5.0)
         opened[0]._camera.ForceFailedBufferCount.Value = 3
         opened[0]._camera.ForceFailedBuffer.Execute()
@@ -82,7 +82,7 @@ def test_a_picture_that_failed_on_the_way_counts_as_dropped(pylon_emulation):
 def test_a_basler_camera_that_is_not_there_in_use_or_too_small_is_one_sentence(pylon_emulation):
     with pytest.raises(OSError, match="no Basler camera has serial number 7"):
         open_emulated(serial="7")
-    with pytest.raises(OSError, match=r"has no pictures of 99999 × 99999 px in Mono8; it offers"):
+    with pytest.raises(OSError, match=r"has no images of 99999 × 99999 px in Mono8; it offers"):
         open_emulated(size=(99999, 99999))
 
 
@@ -92,7 +92,7 @@ def test_a_genicam_camera_gives_frames_and_says_what_it_does_not_have(producer):
     def opening():
         return open_genicam(producer, "1", SIZE, 20.0, Controls(exposure=0.004))
 
-    with Camera(opening) as camera:
+    with LiveCamera(opening) as camera:
         frames = [camera.grab(5.0) for _ in range(5)]
         assert [setting.sentence for setting in camera.settings] == ["the camera has no exposure"]
     assert frames[0].image.shape == SIZE[::-1]

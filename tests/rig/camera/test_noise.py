@@ -1,10 +1,10 @@
-"""The noise test against pictures of known noise, flicker and contrast."""
+"""The noise test against images of known noise, flicker and contrast."""
 
 import numpy as np
 import pytest
 
 from rig.camera import InOrder
-from rig.camera.files import Pictures
+from rig.camera.files import ImageSequence
 from rig.camera.noise import measure_noise
 
 SHAPE = (60, 90)
@@ -19,8 +19,8 @@ class Still(InOrder):
         speckle = 128 + 40 * np.sign(rng.standard_normal(SHAPE))
         levels = 1 + flicker * rng.standard_normal(frames)
         noise = rng.normal(0, 2, (frames, *SHAPE))
-        pictures = np.rint(speckle * levels[:, None, None] + noise).clip(0, 255).astype(np.uint8)
-        super().__init__(Pictures("drawn", iter(pictures), rate=None))
+        images = np.rint(speckle * levels[:, None, None] + noise).clip(0, 255).astype(np.uint8)
+        super().__init__(ImageSequence("drawn", iter(images), rate=None))
 
 
 def test_noise_and_contrast_of_a_still_camera_are_found(rng):
@@ -43,7 +43,7 @@ def test_flickering_light_is_no_noise_of_the_pixels(rng):
 def test_a_camera_that_gives_nothing_is_one_sentence(rng):
     camera = Still(rng, frames=3)
     camera.grab = lambda timeout: None
-    with pytest.raises(OSError, match="no pictures; no picture came for 2 s"):
+    with pytest.raises(OSError, match="no images; no image came for 2 s"):
         measure_noise(camera, 5)
     with pytest.raises(ValueError, match="noise needs 2 frames or more, got 1"):
         measure_noise(Still(rng), 1)

@@ -24,7 +24,7 @@ def script(kind, body, size=SIZE, controls=""):
     def say(**what):
         print(json.dumps(what), flush=True)
 
-    def picture(number):
+    def image(number):
         x, y = np.meshgrid(np.arange({SIZE[0]}), np.arange({SIZE[1]}))
         return (x + 3 * y + 7 * number) % 256
 
@@ -44,7 +44,7 @@ def test_pixels_are_those_that_the_camera_sent_and_none_is_late(emulation, kind)
                 frames = [(camera.grab(5.0), time.monotonic()) for _ in range(20)]
             first = int(frames[0][0].image[0, 0]) * pow(7, -1, 256) % 256
             say(
-                same=all((f.image == picture(first + f.sequence)).all() for f, _ in frames),
+                same=all((f.image == image(first + f.sequence)).all() for f, _ in frames),
                 sequences=[f.sequence for f, _ in frames],
                 ages=[now - f.captured for f, now in frames],
                 dropped=camera.dropped,
@@ -164,7 +164,7 @@ def test_frames_that_the_driver_lost_or_damaged_are_counted_where_it_numbers_the
         sys.stdin.readline()
         for _ in range(15):
             frame = camera.grab(5.0)
-        start = picture(0) + frame.image[0, 0]
+        start = image(0) + frame.image[0, 0]
         say(dropped=camera.dropped, whole=bool((frame.image == start % 256).all()))
     """
     with emulation.client(script("v4l2", body)) as client:
@@ -224,5 +224,5 @@ def test_a_camera_in_use_is_one_sentence(emulation, kind):
 @KINDS
 def test_a_size_that_the_camera_does_not_have_is_one_sentence(emulation, kind):
     sentence = emulation.answer(script(kind, REFUSED, size=(1024, 768)))["sentence"]
-    assert sentence.startswith("/dev/video0 has no pictures of 1024 × 768 px in GREY")
+    assert sentence.startswith("/dev/video0 has no images of 1024 × 768 px in GREY")
     assert "it offers GREY 96 × 64 px and YUYV 96 × 64 px" in sentence

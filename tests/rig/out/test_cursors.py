@@ -25,7 +25,7 @@ def test_the_surface_starts_at_the_upper_left_of_the_plate(cursors):
     assert (cursor.x, cursor.y) == pytest.approx((0.25, 0.25))
 
 
-def test_the_projectors_picture_is_a_surface_from_border_to_border():
+def test_the_projectors_image_is_a_surface_from_border_to_border():
     screen = fit_plate((640, 400), PLATE, margin=0.0)
     (cursor,) = Cursors(across_screen(screen)).update([at(100.0, 50.0)], 0.0)
     assert (cursor.x, cursor.y) == pytest.approx((0.5, 0.5))

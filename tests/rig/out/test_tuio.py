@@ -13,7 +13,7 @@ from pythontuio import TuioClient, TuioListener
 from rig.live.snapshot import Mark
 from rig.out import Cursor, Tuio, across_plate
 from rig.out.osc import message
-from rig.out.tuio import MOST, frame_bundle
+from rig.out.tuio import MAX_CURSORS, frame_bundle
 
 PLATE = (200.0, 100.0)
 
@@ -77,8 +77,8 @@ def test_of_too_many_touches_the_hardest_are_sent_in_one_packet(receiver, sender
     sender([Mark(i, i, float(i)) for i in range(40)], 0.0)
     packet = receiver.recv(65536)
     assert len(packet) < 1500
-    assert len(read(packet)[1]) == 1 + MOST
-    assert min(one[2] for one in read(packet)[2:-1]) == pytest.approx((40 - MOST) / 200)
+    assert len(read(packet)[1]) == 1 + MAX_CURSORS
+    assert min(one[2] for one in read(packet)[2:-1]) == pytest.approx((40 - MAX_CURSORS) / 200)
 
 
 def test_nobody_who_listens_is_no_error():
@@ -92,19 +92,19 @@ def test_nobody_who_listens_is_no_error():
 
 
 class Fingers(TuioListener):
-    """Writes down what a client of python-tuio is told."""
+    """Writes down what a client of python-tuio hears."""
 
     def __init__(self):
-        self.told = []
+        self.heard = []
 
     def add_tuio_cursor(self, cur):
-        self.told.append(("add", cur.session_id, cur.position))
+        self.heard.append(("add", cur.session_id, cur.position))
 
     def update_tuio_cursor(self, cur):
-        self.told.append(("update", cur.session_id, cur.position))
+        self.heard.append(("update", cur.session_id, cur.position))
 
     def remove_tuio_cursor(self, cur):
-        self.told.append(("remove", cur.session_id))
+        self.heard.append(("remove", cur.session_id))
 
 
 @pytest.fixture
@@ -131,7 +131,7 @@ def test_a_tuio_client_sees_fingers_come_move_and_go(client):
         for number, marks in enumerate(frames):
             tuio(marks, number / 10)
             client.handle_request()
-    assert fingers.told == [
+    assert fingers.heard == [
         ("add", 1, pytest.approx((0.25, 0.75))),
         ("add", 2, pytest.approx((0.75, 0.25))),
         ("update", 1, pytest.approx((0.30, 0.75))),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rig.live.snapshot import Mark, Sign, Snapshot, StrainMap
+from rig.live.snapshot import Mark, Sign, Snapshot, StrainOverlay
 from rig.projector.markers import project
 
 PLATE = (254.0, 200.0)  # mm
@@ -65,7 +65,7 @@ def _speckle(size) -> np.ndarray:
     return np.clip(128 + 45 * coarse, 0, 255).astype(np.uint8)
 
 
-def _strain(truth, T, size, rng) -> StrainMap:
+def _strain(truth, T, size, rng) -> StrainOverlay:
     xs, ys = np.arange(30.0, size[0] - 30, 8), np.arange(25.0, size[1] - 25, 8)
     grid = np.stack(np.meshgrid(xs, ys), -1).reshape(-1, 2)
     xy = project(np.linalg.inv(T), grid)
@@ -77,7 +77,7 @@ def _strain(truth, T, size, rng) -> StrainMap:
         maps += bump * np.stack([x**2 - 1, y**2 - 1, x * y])
     maps[:, outside] = np.nan
     exx, eyy, exy = maps.reshape(3, len(ys), len(xs)).astype(np.float32)
-    return StrainMap(xs, ys, exx, eyy, exy, (15e-6, 15e-6, 15e-6))
+    return StrainOverlay(xs, ys, exx, eyy, exy, (15e-6, 15e-6, 15e-6))
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from playwright.sync_api import expect, sync_playwright
 
 from rig.calibration.guide import Progress
 from rig.page import serve
-from rig.page.controls import Desk, Measured, Recording, Setting, Wizard
+from rig.page.controls import Desk, Measured, PageSetting, Recording, Wizard
 from rig.projector.markers import fit_plate
 from rig.web.access import Access
 
@@ -74,8 +74,8 @@ def feed(publisher, draw):
 
 
 def pixels(page):
-    """Canvas of the picture, (H, W, 3) RGB."""
-    png = page.evaluate("document.getElementById('picture').toDataURL()").partition(",")[2]
+    """Canvas of the image, (H, W, 3) RGB."""
+    png = page.evaluate("document.getElementById('view-canvas').toDataURL()").partition(",")[2]
     return cv2.imdecode(np.frombuffer(base64.b64decode(png), np.uint8), cv2.IMREAD_COLOR)[..., ::-1]
 
 
@@ -85,7 +85,7 @@ def open_live(page, publisher):
 
 
 def still(snapshot, **changes):
-    """Publish one frame again and again, so that only choices change the picture."""
+    """Publish one frame again and again, so that only choices change the image."""
     shot = snapshot(3, **changes)
     return lambda sequence: snapshot(3, **changes) if sequence else shot
 
@@ -172,7 +172,7 @@ def test_without_strain_the_choice_is_off_and_says_why(page, snapshot):
     assert page.complaints == []
 
 
-def test_the_projector_view_shows_the_projector_picture(page, snapshot):
+def test_the_projector_view_shows_the_projector_image(page, snapshot):
     with serve(0, SCREEN) as publisher, feed(publisher, snapshot):
         open_live(page, publisher)
         expect(page.locator("[value=projector]")).to_be_enabled()
@@ -182,6 +182,17 @@ def test_the_projector_view_shows_the_projector_picture(page, snapshot):
         assert seen.shape[1] / seen.shape[0] == pytest.approx(1.6, abs=0.01)
         assert (seen.max(-1) < 30).mean() > 0.8
         assert seen.max() > 60
+
+
+def test_a_loop_that_gets_ready_says_for_what(page, snapshot):
+    with serve(port=0) as publisher:
+        page.goto(publisher.url)
+        publisher.publish(snapshot(0, status="getting ready: one touch (1 of 7)", fresh=False))
+        expect(page.locator("#link")).to_have_text("getting ready", timeout=10000)
+        expect(page.locator("#notice")).to_contain_text("getting ready: one touch (1 of 7), for")
+        publisher.publish(snapshot(1))
+        expect(page.locator("#link")).to_have_text("live")
+        expect(page.locator("#notice")).to_be_hidden()
 
 
 def test_a_stopped_stream_is_said_and_the_page_comes_back(page, snapshot):
@@ -219,7 +230,7 @@ def test_a_status_is_text_and_never_markup(page, snapshot):
 DESK = Desk(
     ("the disk is nearly full",),
     Recording(False, "nothing is recorded", 0, 0),
-    (Setting("projector.mode", "Marks", "beside", ("on", "beside")),),
+    (PageSetting("projector.mode", "Marks", "beside", ("on", "beside")),),
     (Measured("pose", 3, 0.081, "mm"), Measured("latency", 0, 0.0021, "s")),
 )
 GUIDED = Desk(

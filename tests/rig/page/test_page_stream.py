@@ -34,11 +34,11 @@ def ask(client, wanted="camera strain projector"):
     return header, {name: client.recv(timeout=10) for name in header["parts"]}
 
 
-def picture(jpeg):
+def decoded(jpeg):
     return cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_UNCHANGED)
 
 
-def test_a_page_gets_the_numbers_the_picture_and_the_strain_of_a_frame(snapshot):
+def test_a_page_gets_the_numbers_the_image_and_the_strain_of_a_frame(snapshot):
     shot = snapshot(7)
     with serve(0, SCREEN) as publisher, stream(publisher) as client:
         publisher.publish(shot)
@@ -47,10 +47,10 @@ def test_a_page_gets_the_numbers_the_picture_and_the_strain_of_a_frame(snapshot)
     assert header["status"] == "two touches"
     assert [mark["force"] for mark in header["touches"]] == [mark.force for mark in shot.touches]
     assert header["size"] == [640, 520]
-    seen = picture(parts["camera"])
+    seen = decoded(parts["camera"])
     assert seen.shape == shot.image.shape
     assert np.abs(seen.astype(float) - shot.image).mean() < 5  # grey levels of JPEG
-    assert picture(parts["projector"]).shape == (200, 320, 3)
+    assert decoded(parts["projector"]).shape == (200, 320, 3)
     maps = np.frombuffer(parts["strain"], "<f4").reshape(3, *header["strain"]["shape"])
     np.testing.assert_array_equal(maps, [shot.strain.exx, shot.strain.eyy, shot.strain.exy])
 
@@ -78,11 +78,11 @@ def test_only_wanted_parts_that_exist_are_sent(snapshot):
         ("camera:wide", (520, 640)),
     ],
 )
-def test_a_page_gets_its_picture_no_smaller_than_it_shows_it(snapshot, asked, shape):
+def test_a_page_gets_its_image_no_smaller_than_it_shows_it(snapshot, asked, shape):
     with serve(0) as publisher, stream(publisher) as client:
         publisher.publish(snapshot(1))
         _, parts = ask(client, asked)
-    assert picture(parts["camera"]).shape == shape
+    assert decoded(parts["camera"]).shape == shape
 
 
 def test_what_is_not_a_number_is_null(snapshot):

@@ -12,11 +12,11 @@ SCREEN = fit_plate((50, 30), (254.0, 180.0))
 
 
 @pytest.mark.parametrize("number", range(gray_code.count((50, 30))))
-def test_a_stripe_is_the_picture_of_its_number_in_white(number):
-    picture = draw(Stripe(number), SCREEN)
-    assert picture.shape == (30, 50, 3)
+def test_a_stripe_is_the_image_of_its_number_in_white(number):
+    image = draw(Stripe(number), SCREEN)
+    assert image.shape == (30, 50, 3)
     for channel in range(3):
-        np.testing.assert_array_equal(picture[..., channel], gray_code.patterns((50, 30))[number])
+        np.testing.assert_array_equal(image[..., channel], gray_code.patterns((50, 30))[number])
 
 
 def test_plain_light_and_marks():

@@ -1,4 +1,4 @@
-"""The projector's light: seen, divided out, and what it does to touches told beforehand."""
+"""The projector's light: seen, divided out, and what it does to touches predicted."""
 
 import numpy as np
 import pytest
@@ -9,13 +9,13 @@ import synthetic
 from dic.tiles.tiles import lay_tiles
 from rig.calibration.projector import brightness
 from rig.live import chain as live
-from rig.live.baseline import Zero
+from rig.live.baseline import ReferenceFrame
 from rig.live.snapshot import Mark
 from rig.live.view import look, marks
-from rig.projector.display_log import Shown
+from rig.projector.display_log import DisplayLog
 from rig.projector.interference import Interference, interference
-from rig.projector.light_correction import Relit
-from rig.projector.light_map import divided, see_light
+from rig.projector.light_correction import LightCorrected
+from rig.projector.light_map import divided, prepare_light_map
 from rig.projector.markers import draw_marks, fit_plate
 from rig.system.frame import Frame
 from rig.system.timing import Stopwatch
@@ -31,18 +31,22 @@ def grey(rng, size=CAMERA):
 
 
 def test_light_falls_where_the_homographies_put_it():
-    light = see_light(SCREEN, SLANT, CAMERA, 1.0).seen(draw_marks([Mark(80.0, 60.0, 1.0)], SCREEN))
+    light = prepare_light_map(SCREEN, SLANT, CAMERA, 1.0).on_camera(
+        draw_marks([Mark(80.0, 60.0, 1.0)], SCREEN)
+    )
     rows, columns = np.indices(light.shape)
     column, row = (np.average(axis, weights=light - 1) for axis in (columns, rows))
     x, y, w = SLANT @ (80.0, 60.0, 1.0)
     assert np.hypot(column - x / w, row - y / w) < 0.5
     assert light.min() == 1.0
-    assert not (see_light(SCREEN, SLANT, CAMERA, 1.0).seen(draw_marks([], SCREEN)) != 1.0).any()
+    assert not (
+        prepare_light_map(SCREEN, SLANT, CAMERA, 1.0).on_camera(draw_marks([], SCREEN)) != 1.0
+    ).any()
 
 
-def test_a_picture_divided_by_its_light_is_the_picture_without(rng):
+def test_an_image_divided_by_its_light_is_the_image_without(rng):
     sharp = grey(rng)
-    light = see_light(SCREEN, SLANT, CAMERA, 0.8, 20.0).seen(
+    light = prepare_light_map(SCREEN, SLANT, CAMERA, 0.8, 20.0).on_camera(
         draw_marks([Mark(80.0, 60.0, 3.0, (5.0, 3.0, 0.3)), Mark(200.0, 30.0, 1.0)], SCREEN)
     )
     seen = np.rint(20 + (sharp - 20) * light).astype(np.uint8)
@@ -50,18 +54,18 @@ def test_a_picture_divided_by_its_light_is_the_picture_without(rng):
     assert np.abs(divided(seen, light, 20.0) - sharp).max() <= 1.0  # rounded twice
 
 
-def test_a_picture_without_light_stays_itself(rng):
+def test_an_image_without_light_stays_itself(rng):
     image = grey(rng).astype(np.uint8)
     assert divided(image, np.ones(image.shape, np.float32)) is image
 
 
 def test_a_negative_strength_is_refused():
     with pytest.raises(ValueError, match="strength must be 0 or more, got -1; measure it again"):
-        see_light(SCREEN, SLANT, CAMERA, -1.0)
+        prepare_light_map(SCREEN, SLANT, CAMERA, -1.0)
 
 
 @pytest.mark.parametrize(("strength", "black"), [(0.4, 12.0), (2.0, 0.0)])
-def test_strength_and_black_come_from_white_and_dark_pictures(rng, strength, black):
+def test_strength_and_black_come_from_white_and_dark_images(rng, strength, black):
     dark = grey(rng) * 0.4
     lit = dark + strength * (dark - black)
     noise = rng.normal(0, 1.0, (2, *dark.shape))
@@ -73,19 +77,21 @@ def test_strength_and_black_come_from_white_and_dark_pictures(rng, strength, bla
 
 
 def test_frames_are_divided_by_what_was_shown_when_they_were_taken(rng):
-    sharp, shown = grey(rng), Shown()
+    sharp, shown = grey(rng), DisplayLog()
     early, late = (Mark(80.0, 60.0, 3.0),), (Mark(180.0, 100.0, 2.0),)
     shown.add(10.0, early)
     shown.add(11.0, late)
-    light = see_light(SCREEN, SLANT, CAMERA, 1.0)
+    light = prepare_light_map(SCREEN, SLANT, CAMERA, 1.0)
     for time, on in ((9.9, ()), (10.5, early), (11.01, early), (11.2, late)):
-        seen = np.rint(sharp * light.seen(draw_marks(on, SCREEN))).clip(0, 255).astype(np.uint8)
+        seen = (
+            np.rint(sharp * light.on_camera(draw_marks(on, SCREEN))).clip(0, 255).astype(np.uint8)
+        )
 
         class One:
             def grab(self, timeout, frame=Frame(4, time, seen)):  # noqa: B008
                 return frame
 
-        frame = Relit(One(), shown, SCREEN, light, 0.05).grab(1.0)
+        frame = LightCorrected(One(), shown, SCREEN, light, 0.05).grab(1.0)
         assert np.abs(frame.image - sharp).max() <= 1.0
         assert (frame.sequence, frame.captured) == (4, time)
 
@@ -98,32 +104,34 @@ def test_the_meter_says_beforehand_how_far_light_moves_a_touch():
     solver = fe.Linear(plate, fe.grid(plate, 32))
     rest = photograph(warper, np.zeros((len(warper.points), 3)))
     tiles = lay_tiles(rest.shape, 8)
-    motions = models.see_motions(fe.modes(plate, 60), camera, 1.0, tiles)
-    chain = live.prepare_chain(Zero(rest.astype(np.float32), 2.0), motions, 1)
+    motions = models.prepare_motions(fe.modes(plate, 60), camera, 1.0, tiles)
+    chain = live.prepare_chain(ReferenceFrame(rest.astype(np.float32), 2.0), motions, 1)
     screen = fit_plate((640, 512), plate.size)
-    light_map = see_light(screen, look(plate, camera, 1.0).T_px_plate, camera.size, 1.0, DARK)
-    told, happened = [], []
+    light_map = prepare_light_map(
+        screen, look(plate, camera, 1.0).T_px_plate, camera.size, 1.0, DARK
+    )
+    predicted, happened = [], []
     for x, y in ((70.0, 60.0), (127.0, 101.0), (190.0, 140.0)):
         touch = fe.Touch(x, y, 2.0)
         image = photograph(warper, solver.deflect((touch,)).displacement(warper.points, "top"))
-        light = light_map.seen(draw_marks([Mark(x, y, 2.0)], screen))
+        light = light_map.on_camera(draw_marks([Mark(x, y, 2.0)], screen))
         clear = found(chain, image)
         lit = found(chain, DARK + (image - DARK) * light)
         said = interference(chain, light, DARK, marks(clear))
-        told.append(said.shift)
+        predicted.append(said.shift)
         happened.append(np.hypot(*(lit.xy[0] - clear.xy[0])))
         assert said.sigmas > 0
-    ratio = np.array(told) / happened
+    ratio = np.array(predicted) / happened
     assert ((ratio > 0.4) & (ratio < 2.5)).all()  # measured 0.8 to 2.1; the rest is second order
 
 
 def photograph(warper, moved):
-    """Picture without noise, grey levels."""
+    """Image without noise, grey levels."""
     return DARK + 0.52 * warper.render(moved, None, None)
 
 
 def found(chain, image):
-    return live.sense(chain, image, live.at_rest(chain), Stopwatch(lambda: 0.0)).estimate
+    return live.estimate_frame(chain, image, live.at_rest(chain), Stopwatch(lambda: 0.0)).estimate
 
 
 def test_the_meter_speaks_only_where_light_does_harm():

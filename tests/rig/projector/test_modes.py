@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from rig.live.snapshot import Mark
-from rig.projector.blanking import Blink, InTheDark
+from rig.projector.blanking import Blanked, Blink
 from rig.projector.markers import draw_marks, fit_plate, project
 from rig.projector.modes import BESIDE, placed
 from rig.system.frame import Frame
@@ -43,9 +43,9 @@ def test_on_is_on_the_touch(mode):
 def test_beside_leaves_the_touch_itself_dark():
     screen = fit_plate((640, 400), PLATE)
     touch = Mark(60.0, 90.0, 4.0)
-    picture = draw_marks(placed([touch], "beside", PLATE), screen)
+    image = draw_marks(placed([touch], "beside", PLATE), screen)
     column, row = np.rint(project(screen.T_px_plate, np.array([[60.0, 90.0]])))[0].astype(int)
-    assert picture[row, column].max() <= 12  # grey levels of 255
+    assert image[row, column].max() <= 12  # grey levels of 255
 
 
 @given(st.floats(0, 1e5))
@@ -70,7 +70,7 @@ class Ticking:
 
 def test_no_frame_that_can_have_seen_light_passes_and_none_counts_as_lost():
     blink, delay, exposure = Blink(), 0.03, 1 / 30
-    source = InTheDark(Ticking(), blink, delay, exposure)
+    source = Blanked(Ticking(), blink, delay, exposure)
     kept = [source.grab(1.0) for _ in range(60)]
     assert [frame.sequence for frame in kept] == list(range(60))
     for frame in kept:

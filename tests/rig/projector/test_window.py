@@ -50,7 +50,7 @@ def x_server(tmp_path):
 
 
 def read_screen(path: Path) -> np.ndarray:
-    """Picture (H, W, 3) RGB from an X window dump: a header of 32-bit words, colours, pixels."""
+    """Image (H, W, 3) RGB from an X window dump: a header of 32-bit words, colours, pixels."""
     dump = path.read_bytes()
     header = struct.unpack(">25I", dump[:100])
     height, stride, start = header[5], header[12], header[0] + 12 * header[19]
@@ -59,7 +59,7 @@ def read_screen(path: Path) -> np.ndarray:
 
 
 @pytest.mark.display
-def test_the_window_shows_the_drawn_picture_pixel_for_pixel(x_server):
+def test_the_window_shows_the_drawn_image_pixel_for_pixel(x_server):
     display, memory = x_server
     marks = (Mark(60.0, 50.0, 2.0, (3.0, 1.0, 0.4)), Mark(200.0, 120.0, 0.7))
     with open_projector(SCREEN, display) as show:
@@ -82,7 +82,7 @@ def test_a_marker_is_lit_where_its_touch_is_and_follows_it(x_server):
 
 
 def shows_at(show, memory, mark, expected):
-    """Show the mark until its place is lit and the picture has come to rest."""
+    """Show the mark until its place is lit and the image has come to rest."""
     show((mark,))
     before = read_screen(memory)
     time.sleep(0.1)
@@ -127,13 +127,13 @@ def test_a_window_that_dies_or_hangs_is_opened_again(x_server, how, monkeypatch)
         os.kill(first, how)
         wait_for(lambda: show(marks) or not show.alive)
         assert "it is opened again" in show.status
-        # A window that hangs leaves its picture on the screen: only the new one's word counts.
+        # A window that hangs leaves its image on the screen: only the new one's word counts.
         wait_for(lambda: show(marks) or (show.status == sound and read_screen(memory).any()))
         assert show.pid != first
         assert not Path(f"/proc/{first}").exists()
 
 
-def test_who_needs_the_window_waits_for_it_or_is_told_why_there_is_none():
+def test_who_needs_the_window_waits_for_it_or_learns_why_there_is_none():
     with (
         open_projector(SCREEN, ":4094") as show,
         pytest.raises(OSError, match="no projector window: :4094 did not open"),

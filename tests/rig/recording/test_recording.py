@@ -14,7 +14,7 @@ import h5py
 import numpy as np
 import pytest
 
-from rig.recording.recorder import RESERVE, Recorder
+from rig.recording.recorder import RESERVE, SessionRecorder
 from rig.recording.replay import replay
 from rig.recording.session import open_session
 from rig.recording.swmr_flag import SUPERBLOCK, unmarked
@@ -48,7 +48,7 @@ def test_a_slow_disk_leaves_frames_out_and_the_others_are_found_again(
     session, tmp_path, monkeypatch
 ):
     path = tmp_path / "session.h5"
-    calls, left_out, put = iter(range(1000)), threading.Event(), Recorder.put
+    calls, left_out, put = iter(range(1000)), threading.Event(), SessionRecorder.put
 
     def watched(recorder, shot):
         put(recorder, shot)
@@ -60,7 +60,7 @@ def test_a_slow_disk_leaves_frames_out_and_the_others_are_found_again(
             assert left_out.wait(60.0)
         return 2 * RESERVE
 
-    monkeypatch.setattr(Recorder, "put", watched)
+    monkeypatch.setattr(SessionRecorder, "put", watched)
 
     bench, shots, recorder = session(path, PRESSED, free=slow, waiting=1)
     assert recorder.dropped > 0
@@ -107,10 +107,10 @@ from pathlib import Path
 import numpy as np
 from rig.recording.layout import LAST
 from rig.recording.writer import Writer
-from rig.live.baseline import Zero
+from rig.live.baseline import ReferenceFrame
 layout = {"frames/image": ((60, 80), "u1"), "touches/place": ((2, 3), "f8"), LAST: ((), "i8")}
 scene = '{"title": "a test"}'
-zero = Zero(np.ones((60, 80), np.float32), 2.0)
+zero = ReferenceFrame(np.ones((60, 80), np.float32), 2.0)
 writer = Writer(Path(sys.argv[1]), {"scene": scene}, zero, layout)
 rng = np.random.default_rng(0)
 for k in range(100000):

@@ -7,21 +7,21 @@ from hypothesis import given, strategies as st
 from models.estimate import Estimate, Result
 from rig.live.snapshot import Mark
 from rig.live.tracks import Tracks
-from rig.projector.latency_prediction import FURTHEST, led
+from rig.projector.latency_prediction import FURTHEST, predicted
 
 PLATE = (254.0, 180.0)
 RATE, NOISE = 30.0, 0.25  # frames a second, mm
 
 
 def test_a_mark_lies_where_its_touch_will_be():
-    (mark,) = led([Mark(100.0, 60.0, 2.0, velocity=(80.0, -40.0))], 0.1, PLATE)
+    (mark,) = predicted([Mark(100.0, 60.0, 2.0, velocity=(80.0, -40.0))], 0.1, PLATE)
     assert (mark.x, mark.y) == pytest.approx((108.0, 56.0))
     assert mark.force == 2.0
 
 
 def test_a_touch_at_rest_or_without_track_keeps_its_mark():
     mark = Mark(100.0, 60.0, 2.0)
-    assert led([mark], 0.1, PLATE) == (mark,)
+    assert predicted([mark], 0.1, PLATE) == (mark,)
 
 
 @given(
@@ -30,7 +30,7 @@ def test_a_touch_at_rest_or_without_track_keeps_its_mark():
     st.floats(0, 0.5),
 )
 def test_a_mark_stays_on_the_plate_and_near_its_touch(place, velocity, ahead):
-    (mark,) = led([Mark(*place, 1.0, velocity=velocity)], ahead, PLATE)
+    (mark,) = predicted([Mark(*place, 1.0, velocity=velocity)], ahead, PLATE)
     assert 0 <= mark.x <= PLATE[0]
     assert 0 <= mark.y <= PLATE[1]
     assert np.hypot(mark.x - place[0], mark.y - place[1]) <= FURTHEST + 1e-9
@@ -52,7 +52,7 @@ def followed(path, rng):
 def test_a_finger_at_rest_gets_a_mark_that_hardly_trembles_more():
     rng = np.random.default_rng(0)
     marks = followed(np.tile([100.0, 80.0], (300, 1)), rng)
-    lead = led(marks, 0.1, PLATE)
+    lead = predicted(marks, 0.1, PLATE)
     still, shown = (np.std([(m.x, m.y) for m in some]) for some in (
         [Mark(m.x - 100, m.y - 80, 1.0) for m in marks],
         [Mark(m.x - 100, m.y - 80, 1.0) for m in lead],
@@ -67,7 +67,7 @@ def test_a_stroke_is_met_to_a_fifth_of_what_it_would_be_missed_by():
     later = turn + 2 * np.pi * ahead / 4.0
     truth = np.array([127.0, 90.0]) + 60.0 * np.column_stack([np.cos(later), np.sin(later)])
     marks = followed(path, rng)
-    shown = np.array([(m.x, m.y) for m in led(marks, ahead, PLATE)])
+    shown = np.array([(m.x, m.y) for m in predicted(marks, ahead, PLATE)])
     behind = np.array([(m.x, m.y) for m in marks])
     late = np.median(np.linalg.norm(behind - truth[10:], axis=1))
     met = np.median(np.linalg.norm(shown - truth[10:], axis=1))

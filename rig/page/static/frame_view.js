@@ -1,5 +1,5 @@
-// The picture: camera or projector view, strain map, plate outline and touches over it.
-// Picture coordinates have their origin at the centre of the top-left pixel.
+// What is drawn of a frame: camera or projector view, strain map, plate outline and touches over it.
+// Image coordinates have their origin at the centre of the top-left pixel.
 
 import { paintStrain } from "./colour.js";
 
@@ -32,7 +32,7 @@ export function strainAt(frame, x, y) {
   return COMPONENTS.map((name) => component(frame, name)[row * columns + column]);
 }
 
-export class Picture {
+export class FrameView {
   constructor(canvas, box) {
     this.canvas = canvas;
     this.box = box;
@@ -63,7 +63,7 @@ export class Picture {
 
   at([x, y]) { return [(x + 0.5) * this.scale, (y + 0.5) * this.scale]; }
 
-  toPicture(event) {
+  toImage(event) {
     return [event.offsetX * this.dots / this.scale - 0.5, event.offsetY * this.dots / this.scale - 0.5];
   }
 
@@ -160,9 +160,9 @@ export class Picture {
       return this.at(through(frame.T_px_plate, px, py));
     });
     const reach = Math.max(...points.map(([px, py]) => Math.hypot(px - x, py - y)));
-    const least = 8 * this.dots;
-    if (reach < 0.01) return points.map((_, i) => [x + least * Math.cos(i * Math.PI / 24), y + least * Math.sin(i * Math.PI / 24)]);
-    const grow = Math.max(1, least / reach);
+    const smallest = 8 * this.dots;
+    if (reach < 0.01) return points.map((_, i) => [x + smallest * Math.cos(i * Math.PI / 24), y + smallest * Math.sin(i * Math.PI / 24)]);
+    const grow = Math.max(1, smallest / reach);
     return points.map(([px, py]) => [x + grow * (px - x), y + grow * (py - y)]);
   }
 

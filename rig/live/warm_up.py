@@ -1,0 +1,105 @@
+"""Frames made of the reference, to go every way through the chain before the first one is shown.
+
+Kernels are compiled, or read from their cache, when they are first called. What a run may meet is
+made up here, so that this happens while nobody waits: the first touch after an install would freeze
+the loop for half a minute.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dic import TileReference
+from rig.live.chain import Chain
+from rig.system.frame import Frame
+
+Report = Callable[[int, int, str], object]
+"""Called as ``report(done, total, what)`` before each of these frames."""
+
+RATE = 30.0  # frames a second, of the times that they bear
+ROUND = 0.27  # of the plate's sides, from its middle to the touches
+JUMP = (-4, 6)  # px down and to the right, about a speckle: enough to look strange everywhere
+SKIN = 90.0  # grey levels
+SHADE = 0.6  # of the light
+
+
+def quiet(done: int, total: int, what: str) -> None:
+    """Report to nobody."""
+
+
+def rehearsal(chain: Chain, force: float, report: Report = quiet) -> Iterator[Frame]:
+    """Give frames of all that a run may meet, one after the other.
+
+    Parameters
+    ----------
+    chain : Chain
+        With the reference that they are made of.
+    force : float, N
+        Of each touch: the largest that is expected.
+    report : callable
+    """
+    scenes = _scenes(chain, force)
+    for number, (what, light) in enumerate(scenes.items()):
+        report(number, len(scenes), what)
+        yield Frame(number, number / RATE, _exposed(light, chain.noise, number))
+    report(len(scenes), len(scenes), "ready")
+
+
+def _scenes(chain: Chain, force: float) -> dict[str, NDArray]:
+    """Pictures (H, W) in grey levels, without noise, by what they show."""
+    calm, one = chain.reference.image, _pressed(chain, 1, force)
+    several = {
+        f"{count} touches": _pressed(chain, count, force) for count in (2, max(chain.most, 1) + 2)
+    }
+    return {
+        "no touch": calm,
+        "one touch": one,
+        **several,
+        "a hand": _behind_a_hand(one),
+        "a shadow": _in_shade(one),
+        "a bump of the camera": np.roll(calm, JUMP, axis=(0, 1)),
+    }
+
+
+def _exposed(light: NDArray, noise: float, number: int) -> NDArray[np.uint8]:
+    """Take a picture, with noise and in whole grey levels."""
+    grain = np.random.default_rng(number).standard_normal(light.shape, np.float32)
+    return np.rint(light + noise * grain).clip(0, 255).astype(np.uint8)
+
+
+def _pressed(chain: Chain, count: int, force: float) -> NDArray[np.float32]:
+    """Press the plate at places round its middle."""
+    pattern = chain.pattern
+    turn = 2 * np.pi * (np.arange(count) + 0.3) / count
+    share = 0.5 + ROUND * np.column_stack([np.cos(turn), np.sin(turn)])
+    amplitudes = pattern.still()
+    amplitudes[: pattern.count] = pattern.motions.modal_amplitudes(
+        share * np.asarray(pattern.motions.modes.plate.size), np.full(count, force)
+    )
+    return _moved(chain.reference, pattern.motions.flow(amplitudes))
+
+
+def _moved(reference: TileReference, flow: NDArray) -> NDArray[np.float32]:
+    """Move what each tile shows by a flow (T, 2) px, to first order: touches move little."""
+    tiles, moved = reference.tiles, reference.image.copy()
+    (left, top), (rows, columns), size = tiles.origin, tiles.shape, tiles.size
+    covered = slice(top, top + size * rows), slice(left, left + size * columns)
+    for slope, part in zip(reference.gradient, flow.T.astype(np.float32), strict=True):
+        wide = part.reshape(tiles.shape).repeat(size, axis=0).repeat(size, axis=1)
+        moved[covered] -= slope[covered] * wide
+    return moved
+
+
+def _behind_a_hand(light: NDArray) -> NDArray[np.float32]:
+    """Lay a hand over the right half."""
+    hidden = light.copy()
+    hidden[:, light.shape[1] // 2 :] = SKIN
+    return hidden
+
+
+def _in_shade(light: NDArray) -> NDArray[np.float32]:
+    """Let the light fall off to the right."""
+    return light * np.linspace(1.0, SHADE, light.shape[1], dtype=np.float32)

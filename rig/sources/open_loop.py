@@ -1,0 +1,89 @@
+"""Opens the live loop of a scene: its source, its bench and the reference, ready for a frame."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from typing import TYPE_CHECKING
+
+from rig.calibration.store import Calibration
+from rig.scene import Scene
+from rig.sources.open_source import open_input
+from rig.system.frame import Waiting
+
+if TYPE_CHECKING:
+    from rig.live.loop import Loop
+    from rig.live.shot import Recorder
+    from rig.live.snapshot import Snapshot
+    from rig.projector.show import Show
+
+Report = Callable[[int, int], None]
+"""Called as ``report(done, total)``."""
+
+Progress = Callable[[str], AbstractContextManager[Report]]
+"""Gives a report for what is named, while the block runs."""
+
+
+@contextmanager
+def open_loop(
+    scene: Scene,
+    calibration: Calibration,
+    say: Callable[[str], object],
+    progress: Progress,
+    preview: Callable[[Snapshot], object] = lambda snapshot: None,
+    recorder: Recorder | None = None,
+    show: Show | None = None,
+) -> Iterator[Loop]:
+    """Open the loop of a scene while the block runs; it has its reference and waits for nothing.
+
+    Parameters
+    ----------
+    scene : Scene
+    calibration : Calibration
+        An empty one where nothing was measured.
+    say : callable
+        Takes sentences that the user should not miss.
+    progress : callable
+        Gives a report while plate modes are computed and the loop gets ready.
+    preview : callable
+        Takes what can be shown while the loop gets ready.
+    recorder : Recorder or None
+    show : Show or None
+        The projector, whose light is kept out of the source.
+
+    Raises
+    ------
+    OSError
+        If a camera, file or package is missing, or no frames come.
+    ValueError
+        If the scene lacks what the loop needs, or the plate moved whenever the reference was taken.
+    """
+    with open_input(scene, say) as (opened, reference):
+        from rig.live.bench import build_bench
+        from rig.live.loop import Loop
+        from rig.live.view import look
+
+        with progress("plate modes") as report:
+            bench = build_bench(scene, report, calibration)
+        source = opened
+        if show and scene.camera:
+            view = look(bench.plate, bench.camera, bench.height)
+            light = calibration.light(view.T_px_plate, bench.camera.size)
+            source = show.filtered(opened, light, 1 / scene.camera.rate)
+        if bench.theory.against:
+            say(bench.theory.sentence)
+        loop = Loop(bench, source, recorder=recorder, zero=reference)
+        _get_ready(loop, progress, preview)
+        if isinstance(opened, Waiting):
+            opened.begin()
+        yield loop
+
+
+def _get_ready(loop: Loop, progress: Progress, preview: Callable[[Snapshot], object]) -> None:
+    with progress("getting ready") as report:
+
+        def tell(done: int, total: int, snapshot: Snapshot) -> None:
+            report(done, total)
+            preview(snapshot)
+
+        loop.get_ready(tell)

@@ -1,0 +1,149 @@
+"""The live loop for programs: ``for frame in rig.run(scene): frame.touches``."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Generator, Iterator
+from contextlib import ExitStack, contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rig.calibration.store import Calibration, calibration_beside, calibration_warnings
+from rig.scene import Scene, load
+from rig.sources.open_loop import Report, open_loop
+from rig.system.process import interruptible
+
+if TYPE_CHECKING:
+    from rig.live.loop import Loop
+    from rig.live.snapshot import Snapshot
+
+LOG = logging.getLogger("touchplate")
+
+
+def run(
+    scene: Scene | str | Path,
+    *,
+    calibration: Calibration | None = None,
+    record: str | Path | None = None,
+) -> LiveRun:
+    """Run the live loop of a scene: iterate over what it returns for the frames.
+
+    Source and recording are opened with the first frame, and closed when the iteration ends in any
+    way: at the end of the source, by ``break``, an exception or Ctrl-C. What should be known of the
+    bench is logged as a warning of the logger ``touchplate``, progress as information. Neither page
+    nor projector nor outputs of the scene are opened.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        A loaded scene; or the name of a shipped one, or a TOML file.
+    calibration : Calibration, optional
+        What was measured. Where it is left out and `scene` is a name or file, the calibration
+        beside it is read; a loaded scene has none.
+    record : str or Path, optional
+        A new file ``*.h5`` that keeps the session.
+
+    Returns
+    -------
+    LiveRun
+        Iterator of `Snapshot`.
+
+    Raises
+    ------
+    OSError
+        If a camera, file or package is missing, or no frames come.
+    ValueError
+        If the scene is wrong or lacks what the loop needs, or something touched the plate whenever
+        the reference was taken.
+    """
+    bench = scene if isinstance(scene, Scene) else load(scene)
+    known = calibration
+    if known is None:
+        known = Calibration() if isinstance(scene, Scene) else calibration_beside(scene)
+    return LiveRun(bench, known, None if record is None else Path(record))
+
+
+class LiveRun:
+    """Frames of the live loop of a scene, see `run`; also a context that ends with its block."""
+
+    def __init__(self, scene: Scene, calibration: Calibration, record: Path | None):
+        self._opened: list[Loop] = []
+        # A function of its own: were it a method, a run that is dropped would not end at once.
+        self._frames = _frames(scene, calibration, record, self._opened.append)
+
+    def __iter__(self) -> LiveRun:
+        """Iterate over the frames."""
+        return self
+
+    def __next__(self) -> Snapshot:
+        """Wait for the next frame; where none comes, the last one is given and not `fresh`."""
+        return next(self._frames)
+
+    def __enter__(self) -> LiveRun:
+        """Run while the block does."""
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """End the run."""
+        self.close()
+
+    def close(self) -> None:
+        """Close source and recording; the run has no further frame."""
+        self._frames.close()
+
+    def summary(self) -> dict[str, Any]:
+        """Figures of the run so far, as ``touchplate run --json`` prints them.
+
+        Raises
+        ------
+        ValueError
+            If no frame was asked for yet.
+        """
+        if not self._opened:
+            raise ValueError("a run has no figures before its first frame; ask for one")
+        return self._opened[0].summary()
+
+
+def _frames(
+    scene: Scene,
+    calibration: Calibration,
+    record: Path | None,
+    opened: Callable[[Loop], object],
+) -> Generator[Snapshot, None, None]:
+    with ExitStack() as parts:
+        with interruptible():
+            loop = parts.enter_context(_open(scene, calibration, record))
+        opened(loop)
+        snapshots = iter(loop)
+        while snapshot := _next(snapshots):
+            yield snapshot
+
+
+def _next(snapshots: Iterator[Snapshot]) -> Snapshot | None:
+    """Give the next snapshot; Ctrl-C ends the waiting and not what the user does with it."""
+    with interruptible():
+        return next(snapshots, None)
+
+
+@contextmanager
+def _open(scene: Scene, calibration: Calibration, record: Path | None) -> Iterator[Loop]:
+    for sentence in calibration_warnings(calibration, scene, datetime.now(UTC)):
+        LOG.warning(sentence)
+    with ExitStack() as parts:
+        recorder = None
+        if record:
+            from rig.recording.recorder import new_recorder
+
+            recorder = parts.enter_context(new_recorder(record, scene, calibration))
+        yield parts.enter_context(
+            open_loop(scene, calibration, LOG.warning, _progress, recorder=recorder)
+        )
+
+
+@contextmanager
+def _progress(title: str) -> Iterator[Report]:
+    def report(done: int, total: int) -> None:
+        LOG.info("%s: %d of %d", title, done, total)
+
+    yield report

@@ -1,0 +1,172 @@
+"""The loop as a program's iterator: frames of a scene, and nothing open once it has ended."""
+
+import logging
+import signal
+import threading
+from contextlib import contextmanager
+from datetime import UTC, datetime, timedelta
+
+import pytest
+
+import rig
+from rig.calibration.store import LatencyEntry
+from rig.recording.session import open_session
+from rig.sources import open_loop
+from rig.sources.twin import build_twin
+
+REFERENCE = range(16)
+
+
+class Source:
+    """Frames of the twin, and whether it was closed."""
+
+    def __init__(self, source, at=None):
+        self._source, self._at = source, at or {}
+        self.status, self.grabs, self.closed = source.status, 0, False
+
+    def grab(self, timeout):
+        self.grabs += 1
+        if act := self._at.get(self.grabs):
+            act()
+        return self._source.grab(timeout)
+
+
+@pytest.fixture
+def scene(small):
+    return small({"touches.most": 1})
+
+
+@pytest.fixture
+def opened(scene, in_hand, monkeypatch):
+    """Give the twin without a process to every run: `opened(sequences)` is its source."""
+    twin = build_twin(scene)
+
+    def make(sequences, at=None):
+        source = Source(in_hand(twin, [*REFERENCE, *sequences]), at)
+
+        @contextmanager
+        def open_input(scene, say):
+            try:
+                yield source, None
+            finally:
+                source.closed = True
+
+        monkeypatch.setattr(open_loop, "open_input", open_input)
+        return source
+
+    return make
+
+
+def test_frames_come_with_touches_and_the_end_of_the_source_ends_them(scene, opened):
+    source = opened([20, 75, 76])
+    frames = list(rig.run(scene))
+    assert [frame.sequence for frame in frames] == [20, 75, 76]
+    assert frames[0].time < frames[1].time < frames[2].time
+    assert frames[0].touches == ()
+    assert frames[0].status == "no touch"
+    assert frames[0].image.shape == (320, 384)
+    (touch,) = frames[2].touches
+    assert touch.identity == 1
+    assert abs(touch.x - 127.0) < 4 * touch.sigma_x
+    assert abs(touch.y - 101.5) < 4 * touch.sigma_y
+    assert abs(touch.force - 2.0) < 4 * touch.sigma_force
+    assert source.closed
+
+
+def test_nothing_is_opened_before_the_first_frame_is_asked_for(scene, opened):
+    source = opened([20])
+    run = rig.run(scene)
+    assert source.grabs == 0
+    with pytest.raises(ValueError, match="no figures before its first frame"):
+        run.summary()
+    next(run)
+    assert run.summary()["frames"] == 1
+    run.close()
+    assert source.closed
+
+
+def test_break_closes_what_was_open(scene, opened):
+    source = opened([20, 21, 22])
+    for _ in rig.run(scene):
+        break
+    assert source.closed
+
+
+def test_an_error_in_the_loop_of_the_user_closes_what_was_open(scene, opened):
+    source = opened([20, 21, 22])
+
+    def body():
+        for _ in rig.run(scene):
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        body()
+    assert source.closed
+
+
+def test_a_block_closes_what_was_open_and_figures_stay(scene, opened):
+    source = opened([20, 21, 22])
+    with rig.run(scene) as run:
+        next(run)
+        assert not source.closed
+    assert source.closed
+    assert run.summary()["frames"] == 1
+    assert list(run) == []
+
+
+@pytest.mark.parametrize("grab", [3, 18])
+def test_ctrl_c_while_a_frame_is_waited_for_closes_what_was_open(scene, opened, grab):
+    handler = signal.getsignal(signal.SIGINT)
+    source = opened([20, 21, 22], {grab: lambda: signal.raise_signal(signal.SIGINT)})
+    with pytest.raises(KeyboardInterrupt):
+        list(rig.run(scene))
+    assert source.closed
+    assert signal.getsignal(signal.SIGINT) is handler
+
+
+def test_a_thread_runs_the_loop_as_well(scene, opened):
+    source, frames = opened([20, 21]), []
+    thread = threading.Thread(target=lambda: frames.extend(rig.run(scene)))
+    thread.start()
+    thread.join()
+    assert len(frames) == 2
+    assert source.closed
+
+
+def test_a_recording_is_whole_once_the_run_has_ended(scene, opened, tmp_path):
+    opened([20, 75, 76])
+    known = rig.Calibration(
+        latency=LatencyEntry(date=datetime.now(UTC), error=0.001, median=0.05, p95=0.06)
+    )
+    for frame in rig.run(scene, record=tmp_path / "session.h5", calibration=known):
+        if frame.touches:
+            break
+    with open_session(tmp_path / "session.h5") as session:
+        assert session.frames == 2
+        assert session.scene == scene
+        assert '"median":0.05' in session.calibration
+
+
+def test_a_scene_by_its_file_has_the_calibration_beside_it(
+    scene, opened, tmp_path, monkeypatch, caplog
+):
+    monkeypatch.chdir(tmp_path)
+    old = datetime.now(UTC) - timedelta(days=60)
+    part = LatencyEntry(date=old, error=0.001, median=0.05, p95=0.06)
+    (tmp_path / "twin.calibration.json").write_text(
+        rig.Calibration(latency=part).model_dump_json(exclude_none=True)
+    )
+    monkeypatch.setattr("rig.sources.run.load", lambda name: scene)
+    opened([20])
+    with caplog.at_level(logging.WARNING, "touchplate"):
+        list(rig.run("twin"))
+    assert "calibration of latency is 60 days old; repeat it" in caplog.messages
+    caplog.clear()
+    opened([20])
+    list(rig.run(scene))
+    assert not any("calibration" in message for message in caplog.messages)
+
+
+def test_a_scene_that_is_not_there_is_refused_at_once():
+    with pytest.raises(ValueError, match="no scene is called 'nowhere'"):
+        rig.run("nowhere")

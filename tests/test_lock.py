@@ -1,0 +1,49 @@
+"""The lock: whole, installed as it stands, open to the oldest Python that the project allows."""
+
+import tomllib
+from importlib.metadata import distribution
+from itertools import chain
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.specifiers import SpecifierSet
+from packaging.utils import canonicalize_name
+
+ROOT = Path(__file__).parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+OLDEST = PROJECT["requires-python"].removeprefix(">=")
+
+
+def pins(name):
+    return [Requirement(line) for line in (ROOT / name).read_text(encoding="utf-8").splitlines()]
+
+
+LOCKED, TORCH = pins("requirements.lock"), pins("requirements-torch.lock")
+NAMES = {canonicalize_name(pin.name) for pin in LOCKED + TORCH}
+
+
+@pytest.mark.parametrize("pin", LOCKED + TORCH, ids=str)
+def test_a_pin_is_installed_and_allows_the_oldest_python(pin):
+    installed = distribution(pin.name)
+    assert pin.specifier.contains(installed.version, prereleases=True)
+    allowed = SpecifierSet(installed.metadata["Requires-Python"] or "")
+    assert allowed.contains(OLDEST), f"{pin} wants Python {allowed}"
+
+
+def required(requirements):
+    """Names of requirements that hold here, extras left out."""
+    parsed = (Requirement(text) for text in requirements)
+    here = (need for need in parsed if not need.marker or need.marker.evaluate({"extra": ""}))
+    return {canonicalize_name(need.name) for need in here}
+
+
+@pytest.mark.parametrize("pin", LOCKED, ids=str)
+def test_the_lock_holds_what_a_pin_requires(pin):
+    """Pip takes it with ``--no-deps``, so nothing is added that was not looked at."""
+    assert required(distribution(pin.name).requires or []) <= NAMES
+
+
+def test_the_lock_holds_what_the_project_requires():
+    extras = PROJECT["optional-dependencies"]
+    assert required(chain(PROJECT["dependencies"], extras["dev"])) <= NAMES
