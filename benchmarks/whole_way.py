@@ -207,7 +207,7 @@ def paper_rows() -> Iterator[Row]:
         result = _touchplate("train", "paper-one", "--out", f"{folder}/model.h5")
     for name in ("training", "validation", "test"):
         scores = result[name]
-        measured = f"{scores['mean']:.3f} / {scores['max']:.2f} mm, {scores['share']:.0%} < 0.5"
+        measured = f"{scores['mean']:.3f} / {scores['max']:.2f} mm, {scores['fraction']:.0%} < 0.5"
         yield Row(f"paper-one: {name}, mean / max", measured, "printed")
 
 

@@ -4,10 +4,10 @@ import numpy as np
 
 import fe
 import models
-from models import gauge_layout
+from models import gauges_on_edges
 
 plate = fe.Plate(size=(100.0, 100.0), thickness=1.0, young=3000.0, poisson=0.3)
-gauges = gauge_layout.gauges_on_edges(plate.size, spacing=5.0, margin=5.0)
+gauges = gauges_on_edges(plate.size, spacing=5.0, margin=5.0)
 influence = fe.influence(plate, gauges, fe.Mesh(plate.size, (40, 40)))
 
 # What the gauges read: both touches, and noise of 0.5 µε on every channel.

@@ -4,17 +4,17 @@ import numpy as np
 
 import fe
 import models
-from models import Recipe, dataset, gauge_layout, train_net
+from models import Recipe, train_net
 
 SIZE = (100.0, 100.0)
 plate = fe.Plate(size=SIZE, thickness=1.0, young=3000.0, poisson=0.3)
-influence = fe.influence(plate, gauge_layout.gauges_on_edges(SIZE), fe.Mesh(SIZE, (40, 40)))
+influence = fe.influence(plate, models.gauges_on_edges(SIZE), fe.Mesh(SIZE, (40, 40)))
 
 # 17 x 17 touches to learn from, 14 x 14 between them to watch, others at random for the test.
 rng = np.random.default_rng(7)
-training = dataset.simulate_dataset(influence, dataset.grid_places(SIZE, spacing=5.0, margin=10.0))
-validation = dataset.simulate_dataset(influence, dataset.midpoint_places(SIZE, 5.0, 10.0, count=14))
-test = dataset.simulate_dataset(influence, dataset.random_places(SIZE, 10.0, 100, rng))
+training = models.simulate_dataset(influence, models.grid_places(SIZE, spacing=5.0, margin=10.0))
+validation = models.simulate_dataset(influence, models.midpoint_places(SIZE, 5.0, 10.0, count=14))
+test = models.simulate_dataset(influence, models.random_places(SIZE, 10.0, 100, rng))
 
 # The paper takes 30000 epochs; these are enough to see it learn.
 options = models.NetOptions(layers=(32, 32), activation="tanh")

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from rig.recording.control import Switch
     from rig.scene import Scene
 
-READY = "the source gets ready; then the reference is taken …"
 SCREEN = (1280, 800)  # px, of a projector that is not there: the page shows what it would show
 Sink = Callable[["Snapshot"], object]
 
@@ -98,16 +97,15 @@ def start(
         from rig.recording.control import open_switch
 
         switch = open_parts.enter_context(open_switch(record, scene, calibration))
-    show, sinks = _open_sinks(scene, calibration, headless, switch, open_parts)
+    show, panels, outputs = _open_sinks(scene, calibration, headless, switch, open_parts)
     from rig.sources.open_loop import open_loop
 
     def preview(snapshot: Snapshot) -> None:
-        for sink in sinks:
-            sink(snapshot)
+        for panel in panels:
+            panel(snapshot)
 
-    say(READY)
     parts = scene, calibration, say, progress, preview, switch, show
-    return open_parts.enter_context(open_loop(*parts)), sinks
+    return open_parts.enter_context(open_loop(*parts)), [*panels, *outputs]
 
 
 def _open_sinks(
@@ -116,19 +114,20 @@ def _open_sinks(
     headless: bool,
     switch: Switch | None,
     open_parts: ExitStack,
-) -> tuple[Show | None, list[Sink]]:
+) -> tuple[Show | None, list[Sink], list[Sink]]:
+    """Projector, panels and outputs; the latter take only what was estimated."""
     if not scene.plate or (headless and not scene.outputs):
-        return None, []
+        return None, [], []
     from rig.projector.markers import fit_plate
 
     size = scene.projector.size if scene.projector else SCREEN
     screen = calibration.screen() or fit_plate(size, scene.plate.size)
-    show, sinks = None, []
+    show, panels, outputs = None, [], []
     if not headless:
         from rig.commands.page_panels import open_panels
 
         notes = tuple(calibration.warnings(scene, datetime.now(UTC)))
-        show, sinks = open_panels(scene, calibration, notes, screen, switch, open_parts)
+        show, panels = open_panels(scene, calibration, notes, screen, switch, open_parts)
     if scene.outputs:
         from rig.out.open import open_outputs
 
@@ -136,8 +135,7 @@ def _open_sinks(
         outputs = open_outputs(scene.outputs, scene.plate.size, screen, max_touches, open_parts)
         for url in filter(None, (getattr(sink, "url", "") for sink in outputs)):
             say(f"touches: {url}")
-        sinks += outputs
-    return show, sinks
+    return show, panels, outputs
 
 
 def _follow(loop: Loop, sinks: list[Sink], frames: int | None) -> None:

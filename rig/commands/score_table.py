@@ -42,7 +42,7 @@ def table(title: str, scores: dict[str, dict[str, float]]) -> Table:
     for name, row in scores.items():
         distances = [f"{row[key]:.3f}" for key in ("mean", "p50", "p95", "max")]
         more = [f"{row['magnitude']:.3f}"] if forces else []
-        shown.add_row(name, f"{row['count']:g}", *distances, f"{row['share']:.1%}", *more)
+        shown.add_row(name, f"{row['count']:g}", *distances, f"{row['fraction']:.1%}", *more)
     return shown
 
 

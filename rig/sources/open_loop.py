@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from rig.live.snapshot import Snapshot
     from rig.projector.show import Show
 
+READY = "the source gets ready; then the reference is taken …"
+
 Report = Callable[[int, int], None]
 """Called as ``report(done, total)``."""
 
@@ -59,6 +61,7 @@ def open_loop(
         If the scene lacks what the loop needs, or the plate moved whenever the reference was taken.
     """
     with open_input(scene, say) as (opened, reference):
+        say(READY)
         from rig.live.bench import build_bench
         from rig.live.loop import Loop
         from rig.live.view import plate_view

@@ -80,7 +80,7 @@ def test_gauges_on_the_face_have_the_noise_that_the_scene_states():
     ("changes", "sentence"),
     [
         ({"pattern": None}, r"not what noise they have; add \[pattern\] and \[sensor\]"),
-        ({"gauges.margin": 0.0, "gauges.spacing": 1.0}, "must lie in the picture"),
+        ({"gauges.margin": 0.0, "gauges.spacing": 1.0}, "must lie in the image"),
         ({"dataset": {"touches": 2}}, "such nets learn one touch; set dataset.touches to 1"),
     ],
 )

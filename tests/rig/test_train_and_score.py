@@ -171,7 +171,7 @@ def test_the_first_model_of_the_paper_is_reproduced(bench):
     assert figures["training"]["mean"] < 0.3
     assert figures["validation"]["mean"] < 0.45
     assert figures["test"]["mean"] < 0.38
-    assert figures["test"]["share"] > 0.75
+    assert figures["test"]["fraction"] > 0.75
     assert figures["test"]["max"] < 4.0
 
 

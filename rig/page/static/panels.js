@@ -32,12 +32,12 @@ export function showFigures(frame, pageRate) {
   show("noise", text(frame.noise, 1));
 }
 
-// What gives doubt has a mark and a word for who cannot see the colour.
+// What warns has a mark and a word for who cannot see the colour.
 export function showSigns({ signs }) {
   document.getElementById("quality").hidden = !signs.length;
-  document.getElementById("signs").replaceChildren(...signs.map(({ name, says, doubt }) =>
-    make("div", { className: doubt ? "doubted" : "", title: doubt ? "in doubt" : "" },
-      make("dt", {}, name), make("dd", {}, doubt ? `▲ ${says}` : says))));
+  document.getElementById("signs").replaceChildren(...signs.map(({ name, says, warns }) =>
+    make("div", { className: warns ? "warning" : "", title: warns ? "warning" : "" },
+      make("dt", {}, name), make("dd", {}, warns ? `▲ ${says}` : says))));
 }
 
 export function showTouches(frame) {

@@ -40,7 +40,7 @@ def test_what_is_not_lit_is_not_read(rng):
 
 
 def test_a_missing_image_is_refused():
-    with pytest.raises(ValueError, match="has 28 pictures, got 25; take one of each pattern"):
+    with pytest.raises(ValueError, match="has 28 images, got 25; take one of each pattern"):
         decode(patterns((64, 40))[:-1], (64, 80))
 
 

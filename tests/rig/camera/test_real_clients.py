@@ -18,7 +18,7 @@ def script(kind, body, size=SIZE, controls=""):
     opening = f"""
     import json, sys, time
     import numpy as np
-    from rig.camera import Camera, Controls
+    from rig.camera import Controls, LiveCamera
     from rig.camera.{kind} import open_camera
 
     def say(**what):
@@ -40,7 +40,7 @@ def test_pixels_are_those_that_the_camera_sent_and_none_is_late(emulation, kind)
         script(
             kind,
             """
-            with Camera(device) as camera:
+            with LiveCamera(device) as camera:
                 frames = [(camera.grab(5.0), time.monotonic()) for _ in range(20)]
             first = int(frames[0][0].image[0, 0]) * pow(7, -1, 256) % 256
             say(
@@ -64,7 +64,7 @@ def test_the_newest_frame_wins_after_a_pause_and_the_others_count_as_dropped(emu
         script(
             kind,
             """
-            with Camera(device) as camera:
+            with LiveCamera(device) as camera:
                 camera.grab(5.0)
                 time.sleep(0.5)
                 asked = time.monotonic()
@@ -101,7 +101,7 @@ def test_controls_are_held_and_what_is_refused_is_said(emulation, kind):
 @KINDS
 def test_a_camera_that_is_plugged_in_again_goes_on_and_is_set_up_again(emulation, kind):
     body = """
-    with Camera(device) as camera:
+    with LiveCamera(device) as camera:
         before = camera.grab(5.0).sequence
         say(seen=before)
         sys.stdin.readline()
@@ -136,7 +136,7 @@ def test_a_camera_that_is_plugged_in_again_goes_on_and_is_set_up_again(emulation
 @KINDS
 def test_a_camera_that_falls_silent_is_opened_anew(emulation, kind):
     body = """
-    with Camera(device) as camera:
+    with LiveCamera(device) as camera:
         camera.grab(5.0)
         say(ready=True)
         sys.stdin.readline()
@@ -157,7 +157,7 @@ def test_a_camera_that_falls_silent_is_opened_anew(emulation, kind):
 
 def test_frames_that_the_driver_lost_or_damaged_are_counted_where_it_numbers_them(emulation):
     body = """
-    with Camera(device) as camera:
+    with LiveCamera(device) as camera:
         for _ in range(5):
             camera.grab(5.0)
         say(dropped=camera.dropped)
@@ -181,7 +181,7 @@ def test_jpegs_are_decoded_and_one_that_is_cut_off_is_left_out(compressing, kind
     camera, path = compressing
     body = f"""
     import cv2
-    with Camera(device) as camera:
+    with LiveCamera(device) as camera:
         camera.grab(5.0)
         say(ready=True)
         sys.stdin.readline()

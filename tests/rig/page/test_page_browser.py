@@ -103,7 +103,7 @@ def test_a_frame_fills_every_part_of_the_page(page, snapshot):
         expect(page.locator("#force-median")).to_have_text("0.031")
         expect(page.locator("#stages tr")).to_have_count(5)
         expect(page.locator("#signs div")).to_have_count(2)
-        expect(page.locator("#signs .doubted")).to_have_text("noise▲ <b>9</b> gl")
+        expect(page.locator("#signs .warning")).to_have_text("noise▲ <b>9</b> gl")
         expect(page.locator("#stages tr").last).to_contain_text("9.413.1")
         expect(page.locator("#page-fps")).not_to_have_text("–")
         assert pixels(page).std() > 20
