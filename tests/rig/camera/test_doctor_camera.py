@@ -23,7 +23,7 @@ def test_the_camera_is_found_held_and_measured(emulation):
     assert said["noise"]["rate"] == pytest.approx(50, rel=0.3)
     assert 0 <= said["noise"]["age"] < 0.5
     (lost,) = (text for text in texts if "lost" in text)  # none, unless the machine is busy
-    assert texts[lost] == ("good" if lost == "none of 20 frames was lost" else "note")
+    assert texts[lost] == ("good" if lost == "none of 20 frames was lost" else "wrong")
 
 
 def test_images_that_move_are_too_noisy_and_said_to_be(emulation):
