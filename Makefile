@@ -10,7 +10,7 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check
 export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: help install torch demo test slow lint format bench report docs system-deps clean
+.PHONY: help install torch demo test slow lint format bench report images docs system-deps clean
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -62,6 +62,11 @@ bench: $(STAMP)  ## score the whole way once, on rendered images; DATA=FOLDER ho
 
 report: $(STAMP)  ## run all studies; the page is results/report/report.html
 	$(BIN)/touchplate report
+
+images: $(STAMP)  ## draw the images of docs/ anew; the page is filmed in Debian's chromium
+	$(BIN)/python docs/images/photographs.py
+	$(BIN)/python docs/images/plate.py
+	$(BIN)/python docs/images/page.py
 
 docs: $(STAMP)  ## build the pages of docs/ into results/site; a warning fails
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build

@@ -1,21 +1,25 @@
-"""Fields to files: HDF5, CSV and pictures, each written aside and renamed: whole or not at all."""
+"""Fields to files: HDF5, CSV and plots, each written aside and renamed: whole or not at all."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from dic.arrays import AnyArray
 from dic.fields.displacement import DisplacementField, Status
 from dic.fields.strain_field import StrainField
+from dic.images.image import check_image
+from dic.numbers import check_type, read_path
 
 
 @contextmanager
-def aside(path: str | Path) -> Iterator[Path]:
+def aside(path: str | Path) -> Generator[Path]:
     """Give a draft beside `path`; rename it when the block ends well, remove it when not.
 
     Raises
@@ -23,7 +27,7 @@ def aside(path: str | Path) -> Iterator[Path]:
     OSError
         The folder does not exist or cannot be written.
     """
-    path = Path(path)
+    path = read_path(path)
     if not path.parent.is_dir():
         raise FileNotFoundError(f"folder {path.parent} does not exist; create it first")
     draft = path.with_name(f".{path.stem}-{os.getpid()}{path.suffix}")
@@ -34,8 +38,21 @@ def aside(path: str | Path) -> Iterator[Path]:
         draft.unlink(missing_ok=True)
 
 
-def columns(disp: DisplacementField, eps: StrainField) -> dict[str, NDArray]:
-    """Every field under its name, each (N,), in the order in which files list them."""
+def columns(disp: DisplacementField, eps: StrainField) -> dict[str, AnyArray]:
+    """Every field under its name, each (N,), in the order in which files list them.
+
+    Raises
+    ------
+    ValueError
+        Displacement and strain are no fields, or not of the same points.
+    """
+    check_type(disp, DisplacementField, "disp", "dic.correlate")
+    check_type(eps, StrainField, "eps", "dic.strain")
+    if len(disp.xy) != len(eps.xy):
+        raise ValueError(
+            f"disp and eps must be of the same points, got {len(disp.xy)} and {len(eps.xy)}; "
+            "take the strain of this displacement"
+        )
     return {
         "x": disp.xy[:, 0],
         "y": disp.xy[:, 1],
@@ -45,7 +62,7 @@ def columns(disp: DisplacementField, eps: StrainField) -> dict[str, NDArray]:
         "sigma_v": disp.sigma_v,
         "zncc": disp.zncc,
         "iterations": disp.iterations,
-        "share": disp.share,
+        "valid_fraction": disp.valid_fraction,
         "status": disp.status,
         "exx": eps.exx,
         "eyy": eps.eyy,
@@ -63,12 +80,15 @@ def write_hdf5(path: str | Path, disp: DisplacementField, eps: StrainField) -> N
     Fields on a grid are (R, C) data sets, others (N,); units stand in the attribute `unit`, the
     parameters in the attributes of the file.
     """
-    import h5py
+    import h5py  # pyright: ignore[reportMissingTypeStubs]
 
+    table = columns(disp, eps)
     shape = disp.grid.shape if disp.grid is not None else (len(disp.xy),)
     with aside(path) as draft, h5py.File(draft, "w") as file:
-        for name, values in columns(disp, eps).items():
-            data = file.create_dataset(name, data=values.reshape(shape), compression="gzip")
+        for name, values in table.items():
+            data = cast("Any", file).create_dataset(
+                name, data=values.reshape(shape), compression="gzip"
+            )
             data.attrs["unit"] = _unit(name)
         for name, value in _parameters(disp, eps).items():
             file.attrs[name] = value
@@ -108,17 +128,19 @@ def _parameters(disp: DisplacementField, eps: StrainField) -> dict[str, int | st
     }
 
 
-def overview(path: str | Path, image: ArrayLike, disp: DisplacementField, eps: StrainField) -> None:
+def draw_overview(
+    path: str | Path, image: ArrayLike, disp: DisplacementField, eps: StrainField
+) -> None:
     """Draw u, v, status, exx, eyy and exy over the grey reference (H, W), one PNG for all."""
     from dic.plots import plot
 
-    table = columns(disp, eps)
+    table, image = columns(disp, eps), check_image(image, "reference")
     fields = {name: table[name] for name in ("u", "v", "status", "exx", "eyy", "exy")}
     with aside(path) as draft:
-        plot.draw_sheet(draft, np.asarray(image), fields, disp)
+        plot.draw_sheet(draft, image, fields, disp)
 
 
-def pictures(
+def draw_fields(
     folder: str | Path, image: ArrayLike, disp: DisplacementField, eps: StrainField
 ) -> list[Path]:
     """Draw every field over the grey reference, one PNG each.
@@ -137,12 +159,11 @@ def pictures(
     """
     from dic.plots import plot
 
-    folder = Path(folder)
+    table, image, folder = columns(disp, eps), check_image(image, "reference"), read_path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     names = ("u", "v", "exx", "eyy", "exy", "sigma_u", "sigma_exx", "zncc", "status")
-    table = columns(disp, eps)
     paths = [folder / f"{name}.png" for name in names]
     for name, path in zip(names, paths, strict=True):
         with aside(path) as draft:
-            plot.draw(draft, np.asarray(image), name, table[name], disp)
+            plot.draw(draft, image, name, table[name], disp)
     return paths

@@ -5,18 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from dic.arrays import F64, I64, AnyArray
 from dic.correlation.correlation import correlate
 from dic.correlation.reference import prepare
-from dic.images.image import check_image
-from dic.images.quality import box_sums, noise_floor
-from dic.images.spline import noise_slope, spline_coefficients, spline_gradient
+from dic.images.image import check_reference
+from dic.images.quality import box_sums, check_subset, noise_floor
+from dic.images.spline import noise_slope, prefilter, spline_gradient
+from dic.numbers import read_array, read_real
 
 _SPOTS = 3  # speckles across a subset, iDICs Good Practices Guide
 _SIZES = range(11, 102, 2)  # px
-_SHARE = 95  # percent of the subsets that shall reach the σ asked for
-_TAPER = 24  # px at the border that fade to grey, so that a shifted picture does not ring
+_PERCENTILE = 95  # of the subsets, that shall reach the σ asked for
+_TAPER = 24  # px at the border that fade to grey, so that a shifted image does not ring
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,7 @@ class SettingsAdvice:
 
 def mean_intensity_gradient(image: ArrayLike) -> float:
     """Mean of |∇f|, grey levels per px: MIG (Pan, Lu, Xie 2010, Opt. Lasers Eng. 48, 469)."""
-    fx, fy = spline_gradient(spline_coefficients(check_image(image, "reference")))
+    fx, fy = spline_gradient(prefilter(check_reference(image)))
     return float(np.mean(np.hypot(fx, fy)))
 
 
@@ -53,9 +55,9 @@ def speckle_size(image: ArrayLike) -> float:
     Raises
     ------
     ValueError
-        The picture cannot be used, or has no spots: its autocorrelation never falls to one half.
+        The image cannot be used, or has no spots: its autocorrelation never falls to one half.
     """
-    grey = check_image(image, "reference").astype(np.float64)
+    grey = check_reference(image).astype(np.float64)
     spectrum = np.square(np.abs(np.fft.rfft2(_faded(grey - grey.mean()))))
     peak = np.fft.irfft2(spectrum, s=grey.shape)
     reach = min(grey.shape) // 2
@@ -63,13 +65,13 @@ def speckle_size(image: ArrayLike) -> float:
     return float(np.sqrt(2) * np.mean(falls))
 
 
-def _half_width(line: NDArray) -> float:
+def _half_width(line: AnyArray) -> float:
     """Distance at which an autocorrelation falls to one half of its smooth part."""
     # A parabola through the distances 1 and 2, even in the distance, stands for the top.
     top = line[1] + (line[1] - line[2]) / 3
     below = np.flatnonzero(line[1:] < top / 2)
     if not len(below) or top <= 0:
-        raise ValueError("reference has no spots that a speckle size could be told of; check focus")
+        raise ValueError("reference has no spots whose size could be measured; check focus")
     first = int(below[0]) + 1
     before, after = top if first == 1 else line[first - 1], line[first]
     return first - 1 + (before - top / 2) / (before - after)
@@ -77,10 +79,10 @@ def _half_width(line: NDArray) -> float:
 
 def sub_pixel_bias(
     image: ArrayLike, subset: int = 21, shifts: ArrayLike = (0.25, 0.5, 0.75)
-) -> NDArray[np.float64]:
-    """Measure what interpolation does to shifts of this very picture.
+) -> F64:
+    """Measure what interpolation does to shifts of this very image.
 
-    The picture is shifted by its Fourier series, which is exact for what the camera resolves, and
+    The image is shifted by its Fourier series, which is exact for what the camera resolves, and
     correlated with itself.
 
     Parameters
@@ -94,25 +96,36 @@ def sub_pixel_bias(
     (S, 2) float64, px
         Mean error of u and v.
     """
-    grey = check_image(image, "reference").astype(np.float64)
-    plain = _faded(grey - grey.mean())
+    grey = check_reference(image).astype(np.float64)
+    plain, subset = _faded(grey - grey.mean()), check_subset(subset, grey.shape)
     ref = prepare(plain, subset, max(subset // 2, 1))
     apart = np.abs(ref.xy - (np.array(grey.shape[::-1]) - 1) / 2)
     room = np.array(grey.shape[::-1]) / 2 - _TAPER - subset
     inside = np.all(apart <= np.maximum(room, subset), axis=1)
     wave_x, wave_y = np.fft.rfftfreq(grey.shape[1]), np.fft.fftfreq(grey.shape[0])[:, None]
-    bias = []
-    for shift in np.atleast_1d(np.asarray(shifts, dtype=np.float64)):
+    bias: list[tuple[float, float]] = []
+    for shift in _read_shifts(shifts):
         turn = np.exp(-2j * np.pi * shift * (wave_x + wave_y))
         moved = np.fft.irfft2(np.fft.rfft2(plain) * turn, s=grey.shape)
         field = correlate(ref, moved, guess=np.full_like(ref.xy, shift))
         found = np.column_stack([field.u, field.v])[inside & field.valid]
-        bias.append(found.mean(axis=0) - shift if len(found) else (np.nan, np.nan))
-    return np.array(bias)
+        error = found.mean(axis=0) - shift if len(found) else np.full(2, np.nan)
+        bias.append((float(error[0]), float(error[1])))
+    return np.array(bias).reshape(-1, 2)
 
 
-def _faded(grey: NDArray) -> NDArray[np.float64]:
-    """Let a picture of mean zero fade out at its border."""
+def _read_shifts(shifts: ArrayLike) -> F64:
+    given = np.atleast_1d(read_array(shifts, "shifts", "px"))
+    if given.ndim != 1 or not np.all(np.abs(given) <= 1):
+        raise ValueError(
+            f"shifts must be (S,) from -1 to 1 px, got shape {given.shape}; "
+            "the bias repeats from px to px"
+        )
+    return given
+
+
+def _faded(grey: AnyArray) -> F64:
+    """Let an image of mean zero fade out at its border."""
     for axis in (0, 1):
         count = grey.shape[axis]
         away = np.minimum(np.arange(count), np.arange(count)[::-1])
@@ -127,7 +140,7 @@ def recommend_settings(image: ArrayLike, noise: float, sigma: float = 0.01) -> S
     Parameters
     ----------
     image : (H, W), grey levels
-        Picture of the pattern by the camera of the test.
+        Of the pattern, by the camera of the test.
     noise : float, grey levels
         Standard deviation of its noise.
     sigma : float, px
@@ -136,11 +149,13 @@ def recommend_settings(image: ArrayLike, noise: float, sigma: float = 0.01) -> S
     Raises
     ------
     ValueError
-        The picture cannot be used, or no subset up to 101 px reaches `sigma`.
+        The image cannot be used, or no subset up to 101 px reaches `sigma`.
     """
-    grey = check_image(image, "reference")
+    grey = check_reference(image)
+    noise = read_real(noise, "noise", "grey levels")
+    sigma = read_real(sigma, "sigma", "px")
     speckle = speckle_size(grey)
-    steep = np.stack([np.square(slope) for slope in spline_gradient(spline_coefficients(grey))])
+    steep = np.stack([np.square(slope) for slope in spline_gradient(prefilter(grey))])
     for subset in _SIZES:
         if subset < _SPOTS * speckle or subset > min(grey.shape):
             continue
@@ -153,12 +168,14 @@ def recommend_settings(image: ArrayLike, noise: float, sigma: float = 0.01) -> S
     )
 
 
-def _floor(steep: NDArray, subset: int, noise: float) -> float:
-    """σ that 95 % of the subsets of a picture stay below, px; noise in ∇f is no texture."""
+def _floor(steep: AnyArray, subset: int, noise: float) -> float:
+    """σ that 95 % of the subsets of an image stay below, px; noise in ∇f is no texture."""
     half = subset // 2
-    ys, xs = (np.arange(half, count - half, max(half, 1)) for count in steep.shape[1:])
+    height, width = (int(side) for side in steep.shape[1:])
+    xs: I64 = np.arange(half, width - half, half)
+    ys: I64 = np.arange(half, height - half, half)
     centres = np.stack(np.meshgrid(xs, ys), axis=-1).reshape(-1, 2)
     own = noise_slope() * noise**2 * subset**2
     sums = np.stack([box_sums(plane, centres, half) for plane in steep]) - own
-    least = np.maximum(sums.min(axis=0), 1e-12)
-    return float(np.percentile(noise_floor(noise, least), _SHARE))
+    texture = np.maximum(sums.min(axis=0), 1e-12)
+    return float(np.percentile(noise_floor(noise, texture), _PERCENTILE))

@@ -1,4 +1,4 @@
-"""Correlate two pictures of a plate whose motion is known, and see how far off the result is."""
+"""Correlate two images of a plate whose motion is known, and see how far off the result is."""
 
 import numpy as np
 

@@ -12,13 +12,13 @@ pattern = synthetic.speckle(SIZE, diameter=1.25, softness=0.6)
 camera = synthetic.pinhole_above(SIZE, stand_off=500.0, pixels=(480, 360))
 sensor = synthetic.Sensor(noise=2.0)
 
-# The gradient of the motion F = 1 + ∇u in the picture, where y runs down: 1 % longer along x,
+# The gradient of the motion F = 1 + ∇u in the image, where y runs down: 1 % longer along x,
 # 0.3 % shorter along y, then turned by 3 degrees.
 angle = np.radians(3.0)
 turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
 F = turn @ np.diag([1.01, 0.997])
 
-# The plate's y runs up in this picture, so its shear components change their sign.
+# The plate's y runs up in this image, so its shear components change their sign.
 flip = np.diag([1.0, -1.0])
 gradient = flip @ (F - np.eye(2)) @ flip
 

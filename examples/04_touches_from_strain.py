@@ -17,7 +17,7 @@ rng = np.random.default_rng(4)
 strain = np.einsum("k,kmc->mc", truth[:, 2], influence.strain(truth[:, :2]))
 strain += rng.normal(0.0, sigma, strain.shape)
 
-# How many there are is not told.
+# How many there are is not given.
 estimate = models.solve(strain, influence, sigma=sigma)
 print(f"{len(gauges)} gauges; {estimate.result.value}: {estimate.count}")
 print(f"χ² {estimate.chi2:.0f} for {estimate.dof} degrees of freedom, p = {estimate.p_value:.2f}")
@@ -29,7 +29,7 @@ for n, (x, y, force) in enumerate(truth):
         f"force {estimate.force[n]:.3f} ± {sf:.3f} N (true {force:g})"
     )
 
-# A gauge that failed is told by NaN; the estimate goes on with the others.
+# A gauge that failed is NaN; the estimate goes on with the others.
 strain[:18] = np.nan
 without = models.solve(strain, influence, sigma=sigma)
 farthest = np.hypot(*(without.xy - truth[:, :2]).T).max()

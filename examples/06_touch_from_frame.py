@@ -21,7 +21,7 @@ sensor = synthetic.Sensor(noise=noise)
 
 
 def frame(*touches):
-    """Picture of the plate under touches, by a camera that has moved by a third of a pixel."""
+    """Image of the plate under touches, by a camera that has moved by a third of a pixel."""
     displacement = linear.deflect(touches).displacement(warper.points)
     shift = (0.3, -0.2) if touches else (0.0, 0.0)
     return warper.render(displacement, sensor, rng, shift=shift)

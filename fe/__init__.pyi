@@ -60,9 +60,11 @@ from .reduced.large_state import drift_at as drift_at
 from .shell import (
     Base as Base,
     Shell as Shell,
+    ShellInfluence as ShellInfluence,
     ShellState as ShellState,
     Stability as Stability,
     Verdict as Verdict,
+    shell_influence as shell_influence,
     shell_mesh as shell_mesh,
     solve as solve,
 )

@@ -45,6 +45,7 @@ from .design.press_calibration import (
 from .estimate import (
     Estimate as Estimate,
     Result as Result,
+    SolverStats as SolverStats,
 )
 from .forward.camera_gauges import (
     CameraGauges as CameraGauges,
@@ -86,16 +87,20 @@ from .inverse.candidates import (
     prepare_candidates as prepare_candidates,
     with_forward as with_forward,
 )
+from .inverse.estimator import (
+    Estimator as Estimator,
+    solve as solve,
+)
 from .inverse.irls import find_robust as find_robust
-from .inverse.levenberg_marquardt import covariance as covariance
+from .inverse.levenberg_marquardt import (
+    LevenbergMarquardt as LevenbergMarquardt,
+    covariance as covariance,
+)
 from .inverse.prior import (
     Prior as Prior,
     prior as prior,
 )
-from .inverse.solver import (
-    find as find,
-    solve as solve,
-)
+from .inverse.solver import find as find
 from .nets.batches import (
     mixed_batches as mixed_batches,
     noisy_batches as noisy_batches,

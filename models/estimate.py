@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
+from models.arrays import F64
 
 
 class Result(Enum):
@@ -15,6 +15,30 @@ class Result(Enum):
     FOUND = "touches found"
     NO_TOUCH = "no touch"
     UNRESOLVABLE = "touches are too close together, too near an edge or too weak to tell"
+
+
+class SolverStats(NamedTuple):
+    """What it took to find touches.
+
+    Attributes
+    ----------
+    descents : int
+        Fits that were begun: with one touch more, with one less, from another start.
+    steps : int
+        Steps that these tried.
+    evaluations : int
+        Times that they read the forward model.
+    converged : bool
+        Whether the fit that is stated ended by itself, not by the largest number of steps.
+    """
+
+    descents: int
+    steps: int
+    evaluations: int
+    converged: bool
+
+
+NO_DESCENT = SolverStats(0, 0, 0, True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,24 +58,27 @@ class Estimate:
     dof : int
         Measurements less unknowns, 1 at least.
     p_value : float
-        Chance of a larger `chi2` if model and noise are right.
+        Probability of a larger `chi2` if model and noise are right.
     result : Result
+    stats : SolverStats
+        Steps of the solver; none where none was asked.
     """
 
-    xy: NDArray[np.float64]
-    force: NDArray[np.float64]
-    covariance: NDArray[np.float64]
+    xy: F64
+    force: F64
+    covariance: F64
     chi2: float
     dof: int
     p_value: float
     result: Result
+    stats: SolverStats = NO_DESCENT
 
     @property
     def count(self) -> int:
         """Number of touches."""
         return len(self.force)
 
-    def touch_covariance(self, index: int) -> NDArray[np.float64]:
+    def touch_covariance(self, index: int) -> F64:
         """Covariance of x, y, F of one touch, (3, 3), mm and N."""
         block = slice(3 * index, 3 * index + 3)
         return self.covariance[block, block]

@@ -1,4 +1,4 @@
-"""Many pictures at once on torch, for training: one sharp picture, warped by smooth fields."""
+"""Many images at once on torch, for training: one sharp image, warped by smooth fields."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ _RIM = 2
 class BatchWarper:
     """A plate at rest on a torch device, ready to be seen under many displacements at once.
 
-    Displacements are given at control pixels, every 8 px from −8 to past the picture, and are
+    Displacements are given at control pixels, every 8 px from −8 to past the image, and are
     bicubic splines through those values in between.
 
     Attributes
     ----------
-    size : (width, height) of the picture, px.
+    size : (width, height) of the image, px.
     controls : (rows, cols, 2) float64, px, the control pixels (x, y).
-    oversample : samples of the sharp picture a pixel.
-    sharp : (1, 1, H', W') float32 tensor, cubic spline coefficients of the picture at rest.
+    oversample : samples of the sharp image a pixel.
+    sharp : (1, 1, H', W') float32 tensor, cubic spline coefficients of the image at rest.
     down, along : float32 tensors (rows + 4, rows) and (cols + 4, cols) that turn values at the
         controls into spline coefficients there and beyond.
     """
@@ -46,7 +46,7 @@ class BatchWarper:
     along: Tensor = field(repr=False)
 
     def render(self, forward: ArrayLike | Tensor) -> Tensor:
-        """Take one picture for each displacement, without noise.
+        """Take one image for each displacement, without noise.
 
         Parameters
         ----------
@@ -60,7 +60,7 @@ class BatchWarper:
         Raises
         ------
         ValueError
-            A field of wrong shape, not finite or larger than the picture.
+            A field of wrong shape, not finite or larger than the image.
         """
         spline = self._spline(forward)
         x, y = self._places(self.controls)
@@ -103,8 +103,7 @@ class BatchWarper:
         )
         if not largest <= allowed:
             raise ValueError(
-                f"displacements must be smaller than the picture, {allowed} px, "
-                f"got {largest:.6g} px"
+                f"displacements must be smaller than the image, {allowed} px, got {largest:.6g} px"
             )
         return self._filter(values.permute(0, 3, 1, 2))
 
@@ -121,7 +120,7 @@ class BatchWarper:
 
 
 def prepare_batch(warper: Warper, device: str = "cpu") -> BatchWarper:
-    """Bring the sharp picture of a warper to a torch device.
+    """Bring the sharp image of a warper to a torch device.
 
     Parameters
     ----------
@@ -136,7 +135,7 @@ def prepare_batch(warper: Warper, device: str = "cpu") -> BatchWarper:
     missing = [name for name in ("torch", "kornia") if find_spec(name) is None]
     if missing:
         raise ValueError(
-            f"a batch of pictures needs {' and '.join(missing)}, not installed here; run "
+            f"a batch of images needs {' and '.join(missing)}, not installed here; run "
             "'make torch' or render one by one with `Warper`"
         )
     import torch
@@ -189,13 +188,13 @@ def _bicubic(coefficients: Tensor, x: Tensor, y: Tensor) -> Tensor:
     coefficients = coefficients.expand(batch, -1, -1, -1)
     (x0, x1, gx), (y0, y1, gy) = _pairs(x, coefficients.shape[3]), _pairs(y, coefficients.shape[2])
 
-    def look(column: Tensor, row: Tensor) -> Tensor:
+    def lookup(column: Tensor, row: Tensor) -> Tensor:
         places = column.expand(batch, -1, -1), row.expand(batch, -1, -1)
         return remap(coefficients, *places, padding_mode="border", align_corners=True)
 
     gx, gy = gx[:, None], gy[:, None]
-    above = (1 - gx) * look(x0, y0) + gx * look(x1, y0)
-    below = (1 - gx) * look(x0, y1) + gx * look(x1, y1)
+    above = (1 - gx) * lookup(x0, y0) + gx * lookup(x1, y0)
+    below = (1 - gx) * lookup(x0, y1) + gx * lookup(x1, y1)
     return (1 - gy) * above + gy * below
 
 

@@ -6,8 +6,9 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from synthetic.arrays import F64
 from synthetic.distortion import Distortion
-from synthetic.points import Array, checked, descend, in_camera
+from synthetic.points import checked, descend, in_camera
 from synthetic.pose import above, fit, rigid_transform
 
 
@@ -17,7 +18,7 @@ class Camera:
 
     Attributes
     ----------
-    size : (width, height) of the picture, px.
+    size : (width, height) of the image, px.
     focal : focal length, px.
     centre : (x, y) of the principal point, px; (0, 0) is the centre of the top-left pixel.
     T_cam_plate : (4, 4) float64, maps plate coordinates to camera coordinates, mm.
@@ -34,18 +35,18 @@ class Camera:
     size: tuple[int, int]
     focal: float
     centre: tuple[float, float]
-    T_cam_plate: Array
+    T_cam_plate: F64
     distortion: Distortion | None = None
 
     def __post_init__(self):
         if min(self.size) < 1:
-            raise ValueError(f"picture size must be positive, got {self.size} px")
+            raise ValueError(f"image size must be positive, got {self.size} px")
         if not 0 < self.focal < np.inf:
             raise ValueError(f"focal length must be positive, got {self.focal} px")
         object.__setattr__(self, "T_cam_plate", rigid_transform(self.T_cam_plate))
 
     @property
-    def position(self) -> Array:
+    def position(self) -> F64:
         """(3,) float64, optical centre in the plate frame, mm."""
         return -self.T_cam_plate[:3, :3].T @ self.T_cam_plate[:3, 3]
 
@@ -57,7 +58,7 @@ class Camera:
             raise ValueError("optical axis does not meet the plate; turn the camera to the plate")
         return float(-self.position[2] / along / self.focal)
 
-    def project(self, points: ArrayLike) -> Array:
+    def project(self, points: ArrayLike) -> F64:
         """See plate points.
 
         Parameters
@@ -80,8 +81,8 @@ class Camera:
             ray = self.distortion.bend(ray)
         return ray * self.focal + self.centre
 
-    def jacobian(self, points: ArrayLike) -> Array:
-        """How the picture of a point moves with the point.
+    def jacobian(self, points: ArrayLike) -> F64:
+        """How the image of a point moves with the point.
 
         Parameters
         ----------
@@ -97,7 +98,7 @@ class Camera:
         J = (R[:2] - ray[:, :, None] * R[2]) * (self.focal / local[:, 2])[:, None, None]
         return J if self.distortion is None else self.distortion.jacobian(ray) @ J
 
-    def on_plate(self, px: ArrayLike, z: ArrayLike = 0.0) -> Array:
+    def on_plate(self, px: ArrayLike, z: ArrayLike = 0.0) -> F64:
         """Find the point of the plane at height z that a pixel sees.
 
         Parameters
@@ -131,15 +132,15 @@ def pinhole_above(
 ) -> Camera:
     """Stand a camera over the centre of the plate, looking straight down on the touched face.
 
-    Plate x runs right in the picture and plate y runs up, so the pose is half a turn about x.
+    Plate x runs right in the image and plate y runs up, so the pose is half a turn about x.
 
     Parameters
     ----------
     plate_size : (a, b) of the plate, mm.
     stand_off : distance of the optical centre from the plate's middle plane, mm.
-    pixels : (width, height) of the picture, px.
-    margin : fraction of the picture left free on each side of the plate in the tighter direction.
-    distortion : of the lens; it changes what lies away from the middle of the picture.
+    pixels : (width, height) of the image, px.
+    margin : fraction of the image left free on each side of the plate in the tighter direction.
+    distortion : of the lens; it changes what lies away from the middle of the image.
 
     Returns
     -------

@@ -1,16 +1,18 @@
-"""Displacements with known strain: to draw pictures of, and to check what was measured.
+"""Displacements with known strain: to draw images of, and to check what was measured.
 
 Each is called as a displacement of the plate, (K, 2) → (K, 3), and knows its gradient. They hold in
 any unit of length, as long as points and parameters share it.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dic import StrainKind, strain_measure
-from synthetic.points import Array, checked
+from synthetic.arrays import F64, AnyArray
+from synthetic.points import checked, polynomial_value
 
 
 @dataclass(frozen=True)
@@ -28,11 +30,11 @@ class Uniform:
     about: tuple[float, float] = (0.0, 0.0)
     shift: tuple[float, float] = (0.0, 0.0)
 
-    def __call__(self, points: Array) -> Array:
+    def __call__(self, points: F64) -> F64:
         """Displace points (K, 2): (K, 3), in the plane."""
         return _in_plane((points - self.about) @ np.array(self.rows).T + self.shift)
 
-    def gradient(self, points: Array) -> Array:
+    def gradient(self, points: F64) -> F64:
         """Displacement gradient at points (K, 2): (K, 2, 2)."""
         return np.tile(np.array(self.rows, dtype=np.float64), (len(points), 1, 1))
 
@@ -53,8 +55,8 @@ class Polynomial:
     about : mm.
     """
 
-    u: Array
-    v: Array
+    u: F64
+    v: F64
     about: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self):
@@ -65,21 +67,22 @@ class Polynomial:
             c.flags.writeable = False
             object.__setattr__(self, name, c)
 
-    def __call__(self, points: Array) -> Array:
+    def __call__(self, points: F64) -> F64:
         """Displace points (K, 2): (K, 3), in the plane."""
         return _in_plane(np.column_stack([self._value(c, points) for c in (self.u, self.v)]))
 
-    def gradient(self, points: Array) -> Array:
+    def gradient(self, points: F64) -> F64:
         """Displacement gradient at points (K, 2): (K, 2, 2)."""
-        slope = np.polynomial.polynomial.polyder
-        rows = [
-            [self._value(slope(c, axis=axis), points) for axis in (0, 1)] for c in (self.u, self.v)
-        ]
-        return _stacked(rows)
+        return _stacked(
+            [
+                [self._value(_derivative(c, axis), points) for axis in (0, 1)]
+                for c in (self.u, self.v)
+            ]
+        )
 
-    def _value(self, c: NDArray, points: Array) -> Array:
+    def _value(self, c: F64, points: F64) -> F64:
         x, y = (points - self.about).T
-        return np.polynomial.polynomial.polyval2d(x, y, c)
+        return polynomial_value(c, x, y)
 
 
 @dataclass(frozen=True)
@@ -97,16 +100,16 @@ class Wave:
     frequency: tuple[float, float]
     phase: float = 0.0
 
-    def __call__(self, points: Array) -> Array:
+    def __call__(self, points: F64) -> F64:
         """Displace points (K, 2): (K, 3), in the plane."""
         return _in_plane(np.cos(self._angle(points))[:, None] * self.amplitude)
 
-    def gradient(self, points: Array) -> Array:
+    def gradient(self, points: F64) -> F64:
         """Displacement gradient at points (K, 2): (K, 2, 2)."""
         slopes = -2 * np.pi * np.outer(self.amplitude, self.frequency)
         return np.sin(self._angle(points))[:, None, None] * slopes
 
-    def _angle(self, points: Array) -> Array:
+    def _angle(self, points: F64) -> F64:
         return 2 * np.pi * (points @ self.frequency) + self.phase
 
 
@@ -114,12 +117,12 @@ class Wave:
 class Star:
     """The star of the DIC Challenge 2.0: v waves along y, ever longer along x.
 
-    With period p(x) = first + growth · x: v = amplitude · cos(2π (y − middle)/p(x)).
+    With period p(x) = first + period_slope · x: v = amplitude · cos(2π (y − middle)/p(x)).
 
     Attributes
     ----------
     amplitude, first, middle : mm.
-    growth : of the period, mm per mm.
+    period_slope : of the period along x, mm per mm.
 
     References
     ----------
@@ -128,23 +131,23 @@ class Star:
 
     amplitude: float
     first: float
-    growth: float
+    period_slope: float
     middle: float
 
-    def __call__(self, points: Array) -> Array:
+    def __call__(self, points: F64) -> F64:
         """Displace points (K, 2): (K, 3), in the plane."""
         _, angle = self._wave(points)
         return _in_plane(np.column_stack([0 * angle, self.amplitude * np.cos(angle)]))
 
-    def gradient(self, points: Array) -> Array:
+    def gradient(self, points: F64) -> F64:
         """Displacement gradient at points (K, 2): (K, 2, 2)."""
         period, angle = self._wave(points)
         steep = self.amplitude * np.sin(angle) / period
         none = np.zeros_like(angle)
-        return _stacked([[none, none], [steep * angle * self.growth, -2 * np.pi * steep]])
+        return _stacked([[none, none], [steep * angle * self.period_slope, -2 * np.pi * steep]])
 
-    def _wave(self, points: Array) -> tuple[Array, Array]:
-        period = self.first + self.growth * points[:, 0]
+    def _wave(self, points: F64) -> tuple[F64, F64]:
+        period = self.first + self.period_slope * points[:, 0]
         return period, 2 * np.pi * (points[:, 1] - self.middle) / period
 
 
@@ -173,7 +176,7 @@ class Hole:
         if not 0 < self.radius < np.inf:
             raise ValueError(f"radius of the hole must be positive, got {self.radius} mm")
 
-    def __call__(self, points: Array) -> Array:
+    def __call__(self, points: F64) -> F64:
         """Displace points (K, 2): (K, 3), in the plane."""
         z = self._outside(points)
         kappa, a2 = self._kappa, self.radius**2
@@ -182,7 +185,7 @@ class Hole:
         moved = self._scale * (kappa * phi - z * slope.conj() - psi.conj())
         return _in_plane(np.column_stack([moved.real, moved.imag]))
 
-    def gradient(self, points: Array) -> Array:
+    def gradient(self, points: F64) -> F64:
         """Displacement gradient at points (K, 2): (K, 2, 2); NaN in the hole."""
         z = self._outside(points)
         kappa, a2 = self._kappa, self.radius**2
@@ -205,7 +208,7 @@ class Hole:
         # Stress S far away over 8 times the shear modulus, where S = E · strain.
         return self.strain * (1 + self.poisson) / 4
 
-    def _outside(self, points: Array) -> Array:
+    def _outside(self, points: F64) -> F64:
         """Points as complex numbers from the centre; those in the hole moved to its rim."""
         x, y = (points - self.centre).T
         z = x + 1j * y
@@ -216,7 +219,7 @@ class Hole:
 Formula = Uniform | Polynomial | Wave | Star | Hole
 
 
-def strain_of(formula: Formula, points: ArrayLike, kind: StrainKind = "small") -> Array:
+def strain_of(formula: Formula, points: ArrayLike, kind: StrainKind = "small") -> F64:
     """Exact strain of a formula.
 
     Parameters
@@ -231,9 +234,13 @@ def strain_of(formula: Formula, points: ArrayLike, kind: StrainKind = "small") -
     return strain_measure(formula.gradient(checked(points, 2, "points", "mm")), kind)
 
 
-def _in_plane(moved: Array) -> Array:
+def _derivative(coefficients: F64, axis: int) -> F64:
+    return np.asarray(np.polynomial.polynomial.polyder(coefficients, axis=axis), np.float64)
+
+
+def _in_plane(moved: F64) -> F64:
     return np.column_stack([moved, np.zeros(len(moved))])
 
 
-def _stacked(rows: list[list[NDArray]]) -> Array:
+def _stacked(rows: Sequence[Sequence[AnyArray]]) -> F64:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)

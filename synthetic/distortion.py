@@ -5,10 +5,10 @@ from functools import cached_property
 
 import numpy as np
 
-from synthetic.points import Array
+from synthetic.arrays import F64
 
 # Newton's method doubles its digits a step; from the ray that a pinhole would see it needs 3 to 6.
-_MOST_STEPS = 30
+_MAX_STEPS = 30
 _TOLERANCE = 1e-13  # of a ray, tangent of an angle: 1e-10 px at a focal length of 1000 px
 
 
@@ -50,7 +50,7 @@ class Distortion:
         turns = roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real > 1e-12)]
         return float(1 / np.sqrt(turns.max())) if len(turns) else np.inf
 
-    def bend(self, ray: Array) -> Array:
+    def bend(self, ray: F64) -> F64:
         """Distort rays (K, 2), tangents of angles; ValueError beyond `reach`."""
         widest = np.sqrt(np.square(ray).sum(axis=1).max(initial=0.0))
         if not widest < self.reach:
@@ -61,7 +61,7 @@ class Distortion:
             )
         return self._bend(ray)
 
-    def jacobian(self, ray: Array) -> Array:
+    def jacobian(self, ray: F64) -> F64:
         """Differentiate `bend`: (K, 2, 2), symmetric."""
         x, y = ray.T
         r2 = x * x + y * y
@@ -71,7 +71,7 @@ class Distortion:
         xy = 2 * x * y * slope + 2 * self.p1 * x + 2 * self.p2 * y
         return np.stack([np.stack([xx, xy], axis=-1), np.stack([xy, yy], axis=-1)], axis=-2)
 
-    def straighten(self, bent: Array) -> Array:
+    def straighten(self, bent: F64) -> F64:
         """Find the rays (K, 2) that `bend` sends to `bent`, to 1e-13.
 
         Raises
@@ -80,7 +80,7 @@ class Distortion:
             No ray is sent there.
         """
         ray, off = bent, np.full_like(bent, np.inf)
-        for _ in range(_MOST_STEPS):
+        for _ in range(_MAX_STEPS):
             with np.errstate(all="ignore"):  # what runs away is counted below
                 off = bent - self._bend(ray)
                 (a, b), (_, d) = self.jacobian(ray).transpose(1, 2, 0)
@@ -95,11 +95,11 @@ class Distortion:
             raise ValueError(
                 f"the lens must send a ray to every pixel, got {np.count_nonzero(~found)} of "
                 f"{len(bent)} pixels beyond the {self.reach:.3g} off the axis at which its "
-                "distortion turns back; use a smaller picture or weaker distortion"
+                "distortion turns back; use a smaller image or weaker distortion"
             )
         return ray
 
-    def _bend(self, ray: Array) -> Array:
+    def _bend(self, ray: F64) -> F64:
         x, y = ray.T
         r2 = x * x + y * y
         radial, _ = self._radial(r2)
@@ -111,7 +111,7 @@ class Distortion:
             ]
         )
 
-    def _radial(self, r2: Array) -> tuple[Array, Array]:
+    def _radial(self, r2: F64) -> tuple[F64, F64]:
         """Radial factor and its derivative by r²."""
         factor = 1 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3))
         return factor, self.k1 + r2 * (2 * self.k2 + r2 * 3 * self.k3)

@@ -1,4 +1,4 @@
-"""DIC without images: what it reads from a motion of the picture, and with what noise.
+"""DIC without images: what it reads from a motion of the image, and with what noise.
 
 A subset that fits a polynomial to the motion of its pixels, and a window that fits a plane to the
 motion of its subsets, are weighted means of the motion around a place. The same weights carry the
@@ -14,11 +14,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.signal import correlate
 
 from dic import box_sums, check_image, lies_inside, spline_coefficients, spline_gradient
-from synthetic.points import Array, checked
+from synthetic.arrays import F64
+from synthetic.points import checked
 
 # Nodes a side of a gauge at which the motion is asked for: exact for polynomials of degree 7.
 _NODES = 8
@@ -36,8 +37,8 @@ class Gauges:
         pixel is the place itself.
     """
 
-    xy: Array
-    kernel: Array = field(repr=False)
+    xy: F64
+    kernel: F64 = field(repr=False)
 
     @property
     def size(self) -> int:
@@ -45,17 +46,17 @@ class Gauges:
         return self.kernel.shape[-1]
 
     @property
-    def px(self) -> Array:
+    def px(self) -> F64:
         """(N · 64, 2) float64, px, where the motion is asked for."""
         x, y = np.meshgrid(self._nodes(), self._nodes())
         return (self.xy[:, None] + np.column_stack([x.ravel(), y.ravel()])).reshape(-1, 2)
 
-    def read(self, motion: ArrayLike) -> Array:
+    def read(self, motion: ArrayLike) -> F64:
         """Read the gauges.
 
         Parameters
         ----------
-        motion : (N · 64, 2, ...) float64, px, motion of the picture at `px`, smooth over a gauge.
+        motion : (N · 64, 2, ...) float64, px, motion of the image at `px`, smooth over a gauge.
 
         Returns
         -------
@@ -68,7 +69,7 @@ class Gauges:
         moved = moved.reshape(len(self.xy), _NODES**2, *moved.shape[1:])
         return np.einsum("caq,nqa...->nc...", self._weights(), moved)
 
-    def covariance(self, texture: ArrayLike, noise: float) -> Array:
+    def covariance(self, texture: ArrayLike, noise: float) -> F64:
         """Covariance of all readings from the noise of the pixels.
 
         Two gauges share the noise of the pixels that they share. That the light is free costs one
@@ -78,7 +79,7 @@ class Gauges:
         ----------
         texture : (2, 2) or (N, 2, 2) float64, (grey levels per px)²
             Mean ∇f∇fᵀ of the pattern, as from `texture_at`.
-        noise : grey levels, standard deviation in each of the two pictures.
+        noise : grey levels, standard deviation in each of the two images.
 
         Returns
         -------
@@ -104,10 +105,10 @@ class Gauges:
         full = 2 * noise**2 * np.einsum("cdabnm,nmab->ncmd", overlap, shared)
         return full.reshape(count, count)
 
-    def _nodes(self) -> Array:
+    def _nodes(self) -> F64:
         return np.polynomial.legendre.leggauss(_NODES)[0] * (self.size / 2)
 
-    def _weights(self) -> Array:
+    def _weights(self) -> F64:
         """Weights (C, 2, Q) of the nodes that have the moments of the kernel up to degree 7."""
         degree, half = _NODES - 1, self.size // 2
         pixels = np.arange(-half, half + 1) / (self.size / 2)
@@ -117,7 +118,7 @@ class Gauges:
         back = np.linalg.inv(at_nodes)
         return (back.T @ moments @ back).reshape(*self.kernel.shape[:2], -1)
 
-    def _overlaps(self) -> Array:
+    def _overlaps(self) -> F64:
         """Sum products of the kernels at each lag: (C, C, 2, 2, 2S − 1, 2S − 1)."""
         channels, reach = len(self.kernel), 2 * self.size - 1
         table = np.zeros((channels, channels, 2, 2, reach, reach))
@@ -184,8 +185,8 @@ def strain_gauges(
     return Gauges(_places(xy), np.array(kernel))
 
 
-def texture_at(image: ArrayLike, xy: ArrayLike, size: int) -> Array:
-    """Mean ∇f∇fᵀ of a picture over squares.
+def texture_at(image: ArrayLike, xy: ArrayLike, size: int) -> F64:
+    """Mean ∇f∇fᵀ of an image over squares.
 
     Parameters
     ----------
@@ -200,14 +201,14 @@ def texture_at(image: ArrayLike, xy: ArrayLike, size: int) -> Array:
     Raises
     ------
     ValueError
-        A picture that cannot be used, or a square that leaves it.
+        An image that cannot be used, or a square that leaves it.
     """
     image = check_image(image, "reference")
     centres, half = _places(xy).astype(np.int64), size // 2
     outside = np.count_nonzero(~lies_inside(centres, half, image.shape))
     if outside:
         raise ValueError(
-            f"squares of {size} px must lie on the picture, got {outside} that leave it; "
+            f"squares of {size} px must lie on the image, got {outside} that leave it; "
             f"keep {half} px from its border"
         )
     fx, fy = (
@@ -220,11 +221,11 @@ def texture_at(image: ArrayLike, xy: ArrayLike, size: int) -> Array:
     return np.stack([np.stack([xx, xy_], axis=-1), np.stack([xy_, yy], axis=-1)], axis=-2)
 
 
-def _places(xy: ArrayLike) -> Array:
+def _places(xy: ArrayLike) -> F64:
     return np.rint(checked(xy, 2, "places", "px"))
 
 
-def _subset(subset: int, order: int) -> tuple[Array, Array, Array]:
+def _subset(subset: int, order: int) -> tuple[F64, F64, F64]:
     """Weights (S, S) of the value and of both slopes at the middle of the fitted polynomial."""
     if subset < 5 or subset % 2 == 0:
         raise ValueError(f"subset size must be odd and at least 5 px, got {subset} px; use 21")
@@ -232,7 +233,7 @@ def _subset(subset: int, order: int) -> tuple[Array, Array, Array]:
         raise ValueError(f"order of the shape function must be 0, 1 or 2, got {order}; use order=1")
     half = subset // 2
     y, x = (part.ravel() for part in np.mgrid[-half : half + 1, -half : half + 1] / half)
-    terms: Sequence[NDArray] = [np.ones_like(x), x, y, x * x, x * y, y * y]
+    terms: Sequence[F64] = [np.ones_like(x), x, y, x * x, x * y, y * y]
     fit = np.linalg.pinv(np.column_stack(terms[: (1, 3, 6)[order]]))
     value = fit[0].reshape(subset, subset)
     if order == 0:
@@ -241,7 +242,7 @@ def _subset(subset: int, order: int) -> tuple[Array, Array, Array]:
     return value, along, down
 
 
-def _spread(value: Array, step: int, down: Array, along: Array) -> Array:
+def _spread(value: F64, step: int, down: F64, along: F64) -> F64:
     """Sum of copies of a kernel at every `step` px, weighted by rows and columns."""
     subset, window = len(value), len(down)
     size = subset + (window - 1) * step

@@ -7,9 +7,10 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import ArrayLike
 
-from synthetic.points import Array
+from synthetic.arrays import F64
+from synthetic.points import polynomial_value
 
-Field = Callable[[Array], Array]
+Field = Callable[[F64], F64]
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,7 @@ class Light:
     ----------
     lamp : maps (K, 2) mm plate points to (K,) light; None for an even 1.
     projector : maps (K, 2) mm plate points to (K,) light that comes on top; None for a dark one.
-    flicker : standard deviation of the whole light from picture to picture, relative.
+    flicker : standard deviation of the whole light from image to image, relative.
 
     Raises
     ------
@@ -36,11 +37,11 @@ class Light:
         if not 0 <= self.flicker < np.inf:
             raise ValueError(f"flicker must be at least 0, got {self.flicker} of the light")
 
-    def at(self, points: Array, rng: Generator | None) -> Array:
-        """Light (K,) at plate points (K, 2) mm in one picture; None for steady light."""
-        light = np.ones(len(points)) if self.lamp is None else _lit(self.lamp, points, "lamp")
+    def at(self, points: F64, rng: Generator | None) -> F64:
+        """Light (K,) at plate points (K, 2) mm in one image; None for steady light."""
+        light = np.ones(len(points)) if self.lamp is None else _light_of(self.lamp, points, "lamp")
         if self.projector is not None:
-            light = light + _lit(self.projector, points, "projector")
+            light = light + _light_of(self.projector, points, "projector")
         if self.flicker > 0 and rng is not None:
             light = light * max(1 + self.flicker * rng.standard_normal(), 0)
         return light
@@ -58,9 +59,9 @@ def polynomial_light(coefficients: ArrayLike, size: tuple[float, float]) -> Fiel
     if c.ndim != 2 or not np.isfinite(c).all():
         raise ValueError(f"coefficients of the light must be finite (m, n), got shape {c.shape}")
 
-    def light(points: Array) -> Array:
+    def light(points: F64) -> F64:
         x, y = (points / size).T
-        return np.polynomial.polynomial.polyval2d(x, y, c)
+        return polynomial_value(c, x, y)
 
     return light
 
@@ -79,7 +80,7 @@ def projected_discs(places: ArrayLike, radius: float, level: float, border: floa
         raise ValueError(f"radius and border of a disc must be positive, got {radius}, {border} mm")
     middles = np.asarray(places, dtype=np.float64).reshape(-1, 2)
 
-    def light(points: Array) -> Array:
+    def light(points: F64) -> F64:
         total = np.zeros(len(points))
         for middle in middles:
             total += soft_step((radius - np.hypot(*(points - middle).T)) / border)
@@ -88,13 +89,13 @@ def projected_discs(places: ArrayLike, radius: float, level: float, border: floa
     return light
 
 
-def soft_step(depth: Array) -> Array:
+def soft_step(depth: F64) -> F64:
     """0 below −1/2, 1 above 1/2, and a cubic with even slope in between."""
     t = np.clip(depth + 0.5, 0, 1)
     return t * t * (3 - 2 * t)
 
 
-def _lit(field: Field, points: Array, name: str) -> Array:
+def _light_of(field: Field, points: F64, name: str) -> F64:
     light = np.asarray(field(points), dtype=np.float64)
     if light.shape != (len(points),):
         raise ValueError(

@@ -1,21 +1,22 @@
-"""A hand before the camera: a polygon with a soft border that hides a part of the picture."""
+"""A hand before the camera: a polygon with a soft border that hides a part of the image."""
 
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
+from synthetic.arrays import F64
 from synthetic.light import soft_step
-from synthetic.points import Array, checked
+from synthetic.points import checked
 
 
 @dataclass(frozen=True, eq=False)
 class Occluder:
-    """Something that hides a part of the picture.
+    """Something that hides a part of the image.
 
     Attributes
     ----------
-    outline : (V, 2) float64, px, corners of a polygon in order; it may leave the picture.
+    outline : (V, 2) float64, px, corners of a polygon in order; it may leave the image.
     shade : light that comes from it, 0 to 1 as that of the plate.
     border : width over which it gives way to the plate, px.
 
@@ -25,7 +26,7 @@ class Occluder:
         Fewer than three corners, a border that is not positive or a shade below 0.
     """
 
-    outline: Array
+    outline: F64
     shade: float = 0.4
     border: float = 4.0
 
@@ -40,8 +41,8 @@ class Occluder:
         outline.flags.writeable = False
         object.__setattr__(self, "outline", outline)
 
-    def share(self, shape: tuple[int, int]) -> Array:
-        """Share of each pixel of a picture (H, W) that is hidden, 0 to 1: (H, W) float64."""
+    def coverage(self, shape: tuple[int, int]) -> F64:
+        """Fraction of each pixel of an image (H, W) that is hidden, 0 to 1: (H, W) float64."""
         hidden = np.zeros(shape)
         low = np.maximum(np.floor(self.outline.min(axis=0) - self.border).astype(int), 0)
         high = np.maximum(np.ceil(self.outline.max(axis=0) + self.border).astype(int) + 1, 0)
@@ -50,13 +51,13 @@ class Occluder:
         hidden[box] = soft_step(_depth(x, y, self.outline) / self.border)
         return hidden
 
-    def cover(self, light: Array) -> Array:
-        """Put the hand before a picture (H, W)."""
-        hidden = self.share(light.shape)
+    def cover(self, light: F64) -> F64:
+        """Put the hand before an image (H, W)."""
+        hidden = self.coverage(light.shape)
         return light + hidden * (self.shade - light)
 
 
-def _depth(x: Array, y: Array, outline: Array) -> Array:
+def _depth(x: F64, y: F64, outline: F64) -> F64:
     """Distance of points from the sides of a polygon, positive inside."""
     nearest, inside = np.full(x.shape, np.inf), np.zeros(x.shape, dtype=bool)
     for (ax, ay), (bx, by) in pairwise(np.vstack([outline, outline[:1]])):

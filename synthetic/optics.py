@@ -1,12 +1,11 @@
-"""What a lens and an exposure time do to a picture: blur, and dark corners."""
+"""What a lens and an exposure time do to an image: blur, and dark corners."""
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import j1
 
-from synthetic.points import Array
+from synthetic.arrays import F64, AnyArray
 
 # The light beyond the reach of the blur fades out over this many pixels.
 _FADE_PX = 8
@@ -20,14 +19,14 @@ class Optics:
     ----------
     gaussian : standard deviation of a soft lens, px.
     disc : diameter of the disc that an unfocused point becomes, px.
-    streak : (x, y) by which the picture moves at even speed while it is exposed, px.
-    vignetting : share of the light that the corners lose; the loss grows as the square of the
-        distance from the middle of the picture.
+    streak : (x, y) by which the image moves at even speed while it is exposed, px.
+    vignetting : fraction of the light that the corners lose; the loss grows as the square of the
+        distance from the middle of the image.
 
     Raises
     ------
     ValueError
-        A width that is negative or not finite, or a share outside 0 to 1.
+        A width that is negative or not finite, or a fraction outside 0 to 1.
     """
 
     gaussian: float = 0.0
@@ -46,11 +45,11 @@ class Optics:
 
     @property
     def reach(self) -> int:
-        """Pixels beyond the picture whose light is blurred into it; 0 without blur."""
+        """Pixels beyond the image whose light is blurred into it; 0 without blur."""
         far = 5 * self.gaussian + self.disc / 2 + np.hypot(*self.streak) / 2
         return int(np.ceil(far)) + _FADE_PX if far > 0 else 0
 
-    def blur(self, fine: Array, oversample: int) -> Array:
+    def blur(self, fine: F64, oversample: int) -> F64:
         """Blur light that is known at `oversample` places a pixel in each direction.
 
         Blur and the mean over the square of a pixel multiply its spectrum. What is neglected is
@@ -72,7 +71,7 @@ class Optics:
         fx = np.fft.rfftfreq(fine.shape[1], 1 / oversample)
         return 1 + np.fft.irfft2(spectrum * self._transfer(fx, fy), fine.shape)
 
-    def _transfer(self, fx: NDArray, fy: NDArray) -> NDArray:
+    def _transfer(self, fx: AnyArray, fy: AnyArray) -> F64:
         """Spectrum at fx, fy periods per px of the spot that a point makes on square pixels."""
         pixel = np.sinc(fx) * np.sinc(fy)
         soft = np.exp(-2 * (np.pi * self.gaussian * fy) ** 2)
@@ -84,13 +83,13 @@ class Optics:
             spot *= np.sinc(self.streak[0] * fx + self.streak[1] * fy)
         return spot
 
-    def falloff(self, size: tuple[int, int]) -> Array:
-        """Share of the light that is left in each pixel of a picture (width, height): (H, W)."""
+    def falloff(self, size: tuple[int, int]) -> F64:
+        """Fraction of the light that is left in each pixel of an image (width, height): (H, W)."""
         x, y = (np.linspace(-1, 1, length) ** 2 / 2 for length in size)
         return 1 - self.vignetting * (y[:, None] + x)
 
 
-def _fade(length: int, over: int) -> Array:
+def _fade(length: int, over: int) -> F64:
     """Ones that fall to zero over the first and the last `over` of `length` values."""
     from_end = np.minimum(np.arange(length), np.arange(length)[::-1])
     return np.sin(np.pi / 2 * np.minimum((from_end + 0.5) / over, 1)) ** 2

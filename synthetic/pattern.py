@@ -4,10 +4,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from synthetic.points import Array, checked
+from synthetic.arrays import F64, I64
+from synthetic.compiled import njit
+from synthetic.points import checked
 
 # Spots differ in radius by this fraction either way, so that no ring of the spectrum is empty.
 SPREAD = 0.2
@@ -21,17 +22,17 @@ class Speckle:
     ----------
     size : (a, b) of the plate, mm.
     diameter : mean diameter of a spot, mm. Four to five pixels of the camera serve DIC best.
-    density : share of the plate that spots cover.
+    density : fraction of the plate that spots cover.
     contrast : light that a spot takes away, 0 to 1.
     softness : width of the edge of a spot, from full to none, over its diameter. It stands for
         paint and lens; an edge of two pixels has the steepness of a sharp lens, and below one
-        pixel a picture needs more samples than `render` takes by default.
+        pixel an image needs more samples than `render` takes by default.
     seed : seed of the places and radii.
 
     Raises
     ------
     ValueError
-        A diameter that is not positive, a share out of range, spots that are all edge or that do
+        A diameter that is not positive, a fraction out of range, spots that are all edge or that do
         not fit on the plate.
     """
 
@@ -54,10 +55,10 @@ class Speckle:
                 f"spot softness must lie in 0 < softness ≤ {1 - SPREAD:g} of the diameter, "
                 f"got {self.softness}"
             )
-        least = 2 * self.reach + self.pitch
-        if not all(least <= length < np.inf for length in self.size):
+        min_side = 2 * self.reach + self.pitch
+        if not all(min_side <= length < np.inf for length in self.size):
             raise ValueError(
-                f"plate must be at least {least:g} mm wide for spots of {self.diameter} mm, "
+                f"plate must be at least {min_side:g} mm wide for spots of {self.diameter} mm, "
                 f"got {self.size} mm"
             )
 
@@ -83,18 +84,18 @@ class Speckle:
     def draw(self) -> "Pattern":
         """Draw the spots, one at random in each square of a grid, all of them whole on the plate.
 
-        A jittered grid leaves no large hole and no heap, as a good spray does. The picture is
+        A jittered grid leaves no large hole and no heap, as a good spray does. The image is
         smooth across the edge of the plate because no spot is cut.
         """
         rng = np.random.default_rng(self.seed)
         room = np.array(self.size) - 2 * self.reach
-        columns, rows = np.maximum(np.round(room / self.pitch).astype(int), 1)
+        columns, rows = (max(round(float(side)), 1) for side in room / self.pitch)
         squares = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1)
         jitter = rng.random((rows, columns, 2))
         centres = self.reach + ((squares + jitter) * (room / (columns, rows))).reshape(-1, 2)
         radii = self.diameter / 2 * rng.uniform(1 - SPREAD, 1 + SPREAD, len(centres))
-        cells = np.ceil(np.array(self.size) / self.reach).astype(int)
-        order, first = _sort_into_cells(centres, self.reach, cells)
+        across, down = np.ceil(np.array(self.size) / self.reach).astype(int).tolist()
+        order, first = _sort_into_cells(centres, self.reach, (across, down))
         return Pattern(self, centres[order], radii[order], first)
 
 
@@ -112,11 +113,11 @@ class Pattern:
     """
 
     speckle: Speckle
-    centres: Array
-    radii: Array
-    first: NDArray[np.int64]
+    centres: F64
+    radii: F64
+    first: I64
 
-    def intensity(self, points: ArrayLike) -> Array:
+    def intensity(self, points: ArrayLike) -> F64:
         """Light at plate points: Π (1 − contrast s(r)) over the spots, 1 on the bare ground.
 
         The edge s falls from 1 to 0 by the quintic that has two continuous derivatives.
@@ -141,18 +142,18 @@ def speckle(size: tuple[float, float] = (254.0, 254.0), **spots: Any) -> Pattern
     return Speckle(size, **spots).draw()
 
 
-def _sort_into_cells(centres: Array, width: float, cells: NDArray) -> tuple[NDArray, NDArray]:
+def _sort_into_cells(centres: F64, width: float, cells: tuple[int, int]) -> tuple[I64, I64]:
     """Order of the spots by cell, and the first spot of each cell, shape (rows, columns + 1)."""
     columns, rows = cells
     cell = (centres // width).astype(np.int64)
     number = cell[:, 1] * columns + cell[:, 0]
     order = np.argsort(number, kind="stable")
-    ends = np.arange(rows)[:, None] * columns + np.arange(columns + 1)
+    ends: I64 = np.add.outer(columns * np.arange(rows), np.arange(columns + 1))
     return order, np.searchsorted(number[order], ends)
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _intensity(points, centres, radii, first, shape, light):
+def _intensity(points: F64, centres: F64, radii: F64, first: I64, shape: F64, light: F64) -> None:
     reach, width, contrast = shape
     rows, columns = first.shape[0], first.shape[1] - 1
     for k in range(len(points)):

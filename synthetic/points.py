@@ -1,12 +1,14 @@
 """Points as arrays: checked where they come in, lifted to a plane, carried to a camera."""
 
+from typing import Any
+
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from synthetic.arrays import F64
 
 
-def checked(values: ArrayLike, width: int, name: str, unit: str) -> Array:
+def checked(values: ArrayLike, width: int, name: str, unit: str) -> F64:
     """Return `values` as a finite (K, width) float64 array or say what is wrong with them."""
     array = np.asarray(values, dtype=np.float64)
     if array.ndim != 2 or array.shape[1] != width:
@@ -19,12 +21,12 @@ def checked(values: ArrayLike, width: int, name: str, unit: str) -> Array:
     return array
 
 
-def at_height(points: Array, z: float) -> Array:
+def at_height(points: F64, z: float) -> F64:
     """Lift plate points (K, 2) mm to height z mm: (K, 3)."""
     return np.column_stack([points, np.full(len(points), z)])
 
 
-def in_camera(T_cam_plate: Array, points: ArrayLike) -> Array:
+def in_camera(T_cam_plate: F64, points: ArrayLike) -> F64:
     """Carry plate points (K, 3) mm to the camera frame: (K, 3) mm, all of positive depth."""
     points = checked(points, 3, "plate points", "mm")
     local = points @ T_cam_plate[:3, :3].T + T_cam_plate[:3, 3]
@@ -36,7 +38,7 @@ def in_camera(T_cam_plate: Array, points: ArrayLike) -> Array:
     return local
 
 
-def descend(start: Array, ray: Array, z: ArrayLike) -> Array:
+def descend(start: F64, ray: F64, z: ArrayLike) -> F64:
     """Follow rays to the plane at height z.
 
     Parameters
@@ -56,3 +58,9 @@ def descend(start: Array, ray: Array, z: ArrayLike) -> Array:
         )
     along = drop / ray[2]
     return np.column_stack([start[0] + ray[0] * along, start[1] + ray[1] * along])
+
+
+def polynomial_value(coefficients: F64, x: F64, y: F64) -> F64:
+    """Σ c[i, j] x^i y^j at K places, (K,)."""
+    value: Any = np.polynomial.polynomial.polyval2d(x, y, coefficients)
+    return value

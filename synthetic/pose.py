@@ -3,18 +3,18 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from synthetic.points import Array
+from synthetic.arrays import F64
 
 
 def look_at(
     position: ArrayLike, target: ArrayLike, up: tuple[float, float, float] = (0.0, 1.0, 0.0)
-) -> Array:
+) -> F64:
     """Pose of a camera that looks from one point of the plate frame at another.
 
     Parameters
     ----------
     position, target : (3,) float64, mm, plate frame.
-    up : direction that points up in the picture; picture rows run down.
+    up : direction that points up in the image; image rows run down.
 
     Returns
     -------
@@ -25,22 +25,22 @@ def look_at(
     ValueError
         The points coincide, or `up` lies along the view.
     """
-    eye = np.asarray(position, dtype=np.float64)
-    ahead = np.asarray(target, dtype=np.float64) - eye
+    centre = np.asarray(position, dtype=np.float64)
+    ahead = np.asarray(target, dtype=np.float64) - centre
     right = np.cross(ahead, up)
     lengths = np.linalg.norm(ahead), np.linalg.norm(right)
     if not 0 < lengths[0] < np.inf or not lengths[1] > 1e-9 * lengths[0]:
         raise ValueError(
             f"a view needs a position apart from its target and from its line upwards, got "
-            f"{eye.tolist()} and {np.asarray(target).tolist()} mm with {tuple(up)} upwards"
+            f"{centre.tolist()} and {np.asarray(target).tolist()} mm with {tuple(up)} upwards"
         )
     z, x = ahead / lengths[0], right / lengths[1]
     R = np.stack([x, np.cross(z, x), z])
-    return _transform(R, -R @ eye)
+    return _transform(R, -R @ centre)
 
 
-def above(plate_size: tuple[float, float], stand_off: float) -> Array:
-    """Pose straight above the middle of a plate: plate x runs right and y up in the picture."""
+def above(plate_size: tuple[float, float], stand_off: float) -> F64:
+    """Pose straight above the middle of a plate: plate x runs right and y up in the image."""
     if not all(0 < length < np.inf for length in plate_size):
         raise ValueError(f"plate size must be positive, got {plate_size} mm")
     if not 0 < stand_off < np.inf:
@@ -52,24 +52,22 @@ def above(plate_size: tuple[float, float], stand_off: float) -> Array:
 def fit(
     plate_size: tuple[float, float], pixels: tuple[int, int], margin: float
 ) -> tuple[float, tuple[float, float]]:
-    """Millimetres per pixel with which a plate fills the picture, and the middle of the picture.
+    """Millimetres per pixel with which a plate fills the image, and the middle of the image.
 
     Parameters
     ----------
-    margin : fraction of the picture left free on each side in the tighter direction.
+    margin : fraction of the image left free on each side in the tighter direction.
     """
     if not 0 <= margin < 0.5:
-        raise ValueError(f"margin must lie in 0 ≤ margin < 0.5, got {margin} of the picture")
+        raise ValueError(f"margin must lie in 0 ≤ margin < 0.5, got {margin} of the image")
     (a, b), (width, height) = plate_size, pixels
     if min(pixels) < 1:
-        raise ValueError(f"picture size must be positive, got {pixels} px")
+        raise ValueError(f"image size must be positive, got {pixels} px")
     scale = 1 / ((1 - 2 * margin) * min(width / a, height / b))
     return scale, ((width - 1) / 2, (height - 1) / 2)
 
 
-def rotated(
-    T_cam_plate: ArrayLike, rotation: ArrayLike, about: tuple[float, float, float]
-) -> Array:
+def rotated(T_cam_plate: ArrayLike, rotation: ArrayLike, about: tuple[float, float, float]) -> F64:
     """Pose after the plate was turned under the camera.
 
     Parameters
@@ -87,7 +85,7 @@ def rotated(
     return np.asarray(T_cam_plate, dtype=np.float64) @ _transform(R, about - R @ about)
 
 
-def rigid_transform(pose: ArrayLike) -> Array:
+def rigid_transform(pose: ArrayLike) -> F64:
     """Return a read-only copy of a (4, 4) transform, or say that it is not rigid."""
     pose = np.array(pose, dtype=np.float64)
     if not _is_rigid(pose):
@@ -99,13 +97,13 @@ def rigid_transform(pose: ArrayLike) -> Array:
     return pose
 
 
-def _transform(R: Array, t: Array) -> Array:
+def _transform(R: F64, t: F64) -> F64:
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = R, t
     return pose
 
 
-def _is_rigid(pose: Array) -> bool:
+def _is_rigid(pose: F64) -> bool:
     if pose.shape != (4, 4) or not np.isfinite(pose).all():
         return False
     R = pose[:3, :3]

@@ -1,6 +1,7 @@
 """A pattern on paper or film at true scale, with a measure to check the printer by."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -37,17 +38,17 @@ def print_pattern(path: str | Path, pattern: Pattern, dpi: float = 600.0) -> Non
         raise ValueError(
             f"a pattern is printed to .pdf or .png, got '{path.name}'; rename the file"
         )
-    least = 4 * MM_PER_INCH / pattern.speckle.diameter
-    if not least <= dpi < np.inf:
+    min_dpi = 4 * MM_PER_INCH / pattern.speckle.diameter
+    if not min_dpi <= dpi < np.inf:
         raise ValueError(
-            f"dots per inch must be at least {least:.0f} for spots of "
+            f"dots per inch must be at least {min_dpi:.0f} for spots of "
             f"{pattern.speckle.diameter:g} mm, got {dpi:g}"
         )
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     a, b = pattern.speckle.size
-    page = Figure(figsize=((a + 2 * MARGIN) / MM_PER_INCH, (b + 2 * MARGIN) / MM_PER_INCH))
+    page: Any = Figure(figsize=((a + 2 * MARGIN) / MM_PER_INCH, (b + 2 * MARGIN) / MM_PER_INCH))
     FigureCanvasAgg(page)
     axes = page.add_axes((0, 0, 1, 1))
     axes.set_axis_off()
@@ -57,7 +58,7 @@ def print_pattern(path: str | Path, pattern: Pattern, dpi: float = 600.0) -> Non
     page.savefig(path, dpi=dpi)
 
 
-def _draw_spots(axes, pattern: Pattern) -> None:
+def _draw_spots(axes: Any, pattern: Pattern) -> None:
     from matplotlib.collections import PatchCollection
     from matplotlib.patches import Circle
 
@@ -68,9 +69,9 @@ def _draw_spots(axes, pattern: Pattern) -> None:
     axes.add_collection(PatchCollection(spots, facecolor=ink, edgecolor="none", linewidth=0))
 
 
-def _draw_marks(axes, a: float, b: float) -> None:
+def _draw_marks(axes: Any, a: float, b: float) -> None:
     """Two lines outside each corner, and below the plate a measure as long as tens of mm fit."""
-    lines = []
+    lines: list[list[tuple[float, float]]] = []
     for x, outwards_x in ((0.0, -1), (a, 1)):
         for y, outwards_y in ((0.0, -1), (b, 1)):
             lines.append([(x + outwards_x * s, y) for s in (_GAP, _GAP + _MARK)])

@@ -1,11 +1,16 @@
-"""Kernels of the fast pictures: a smooth field from control pixels, and light from a spline."""
+"""Kernels of the fast images: a smooth field from control pixels, and light from a spline."""
+
+# pyright: basic
+# Kernels alone, which Numba types.
 
 import numpy as np
-from numba import njit
+
+from synthetic.arrays import F32
+from synthetic.compiled import njit
 
 # The displacement is known on this spacing of pixels and is a cubic in between.
 CONTROL_PX = 8
-# The sharp picture goes this far beyond the picture, for what moves into it.
+# The sharp image goes this far beyond the image, for what moves into it.
 BORDER_PX = 16
 
 
@@ -20,7 +25,7 @@ def _cubic(t, weights):
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def moved_back(forward, backward):
+def moved_back(forward: F32, backward: F32) -> F32:
     """Forward field where the backward field came from, at each control point."""
     rows, columns = forward.shape[:2]
     along, down = np.empty(4, np.float32), np.empty(4, np.float32)
@@ -43,8 +48,8 @@ def moved_back(forward, backward):
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def sample(sharp, backward, oversample, light):
-    """Light of each pixel: the sharp picture where the pixel came from."""
+def sample(sharp: F32, backward: F32, oversample: int, light: F32) -> None:
+    """Light of each pixel: the sharp image where the pixel came from."""
     height, width = light.shape
     weights = np.empty((CONTROL_PX, 4), np.float32)
     for phase in range(CONTROL_PX):
@@ -71,7 +76,7 @@ def _row_of_controls(backward, first, weights, line):
 
 @njit(cache=True, nogil=True, fastmath=True)
 def _sources(line, weights, r, oversample, shape, x, y):
-    """Places in the sharp picture, kept two samples from its rim, of the pixels of row r."""
+    """Places in the sharp image, kept two samples from its rim, of the pixels of row r."""
     scale, low = np.float32(oversample), np.float32(1)
     right, bottom = np.float32(shape[1] - 3), np.float32(shape[0] - 3)
     for c in range(len(x)):

@@ -2,12 +2,14 @@
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.random import Generator
-from numpy.typing import NDArray
 from scipy.special import ndtri
+
+from synthetic.arrays import F32, F64, AnyArray
+from synthetic.compiled import njit
 
 
 @dataclass(frozen=True)
@@ -17,7 +19,7 @@ class Sensor:
     Attributes
     ----------
     noise : standard deviation of the read noise, grey levels.
-    bits : depth of a pixel, 8 to 16; pictures are uint8 at 8 bits and uint16 above.
+    bits : depth of a pixel, 8 to 16; images are uint8 at 8 bits and uint16 above.
     black, white : grey level of intensity 0 and 1 as fractions of full scale. The default leaves
         room for noise on both sides and gives the default speckle a spread of 50 to 56 levels.
         What is at `black` does not change with the light: spots that shall get brighter with the
@@ -62,14 +64,14 @@ class Sensor:
         return np.uint8 if self.bits == 8 else np.uint16
 
     def capture(
-        self, intensity: NDArray, rng: Generator | None, out: NDArray | None = None
-    ) -> NDArray:
+        self, intensity: F32 | F64, rng: Generator | None, out: AnyArray | None = None
+    ) -> AnyArray:
         """Expose, add noise, round and clip.
 
         Parameters
         ----------
         intensity : (H, W) float, light on each pixel, 0 to 1; what is brighter may saturate.
-        rng : source of the noise; None takes a picture without noise.
+        rng : source of the noise; None takes an image without noise.
         out : (H, W) of the sensor's type, reused when given.
 
         Returns
@@ -101,7 +103,7 @@ class Sensor:
 
 
 @cache
-def _deviates() -> NDArray[np.float32]:
+def _deviates() -> F32:
     """Means of 65536 equally likely slices of the normal distribution, scaled to variance 1."""
     edges = ndtri(np.linspace(0, 1, 65537))
     density = np.exp(-(edges**2) / 2)
@@ -110,7 +112,7 @@ def _deviates() -> NDArray[np.float32]:
 
 
 @njit(cache=True, nogil=True)
-def _digitise(light, line, deviates, seed, out):
+def _digitise(light: AnyArray, line: F32, deviates: F32, seed: Any, out: AnyArray) -> None:
     """`line` holds gain, offset, top, read variance and shot variance per level."""
     gain, offset, top, read, shot = line
     half = np.float32(0.5)

@@ -6,8 +6,9 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from synthetic.arrays import F64
 from synthetic.camera import Camera
-from synthetic.points import Array, checked, descend, in_camera
+from synthetic.points import checked, descend, in_camera
 from synthetic.pose import above, fit, rigid_transform
 
 
@@ -19,7 +20,7 @@ class Telecentric:
 
     Attributes
     ----------
-    size : (width, height) of the picture, px.
+    size : (width, height) of the image, px.
     scale : millimetres per pixel across the view.
     centre : (x, y) where the camera's own z axis is seen, px.
     T_cam_plate : (4, 4) float64, maps plate coordinates to camera coordinates, mm.
@@ -35,25 +36,25 @@ class Telecentric:
     size: tuple[int, int]
     scale: float
     centre: tuple[float, float]
-    T_cam_plate: Array
+    T_cam_plate: F64
 
     def __post_init__(self):
         if min(self.size) < 1:
-            raise ValueError(f"picture size must be positive, got {self.size} px")
+            raise ValueError(f"image size must be positive, got {self.size} px")
         if not 0 < self.scale < np.inf:
             raise ValueError(f"scale must be positive, got {self.scale} mm per px")
         object.__setattr__(self, "T_cam_plate", rigid_transform(self.T_cam_plate))
 
-    def project(self, points: ArrayLike) -> Array:
+    def project(self, points: ArrayLike) -> F64:
         """See plate points (K, 3) mm: (K, 2) px. Raises as `Camera.project`."""
         return in_camera(self.T_cam_plate, points)[:, :2] / self.scale + self.centre
 
-    def jacobian(self, points: ArrayLike) -> Array:
-        """How the picture of points (K, 3) mm moves with them: (K, 2, 3) px per mm, all equal."""
+    def jacobian(self, points: ArrayLike) -> F64:
+        """How the image of points (K, 3) mm moves with them: (K, 2, 3) px per mm, all equal."""
         count = len(in_camera(self.T_cam_plate, points))
         return np.tile(self.T_cam_plate[:2, :3] / self.scale, (count, 1, 1))
 
-    def on_plate(self, px: ArrayLike, z: ArrayLike = 0.0) -> Array:
+    def on_plate(self, px: ArrayLike, z: ArrayLike = 0.0) -> F64:
         """Find the points (K, 2) mm of the plane at height z that pixels (K, 2) see.
 
         Parameters and errors as of `Camera.on_plate`.

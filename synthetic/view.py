@@ -3,11 +3,12 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from synthetic.points import Array, at_height, checked
+from synthetic.arrays import F64
+from synthetic.points import at_height, checked
 from synthetic.telecentric import AnyCamera
 
 
-def image_motion(camera: AnyCamera, points: ArrayLike, displacement: ArrayLike, z: float) -> Array:
+def image_motion(camera: AnyCamera, points: ArrayLike, displacement: ArrayLike, z: float) -> F64:
     """Image displacement of material points, exact for any size of displacement.
 
     Parameters
@@ -29,7 +30,7 @@ def image_motion(camera: AnyCamera, points: ArrayLike, displacement: ArrayLike, 
 
 def image_motion_basis(
     camera: AnyCamera, px: ArrayLike, value: ArrayLike, slope: ArrayLike, z: float
-) -> Array:
+) -> F64:
     """Image displacement per unit of each of K deflection fields, to first order.
 
     The face at height z of a thin plate moves by (−z w,x, −z w,y, w); the camera sees that
@@ -59,8 +60,8 @@ def image_motion_basis(
     return J[:, :, 2:] * w[:, None, :] - z * bending
 
 
-def rigid_motion_basis(camera: AnyCamera, px: ArrayLike) -> Array:
-    """Image displacement when the picture shifts, turns or grows about its middle.
+def rigid_motion_basis(camera: AnyCamera, px: ArrayLike) -> F64:
+    """Image displacement when the image shifts, turns or grows about its middle.
 
     These four unknowns stand for a camera that moves a little during a measurement.
 

@@ -1,22 +1,22 @@
-"""Pictures of a moving plate at the rate of a camera, from one sharp picture of it at rest."""
+"""Images of a moving plate at the rate of a camera, from one sharp image of it at rest."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.ndimage import spline_filter
 
+from synthetic.arrays import F32, F64, I64, AnyArray
 from synthetic.pattern import Pattern
-from synthetic.points import Array
 from synthetic.rendering import mean_light
 from synthetic.sampling import BORDER_PX, CONTROL_PX, moved_back, sample
 from synthetic.sensor import Sensor
 from synthetic.telecentric import AnyCamera
 from synthetic.view import image_motion
 
-# Points a side of a pixel of the sharp picture: off by 0.04 grey levels, less than the spline is.
+# Points a side of a pixel of the sharp image: off by 0.04 grey levels, less than the spline is.
 SAMPLES = 3
 # The control displacement D is turned backward, d(x) = D(x − d(x)), in this many steps. A step
 # gains the slope of the displacement, 1e-2 at most for a plate that bends.
@@ -31,7 +31,7 @@ class Warper:
     ----------
     camera, z : the camera, and the height of the watched face, mm.
     plate : (a, b) of the plate, mm.
-    sharp : float32, cubic spline coefficients of the picture at rest.
+    sharp : float32, cubic spline coefficients of the image at rest.
     grid : (rows, cols) of the control pixels.
     points : (G, 2) float64, mm, where the caller gives the displacement: the plate points seen at
         the control pixels, row by row. Control pixels that see past the edge of the plate have the
@@ -43,14 +43,14 @@ class Warper:
     camera: AnyCamera
     z: float
     plate: tuple[float, float]
-    sharp: NDArray[np.float32] = field(repr=False)
+    sharp: F32 = field(repr=False)
     grid: tuple[int, int]
-    points: Array = field(repr=False)
-    past: NDArray[np.int64] = field(repr=False)
-    light: NDArray[np.float32] = field(repr=False)
+    points: F64 = field(repr=False)
+    past: I64 = field(repr=False)
+    light: F32 = field(repr=False)
 
     @classmethod
-    def from_arrays(cls, camera: AnyCamera, z: float, arrays: Mapping[str, NDArray]) -> "Warper":
+    def from_arrays(cls, camera: AnyCamera, z: float, arrays: Mapping[str, AnyArray]) -> "Warper":
         """Make the warper of the same camera and height from what `arrays` gave."""
         a, b = (float(length) for length in arrays["plate"])
         columns, rows = (_controls(length) for length in camera.size)
@@ -70,7 +70,7 @@ class Warper:
             light=np.empty(camera.size[::-1], np.float32),
         )
 
-    def arrays(self) -> dict[str, NDArray]:
+    def arrays(self) -> dict[str, AnyArray]:
         """Return what took time to make, to be kept by name."""
         return {"plate": np.array(self.plate), "sharp": self.sharp}
 
@@ -80,15 +80,15 @@ class Warper:
         sensor: Sensor | None,
         rng: Generator | None,
         shift: tuple[float, float] = (0.0, 0.0),
-        out: NDArray | None = None,
-    ) -> NDArray:
-        """Take a picture of the displaced plate.
+        out: AnyArray | None = None,
+    ) -> AnyArray:
+        """Take an image of the displaced plate.
 
         Parameters
         ----------
         displacement : (G, 3) float64, mm, at `points`.
         sensor, rng : as in `render`.
-        shift : (x, y) by which the whole picture is moved, px.
+        shift : (x, y) by which the whole image is moved, px.
         out : (H, W) of the sensor's type, reused when given.
 
         Returns
@@ -98,9 +98,10 @@ class Warper:
         Raises
         ------
         ValueError
-            A displacement of wrong shape, not finite or larger than the picture.
+            A displacement of wrong shape, not finite or larger than the image.
         """
-        backward = forward = self.forward(displacement, shift).astype(np.float32)
+        forward = self.forward(displacement, shift).astype(np.float32)
+        backward = forward
         for _ in range(INVERSION_STEPS):
             backward = moved_back(forward, backward)
         sample(self.sharp, backward, self.oversample, self.light)
@@ -110,11 +111,11 @@ class Warper:
 
     @property
     def oversample(self) -> int:
-        """Samples of the sharp picture a pixel, in each direction."""
+        """Samples of the sharp image a pixel, in each direction."""
         return self.sharp.shape[1] // (self.camera.size[0] + 2 * BORDER_PX)
 
-    def forward(self, displacement: ArrayLike, shift: tuple[float, float] = (0.0, 0.0)) -> Array:
-        """Displacement in the picture of what is seen at rest at the control pixels.
+    def forward(self, displacement: ArrayLike, shift: tuple[float, float] = (0.0, 0.0)) -> F64:
+        """Displacement in the image of what is seen at rest at the control pixels.
 
         Parameters and errors as of `render`.
 
@@ -130,7 +131,7 @@ class Warper:
         largest, allowed = np.abs(forward).max(), max(self.camera.size)
         if not largest <= allowed:
             raise ValueError(
-                f"displacement and shift must be smaller than the picture, {allowed} px, "
+                f"displacement and shift must be smaller than the image, {allowed} px, "
                 f"got {largest:.6g} px"
             )
         return forward.reshape(*self.grid, 2)
@@ -141,7 +142,7 @@ def prepare_warp(
 ) -> Warper:
     """Render the plate at rest once, sharply enough to be sampled anywhere.
 
-    The picture is the mean light over a pixel as a function of the place of the pixel, known at
+    The image is the mean light over a pixel as a function of the place of the pixel, known at
     `oversample` places a pixel in each direction and a cubic spline in between. Against `render`
     it neglects that the square of a pixel is strained with the plate.
 
@@ -164,6 +165,6 @@ def prepare_warp(
     return Warper.from_arrays(camera, z, arrays)
 
 
-def _controls(length: int) -> NDArray[np.float64]:
-    """Control pixels along one side, one before the picture and two at or past its end."""
+def _controls(length: int) -> F64:
+    """Control pixels along one side, one before the image and two at or past its end."""
     return CONTROL_PX * np.arange(-1.0, (length - 1) // CONTROL_PX + 3)

@@ -57,6 +57,12 @@ def test_every_command_has_a_page_that_the_list_links_to():
         assert f"](commands/{command}.md)" in listed, command
 
 
+def test_every_example_is_in_the_gallery():
+    listed = (ROOT / "docs/gallery.md").read_text(encoding="utf-8")
+    for script in sorted((ROOT / "examples").glob("*.py")):
+        assert f"](../examples/{script.name})" in listed, script.name
+
+
 def test_every_decision_is_in_the_list():
     listed = (ROOT / "docs/decisions/README.md").read_text(encoding="utf-8")
     for record in sorted((ROOT / "docs/decisions").glob("0*.md")):

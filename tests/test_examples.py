@@ -112,7 +112,7 @@ def test_touches_from_strain(example):
 
 def test_what_a_camera_sees(example, tmp_path):
     printed = example(5)
-    whole, bending = printed.line("picture moves by up to")
+    whole, bending = printed.line("image moves by up to")
     assert 0 < bending < whole
     assert printed.line("exx that the camera shows ÷ exx of the plate:")[0] > 3
     picture = (tmp_path / "results" / "pressed_plate.png").read_bytes()

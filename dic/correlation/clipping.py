@@ -3,28 +3,28 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
+from dic.arrays import F64, I64, AnyArray
+from dic.compiled import njit
 from dic.fields.displacement import Status
 
 
-def white(image: NDArray) -> int:
+def white(image: AnyArray) -> int:
     """Grey level at which the sensor clips: 10, 12 and 14 bit cameras also write uint16."""
     brightest = int(image.max())
     return next((2**b - 1 for b in (8, 10, 12, 14) if brightest == 2**b - 1), 2**16 - 1)
 
 
-def levels(image: NDArray) -> tuple[tuple[int, Status], ...]:
-    """Name black and white of a picture; nothing if it is float, whose range is not known."""
+def levels(image: AnyArray) -> tuple[tuple[int, Status], ...]:
+    """Name black and white of an image; nothing if it is float, whose range is not known."""
     if not np.issubdtype(image.dtype, np.integer):
         return ()
     return (0, Status.DARK), (white(image), Status.SATURATED)
 
 
 def gained(
-    reference: NDArray, image: NDArray, xy: NDArray, moved: NDArray, half: int
-) -> list[tuple[NDArray[np.float64], Status]]:
+    reference: AnyArray, image: AnyArray, xy: AnyArray, moved: AnyArray, half: int
+) -> list[tuple[F64, Status]]:
     """Measure how much more of each subset a frame clips than the reference did.
 
     Parameters
@@ -37,23 +37,23 @@ def gained(
     Returns
     -------
     list of ((N,) float64, Status)
-        Share of the subset, 0…1, and DARK or SATURATED.
+        Fraction of the subset, 0…1, and DARK or SATURATED.
     """
     asked = np.flatnonzero(np.isfinite(moved).all(axis=1))
     if not len(asked):
         return []
-    found = []
+    found: list[tuple[F64, Status]] = []
     for level, name in levels(image):
         more = _count(image, level, moved[asked], half) - _count(reference, level, xy[asked], half)
-        share = np.zeros(len(xy))
-        share[asked] = np.maximum(more, 0) / (2 * half + 1) ** 2
-        found.append((share, name))
+        fraction = np.zeros(len(xy))
+        fraction[asked] = np.maximum(more, 0) / (2 * half + 1) ** 2
+        found.append((fraction, name))
     return found
 
 
 @njit(cache=True, nogil=True)
-def _count(image, level, xy, half):
-    """Count the pixels of each subset that have the grey level, (N,), as far as it is seen."""
+def _count(image: AnyArray, level: int, xy: F64, half: int) -> I64:
+    """Count the pixels of each subset on the image that have the grey level, (N,)."""
     rows, columns = image.shape
     count = np.zeros(xy.shape[0], np.int64)
     for n in range(xy.shape[0]):

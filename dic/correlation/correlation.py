@@ -14,8 +14,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from dic.arrays import F64, I64, AnyArray, Mask
 from dic.correlation import dense_motion, features, frame_moments, point_status, seeds
 from dic.correlation.newton import Points
 from dic.correlation.reference import Reference
@@ -23,14 +24,15 @@ from dic.fields import shape
 from dic.fields.displacement import DisplacementField, Status
 from dic.fields.grid import Grid
 from dic.images.image import check_image, check_pair
-from dic.images.spline import spline_coefficients
+from dic.images.spline import prefilter
+from dic.numbers import check_type, read_array
 
-_TOGETHER = 10  # iterations of the whole field
-_PART = 2500  # px filtered for one point, in the time that the whole picture takes
-_FEW = 0.05  # share of points below which they iterate alone
+_MAX_PASSES = 10  # of the whole field
+_PART = 2500  # px filtered for one point, in the time that the whole image takes
+_FEW = 0.05  # fraction of points below which they iterate alone
 _SEED_SPACINGS = 60, 30  # px, the second where holes or lost parts leave too few
 _BESIDE = 40  # px, how far a motion is carried to points that were lost
-_ENOUGH = 0.5  # share of the seeds found from which they are enough
+_ENOUGH = 0.5  # fraction of the seeds found from which they are enough
 
 
 def correlate(
@@ -42,11 +44,11 @@ def correlate(
     ----------
     ref : Reference
     image : (H, W) uint8, uint16 or float, grey levels
-        The deformed picture, of the size of the reference. Gain and offset of its light are free.
+        The deformed image, of the size of the reference. Gain and offset of its light are free.
     guess : DisplacementField or (N, 2) px, optional
         Displacement to start from, such as the field of the previous frame. NaN is filled from the
         nearest neighbour. Without it, or if all of it is NaN, the points are searched for over the
-        whole picture.
+        whole image.
 
     Returns
     -------
@@ -56,16 +58,17 @@ def correlate(
     Raises
     ------
     ValueError
-        The picture or the guess does not belong to the reference.
+        The image or the guess does not belong to the reference.
 
     Notes
     -----
-    σ: where both pictures carry noise σ, the residual of a subset has the variance (1 + κ)σ², κ ≤ 1
+    σ: where both images carry noise σ, the residual of a subset has the variance (1 + κ)σ², κ ≤ 1
     being what interpolation leaves of the noise between the pixels. From it follows σ, and σ_u² is
     2σ² times the diagonal of the inverse of the full Hessian (motion and light): 2σ²/SSSIG for a
-    balanced pattern. The share of the Hessian that is noise of the reference is taken off, and
+    balanced pattern. The fraction of the Hessian that is noise of the reference is taken off, and
     where a field on a grid is rougher than its σ says, σ is that much larger (`roughness`).
     """
+    check_type(ref, Reference, "ref", "dic.prepare")
     image = check_image(image, "deformed")
     check_pair(ref.image.shape, image.shape)
     usable = ref.status == Status.OK
@@ -76,9 +79,7 @@ def correlate(
         _iterate_points(ref, frame, False, points, usable)
         usable &= np.isnan(points.change)
     if usable.any():
-        spline = spline_coefficients(
-            np.subtract(image, image.mean(dtype=np.float64), dtype=np.float32)
-        )
+        spline = prefilter(np.subtract(image, image.mean(dtype=np.float64), dtype=np.float32))
         if ref.grid is not None:
             _iterate_field(ref, ref.grid, spline, points)
             usable = point_status.is_correlated(ref, points) & ~points.still
@@ -86,7 +87,9 @@ def correlate(
     return point_status.displacement_field(ref, points, image)
 
 
-def _start(ref, image, guess, usable) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+def _start(
+    ref: Reference, image: AnyArray, guess: DisplacementField | ArrayLike | None, usable: Mask
+) -> tuple[F64, Mask]:
     """Motion (N, 2, P) to start from, and where it is known."""
     motion = np.zeros((len(ref.xy), 2, shape.count(ref.order)))
     if guess is None:
@@ -94,12 +97,7 @@ def _start(ref, image, guess, usable) -> tuple[NDArray[np.float64], NDArray[np.b
         motion[places, :, :3] = found
         motion[:, :, 1:] *= ref.order > 0
         return motion, known
-    if isinstance(guess, DisplacementField):
-        given = np.column_stack([guess.u, guess.v])
-    else:
-        given = np.asarray(guess, dtype=np.float64)
-    if given.shape != ref.xy.shape:
-        raise ValueError(f"guess must be {ref.xy.shape} px, one (u, v) a point, got {given.shape}")
+    given = _read_guess(ref, guess)
     known = np.isfinite(given.sum(axis=1))
     if not known.any():
         return _start(ref, image, None, usable)
@@ -109,7 +107,27 @@ def _start(ref, image, guess, usable) -> tuple[NDArray[np.float64], NDArray[np.b
     return motion, known
 
 
-def _search(ref: Reference, image: NDArray, usable: NDArray):
+def _read_guess(ref: Reference, guess: DisplacementField | ArrayLike) -> F64:
+    """Return the displacement (N, 2) px of a guess, or raise ValueError."""
+    if isinstance(guess, DisplacementField):
+        given = np.column_stack([guess.u, guess.v])
+    else:
+        given = read_array(guess, "guess", "px")
+    if given.shape != ref.xy.shape:
+        raise ValueError(
+            f"guess must be {ref.xy.shape} px, one (u, v) a point, got {given.shape}; "
+            "take NaN where none is known"
+        )
+    largest = max(ref.image.shape)
+    if np.any(np.abs(given) > largest):
+        raise ValueError(
+            f"guess holds motions up to {np.nanmax(np.abs(given)):g} px, more than the image of "
+            f"{largest} px; set what is not known to NaN"
+        )
+    return given
+
+
+def _search(ref: Reference, image: AnyArray, usable: AnyArray):
     """Find some points (S,) of a reference, their motion (S, 2, 3), and which are known (N,)."""
     places, motion, found = np.zeros(0, dtype=np.int64), np.zeros((0, 2, 3)), np.zeros(0, bool)
     for spacing in _SEED_SPACINGS:
@@ -129,8 +147,8 @@ def _search(ref: Reference, image: NDArray, usable: NDArray):
     return places, motion, known
 
 
-def _seed_places(ref: Reference, usable: NDArray[np.bool_], spacing: int) -> NDArray[np.int64]:
-    """Choose the points to search for: in each cell of the picture the one nearest its middle.
+def _seed_places(ref: Reference, usable: Mask, spacing: int) -> I64:
+    """Choose the points to search for: in each cell of the image the one nearest its middle.
 
     Points whose subset is whole come first: a hole in a template is found in other holes.
     """
@@ -143,10 +161,10 @@ def _seed_places(ref: Reference, usable: NDArray[np.bool_], spacing: int) -> NDA
     return places[nearest[first]]
 
 
-def _iterate_field(ref: Reference, grid: Grid, spline: NDArray, points: Points) -> None:
+def _iterate_field(ref: Reference, grid: Grid, spline: AnyArray, points: Points) -> None:
     """Iterate a grid on the frame warped by its dense motion, until few points still move."""
     held, sums_of = -1, _summing(ref, grid, spline)
-    for _ in range(_TOGETHER):
+    for _ in range(_MAX_PASSES):
         net = dense_motion.motion_grid(points.motion, grid)
         points.step(ref, sums_of(net), net.base)
         good = point_status.is_correlated(ref, points)
@@ -158,17 +176,17 @@ def _iterate_field(ref: Reference, grid: Grid, spline: NDArray, points: Points) 
 
 
 def _summing(
-    ref: Reference, grid: Grid, spline: NDArray
-) -> Callable[[dense_motion.MotionGrid], NDArray]:
+    ref: Reference, grid: Grid, spline: AnyArray
+) -> Callable[[dense_motion.MotionGrid], AnyArray]:
     """Make what takes the sums (N, S) of a frame for a dense motion, where the reference says."""
     if ref.device is not None:
         from dic.correlation import device_moments
 
         return device_moments.summing(ref.texture, spline, grid, ref.order, ref.device)
-    windows = grid.xs, grid.ys, ref.half
+    windows = *grid.pixels, ref.half
     sums = np.empty((*grid.shape, len(frame_moments.frame_plan(ref.order).sums)))
 
-    def take(net: dense_motion.MotionGrid) -> NDArray:
+    def take(net: dense_motion.MotionGrid) -> AnyArray:
         frame_moments.sums_on_grid(ref.texture, spline, net, windows, ref.order, sums)
         return sums.reshape(len(ref.xy), -1)
 
@@ -176,14 +194,14 @@ def _summing(
 
 
 def _iterate_points(
-    ref: Reference, frame: NDArray, filtered: bool, points: Points, waiting: NDArray
+    ref: Reference, frame: AnyArray, filtered: bool, points: Points, waiting: AnyArray
 ) -> None:
     """Iterate the points `waiting` one by one; try those that are lost again beside those found.
 
     Alone, a point does not feel what a lost neighbour does to the dense motion.
     """
     while waiting.any():
-        points.alone(ref, frame, filtered, np.flatnonzero(waiting & ~points.still))
+        points.iterate(ref, frame, filtered, np.flatnonzero(waiting & ~points.still))
         good = point_status.is_correlated(ref, points)
         if not (good & waiting).any():
             return

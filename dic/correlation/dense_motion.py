@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
+from dic.arrays import F64, I64, Mask
+from dic.compiled import njit
 from dic.fields.grid import Grid
 
 
 @dataclass(frozen=True)
 class MotionGrid:
-    """Motion on the grid of POIs, continued over the borders of the picture.
+    """Motion on the grid of POIs, continued over the borders of the image.
 
     Attributes
     ----------
@@ -21,18 +21,18 @@ class MotionGrid:
         u and v less the base, with enough rows and columns around the POIs for every pixel of every
         subset.
     base : (2,) int, px
-        Whole part of the motion of the middle of the picture.
+        Whole part of the motion of the middle of the image.
     origin : (2,) int, px
         Column and row of the first node.
     step : int, px
     """
 
-    motion: NDArray[np.float64]
+    motion: F64
     base: tuple[int, int]
     origin: tuple[int, int]
     step: int
 
-    def weights(self) -> NDArray[np.float64]:
+    def weights(self) -> F64:
         """Weigh the four nodes around each pixel of a cell, (step, 4).
 
         The weights are those of Catmull and Rom: cubic, local, exact for parabolas.
@@ -49,7 +49,7 @@ class MotionGrid:
         )
 
 
-def motion_grid(motion: NDArray[np.float64], grid: Grid) -> MotionGrid:
+def motion_grid(motion: F64, grid: Grid) -> MotionGrid:
     """Continue the motion of the POIs over the borders by their own gradients.
 
     Parameters
@@ -71,18 +71,18 @@ def motion_grid(motion: NDArray[np.float64], grid: Grid) -> MotionGrid:
     return MotionGrid(relative, (int(base[0]), int(base[1])), origin, grid.step)
 
 
-def _beyond(count: int, margin: int) -> NDArray[np.int64]:
+def _beyond(count: int, margin: int) -> I64:
     """Count the steps by which each node of a continued line lies beyond its ends."""
     place = np.arange(-margin, count + margin)
     return place - np.clip(place, 0, count - 1)
 
 
 def fill(
-    xy: NDArray[np.float64],
-    motion: NDArray[np.float64],
-    good: NDArray[np.bool_],
+    xy: F64,
+    motion: F64,
+    good: Mask,
     reach: float = np.inf,
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+) -> tuple[F64, Mask]:
     """Give each point that is not good the motion of its nearest good neighbour, by its gradient.
 
     Parameters
@@ -114,7 +114,7 @@ def fill(
 
 
 @njit(cache=True, nogil=True)
-def _carry(xy, motion, source, target, filled):
+def _carry(xy: F64, motion: F64, source: I64, target: I64, filled: F64) -> None:
     for n in range(target.shape[0]):
         here, there = source[n], target[n]
         x, y = xy[there, 0] - xy[here, 0], xy[there, 1] - xy[here, 1]

@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from dic.arrays import F32, F64, I64, AnyArray
 from dic.correlation.dense_motion import MotionGrid
 from dic.correlation.frame_moments import frame_plan
 from dic.fields.grid import Grid
-from dic.images.warp import PAD, TAPS, weights
+from dic.images.warp import PAD, TAPS, knot_weights
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -40,8 +41,8 @@ def check_device(device: str) -> None:
 
 
 def summing(
-    texture: NDArray[np.float32], spline: NDArray[np.float32], grid: Grid, order: int, device: str
-) -> Callable[[MotionGrid], NDArray[np.float64]]:
+    texture: F32, spline: F32, grid: Grid, order: int, device: str
+) -> Callable[[MotionGrid], F64]:
     """Prepare the sums of a frame: a function of the dense motion that gives (N, S) float64.
 
     Parameters
@@ -57,7 +58,7 @@ def summing(
     Notes
     -----
     Pixels, motion and sums are single precision: a displacement differs by less than 1e-4 px from
-    that of `dic.correlation.frame_moments`, the σ of pictures without noise by more.
+    that of `dic.correlation.frame_moments`, the σ of images without noise by more.
     """
     import torch
 
@@ -69,7 +70,7 @@ def summing(
     columns, sums = frame_plan(order)
     over_x, over_y = (_put(axis.windows(sums[:, 1].max()), device) for axis in axes)
 
-    def take(net: MotionGrid) -> NDArray[np.float64]:
+    def take(net: MotionGrid) -> F64:
         between = [
             _put(_interpolation(net, axis.pixels - origin, count), device)
             for axis, origin, count in zip(axes, net.origin, net.motion.shape[:0:-1], strict=True)
@@ -77,8 +78,8 @@ def summing(
         motion = between[1] @ _put(net.motion, device) @ between[0].T
         g = _warp(coefficients, [axis.pixels for axis in axes], net.base, motion)
         terms = _terms(part, g, motion)
-        standing = [over_y[power] @ terms[term] for term, power in columns]
-        found = [standing[column] @ over_x[power].T for column, power in sums]
+        standing: list[Tensor] = [over_y[power] @ terms[term] for term, power in columns]
+        found: list[Tensor] = [standing[column] @ over_x[power].T for column, power in sums]
         return torch.stack(found, dim=-1).reshape(-1, len(found)).cpu().numpy().astype(np.float64)
 
     return take
@@ -87,9 +88,10 @@ def summing(
 class _Axis:
     """The pixels of a line of subsets, and how they are summed."""
 
-    def __init__(self, centres: NDArray, half: int, end: int):
-        self.pixels = np.arange(max(centres[0] - half, 0), min(centres[-1] + half + 1, end))
-        self._away = self.pixels - centres[:, None]
+    def __init__(self, centres: AnyArray, half: int, end: int):
+        first, last = int(centres[0]) - half, int(centres[-1]) + half
+        self.pixels: I64 = np.arange(max(first, 0), min(last + 1, end))
+        self._away: I64 = self.pixels - centres[:, None]
         self._half = half
 
     def windows(self, highest: int) -> NDArray[np.floating]:
@@ -99,13 +101,13 @@ class _Axis:
         return np.where(np.abs(away) <= self._half, away**powers, 0.0)
 
 
-def _put(array: NDArray, device: str) -> Tensor:
+def _put(array: AnyArray, device: str) -> Tensor:
     import torch
 
     return torch.as_tensor(np.ascontiguousarray(array, dtype=np.float32), device=device)
 
 
-def _interpolation(net: MotionGrid, places: NDArray[np.int64], count: int) -> NDArray[np.float64]:
+def _interpolation(net: MotionGrid, places: I64, count: int) -> F64:
     """Weights (P, count) of the nodes at places, px from the first node."""
     node, phase = np.divmod(places, net.step)
     matrix = np.zeros((len(places), count))
@@ -118,15 +120,16 @@ def _interpolation(net: MotionGrid, places: NDArray[np.int64], count: int) -> ND
 def _spline_powers() -> NDArray[np.floating]:
     """Weigh the knots -2 … 3 as polynomials of the fraction t: (TAPS, TAPS), powers rising."""
     t = np.linspace(0, 1, TAPS)
-    values = np.array([weights.py_func(one) for one in t], dtype=np.float64)
+    values = np.array([knot_weights(one) for one in t], dtype=np.float64)
     return np.linalg.solve(t[:, None] ** np.arange(TAPS), values).T
 
 
-def _warp(spline: Tensor, pixels: list[NDArray], base: tuple[int, int], motion: Tensor) -> Tensor:
-    """Frame at the moved pixels, (H, W), kept on the picture as `dic.images.warp` does."""
+def _warp(spline: Tensor, pixels: list[AnyArray], base: tuple[int, int], motion: Tensor) -> Tensor:
+    """Frame at the moved pixels, (H, W), kept on the image as `dic.images.warp` does."""
     import torch
 
-    cells, taps = [], []
+    cells: list[Tensor] = []
+    taps: list[Tensor] = []
     for axis, shape in ((0, (1, -1)), (1, (-1, 1))):
         place = _put(pixels[axis] + base[axis], str(motion.device)).reshape(shape)
         end = spline.shape[1 - axis] - 2 * PAD

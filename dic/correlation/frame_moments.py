@@ -7,13 +7,18 @@ rest. What is solved for from these sums is the motion less the base.
 
 from __future__ import annotations
 
-import numpy as np
-from numba import njit
+from typing import TypeAlias
 
+import numpy as np
+
+from dic.arrays import F32, F64, I64
+from dic.compiled import njit
 from dic.correlation.dense_motion import MotionGrid
-from dic.correlation.window import SumPlan, add_row, along, close, plan, raise_powers, together
+from dic.correlation.window import SumPlan, add_row, along, close, open_windows, plan, raise_powers
 from dic.fields import shape
 from dic.images.warp import TAPS, warp_row
+
+Windows: TypeAlias = tuple[I64, I64, int]  # columns, rows and half side of the subsets
 
 _TERMS = 11
 
@@ -24,7 +29,7 @@ def frame_plan(order: int) -> SumPlan:
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _fill_terms(texture, y, x, u, v, g, terms):
+def _fill_terms(texture: F32, y: int, x: int, u: F32, v: F32, g: F32, terms: F32) -> None:
     """Write the terms (11, n) of the pixels of a row; those without weight have g = q = 0."""
     n = terms.shape[1]
     fx, fy = texture[0, y, x : x + n], texture[1, y, x : x + n]
@@ -43,7 +48,7 @@ def _fill_terms(texture, y, x, u, v, g, terms):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _spread(nodes, weights, line, motion):
+def _spread(nodes: F64, weights: F64, line: int, motion: F32) -> None:
     """Interpolate a row between the nodes (2, R', C'): cubic down at `line`, then along x."""
     i, step = line // weights.shape[0] - 1, weights.shape[0]
     down = weights[line % step]
@@ -63,7 +68,16 @@ def _spread(nodes, weights, line, motion):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _grid(texture, spline, net, base, windows, columns, sums, out):
+def _grid(
+    texture: F32,
+    spline: F32,
+    net: tuple[F64, F64, tuple[int, int]],
+    base: tuple[int, int],
+    windows: Windows,
+    columns: I64,
+    sums: I64,
+    out: F64,
+) -> None:
     nodes, weights, origin = net
     xs, ys, half = windows
     left, side = max(xs[0] - half, 0), 2 * half + 1
@@ -75,7 +89,7 @@ def _grid(texture, spline, net, base, windows, columns, sums, out):
     cells, taps = np.empty((2, width), np.int32), np.empty((2, TAPS, width), np.float32)
     g, terms = np.empty(width, np.float32), np.empty((_TERMS, width), np.float32)
     total, window = np.zeros((columns.shape[0], width)), np.empty((columns.shape[0], width))
-    opened = np.empty((together(ys, side), columns.shape[0], width))
+    opened = np.empty((open_windows(ys, side), columns.shape[0], width))
     powers = np.empty((sums[:, 1].max() + 1, side))
     raise_powers(float(half), powers)
     first, last = 0, 0
@@ -95,7 +109,9 @@ def _grid(texture, spline, net, base, windows, columns, sums, out):
             last += 1
 
 
-def sums_on_grid(texture, spline, net: MotionGrid, windows, order: int, out) -> None:
+def sums_on_grid(
+    texture: F32, spline: F32, net: MotionGrid, windows: Windows, order: int, out: F64
+) -> None:
     """Sum under each subset of a grid, the frame warped by the dense motion `net`.
 
     Parameters

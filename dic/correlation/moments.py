@@ -6,10 +6,10 @@ Here and in `frame_moments` a grid is summed by running sums and scattered point
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
-from dic.correlation.window import SumPlan, add_row, along, close, plan, raise_powers, together
+from dic.arrays import F32, F64, I64
+from dic.compiled import njit
+from dic.correlation.window import SumPlan, add_row, along, close, open_windows, plan, raise_powers
 from dic.fields import shape
 
 _TERMS = 10
@@ -22,7 +22,7 @@ def reference_plan(order: int) -> SumPlan:
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _fill_terms(texture, y, x, terms):
+def _fill_terms(texture: F32, y: int, x: int, terms: F32) -> None:
     """Write the terms (10, n) of the pixels of a row, from column `x` on."""
     n = terms.shape[1]
     fx, fy = texture[0, y, x : x + n], texture[1, y, x : x + n]
@@ -41,13 +41,13 @@ def _fill_terms(texture, y, x, terms):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _grid(texture, xs, ys, half, columns, sums, out):
+def _grid(texture: F32, xs: I64, ys: I64, half: int, columns: I64, sums: I64, out: F64) -> None:
     left, side = max(xs[0] - half, 0), 2 * half + 1
     width = min(xs[-1] + half + 1, texture.shape[2]) - left
     middle = 0.5 * (ys[0] + ys[-1])
     terms = np.empty((_TERMS, width), np.float32)
     total = np.zeros((columns.shape[0], width))
-    ring = together(ys, side)
+    ring = open_windows(ys, side)
     opened = np.empty((ring, columns.shape[0], width))
     window = np.empty_like(total)
     powers = np.empty((sums[:, 1].max() + 1, side))
@@ -68,7 +68,7 @@ def _grid(texture, xs, ys, half, columns, sums, out):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _points(texture, xy, half, columns, sums, out):
+def _points(texture: F32, xy: F64, half: int, columns: I64, sums: I64, out: F64) -> None:
     powers = np.empty((sums[:, 1].max() + 1, 2 * half + 1))
     for n in range(xy.shape[0]):
         x, y = round(xy[n, 0]), round(xy[n, 1])
@@ -82,7 +82,7 @@ def _points(texture, xy, half, columns, sums, out):
         along(total, x - half - left, powers, sums, out[n])
 
 
-def sums_on_grid(texture, xs, ys, half: int, order: int) -> NDArray[np.float64]:
+def sums_on_grid(texture: F32, xs: I64, ys: I64, half: int, order: int) -> F64:
     """Sum under each subset of a grid, (R·C, S) float64, in the order of `reference_plan`.
 
     Parameters
@@ -100,7 +100,7 @@ def sums_on_grid(texture, xs, ys, half: int, order: int) -> NDArray[np.float64]:
     return out.reshape(-1, len(sums))
 
 
-def sums_at_points(texture, xy, half: int, order: int) -> NDArray[np.float64]:
+def sums_at_points(texture: F32, xy: F64, half: int, order: int) -> F64:
     """Sum around each of the points `xy` (N, 2) px: (N, S) float64."""
     columns, sums = reference_plan(order)
     out = np.empty((len(xy), len(sums)))

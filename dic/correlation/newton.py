@@ -3,13 +3,27 @@
 from __future__ import annotations
 
 import threading
+from typing import TypeAlias
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from dic.arrays import F32, F64, I64, AnyArray, Mask
+from dic.compiled import njit
 from dic.correlation.reference import Reference
-from dic.correlation.subset import LOST, SHIFTED, correlate_with, gather, lay_out, make_tools, warp
+from dic.correlation.subset import (
+    LOST,
+    SHIFTED,
+    Tools,
+    correlate_with,
+    gather,
+    lay_out,
+    make_tools,
+    warp,
+)
+
+Known: TypeAlias = tuple[F64, F64, int]  # inverse, light and half of a reference
+State: TypeAlias = tuple[F64, F64, F64, F64, NDArray[np.int16], Mask]  # arrays of `Points`
 
 STILL = 1e-3  # px, a fifth of the usual noise: what is left then is less than a tenth of it
 _STRIDE = 2.0  # px, longest step believed: half a speckle
@@ -20,7 +34,7 @@ _NOWHERE = -1 << 40  # px, where no part of a frame lies
 class Points:
     """State of the N points of a reference while they are iterated."""
 
-    def __init__(self, motion: NDArray[np.float64]):
+    def __init__(self, motion: F64) -> None:
         count = len(motion)
         self.motion = motion  # (N, 2, P) coefficients of the shape function of u and of v
         self.change = np.full(count, np.nan)  # px, in the last iteration
@@ -29,14 +43,14 @@ class Points:
         self.iterations = np.zeros(count, dtype=np.int16)
         self.still = np.zeros(count, dtype=bool)
 
-    def step(self, ref: Reference, sums: NDArray, base: tuple[int, int]) -> None:
+    def step(self, ref: Reference, sums: AnyArray, base: tuple[int, int]) -> None:
         """Take one Gauss-Newton step of all points, from sums of motion less `base`."""
         _step_all(sums, np.array(base, dtype=np.float64), _known(ref), self._state())
 
-    def alone(self, ref: Reference, frame: NDArray, filtered: bool, here: NDArray) -> None:
+    def iterate(self, ref: Reference, frame: AnyArray, filtered: bool, here: AnyArray) -> None:
         """Iterate the points `here` one by one until they stand still.
 
-        `frame` is the picture, of which the parts around the points are filtered, or, if
+        `frame` is the image, of which the parts around the points are filtered, or, if
         `filtered`, its coefficients.
         """
         if ref.subsets is None:
@@ -46,7 +60,7 @@ class Points:
         tools = _BENCH.tools(ref.half, self.motion.shape[2])
         _iterate(subsets, frame, filtered, ref.xy, here, _known(ref), self._state(), tools)
 
-    def _state(self):
+    def _state(self) -> State:
         return (
             self.motion,
             self.change,
@@ -60,10 +74,10 @@ class Points:
 class _Bench(threading.local):
     """The arrays in which subsets are worked on: made once a thread and size, for all frames."""
 
-    def __init__(self):
-        self.kept: dict[tuple[int, int], tuple] = {}
+    def __init__(self) -> None:
+        self.kept: dict[tuple[int, int], Tools] = {}
 
-    def tools(self, half: int, count: int) -> tuple:
+    def tools(self, half: int, count: int) -> Tools:
         if (half, count) not in self.kept:
             self.kept[half, count] = make_tools(half, count)
         return self.kept[half, count]
@@ -72,12 +86,12 @@ class _Bench(threading.local):
 _BENCH = _Bench()
 
 
-def _known(ref: Reference):
+def _known(ref: Reference) -> Known:
     return ref.inverse, ref.light, ref.half
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _step_all(sums, base, known, state):
+def _step_all(sums: F64, base: F64, known: Known, state: State) -> None:
     """Step every point from the sums of `dic.correlation.frame_moments`."""
     motion, size = state[0], known[0].shape[1]
     p = motion.shape[2]
@@ -105,7 +119,16 @@ def _step_all(sums, base, known, state):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _iterate(subsets, frame, filtered, xy, here, known, state, tools):
+def _iterate(
+    subsets: F32,
+    frame: AnyArray,
+    filtered: bool,
+    xy: F64,
+    here: I64,
+    known: Known,
+    state: State,
+    tools: Tools,
+) -> None:
     motion, change, zncc, half, still = state[0], state[1], state[2], known[2], state[5]
     size = known[0].shape[1]
     towards, total, aside = np.empty(size), np.empty(size), np.zeros(size)
@@ -119,7 +142,7 @@ def _iterate(subsets, frame, filtered, xy, here, known, state, tools):
                 change[n], zncc[n] = np.nan, 0.0
                 break
             gg = correlate_with(pixels, tools, towards)
-            gain = _gain(n, -towards[size - 2], -towards[size - 1], gg, known, state)
+            gain = _gain(n, float(-towards[size - 2]), float(-towards[size - 1]), gg, known, state)
             if gain == 0.0:
                 break
             for k in range(size):
@@ -132,7 +155,7 @@ def _iterate(subsets, frame, filtered, xy, here, known, state, tools):
 
 
 @njit(cache=True, nogil=True)
-def _set_aside(c, shifted, aside):
+def _set_aside(c: F64, shifted: bool, aside: F64) -> None:
     """Take off all of the motion but the shift, if the subset was warped by its shift alone."""
     for a in range(2):
         for k in range(1, c.shape[1]):
@@ -140,7 +163,7 @@ def _set_aside(c, shifted, aside):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _gain(n, fg, g, gg, known, state):
+def _gain(n: int, fg: float, g: float, gg: float, known: Known, state: State) -> float:
     """Write the ZNCC of a point and return the gain of its light; 0 where there is no contrast."""
     light, (_, change, zncc, residual, iterations, still) = known[1], state
     iterations[n] += not still[n]
@@ -156,7 +179,7 @@ def _gain(n, fg, g, gg, known, state):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _answer(n, towards, squares, known, state, total):
+def _answer(n: int, towards: F64, squares: float, known: Known, state: State, total: F64) -> None:
     """Solve the normal equations of a point into `total` (K,), and write what they leave over."""
     light = known[1]
     _solve(n, towards, known, total)
@@ -166,7 +189,7 @@ def _answer(n, towards, squares, known, state, total):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _solve(n, towards, known, total):
+def _solve(n: int, towards: F64, known: Known, total: F64) -> None:
     inverse = known[0]
     for i in range(towards.shape[0]):
         total[i] = 0.0
@@ -175,7 +198,7 @@ def _solve(n, towards, known, total):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _move(n, step, aside, known, state):
+def _move(n: int, step: F64, aside: F64, known: Known, state: State) -> None:
     """Move a point by the `step` of its shape function, and by what the warp was `aside` of it.
 
     The step was measured with ∇f in place of the gradient of the frame, so it is that of the

@@ -7,9 +7,9 @@ the gain and offset of the light.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
+from dic.arrays import F64, I8, I64, AnyArray, Mask
+from dic.compiled import njit
 from dic.fields import shape
 from dic.fields.displacement import Status
 
@@ -18,7 +18,7 @@ _RIDGE = 1e-10  # of the diagonal: a degenerate pattern inverts, and its σ is h
 _BLOCK = 64  # points inverted side by side, so that the loops over them run on vectors
 
 
-def inverse(sums: NDArray, status: NDArray, order: int) -> NDArray[np.float64]:
+def inverse(sums: AnyArray, status: AnyArray, order: int) -> F64:
     """Invert over the unknowns of the order, (N, K, K); zero for what is held at zero.
 
     Parameters
@@ -34,7 +34,7 @@ def inverse(sums: NDArray, status: NDArray, order: int) -> NDArray[np.float64]:
     return out
 
 
-def _places(order: int) -> NDArray[np.int64]:
+def _places(order: int) -> I64:
     """Where each entry of H stands among the sums, (K, K): those of f and 1 with a minus sign."""
     count, table = shape.count(order), shape.products(order)
     squares = table.max() + 1
@@ -52,7 +52,7 @@ def _places(order: int) -> NDArray[np.int64]:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _invert(sums, lost, places, unknowns, out):
+def _invert(sums: F64, lost: Mask, places: I64, unknowns: I64, out: F64) -> None:
     """Invert by sweeping every pivot, without exchange: H is positive."""
     size = unknowns.shape[0]
     h, scale = np.empty((size, size, _BLOCK)), np.empty((size, _BLOCK))
@@ -72,7 +72,7 @@ def _invert(sums, lost, places, unknowns, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _gather(sums, lost, places, unknowns, h):
+def _gather(sums: F64, lost: Mask, places: I64, unknowns: I64, h: F64) -> None:
     """Arrange the sums as the lower halves of H, unity where a point is lost."""
     light = places.shape[0] - 2
     for i in range(unknowns.shape[0]):
@@ -87,7 +87,7 @@ def _gather(sums, lost, places, unknowns, h):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _scale(h, scale):
+def _scale(h: F64, scale: F64) -> None:
     """Scale matrices (K, K, B) to a unit diagonal, by what is written into `scale` (K, B)."""
     for i in range(h.shape[0]):
         square, into = h[i, i], scale[i]
@@ -101,7 +101,7 @@ def _scale(h, scale):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _sweep(h, p, pivot, factor):
+def _sweep(h: F64, p: int, pivot: F64, factor: F64) -> None:
     """Sweep one pivot of matrices (K, K, B) of which the lower half is kept."""
     size, diagonal = h.shape[0], h[p, p]
     for n in range(_BLOCK):
@@ -123,9 +123,7 @@ def _sweep(h, p, pivot, factor):
             column[n] = column[n] * pivot[n] if i != p else -pivot[n]
 
 
-def least_slope(
-    sums: NDArray, status: NDArray, order: int
-) -> tuple[NDArray[np.float64], NDArray[np.int8]]:
+def smallest_slope(sums: AnyArray, status: AnyArray, order: int) -> tuple[F64, I8]:
     """Find the direction in which each pattern is least steep, and name what is FLAT.
 
     Returns
@@ -137,11 +135,11 @@ def least_slope(
     places, count = _places(order), shape.count(order)
     xx, yy, xy = (sums[:, places[i, k]] for i, k in ((0, 0), (count, count), (0, count)))
     pixels = sums[:, -1]
-    least = (xx + yy) / 2 - np.hypot((xx - yy) / 2, xy)
-    slope = np.sqrt(np.maximum(least, 0) / np.maximum(pixels, 1))
+    smallest = (xx + yy) / 2 - np.hypot((xx - yy) / 2, xy)
+    slope = np.sqrt(np.maximum(smallest, 0) / np.maximum(pixels, 1))
     usable = status == Status.OK
     if not usable.any():
         return slope, status
-    steepest = np.sqrt((xx + yy)[usable] / pixels[usable]).max()
+    steepest = np.sqrt((xx + yy)[usable] / np.maximum(pixels[usable], 1)).max()
     flat = usable & (slope <= _FLAT * steepest)
     return slope, np.where(flat, Status.FLAT, status).astype(np.int8)

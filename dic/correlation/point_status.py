@@ -1,11 +1,13 @@
-"""The verdict on each point: its status, and the uncertainty of what was measured."""
+"""The status of each point, and the uncertainty of what was measured."""
 
 from __future__ import annotations
 
-import numpy as np
-from numba import njit
-from numpy.typing import NDArray
+from typing import TypeAlias
 
+import numpy as np
+
+from dic.arrays import F64, I8, AnyArray, Mask
+from dic.compiled import njit
 from dic.correlation import clipping
 from dic.correlation.newton import Points
 from dic.correlation.reference import Reference
@@ -13,25 +15,27 @@ from dic.fields.displacement import DisplacementField, Status
 from dic.fields.roughness import excess
 from dic.images.spline import noise_power, noise_slope
 
+Clipped: TypeAlias = list[tuple[F64, Status]]  # fraction of each subset, DARK or SATURATED
+
 _FOUND = 0.8  # ZNCC below which it is not the same pattern
 _STOPPED = 1e-3  # px, more than this in the last iteration is NOT_CONVERGED
 _DISTURBED = 4.0  # times the noise of the field: photographs without a hand reach 3.2
 _WHOLE = 0.99  # ZNCC from which no subset is disturbed, however little noise the others have
-_CLEAR = 0.995  # ZNCC from which no subset is looked at for pixels that clip
-_CLIPPED = 0.1  # share of a subset that may clip in the frame and not in the reference
-_ONE_SIDED = 0.04  # share that doubles σ
+_CLEAR = 0.995  # ZNCC from which no subset is searched for pixels that clip
+_CLIPPED = 0.1  # fraction of a subset that may clip in the frame and not in the reference
+_ONE_SIDED = 0.04  # fraction that doubles σ
 _BEYOND = 0.25  # px beyond the last pixels to which the spline is believed: 2 mpx of error
-_MOST_NOISE = 0.5  # share of Σ∇f∇fᵀ that may be noise
+_MAX_NOISE = 0.5  # fraction of Σ∇f∇fᵀ that may be noise
 _FAR = 5.0  # σ, the distance that shall be as rare as it is for a normal error
 
 
-def is_correlated(ref: Reference, points: Points) -> NDArray[np.bool_]:
-    """Tell where the pattern was found again, wholly on the picture, (N,) bool."""
+def is_correlated(ref: Reference, points: Points) -> Mask:
+    """Find where the pattern was found again, wholly on the image, (N,) bool."""
     known = (ref.status == Status.OK) & (points.zncc >= _FOUND)
     return known & ~leaves_image(ref, points.motion)
 
 
-def displacement_field(ref: Reference, points: Points, image: NDArray) -> DisplacementField:
+def displacement_field(ref: Reference, points: Points, image: AnyArray) -> DisplacementField:
     """Turn the last state of the points in a frame into a measurement, NaN where there is none."""
     noise = np.sqrt(np.maximum(points.residual, 0) / _noise_gain(points.motion, ref.half))
     clipped = _clipped(ref, points, image)
@@ -39,8 +43,8 @@ def displacement_field(ref: Reference, points: Points, image: NDArray) -> Displa
     lost = status != Status.OK
     count = points.motion.shape[2]
     variance = np.diagonal(ref.inverse, axis1=1, axis2=2)[:, : 2 * count].reshape(-1, 2, count)
-    share = _noise_share(ref, noise)
-    scale = noise / np.sqrt(1 - share) * _widening(ref, share)
+    fraction = _noise_fraction(ref, noise)
+    scale = noise / np.sqrt(1 - fraction) * _widening(ref, fraction)
     for part, _ in clipped:
         # What clips is off by more than noise, and all to one side.
         scale *= 1 + part / _ONE_SIDED
@@ -60,7 +64,7 @@ def displacement_field(ref: Reference, points: Points, image: NDArray) -> Displa
         sigma_gradient=spread[:, :, 1:3],
         zncc=np.where(untried, np.nan, points.zncc),
         iterations=np.where(untried, 0, points.iterations).astype(np.int16),
-        share=ref.light[:, 2] / ref.subset**2,
+        valid_fraction=ref.light[:, 2] / ref.subset**2,
         status=status,
         subset=ref.subset,
         order=ref.order,
@@ -68,8 +72,8 @@ def displacement_field(ref: Reference, points: Points, image: NDArray) -> Displa
     )
 
 
-def _noise_gain(motion: NDArray, half: int) -> NDArray[np.float64]:
-    """Variance of the residual over that of the noise of one picture: 1 + κ, (N,).
+def _noise_gain(motion: AnyArray, half: int) -> F64:
+    """Variance of the residual over that of the noise of one image: 1 + κ, (N,).
 
     κ depends on the fraction of a px by which the subset moved, averaged over what its gradients
     sweep.
@@ -82,40 +86,40 @@ def _noise_gain(motion: NDArray, half: int) -> NDArray[np.float64]:
     return 1 + kept
 
 
-def _noise_share(ref: Reference, noise: NDArray) -> NDArray[np.float64]:
-    """Share of Σ∇f∇fᵀ that is noise of the reference, (N,): it answers to no motion."""
-    share = noise_slope() * np.square(noise) / np.maximum(np.square(ref.slope), 1e-30)
-    return np.minimum(share, _MOST_NOISE)
+def _noise_fraction(ref: Reference, noise: AnyArray) -> F64:
+    """Fraction of Σ∇f∇fᵀ that is noise of the reference, (N,): it answers to no motion."""
+    fraction = noise_slope() * np.square(noise) / np.maximum(np.square(ref.slope), 1e-30)
+    return np.minimum(fraction, _MAX_NOISE)
 
 
-def _widening(ref: Reference, share: NDArray) -> NDArray[np.float64]:
+def _widening(ref: Reference, fraction: AnyArray) -> F64:
     """Widen σ, which is estimated itself, so that an error of 5 σ is as rare as it should be, (N,).
 
-    Where a share of the Hessian of n pixels is noise, it is known to 4 share/(1 - share)/(2n) of
-    its square (sampled: σ scatters by 6 % at a share of 0.33, 7 % at 0.44). Student's t with that
+    Where a fraction p of the Hessian of n pixels is noise, it is known to 4 p/(1 - p)/(2n) of its
+    square (sampled: σ scatters by 6 % at a fraction of 0.33, 7 % at 0.44). Student's t with that
     many degrees of freedom ν has longer tails: x + (x³ + x)/(4ν) in place of x (Abramowitz, Stegun
     26.7.5).
     """
-    fewer = 4 * share / (1 - share) / np.maximum(ref.light[:, 2], 1)  # 1/ν
+    fewer = 4 * fraction / (1 - fraction) / np.maximum(ref.light[:, 2], 1)  # 1/ν
     return 1 + (_FAR**2 + 1) / 4 * fewer
 
 
-def _clipped(ref: Reference, points: Points, image: NDArray):
-    """Share of each subset that clips in the frame and did not before, at black and at white."""
+def _clipped(ref: Reference, points: Points, image: AnyArray) -> Clipped:
+    """Fraction of each subset that clips in the frame and did not before, at black and at white."""
     moved = ref.xy + points.motion[:, :, 0]
     measured = (ref.status == Status.OK) & (points.zncc >= _FOUND)
     moved[~(measured & (points.zncc < _CLEAR))] = np.nan  # pixels that clip would show
     return clipping.gained(ref.image, image, ref.xy, moved, ref.half)
 
 
-def _status(ref, points, noise, clipped) -> NDArray[np.int8]:
+def _status(ref: Reference, points: Points, noise: F64, clipped: Clipped) -> I8:
     """Name what became of each point; what is named first stands."""
     measured = (ref.status == Status.OK) & (points.zncc >= _FOUND)
     level = np.median(noise[measured]) if measured.any() else 0.0
     status = ref.status.copy()
     for condition, name in (
         # Too much of what is taken for slope is noise.
-        (ref.slope < np.sqrt(noise_slope() / _MOST_NOISE) * level, Status.FLAT),
+        (ref.slope < np.sqrt(noise_slope() / _MAX_NOISE) * level, Status.FLAT),
         (leaves_image(ref, points.motion), Status.OUTSIDE),
         (~(points.zncc >= _FOUND), Status.LOW_CORRELATION),
         (~(points.still | (points.change <= _STOPPED)), Status.NOT_CONVERGED),
@@ -126,16 +130,16 @@ def _status(ref, points, noise, clipped) -> NDArray[np.int8]:
     return status
 
 
-def leaves_image(ref: Reference, motion: NDArray) -> NDArray[np.bool_]:
-    """Tell where a corner of the moved subset lies beyond the last pixels, (N,) bool."""
+def leaves_image(ref: Reference, motion: AnyArray) -> Mask:
+    """Find where a corner of the moved subset lies beyond the last pixels, (N,) bool."""
     out = np.empty(len(motion), dtype=bool)
     _leave(ref.xy, motion, ref.half, ref.image.shape, out)
     return out
 
 
 @njit(cache=True, nogil=True)
-def _leave(xy, motion, half, shape, out):
-    """Move the four ends of each subset, which begins at the border where the picture cuts it."""
+def _leave(xy: F64, motion: F64, half: int, shape: tuple[int, ...], out: Mask) -> None:
+    """Move the four ends of each subset, which begins at the border where the image cuts it."""
     for n in range(xy.shape[0]):
         out[n] = False
         for a in range(2):

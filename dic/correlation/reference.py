@@ -1,23 +1,24 @@
-"""The reference picture, prepared once: its texture and how each subset answers to motion."""
+"""The reference image, prepared once: its texture and how each subset answers to motion."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from dic.arrays import F32, F64, I8, I64, AnyArray, Mask
 from dic.correlation import clipping, moments, normal
 from dic.correlation.checks import check_options, check_served, read_grid, read_points, read_roi
 from dic.correlation.subset import gather
 from dic.fields.displacement import Status
 from dic.fields.grid import Grid, grid_over
-from dic.images.image import check_image
+from dic.images.image import check_reference
 from dic.images.quality import box_areas, box_sums
-from dic.images.spline import spline_coefficients, spline_gradient
+from dic.images.spline import prefilter, spline_gradient
 
 _BARE = 0.02  # of the median mean square of ∇f: the inner half of a subset is without pattern
-_CLIPPED = 2 / 3  # share of a subset at black or at white from which it cannot be trusted
+_CLIPPED = 2 / 3  # fraction of a subset at black or at white from which it cannot be trusted
 _LEAK = 3  # px from the edge of the ROI at which the spline keeps 8 % of a jump there
 
 
@@ -50,17 +51,17 @@ class Reference:
         Where torch takes the sums of the frames; None without torch.
     """
 
-    image: NDArray[np.float32]
-    texture: NDArray[np.float32]
-    xy: NDArray[np.float64]
-    inverse: NDArray[np.float64]
-    light: NDArray[np.float64]
-    slope: NDArray[np.float64]
-    status: NDArray[np.int8]
+    image: F32
+    texture: F32
+    xy: F64
+    inverse: F64
+    light: F64
+    slope: F64
+    status: I8
     subset: int
     order: int
     grid: Grid | None
-    subsets: NDArray[np.float32] | None
+    subsets: F32 | None
     device: str | None = None
 
     @property
@@ -78,7 +79,7 @@ def prepare(
     points: ArrayLike | Grid | None = None,
     device: str | None = None,
 ) -> Reference:
-    """Prepare a reference picture for any number of frames.
+    """Prepare a reference image for any number of frames.
 
     Parameters
     ----------
@@ -86,7 +87,7 @@ def prepare(
     subset : int, px
         Side of the square subset, odd.
     step : int, px
-        Distance of the points of the grid, which covers the picture wherever a whole subset fits.
+        Distance of the points of the grid, which covers the image wherever a whole subset fits.
     order : {0, 1, 2}
         Shape function: 0 a shift, 1 affine, 2 quadratic.
     roi : (H, W) bool, optional
@@ -94,7 +95,7 @@ def prepare(
         only the pixels inside count.
     points : (N, 2), px, or Grid, optional
         Measure at these points (x, y), or on this grid, in place of the usual one. Of a subset that
-        the picture cuts the pixels on it count, if half of them are left.
+        the image cuts the pixels on it count, if half of them are left.
     device : str, optional
         Where torch shall take the sums of the frames, such as "cuda", for a grid. Without it they
         are taken here, by compiled loops.
@@ -104,8 +105,8 @@ def prepare(
     ValueError
         One sentence on what cannot be used.
     """
-    image = check_image(image, "reference")
-    check_options(image, subset, step, order)
+    image = check_reference(image)
+    subset, step, order = check_options(image.shape, subset, step, order)
     weight = read_roi(roi, image.shape)
     grid = (
         grid_over(image.shape, subset, step) if points is None else read_grid(points, subset, step)
@@ -119,7 +120,7 @@ def prepare(
     texture = _texture(image, _inner(weight))
     status = _without_bare(texture, centres, status, subset // 2)
     sums = _sums(texture, xy, subset // 2, order, grid)
-    slope, status = normal.least_slope(sums, status, order)
+    slope, status = normal.smallest_slope(sums, status, order)
     return Reference(
         image=image.astype(np.float32),
         texture=texture,
@@ -136,7 +137,7 @@ def prepare(
     )
 
 
-def _inner(weight: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _inner(weight: Mask) -> Mask:
     """Pixels of the ROI on which what lies beyond it has no effect through the spline."""
     if weight.all():
         return weight
@@ -146,36 +147,32 @@ def _inner(weight: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return np.asarray(binary_erosion(weight, square, border_value=1), dtype=bool)
 
 
-def _texture(image: NDArray, weight: NDArray[np.bool_]) -> NDArray[np.float32]:
+def _texture(image: AnyArray, weight: Mask) -> F32:
     grey = np.subtract(image, image.mean(dtype=np.float64), dtype=np.float32)
     texture = np.empty((4, *grey.shape), dtype=np.float32)
-    texture[0], texture[1] = spline_gradient(spline_coefficients(grey))
+    texture[0], texture[1] = spline_gradient(prefilter(grey))
     texture[2], texture[3] = grey, weight
     if not weight.all():
         texture *= weight
     return texture
 
 
-def _status(
-    image: NDArray, weight: NDArray[np.bool_], centres: NDArray[np.int64], half: int
-) -> NDArray[np.int8]:
+def _status(image: AnyArray, weight: Mask, centres: I64, half: int) -> I8:
     status = np.zeros(len(centres), dtype=np.int8)
     area = box_areas(centres, half, image.shape)
-    least = (2 * half + 1) ** 2 / 2
+    enough = (2 * half + 1) ** 2 / 2
     for level, name in clipping.levels(image):
         clipped = image == level
-        if np.count_nonzero(clipped) > _CLIPPED * least:
+        if np.count_nonzero(clipped) > _CLIPPED * enough:
             status[box_sums(clipped, centres, half) > _CLIPPED * area] = name
     if not weight.all():
-        status[box_sums(weight, centres, half) < least] = Status.EXCLUDED
-    status[area < least] = Status.OUTSIDE
+        status[box_sums(weight, centres, half) < enough] = Status.EXCLUDED
+    status[area < enough] = Status.OUTSIDE
     status[~weight[centres[:, 1], centres[:, 0]]] = Status.EXCLUDED
     return status
 
 
-def _without_bare(
-    texture: NDArray[np.float32], centres: NDArray[np.int64], status: NDArray[np.int8], half: int
-) -> NDArray[np.int8]:
+def _without_bare(texture: F32, centres: I64, status: I8, half: int) -> I8:
     """Name FLAT the points with no pattern of their own, such as those in a hole near its rim.
 
     The rim alone can be followed, but it says nothing of the place of the point.
@@ -191,7 +188,7 @@ def _without_bare(
     return status
 
 
-def _sums(texture, xy, half, order, grid: Grid | None) -> NDArray[np.float64]:
+def _sums(texture: F32, xy: F64, half: int, order: int, grid: Grid | None) -> F64:
     if grid is not None:
-        return moments.sums_on_grid(texture, grid.xs, grid.ys, half, order)
+        return moments.sums_on_grid(texture, *grid.pixels, half, order)
     return moments.sums_at_points(texture, xy, half, order)

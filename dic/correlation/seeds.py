@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 import heapq
+from typing import cast
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+
+from dic.arrays import F32, F64, I64, AnyArray, Mask
 
 _TEMPLATE = 41  # px, large enough to be unique, small enough to survive 5° of rotation
 _REACH = (3, 10, 24)  # px searched around what the neighbour says, then wider
 _FOUND = 0.6  # ZNCC from which a match is believed
-_TRIES = 12  # blind searches over the whole picture before giving up
+_TRIES = 12  # blind searches over the whole image before giving up
 _LINKS = 8  # neighbours of a seed
 _BESIDE = 3.0  # px, a neighbour farther than this from the plane of all is a false match
 
 
-def find(
-    reference: NDArray[np.float32], deformed: NDArray[np.float32], xy: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+def find(reference: F32, deformed: F32, xy: F64) -> tuple[F64, Mask]:
     """Find the motion of scattered places, most reliable first.
 
-    The first place is searched over the whole picture, every other one near its best neighbour: the
+    The first place is searched over the whole image, every other one near its best neighbour: the
     growing of Pan 2009 (Appl. Opt. 48, 1535, reliability-guided DIC) on templates.
 
     Parameters
@@ -56,7 +56,14 @@ def find(
     return _with_gradients(xy, shift, found, links), found
 
 
-def _grow(reference, deformed, xy, links, start, state) -> None:
+def _grow(
+    reference: F32,
+    deformed: F32,
+    xy: F64,
+    links: I64,
+    start: tuple[int, float],
+    state: tuple[F64, Mask, Mask],
+) -> None:
     """Search the neighbours of what is found, best first, writing (shift, found, pending)."""
     shift, found, pending = state
     queue = [(-start[1], start[0])]
@@ -72,7 +79,9 @@ def _grow(reference, deformed, xy, links, start, state) -> None:
                 heapq.heappush(queue, (-score, there))
 
 
-def _search(reference, deformed, xy, guess, reaches) -> tuple[NDArray[np.float64], float]:
+def _search(
+    reference: F32, deformed: F32, xy: F64, guess: F64, reaches: tuple[int, ...]
+) -> tuple[F64, float]:
     """Best shift (2,) px around a guess and its ZNCC, widening the search until it is believed."""
     height, width = reference.shape
     size = min(_TEMPLATE, height, width)
@@ -98,7 +107,7 @@ def _within(place: float, last: int) -> int:
     return min(max(round(place), 0), last)
 
 
-def _peak(scores: NDArray[np.float32], i: int) -> float:
+def _peak(scores: AnyArray, i: int) -> float:
     """Fraction of a px by which the top of a parabola lies beside the best of a line of scores."""
     if not 0 < i < len(scores) - 1:
         return 0.0
@@ -108,7 +117,7 @@ def _peak(scores: NDArray[np.float32], i: int) -> float:
     )
 
 
-def _with_gradients(xy, shift, found, links) -> NDArray[np.float64]:
+def _with_gradients(xy: F64, shift: F64, found: Mask, links: I64) -> F64:
     """Motion (S, 2, 3): the gradients are those of a plane through the neighbours found."""
     motion = np.zeros((len(xy), 2, 3))
     motion[:, :, 0] = shift
@@ -120,7 +129,7 @@ def _with_gradients(xy, shift, found, links) -> NDArray[np.float64]:
     determinant = xx * yy - xy_ * xy_
     # Neighbours on a line, or fewer than three and the place itself, say nothing of a plane.
     enough = (weight.sum(axis=1) >= 4) & (determinant > 0.01 * (xx + yy) ** 2)
-    slope = np.linalg.solve(spread[enough][:, None], pull[enough][..., None])[..., 0]
+    slope = cast("F64", np.linalg.solve(spread[enough][:, None], pull[enough][..., None]))[..., 0]
     beside = apart[enough] - np.einsum("sai,sni->sna", slope, away[enough])
     wrong = (weight[enough][..., None] * np.abs(beside)).max(axis=(1, 2)) > _BESIDE
     motion[enough, :, 1:] = np.where(wrong[:, None, None], 0.0, slope)

@@ -6,20 +6,22 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from dic.arrays import I64
 from dic.correlation.correlation import correlate
 from dic.correlation.reference import Reference, prepare
 from dic.fields.displacement import DisplacementField, Status
+from dic.numbers import check_type
 
-_KEPT = 0.98  # share of the points followed so far that a frame must find again
+_KEPT = 0.98  # fraction of the points followed so far that a frame must find again
 _ALIKE = 0.9  # their median ZNCC, below which the pattern has changed too much
 
 
 def correlate_sequence(ref: Reference, frames: Iterable[ArrayLike]) -> Iterator[DisplacementField]:
     """Measure the displacement of every frame from the first reference, one by one.
 
-    A frame is compared with the first picture, from the motion of the frame before. Once the
+    A frame is compared with the first image, from the motion of the frame before. Once the
     pattern has changed too much for that, by strain, light or wear, the frame before becomes the
     reference: the points go on from where they had moved to, so that each stays on its material
     point, and the displacements add up (`compose_displacements`).
@@ -27,7 +29,7 @@ def correlate_sequence(ref: Reference, frames: Iterable[ArrayLike]) -> Iterator[
     Parameters
     ----------
     ref : Reference
-    frames : iterable of (H, W) pictures
+    frames : iterable of (H, W) images
         In the order in which they were taken. They may come live.
 
     Yields
@@ -40,8 +42,13 @@ def correlate_sequence(ref: Reference, frames: Iterable[ArrayLike]) -> Iterator[
     Raises
     ------
     ValueError
-        A picture cannot be used.
+        An image cannot be used.
     """
+    check_type(ref, Reference, "ref", "dic.prepare")
+    try:
+        frames = iter(frames)
+    except TypeError:
+        raise ValueError("frames must be images (H, W), one after the other; list them") from None
     base, start, here = ref, None, np.arange(len(ref.xy))
     last, before = None, None
     for frame in frames:
@@ -57,25 +64,25 @@ def correlate_sequence(ref: Reference, frames: Iterable[ArrayLike]) -> Iterator[
 
 
 def _has_changed(last: DisplacementField, found: DisplacementField) -> bool:
-    """Tell whether a frame shows less of the pattern than the one before did."""
+    """Find whether a frame shows less of the pattern than the one before did."""
     if not last.valid.any():
         return False
-    seen = found.status[last.valid] != Status.OUTSIDE
+    inside = found.status[last.valid] != Status.OUTSIDE
     kept = found.valid[last.valid]
     return bool(
-        np.count_nonzero(kept) < _KEPT * np.count_nonzero(seen)
+        np.count_nonzero(kept) < _KEPT * np.count_nonzero(inside)
         or (kept.any() and np.median(found.zncc[found.valid]) < _ALIKE)
     )
 
 
-def _kept(ref: Reference, field: DisplacementField) -> NDArray[np.int64]:
+def _kept(ref: Reference, field: DisplacementField) -> I64:
     """Points that go on in a new reference: what a ROI leaves out there is not known."""
     whole = ref.light[:, 2] == ref.subset**2
     return np.flatnonzero(field.valid & whole)
 
 
 def _joined(
-    start: DisplacementField | None, found: DisplacementField, here: NDArray[np.int64]
+    start: DisplacementField | None, found: DisplacementField, here: I64
 ) -> DisplacementField:
     """Add what was found of the points `here` to their motion before; the others stay lost."""
     if start is None:
@@ -102,11 +109,23 @@ def compose_displacements(first: DisplacementField, second: DisplacementField) -
     DisplacementField
         At the points of the first. Deformation gradients multiply, F = F₂F₁.
 
+    Raises
+    ------
+    ValueError
+        They are no displacements, or of another number of points.
+
     Notes
     -----
     σ adds in squares, which is an upper bound: the noise of the frame in which the two meet enters
     both with opposite signs.
     """
+    for field in (first, second):
+        check_type(field, DisplacementField, "a displacement", "dic.correlate")
+    if len(first.xy) != len(second.xy):
+        raise ValueError(
+            f"displacements must be of the same points, got {len(first.xy)} and {len(second.xy)}; "
+            "measure the second at the points to which the first led"
+        )
     turn, stretch = np.eye(2) + second.gradient, np.eye(2) + first.gradient
     spread = np.einsum("nac,nbc->nab", np.square(turn), np.square(first.sigma_gradient))
     return replace(

@@ -9,12 +9,16 @@ block is read once for each whole part, and each pixel keeps its own.
 from __future__ import annotations
 
 import math
+from typing import TypeAlias
 
 import numpy as np
-from numba import njit
 
+from dic.arrays import F32, F64, I32, I64, AnyArray
+from dic.compiled import njit
 from dic.images.block import RIM, read, read_part
 from dic.images.warp import PAD, TAPS, sample, weights
+
+Tools: TypeAlias = tuple[F32, F32, F32, F32, I32, F32, F32, F32, F32, I64]
 
 _SPREAD = 2  # px by which the whole part of the motion may differ within a subset
 _SPARE = TAPS - 1 + _SPREAD  # columns of a block beyond the side of its subset
@@ -27,10 +31,10 @@ _FACTOR = (0, 0, 1, 0, 1, 1)
 
 
 @njit(cache=True, nogil=True)
-def gather(texture, xy, half):
+def gather(texture: F32, xy: F64, half: int) -> F32:
     """Copy fx, fy, f and weight of the subsets around `xy` (N, 2) px, (N, 4, pixels) float32.
 
-    What lies beyond the picture is left at zero.
+    What lies beyond the image is left at zero.
     """
     side, (height, width) = 2 * half + 1, texture.shape[1:]
     out = np.zeros((xy.shape[0], 4, side * (side + _SPARE)), np.float32)
@@ -45,7 +49,7 @@ def gather(texture, xy, half):
 
 
 @njit(cache=True, nogil=True)
-def make_tools(half, count):
+def make_tools(half: int, count: int) -> Tools:
     """Make the arrays in which one subset is worked on, for `count` coefficients a component."""
     side = 2 * half + 1
     width = side + _SPARE
@@ -69,7 +73,7 @@ def make_tools(half, count):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def lay_out(pixels, place, tools):
+def lay_out(pixels: F32, place: F64, tools: Tools) -> None:
     """Write ξ, η and fx·m, fy·m of the subset (4, pixels) around `place` (x, y)."""
     arm, middle, jacobian = tools[0], tools[1], tools[2]
     count = jacobian.shape[0] // 2
@@ -89,10 +93,10 @@ def lay_out(pixels, place, tools):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def warp(frame, filtered, place, c, half, tools):
+def warp(frame: AnyArray, filtered: bool, place: F64, c: F64, half: int, tools: Tools) -> int:
     """Write g(x + u) for the motion c (2, P) of a subset.
 
-    `frame` is the picture itself, of which a part is filtered here, or, if `filtered`, its
+    `frame` is the image itself, of which a part is filtered here, or, if `filtered`, its
     coefficients.
 
     Returns
@@ -127,7 +131,7 @@ def warp(frame, filtered, place, c, half, tools):
 
 
 @njit(cache=True, nogil=True)
-def _is_gentle(c, half):
+def _is_gentle(c: F64, half: int) -> bool:
     reach = 0.0
     for a in range(2):
         reach = max(reach, half * (abs(c[a, 1]) + abs(c[a, 2])))
@@ -137,7 +141,16 @@ def _is_gentle(c, half):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _shift(frame, filtered, left, top, u, v, side, tools):
+def _shift(
+    frame: AnyArray,
+    filtered: bool,
+    left: int,
+    top: int,
+    u: float,
+    v: float,
+    side: int,
+    tools: Tools,
+) -> None:
     """Interpolate along x and then along y: one fraction for the whole subset."""
     column, row = math.floor(u), math.floor(v)
     _fetch(frame, filtered, left + column, top + row, side, tools)
@@ -157,7 +170,7 @@ def _shift(frame, filtered, left, top, u, v, side, tools):
 
 
 @njit(cache=True, nogil=True)
-def _fetch(frame, filtered, x, y, side, tools):
+def _fetch(frame: AnyArray, filtered: bool, x: int, y: int, side: int, tools: Tools) -> None:
     """Copy the block of coefficients for the pixels from (x, y) on."""
     if filtered:
         read(frame, x - 2 + PAD, y - 2 + PAD, side + _SPARE, tools[7][0])
@@ -166,7 +179,7 @@ def _fetch(frame, filtered, x, y, side, tools):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _move(c, xi, eta, out):
+def _move(c: F64, xi: F32, eta: F32, out: F32) -> None:
     c0, c1, c2 = np.float32(c[0]), np.float32(c[1]), np.float32(c[2])
     for n in range(out.shape[0]):
         out[n] = c0 + c1 * xi[n] + c2 * eta[n]
@@ -177,7 +190,7 @@ def _move(c, xi, eta, out):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _split(motion, whole, taps):
+def _split(motion: F32, whole: I32, taps: F32) -> None:
     """Split a motion into its whole part and the weights of its fraction."""
     w0, w1, w2, w3, w4, w5 = taps[0], taps[1], taps[2], taps[3], taps[4], taps[5]
     for n in range(motion.shape[0]):
@@ -187,7 +200,7 @@ def _split(motion, whole, taps):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _range(motion):
+def _range(motion: F32) -> tuple[int, int]:
     """Least whole part of a motion, and how many there are."""
     low, high = motion[0], motion[0]
     for n in range(motion.shape[0]):
@@ -197,7 +210,7 @@ def _range(motion):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _interpolate(block, dx, dy, width, taps, out):
+def _interpolate(block: F32, dx: int, dy: int, width: int, taps: F32, out: F32) -> None:
     across = taps[0]
     a0, a1, a2, a3, a4, a5 = across[0], across[1], across[2], across[3], across[4], across[5]
     for n in range(out.shape[0]):
@@ -213,7 +226,7 @@ def _interpolate(block, dx, dy, width, taps, out):
 
 
 @njit(cache=True, nogil=True)
-def _keep(whole, x, y, value, out):
+def _keep(whole: I32, x: int, y: int, value: F32, out: F32) -> None:
     """Take the value where the whole part of the motion is (x, y)."""
     columns, rows = whole[0], whole[1]
     for n in range(out.shape[0]):
@@ -221,7 +234,7 @@ def _keep(whole, x, y, value, out):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _one_by_one(spline, left, top, side, motion, out):
+def _one_by_one(spline: F32, left: int, top: int, side: int, motion: F32, out: F32) -> None:
     width = side + _SPARE
     for n in range(out.shape[0]):
         row, column = n // width, min(n % width, side - 1)
@@ -229,7 +242,7 @@ def _one_by_one(spline, left, top, side, motion, out):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def correlate_with(pixels, tools, sums):
+def correlate_with(pixels: F32, tools: Tools, sums: F64) -> float:
     """Sum Jᵀg into `sums`: fx·m, fy·m, then -f and -1 as in `normal`; and return Σg²."""
     g, f, weight, jacobian = tools[6][0], pixels[2], pixels[3], tools[2]
     gg, fg, total = 0.0, 0.0, 0.0

@@ -1,6 +1,6 @@
 """Sums of products of pixels and monomials over many windows, cheaply.
 
-A row of pixels is a few rows of *terms*. Down the picture each term is added up column by column,
+A row of pixels is a few rows of *terms*. Down the image each term is added up column by column,
 with the powers of y that are asked for, so that the sum over the rows of a window is a difference
 of two running sums and its cost does not depend on the size of the window; then the columns of a
 window are summed with the powers of x. Both powers are taken about the middle of the window.
@@ -11,9 +11,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
+from dic.arrays import F32, F64, I64, AnyArray
+from dic.compiled import njit
 from dic.fields.shape import monomials
 
 
@@ -28,8 +28,8 @@ class SumPlan(NamedTuple):
         Running sum and power of x of each result.
     """
 
-    columns: NDArray[np.int64]
-    sums: NDArray[np.int64]
+    columns: I64
+    sums: I64
 
 
 def plan(degrees: list[int]) -> SumPlan:
@@ -41,7 +41,7 @@ def plan(degrees: list[int]) -> SumPlan:
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def add_row(terms, y, columns, total):
+def add_row(terms: F32, y: float, columns: AnyArray, total: F64) -> None:
     """Add a row of terms (K, n) at the height y to the running sums (V, n)."""
     for v in range(columns.shape[0]):
         row, into, factor = terms[columns[v, 0]], total[v], y ** columns[v, 1]
@@ -50,7 +50,7 @@ def add_row(terms, y, columns, total):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def close(total, opened, y, columns, out):
+def close(total: F64, opened: F64, y: float, columns: AnyArray, out: F64) -> None:
     """Write the running sums since `opened`, with the powers of y about the height `y`."""
     highest = 0
     for v in range(columns.shape[0]):
@@ -68,7 +68,7 @@ def close(total, opened, y, columns, out):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def along(columns, first, powers, sums, out):
+def along(columns: AnyArray, first: int, powers: F64, sums: I64, out: F64) -> None:
     """Sum columns (V, n) over the window that starts at `first`, with `powers` (A, side) of x.
 
     What the window has beyond the columns counts nothing.
@@ -83,7 +83,7 @@ def along(columns, first, powers, sums, out):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def raise_powers(middle, powers):
+def raise_powers(middle: float, powers: F64) -> None:
     """Write (x - middle)^a into `powers` (A, side), x = 0 … side - 1."""
     for x in range(powers.shape[1]):
         powers[0, x] = 1.0
@@ -92,6 +92,6 @@ def raise_powers(middle, powers):
 
 
 @njit(cache=True, nogil=True)
-def together(ys, side):
+def open_windows(ys: I64, side: int) -> int:
     """Count the windows of `side` px at the heights `ys` (R,) that can be open at one time."""
     return 1 if ys.shape[0] == 1 else min(side // (ys[1] - ys[0]) + 1, ys.shape[0])

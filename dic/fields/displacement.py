@@ -8,6 +8,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from dic.arrays import F64, I8, Mask
 from dic.fields.grid import Grid
 
 
@@ -19,7 +20,7 @@ class Status(IntEnum):
     FLAT = 2  # too little contrast in some direction to follow
     DARK = 3  # too much of the subset lies at black
     SATURATED = 4  # too much of the subset lies at white
-    OUTSIDE = 5  # most of the subset lies out of the picture, or some of it has moved there
+    OUTSIDE = 5  # most of the subset lies out of the image, or some of it has moved there
     LOW_CORRELATION = 6  # the pattern was not found again
     NOT_CONVERGED = 7  # the iteration still moved when it was stopped
     DISTURBED = 8  # far from what the others leave over: hidden in part, or bent beyond its order
@@ -43,9 +44,9 @@ class DisplacementField:
         Zero-normalised cross-correlation of the subset with the frame, -1…1.
     iterations : (N,) int16
         Iterations until the point stood still.
-    share : (N,) float64
-        Share of the pixels of the subset that were used: less than 1 where the ROI or the border of
-        the picture takes a part.
+    valid_fraction : (N,) float64
+        Fraction of the pixels of the subset that were used: less than 1 where the ROI or the
+        border of the image takes a part.
     status : (N,) int8
         A `Status` each.
     subset : int, px
@@ -55,42 +56,42 @@ class DisplacementField:
         The grid, row by row, or None for scattered points.
     """
 
-    xy: NDArray[np.float64]
-    u: NDArray[np.float64]
-    v: NDArray[np.float64]
-    sigma_u: NDArray[np.float64]
-    sigma_v: NDArray[np.float64]
-    gradient: NDArray[np.float64]
-    sigma_gradient: NDArray[np.float64]
-    zncc: NDArray[np.float64]
+    xy: F64
+    u: F64
+    v: F64
+    sigma_u: F64
+    sigma_v: F64
+    gradient: F64
+    sigma_gradient: F64
+    zncc: F64
     iterations: NDArray[np.int16]
-    share: NDArray[np.float64]
-    status: NDArray[np.int8]
+    valid_fraction: F64
+    status: I8
     subset: int
     order: int
     grid: Grid | None
 
     @property
-    def valid(self) -> NDArray[np.bool_]:
+    def valid(self) -> Mask:
         """(N,) True where the point was measured."""
         return self.status == Status.OK
 
     @property
-    def ux(self) -> NDArray[np.float64]:
+    def ux(self) -> F64:
         """∂u/∂x of the subset, (N,)."""
         return self.gradient[:, 0, 0]
 
     @property
-    def uy(self) -> NDArray[np.float64]:
+    def uy(self) -> F64:
         """∂u/∂y of the subset, (N,)."""
         return self.gradient[:, 0, 1]
 
     @property
-    def vx(self) -> NDArray[np.float64]:
+    def vx(self) -> F64:
         """∂v/∂x of the subset, (N,)."""
         return self.gradient[:, 1, 0]
 
     @property
-    def vy(self) -> NDArray[np.float64]:
+    def vy(self) -> F64:
         """∂v/∂y of the subset, (N,)."""
         return self.gradient[:, 1, 1]

@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from dic.arrays import F64, I64, U8, Mask
 from dic.fields import roughness
 from dic.fields.displacement import DisplacementField
 from dic.fields.grid import Grid
 from dic.fields.shape import monomials
-from dic.fields.strain_field import LEAST
+from dic.fields.strain_field import MIN_FRACTION
+from dic.numbers import check_type, read_integer
 
 _DEGREES = (1, 2, 3, 4)
 _SINGULAR = 1e-12  # of the normal equations: the points lie on lines
@@ -32,12 +33,12 @@ class SmoothField:
     grid : Grid
     """
 
-    xy: NDArray[np.float64]
-    u: NDArray[np.float64]
-    v: NDArray[np.float64]
-    sigma_u: NDArray[np.float64]
-    sigma_v: NDArray[np.float64]
-    valid: NDArray[np.bool_]
+    xy: F64
+    u: F64
+    v: F64
+    sigma_u: F64
+    sigma_v: F64
+    valid: Mask
     gauge: int
     grid: Grid
 
@@ -70,10 +71,10 @@ def smooth(disp: DisplacementField, window: int = 9, degree: int = 4) -> SmoothF
     Least squares over the points of a window, as Savitzky and Golay (Anal. Chem. 36, 1627, 1964),
     with σ from that of the points and from the pixels that their subsets share.
     """
-    grid = _check(disp, window, degree)
+    grid, window, degree = _check(disp, window, degree)
     members, place = _windows(grid.shape, window)
     there = disp.valid[members]
-    enough = disp.valid & (there.sum(axis=1) >= LEAST * window**2)
+    enough = disp.valid & (there.sum(axis=1) >= MIN_FRACTION * window**2)
     kinds = np.column_stack([place[enough], np.packbits(there[enough], axis=1)])
     # Windows in which the same points are used share their weights: nearly all do.
     _, kind, counts = np.unique(kinds, axis=0, return_inverse=True, return_counts=True)
@@ -91,24 +92,27 @@ def smooth(disp: DisplacementField, window: int = 9, degree: int = 4) -> SmoothF
     return SmoothField(disp.xy, u, v, sigma_u, sigma_v, np.isfinite(u), gauge, grid)
 
 
-def _check(disp: DisplacementField, window: int, degree: int) -> Grid:
+def _check(disp: DisplacementField, window: int, degree: int) -> tuple[Grid, int, int]:
+    check_type(disp, DisplacementField, "disp", "dic.correlate")
     if disp.grid is None or disp.order > 1:
         found = "scattered points" if disp.grid is None else f"order {disp.order}"
         raise ValueError(
             f"smoothing needs a grid of order 0 or 1, got {found}; prepare with order=1"
         )
+    degree = read_integer(degree, "degree of the polynomial", "powers")
     if degree not in _DEGREES:
         raise ValueError(f"degree of the polynomial must be 1, 2, 3 or 4, got {degree}; use 4")
-    most = min(disp.grid.shape)
-    if window % 2 == 0 or not degree < window <= most:
+    largest = min(disp.grid.shape)
+    window = read_integer(window, "smoothing window", "points")
+    if window % 2 == 0 or not degree < window <= largest:
         raise ValueError(
-            f"smoothing window must be odd, more than the degree {degree} and at most the {most} "
-            f"points of the grid, got {window}; use {degree // 2 * 2 + 5}"
+            f"smoothing window must be odd, more than the degree {degree} and at most the "
+            f"{largest} points of the grid, got {window}; use {degree // 2 * 2 + 5}"
         )
-    return disp.grid
+    return disp.grid, window, degree
 
 
-def _windows(shape: tuple[int, int], window: int) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
+def _windows(shape: tuple[int, int], window: int) -> tuple[I64, U8]:
     """Points of the window of each point, (N, window²), and its row and column in it, (N, 2)."""
     starts = [np.clip(np.arange(n) - window // 2, 0, n - window) for n in shape]
     rows, columns = (start[:, None] + np.arange(window) for start in starts)
@@ -121,12 +125,12 @@ def _windows(shape: tuple[int, int], window: int) -> tuple[NDArray[np.int64], ND
 
 
 def _weights(
-    grid: Grid, window: int, degree: int, place: tuple[int, int], used: NDArray[np.bool_]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    grid: Grid, window: int, degree: int, place: tuple[int, int], used: Mask
+) -> tuple[F64, F64]:
     """Weights (M,) of the M used points of a window that give its value at `place` (row, column).
 
-    Also their products with what the points share of their noise, (M, M). NaN where the points do
-    not hold the polynomial.
+    Also their products with the noise that the points have in common, (M, M). NaN where the points
+    do not hold the polynomial.
     """
     line, extent = np.arange(window), window * grid.step / 2
     pixels = np.arange(grid.subset) - grid.subset // 2

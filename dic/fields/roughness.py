@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from dic.arrays import F64, AnyArray
 from dic.fields import shape
 from dic.fields.grid import Grid
 
@@ -14,12 +14,12 @@ _DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])  # zero for every cubic
 _STRIDE = 2  # steps
 _MEDIAN = 0.4549  # of χ² with one degree of freedom
 _FEWEST = 100  # differences from which a median is taken
-_EXACT = 1e-6  # px, pictures that are drawn have no noise
+_EXACT = 1e-6  # px, images that are drawn have no noise
 _USUAL = 1.15  # what a pattern that is not the same everywhere makes of it, with noise alone
 
 
 @cache
-def overlap(order: int, subset: int, step: int, count: int) -> NDArray[np.float64]:
+def overlap(order: int, subset: int, step: int, count: int) -> F64:
     """Correlate the noise of points that lie (dy, dx) steps apart, (count, count).
 
     Subsets that share pixels share their noise, as the fit weighs the pixels.
@@ -32,7 +32,7 @@ def overlap(order: int, subset: int, step: int, count: int) -> NDArray[np.float6
     return shared / shared[0, 0]
 
 
-def excess(u: NDArray, sigma: NDArray, grid: Grid, order: int) -> float:
+def excess(u: AnyArray, sigma: AnyArray, grid: Grid, order: int) -> float:
     """Compare the fourth differences of a field with what σ makes of them; 1 or more.
 
     What noise leaves between neighbours is known. Where a field is rougher, as under uneven light
@@ -55,13 +55,14 @@ def excess(u: NDArray, sigma: NDArray, grid: Grid, order: int) -> float:
     place = _STRIDE * np.arange(len(_DIFFERENCE))
     shared = apart[np.abs(place[:, None] - place)]
     expected = _DIFFERENCE @ shared @ _DIFFERENCE
-    ratios = []
+    ratios: list[F64] = []
     for axis in (1, 2):
         count = rows.shape[axis] - reach
         if count < 1:
             continue
         along, power = np.moveaxis(rows, axis, 0), np.moveaxis(variance, axis, 0)
-        difference = sum(w * along[p : p + count] for w, p in zip(_DIFFERENCE, place, strict=True))
+        parts = (w * along[p : p + count] for w, p in zip(_DIFFERENCE, place, strict=True))
+        difference = sum(parts, np.zeros(()))
         middle = power[reach // 2 : reach // 2 + count]
         ratios.append((np.square(difference) / (expected * middle)).ravel())
     every = np.concatenate(ratios) if ratios else np.zeros(0)

@@ -7,12 +7,13 @@ coefficients of order 1; those of ξ and η stay zero at order 0.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from dic.arrays import F64, I64
 
 ORDERS = (0, 1, 2)
 
 
-def monomials(degree: int) -> NDArray[np.int64]:
+def monomials(degree: int) -> I64:
     """Exponents (a, b) of ξ and η, (M, 2), by rising degree: 1, ξ, η, ξ², ξη, η² and so on."""
     return np.array([(d - b, b) for d in range(degree + 1) for b in range(d + 1)])
 
@@ -27,13 +28,13 @@ def count(order: int) -> int:
     return len(monomials(degree(order)))
 
 
-def unknowns(order: int) -> NDArray[np.int64]:
+def unknowns(order: int) -> I64:
     """Places of what is solved for among (c of u, c of v, gain, offset)."""
     every = np.arange(2 * count(order) + 2)
     return every if order else every[[0, 3, 6, 7]]
 
 
-def products(order: int) -> NDArray[np.int64]:
+def products(order: int) -> I64:
     """Place of the product of two monomials among those of twice the degree, (P, P)."""
     exponents = monomials(degree(order))
     total = exponents[:, None] + exponents
@@ -41,7 +42,7 @@ def products(order: int) -> NDArray[np.int64]:
     return sums * (sums + 1) // 2 + total[..., 1]
 
 
-def centre_weights(order: int, side: int) -> NDArray[np.float64]:
+def centre_weights(order: int, side: int) -> F64:
     """Weigh the pixels of a subset as the fit does that gives the motion of its centre.
 
     For a texture that is the same everywhere: (side, side), of sum 1. Orders 0 and 1 take the mean.
@@ -50,4 +51,4 @@ def centre_weights(order: int, side: int) -> NDArray[np.float64]:
     powers = monomials(order)[:, :, None, None]
     basis = xi ** powers[:, 0] * eta ** powers[:, 1]
     normal = np.einsum("iyx,jyx->ij", basis, basis)
-    return np.einsum("i,iyx->yx", np.linalg.inv(normal)[0], basis)
+    return np.einsum("i,iyx->yx", np.asarray(np.linalg.inv(normal)[0], dtype=np.float64), basis)

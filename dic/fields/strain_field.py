@@ -6,17 +6,18 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
+from dic.arrays import F64, I64, AnyArray, Mask
+from dic.compiled import njit
 from dic.fields import roughness
 from dic.fields.displacement import DisplacementField
 from dic.fields.grid import Grid
+from dic.numbers import check_type, read_array, read_integer, shown
 
 StrainKind = Literal["small", "green-lagrange", "logarithmic"]
 """Definition of strain: of small motion, or free of rotation."""
 
-LEAST = 0.5  # share of a window that must be valid
+MIN_FRACTION = 0.5  # fraction of a window that must be valid
 _NUDGE = 1e-5  # for differences of the strain measures: error 1e-10
 
 
@@ -28,7 +29,7 @@ class StrainField:
     ----------
     xy : (N, 2) float64, px
     exx, eyy, exy : (N,) float64
-        Tensor components along the picture's x and y; engineering shear is 2 exy.
+        Tensor components along the image's x and y; engineering shear is 2 exy.
     sigma : (N, 3) float64
         One standard deviation of exx, eyy, exy.
     valid : (N,) bool
@@ -41,19 +42,19 @@ class StrainField:
     grid : Grid or None
     """
 
-    xy: NDArray[np.float64]
-    exx: NDArray[np.float64]
-    eyy: NDArray[np.float64]
-    exy: NDArray[np.float64]
-    sigma: NDArray[np.float64]
-    valid: NDArray[np.bool_]
+    xy: F64
+    exx: F64
+    eyy: F64
+    exy: F64
+    sigma: F64
+    valid: Mask
     vsg: int
     window: int
     kind: StrainKind
     grid: Grid | None
 
     @property
-    def gxy(self) -> NDArray[np.float64]:
+    def gxy(self) -> F64:
         """Engineering shear 2 exy, (N,)."""
         return 2 * self.exy
 
@@ -83,16 +84,14 @@ def strain(disp: DisplacementField, window: int = 5, kind: StrainKind = "small")
     of their pixels share that part of their noise, ρ = (1 - |Δx|/subset)₊ (1 - |Δy|/subset)₊ at
     orders 0 and 1; at order 2 the pixels count as the quadratic fit weighs them.
     """
-    if kind not in get_args(StrainKind):
-        raise ValueError(
-            f"strain kind must be one of {', '.join(get_args(StrainKind))}, got {kind!r}"
-        )
+    check_type(disp, DisplacementField, "disp", "dic.correlate")
+    _check_kind(kind)
     if disp.grid is None:
         gradient, variance = _of_subsets(disp)
         window, vsg = 1, disp.subset
     else:
-        check_window(window)
-        _check_fits(window, disp.grid)
+        window = check_window(window)
+        check_fits(window, disp.grid.shape)
         gradient, variance = _of_windows(disp, disp.grid, window)
         vsg = (window - 1) * disp.grid.step + disp.subset
     e, sigma = _measure_with_sigma(gradient, variance, kind)
@@ -110,22 +109,35 @@ def strain(disp: DisplacementField, window: int = 5, kind: StrainKind = "small")
     )
 
 
-def check_window(window: int) -> None:
-    """Refuse a strain window that has no middle or no slope; ValueError says which to use."""
+def check_window(window: int) -> int:
+    """Return a strain window; ValueError if it has no middle or no slope."""
+    window = read_integer(window, "strain window", "points")
     if window % 2 == 0 or window < 3:
         raise ValueError(f"strain window must be odd and at least 3 points, got {window}; use 5")
+    return window
 
 
-def _check_fits(window: int, grid: Grid) -> None:
-    if window > min(grid.shape):
-        rows, columns = grid.shape
+def check_fits(window: int, shape: tuple[int, ...]) -> None:
+    """Refuse a strain window that is larger than the grid (R, C)."""
+    if window > min(shape):
+        rows, columns = shape
         raise ValueError(
             f"strain window of {window} points is larger than the grid of {columns}x{rows} points; "
             "use a smaller window or step"
         )
 
 
-def _of_subsets(disp: DisplacementField) -> tuple[NDArray, NDArray]:
+def _check_kind(kind: StrainKind) -> None:
+    if check_type(kind, str, "strain kind", "its name, such as 'small'") not in get_args(
+        StrainKind
+    ):
+        raise ValueError(
+            f"strain kind must be one of {', '.join(get_args(StrainKind))}, got {shown(kind)}; "
+            "use 'small'"
+        )
+
+
+def _of_subsets(disp: DisplacementField) -> tuple[AnyArray, AnyArray]:
     if disp.order == 0:
         raise ValueError(
             "strain needs a grid of points, or scattered points measured at order 1, got scattered "
@@ -134,7 +146,7 @@ def _of_subsets(disp: DisplacementField) -> tuple[NDArray, NDArray]:
     return disp.gradient, disp.sigma_gradient**2
 
 
-def _of_windows(disp: DisplacementField, grid: Grid, window: int) -> tuple[NDArray, NDArray]:
+def _of_windows(disp: DisplacementField, grid: Grid, window: int) -> tuple[AnyArray, AnyArray]:
     fields = np.stack([disp.u, disp.v, disp.sigma_u, disp.sigma_v]).reshape(4, *grid.shape)
     valid = disp.valid.reshape(grid.shape)
     gradient = np.full((*grid.shape, 2, 2), np.nan)
@@ -145,10 +157,12 @@ def _of_windows(disp: DisplacementField, grid: Grid, window: int) -> tuple[NDArr
 
 
 @njit(cache=True, nogil=True)
-def _fit(fields, valid, half, step, overlap, gradient, variance):
+def _fit(
+    fields: F64, valid: Mask, half: int, step: float, overlap: F64, gradient: F64, variance: F64
+) -> None:
     """Fit planes; writes ∂(u, v)/∂(x, y) and their variances where a window holds enough points."""
     rows, columns = valid.shape
-    least = max(3.0, LEAST * (2 * half + 1) ** 2)
+    fewest = max(3.0, MIN_FRACTION * (2 * half + 1) ** 2)
     place = np.empty(((2 * half + 1) ** 2, 2), dtype=np.int64)
     for r in range(rows):
         for c in range(columns):
@@ -160,12 +174,14 @@ def _fit(fields, valid, half, step, overlap, gradient, variance):
                     if valid[i, j]:
                         place[count, 0], place[count, 1] = i, j
                         count += 1
-            if count >= least:
+            if count >= fewest:
                 _fit_one(fields, place[:count], step, overlap, gradient[r, c], variance[r, c])
 
 
 @njit(cache=True, nogil=True)
-def _fit_one(fields, place, step, overlap, gradient, variance):
+def _fit_one(
+    fields: F64, place: I64, step: float, overlap: F64, gradient: F64, variance: F64
+) -> None:
     count = place.shape[0]
     middle_y, middle_x = place[:, 0].mean(), place[:, 1].mean()
     y, x = (place[:, 0] - middle_y) * step, (place[:, 1] - middle_x) * step
@@ -196,22 +212,22 @@ def _fit_one(fields, place, step, overlap, gradient, variance):
 
 
 def _measure_with_sigma(
-    gradient: NDArray, variance: NDArray, kind: StrainKind
-) -> tuple[NDArray, NDArray]:
+    gradient: AnyArray, variance: AnyArray, kind: StrainKind
+) -> tuple[AnyArray, AnyArray]:
     """Strain (N, 3) and its σ (N, 3), by the slopes of the measure in the four gradients."""
     spread = np.zeros((len(gradient), 3))
     for a in range(2):
         for b in range(2):
             nudge = np.zeros((2, 2))
             nudge[a, b] = _NUDGE
-            slope = (
-                strain_measure(gradient + nudge, kind) - strain_measure(gradient - nudge, kind)
-            ) / (2 * _NUDGE)
+            slope = (_measure(gradient + nudge, kind) - _measure(gradient - nudge, kind)) / (
+                2 * _NUDGE
+            )
             spread += slope**2 * variance[:, a, b, None]
-    return strain_measure(gradient, kind), np.sqrt(spread)
+    return _measure(gradient, kind), np.sqrt(spread)
 
 
-def strain_measure(gradient: NDArray[np.float64], kind: StrainKind) -> NDArray[np.float64]:
+def strain_measure(gradient: F64, kind: StrainKind) -> F64:
     """Strain of a displacement gradient.
 
     Parameters
@@ -224,7 +240,24 @@ def strain_measure(gradient: NDArray[np.float64], kind: StrainKind) -> NDArray[n
     -------
     (..., 3) float64
         exx, eyy, exy.
+
+    Raises
+    ------
+    ValueError
+        The kind is unknown, or the gradients are of another shape, or turn the material inside out.
     """
+    _check_kind(kind)
+    given = read_array(gradient, "gradient", "px per px")
+    if given.shape[-2:] != (2, 2):
+        raise ValueError(f"gradient must be (..., 2, 2), got shape {given.shape}; stack it so")
+    (xx, xy), (yx, yy) = np.moveaxis(np.eye(2) + given, (-2, -1), (0, 1))
+    if kind == "logarithmic" and np.any(xx * yy <= xy * yx):
+        raise ValueError("1 + gradient must have a positive determinant; this one folds the plane")
+    return _measure(given, kind)
+
+
+def _measure(gradient: F64, kind: StrainKind) -> F64:
+    """Strain (..., 3) of gradients that were checked."""
     swapped = np.swapaxes(gradient, -1, -2)
     match kind:
         case "small":
@@ -237,7 +270,7 @@ def strain_measure(gradient: NDArray[np.float64], kind: StrainKind) -> NDArray[n
     return np.stack([tensor[..., 0, 0], tensor[..., 1, 1], tensor[..., 0, 1]], axis=-1)
 
 
-def _log(tensor: NDArray) -> NDArray:
+def _log(tensor: AnyArray) -> AnyArray:
     """Logarithm of symmetric positive 2x2 tensors: mean and deviator keep their directions."""
     mean = (tensor[..., 0, 0] + tensor[..., 1, 1]) / 2
     apart = np.hypot((tensor[..., 0, 0] - tensor[..., 1, 1]) / 2, tensor[..., 0, 1])

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 
-from dic.fields.strain_field import LEAST, check_window
+from dic.arrays import F64, I64, Mask
+from dic.fields.strain_field import MIN_FRACTION, check_fits, check_window
+from dic.numbers import check_array, read_real
 
 
-def strain_operator(valid: NDArray[np.bool_], step: float, window: int) -> csr_array:
+def strain_operator(valid: Mask, step: float, window: int) -> csr_array:
     """Matrix that turns displacements on a grid into small strain.
 
     Parameters
@@ -30,9 +31,13 @@ def strain_operator(valid: NDArray[np.bool_], step: float, window: int) -> csr_a
     Raises
     ------
     ValueError
-        If the window is even or less than 3.
+        If the window is even, less than 3 or larger than the grid, or the step is not positive.
     """
-    check_window(window)
+    window = check_window(window)
+    check_array(valid, "valid", "b", 2)
+    check_fits(window, valid.shape)
+    if read_real(step, "step", "px") == 0:
+        raise ValueError("step must be more than 0 px, got 0; give the distance of the points")
     slope_x, slope_y = _slopes(valid, step, window)
     count = valid.size
     point = 3 * np.arange(count)
@@ -42,16 +47,18 @@ def strain_operator(valid: NDArray[np.bool_], step: float, window: int) -> csr_a
         (point + 2, slope_y, 0, 0.5),
         (point + 2, slope_x, 1, 0.5),
     ]
-    rows, columns, values = [], [], []
+    rows: list[I64] = []
+    columns: list[I64] = []
+    values: list[F64] = []
     for row, slope, component, factor in parts:
         rows.append(row[slope.row])
-        columns.append(2 * slope.col + component)
+        columns.append(2 * slope.col.astype(np.int64) + component)
         values.append(factor * slope.data)
     place = np.concatenate(rows), np.concatenate(columns)
     return coo_array((np.concatenate(values), place), shape=(3 * count, 2 * count)).tocsr()
 
 
-def _slopes(valid: NDArray[np.bool_], step: float, window: int) -> tuple[coo_array, coo_array]:
+def _slopes(valid: Mask, step: float, window: int) -> tuple[coo_array, coo_array]:
     """∂/∂x and ∂/∂y of the plane through the valid points of each window, (N, N) per px."""
     half = window // 2
     offsets = np.arange(-half, half + 1)
@@ -63,7 +70,7 @@ def _slopes(valid: NDArray[np.bool_], step: float, window: int) -> tuple[coo_arr
     y = y - (weight @ y)[:, None] / count
     xx, xy, yy = ((weight * a * b).sum(axis=1)[:, None] for a, b in ((x, x), (x, y), (y, y)))
     determinant = xx * yy - xy * xy
-    enough = weight.sum(axis=1) >= max(3.0, LEAST * window * window)
+    enough = weight.sum(axis=1) >= max(3.0, MIN_FRACTION * window * window)
     usable = valid.ravel() & enough & (determinant[:, 0] > 1e-9 * (xx * yy)[:, 0])
     determinant = np.where(usable[:, None], determinant, 1.0)
     weight = weight * usable[:, None]

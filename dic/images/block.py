@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from dic.arrays import F32, I64, AnyArray
+from dic.compiled import njit
 from dic.images.spline import filter_square
 
 RIM = 7
@@ -12,7 +13,7 @@ RIM = 7
 
 
 @njit(cache=True, nogil=True)
-def read(plane, x, y, width, block):
+def read(plane: F32, x: int, y: int, width: int, block: F32) -> None:
     """Copy `width` columns and rows from (x, y) on; beyond the border stands the nearest value."""
     rows, columns = plane.shape
     for j in range(width):
@@ -26,8 +27,10 @@ def read(plane, x, y, width, block):
 
 
 @njit(cache=True, nogil=True)
-def read_part(image, x, y, width, part, corner, block):
-    """Copy a block from the filtered part of a picture, which is filtered anew if it must move.
+def read_part(
+    image: AnyArray, x: int, y: int, width: int, part: F32, corner: I64, block: F32
+) -> None:
+    """Copy a block from the filtered part of an image, which is filtered anew if it must move.
 
     `part` (2, P, P) holds the pixels and, filtered, their coefficients from `corner` (2,) px on.
     """
@@ -42,8 +45,8 @@ def read_part(image, x, y, width, part, corner, block):
 
 
 @njit(cache=True, nogil=True)
-def _cut(image, x, y, part):
-    """Copy a square of the picture, gone on beyond its border, less the level of its middle."""
+def _cut(image: AnyArray, x: int, y: int, part: F32) -> None:
+    """Copy a square of the image, gone on beyond its border, less the level of its middle."""
     (rows, columns), size = image.shape, part.shape[0]
     level = np.float32(_grey(image, x + size // 2, y + size // 2))
     inside = x >= 0 and x + size <= columns
@@ -58,7 +61,7 @@ def _cut(image, x, y, part):
 
 
 @njit(cache=True, nogil=True)
-def _grey(image, x, y):
+def _grey(image: AnyArray, x: int, y: int) -> float:
     """Grey level of a pixel, beyond the border as in `dic.images.spline.coefficients`."""
     rows = image.shape[0]
     if y < 0 or y >= rows:
@@ -68,7 +71,7 @@ def _grey(image, x, y):
 
 
 @njit(cache=True, nogil=True)
-def _grey_in_row(row, x):
+def _grey_in_row(row: AnyArray, x: int) -> float:
     count = row.shape[0]
     if x < 0 or x >= count:
         end = 0 if x < 0 else count - 1
@@ -77,7 +80,7 @@ def _grey_in_row(row, x):
 
 
 @njit(cache=True, nogil=True)
-def _mirror(i, count):
+def _mirror(i: int, count: int) -> int:
     if i < 0:
         i = -i
     if i >= count:

@@ -1,4 +1,4 @@
-"""Quintic B-spline interpolation of pictures: the smooth function whose samples are the pixels.
+"""Quintic B-spline interpolation of images: the smooth function whose samples are the pixels.
 
 A cubic costs half and is biased three to four times as much between the pixels: 3.0 against 0.9 mpx
 on rendered speckle with edges of three pixels.
@@ -10,10 +10,13 @@ import math
 from functools import cache
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from dic.images.warp import PAD, weights
+from dic.arrays import F32, F64, AnyArray
+from dic.compiled import njit
+from dic.images.image import check_image
+from dic.images.warp import PAD, knot_weights
+from dic.numbers import check_array, shown
 
 _POLES = (  # of the inverse of (1, 26, 66, 26, 1)/120
     math.sqrt(135 / 2 - math.sqrt(17745 / 4)) + math.sqrt(105 / 4) - 13 / 2,
@@ -23,10 +26,10 @@ _GAIN = 120
 _HORIZON = 25  # _POLES[0] ** 25 = 7e-10, below float32
 
 
-def spline_coefficients(image: ArrayLike) -> NDArray[np.float32]:
+def spline_coefficients(image: ArrayLike) -> F32:
     """Coefficients of the interpolating quintic B-spline.
 
-    Beyond a border the picture goes on as its mirror turned by half a turn about the last pixel,
+    Beyond a border the image goes on as its mirror turned by half a turn about the last pixel,
     2 f(0) - f(k): values and slopes pass the border. A plain mirror, without slope, biases the
     outermost points by 10 mpx.
 
@@ -38,16 +41,26 @@ def spline_coefficients(image: ArrayLike) -> NDArray[np.float32]:
     -------
     (H + 2 PAD, W + 2 PAD) float32, C-contiguous
 
+    Raises
+    ------
+    ValueError
+        The image cannot be used.
+
     References
     ----------
     Unser, Aldroubi, Eden 1993, B-spline signal processing: part II, IEEE Trans. Signal Process. 41,
     834, equation 2.5.
     """
+    return prefilter(check_image(image, "interpolated"))
+
+
+def prefilter(image: AnyArray) -> F32:
+    """Do what `spline_coefficients` does to an image (H, W) that was checked."""
     import cv2
 
-    lying = cv2.transpose(np.asarray(image, dtype=np.float32))
+    lying = np.asarray(cv2.transpose(np.asarray(image, dtype=np.float32)), dtype=np.float32)
     _filter(lying)
-    spline = cv2.transpose(lying)
+    spline = np.asarray(cv2.transpose(lying), dtype=np.float32)
     _filter(spline)
     spline *= np.float32(_GAIN * _GAIN)
     padded = cv2.copyMakeBorder(spline, PAD, PAD, PAD, PAD, cv2.BORDER_REFLECT_101)
@@ -58,30 +71,42 @@ def spline_coefficients(image: ArrayLike) -> NDArray[np.float32]:
 
 
 def spline_gradient(
-    spline: NDArray[np.float32],
+    spline: F32,
 ) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
-    """Differentiate at the pixels: ∂/∂x and ∂/∂y, each (H, W) float32, grey levels per px."""
+    """Differentiate at the pixels: ∂/∂x and ∂/∂y, each (H, W) float32, grey levels per px.
+
+    Raises
+    ------
+    ValueError
+        `spline` is not what `spline_coefficients` gives.
+    """
+    check_array(spline, "spline", "f", 2)
+    if spline.dtype != np.float32 or min(spline.shape) <= 2 * PAD:
+        raise ValueError(
+            f"spline must be float32 and larger than its border of {2 * PAD} px, "
+            f"got {shown(spline)}; take it from spline_coefficients"
+        )
     slope = [1 / 24, 10 / 24, 0.0, -10 / 24, -1 / 24]
     value = [1 / 120, 26 / 120, 66 / 120, 26 / 120, 1 / 120]
     return _cut(_weigh(spline, value, slope)), _cut(_weigh(spline, slope, value))
 
 
-def _weigh(spline: NDArray, down: list[float], across: list[float]) -> NDArray[np.float32]:
+def _weigh(spline: AnyArray, down: list[float], across: list[float]) -> F32:
     import cv2
 
     x, y = (np.array(taps[::-1], np.float32) for taps in (across, down))
     return np.asarray(cv2.sepFilter2D(spline, cv2.CV_32F, x, y), dtype=np.float32)
 
 
-def _cut(padded: NDArray[np.float32]) -> NDArray[np.float32]:
+def _cut(padded: F32) -> F32:
     return padded[PAD:-PAD, PAD:-PAD]
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _filter(c):
+def _filter(c: F32) -> None:
     """Filter along the first axis, all columns at a time; unscaled.
 
-    About the ends the picture is odd but for a constant, which the filter only scales.
+    About the ends the image is odd but for a constant, which the filter only scales.
     """
     last = c.shape[0] - 1
     for pole in _POLES:
@@ -97,8 +122,8 @@ def _filter(c):
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def filter_square(square, scratch):
-    """Turn a square picture (n, n) float32 into its coefficients."""
+def filter_square(square: F32, scratch: F32) -> None:
+    """Turn a square image (n, n) float32 into its coefficients."""
     _filter(square)
     _lay(square, np.float32(1), scratch)
     _filter(scratch)
@@ -106,7 +131,7 @@ def filter_square(square, scratch):
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _lay(square, scale, out):
+def _lay(square: F32, scale: np.float32, out: F32) -> None:
     for i in range(square.shape[0]):
         row = out[i]
         for j in range(square.shape[0]):
@@ -114,13 +139,13 @@ def _lay(square, scale, out):
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _add(row, factor, other):
+def _add(row: F32, factor: np.float32, other: F32) -> None:
     for x in range(row.shape[0]):
         row[x] += factor * other[x]
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _turn(row, factor, after):
+def _turn(row: F32, factor: np.float32, after: F32) -> None:
     for x in range(row.shape[0]):
         row[x] = factor * (after[x] - row[x])
 
@@ -133,12 +158,12 @@ def noise_power() -> tuple[float, float]:
     the variance at the fraction t is mean + harmonic · cos(2πt) to 2 %; the two axes multiply.
     """
     omega = 2 * np.pi * np.arange(256) / 256
-    power = []
+    power: list[float] = []
     for t in np.arange(8) / 8:
         response = sum(
-            w * np.exp(1j * omega * k) for k, w in enumerate(weights.py_func(np.float32(t)))
+            w * np.exp(1j * omega * k) for k, w in enumerate(knot_weights(np.float32(t)))
         )
-        power.append(np.mean(np.abs(response / _prefilter(omega)) ** 2))
+        power.append(float(np.mean(np.abs(response / _prefilter(omega)) ** 2)))
     harmonic = 2 * np.mean(power * np.cos(2 * np.pi * np.arange(8) / 8))
     return float(np.mean(power)), float(harmonic)
 
@@ -151,5 +176,5 @@ def noise_slope() -> float:
     return float(np.mean((slope / _prefilter(omega)) ** 2))
 
 
-def _prefilter(omega: NDArray) -> NDArray[np.float64]:
+def _prefilter(omega: AnyArray) -> F64:
     return (66 + 52 * np.cos(omega) + 2 * np.cos(2 * omega)) / 120

@@ -8,9 +8,14 @@ motion has long runs and is warped four times faster than pixel by pixel.
 from __future__ import annotations
 
 import math
+from typing import TypeAlias
 
 import numpy as np
-from numba import njit
+
+from dic.arrays import F32, I32
+from dic.compiled import njit
+
+Taps: TypeAlias = tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]
 
 PAD = 3  # px of mirrored coefficients on each side, for the six taps at up to half a px outside
 TAPS = 6
@@ -18,8 +23,8 @@ _SHORT = 6  # px, runs shorter than this gain nothing from vectors
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def sample(spline, x, y):
-    """Value of the spline at (x, y) px; places off the picture are moved to its edge."""
+def sample(spline: F32, x: float, y: float) -> np.float32:
+    """Value of the spline at (x, y) px; places off the image are moved to its edge."""
     height, width = spline.shape[0] - 2 * PAD, spline.shape[1] - 2 * PAD
     x = min(max(x, -0.5), width - 0.5)
     y = min(max(y, -0.5), height - 0.5)
@@ -36,15 +41,14 @@ def sample(spline, x, y):
 
 
 @njit(cache=True, nogil=True, fastmath=True, inline="always")
-def _along(row, j, a):
+def _along(row: F32, j: int, a: Taps) -> np.float32:
     return (
         a[0] * row[j] + a[1] * row[j + 1] + a[2] * row[j + 2]
         + a[3] * row[j + 3] + a[4] * row[j + 4] + a[5] * row[j + 5]
     )  # fmt: skip
 
 
-@njit(cache=True, nogil=True, fastmath=True, inline="always")
-def weights(t):
+def knot_weights(t: np.float32) -> Taps:
     """Weights of the knots -2 … 3 at the fraction t."""
     scale, one = np.float32(1 / 120), np.float32(1)
     s = one - t
@@ -58,8 +62,11 @@ def weights(t):
     return w0, w1, w2, one - w0 - w1 - w2 - w4 - w5, w4, w5
 
 
+weights = njit(cache=True, nogil=True, fastmath=True, inline="always")(knot_weights)
+
+
 @njit(cache=True, nogil=True, fastmath=True, inline="always")
-def _near_outer(t):
+def _near_outer(t: np.float32) -> np.float32:
     five, ten = np.float32(5), np.float32(10)
     return np.float32(1 / 120) * (
         np.float32(1) + t * (five + t * (ten + t * (ten + t * (five - five * t))))
@@ -67,7 +74,9 @@ def _near_outer(t):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def warp_row(spline, place, u, v, cells, taps, out):
+def warp_row(
+    spline: F32, place: tuple[int, int], u: F32, v: F32, cells: I32, taps: F32, out: F32
+) -> None:
     """Sample the spline along a row that starts at `place` (x, y) and moves by (u, v) px.
 
     The scratch `cells` (2, n) int32 and `taps` (2, 6, n) float32 is the caller's.
@@ -92,8 +101,10 @@ def warp_row(spline, place, u, v, cells, taps, out):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _split(first, stride, limit, shift, cell, taps):
-    """Split a motion into whole px and the weights of its fraction, kept on the picture."""
+def _split(
+    first: np.float32, stride: np.float32, limit: int, shift: F32, cell: I32, taps: F32
+) -> None:
+    """Split a motion into whole px and the weights of its fraction, kept on the image."""
     half = np.float32(0.5)
     w0, w1, w2, w3, w4, w5 = taps[0], taps[1], taps[2], taps[3], taps[4], taps[5]
     for n in range(shift.shape[0]):
@@ -105,7 +116,7 @@ def _split(first, stride, limit, shift, cell, taps):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _run(spline, i, j, taps, start, out):
+def _run(spline: F32, i: int, j: int, taps: F32, start: int, out: F32) -> None:
     count = out.shape[0]
     end = start + count
     across = taps[0]
@@ -123,7 +134,7 @@ def _run(spline, i, j, taps, start, out):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _pixel_by_pixel(spline, i, j, across, down, out):
+def _pixel_by_pixel(spline: F32, i: int, j: int, across: F32, down: F32, out: F32) -> None:
     for n in range(out.shape[0]):
         a = across[0, n], across[1, n], across[2, n], across[3, n], across[4, n], across[5, n]
         total = np.float32(0)

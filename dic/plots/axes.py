@@ -9,8 +9,9 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
+
+from dic.arrays import U8
 
 LEFT, RIGHT, BELOW, ABOVE = 75, 190, 60, 40
 """Room for it about each image, px."""
@@ -18,7 +19,7 @@ LEFT, RIGHT, BELOW, ABOVE = 75, 190, 60, 40
 _BESIDE, _WIDE, _TIP = 20, 18, 16  # px: from image to scale, and its width and pointed ends
 _MARK, _GAP = 5, 8  # px: length of a tick, and how far from the line its number stands
 _APART, _STACKED = 50, 35  # px: what a number takes of a line across, and of one upwards
-_MOST = 8  # ticks on a line
+_MAX_TICKS = 8  # on a line
 _NAMES = 30, 62  # px from the image to the names of its axes, below and to the left
 _SMALL, _MIDDLE, _LARGE = 11, 14, 17  # px, sizes of letters
 
@@ -54,7 +55,7 @@ def draw_axes(pen: ImageDraw.ImageDraw, box: SheetBox, shape: tuple[int, ...], t
 def draw_scale(
     sheet: Image.Image,
     box: SheetBox,
-    colours: NDArray[np.uint8],
+    colours: U8,
     limits: tuple[float, float],
     unit: str,
 ) -> None:
@@ -81,7 +82,7 @@ def draw_scale(
 
 
 def draw_legend(
-    pen: ImageDraw.ImageDraw, box: SheetBox, colours: NDArray[np.uint8], labels: Sequence[str]
+    pen: ImageDraw.ImageDraw, box: SheetBox, colours: U8, labels: Sequence[str]
 ) -> None:
     """Draw a field of each colour with its label, the first below."""
     left, right = box.left + box.wide + _BESIDE, box.left + box.wide + _BESIDE + _WIDE
@@ -94,9 +95,9 @@ def draw_legend(
 
 def _ticks(low: float, high: float, room: float) -> list[tuple[float, str]]:
     """Round numbers between two limits, no more than have room, and each as it is written."""
-    least = (high - low) / np.clip(room, 1, _MOST)
-    power = int(np.floor(np.log10(least)))
-    step = next(m for m in (1, 2, 5, 10) if m * 10.0**power >= least) * 10.0**power
+    smallest = (high - low) / np.clip(room, 1, _MAX_TICKS)
+    power = int(np.floor(np.log10(smallest)))
+    step = next(m for m in (1, 2, 5, 10) if m * 10.0**power >= smallest) * 10.0**power
     places = max(0, -int(np.floor(np.log10(step) + 1e-9)))
     written = f".{places}f" if places < 10 else ".4g"
     values = [n * step for n in range(int(np.ceil(low / step)), int(np.floor(high / step)) + 1)]
@@ -114,5 +115,5 @@ def _font(size: int) -> ImageFont.FreeTypeFont:
     """DejaVu Sans, which comes with Matplotlib, found without loading that."""
     home = find_spec("matplotlib")
     if home is None or home.origin is None:
-        raise OSError("the font of pictures comes with matplotlib; install that")
+        raise OSError("the font of plots comes with matplotlib; install that")
     return ImageFont.truetype(Path(home.origin).parent / "mpl-data/fonts/ttf/DejaVuSans.ttf", size)

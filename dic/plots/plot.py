@@ -12,9 +12,9 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
+from dic.arrays import F32, F64, U8, AnyArray, Mask
 from dic.fields.displacement import DisplacementField, Status
 from dic.fields.grid import Grid
 from dic.plots import axes
@@ -35,27 +35,27 @@ _DOT = 4  # px, radius of a point that is on no grid
 
 
 @dataclass(frozen=True)
-class _Look:
+class _Style:
     title: str
     unit: str
     scale: float  # the field is multiplied by this
     colours: str  # perceptually uniform; one that diverges for what has a sign
 
 
-_LOOKS = {
-    "u": _Look("Displacement u, to the right", "px", 1, "viridis"),
-    "v": _Look("Displacement v, downwards", "px", 1, "viridis"),
-    "exx": _Look("Strain exx", "µε", 1e6, "diverging"),
-    "eyy": _Look("Strain eyy", "µε", 1e6, "diverging"),
-    "exy": _Look("Shear strain exy (tensor)", "µε", 1e6, "diverging"),
-    "sigma_u": _Look("Standard deviation of u", "px", 1, "magma"),
-    "sigma_exx": _Look("Standard deviation of exx", "µε", 1e6, "magma"),
-    "zncc": _Look("Correlation ZNCC", "1", 1, "cividis"),
-    "status": _Look("Status", "", 1, "status"),
+_STYLES = {
+    "u": _Style("Displacement u, to the right", "px", 1, "viridis"),
+    "v": _Style("Displacement v, downwards", "px", 1, "viridis"),
+    "exx": _Style("Strain exx", "µε", 1e6, "diverging"),
+    "eyy": _Style("Strain eyy", "µε", 1e6, "diverging"),
+    "exy": _Style("Shear strain exy (tensor)", "µε", 1e6, "diverging"),
+    "sigma_u": _Style("Standard deviation of u", "px", 1, "magma"),
+    "sigma_exx": _Style("Standard deviation of exx", "µε", 1e6, "magma"),
+    "zncc": _Style("Correlation ZNCC", "1", 1, "cividis"),
+    "status": _Style("Status", "", 1, "status"),
 }
 
 
-def draw(path: Path, image: NDArray, name: str, values: NDArray, disp: DisplacementField) -> None:
+def draw(path: Path, image: AnyArray, name: str, values: AnyArray, disp: DisplacementField) -> None:
     """Draw the field `values` (N,) called `name` over `image` (H, W) into a PNG at `path`."""
     sheet, boxes = _frame(image.shape, _ALONE, (1, 1))
     _panel(sheet, boxes[0], image, name, values, disp)
@@ -63,7 +63,7 @@ def draw(path: Path, image: NDArray, name: str, values: NDArray, disp: Displacem
 
 
 def draw_sheet(
-    path: Path, image: NDArray, fields: Mapping[str, NDArray], disp: DisplacementField
+    path: Path, image: AnyArray, fields: Mapping[str, AnyArray], disp: DisplacementField
 ) -> None:
     """Draw fields (N,) by name over `image` (H, W), three a row, into one PNG at `path`."""
     rows = -(-len(fields) // _ACROSS)
@@ -74,11 +74,11 @@ def draw_sheet(
 
 
 def _frame(
-    shape: tuple[int, ...], most: tuple[int, int], counts: tuple[int, int]
+    shape: tuple[int, ...], room: tuple[int, int], counts: tuple[int, int]
 ) -> tuple[Image.Image, list[SheetBox]]:
     """White sheet with room for rows and columns of images (H, W) and what stands about each."""
     height, width = shape
-    scale = min(most[0] / width, most[1] / height)
+    scale = min(room[0] / width, room[1] / height)
     wide, high = max(round(width * scale), 1), max(round(height * scale), 1)
     across, up = wide + axes.LEFT + axes.RIGHT, high + axes.BELOW + axes.ABOVE
     boxes = [
@@ -92,17 +92,17 @@ def _frame(
 def _panel(
     sheet: Image.Image,
     box: SheetBox,
-    image: NDArray,
+    image: AnyArray,
     name: str,
-    values: NDArray,
+    values: AnyArray,
     disp: DisplacementField,
 ) -> None:
     """Draw a field over the image, the axes about it and its scale beside it."""
-    look = _LOOKS[name]
-    colours, values, known = _colours(look.colours), values * look.scale, np.isfinite(values)
-    limits = (0.0, float(len(colours))) if name == "status" else _limits(values, look.colours)
-    share = np.where(known, (values - limits[0]) / (limits[1] - limits[0]), 0)
-    shades = colours[np.clip(share * len(colours), 0, len(colours) - 1).astype(int)]
+    style = _STYLES[name]
+    colours, values, known = _colours(style.colours), values * style.scale, np.isfinite(values)
+    limits = (0.0, float(len(colours))) if name == "status" else _limits(values, style.colours)
+    height = np.where(known, (values - limits[0]) / (limits[1] - limits[0]), 0)
+    shades = colours[np.clip(height * len(colours), 0, len(colours) - 1).astype(int)]
     grey = _grey(image, box)
     if disp.grid is None:
         pixels = _dots(grey, shades, known, image.shape, disp.xy)
@@ -110,40 +110,40 @@ def _panel(
         pixels = _cells(grey, shades, known, image.shape, disp.grid)
     sheet.paste(Image.fromarray(pixels), (box.left, box.top))
     pen = ImageDraw.Draw(sheet)
-    axes.draw_axes(pen, box, image.shape, look.title)
+    axes.draw_axes(pen, box, image.shape, style.title)
     faded = np.rint(_OPACITY * colours + (1 - _OPACITY) * 255).astype(np.uint8)
     if name == "status":
         axes.draw_legend(pen, box, faded, _counted(values))
     else:
-        axes.draw_scale(sheet, box, faded, limits, look.unit)
+        axes.draw_scale(sheet, box, faded, limits, style.unit)
 
 
-def _counted(values: NDArray) -> list[str]:
+def _counted(values: AnyArray) -> list[str]:
     """Name of each status, and how many points have it."""
     counts = np.bincount(values.astype(int), minlength=len(Status))
     return [f"{s.name.lower().replace('_', ' ')} ({counts[s]})" for s in Status]
 
 
 @cache
-def _colours(name: str) -> NDArray[np.uint8]:
+def _colours(name: str) -> U8:
     """Colours (K, 3) from the lowest value to the highest."""
     if name == "status":
         return _table(_STATUS_COLOURS)
     if name == "diverging":
         known = _table(_BLUE_TO_RED)
         at = np.linspace(0, len(known) - 1, 256)
-        each = [np.interp(at, np.arange(len(known)), channel) for channel in known.T]
+        each: list[F64] = [np.interp(at, np.arange(len(known)), channel) for channel in known.T]
         return np.rint(each).astype(np.uint8).T
     levels = np.arange(256, dtype=np.uint8)[:, None]
     blue_first = cv2.applyColorMap(levels, getattr(cv2, f"COLORMAP_{name.upper()}"))
     return np.asarray(blue_first[:, 0, ::-1], dtype=np.uint8)
 
 
-def _table(names: tuple[str, ...]) -> NDArray[np.uint8]:
+def _table(names: tuple[str, ...]) -> U8:
     return np.array([list(bytes.fromhex(name[1:])) for name in names], dtype=np.uint8)
 
 
-def _limits(values: NDArray, colours: str) -> tuple[float, float]:
+def _limits(values: AnyArray, colours: str) -> tuple[float, float]:
     """Limits that a few wild points do not move; symmetric where the colours diverge."""
     known = values[np.isfinite(values)]
     if len(known) == 0:
@@ -155,26 +155,26 @@ def _limits(values: NDArray, colours: str) -> tuple[float, float]:
     return (low, high) if high - low > 1e-9 * max(abs(low), abs(high)) else (low - 0.5, high + 0.5)
 
 
-def _seen(count: int, pixels: int) -> NDArray[np.float64]:
-    """Place in a line of `count` pixels, px, at which each of `pixels` on the sheet looks."""
+def _sampled(count: int, pixels: int) -> F64:
+    """Place in a line of `count` pixels, px, that each of `pixels` on the sheet shows."""
     return (np.arange(pixels) + 0.5) * count / pixels - 0.5
 
 
-def _grey(image: NDArray, box: SheetBox) -> NDArray[np.float32]:
+def _grey(image: AnyArray, box: SheetBox) -> F32:
     """Image as it stands in its box, (high, wide, 1), from black 0 to white 255."""
     dark, bright = np.percentile(image[::4, ::4], (1, 99))
     rows, columns = (
-        np.rint(_seen(count, pixels)).astype(int)
+        np.rint(_sampled(count, pixels)).astype(int)
         for count, pixels in zip(image.shape, (box.high, box.wide), strict=True)
     )
     light = (image[rows[:, None], columns].astype(np.float32) - dark) / max(bright - dark, 1e-12)
     return np.float32(255) * np.clip(light, 0, 1).astype(np.float32)[..., None]
 
 
-def _cells(grey, shades, known, shape, grid: Grid) -> NDArray[np.uint8]:
+def _cells(grey: F32, shades: U8, known: Mask, shape: tuple[int, ...], grid: Grid) -> U8:
     """Lay the colours (N, 3) of a grid as cells over the grey (high, wide, 1)."""
     rows, columns = (
-        np.rint((_seen(count, pixels) - line[0]) / grid.step).astype(int)
+        np.rint((_sampled(count, pixels) - line[0]) / grid.step).astype(int)
         for count, pixels, line in zip(shape, grey.shape, (grid.ys, grid.xs), strict=False)
     )
     row, column = (
@@ -186,7 +186,7 @@ def _cells(grey, shades, known, shape, grid: Grid) -> NDArray[np.uint8]:
     return np.rint(grey + opacity * (shades[places] - grey)).astype(np.uint8)
 
 
-def _dots(grey, shades, known, shape, xy: NDArray) -> NDArray[np.uint8]:
+def _dots(grey: F32, shades: U8, known: Mask, shape: tuple[int, ...], xy: AnyArray) -> U8:
     """Draw the colours (N, 3) of scattered points as dots with a white rim over the grey."""
     pixels = np.repeat(np.rint(grey).astype(np.uint8), 3, axis=2)
     scale = np.array(grey.shape[1::-1]) / shape[::-1]

@@ -6,15 +6,16 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from dic.arrays import F64, I8, AnyArray
 from dic.fields.displacement import DisplacementField, Status
 from dic.fields.grid import Grid
+from dic.numbers import check_type, read_integer, read_real
 from dic.tiles.tiles import TileReference, Tiles, TileSums
 
-LEAST_ZNCC = 0.6  # below, the pattern was not found again
-LEAST_SHARE = 0.02  # of the median Hessian: below, a block is too flat to follow
-ROUNDING = 1e-9  # of Σf²: below, a Hessian is what rounding leaves of a picture without pattern
+MIN_ZNCC = 0.6  # below, the pattern was not found again
+MIN_TEXTURE = 0.02  # of the median Hessian: below, a block is too flat to follow
+ROUNDING = 1e-9  # of Σf²: below, a Hessian is what rounding leaves of an image without pattern
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,9 +38,9 @@ class TileBlocks:
 
     reference: TileReference
     block: int
-    hessian: NDArray[np.float64]
-    inverse: NDArray[np.float64]
-    status: NDArray[np.int8]
+    hessian: F64
+    inverse: F64
+    status: I8
 
     @property
     def grid(self) -> Grid:
@@ -56,6 +57,14 @@ def prepare_blocks(reference: TileReference, block: int = 3) -> TileBlocks:
     ValueError
         If `block` is even or less than 1.
     """
+    check_type(reference, TileReference, "reference", "dic.prepare_tiles")
+    largest = 2 * max(reference.tiles.shape) - 1
+    block = read_integer(block, "block", "tiles")
+    if block > largest:
+        raise ValueError(
+            f"block of {block} tiles reaches over the whole image from any tile; "
+            f"use at most {largest}"
+        )
     if block < 1 or block % 2 == 0:
         raise ValueError(
             f"block must be an odd number of tiles, got {block}; use {max(block | 1, 1)}"
@@ -68,14 +77,27 @@ def prepare_blocks(reference: TileReference, block: int = 3) -> TileBlocks:
     hessian = _two_by_two(xx - explained_x[0], xy - explained_x[1], yy - explained_y[1])
     summed = _block_sum(hessian.reshape(-1, 4), reference.tiles.shape, block).reshape(-1, 2, 2)
     low = np.linalg.eigvalsh(summed)[:, 0]
-    flat = low <= max(LEAST_SHARE * np.median(low), ROUNDING * ff.max())
+    flat = low <= max(MIN_TEXTURE * np.median(low), ROUNDING * ff.max())
     summed[flat] = np.eye(2)
     status = np.where(flat, Status.FLAT, Status.OK).astype(np.int8)
     return TileBlocks(reference, block, hessian, _inverse(summed), status)
 
 
-def tile_gradient(blocks: TileBlocks, sums: TileSums) -> NDArray[np.float64]:
-    """Right-hand side of each tile for the motion left over, light eliminated, (T, 2)."""
+def tile_gradient(blocks: TileBlocks, sums: TileSums) -> F64:
+    """Right-hand side of each tile for the motion left over, light eliminated, (T, 2).
+
+    Raises
+    ------
+    ValueError
+        The sums are not those of the blocks.
+    """
+    check_type(blocks, TileBlocks, "blocks", "dic.prepare_blocks")
+    check_type(sums, TileSums, "sums", "dic.tile_sums")
+    if len(sums.e) != len(blocks.status):
+        raise ValueError(
+            f"sums are of {len(sums.e)} tiles and blocks of {len(blocks.status)}; "
+            "take both from one reference"
+        )
     pixels = blocks.reference.tiles.size**2
     return _of_light(sums.light.T, pixels, sums.ef, sums.e).T - sums.gradient
 
@@ -94,13 +116,19 @@ def tile_displacement(blocks: TileBlocks, sums: TileSums, noise: float) -> Displ
     -------
     DisplacementField
         Of order 0, on the grid of tile centres, of the material points that were there.
+
+    Raises
+    ------
+    ValueError
+        The sums are not those of the blocks, or the noise is no number.
     """
+    gradient, noise = tile_gradient(blocks, sums), read_real(noise, "noise", "grey levels")
     reference = blocks.reference
     known = (blocks.hessian @ sums.flow[..., None])[..., 0]
-    right = _block_sum(known + tile_gradient(blocks, sums), reference.tiles.shape, blocks.block)
+    right = _block_sum(known + gradient, reference.tiles.shape, blocks.block)
     moved = (blocks.inverse @ right[..., None])[..., 0]
     zncc = _zncc(blocks, sums)
-    lost = (blocks.status == Status.OK) & (zncc < LEAST_ZNCC)
+    lost = (blocks.status == Status.OK) & (zncc < MIN_ZNCC)
     status = np.where(lost, Status.LOW_CORRELATION, blocks.status).astype(np.int8)
     bad = status != Status.OK
     sigma = noise * np.sqrt(blocks.inverse[:, [0, 1], [0, 1]])
@@ -117,7 +145,7 @@ def tile_displacement(blocks: TileBlocks, sums: TileSums, noise: float) -> Displ
         sigma_gradient=np.zeros((count, 2, 2)),
         zncc=zncc,
         iterations=np.ones(count, np.int16),
-        share=np.ones(count),
+        valid_fraction=np.ones(count),
         status=status,
         subset=blocks.grid.subset,
         order=0,
@@ -125,7 +153,7 @@ def tile_displacement(blocks: TileBlocks, sums: TileSums, noise: float) -> Displ
     )
 
 
-def _of_material(moved: NDArray, tiles: Tiles) -> NDArray[np.float64]:
+def _of_material(moved: AnyArray, tiles: Tiles) -> F64:
     """Motion u(X) of the material at the tiles, from that of what the frame shows there, d(x).
 
     d(x) = u(x - d), so u ≈ d + ∇d·d; where ∇d is not known the two are taken as one.
@@ -138,7 +166,7 @@ def _of_material(moved: NDArray, tiles: Tiles) -> NDArray[np.float64]:
     return (grid + np.nan_to_num(turn)).reshape(-1, 2)
 
 
-def _of_light(light: NDArray, pixels: int, ef: NDArray, e: NDArray) -> NDArray[np.float64]:
+def _of_light(light: AnyArray, pixels: int, ef: AnyArray, e: AnyArray) -> F64:
     """Σ∇f·e of the part of e that is α f + β, by least squares in every tile, (2, T)."""
     fx_f, fy_f, fx, fy, ff, f = light
     # A tile without pattern knows no gain: a part in 1e9 of a grey level holds it at zero.
@@ -148,7 +176,7 @@ def _of_light(light: NDArray, pixels: int, ef: NDArray, e: NDArray) -> NDArray[n
     return np.stack([gain * fx_f + offset * fx, gain * fy_f + offset * fy])
 
 
-def _zncc(blocks: TileBlocks, sums: TileSums) -> NDArray[np.float64]:
+def _zncc(blocks: TileBlocks, sums: TileSums) -> F64:
     """Zero-normalised correlation of each block with the frame, -1…1; 0 where it is flat."""
     reference = blocks.reference
     ff, f = sums.light[:, 4], sums.light[:, 5]
@@ -159,7 +187,7 @@ def _zncc(blocks: TileBlocks, sums: TileSums) -> NDArray[np.float64]:
     return np.where(spread > 0, (fg - f * g / n) / np.sqrt(np.maximum(spread, 1e-300)), 0.0)
 
 
-def _block_sum(values: NDArray, shape: tuple[int, int], block: int) -> NDArray[np.float64]:
+def _block_sum(values: AnyArray, shape: tuple[int, int], block: int) -> F64:
     """Sum (T, k) values over block x block tiles around each tile."""
     planes = np.moveaxis(values.reshape(*shape, -1), -1, 0)
     summed = [
@@ -172,9 +200,9 @@ def _block_sum(values: NDArray, shape: tuple[int, int], block: int) -> NDArray[n
     return np.stack(summed, axis=-1, dtype=np.float64).reshape(len(values), -1)
 
 
-def _inverse(matrices: NDArray) -> NDArray[np.float64]:
+def _inverse(matrices: AnyArray) -> F64:
     return np.asarray(np.linalg.inv(matrices), dtype=np.float64)
 
 
-def _two_by_two(xx: NDArray, xy: NDArray, yy: NDArray) -> NDArray[np.float64]:
+def _two_by_two(xx: AnyArray, xy: AnyArray, yy: AnyArray) -> F64:
     return np.stack([np.stack([xx, xy], -1), np.stack([xy, yy], -1)], axis=1)

@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from dic.arrays import F32, F64, AnyArray
+from dic.compiled import njit
 
 DEGREE = 7  # of the B-spline
 BEFORE = DEGREE // 2  # knots that a value needs before the pixel to its left
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def sums_in_place(image, reference, gradient, origin, size, shape, out):
-    """Sum fx·e, fy·e, e, e², e·f over every tile into `out` (T, 5), row by row of the picture."""
+def sums_in_place(
+    image: AnyArray,
+    reference: F32,
+    gradient: F32,
+    origin: tuple[int, int],
+    size: int,
+    shape: tuple[int, int],
+    out: AnyArray,
+) -> None:
+    """Sum fx·e, fy·e, e, e², e·f over every tile into `out` (T, 5), row by row of the image."""
     rows, columns = shape
     columnwise = np.empty((5, size * columns), np.float32)
     wide = slice(origin[0], origin[0] + size * columns)
@@ -34,7 +44,7 @@ def sums_in_place(image, reference, gradient, origin, size, shape, out):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _add_row(image, f, fx, fy, sums):
+def _add_row(image: AnyArray, f: F32, fx: F32, fy: F32, sums: F32) -> None:
     """Add fx·e, fy·e, e, e², e·f of each pixel of a row to `sums` (5, W).
 
     With every array a row of its own the compiler works on vectors, in a third of the time.
@@ -50,7 +60,7 @@ def _add_row(image, f, fx, fy, sums):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def spline_weights(t, value, slope):
+def spline_weights(t: float, value: AnyArray, slope: AnyArray) -> None:
     """Weigh the knots -3 … 4 at the fraction t and their derivatives, by de Boor's recursion."""
     value[:] = 0.0
     value[0] = 1.0
@@ -65,7 +75,16 @@ def spline_weights(t, value, slope):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def sums_moved(image, coefficients, flow, origin, size, shape, out, light):
+def sums_moved(
+    image: AnyArray,
+    coefficients: F32,
+    flow: F64,
+    origin: tuple[int, int],
+    size: int,
+    shape: tuple[int, int],
+    out: AnyArray,
+    light: F64,
+) -> None:
     """Sum the same with every tile of the reference moved by its flow, and its light (T, 6)."""
     reach = size + DEGREE
     patch = np.empty((reach, reach), np.float32)
@@ -92,7 +111,7 @@ def sums_moved(image, coefficients, flow, origin, size, shape, out, light):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _cut(array, left, top, patch):
+def _cut(array: F32, left: int, top: int, patch: F32) -> None:
     """Copy a patch; beyond the border the nearest value stands."""
     height, width = array.shape
     side = len(patch)
@@ -108,7 +127,7 @@ def _cut(array, left, top, patch):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _along(patch, weights, out):
+def _along(patch: F32, weights: F32, out: AnyArray) -> None:
     """Weigh eight neighbours along x; weights in registers let the loop run on vectors."""
     a, b, c, d = weights[0], weights[1], weights[2], weights[3]
     e, f, g, h = weights[4], weights[5], weights[6], weights[7]
@@ -122,7 +141,7 @@ def _along(patch, weights, out):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _down(rows, weights, out):
+def _down(rows: F32, weights: F32, out: AnyArray) -> None:
     """Weigh eight neighbours along y."""
     a, b, c, d = weights[0], weights[1], weights[2], weights[3]
     e, f, g, h = weights[4], weights[5], weights[6], weights[7]
@@ -137,7 +156,7 @@ def _down(rows, weights, out):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _add(image, f, fx, fy, out):
+def _add(image: AnyArray, f: F32, fx: F32, fy: F32, out: AnyArray) -> None:
     """Sum fx·e, fy·e, e, e², e·f over one tile."""
     zero = np.float32(0.0)
     fx_e, fy_e, e_, ee, ef = zero, zero, zero, zero, zero
@@ -153,7 +172,7 @@ def _add(image, f, fx, fy, out):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _add_light(f, fx, fy, out):
+def _add_light(f: F32, fx: F32, fy: F32, out: AnyArray) -> None:
     """Sum fx·f, fy·f, fx, fy, f², f over one tile."""
     zero = np.float32(0.0)
     fx_f, fy_f, fx_, fy_, ff, f_ = zero, zero, zero, zero, zero, zero

@@ -12,17 +12,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft, ndimage
 
+from dic.arrays import F32, F64, AnyArray
+from dic.images.image import check_image, check_pair, check_reference
+from dic.numbers import check_array, check_type, read_array, read_integer, read_shape, shown
 from dic.tiles.tile_kernels import BEFORE, DEGREE, spline_weights, sums_in_place, sums_moved
 
-MARGIN = 8  # px kept free at the border, so that a moved tile still lies on the picture
+MARGIN = 8  # px kept free at the border, so that a moved tile still lies on the image
 
 
 @dataclass(frozen=True)
 class Tiles:
-    """Square tiles side by side over a picture.
+    """Square tiles side by side over an image.
 
     Attributes
     ----------
@@ -39,31 +41,38 @@ class Tiles:
     shape: tuple[int, int]
 
     @property
-    def xs(self) -> NDArray[np.float64]:
+    def xs(self) -> F64:
         """Columns of the tile centres, (columns,) px."""
         return self.origin[0] + (self.size - 1) / 2 + self.size * np.arange(float(self.shape[1]))
 
     @property
-    def ys(self) -> NDArray[np.float64]:
+    def ys(self) -> F64:
         """Rows of the tile centres, (rows,) px."""
         return self.origin[1] + (self.size - 1) / 2 + self.size * np.arange(float(self.shape[0]))
 
     @property
-    def xy(self) -> NDArray[np.float64]:
+    def xy(self) -> F64:
         """Centres of the tiles, (T, 2) px."""
         x, y = np.meshgrid(self.xs, self.ys)
         return np.column_stack([x.ravel(), y.ravel()])
 
-    def sums(self, picture: NDArray) -> NDArray:
-        """Sum a picture (H, W) over each tile, (T,)."""
+    def sums(self, image: AnyArray) -> AnyArray:
+        """Sum an image (H, W) over each tile, (T,); ValueError if it does not reach so far."""
         (left, top), (rows, columns), size = self.origin, self.shape, self.size
-        covered = picture[top : top + size * rows, left : left + size * columns]
+        reach = top + size * rows, left + size * columns
+        check_array(image, "image", "biuf", 2)
+        if image.shape[0] < reach[0] or image.shape[1] < reach[1]:
+            raise ValueError(
+                f"image must be (H, W) of {reach[1]}x{reach[0]} px or more, where the tiles lie, "
+                f"got {shown(image)}; take one of the size for which they were laid"
+            )
+        covered = image[top : top + size * rows, left : left + size * columns]
         return covered.reshape(rows, size, columns, size).sum(axis=(1, 3)).ravel()
 
 
 @dataclass(frozen=True, eq=False)
 class TileReference:
-    """The undeformed picture, prepared for tile sums.
+    """The undeformed image, prepared for tile sums.
 
     Attributes
     ----------
@@ -82,11 +91,11 @@ class TileReference:
     """
 
     tiles: Tiles
-    image: NDArray[np.float32]
-    coefficients: NDArray[np.float32]
-    gradient: NDArray[np.float32]
-    hessian: NDArray[np.float64]
-    light: NDArray[np.float64]
+    image: F32
+    coefficients: F32
+    gradient: F32
+    hessian: F64
+    light: F64
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,39 +114,40 @@ class TileSums:
         Motion by which the reference was moved before it was compared; zero if it was not.
     """
 
-    gradient: NDArray[np.float64]
-    e: NDArray[np.float64]
-    ee: NDArray[np.float64]
-    ef: NDArray[np.float64]
-    light: NDArray[np.float64]
-    flow: NDArray[np.float64]
+    gradient: F64
+    e: F64
+    ee: F64
+    ef: F64
+    light: F64
+    flow: F64
 
 
 def lay_tiles(shape: tuple[int, int], size: int = 16) -> Tiles:
-    """Lay tiles over the middle of a picture of `shape` (H, W), `MARGIN` or more from its border.
+    """Lay tiles over the middle of an image of `shape` (H, W), `MARGIN` or more from its border.
 
     Raises
     ------
     ValueError
-        If the tiles are smaller than 4 px or none fits.
+        If the tiles are smaller than 4 px or none fits, or a number is no integer.
     """
-    height, width = shape
-    rows, columns = (height - 2 * MARGIN) // size, (width - 2 * MARGIN) // size
-    if size < 4 or rows < 1 or columns < 1:
+    height, width = read_shape(shape, "shape")
+    size = read_integer(size, "tile size", "px")
+    rows, columns = ((side - 2 * MARGIN) // max(size, 1) for side in (height, width))
+    if size < 4 or min(rows, columns) < 1:
         raise ValueError(
-            f"tile size must be 4 px or more and fit the picture less {MARGIN} px at each side, "
+            f"tile size must be 4 px or more and fit the image less {MARGIN} px at each side, "
             f"got {size} px on {width}x{height} px; choose another size"
         )
     origin = ((width - size * columns) // 2, (height - size * rows) // 2)
     return Tiles(size, origin, (rows, columns))
 
 
-def prepare_tiles(image: NDArray, size: int = 16) -> TileReference:
-    """Prepare a reference picture for tile sums.
+def prepare_tiles(image: AnyArray, size: int = 16) -> TileReference:
+    """Prepare a reference image for tile sums.
 
     Parameters
     ----------
-    image : (H, W) array, grey levels
+    image : (H, W) uint8, uint16 or float, grey levels
         The mean of several frames where they can be had: noise in ∇f makes motion look too small.
     size : int, px
         Side of a tile, 4 or more.
@@ -145,16 +155,16 @@ def prepare_tiles(image: NDArray, size: int = 16) -> TileReference:
     Raises
     ------
     ValueError
-        If the picture is not grey, holds NaN, or is too small for one tile.
+        If the image cannot be used, or is too small for one tile.
     """
-    picture = _grey(image).astype(np.float32)
-    tiles = lay_tiles(picture.shape, size)
-    f = picture.astype(np.float64)
+    grey = check_reference(image).astype(np.float32)
+    tiles = lay_tiles(grey.shape, size)
+    f = grey.astype(np.float64)
     coefficients = _spline_coefficients(f)
     fx, fy = gradient = _spline_gradient(coefficients)
     return TileReference(
         tiles=tiles,
-        image=picture,
+        image=grey,
         coefficients=coefficients.astype(np.float32),
         gradient=gradient.astype(np.float32),
         hessian=np.column_stack([tiles.sums(a) for a in (fx * fx, fx * fy, fy * fy)]),
@@ -162,29 +172,24 @@ def prepare_tiles(image: NDArray, size: int = 16) -> TileReference:
     )
 
 
-def tile_sums(
-    reference: TileReference, image: NDArray, flow: NDArray[np.float64] | None = None
-) -> TileSums:
+def tile_sums(reference: TileReference, image: AnyArray, flow: F64 | None = None) -> TileSums:
     """Sum ∇f·e, e, e² and e·f over the tiles of one frame.
 
     Parameters
     ----------
-    image : (H, W) array, grey levels
+    image : (H, W) uint8, uint16 or float, grey levels
     flow : (T, 2) float64, px, optional
         Expected motion of each tile; the reference is moved there first (by its spline). Without it
-        the picture is compared in place, which is right to (d/2)² for motions below a pixel.
+        the image is compared in place, which is right to (d/2)² for motions below a pixel.
 
     Raises
     ------
     ValueError
-        If the picture is not grey or holds NaN, or picture or flow do not match the reference.
+        If the image cannot be used, or image or flow do not match the reference.
     """
-    image = _grey(image)
-    if image.shape != reference.image.shape:
-        raise ValueError(
-            f"picture is {_size(image.shape)} px and the reference {_size(reference.image.shape)} "
-            "px; take both with the same camera settings"
-        )
+    check_type(reference, TileReference, "reference", "dic.prepare_tiles")
+    image = check_image(image, "deformed")
+    check_pair(reference.image.shape, image.shape)
     tiles = reference.tiles
     count = len(reference.hessian)
     layout = tiles.origin, tiles.size, tiles.shape
@@ -194,55 +199,39 @@ def tile_sums(
         sums_in_place(image, reference.image, reference.gradient, *layout, sums)
         flow = np.zeros((count, 2))
     else:
-        flow = np.asarray(flow, dtype=np.float64)
-        if flow.shape != (count, 2) or not np.abs(flow).max() < max(image.shape):
+        flow = read_array(flow, "flow", "px")
+        if flow.shape != (count, 2) or not np.abs(flow).max(initial=0) < max(image.shape):
             raise ValueError(
-                f"flow must be ({count}, 2) px, one motion a tile within the picture; "
-                f"got shape {flow.shape} and motions up to {np.abs(flow).max():g} px"
+                f"flow must be ({count}, 2) px, one motion a tile within the image; "
+                f"got shape {flow.shape} and motions up to {np.abs(flow).max(initial=0):g} px"
             )
         light = np.empty((count, 6))
         sums_moved(image, reference.coefficients, flow, *layout, sums, light)
     return TileSums(sums[:, :2], sums[:, 2], sums[:, 3], sums[:, 4], light, flow)
 
 
-def _grey(image: NDArray) -> NDArray:
-    picture = np.asarray(image)
-    if picture.ndim != 2:
-        raise ValueError(
-            f"picture must be grey, (H, W), got shape {picture.shape}; convert it to grey first"
-        )
-    if picture.dtype.kind == "f" and not np.isfinite(picture).all():
-        raise ValueError("picture holds NaN or infinite grey levels; replace them first")
-    return picture
-
-
-def _size(shape: tuple[int, ...]) -> str:
-    return f"{shape[1]}x{shape[0]}"
-
-
-def _spline_coefficients(f: NDArray[np.float64]) -> NDArray[np.float64]:
+def _spline_coefficients(f: F64) -> F64:
     """Coefficients of the B-spline through f (H, W), mirrored at the borders.
 
     Under the cosine transform its values at the knots are a product, which is divided out.
     """
     value, _ = _at_a_knot()
-    down, across = (
-        sum(
-            weight * np.cos(np.pi * (k - BEFORE) * np.arange(count) / (count - 1))
-            for k, weight in enumerate(value)
-        )
-        for count in f.shape
-    )
+
+    def response(count: int) -> F64:
+        waves = np.pi * np.arange(count) / (count - 1)
+        return sum((w * np.cos((k - BEFORE) * waves) for k, w in enumerate(value)), np.zeros(()))
+
+    down, across = (response(count) for count in f.shape)
     spectrum = np.asarray(fft.dctn(f, type=1)) / np.outer(down, across)
     return np.asarray(fft.idctn(spectrum, type=1))
 
 
-def _spline_gradient(coefficients: NDArray) -> NDArray:
+def _spline_gradient(coefficients: F64) -> F64:
     """∂/∂x and ∂/∂y of the B-spline at its knots, (2, H, W)."""
     value, slope = _at_a_knot()
 
-    def along(array: NDArray, weights: NDArray, axis: int) -> NDArray:
-        return ndimage.correlate1d(array, weights, axis=axis, mode="mirror")
+    def along(array: F64, weights: F64, axis: int) -> F64:
+        return np.asarray(ndimage.correlate1d(array, weights, axis=axis, mode="mirror"))
 
     return np.stack(
         [
@@ -252,7 +241,7 @@ def _spline_gradient(coefficients: NDArray) -> NDArray:
     )
 
 
-def _at_a_knot() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _at_a_knot() -> tuple[F64, F64]:
     """Weigh the knots -3 … 3 for value and slope at a knot, (7,) each."""
     value, slope = np.empty(DEGREE + 1), np.empty(DEGREE + 1)
     spline_weights(0.0, value, slope)

@@ -8,6 +8,7 @@ from functools import cache
 from importlib import import_module
 from inspect import isfunction, ismodule
 from pathlib import Path
+from typing import get_origin
 
 import griffe
 from mkdocs.config.defaults import MkDocsConfig
@@ -32,7 +33,7 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
     names = import_module(package).__all__
     kinds = {title: [] for title in TITLES}
     for name in sorted(names, key=str.lower):
-        kinds[_title(name, _thing(package, name))].append(name)
+        kinds[_title(_thing(package, name))].append(name)
     parts = [_part(package, title, members) for title, members in kinds.items() if members]
     return "\n\n".join([markdown.rstrip(), *parts]) + "\n"
 
@@ -50,12 +51,12 @@ def _thing(package: str, name: str) -> object:
     return getattr(import_module(package), name)
 
 
-def _title(name: str, thing: object) -> str:
+def _title(thing: object) -> str:
     if ismodule(thing):
         return "Modules"
-    if name.isupper():
-        return "Constants"
-    return "Functions" if isfunction(thing) else "Types"
+    if isfunction(thing):
+        return "Functions"
+    return "Types" if isinstance(thing, type) or get_origin(thing) else "Constants"
 
 
 def home(package: str, name: str) -> str:

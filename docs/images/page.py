@@ -29,7 +29,7 @@ from playwright.sync_api import Browser, Page, expect, sync_playwright
 IMAGES = Path(__file__).parent
 SLOWER = ("page.port=0", "camera.rate=12", "dic.reference_frames=8")
 FLAGS = ("--no-sandbox", "--disable-gpu", "--disable-background-networking")
-VIEW = {"width": 1400, "height": 900}
+VIEW = {"width": 1180, "height": 760}
 BEFORE, AFTER = 4.5, 5.0  # s of the film around the moment when a second finger lands
 PRESSED = re.compile("^(one|2) touch", re.IGNORECASE)
 TWO = re.compile("^2 touch")

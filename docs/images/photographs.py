@@ -18,6 +18,9 @@ import dic
 
 IMAGES = Path(__file__).parent
 EXAMPLE = IMAGES.parents[1] / "examples/10_photographs.py"
+SHOWN = (0, 0), (2, 0), (0, 1), (1, 1)
+"""Columns and rows of the sheet where u, status, exx and eyy stand."""
+
 WINDOWS = {5: "#0a8f78", 13: "#b3541e"}
 """Strain windows, points, and the colours in which their strain is drawn."""
 
@@ -34,12 +37,16 @@ def pair() -> None:
 
 
 def fields(*options: str, name: str) -> None:
-    """Shrink the sheet that `touchplate correlate` draws."""
+    """Take four plots out of the sheet that `touchplate correlate` draws, two beside two."""
     command = [Path(sys.executable).with_name("touchplate"), "correlate", "before.png", "after.png"]
     subprocess.run([*command, *options, "--out", name], check=True, stdout=subprocess.DEVNULL)
     sheet = Image.open(Path(name) / "fields.png").convert("RGB")
-    half = sheet.resize([side * 3 // 5 for side in sheet.size], Image.Resampling.LANCZOS)
-    half.save(IMAGES / f"photographs-{name}.webp", quality=85)
+    width, height = sheet.width // 3, sheet.height // 2
+    four = Image.new("RGB", (2 * width, 2 * height))
+    for number, (column, row) in enumerate(SHOWN):
+        box = (column * width, row * height, (column + 1) * width, (row + 1) * height)
+        four.paste(sheet.crop(box), (number % 2 * width, number // 2 * height))
+    four.save(IMAGES / f"photographs-{name}.webp", quality=85)
 
 
 def profile(sheet: dict) -> None:

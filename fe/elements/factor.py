@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, SuperLU, onenormest, splu
+
+from fe.arrays import F64
 
 # Rounding was seen to leave 4e-18 times the condition number in strains and deflections: here
 # 4e-5. Plates with held edges have 1e7 to 1e9 on 100 elements a side; a stiff part that only soft
@@ -35,10 +36,10 @@ class Factor:
     """
 
     factors: SuperLU
-    scale: NDArray[np.float64]
+    scale: F64
     condition: float
 
-    def solve(self, right: NDArray[np.float64]) -> NDArray[np.float64]:
+    def solve(self, right: F64) -> F64:
         """Solve for right-hand sides (N, C) float64."""
         scaled = self.scale[:, None] * right
         parts = [
@@ -48,7 +49,7 @@ class Factor:
         return self.scale[:, None] * np.concatenate(parts, axis=1) if parts else scaled
 
 
-def operator(size: int, apply: Callable[[NDArray], NDArray]) -> LinearOperator:
+def operator(size: int, apply: Callable[[F64], F64]) -> LinearOperator:
     """Make a symmetric operator for SciPy's iterations from what it does to vectors (size,)."""
     make: Any = LinearOperator  # its constructor is not typed
     return make((size, size), matvec=apply, rmatvec=apply, matmat=apply, dtype=np.float64)

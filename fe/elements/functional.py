@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
+from fe.arrays import F64, I64
+from fe.compiled import njit
 from fe.elements.hermite import Stencil, hermite
 from fe.elements.mesh import Mesh
 from fe.elements.recovery import recover
@@ -20,7 +20,7 @@ class Functional(NamedTuple):
     x: Stencil
     y: Stencil
 
-    def of(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    def of(self, values: F64) -> F64:
         """Apply each functional to each function.
 
         Parameters
@@ -34,9 +34,7 @@ class Functional(NamedTuple):
         """
         return _gather(values, *self.x, *self.y)
 
-    def add_to(
-        self, table: NDArray[np.float64], scale: NDArray[np.float64], columns: NDArray[np.int64]
-    ) -> None:
+    def add_to(self, table: F64, scale: F64, columns: I64) -> None:
         """Add each functional, times its scale, to one column of a table of load vectors.
 
         Parameters
@@ -46,14 +44,13 @@ class Functional(NamedTuple):
         scale : (K,) float64
         columns : (K,) int64
         """
-        rows_x = self.x.start[:, None] + np.arange(self.x.weights.shape[1])
-        rows_y = self.y.start[:, None] + np.arange(self.y.weights.shape[1])
+        rows_x, rows_y = self.x.columns, self.y.columns
         product = self.x.weights[:, :, None] * (scale[:, None] * self.y.weights)[:, None, :]
         place = rows_x[:, :, None], rows_y[:, None, :], columns[:, None, None]
         np.add.at(table, place, product)
 
 
-def derivative(mesh: Mesh, xy: NDArray[np.float64], p: int = 0, q: int = 0) -> Functional:
+def derivative(mesh: Mesh, xy: F64, p: int = 0, q: int = 0) -> Functional:
     """Take the derivative of order p by x and q by y of the bicubic function at points.
 
     Parameters
@@ -73,7 +70,7 @@ def derivative(mesh: Mesh, xy: NDArray[np.float64], p: int = 0, q: int = 0) -> F
     return Functional(hermite(xy[:, 0], along_x, p), hermite(xy[:, 1], along_y, q))
 
 
-def recovered(mesh: Mesh, xy: NDArray[np.float64], p: int, q: int) -> Functional:
+def recovered(mesh: Mesh, xy: F64, p: int, q: int) -> Functional:
     """Take the derivative of order p by x and q by y with an error of h⁴, see `recovery`.
 
     Same arguments and result as `derivative`, orders 0 to 2.
@@ -82,7 +79,7 @@ def recovered(mesh: Mesh, xy: NDArray[np.float64], p: int, q: int) -> Functional
     return Functional(recover(xy[:, 0], along_x, p), recover(xy[:, 1], along_y, q))
 
 
-def averaged(mesh: Mesh, xy: NDArray[np.float64], length: float, p: int, q: int) -> Functional:
+def averaged(mesh: Mesh, xy: F64, length: float, p: int, q: int) -> Functional:
     """Take the mean of a derivative over squares of a side about points.
 
     Same arguments and result as `derivative`; `length` is the side in mm, and a square must lie on
@@ -93,9 +90,7 @@ def averaged(mesh: Mesh, xy: NDArray[np.float64], length: float, p: int, q: int)
 
 
 @njit(cache=True, nogil=True)
-def _gather(
-    values: NDArray, start_x: NDArray, weight_x: NDArray, start_y: NDArray, weight_y: NDArray
-) -> NDArray:
+def _gather(values: F64, start_x: I64, weight_x: F64, start_y: I64, weight_y: F64) -> F64:
     out = np.zeros((start_x.size, values.shape[2]))
     for k in range(start_x.size):
         for i in range(weight_x.shape[1]):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fe.arrays import F64
 from fe.elements.hermite import hermite
 from fe.elements.line import Line
 from fe.elements.mesh import Mesh
@@ -28,10 +28,10 @@ class Axis:
         Matrices from the unknowns of a line to values and slopes at the points.
     """
 
-    places: NDArray[np.float64]
-    weights: NDArray[np.float64]
-    value: NDArray[np.float64]
-    slope: NDArray[np.float64]
+    places: F64
+    weights: F64
+    value: F64
+    slope: F64
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,17 +45,17 @@ class Gauss:
     y: Axis
 
     @property
-    def weights(self) -> NDArray[np.float64]:
+    def weights(self) -> F64:
         """Area of each point, (gx, gy) float64, mm²."""
         return np.multiply.outer(self.x.weights, self.y.weights)
 
-    def slopes(self, values: NDArray[np.float64]) -> tuple[NDArray, NDArray]:
+    def slopes(self, values: F64) -> tuple[F64, F64]:
         """Slopes along x and y of functions (2 nx + 2, 2 ny + 2, C): two (gx, gy, C) float64."""
         along_x = np.tensordot(self.x.slope, values, 1)
         along_y = np.tensordot(self.x.value, values, 1)
         return self.y.value @ along_x, self.y.slope @ along_y
 
-    def loads(self, along_x: NDArray, along_y: NDArray) -> NDArray[np.float64]:
+    def loads(self, along_x: F64, along_y: F64) -> F64:
         """Adjoint of `slopes`: table of ∫ (p f,x + q f,y) dA for every function f.
 
         Parameters
@@ -79,17 +79,17 @@ def gauss(mesh: Mesh) -> Gauss:
     return Gauss(along_x, along_y)
 
 
-def dense(x: NDArray[np.float64], line: Line, order: int) -> NDArray[np.float64]:
+def dense(x: F64, line: Line, order: int) -> F64:
     """Matrix (K, 2 n + 2) of a derivative at points of a line."""
-    start, weights = hermite(x, line, order)
+    stencil = hermite(x, line, order)
     matrix = np.zeros((len(x), line.unknowns))
-    np.put_along_axis(matrix, start[:, None] + np.arange(4), weights, axis=1)
+    np.put_along_axis(matrix, stencil.columns, stencil.weights, axis=1)
     return matrix
 
 
 def _axis(line: Line) -> Axis:
-    t, share = np.polynomial.legendre.leggauss(_POINTS)
+    t, weight = np.polynomial.legendre.leggauss(_POINTS)
     lengths = np.diff(line.nodes)[:, None]
     places = (line.nodes[:-1, None] + 0.5 * lengths * (t + 1)).ravel()
-    weights = (0.5 * lengths * share).ravel()
+    weights = (0.5 * lengths * weight).ravel()
     return Axis(places, weights, dense(places, line, 0), dense(places, line, 1))

@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
-from numba import njit
-from numpy.typing import NDArray
 
+from fe.arrays import F64, I64
+from fe.compiled import njit
 from fe.elements.line import Line
 
 
@@ -29,8 +29,13 @@ class Stencil(NamedTuple):
         Weight of each unknown.
     """
 
-    start: NDArray[np.int64]
-    weights: NDArray[np.float64]
+    start: I64
+    weights: F64
+
+    @property
+    def columns(self) -> I64:
+        """Unknowns (K, w) of each window."""
+        return self.start[:, None] + np.arange(self.weights.shape[1], dtype=np.int64)
 
 
 HERMITE_DERIVATIVES = np.zeros((4, 4, 4))
@@ -41,7 +46,7 @@ for _order in (1, 2, 3):
     HERMITE_DERIVATIVES[_order, :, :3] = HERMITE_DERIVATIVES[_order - 1, :, 1:] * np.arange(1, 4)
 
 
-def hermite(x: NDArray[np.float64], line: Line, order: int) -> Stencil:
+def hermite(x: F64, line: Line, order: int) -> Stencil:
     """Take the derivative of an order at points of a line.
 
     Parameters
@@ -61,11 +66,12 @@ def hermite(x: NDArray[np.float64], line: Line, order: int) -> Stencil:
 
 
 @njit(cache=True, nogil=True)
-def _hermite(x: NDArray, nodes: NDArray, unit: float, order: int) -> tuple[NDArray, NDArray]:
+def _hermite(x: F64, nodes: F64, unit: float, order: int) -> tuple[I64, F64]:
     start = np.empty(x.size, np.int64)
     weights = np.empty((x.size, 4))
     for k in range(x.size):
-        element = np.searchsorted(nodes, x[k], side="right") - 1
+        place: float = x[k]
+        element = np.searchsorted(nodes, place, side="right") - 1
         element = min(max(element, 0), nodes.size - 2)
         h = nodes[element + 1] - nodes[element]
         t = (x[k] - nodes[element]) / h

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from fe.arrays import F64, I64
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,8 +22,8 @@ class Line:
         jump there, and then curvature jumps too.
     """
 
-    nodes: NDArray[np.float64]
-    breaks: NDArray[np.int64]
+    nodes: F64
+    breaks: I64
 
     @property
     def count(self) -> int:
@@ -44,7 +45,7 @@ class Line:
         """First and last node of each run of equal elements."""
         return list(zip(self.breaks[:-1].tolist(), self.breaks[1:].tolist(), strict=True))
 
-    def run_of(self, x: NDArray[np.float64]) -> NDArray[np.int64]:
+    def run_of(self, x: F64) -> I64:
         """Run (K,) in which each place lies; a break belongs to the run after it."""
         inner = self.nodes[self.breaks[1:-1]]
         return np.searchsorted(inner, x, side="right")
@@ -73,7 +74,7 @@ def divide(side: float, count: int, borders: tuple[float, ...], fewest: int) -> 
     counts = np.full(len(lengths), fewest)
     for _ in range(count - counts.sum()):
         counts[np.argmax(lengths / counts)] += 1
-    runs = [
+    runs: list[F64] = [
         np.linspace(low, high, n, endpoint=False)
         for low, high, n in zip(ends[:-1], ends[1:], counts, strict=True)
     ]

@@ -6,9 +6,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fe.arrays import F64
 from fe.elements.line import Line, divide
+from fe.plate.checks import array, short, whole
 from fe.plate.plate import Plate
 
 # Recovery of curvature needs five elements between breaks; one more leaves an inside.
@@ -48,21 +50,41 @@ class Mesh:
     breaks: Breaks = ((), ())
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "size", tuple(float(v) for v in self.size))
-        object.__setattr__(self, "counts", tuple(int(v) for v in self.counts))
-        breaks = tuple(tuple(float(v) for v in places) for places in self.breaks)
+        size = array(self.size, "size of a mesh", "mm")
+        if size.shape != (2,) or not (np.isfinite(size) & (size > 0)).all():
+            raise ValueError(
+                f"size of a mesh must be two positive sides in mm, got {short(self.size)}"
+            )
+        counts = array(self.counts, "elements of a mesh", "whole numbers")
+        if counts.shape != (2,):
+            raise ValueError(
+                f"elements of a mesh must be given along x and y, got {short(self.counts)}"
+            )
+        object.__setattr__(self, "size", (float(size[0]), float(size[1])))
+        object.__setattr__(
+            self, "counts", tuple(whole(v, "elements of a mesh") for v in self.counts)
+        )
+        if len(self.breaks) != 2:
+            raise ValueError(
+                f"breaks of a mesh must be given along x and y, got {short(self.breaks)}"
+            )
+        breaks = tuple(
+            tuple(float(v) for v in array(places, "breaks of a mesh", "mm").ravel())
+            for places in self.breaks
+        )
         object.__setattr__(self, "breaks", breaks)
         for name, side, count, places in zip("xy", self.size, self.counts, breaks, strict=True):
-            if (np.diff([0.0, *places, side]) <= 0).any():
+            if not (np.diff([0.0, *places, side]) > 0).all():
                 raise ValueError(
                     f"breaks of a mesh along {name} must ascend between 0 and {side:g} mm, "
                     f"got {places}"
                 )
-            least = _FEWEST * (len(places) + 1)
-            if count < least:
+            min_count = _FEWEST * (len(places) + 1)
+            if count < min_count:
                 between = f" ({_FEWEST} between borders of patches)" if places else ""
                 raise ValueError(
-                    f"mesh must have at least {least} elements along {name}{between}, got {count}"
+                    f"mesh must have at least {min_count} elements along {name}{between}, "
+                    f"got {count}"
                 )
 
     @cached_property
@@ -75,7 +97,7 @@ class Mesh:
         return x, y
 
     @property
-    def nodes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def nodes(self) -> tuple[F64, F64]:
         """Places of the nodes along x (nx + 1,) and along y (ny + 1,), mm."""
         return self.lines[0].nodes, self.lines[1].nodes
 
@@ -90,12 +112,12 @@ class Mesh:
         return self.lines[0].unknowns, self.lines[1].unknowns
 
     @property
-    def middles(self) -> NDArray[np.float64]:
+    def middles(self) -> F64:
         """Middle of each element, (nx, ny, 2) float64, mm."""
         x, y = (0.5 * (nodes[1:] + nodes[:-1]) for nodes in self.nodes)
         return np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
 
-    def table(self, values: ArrayLike, functions: int) -> NDArray[np.float64]:
+    def table(self, values: ArrayLike, functions: int) -> F64:
         """Return the unknowns of some functions as a read-only array of the right shape.
 
         Raises
@@ -103,7 +125,7 @@ class Mesh:
         ValueError
             The shape is not `(*mesh.shape, functions)`.
         """
-        table = np.ascontiguousarray(values, dtype=np.float64)
+        table = array(values, "nodal values", "numbers")
         expected = (*self.shape, functions)
         if table.shape != expected:
             raise ValueError(
@@ -124,6 +146,8 @@ def grid(plate: Plate, longer: int) -> Mesh:
     longer : int
         Elements along the longer side; more where patches need them.
     """
+    if whole(longer, "elements along the longer side") < 1:
+        raise ValueError(f"elements along the longer side must be 1 or more, got {longer}; use 40")
     side = max(plate.size)
     breaks = borders(plate)
     counts = tuple(
@@ -153,7 +177,7 @@ def borders(plate: Plate) -> Breaks:
     return along[0], along[1]
 
 
-def on_elements(plate: Plate, mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def on_elements(plate: Plate, mesh: Mesh) -> tuple[F64, F64]:
     """Thickness, mm, and Young's modulus, MPa, of each element: two (nx, ny) float64."""
     thickness, young = plate.material(mesh.middles.reshape(-1, 2))
     return thickness.reshape(mesh.counts), young.reshape(mesh.counts)

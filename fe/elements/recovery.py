@@ -12,8 +12,8 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fe.arrays import F64, I64
 from fe.elements.hermite import Stencil, hermite
 from fe.elements.line import Line
 
@@ -30,7 +30,7 @@ FEWEST = 5
 """Elements that a run between two breaks needs at least for that window."""
 
 
-def recover(x: NDArray[np.float64], line: Line, order: int) -> Stencil:
+def recover(x: F64, line: Line, order: int) -> Stencil:
     """Stencil of a derivative at points of a line, with an error of h⁴.
 
     Parameters
@@ -63,18 +63,18 @@ def recover(x: NDArray[np.float64], line: Line, order: int) -> Stencil:
     return Stencil(start, weights)
 
 
-def _in_run(s: NDArray, count: int, order: int) -> tuple[NDArray, NDArray]:
+def _in_run(s: F64, count: int, order: int) -> tuple[I64, F64]:
     """Stencil at places s (K,) in elements from the first of `count` of unit length."""
     node = np.clip(np.floor(s).astype(np.int64) - 1, 0, count - 3)
     start = 2 * np.clip(node - 1, 0, count - 5)
     columns = start[:, None] + np.arange(_WINDOW)
     weights = np.zeros((s.size, _WINDOW))
-    for j, share in enumerate(_cubic(s - node)):
-        weights += share[:, None] * _nodal(count, order)[(node + j)[:, None], columns]
+    for j, lagrange in enumerate(_cubic(s - node)):
+        weights += lagrange[:, None] * _nodal(count, order)[(node + j)[:, None], columns]
     return start, weights
 
 
-def _cubic(t: NDArray) -> list[NDArray]:
+def _cubic(t: F64) -> list[F64]:
     """Lagrange polynomials of the nodes 0, 1, 2, 3 at t, one array (K,) a node."""
     return [
         -(t - 1) * (t - 2) * (t - 3) / 6,
@@ -85,7 +85,7 @@ def _cubic(t: NDArray) -> list[NDArray]:
 
 
 @lru_cache(maxsize=16)
-def _nodal(count: int, order: int) -> NDArray[np.float64]:
+def _nodal(count: int, order: int) -> F64:
     """Matrix (count + 1, 2 count + 2) from the unknowns to h^order times the derivative."""
     matrix = np.zeros((count + 1, 2 * count + 2))
     if order == 1:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fe.arrays import F64
 from fe.elements.hermite import HERMITE_DERIVATIVES, Stencil, hermite
 from fe.elements.line import Line
 
 
-def mean(x: NDArray[np.float64], length: float, line: Line, order: int) -> Stencil:
+def mean(x: F64, length: float, line: Line, order: int) -> Stencil:
     """Mean of a derivative over windows of a line.
 
     The mean of a derivative is the difference of the next lower one across the window, which the
@@ -40,7 +40,7 @@ def mean(x: NDArray[np.float64], length: float, line: Line, order: int) -> Stenc
     return _windows(rows)
 
 
-def _integral(x: NDArray, line: Line) -> NDArray[np.float64]:
+def _integral(x: F64, line: Line) -> F64:
     """Rows (K, unknowns) of the integral from the start of the line to each place."""
     h = np.diff(line.nodes)
     element = np.clip(np.searchsorted(line.nodes, x, side="right") - 1, 0, line.count - 1)
@@ -57,14 +57,13 @@ def _integral(x: NDArray, line: Line) -> NDArray[np.float64]:
     return rows
 
 
-def _rows(stencil: Stencil, line: Line) -> NDArray[np.float64]:
+def _rows(stencil: Stencil, line: Line) -> F64:
     rows = np.zeros((len(stencil.start), line.unknowns))
-    columns = stencil.start[:, None] + np.arange(stencil.weights.shape[1])
-    np.put_along_axis(rows, columns, stencil.weights, axis=1)
+    np.put_along_axis(rows, stencil.columns, stencil.weights, axis=1)
     return rows
 
 
-def _windows(rows: NDArray) -> Stencil:
+def _windows(rows: F64) -> Stencil:
     """Narrowest stencil of one width that holds all rows (K, unknowns)."""
     used = rows != 0
     first = used.argmax(axis=1)

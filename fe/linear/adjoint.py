@@ -6,8 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fe.arrays import F64
 from fe.elements.functional import Functional, derivative
 from fe.elements.mesh import Mesh
 from fe.linear.linear import Linear
@@ -35,13 +36,13 @@ class Adjoint:
 
     plate: Plate
     mesh: Mesh
-    values: NDArray[np.float64]
+    values: F64
 
     def __post_init__(self) -> None:
         channels = np.shape(self.values)[-1]
         object.__setattr__(self, "values", self.mesh.table(self.values, channels))
 
-    def read(self, xy: ArrayLike, radius: float = 0.0) -> NDArray[np.float64]:
+    def read(self, xy: ArrayLike, radius: float = 0.0) -> F64:
         """Channels for a touch of 1 N at each place (K, 2) mm: (K, C) float64.
 
         Raises
@@ -51,11 +52,11 @@ class Adjoint:
         """
         return self._mean(xy, radius, 0, 0)
 
-    def gradient(self, xy: ArrayLike, radius: float = 0.0) -> NDArray[np.float64]:
+    def gradient(self, xy: ArrayLike, radius: float = 0.0) -> F64:
         """Exact derivative of `read` by the place: (K, C, 2) float64, per mm."""
         return np.stack([self._mean(xy, radius, 1, 0), self._mean(xy, radius, 0, 1)], axis=-1)
 
-    def _mean(self, xy: ArrayLike, radius: float, p: int, q: int) -> NDArray[np.float64]:
+    def _mean(self, xy: ArrayLike, radius: float, p: int, q: int) -> F64:
         xy = self.plate.points(xy, "touch")
         points, weights = disc(self.plate, self.mesh, xy, radius)
         read = derivative(self.mesh, points, p, q).of(self.values)
@@ -66,10 +67,10 @@ class Adjoint:
 
 def solve_adjoint(
     linear: Linear,
-    at: NDArray[np.float64],
+    at: F64,
     orders: Sequence[tuple[int, int]],
-    read: Callable[[Mesh, NDArray[np.float64], int, int], Functional],
-    scale: NDArray[np.float64],
+    read: Callable[[Mesh, F64, int, int], Functional],
+    scale: F64,
     progress: Callable[[int, int], object] | None = None,
 ) -> Adjoint:
     """Solve once for each of three derivatives of w at each point.

@@ -11,8 +11,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fe.arrays import F64
 from fe.elements.functional import derivative
 from fe.elements.hermite import hermite
 from fe.elements.line import Line
@@ -33,10 +34,10 @@ class _Window(NamedTuple):
     """Part of a plate on finer elements, and its corner on the plate, mm."""
 
     linear: Linear
-    corner: NDArray[np.float64]
+    corner: F64
 
 
-def compliance(linear: Linear, xy: ArrayLike) -> NDArray[np.float64]:
+def compliance(linear: Linear, xy: ArrayLike) -> F64:
     """Deflection under a point touch of 1 N at each place, along the touch.
 
     Parameters
@@ -58,14 +59,12 @@ def compliance(linear: Linear, xy: ArrayLike) -> NDArray[np.float64]:
     return np.array([_under(linear, place) for place in places])
 
 
-def _under(linear: Linear, place: NDArray[np.float64]) -> float:
+def _under(linear: Linear, place: F64) -> float:
     inner, loads = _point(linear, place, _LEVELS)
     return -(inner + _deflection(linear, linear.solve(loads), place))
 
 
-def _point(
-    linear: Linear, place: NDArray[np.float64], levels: int
-) -> tuple[float, NDArray[np.float64]]:
+def _point(linear: Linear, place: F64, levels: int) -> tuple[float, F64]:
     """Deflection inside windows under -1 N, and the loads (..., 1) that they leave to a mesh."""
     if levels == 0:
         loads = np.zeros((*linear.mesh.shape, 1))
@@ -78,11 +77,11 @@ def _point(
     return inner, _taken_over(linear, window, loads - _forces(window.linear, values))
 
 
-def _deflection(linear: Linear, values: NDArray, place: NDArray) -> float:
+def _deflection(linear: Linear, values: F64, place: F64) -> float:
     return float(LinearState(linear.plate, linear.mesh, values).deflection(place[None])[0])
 
 
-def _forces(linear: Linear, values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _forces(linear: Linear, values: F64) -> F64:
     """Return loads of all unknowns, held ones too, that keep the plate in its shape."""
     rows, columns = linear.mesh.shape
     everything = np.ones(rows, dtype=bool), np.ones(columns, dtype=bool)
@@ -90,7 +89,7 @@ def _forces(linear: Linear, values: NDArray[np.float64]) -> NDArray[np.float64]:
     return (whole @ values.ravel()).reshape(values.shape)
 
 
-def _window(linear: Linear, place: NDArray[np.float64]) -> _Window:
+def _window(linear: Linear, place: F64) -> _Window:
     """Neighbourhood of a place, held at its rim where that is not an edge of the plate."""
     plate, lines = linear.plate, linear.mesh.lines
     spans = [_span(line, x) for line, x in zip(lines, place, strict=True)]
@@ -116,9 +115,7 @@ def _span(line: Line, x: float) -> tuple[int, int]:
     return max(element - _REACH, first), min(element + 1 + _REACH, last)
 
 
-def _taken_over(
-    linear: Linear, window: _Window, carried: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _taken_over(linear: Linear, window: _Window, carried: F64) -> F64:
     """Turn loads that a window carries into those of the coarse elements."""
     along_x, along_y = (
         _finer(coarse, fine, offset)
@@ -129,7 +126,7 @@ def _taken_over(
     return (along_x.T @ carried[:, :, 0] @ along_y)[:, :, None]
 
 
-def _finer(coarse: Line, fine: Line, offset: float) -> NDArray[np.float64]:
+def _finer(coarse: Line, fine: Line, offset: float) -> F64:
     """Unknowns of the coarse functions on the finer line: (fine unknowns, coarse unknowns)."""
     # A node on a coarse one takes either side: value and slope are the same.
     places = np.clip(fine.nodes + offset, 0.0, coarse.nodes[-1])

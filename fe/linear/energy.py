@@ -8,20 +8,22 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from fe.arrays import F64, Mask
 from fe.elements.hermite import hermite, hermite_gram
 from fe.elements.line import Line
 from fe.elements.mesh import Mesh, on_elements
 from fe.plate.plate import Plate
 
-Free = tuple[NDArray[np.bool_], NDArray[np.bool_]]
+Free = tuple[Mask, Mask]
+
+_Products = Callable[[int, int], Any]
 
 
 def bending_products(
     poisson: float,
-    along_x: Callable[[int, int], Any],
-    along_y: Callable[[int, int], Any],
+    along_x: _Products,
+    along_y: _Products,
     kron: Callable[[Any, Any], Any],
 ) -> Any:
     """Matrix K of the energy wᵀ K w / 2 = 1/2 ∫ (w,xx + w,yy)² - 2 (1 - ν)(w,xx w,yy - w,xy²) dA.
@@ -57,8 +59,11 @@ def stiffness(plate: Plate, mesh: Mesh, kept: Free | None = None) -> sp.csc_arra
     """
     rows, columns = kept or free(plate, mesh)
 
-    def along(axis: int, run: tuple[int, int], keep: NDArray):
-        return lambda p, q: hermite_gram(mesh.lines[axis], p, q, run)[keep][:, keep]
+    def along(axis: int, run: tuple[int, int], keep: Mask) -> _Products:
+        def product(p: int, q: int) -> sp.csr_array:
+            return hermite_gram(mesh.lines[axis], p, q, run)[keep][:, keep]
+
+        return product
 
     rigidity = rigidities(plate, mesh)
     matrix = _edge_stiffness(plate, mesh, rows, columns)
@@ -70,7 +75,7 @@ def stiffness(plate: Plate, mesh: Mesh, kept: Free | None = None) -> sp.csc_arra
     return sp.csc_array(matrix)
 
 
-def rigidities(plate: Plate, mesh: Mesh) -> NDArray[np.float64]:
+def rigidities(plate: Plate, mesh: Mesh) -> F64:
     """Bending rigidity D of each element, (nx, ny) float64, N mm."""
     thickness, young = on_elements(plate, mesh)
     return young * thickness**3 / (12.0 * (1.0 - plate.poisson**2))
@@ -83,7 +88,7 @@ def free(plate: Plate, mesh: Mesh) -> Free:
     one that holds the rotation holds the slope across and so w,xy. Hence the free unknowns are a
     product, rows by columns of the table.
     """
-    kept = []
+    kept: list[Mask] = []
     for axis, line in enumerate(mesh.lines):
         keep = np.ones(line.unknowns, dtype=bool)
         for edge, first in zip(plate.sides.along(axis), (0, line.unknowns - 2), strict=True):
@@ -93,7 +98,7 @@ def free(plate: Plate, mesh: Mesh) -> Free:
     return kept[0], kept[1]
 
 
-def _edge_stiffness(plate: Plate, mesh: Mesh, rows: NDArray, columns: NDArray) -> sp.csr_array:
+def _edge_stiffness(plate: Plate, mesh: Mesh, rows: Mask, columns: Mask) -> sp.csr_array:
     """Springs of elastic edges; a rigid one is held instead, one of no stiffness is left out."""
     matrix = sp.csr_array((rows.sum() * columns.sum(),) * 2)
     for axis, keep, other, keep_other in ((0, rows, 1, columns), (1, columns, 0, rows)):
@@ -115,4 +120,4 @@ def _at_end(line: Line, end: int, order: int) -> sp.csr_array:
     row = sp.csr_array(
         (weights[0], (np.zeros(4, dtype=int), start[0] + np.arange(4))), shape=(1, line.unknowns)
     )
-    return row.T @ row
+    return sp.csr_array(row.T @ row)

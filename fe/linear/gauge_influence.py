@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fe.arrays import F64, Mask
 from fe.elements.functional import Functional, averaged, recovered
 from fe.elements.mesh import Mesh, mesh_for
 from fe.elements.storage import restore, store
 from fe.linear.adjoint import Adjoint, solve_adjoint
 from fe.linear.linear import CURVATURES, Face, Linear, height
+from fe.plate.checks import number
 from fe.plate.plate import Plate
 
 
@@ -28,7 +31,7 @@ class Influence:
     """
 
     adjoint: Adjoint
-    gauges: NDArray[np.float64]
+    gauges: F64
 
     def __post_init__(self) -> None:
         gauges = self.plate.points(self.gauges, "gauge").copy()
@@ -46,7 +49,7 @@ class Influence:
         """The grid of its elements."""
         return self.adjoint.mesh
 
-    def strain(self, xy: ArrayLike, radius: float = 0.0) -> NDArray[np.float64]:
+    def strain(self, xy: ArrayLike, radius: float = 0.0) -> F64:
         """Strain of every gauge for a touch of 1 N at each place (K, 2) mm.
 
         Returns
@@ -62,7 +65,7 @@ class Influence:
         strain = self.adjoint.read(xy, radius)
         return strain.reshape(len(strain), len(self.gauges), 3)
 
-    def gradient(self, xy: ArrayLike, radius: float = 0.0) -> NDArray[np.float64]:
+    def gradient(self, xy: ArrayLike, radius: float = 0.0) -> F64:
         """Exact derivative of `strain` by the place of the touch.
 
         Returns
@@ -128,7 +131,7 @@ def influence(
     linear = Linear(plate, mesh_for(plate, mesh))
     _check_windows(plate, gauges, length)
 
-    def read(mesh: Mesh, xy: NDArray[np.float64], p: int, q: int) -> Functional:
+    def read(mesh: Mesh, xy: F64, p: int, q: int) -> Functional:
         return averaged(mesh, xy, length, p, q) if length > 0 else recovered(mesh, xy, p, q)
 
     # Strain is -z times the curvature of w, and a touch of 1 N is -1 N along z.
@@ -136,8 +139,8 @@ def influence(
     return Influence(solve_adjoint(linear, gauges, CURVATURES, read, lever, progress), gauges)
 
 
-def _check_windows(plate: Plate, gauges: NDArray[np.float64], length: float) -> None:
-    if not length >= 0:
+def _check_windows(plate: Plate, gauges: F64, length: float) -> None:
+    if not 0 <= number(length, "gauge length", "mm") < inf:
         raise ValueError(f"gauge length must be 0 mm or more, got {length:g} mm; use 0 for a point")
     corners = gauges + 0.5 * length * np.array([(-1, -1), (1, -1), (-1, 1), (1, 1)])[:, None]
     room = (corners >= 0) & (corners <= np.array(plate.size))
@@ -156,7 +159,7 @@ def _check_windows(plate: Plate, gauges: NDArray[np.float64], length: float) -> 
         )
 
 
-def _spans(plate: Plate, gauges: NDArray[np.float64], length: float) -> NDArray[np.bool_]:
+def _spans(plate: Plate, gauges: F64, length: float) -> Mask:
     """Whether a border of a patch of other thickness runs through the window of each gauge."""
     low, high = gauges - length / 2, gauges + length / 2
     spans = np.zeros(len(gauges), dtype=bool)

@@ -8,8 +8,9 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fe.arrays import F64, AnyArray
 from fe.elements.factor import Factor, factor
 from fe.elements.functional import derivative, recovered
 from fe.elements.mesh import Mesh, mesh_for
@@ -40,21 +41,21 @@ class LinearState:
 
     plate: Plate
     mesh: Mesh
-    values: NDArray[np.float64]
+    values: F64
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "values", self.mesh.table(self.values, 1))
 
-    def deflection(self, xy: ArrayLike) -> NDArray[np.float64]:
+    def deflection(self, xy: ArrayLike) -> F64:
         """Deflection w at points (K, 2) mm: (K,) float64, mm along +z, negative under a press."""
         return self._derivative(self.plate.points(xy), 0, 0)
 
-    def slope(self, xy: ArrayLike) -> NDArray[np.float64]:
+    def slope(self, xy: ArrayLike) -> F64:
         """Slopes w,x and w,y at points (K, 2) mm: (K, 2) float64."""
         xy = self.plate.points(xy)
         return np.stack([self._derivative(xy, 1, 0), self._derivative(xy, 0, 1)], axis=1)
 
-    def displacement(self, xy: ArrayLike, face: Face = "top") -> NDArray[np.float64]:
+    def displacement(self, xy: ArrayLike, face: Face = "top") -> F64:
         """Displacement of a face at points (K, 2) mm of the flat plate.
 
         Normals stay straight and normal (Kirchhoff): u = -z w,x and v = -z w,y.
@@ -73,7 +74,7 @@ class LinearState:
         z = height(self.plate, xy, face)
         return np.column_stack([-z[:, None] * self.slope(xy), self.deflection(xy)])
 
-    def strain(self, xy: ArrayLike, face: Face = "top") -> NDArray[np.float64]:
+    def strain(self, xy: ArrayLike, face: Face = "top") -> F64:
         """Small strain of a face at points (K, 2) mm, with an error of h⁴.
 
         Returns
@@ -90,11 +91,11 @@ class LinearState:
         curvature = [recovered(self.mesh, xy, p, q).of(self.values)[:, 0] for p, q in CURVATURES]
         return -height(self.plate, xy, face)[:, None] * np.stack(curvature, axis=1)
 
-    def _derivative(self, xy: NDArray, p: int, q: int) -> NDArray[np.float64]:
+    def _derivative(self, xy: F64, p: int, q: int) -> F64:
         return derivative(self.mesh, xy, p, q).of(self.values)[:, 0]
 
 
-def height(plate: Plate, xy: NDArray[np.float64], face: Face) -> NDArray[np.float64]:
+def height(plate: Plate, xy: F64, face: Face) -> F64:
     """Height z of a face over the middle plane at points (K, 2) mm: (K,) float64, mm.
 
     Raises
@@ -136,12 +137,12 @@ class Linear:
         return factor(stiffness(self.plate, self.mesh))
 
     @cached_property
-    def free(self) -> tuple[NDArray, NDArray]:
+    def free(self) -> tuple[AnyArray, AnyArray]:
         """Index of the rows and columns of the table that the edges leave free."""
         rows, columns = np.ix_(*free(self.plate, self.mesh))
         return rows, columns
 
-    def solve(self, loads: NDArray[np.float64]) -> NDArray[np.float64]:
+    def solve(self, loads: F64) -> F64:
         """Unknowns under generalised nodal loads.
 
         Parameters

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import ceil
+from math import ceil, inf
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fe.arrays import F64, I64
 from fe.elements.mesh import Mesh
+from fe.plate.checks import number
 from fe.plate.plate import Plate, Touch
 
 # Points of a disc lie at most this many elements apart, and on this many rings at least: the mean
@@ -30,9 +31,9 @@ class Loads(NamedTuple):
         Touch to which each belongs.
     """
 
-    xy: NDArray[np.float64]
-    along_z: NDArray[np.float64]
-    touch: NDArray[np.int64]
+    xy: F64
+    along_z: F64
+    touch: I64
 
 
 def spread(plate: Plate, mesh: Mesh, touches: Sequence[Touch]) -> Loads:
@@ -55,9 +56,7 @@ def spread(plate: Plate, mesh: Mesh, touches: Sequence[Touch]) -> Loads:
     )
 
 
-def disc(
-    plate: Plate, mesh: Mesh, xy: NDArray[np.float64], radius: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def disc(plate: Plate, mesh: Mesh, xy: F64, radius: float) -> tuple[F64, F64]:
     """Quadrature of the mean over discs: rings of Gauss in r², evenly spaced points on each.
 
     Parameters
@@ -82,22 +81,27 @@ def disc(
     ValueError
         A disc reaches over an edge.
     """
-    if radius == 0:
+    if number(radius, "touch radius", "mm") == 0:
         return xy, np.ones(1)
     _check_inside(plate, xy, radius)
     apart = _APART * min(mesh.units)
-    nodes, shares = np.polynomial.legendre.leggauss(max(_FEWEST_RINGS, ceil(radius / apart)))
-    offsets, weights = [], []
-    for r, share in zip(radius * np.sqrt(0.5 * (nodes + 1)), 0.5 * shares, strict=True):
+    nodes, parts = np.polynomial.legendre.leggauss(max(_FEWEST_RINGS, ceil(radius / apart)))
+    offsets: list[F64] = []
+    weights: list[F64] = []
+    for r, part in zip(radius * np.sqrt(0.5 * (nodes + 1)), 0.5 * parts, strict=True):
         count = max(8, 4 * ceil(0.5 * np.pi * r / apart))
         angle = 2 * np.pi * (np.arange(count) + 0.5) / count
         offsets.append(r * np.column_stack([np.cos(angle), np.sin(angle)]))
-        weights.append(np.full(count, share / count))
+        weights.append(np.full(count, part / count))
     points = xy[:, None] + np.concatenate(offsets)
     return points.reshape(-1, 2), np.concatenate(weights)
 
 
-def _check_inside(plate: Plate, xy: NDArray, radius: float) -> None:
+def _check_inside(plate: Plate, xy: F64, radius: float) -> None:
+    if not 0 < radius < inf:
+        raise ValueError(
+            f"touch radius must be 0 mm or more and finite, got {radius:g} mm; write 0 for a point"
+        )
     room = np.minimum(xy, np.array(plate.size) - xy).min(axis=1)
     if (room < radius).any():
         k = int(np.argmin(room))

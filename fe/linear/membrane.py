@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from fe.arrays import F64, Mask
 from fe.elements.factor import Factor, factor
 from fe.elements.gauss import Gauss, gauss
 from fe.elements.hermite import hermite_gram
@@ -33,8 +33,8 @@ class Stretched(NamedTuple):
         Unknowns of u and v.
     """
 
-    stress: NDArray[np.float64]
-    values: NDArray[np.float64]
+    stress: F64
+    values: F64
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ class Membrane:
         return gauss(self.mesh)
 
     @cached_property
-    def stiffness(self) -> NDArray[np.float64]:
+    def stiffness(self) -> F64:
         """Stretching stiffness E h / (1 - ν²) at the Gauss points, (gx, gy) float64, N/mm."""
         thickness, young = on_elements(self.plate, self.mesh)
         elements = young * thickness / (1.0 - self.plate.poisson**2)
@@ -64,9 +64,9 @@ class Membrane:
         return elements.repeat(points, axis=0).repeat(points, axis=1)
 
     @cached_property
-    def keep(self) -> NDArray[np.bool_]:
+    def keep(self) -> Mask:
         """Which unknowns of u and v are free, (2, 2 nx + 2, 2 ny + 2)."""
-        axes = []
+        axes: list[Mask] = []
         for axis, line in enumerate(self.mesh.lines):
             keep = np.ones(line.unknowns, dtype=bool)
             for edge, first in zip(self.plate.sides.along(axis), (0, -2), strict=True):
@@ -86,8 +86,8 @@ class Membrane:
         area = (self.gauss.weights * self.stiffness).ravel()
         shear = 0.5 * (1.0 - self.plate.poisson) * area
 
-        def product(left: sp.csr_array, weight: NDArray, right: sp.csr_array) -> sp.csr_array:
-            return left.T @ sp.diags_array(weight) @ right
+        def product(left: sp.csr_array, weight: F64, right: sp.csr_array) -> sp.csr_array:
+            return sp.csr_array(left.T @ sp.diags_array(weight) @ right)
 
         uu = product(along, area, along) + product(across, shear, across)
         vv = product(across, area, across) + product(along, shear, along)
@@ -123,18 +123,18 @@ class Membrane:
                 matrix = matrix + sp.kron(*pair)
         return matrix
 
-    def stress(self, strain: NDArray[np.float64]) -> NDArray[np.float64]:
+    def stress(self, strain: F64) -> F64:
         """Stress Nxx, Nyy, Nxy (3, gx, gy, C) N/mm of strain exx, eyy, exy at the Gauss points."""
         c, nu = self.stiffness[:, :, None], self.plate.poisson
         exx, eyy, exy = strain
         return np.stack([c * (exx + nu * eyy), c * (eyy + nu * exx), c * (1 - nu) * exy])
 
-    def stretching(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    def stretching(self, values: F64) -> F64:
         """Strain ½ ∇w ∇w (3, gx, gy, C) of deflections (2 nx + 2, 2 ny + 2, C) mm."""
         slopes = self.gauss.slopes(values)
         return stretch(slopes, slopes)
 
-    def relax(self, strain: NDArray[np.float64]) -> Stretched:
+    def relax(self, strain: F64) -> Stretched:
         """Let the plane find its balance under initial strains.
 
         Parameters
@@ -149,36 +149,36 @@ class Membrane:
         values = self.solve(-loads)
         return Stretched(initial + self.stress(self.strain(values)), values)
 
-    def strain(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    def strain(self, values: F64) -> F64:
         """Strain exx, eyy, exy (3, gx, gy, C) of displacements (2, 2 nx + 2, 2 ny + 2, C) mm."""
         (ux, uy), (vx, vy) = (self.gauss.slopes(component) for component in values)
         return np.stack([ux, vy, 0.5 * (uy + vx)])
 
-    def solve(self, loads: NDArray[np.float64]) -> NDArray[np.float64]:
+    def solve(self, loads: F64) -> F64:
         """Unknowns of u and v under generalised loads, both (2, 2 nx + 2, 2 ny + 2, C)."""
         values = np.zeros(loads.shape)
         values[self.keep] = self.factor.solve(loads[self.keep])
         return values
 
-    def work(self, stress: NDArray[np.float64], strain: NDArray[np.float64]) -> NDArray[np.float64]:
+    def work(self, stress: F64, strain: F64) -> F64:
         """Work ∫ N : E dA of C stresses on K strains (3, gx, gy, ...): (C, K) float64, N mm."""
         weighed = self.weigh(stress)
         return weighed @ strain.reshape(weighed.shape[1], -1)
 
-    def weigh(self, stress: NDArray[np.float64]) -> NDArray[np.float64]:
+    def weigh(self, stress: F64) -> F64:
         """Matrix (C, 3 gx gy) from strains at the Gauss points to their work with C stresses."""
         # The shear stands for both off-diagonal parts.
         area = self.gauss.weights * np.array([1.0, 1.0, 2.0])[:, None, None]
         return np.ascontiguousarray((stress * area[..., None]).reshape(area.size, -1).T)
 
 
-def stretch(left: tuple[NDArray, NDArray], right: tuple[NDArray, NDArray]) -> NDArray[np.float64]:
+def stretch(left: tuple[F64, F64], right: tuple[F64, F64]) -> F64:
     """Strain ½ ∇v ∇w, symmetric part, (3, ...), from the slopes of v and of w."""
     (vx, vy), (wx, wy) = left, right
     return 0.5 * np.stack([vx * wx, vy * wy, 0.5 * (vx * wy + vy * wx)])
 
 
-def pull(stress: NDArray[np.float64], slopes: tuple[NDArray, NDArray]) -> tuple[NDArray, NDArray]:
+def pull(stress: F64, slopes: tuple[F64, F64]) -> tuple[F64, F64]:
     """Transverse pull N ∇w at the Gauss points, from stress (3, ...) and the slopes of w."""
     wx, wy = slopes
     return stress[0] * wx + stress[2] * wy, stress[2] * wx + stress[1] * wy

@@ -8,10 +8,11 @@ from math import ceil, sqrt
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg import eigh
 from scipy.sparse.linalg import eigsh
 
+from fe.arrays import F64
 from fe.elements.factor import operator
 from fe.elements.functional import derivative
 from fe.elements.hermite import hermite_gram
@@ -20,6 +21,7 @@ from fe.elements.storage import restore, store
 from fe.linear.energy import bending_products, free
 from fe.linear.linear import CURVATURES, Linear
 from fe.linear.load import disc
+from fe.plate.checks import whole
 from fe.plate.edges import Clamped
 from fe.plate.plate import Plate
 
@@ -52,8 +54,8 @@ class Modes:
 
     plate: Plate
     mesh: Mesh
-    stiffness: NDArray[np.float64]
-    values: NDArray[np.float64]
+    stiffness: F64
+    values: F64
 
     def __post_init__(self) -> None:
         stiffness = np.array(self.stiffness, dtype=np.float64)
@@ -61,21 +63,21 @@ class Modes:
         object.__setattr__(self, "stiffness", stiffness)
         object.__setattr__(self, "values", self.mesh.table(self.values, len(stiffness)))
 
-    def value(self, xy: ArrayLike) -> NDArray[np.float64]:
+    def value(self, xy: ArrayLike) -> F64:
         """Modes at points (K, 2) mm: (K, count) float64, 1/mm."""
         return self._derivative(self.plate.points(xy), 0, 0)
 
-    def slope(self, xy: ArrayLike) -> NDArray[np.float64]:
+    def slope(self, xy: ArrayLike) -> F64:
         """Slopes of the modes along x and y at points (K, 2) mm: (K, count, 2), 1/mm²."""
         xy = self.plate.points(xy)
         return np.stack([self._derivative(xy, 1, 0), self._derivative(xy, 0, 1)], axis=-1)
 
-    def curvature(self, xy: ArrayLike) -> NDArray[np.float64]:
+    def curvature(self, xy: ArrayLike) -> F64:
         """Second derivatives xx, yy, xy at points (K, 2) mm: (K, count, 3), 1/mm³, error h²."""
         xy = self.plate.points(xy)
         return np.stack([self._derivative(xy, p, q) for p, q in CURVATURES], axis=-1)
 
-    def response(self, xy: ArrayLike, radius: float = 0.0) -> NDArray[np.float64]:
+    def response(self, xy: ArrayLike, radius: float = 0.0) -> F64:
         """Coefficients of the deflection under a touch of 1 N into the plate at each place.
 
         q_k = -φ_k(xy) / λ_k, so w(p) = F Σ_k q_k φ_k(p) for a force F.
@@ -98,12 +100,12 @@ class Modes:
         """
         return self._mean(xy, radius, 0, 0) / -self.stiffness
 
-    def gradient(self, xy: ArrayLike, radius: float = 0.0) -> NDArray[np.float64]:
+    def gradient(self, xy: ArrayLike, radius: float = 0.0) -> F64:
         """Exact derivative of `response` by the place of the touch: (K, count, 2), mm per N."""
         slope = np.stack([self._mean(xy, radius, 1, 0), self._mean(xy, radius, 0, 1)], axis=-1)
         return slope / -self.stiffness[:, None]
 
-    def _mean(self, xy: ArrayLike, radius: float, p: int, q: int) -> NDArray[np.float64]:
+    def _mean(self, xy: ArrayLike, radius: float, p: int, q: int) -> F64:
         xy = self.plate.points(xy, "touch")
         points, weights = disc(self.plate, self.mesh, xy, radius)
         modes = self._derivative(points, p, q)
@@ -111,7 +113,7 @@ class Modes:
             return modes
         return np.einsum("q,kqc->kc", weights, modes.reshape(len(xy), len(weights), -1))
 
-    def _derivative(self, xy: NDArray, p: int, q: int) -> NDArray[np.float64]:
+    def _derivative(self, xy: F64, p: int, q: int) -> F64:
         return derivative(self.mesh, xy, p, q).of(self.values)
 
     def arrays(self) -> dict[str, np.ndarray]:
@@ -162,7 +164,7 @@ def modes(
         The mesh cannot carry that many modes.
     """
     mesh = mesh_for(plate, mesh)
-    if count < 1:
+    if whole(count, "number of modes") < 1:
         raise ValueError(f"number of modes must be at least 1, got {count}")
     alike = {plate.sides.west, plate.sides.east, plate.sides.south, plate.sides.north}
     if alike == {Clamped()} and not plate.patches:
@@ -190,7 +192,7 @@ def _by_lanczos(
     # A start of its own kind in every place, and the same each time.
     start = np.random.default_rng(0).standard_normal(size)
 
-    def solve(right: NDArray) -> NDArray:
+    def solve(right: F64) -> F64:
         return linear.factor.solve(right.reshape(len(right), -1)).reshape(right.shape)
 
     inverse = operator(len(start), solve)
@@ -206,7 +208,7 @@ def _by_lanczos(
     return Modes(plate, mesh, stiffness[order], values)
 
 
-def _signed(vectors: NDArray) -> NDArray:
+def _signed(vectors: F64) -> F64:
     """Columns with their largest part positive: the sign of an eigenvector is free."""
     return vectors * np.sign(np.take_along_axis(vectors, np.abs(vectors).argmax(0)[None], 0))
 
@@ -220,7 +222,8 @@ def _by_products(
     each side do not mix: four small dense problems take the place of one large sparse one.
     """
     beams_x, beams_y = _beam_modes(plate, mesh, count)
-    stiffness, shapes = [], []
+    stiffness: list[F64] = []
+    shapes: list[F64] = []
     parities = [(i, j) for i in (0, 1) for j in (0, 1)]
     for done, (i, j) in enumerate(parities, start=1):
         found, mixture = _ritz(plate, mesh, beams_x[:, i::2], beams_y[:, j::2], count)
@@ -236,16 +239,16 @@ def _by_products(
     return Modes(plate, mesh, np.concatenate(stiffness)[lowest], values)
 
 
-def _beam_modes(plate: Plate, mesh: Mesh, count: int) -> list[NDArray[np.float64]]:
+def _beam_modes(plate: Plate, mesh: Mesh, count: int) -> list[F64]:
     """Lowest modes of a clamped beam along each side: unknowns (2 n + 2, m), orthonormal.
 
     They alternate between even and odd. Their numbers share out by the sides, so that their
     finest waves are equally long.
     """
-    beams = []
+    beams: list[F64] = []
     for axis, (n, line) in enumerate(zip(mesh.counts, mesh.lines, strict=True)):
-        share = plate.size[axis] / sqrt(plate.area)
-        wanted = max(ceil(sqrt(_RICHNESS * count) * share), _FEWEST)
+        fraction = plate.size[axis] / sqrt(plate.area)
+        wanted = max(ceil(sqrt(_RICHNESS * count) * fraction), _FEWEST)
         mass, stiffness = (hermite_gram(line, p, p)[_CLAMPED, _CLAMPED].toarray() for p in (0, 2))
         shapes = np.zeros((2 * n + 2, min(wanted, n)))
         last = shapes.shape[1] - 1
@@ -260,15 +263,17 @@ def _beam_modes(plate: Plate, mesh: Mesh, count: int) -> list[NDArray[np.float64
     return beams
 
 
-def _ritz(
-    plate: Plate, mesh: Mesh, beams_x: NDArray, beams_y: NDArray, count: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _ritz(plate: Plate, mesh: Mesh, beams_x: F64, beams_y: F64, count: int) -> tuple[F64, F64]:
     """Stiffness (k,) and mixture (m_x, m_y, k) of the lowest modes among products of beams."""
 
-    def along(axis: int, beams: NDArray):
-        return lambda p, q: beams.T @ (hermite_gram(mesh.lines[axis], p, q) @ beams)
+    def along(axis: int, beams: F64) -> Callable[[int, int], F64]:
+        def product(p: int, q: int) -> F64:
+            return beams.T @ (hermite_gram(mesh.lines[axis], p, q) @ beams)
 
-    products = bending_products(plate.poisson, along(0, beams_x), along(1, beams_y), np.kron)
+        return product
+
+    products: F64 = bending_products(plate.poisson, along(0, beams_x), along(1, beams_y), np.kron)
     last = min(count, len(products)) - 1
-    stiffness, mixture = eigh(plate.rigidity * products, subset_by_index=(0, last))
+    found: tuple[F64, F64] = eigh(plate.rigidity * products, subset_by_index=(0, last))
+    stiffness, mixture = found
     return stiffness, _signed(mixture).reshape(beams_x.shape[1], beams_y.shape[1], -1)

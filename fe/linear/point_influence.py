@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fe.arrays import F64
 from fe.elements.functional import derivative
 from fe.elements.mesh import Mesh, mesh_for
 from fe.elements.storage import restore, store
@@ -32,7 +33,7 @@ class DisplacementInfluence:
     """
 
     adjoint: Adjoint
-    at: NDArray[np.float64]
+    at: F64
 
     def __post_init__(self) -> None:
         at = self.plate.points(self.at).copy()
@@ -50,7 +51,7 @@ class DisplacementInfluence:
         """The grid of its elements."""
         return self.adjoint.mesh
 
-    def displacement(self, xy: ArrayLike, radius: float = 0.0) -> NDArray[np.float64]:
+    def displacement(self, xy: ArrayLike, radius: float = 0.0) -> F64:
         """Displacement of every point for a touch of 1 N at each place (K, 2) mm.
 
         Returns
@@ -66,7 +67,7 @@ class DisplacementInfluence:
         moved = self.adjoint.read(xy, radius)
         return moved.reshape(len(moved), len(self.at), 3)
 
-    def gradient(self, xy: ArrayLike, radius: float = 0.0) -> NDArray[np.float64]:
+    def gradient(self, xy: ArrayLike, radius: float = 0.0) -> F64:
         """Exact derivative of `displacement` by the place: (K, M, 3, 2) float64, 1/N."""
         gradient = self.adjoint.gradient(xy, radius)
         return gradient.reshape(len(gradient), len(self.at), 3, 2)

@@ -46,13 +46,19 @@ class LinearRange:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, np.ndarray]) -> LinearRange:
-        """Return the regime that `arrays` came from.
+        """Return the range that `arrays` came from.
 
         Raises
         ------
-        KeyError
+        ValueError
             One of them is missing.
         """
+        missing = set(cls.__dataclass_fields__) - set(arrays)
+        if missing:
+            raise ValueError(
+                f"stored arrays must hold {min(missing)!r}, got {', '.join(arrays)}; compute them "
+                "again"
+            )
         said: dict[str, Any] = {name: arrays[name].tolist() for name in cls.__dataclass_fields__}
         said["place"] = tuple(said["place"])
         return cls(**said)
@@ -67,6 +73,6 @@ class LinearRange:
         )
 
 
-def as_percent(share: float) -> str:
+def as_percent(fraction: float) -> str:
     """Write a relative error for people: two digits, and no more than that it is all wrong."""
-    return f"{100 * share:.2g} %" if share < 0.995 else "more than 100 %"
+    return f"{100 * fraction:.2g} %" if fraction < 0.995 else "more than 100 %"

@@ -1,44 +1,40 @@
-"""A bent plate as a picture: deflection and strain of the touched face, with its touches."""
+"""A bent plate as a plot: deflection and strain of the touched face, with its touches."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fe.output.surface import Bent, sample, writable, write_whole
+from fe.arrays import F64
+from fe.output.surface import PlateState, sample, writable, write_whole
 from fe.plate.plate import Touch
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _LONG_SIDE = 3.6  # inches of one map
 _DPI = 130
 
-# A point touch is a logarithmic peak of strain: colours stop where this share of the plate ends.
+# A point touch is a logarithmic peak of strain: colours stop where this part of the plate ends.
 _SHOWN = 99.5
 
 
-class _Look(NamedTuple):
+class _Panel(NamedTuple):
     title: str
     scale: float  # the field is multiplied by this
     colours: str
 
 
-_LOOKS = (
-    _Look("Deflection w, mm", 1.0, "viridis"),
-    _Look("Strain exx, µε", 1e6, "RdBu_r"),
-    _Look("Strain eyy, µε", 1e6, "RdBu_r"),
-    _Look("Shear strain exy (tensor), µε", 1e6, "RdBu_r"),
+_PANELS = (
+    _Panel("Deflection w, mm", 1.0, "viridis"),
+    _Panel("Strain exx, µε", 1e6, "RdBu_r"),
+    _Panel("Strain eyy, µε", 1e6, "RdBu_r"),
+    _Panel("Shear strain exy (tensor), µε", 1e6, "RdBu_r"),
 )
 
 
-def draw(state: Bent, touches: Sequence[Touch], path: str | Path) -> None:
+def draw(state: PlateState, touches: Sequence[Touch], path: str | Path) -> None:
     """Draw the deflection and the three strains of the touched face, seen from above.
 
     Strain colours are symmetric about zero, tension red; they saturate in the half percent of
@@ -46,7 +42,8 @@ def draw(state: Bent, touches: Sequence[Touch], path: str | Path) -> None:
 
     Parameters
     ----------
-    state : State, or what else has plate, mesh, displacement and strain
+    state : PlateState
+        Of any theory.
     touches : sequence of Touch
         Drawn as crosses with their forces, and as circles where they are discs.
     path : str or Path
@@ -67,11 +64,11 @@ def draw(state: Bent, touches: Sequence[Touch], path: str | Path) -> None:
     on_grid = slice(surface.shape[0] * surface.shape[1])
     fields = np.column_stack([surface.displacement[on_grid, 2], surface.strain[on_grid]])
     width, height = np.array(state.plate.size) * _LONG_SIDE / max(state.plate.size)
-    figure = Figure((2 * width + 2.6, 2 * height + 1.4), dpi=_DPI, layout="constrained")
+    figure: Any = Figure((2 * width + 2.6, 2 * height + 1.4), dpi=_DPI, layout="constrained")
     FigureCanvasAgg(figure)
-    panels = figure.subplots(2, 2, sharex=True, sharey=True)
-    for axes, look, values in zip(panels.flat, _LOOKS, fields.T, strict=True):
-        _map(figure, axes, state.mesh.nodes, values.reshape(surface.shape), look)
+    plots = figure.subplots(2, 2, sharex=True, sharey=True)
+    for axes, panel, values in zip(plots.flat, _PANELS, fields.T, strict=True):
+        _map(figure, axes, state.mesh.nodes, values.reshape(surface.shape), panel)
         axes.set(xlim=(0, state.plate.size[0]), ylim=(0, state.plate.size[1]), aspect="equal")
         _mark(axes, touches)
         axes.label_outer()
@@ -80,24 +77,22 @@ def draw(state: Bent, touches: Sequence[Touch], path: str | Path) -> None:
     write_whole(path, content.getvalue())
 
 
-def _map(
-    figure: Figure, axes: Axes, nodes: tuple[NDArray, NDArray], values: NDArray, look: _Look
-) -> None:
-    values = look.scale * values
-    low, high, extend = _limits(values, look.colours)
+def _map(figure: Any, axes: Any, nodes: tuple[F64, F64], values: F64, panel: _Panel) -> None:
+    values = panel.scale * values
+    low, high, extend = _limits(values, panel.colours)
     drawn = axes.pcolormesh(
-        *nodes, values, cmap=look.colours, vmin=low, vmax=high, shading="gouraud", rasterized=True
+        *nodes, values, cmap=panel.colours, vmin=low, vmax=high, shading="gouraud", rasterized=True
     )
     bar = figure.colorbar(drawn, ax=axes, extend=extend, shrink=0.9, aspect=25)
     bar.outline.set_visible(False)
     bar.ax.tick_params(labelsize=8)
     axes.tick_params(labelsize=8)
-    axes.set_title(look.title, fontsize=10)
+    axes.set_title(panel.title, fontsize=10)
     axes.set_xlabel("x, mm", fontsize=9)
     axes.set_ylabel("y, mm", fontsize=9)
 
 
-def _limits(values: NDArray, colours: str) -> tuple[float, float, str]:
+def _limits(values: F64, colours: str) -> tuple[float, float, str]:
     """Set the ends of the colours, and say which of them the values pass.
 
     They are symmetric about zero where the colours diverge.
@@ -109,7 +104,7 @@ def _limits(values: NDArray, colours: str) -> tuple[float, float, str]:
     return -limit, limit, ("neither", "max", "min", "both")[(high > limit) + 2 * (low < -limit)]
 
 
-def _mark(axes: Axes, touches: Sequence[Touch]) -> None:
+def _mark(axes: Any, touches: Sequence[Touch]) -> None:
     from matplotlib.patches import Circle
     from matplotlib.patheffects import withStroke
 

@@ -1,4 +1,4 @@
-"""The touched face of a bent plate, sampled on the lines of its mesh: what pictures show."""
+"""The touched face of a bent plate, sampled on the lines of its mesh: what plots show."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fe.arrays import F64
 from fe.elements.mesh import Mesh
 from fe.plate.plate import Plate, Touch
 
 
-class Bent(Protocol):
+class PlateState(Protocol):
     """What every theory answers for a plate under load: places in mm, results at (K, 2) points."""
 
     @property
@@ -27,11 +28,11 @@ class Bent(Protocol):
         """Its grid of elements."""
         ...
 
-    def displacement(self, xy: ArrayLike) -> NDArray[np.float64]:
+    def displacement(self, xy: ArrayLike) -> F64:
         """Displacement u, v, w of the touched face, (K, 3), mm."""
         ...
 
-    def strain(self, xy: ArrayLike) -> NDArray[np.float64]:
+    def strain(self, xy: ArrayLike) -> F64:
         """Strain exx, eyy, exy of the touched face, (K, 3)."""
         ...
 
@@ -51,14 +52,14 @@ class FaceSamples(NamedTuple):
         Nodes along y and along x; the first rows * columns points are theirs.
     """
 
-    xy: NDArray[np.float64]
-    displacement: NDArray[np.float64]
-    strain: NDArray[np.float64]
-    thickness: NDArray[np.float64]
+    xy: F64
+    displacement: F64
+    strain: F64
+    thickness: F64
     shape: tuple[int, int]
 
 
-def sample(state: Bent, touches: Sequence[Touch] = ()) -> FaceSamples:
+def sample(state: PlateState, touches: Sequence[Touch] = ()) -> FaceSamples:
     """Read a state on the nodes of its mesh and where it is touched.
 
     Raises

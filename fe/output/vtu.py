@@ -9,9 +9,9 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fe.output.surface import Bent, FaceSamples, sample, writable, write_whole
+from fe.arrays import F64, I64, AnyArray
+from fe.output.surface import FaceSamples, PlateState, sample, writable, write_whole
 from fe.plate.plate import Touch
 
 # Numbers of the cell types in VTK's format.
@@ -20,7 +20,7 @@ _VERTEX, _QUAD = 1, 9
 _TYPES = {"f8": "Float64", "i8": "Int64", "u1": "UInt8"}
 
 
-def write_vtu(path: str | Path, state: Bent, touches: Sequence[Touch] = ()) -> None:
+def write_vtu(path: str | Path, state: PlateState, touches: Sequence[Touch] = ()) -> None:
     """Write the touched face in its bent shape, its strain and its touches.
 
     The face is a grid of quadrilaterals on the nodes of the mesh, at z = half the thickness plus
@@ -33,7 +33,8 @@ def write_vtu(path: str | Path, state: Bent, touches: Sequence[Touch] = ()) -> N
     ----------
     path : str or Path
         Ends in `.vtu`. An existing file is replaced.
-    state : State, or what else has plate, mesh, displacement and strain
+    state : PlateState
+        Of any theory.
     touches : sequence of Touch
 
     Raises
@@ -63,7 +64,7 @@ def write_vtu(path: str | Path, state: Bent, touches: Sequence[Touch] = ()) -> N
     write_whole(path, ET.tostring(file, encoding="utf-8", xml_declaration=True))
 
 
-def _cells(surface: FaceSamples) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _cells(surface: FaceSamples) -> tuple[I64, I64]:
     """Points of the cells one after the other, and how many each has: quads, then touches."""
     rows, columns = surface.shape
     node = np.arange(rows * columns).reshape(rows, columns)
@@ -74,7 +75,7 @@ def _cells(surface: FaceSamples) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return np.concatenate([quads.ravel(), vertices]), sizes
 
 
-def _fields(surface: FaceSamples, touches: Sequence[Touch]) -> dict[str, NDArray[np.float64]]:
+def _fields(surface: FaceSamples, touches: Sequence[Touch]) -> dict[str, F64]:
     untouched = np.zeros(len(surface.xy) - len(touches))
     return {
         "displacement": surface.displacement,
@@ -87,7 +88,7 @@ def _fields(surface: FaceSamples, touches: Sequence[Touch]) -> dict[str, NDArray
     }
 
 
-def _array(parent: ET.Element, name: str, values: NDArray) -> None:
+def _array(parent: ET.Element, name: str, values: AnyArray) -> None:
     """Add an array: its number of bytes and the bytes, both in base64."""
     element = ET.SubElement(parent, "DataArray", Name=name, type=_TYPES[values.dtype.str[1:]])
     element.set("format", "binary")

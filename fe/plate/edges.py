@@ -9,6 +9,8 @@ from dataclasses import dataclass, fields
 from math import inf, isnan
 from typing import Literal, NamedTuple
 
+from fe.plate.checks import number, short
+
 
 class Springs(NamedTuple):
     """Stiffness of an edge per length; `math.inf` where the edge is held.
@@ -88,6 +90,8 @@ class Elastic:
         for name, value, unit in zip(
             Springs._fields, self.springs, ("N/mm²", "N", "N/mm²"), strict=True
         ):
+            value = number(value, f"{name} spring of an edge", unit)
+            object.__setattr__(self, name, value)
             if isnan(value) or value < 0:
                 raise ValueError(
                     f"{name} spring of an edge must be 0 or more, got {value:g} {unit}; "
@@ -150,7 +154,7 @@ def check_edge(edge: object, name: str) -> None:
     """Raise unless `edge` is one of the kinds."""
     if not isinstance(edge, Clamped | Supported | Free | Elastic):
         raise ValueError(
-            f"{name} must be Clamped(), Supported(), Free() or Elastic(...), got {edge!r}"
+            f"{name} must be Clamped(), Supported(), Free() or Elastic(...), got {short(edge)}"
         )
 
 

@@ -6,8 +6,10 @@ from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fe.arrays import F64, Mask
+from fe.plate.checks import array, number, positive, short
 from fe.plate.edges import Clamped, Edge, Edges, check_edge, check_held
 
 # A point this far outside, in parts of the side, is on the edge but for rounding.
@@ -42,9 +44,10 @@ class Touch:
 
     def __post_init__(self) -> None:
         for name, unit in (("x", "mm"), ("y", "mm"), ("force", "N"), ("radius", "mm")):
-            value = getattr(self, name)
+            value = number(getattr(self, name), f"touch {name}", unit)
             if not isfinite(value):
-                raise ValueError(f"touch {name} must be finite, got {value} {unit}")
+                raise ValueError(f"touch {name} must be finite, got {value} {unit}; give a number")
+            object.__setattr__(self, name, value)
         if self.radius < 0:
             raise ValueError(
                 f"touch radius must be 0 mm or more, got {self.radius:g} mm; write 0 for a point"
@@ -77,14 +80,16 @@ class Patch:
 
     def __post_init__(self) -> None:
         for name in ("x", "y"):
-            low, high = (float(v) for v in getattr(self, name))
+            low, high = _pair(getattr(self, name), f"patch {name}", "from and to")
             object.__setattr__(self, name, (low, high))
             if not low < high:
                 raise ValueError(
                     f"patch must run from a smaller to a larger {name}, got {low:g} to {high:g} mm"
                 )
-        _positive("patch thickness", self.thickness, "mm")
-        _positive("Young's modulus of a patch", self.young, "MPa")
+        thickness = positive(self.thickness, "patch thickness", "mm")
+        young = positive(self.young, "Young's modulus of a patch", "MPa")
+        object.__setattr__(self, "thickness", thickness)
+        object.__setattr__(self, "young", young)
 
 
 @dataclass(frozen=True)
@@ -123,14 +128,13 @@ class Plate:
     patches: tuple[Patch, ...] = ()
 
     def __post_init__(self) -> None:
-        lengths = np.asarray(self.size, dtype=float)
-        if lengths.shape != (2,):
-            raise ValueError(f"plate size must be two sides in mm, got {self.size}")
-        object.__setattr__(self, "size", (float(lengths[0]), float(lengths[1])))
-        _positive("plate side a", self.size[0], "mm")
-        _positive("plate side b", self.size[1], "mm")
-        _positive("plate thickness", self.thickness, "mm")
-        _positive("Young's modulus", self.young, "MPa")
+        a, b = _pair(self.size, "plate size", "two sides")
+        size = positive(a, "plate side a", "mm"), positive(b, "plate side b", "mm")
+        object.__setattr__(self, "size", size)
+        thickness = positive(self.thickness, "plate thickness", "mm")
+        object.__setattr__(self, "thickness", thickness)
+        object.__setattr__(self, "young", positive(self.young, "Young's modulus", "MPa"))
+        object.__setattr__(self, "poisson", number(self.poisson, "Poisson's ratio", "parts of 1"))
         if not -1.0 < self.poisson < 0.5:
             raise ValueError(
                 f"Poisson's ratio must lie between -1 and 0.5, got {self.poisson}; PVC has 0.38"
@@ -167,19 +171,19 @@ class Plate:
         """Area of the face, mm²."""
         return self.size[0] * self.size[1]
 
-    def material(self, xy: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def material(self, xy: ArrayLike) -> tuple[F64, F64]:
         """Thickness and Young's modulus at points (K, 2) mm: two (K,) float64, mm and MPa.
 
         A point on the border of a patch belongs to the side of larger x and of larger y.
         """
-        x, y = np.asarray(xy, dtype=np.float64).T
+        x, y = _places(xy, "point").T
         thickness, young = np.full(x.shape, self.thickness), np.full(x.shape, self.young)
         for patch in self.patches:
             here = _within(x, patch.x, self.size[0]) & _within(y, patch.y, self.size[1])
             thickness[here], young[here] = patch.thickness, patch.young
         return thickness, young
 
-    def points(self, xy: ArrayLike, name: str = "point") -> NDArray[np.float64]:
+    def points(self, xy: ArrayLike, name: str = "point") -> F64:
         """Return points as an array after checking that they lie on the plate.
 
         Parameters
@@ -198,11 +202,9 @@ class Plate:
         ValueError
             The shape is not (K, 2), or a point is not finite or lies outside the plate.
         """
-        xy = np.ascontiguousarray(xy, dtype=np.float64)
-        if xy.ndim != 2 or xy.shape[1] != 2:
-            raise ValueError(f"{name}s must have shape (K, 2) in mm, got {xy.shape}")
+        places = _places(xy, name)
         a, b = self.size
-        x, y = xy[:, 0], xy[:, 1]
+        x, y = places[:, 0], places[:, 1]
         slack_x, slack_y = _ROUNDING * a, _ROUNDING * b
         # Written so that NaN falls outside.
         on = (x >= -slack_x) & (x <= a + slack_x) & (y >= -slack_y) & (y <= b + slack_y)
@@ -212,13 +214,22 @@ class Plate:
                 f"{name} {k} must lie on the plate, 0 to {a:g} by 0 to {b:g} mm, "
                 f"got ({x[k]:g}, {y[k]:g}) mm"
             )
-        return xy
+        return places
 
 
-def _within(x: NDArray, span: tuple[float, float], side: float) -> NDArray[np.bool_]:
+def _places(xy: ArrayLike, name: str) -> F64:
+    places = array(xy, f"{name}s", "mm")
+    if places.ndim != 2 or places.shape[1] != 2:
+        raise ValueError(f"{name}s must have shape (K, 2) in mm, got {places.shape}")
+    return places
+
+
+def _pair(values: ArrayLike, name: str, what: str) -> tuple[float, float]:
+    pair = array(values, name, "mm")
+    if pair.shape != (2,):
+        raise ValueError(f"{name} must be {what} in mm, got {short(values)}")
+    return float(pair[0]), float(pair[1])
+
+
+def _within(x: F64, span: tuple[float, float], side: float) -> Mask:
     return (x >= span[0]) & ((x < span[1]) | (span[1] == side))
-
-
-def _positive(quantity: str, value: float, unit: str) -> None:
-    if not (isfinite(value) and value > 0):
-        raise ValueError(f"{quantity} must be positive and finite, got {value:g} {unit}")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fe.arrays import F64
 from fe.elements.mesh import Mesh
 from fe.linear.load import disc
 from fe.plate.plate import Plate
@@ -25,10 +25,10 @@ class Assembled(NamedTuple):
     local_by : (T, 2, F, t, t) float64
     """
 
-    mixed: NDArray[np.float64]
-    local: NDArray[np.float64]
-    mixed_by: NDArray[np.float64]
-    local_by: NDArray[np.float64]
+    mixed: F64
+    local: F64
+    mixed_by: F64
+    local_by: F64
 
     @property
     def functions(self) -> int:
@@ -36,9 +36,7 @@ class Assembled(NamedTuple):
         return self.local.shape[1] // len(self.local_by)
 
 
-def assemble(
-    plate: Plate, mesh: Mesh, forms: Forms, xy: NDArray[np.float64], radius: NDArray
-) -> Assembled:
+def assemble(plate: Plate, mesh: Mesh, forms: Forms, xy: F64, radius: F64) -> Assembled:
     """Put the forms of T touches (T, 2) mm, discs of radius (T,) mm or points, together."""
     (count, n), functions, touches = forms.fixed.shape[:2], forms.functions, len(xy)
     found = [_one(plate, mesh, forms, *touch) for touch in zip(xy, radius, strict=True)]
@@ -66,9 +64,7 @@ def assemble(
     return Assembled(np.concatenate([mixed[0] for mixed, _ in found], 2), local, mixed_by, local_by)
 
 
-def _one(
-    plate: Plate, mesh: Mesh, forms: Forms, place: NDArray[np.float64], radius: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _one(plate: Plate, mesh: Mesh, forms: Forms, place: F64, radius: float) -> tuple[F64, F64]:
     """Forms of one touch, as `Forms.at` gives them.
 
     Those of one moving function are a mean over the disc. Those of two are the mean over two
@@ -85,7 +81,7 @@ def _one(
     return spread, local
 
 
-def _cross(moving: NDArray, other: NDArray, reach: NDArray) -> NDArray[np.float64]:
+def _cross(moving: F64, other: F64, reach: F64) -> F64:
     """Forms of the functions of two touches, (3, F, A, A), by x and y of the first.
 
     B(v, w) ≈ B(v, Πw) + B(Πv, w) - B(Πv, Πw) with Π the projection on the fixed shapes in bending

@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fe.arrays import F64
 from fe.elements.hermite import hermite_gram
 from fe.elements.mesh import Mesh
 from fe.reduced.karman import Karman
@@ -35,9 +35,9 @@ class ReducedBasis(NamedTuple):
         Displacements u, v in the plane, orthonormal over the area.
     """
 
-    shapes: NDArray[np.float64]
-    stresses: NDArray[np.float64]
-    drifts: NDArray[np.float64]
+    shapes: F64
+    stresses: F64
+    drifts: F64
 
 
 def basis(karman: Karman, states: Snapshots, parts: Parts) -> ReducedBasis:
@@ -45,7 +45,7 @@ def basis(karman: Karman, states: Snapshots, parts: Parts) -> ReducedBasis:
     return ReducedBasis(_shapes(karman, parts), _stresses(karman, states), _drifts(karman, states))
 
 
-def _shapes(karman: Karman, parts: Parts) -> NDArray[np.float64]:
+def _shapes(karman: Karman, parts: Parts) -> F64:
     stiffness, free = karman.stiffness, karman.linear.free
     linear = parts.linear @ leading(parts.linear.T @ (stiffness @ parts.linear), _LINEAR)
     rest = parts.rest - linear @ (linear.T @ (stiffness @ parts.rest))
@@ -56,30 +56,30 @@ def _shapes(karman: Karman, parts: Parts) -> NDArray[np.float64]:
     return shapes
 
 
-def _stresses(karman: Karman, states: Snapshots) -> NDArray[np.float64]:
+def _stresses(karman: Karman, states: Snapshots) -> F64:
     energy = karman.membrane.work(states.stress, karman.membrane.stretching(states.values))
     return states.stress @ _balanced(0.5 * (energy + energy.T), _STRESSES)
 
 
-def _drifts(karman: Karman, states: Snapshots) -> NDArray[np.float64]:
+def _drifts(karman: Karman, states: Snapshots) -> F64:
     forces = np.stack([spread_out(karman.mesh, component) for component in states.plane])
     product = np.tensordot(states.plane, forces, ((0, 1, 2), (0, 1, 2)))
     return states.plane @ _balanced(product, _DRIFTS)
 
 
-def spread_out(mesh: Mesh, values: NDArray[np.float64]) -> NDArray[np.float64]:
+def spread_out(mesh: Mesh, values: F64) -> F64:
     """Compute the loads ∫ f u dA, for every f, of functions u: (2 nx + 2, 2 ny + 2, C) both."""
     along_x, along_y = (hermite_gram(line, 0, 0).toarray() for line in mesh.lines)
     return along_y @ np.tensordot(along_x, values, 1)
 
 
-def _balanced(product: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+def _balanced(product: F64, count: int) -> F64:
     """Like `leading`, with every state of the same weight."""
     scale = 1.0 / np.sqrt(np.diag(product))
     return scale[:, None] * leading(scale[:, None] * product * scale, count)
 
 
-def leading(product: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+def leading(product: F64, count: int) -> F64:
     """Mixtures of S functions that are orthonormal and hold most of them.
 
     Parameters
@@ -93,8 +93,8 @@ def leading(product: NDArray[np.float64], count: int) -> NDArray[np.float64]:
     (S, C) float64
         C at most `count`, fewer where the functions have no more to give.
     """
-    share, vectors = np.linalg.eigh(product)
-    share, vectors = share[::-1][:count], vectors[:, ::-1][:, :count]
-    # Below this share of the largest, rounding has mixed into the product.
-    there = share > 1e-12 * share[0]
-    return vectors[:, there] / np.sqrt(share[there])
+    energies, vectors = np.linalg.eigh(product)
+    energies, vectors = energies[::-1][:count], vectors[:, ::-1][:, :count]
+    # Below this part of the largest, rounding has mixed into the product.
+    there = energies > 1e-12 * energies[0]
+    return vectors[:, there] / np.sqrt(energies[there])

@@ -10,13 +10,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fe.arrays import F32, F64, I64
 from fe.reduced.assembly import Assembled
 from fe.reduced.forms import Forms
 from fe.reduced.kernel import slopes, stretch
 
-_Parts = tuple[NDArray, NDArray, NDArray]  # fixed, mixed and local forms
+_Parts = tuple[F32, F64, F64]  # fixed, mixed and local forms
 
 _ITERATIONS = 30
 # Residual, in parts of the force that the linear answer puts on the fixed shapes. One more step
@@ -37,26 +37,26 @@ class Balance(NamedTuple):
     converged : bool
     """
 
-    weights: NDArray[np.float64]
-    stress: NDArray[np.float64]
-    drift: NDArray[np.float64]
-    weights_by: NDArray[np.float64]
-    stress_by: NDArray[np.float64]
-    drift_by: NDArray[np.float64]
+    weights: F64
+    stress: F64
+    drift: F64
+    weights_by: F64
+    stress_by: F64
+    drift_by: F64
     converged: bool
 
 
 class _Point(NamedTuple):
     """Energy at one z, with its derivatives; the gradient is by all but the forces."""
 
-    weights: NDArray[np.float64]
-    stress: NDArray[np.float64]
-    slope: NDArray[np.float64]
-    gradient: NDArray[np.float64]
-    hessian: NDArray[np.float64]
+    weights: F64
+    stress: F64
+    slope: F64
+    gradient: F64
+    hessian: F64
 
 
-def balance(forms: Forms, assembled: Assembled, force: NDArray[np.float64]) -> Balance:
+def balance(forms: Forms, assembled: Assembled, force: F64) -> Balance:
     """Find the balance under forces (T,) N by Newton's method, and its derivatives."""
     n, split = forms.fixed.shape[1], forms.stresses
     pushed = n + assembled.functions * np.arange(len(force))
@@ -77,9 +77,7 @@ def balance(forms: Forms, assembled: Assembled, force: NDArray[np.float64]) -> B
     return Balance(weights, stress, 0.5 * drift_slope @ weights, *by, converged)
 
 
-def _descend(
-    forms: Forms, assembled: Assembled, force: NDArray, pushed: NDArray
-) -> tuple[_Point, bool]:
+def _descend(forms: Forms, assembled: Assembled, force: F64, pushed: I64) -> tuple[_Point, bool]:
     """Point of balance, and whether it is one."""
     bending = _bending(assembled, pushed)
     parts = _parts(forms, assembled, slice(1, 1 + forms.stresses))
@@ -94,14 +92,14 @@ def _descend(
     return point, False
 
 
-def _at(parts: _Parts, bending: NDArray, pushed: NDArray, weights: NDArray) -> _Point:
+def _at(parts: _Parts, bending: F64, pushed: I64, weights: F64) -> _Point:
     slope, stress, tense = stretch(*parts, weights)
     gradient = bending @ weights + stress @ slope
     gradient[pushed] = 0.0
     return _Point(weights, stress, slope, gradient, bending + tense + slope.T @ slope)
 
 
-def _held(hessian: NDArray, pushed: NDArray) -> NDArray[np.float64]:
+def _held(hessian: F64, pushed: I64) -> F64:
     """Hessian that leaves the forces as they are."""
     held = hessian.copy()
     held[pushed] = held[:, pushed] = 0.0
@@ -114,7 +112,7 @@ def _parts(forms: Forms, assembled: Assembled, which: slice) -> _Parts:
     return forms.fixed[which], mixed, assembled.local[which]
 
 
-def _bending(assembled: Assembled, pushed: NDArray) -> NDArray[np.float64]:
+def _bending(assembled: Assembled, pushed: I64) -> F64:
     """Bending energy on (n + t) weights, without the forces, whose part balances the load."""
     mixed, local = assembled.mixed[0], assembled.local[0]
     n, t = mixed.shape
@@ -124,26 +122,22 @@ def _bending(assembled: Assembled, pushed: NDArray) -> NDArray[np.float64]:
     return matrix
 
 
-def _first(
-    forms: Forms, assembled: Assembled, pushed: NDArray, force: NDArray
-) -> NDArray[np.float64]:
+def _first(forms: Forms, assembled: Assembled, pushed: I64, force: F64) -> F64:
     """Linear answer w times the t of least energy U (t²/2 - t) + S t⁴/2, on the fixed shapes."""
     n = forms.fixed.shape[1]
     linear = np.zeros(assembled.local.shape[1])
     linear[pushed - n] = force
     products = 0.5 * assembled.local @ linear @ linear
     work, stretching = 2.0 * products[0], np.sum(products[1 : 1 + forms.stresses] ** 2)
-    share = 1.0
+    fraction = 1.0
     if work > 0 and stretching > 0:
         # U (t - 1) + 2 S t³ = 0.
         p = np.sqrt(work / (6.0 * stretching))
-        share = 2.0 * p * np.sinh(np.arcsinh(1.5 / p) / 3.0)
-    return np.concatenate([(share - 1.0) * (assembled.mixed[0] @ linear), linear])
+        fraction = 2.0 * p * np.sinh(np.arcsinh(1.5 / p) / 3.0)
+    return np.concatenate([(fraction - 1.0) * (assembled.mixed[0] @ linear), linear])
 
 
-def _moved(
-    assembled: Assembled, point: _Point, pushed: NDArray
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _moved(assembled: Assembled, point: _Point, pushed: I64) -> tuple[F64, F64]:
     """Change with the places of touches, at fixed weights.
 
     Returns
@@ -170,6 +164,6 @@ def _moved(
     return values.reshape(count - 1, -1), gradient.reshape(len(point.weights), -1)
 
 
-def _slopes_by(mixed: NDArray, local: NDArray, q: NDArray, tau: NDArray) -> NDArray[np.float64]:
+def _slopes_by(mixed: F64, local: F64, q: F64, tau: F64) -> F64:
     """Differentiate B z by the places of touches, (T, 2, ..., n + t)."""
     return np.concatenate([mixed @ tau, q @ mixed + local @ tau], axis=-1)

@@ -11,8 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fe.arrays import F32, F64
 from fe.elements.mesh import Mesh
 from fe.linear.membrane import pull, stretch
 from fe.reduced.basis import ReducedBasis, spread_out
@@ -42,7 +42,7 @@ class Forms:
     """
 
     stresses: int
-    fixed: NDArray[np.float32]
+    fixed: F32
     moving: SplineTable
 
     @property
@@ -51,15 +51,13 @@ class Forms:
         width, n = self.moving.coefficients.shape[2] // len(self.fixed), self.fixed.shape[1]
         return next(a for a in range(1, width + 1) if n * a + a * (a + 1) // 2 == width)
 
-    def reach(self, mixtures: NDArray[np.float64]) -> NDArray[np.float64]:
+    def reach(self, mixtures: F64) -> F64:
         """Forms of each fixed shape and of mixtures (n, C) of them: (F, n, C) float64."""
         count, n = self.fixed.shape[:2]
         return (self.fixed.reshape(-1, n) @ mixtures).reshape(count, n, -1)
 
-    def at(
-        self, xy: NDArray[np.float64], share: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Forms at a place, mean over points (Q, 2) mm by shares (Q,).
+    def at(self, xy: F64, weight: F64) -> tuple[F64, F64]:
+        """Forms at a place, mean over points (Q, 2) mm by weights (Q,).
 
         Returns
         -------
@@ -69,7 +67,7 @@ class Forms:
             Two functions that move with the same touch.
         """
         (count, n), functions = self.fixed.shape[:2], self.functions
-        found = self.moving.at(xy, share).reshape(3, count, -1)
+        found = self.moving.at(xy, weight).reshape(3, count, -1)
         mixed = found[:, :, : n * functions].reshape(3, count, n, functions)
         local = np.empty((3, count, functions, functions))
         left, right = np.triu_indices(functions)
@@ -90,7 +88,7 @@ def forms(
     fixed[0] = np.eye(n)
     weighed = karman.membrane.weigh(stresses)
     x, y = (_places(karman.mesh, axis) for axis in (0, 1))
-    rows = []
+    rows: list[F64] = []
     for done, place in enumerate(x, start=1):
         rows.append(_row(shapes, left, weighed, np.column_stack([np.full(len(y), place), y])))
         if progress is not None:
@@ -99,11 +97,11 @@ def forms(
     return Forms(basis.stresses.shape[-1], fixed.astype(np.float32), tabled)
 
 
-def _places(mesh: Mesh, axis: int) -> NDArray[np.float64]:
+def _places(mesh: Mesh, axis: int) -> F64:
     return np.linspace(0.0, mesh.size[axis], max(mesh.counts[axis] // _STRIDE, _FEWEST) + 1)
 
 
-def _all_stresses(karman: Karman, basis: ReducedBasis) -> NDArray[np.float64]:
+def _all_stresses(karman: Karman, basis: ReducedBasis) -> F64:
     """Stresses of forms 1 to F - 1, (3, gx, gy, M + U) float64."""
     forces = np.stack([spread_out(karman.mesh, component) for component in basis.drifts])
     membrane = karman.membrane
@@ -111,7 +109,7 @@ def _all_stresses(karman: Karman, basis: ReducedBasis) -> NDArray[np.float64]:
     return np.concatenate([basis.stresses, -drifting], axis=-1)
 
 
-def _left(karman: Karman, fixed: NDArray, stresses: NDArray) -> NDArray[np.float32]:
+def _left(karman: Karman, fixed: F64, stresses: F64) -> F32:
     """Compute the loads that a deflection takes up as form f with fixed shape j, (F, n, N) float32.
 
     Single precision, for they are many and the reduced plate errs by more than 1e-4.
@@ -126,9 +124,7 @@ def _left(karman: Karman, fixed: NDArray, stresses: NDArray) -> NDArray[np.float
     return left
 
 
-def _row(
-    shapes: TouchShapes, left: NDArray, weighed: NDArray, xy: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _row(shapes: TouchShapes, left: F32, weighed: F64, xy: F64) -> F64:
     """Forms at P places, (P, F (n A + A (A + 1) / 2)) float64."""
     karman = shapes.karman
     moving = np.concatenate([shapes.at(place[None], np.ones(1)) for place in xy], axis=2)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from fe.arrays import F64
 
 
-def between(places: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
+def between(places: F64, x: F64) -> F64:
     """Matrix (K, P) from values at P ascending places to their cubic spline at x (K,).
 
     Beyond the outer places, which Gauss points leave before an edge, the last cubics go on.

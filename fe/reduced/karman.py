@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, cg
 
+from fe.arrays import F64
 from fe.elements.factor import factor
 from fe.elements.mesh import Mesh
 from fe.linear.energy import rigidities, stiffness
@@ -36,7 +36,7 @@ class Deflected(NamedTuple):
     iterations : int
     """
 
-    values: NDArray[np.float64]
+    values: F64
     plane: Stretched
     residual: float
     iterations: int
@@ -71,11 +71,11 @@ class Karman:
         return stiffness(self.plate, self.mesh)
 
     @cached_property
-    def rigidities(self) -> NDArray[np.float64]:
+    def rigidities(self) -> F64:
         """Bending rigidity of each element, (nx, ny) float64, N mm."""
         return rigidities(self.plate, self.mesh)
 
-    def bend(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    def bend(self, values: F64) -> F64:
         """Multiply deflections by K, the bending alone: tables (2 nx + 2, 2 ny + 2, C), N."""
         forces = np.zeros(values.shape)
         free = values[self.linear.free]
@@ -83,7 +83,7 @@ class Karman:
         forces[self.linear.free] = product.reshape(free.shape)
         return forces
 
-    def tension(self, stress: NDArray[np.float64]) -> sp.csc_array:
+    def tension(self, stress: F64) -> sp.csc_array:
         """Compute the stiffness of the free unknowns from stress (3, gx, gy) in the plane, N/mm."""
         along, across = self.membrane.slopes
         free = np.zeros(self.mesh.shape, dtype=bool)
@@ -95,7 +95,7 @@ class Karman:
         mixed = along.T @ (xy @ across)
         return sp.csc_array(along.T @ (xx @ along) + across.T @ (yy @ across) + mixed + mixed.T)
 
-    def solve(self, loads: NDArray[np.float64], tolerance: float = 1e-9) -> Deflected:
+    def solve(self, loads: F64, tolerance: float = 1e-9) -> Deflected:
         """Newton's method from the linear answer cut back to least energy.
 
         Each step is solved by conjugate gradients; the matrix without the stress that the step
@@ -115,9 +115,7 @@ class Karman:
             values = values + self._step(state, left, min(0.1, state.residual))
         return self._state(values, loads, _ITERATIONS)[0]
 
-    def _state(
-        self, values: NDArray, loads: NDArray, iterations: int
-    ) -> tuple[Deflected, NDArray[np.float64]]:
+    def _state(self, values: F64, loads: F64, iterations: int) -> tuple[Deflected, F64]:
         """State of a deflection, and the free forces that are out of balance, (N,)."""
         free, gauss = self.linear.free, self.membrane.gauss
         plane = self.membrane.relax(self.membrane.stretching(values))
@@ -126,7 +124,7 @@ class Karman:
         residual = float(np.linalg.norm(left) / np.linalg.norm(loads[free]))
         return Deflected(values, plane, residual, iterations), left
 
-    def _first(self, loads: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _first(self, loads: F64) -> F64:
         """Linear answer times the factor t of least energy: A t - A + 2 S t³ = 0."""
         values = self.linear.solve(loads)
         bending = float(np.vdot(values, loads))
@@ -135,24 +133,24 @@ class Karman:
         roots = np.roots([2 * stretching, 0.0, bending, -bending])
         return values * float(roots[np.abs(roots.imag).argmin()].real)
 
-    def _step(self, state: Deflected, left: NDArray, tolerance: float) -> NDArray[np.float64]:
+    def _step(self, state: Deflected, left: F64, tolerance: float) -> F64:
         """Newton step from what is out of balance, to a part of it."""
         gauss, free, stress = self.membrane.gauss, self.linear.free, state.plane.stress
         slopes = gauss.slopes(state.values)
         ready = factor(self.stiffness + self.tension(stress[..., 0]))
 
-        def table(vector: NDArray) -> NDArray:
+        def table(vector: F64) -> F64:
             values = np.zeros(state.values.shape)
             values[free] = vector.reshape(values[free].shape)
             return values
 
-        def tangent(vector: NDArray) -> NDArray:
+        def tangent(vector: F64) -> F64:
             along = gauss.slopes(table(vector))
             more = self.membrane.relax(2.0 * stretch(slopes, along)).stress
             pulls = np.add(pull(stress, along), pull(more, slopes))
             return self.stiffness @ vector.ravel() + gauss.loads(*pulls)[free].ravel()
 
-        def before(vector: NDArray) -> NDArray:
+        def before(vector: F64) -> F64:
             return ready.solve(vector.reshape(-1, 1))[:, 0]
 
         matrix, preconditioner = (

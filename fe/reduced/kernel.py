@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
+
+from fe.arrays import F32, F64
+from fe.compiled import njit
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def slopes(fixed: NDArray, mixed: NDArray, local: NDArray, weights: NDArray) -> NDArray:
+def slopes(fixed: F32, mixed: F64, local: F64, weights: F64) -> F64:
     """Multiply each form by the weights.
 
     Parameters
@@ -32,9 +33,7 @@ def slopes(fixed: NDArray, mixed: NDArray, local: NDArray, weights: NDArray) -> 
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def stretch(
-    fixed: NDArray, mixed: NDArray, local: NDArray, weights: NDArray
-) -> tuple[NDArray, NDArray, NDArray]:
+def stretch(fixed: F32, mixed: F64, local: F64, weights: F64) -> tuple[F64, F64, F64]:
     """Stretch the plate by its weights, and sum the forms with the stresses that follow.
 
     Parameters are those of `slopes`.
@@ -62,7 +61,7 @@ def stretch(
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _multiply(fixed: NDArray, mixed: NDArray, local: NDArray, weights: NDArray, out: NDArray):
+def _multiply(fixed: F32, mixed: F64, local: F64, weights: F64, out: F64) -> None:
     t, n = mixed.shape
     for i in range(n):
         total = 0.0
@@ -80,9 +79,9 @@ def _multiply(fixed: NDArray, mixed: NDArray, local: NDArray, weights: NDArray, 
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _add(share: float, part: NDArray, total: NDArray, row: int, column: int):
+def _add(scale: float, part: F32 | F64, total: F64, row: int, column: int) -> None:
     """Add a part to a block of the total, which as a whole lies in one piece of memory."""
     rows, columns = part.shape
     for i in range(rows):
         for j in range(columns):
-            total[row + i, column + j] += share * part[i, j]
+            total[row + i, column + j] += scale * part[i, j]

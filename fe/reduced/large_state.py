@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fe.arrays import F64
 from fe.elements.functional import derivative
 from fe.elements.mesh import Mesh
 from fe.linear.linear import Face, LinearState
@@ -31,8 +32,8 @@ class LargeState:
     """
 
     bent: LinearState
-    plane: NDArray[np.float64]
-    stress: NDArray[np.float64]
+    plane: F64
+    stress: F64
     result: Trust
 
     @property
@@ -50,11 +51,11 @@ class LargeState:
         """Whether a balance was found."""
         return self.result is not Trust.NOT_CONVERGED
 
-    def deflection(self, xy: ArrayLike) -> NDArray[np.float64]:
+    def deflection(self, xy: ArrayLike) -> F64:
         """Deflection w at points (K, 2) mm: (K,) float64, mm along +z, negative under a press."""
         return self.bent.deflection(xy)
 
-    def displacement(self, xy: ArrayLike, face: Face = "top") -> NDArray[np.float64]:
+    def displacement(self, xy: ArrayLike, face: Face = "top") -> F64:
         """Displacement u, v, w of a face at points (K, 2) mm of the flat plate: (K, 3) float64, mm.
 
         The middle surface moves in the plane as it stretches, and normals turn by the slopes.
@@ -68,7 +69,7 @@ class LargeState:
         moved[:, :2] += drift_at(self.mesh, self.plane, self.plate.points(xy))[:, :, 0]
         return moved
 
-    def strain(self, xy: ArrayLike, face: Face = "top") -> NDArray[np.float64]:
+    def strain(self, xy: ArrayLike, face: Face = "top") -> F64:
         """Green-Lagrange strain of a face at points (K, 2) mm, to von Kármán's order.
 
         Returns
@@ -86,15 +87,13 @@ class LargeState:
         return self.bent.strain(xy, face) + middle[:, :, 0]
 
 
-def drift_at(mesh: Mesh, plane: NDArray, xy: NDArray[np.float64]) -> NDArray[np.float64]:
+def drift_at(mesh: Mesh, plane: F64, xy: F64) -> F64:
     """Displacements u, v of C states (2, 2 nx + 2, 2 ny + 2, C) mm at points: (K, 2, C)."""
     read = derivative(mesh, xy)
     return np.stack([read.of(np.ascontiguousarray(part)) for part in plane], axis=1)
 
 
-def middle_strain(
-    plate: Plate, mesh: Mesh, stress: NDArray, xy: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def middle_strain(plate: Plate, mesh: Mesh, stress: F64, xy: F64) -> F64:
     """Strain exx, eyy, exy of the middle surface from C stresses at the nodes.
 
     Parameters

@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import isfinite
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fe.arrays import F64
 from fe.elements.functional import Functional, derivative, recovered
 from fe.elements.mesh import Mesh, grid, mesh_for
 from fe.elements.storage import restore, store
 from fe.linear.adjoint import Adjoint
 from fe.linear.linear import CURVATURES, Face, LinearState, height
 from fe.linear.load import disc
+from fe.plate.checks import positive
 from fe.plate.plate import Plate, Touch
 from fe.reduced.assembly import assemble
 from fe.reduced.basis import basis
@@ -67,9 +68,9 @@ class Reduced:
     plate: Plate
     mesh: Mesh
     forms: Forms
-    shapes: NDArray[np.float64]
-    stresses: NDArray[np.float64]
-    drifts: NDArray[np.float64]
+    shapes: F64
+    stresses: F64
+    drifts: F64
     stretched: float
 
     @cached_property
@@ -100,12 +101,12 @@ class Reduced:
         stress = (self.stresses @ state.stress)[..., None]
         return LargeState(bent, plane, stress, self.trust(xy, state))
 
-    def balance(self, xy: NDArray, force: NDArray, radius: NDArray) -> Balance:
+    def balance(self, xy: F64, force: F64, radius: F64) -> Balance:
         """Numbers that make up the state under touches at (T, 2) mm: see `Balance`."""
         assembled = assemble(self.plate, self.mesh, self.forms, xy, radius)
         return balance(self.forms, assembled, force)
 
-    def trust(self, xy: NDArray, state: Balance) -> Trust:
+    def trust(self, xy: F64, state: Balance) -> Trust:
         """Say whether a state under touches at (T, 2) mm can be trusted."""
         if not state.converged:
             return Trust.NOT_CONVERGED
@@ -148,7 +149,7 @@ class Reduced:
         plane[:, :2, self.forms.stresses :] = drift_at(self.mesh, self.drifts, at)
         return self._view(reads, plane)
 
-    def _view(self, reads: list[tuple[Functional, NDArray]], plane: NDArray) -> ReducedReadings:
+    def _view(self, reads: list[tuple[Functional, F64]], plane: F64) -> ReducedReadings:
         """Solve for three channels a place: functionals of w with scales (M,), and the plane."""
         count = len(plane)
         fixed = np.stack([scale[:, None] * read.of(self.shapes) for read, scale in reads], axis=1)
@@ -222,8 +223,7 @@ def reduced_plate(
     ValueError
         The mesh does not fit the plate, or the force is not positive.
     """
-    if not (isfinite(force) and force > 0):
-        raise ValueError(f"largest force must be positive, got {force:g} N; a finger has 5 N")
+    force = positive(force, "largest force", "N")
     mesh = _mesh(plate) if mesh is None else mesh_for(plate, mesh)
     karman = Karman(plate, mesh)
     shapes = touch_shapes(karman)

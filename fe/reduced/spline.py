@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
+
+from fe.arrays import F32, F64
+from fe.compiled import njit
 
 # Functions that a pass of the kernel keeps in the innermost cache.
 _CHUNK = 512
@@ -26,15 +27,15 @@ class SplineTable:
     """
 
     size: tuple[float, float]
-    coefficients: NDArray[np.float32]
+    coefficients: F32
 
-    def at(self, xy: NDArray[np.float64], share: NDArray[np.float64]) -> NDArray[np.float64]:
+    def at(self, xy: F64, weight: F64) -> F64:
         """Weighted mean of the functions over points, and its slopes when all points move.
 
         Parameters
         ----------
         xy : (Q, 2) float64, mm
-        share : (Q,) float64
+        weight : (Q,) float64
             Weights of sum 1.
 
         Returns
@@ -42,17 +43,17 @@ class SplineTable:
         (3, L) float64
             Value, d/dx and d/dy.
         """
-        return _mix(self.coefficients, _patch(self.coefficients.shape[:2], self.size, xy, share))
+        return _mix(self.coefficients, _patch(self.coefficients.shape[:2], self.size, xy, weight))
 
 
-def table(size: tuple[float, float], values: NDArray[np.float64]) -> SplineTable:
+def table(size: tuple[float, float], values: F64) -> SplineTable:
     """Splines through values (mx, my, L) at places spread evenly over a plate."""
     along_x, along_y = (_interpolation(count) for count in values.shape[:2])
     rows = np.tensordot(along_x, values, 1)
     return SplineTable(size, np.ascontiguousarray(along_y @ rows, dtype=np.float32))
 
 
-def _interpolation(count: int) -> NDArray[np.float64]:
+def _interpolation(count: int) -> F64:
     """Matrix (m + 2, m) from values to coefficients; the first and last knots but one are none."""
     matrix = np.zeros((count + 2, count + 2))
     for place in range(count):
@@ -62,7 +63,7 @@ def _interpolation(count: int) -> NDArray[np.float64]:
 
 
 @njit(cache=True, nogil=True)
-def _patch(shape: tuple[int, int], size: tuple[float, float], xy: NDArray, share: NDArray):
+def _patch(shape: tuple[int, int], size: tuple[float, float], xy: F64, weight: F64):
     """Weights (mx + 2, my + 2, 3) of the coefficients for value, d/dx and d/dy of the mean."""
     patch = np.zeros((shape[0], shape[1], 3))
     step_x, step_y = size[0] / (shape[0] - 3), size[1] / (shape[1] - 3)
@@ -75,9 +76,9 @@ def _patch(shape: tuple[int, int], size: tuple[float, float], xy: NDArray, share
         for i in range(4):
             for j in range(4):
                 weights = patch[row + i, column + j]
-                weights[0] += share[q] * value_x[i] * value_y[j]
-                weights[1] += share[q] * slope_x[i] * value_y[j] / step_x
-                weights[2] += share[q] * value_x[i] * slope_y[j] / step_y
+                weights[0] += weight[q] * value_x[i] * value_y[j]
+                weights[1] += weight[q] * slope_x[i] * value_y[j] / step_x
+                weights[2] += weight[q] * value_x[i] * slope_y[j] / step_y
     return patch
 
 
@@ -91,7 +92,7 @@ def _cubics(t: float):
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _mix(coefficients: NDArray, patch: NDArray) -> NDArray:
+def _mix(coefficients: F32, patch: F64) -> F64:
     """Sum coefficients (mx + 2, my + 2, L) by three sets of weights: (3, L)."""
     total = coefficients.shape[2]
     rows, columns = np.nonzero(patch[:, :, 0])

@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fe.arrays import F64
 from fe.elements.factor import Factor, factor
 from fe.elements.functional import derivative
 from fe.reduced.karman import Karman
@@ -35,10 +35,10 @@ class TouchShapes:
     """
 
     karman: Karman
-    tensions: NDArray[np.float64]
+    tensions: F64
     factors: tuple[Factor, ...]
 
-    def solve(self, loads: NDArray[np.float64]) -> NDArray[np.float64]:
+    def solve(self, loads: F64) -> F64:
         """Answers g, h_1, ... to generalised loads.
 
         The operator is symmetric, so that the same solves read a functional of all of them for a
@@ -60,20 +60,20 @@ class TouchShapes:
         values[free] = answers.reshape(*right.shape, -1)
         return values
 
-    def at(self, xy: NDArray[np.float64], share: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Functions for 1 N into the plate, spread over points by shares.
+    def at(self, xy: F64, weight: F64) -> F64:
+        """Functions for 1 N into the plate, spread over points by weights.
 
         Parameters
         ----------
         xy : (Q, 2) float64, mm
-        share : (Q,) float64
+        weight : (Q,) float64
 
         Returns
         -------
         (2 nx + 2, 2 ny + 2, A) float64, mm
         """
         loads = np.zeros((*self.karman.mesh.shape, 1))
-        derivative(self.karman.mesh, xy).add_to(loads, -share, np.zeros(len(xy), dtype=np.int64))
+        derivative(self.karman.mesh, xy).add_to(loads, -weight, np.zeros(len(xy), dtype=np.int64))
         return self.solve(loads)[:, :, 0]
 
 

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fe.arrays import F64
 from fe.elements.functional import derivative
 from fe.plate.plate import Plate, Touch
 from fe.reduced.karman import Karman
@@ -39,9 +39,9 @@ class Snapshots(NamedTuple):
     """
 
     touches: list[tuple[Touch, ...]]
-    values: NDArray[np.float64]
-    stress: NDArray[np.float64]
-    plane: NDArray[np.float64]
+    values: F64
+    stress: F64
+    plane: F64
 
 
 class Parts(NamedTuple):
@@ -56,8 +56,8 @@ class Parts(NamedTuple):
         twice the bending energy of the state less its linear part.
     """
 
-    linear: NDArray[np.float64]
-    rest: NDArray[np.float64]
+    linear: F64
+    rest: F64
 
 
 def sample(plate: Plate, force: float) -> list[tuple[Touch, ...]]:
@@ -69,7 +69,7 @@ def sample(plate: Plate, force: float) -> list[tuple[Touch, ...]]:
     ]
 
 
-def _evenly(count: int, dimensions: int) -> NDArray[np.float64]:
+def _evenly(count: int, dimensions: int) -> F64:
     """Points (count, dimensions) that fill the unit cube evenly, always the same ones.
 
     The k-th is k times a vector of powers of the root of g^(d + 1) = g + 1, modulo 1: for one
@@ -82,11 +82,11 @@ def _evenly(count: int, dimensions: int) -> NDArray[np.float64]:
     return np.mod(0.5 + np.arange(1, count + 1)[:, None] * steps, 1.0)
 
 
-def _touch(plate: Plate, force: float, part: NDArray[np.float64]) -> Touch:
+def _touch(plate: Plate, force: float, part: F64) -> Touch:
     """Touch for a point of the unit cube: denser towards the edges, where stresses vary most."""
     margin = MARGIN * min(plate.size)
-    share = 0.5 * part[:2] + 0.25 * (1.0 - np.cos(np.pi * part[:2]))
-    x, y = margin + share * (np.array(plate.size) - 2.0 * margin)
+    fraction = 0.5 * part[:2] + 0.25 * (1.0 - np.cos(np.pi * part[:2]))
+    x, y = margin + fraction * (np.array(plate.size) - 2.0 * margin)
     return Touch(float(x), float(y), force * _SOFTEST ** float(1.0 - part[2]))
 
 
@@ -110,7 +110,7 @@ def snapshots(
     return Snapshots(touches, values, stress, plane)
 
 
-def pressure(karman: Karman, touches: tuple[Touch, ...]) -> NDArray[np.float64]:
+def pressure(karman: Karman, touches: tuple[Touch, ...]) -> F64:
     """Generalised loads of point touches, (2 nx + 2, 2 ny + 2, 1) float64, N."""
     xy = np.array([(t.x, t.y) for t in touches])
     loads = np.zeros((*karman.mesh.shape, 1))
@@ -126,7 +126,8 @@ def split(shapes: TouchShapes, states: Snapshots) -> Parts:
     rest to its least.
     """
     free, stiffness = shapes.karman.linear.free, shapes.karman.stiffness
-    linear, rest = [], []
+    linear: list[F64] = []
+    rest: list[F64] = []
     for k, touches in enumerate(states.touches):
         moving = [shapes.at(np.array([[t.x, t.y]]), np.ones(1))[free] for t in touches]
         moving = np.stack([part.reshape(-1, part.shape[2]) for part in moving], axis=1)

@@ -9,9 +9,11 @@ from math import inf
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fe.arrays import F64
 from fe.linear.adjoint import Adjoint
+from fe.plate.checks import array, number
 from fe.plate.plate import Plate
 from fe.reduced.result import Trust
 
@@ -34,8 +36,8 @@ class Reading(NamedTuple):
     result : Trust
     """
 
-    values: NDArray[np.float64]
-    jacobian: NDArray[np.float64]
+    values: F64
+    jacobian: F64
     result: Trust
 
 
@@ -58,8 +60,8 @@ class ReducedReadings:
 
     reduced: Reduced
     moving: Adjoint
-    fixed: NDArray[np.float64]
-    plane: NDArray[np.float64]
+    fixed: F64
+    plane: F64
 
     @property
     def plate(self) -> Plate:
@@ -111,9 +113,9 @@ class ReducedReadings:
         return Reading(values.reshape(-1, 3), jacobian.reshape(-1, 3, len(xy), 3), result)
 
 
-def _checked(force: ArrayLike, touches: int) -> NDArray[np.float64]:
+def _checked(given: ArrayLike, touches: int) -> F64:
     """Check forces (T,) N, one for each touch."""
-    force = np.asarray(force, dtype=np.float64)
+    force = array(given, "forces", "N")
     if force.shape != (touches,) or touches == 0:
         raise ValueError(
             f"touches must be one or more, each with a force in N, got {touches} places and forces "
@@ -126,7 +128,7 @@ def _checked(force: ArrayLike, touches: int) -> NDArray[np.float64]:
 
 
 def _radius(radius: float) -> float:
-    if not 0.0 <= radius < inf:
+    if not 0.0 <= number(radius, "touch radius", "mm") < inf:
         raise ValueError(
             f"touch radius must be 0 mm or more and finite, got {radius:g} mm; write 0 for a point"
         )

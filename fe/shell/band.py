@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numba import njit
-from numpy.typing import NDArray
 from scipy.linalg import get_lapack_funcs
 
-_FACTOR, _SOLVE = get_lapack_funcs(("pbtrf", "pbtrs"), dtype=np.float64)
+from fe.arrays import F64, I32
+from fe.compiled import njit
+
+# LAPACK's own functions, which have no types.
+_LAPACK: Any = get_lapack_funcs(("pbtrf", "pbtrs"), dtype=np.float64)
+_FACTOR, _SOLVE = _LAPACK
+
+Compressed = sp.csr_array | sp.csc_array
+"""A symmetric matrix, by rows or by columns alike."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,16 +32,16 @@ class Band:
         Diagonal of S.
     """
 
-    lower: NDArray[np.float64]
-    scale: NDArray[np.float64]
+    lower: F64
+    scale: F64
 
-    def solve(self, right: NDArray[np.float64]) -> NDArray[np.float64]:
+    def solve(self, right: F64) -> F64:
         """Solve for right-hand sides, (N,) or (N, C) float64."""
         scale = self.scale if right.ndim == 1 else self.scale[:, None]
         return scale * _SOLVE(self.lower, scale * right, lower=1)[0]
 
 
-def cholesky(matrix: sp.csr_array) -> Band | None:
+def cholesky(matrix: Compressed) -> Band | None:
     """Factor a symmetric matrix (N, N); None where it is not positive definite."""
     diagonal = matrix.diagonal()
     if not (diagonal > 0).all():
@@ -44,12 +51,12 @@ def cholesky(matrix: sp.csr_array) -> Band | None:
     rows = np.repeat(np.arange(len(diagonal)), np.diff(starts))
     lower = np.zeros((int((rows - columns).max()) + 1, len(diagonal)), order="F")
     _fill(starts, columns, data, scale, lower)
-    lower, failed = _FACTOR(lower, lower=1, overwrite_ab=1)
-    return None if failed else Band(lower, scale)
+    factor, failed = _FACTOR(lower, lower=1, overwrite_ab=1)
+    return None if failed else Band(factor, scale)
 
 
 @njit(cache=True, nogil=True)
-def _fill(starts: NDArray, columns: NDArray, data: NDArray, scale: NDArray, lower: NDArray) -> None:
+def _fill(starts: I32, columns: I32, data: F64, scale: F64, lower: F64) -> None:
     for row in range(scale.size):
         for k in range(starts[row], starts[row + 1]):
             column = columns[k]

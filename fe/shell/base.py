@@ -6,12 +6,13 @@ from dataclasses import dataclass
 from math import inf, isfinite, isinf, radians
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import cumulative_simpson
 from scipy.optimize import brentq
 from scipy.special import j0
 
+from fe.arrays import F64
 from fe.elements.mesh import Mesh
+from fe.plate.checks import number
 from fe.plate.plate import Plate
 from fe.shell.support import Motion
 
@@ -44,6 +45,8 @@ class Base:
     twist: float = 0.0
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "bend", number(self.bend, "bend of the base", "mm"))
+        object.__setattr__(self, "twist", number(self.twist, "twist of the base", "degrees"))
         if not (isfinite(self.bend) and self.bend >= 0):
             raise ValueError(
                 f"bend of the base must be 0 mm or more, got {self.bend:g} mm; give the distance "
@@ -63,7 +66,7 @@ class Base:
     def clamps(self, plate: Plate) -> tuple[Motion, Motion]:
         """Rigid motions of the west and the east clamp."""
         pivot = np.array([0.0, plate.size[1] / 2, 0.0])
-        motions = []
+        motions: list[Motion] = []
         for sense in (-1.0, 1.0):
             angle = sense * radians(self.twist) / 2
             turn = np.array(
@@ -110,7 +113,7 @@ def check_base(plate: Plate, base: Base) -> None:
         )
 
 
-def bow(plate: Plate, mesh: Mesh, bend: float) -> NDArray[np.float64]:
+def bow(plate: Plate, mesh: Mesh, bend: float) -> F64:
     """Unknowns (2 nx + 2, 2 ny + 2, 3) of a strip that bows to +z without stretching, mm.
 
     Its slope is θ = θm sin(2πs/a), within 2 % of the elastica's, with 1 - J0(θm) = bend / a.

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fe.arrays import F64, I32, I64
 from fe.elements.hermite import hermite
 from fe.elements.line import Line
 from fe.elements.mesh import Mesh, on_elements
@@ -24,7 +24,7 @@ def rule(plate: Plate, mesh: Mesh) -> Rule:
     return Rule(x, y, weight_x, weight_y, membrane, bending, plate.poisson)
 
 
-def _quadrature(line: Line) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _quadrature(line: Line) -> tuple[F64, F64]:
     """Return the functions (n, G, 3, 4) of a line at points of Gauss, and the weights (n, G)."""
     places, weights = np.polynomial.legendre.leggauss(_POINTS)
     h = np.diff(line.nodes)[:, None]
@@ -33,7 +33,7 @@ def _quadrature(line: Line) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return np.ascontiguousarray(np.stack(orders, axis=2)), 0.5 * h * weights
 
 
-def pattern(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
+def pattern(mesh: Mesh) -> tuple[I64, I32]:
     """Row starts and columns of the tangent: an unknown meets a rectangle of the table.
 
     Returns
@@ -44,8 +44,8 @@ def pattern(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
     (low_x, end_x), (low_y, end_y) = (_reach(line) for line in mesh.lines)
     counts = np.repeat(np.outer(end_x - low_x, end_y - low_y).ravel() * 3, 3)
     starts = np.concatenate([[0], np.cumsum(counts)])
-    rows, offset = np.repeat(np.arange(len(counts)), counts), np.arange(starts[-1])
-    offset -= np.repeat(starts[:-1], counts)
+    rows = np.repeat(np.arange(len(counts)), counts)
+    offset = np.arange(int(starts[-1])) - np.repeat(starts[:-1], counts)
     row, column = np.divmod(rows // 3, mesh.shape[1])
     width = 3 * (end_y - low_y)[column]
     place = low_x[row] + offset // width
@@ -53,7 +53,7 @@ def pattern(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
     return starts, columns.astype(np.int32)
 
 
-def _reach(line: Line) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _reach(line: Line) -> tuple[I64, I64]:
     """First and last + 1 of the unknowns that share an element with each unknown of a line."""
     node = np.arange(line.unknowns) // 2
     return np.maximum(2 * node - 2, 0), np.minimum(2 * node + 4, line.unknowns)

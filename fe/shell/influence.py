@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fe.arrays import F64
 from fe.elements.functional import derivative, recovered
 from fe.linear.linear import Face, height
 from fe.shell.band import cholesky
@@ -29,10 +30,10 @@ class ShellInfluence:
     """
 
     state: ShellState
-    gauges: NDArray[np.float64]
-    values: NDArray[np.float64]
+    gauges: F64
+    values: F64
 
-    def strain(self, xy: ArrayLike) -> NDArray[np.float64]:
+    def strain(self, xy: ArrayLike) -> F64:
         """Change of strain of every gauge for a touch of 1 N at each place (K, 2) mm.
 
         Returns
@@ -48,7 +49,7 @@ class ShellInfluence:
         xy = self.state.plate.points(xy, "touch")
         return self._along(self.state.normal(xy), xy, 0, 0)
 
-    def gradient(self, xy: ArrayLike) -> NDArray[np.float64]:
+    def gradient(self, xy: ArrayLike) -> F64:
         """Exact derivative of `strain` by the place of the touch.
 
         Returns
@@ -65,15 +66,28 @@ class ShellInfluence:
         ]
         return np.stack(parts, axis=-1)
 
-    def _along(self, direction: NDArray, xy: NDArray, p: int, q: int) -> NDArray[np.float64]:
+    def _along(self, direction: F64, xy: F64, p: int, q: int) -> F64:
         """Response (K, M, 3) to forces against directions (K, 3), or its derivative."""
         read = derivative(self.state.mesh, xy, p, q).of(self.values)
         each = read.reshape(len(xy), 3, len(self.gauges), 3)
         return -np.einsum("kc,kcmi->kmi", direction, each)
 
 
-def influence(state: ShellState, gauges: ArrayLike, face: Face = "top") -> ShellInfluence:
-    """Solve the adjoint of each measurement on the tangent of a state.
+def shell_influence(state: ShellState, gauges: ArrayLike, face: Face = "top") -> ShellInfluence:
+    """Strain of gauges for a small further touch at any place on a bent plate.
+
+    Solves the adjoint of each measurement on the tangent of the state.
+
+    Parameters
+    ----------
+    state : ShellState
+    gauges : (M, 2) array_like, mm
+    face : str
+        Of the gauges, "top", "middle" or "bottom"; touches press on the top.
+
+    Returns
+    -------
+    ShellInfluence
 
     Raises
     ------

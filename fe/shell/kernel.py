@@ -1,13 +1,16 @@
 """Energy, forces and tangent of the shell, element by element; see `fe.shell.point`."""
 
+# pyright: basic
+# Kernels alone, which Numba types.
+
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
+from fe.arrays import F64, I64
+from fe.compiled import njit
 from fe.shell.point import basis, dot, geometric, law, material, scaled, strains, variations
 
 
@@ -26,12 +29,12 @@ class Rule(NamedTuple):
     poisson : float
     """
 
-    x: NDArray[np.float64]
-    y: NDArray[np.float64]
-    weight_x: NDArray[np.float64]
-    weight_y: NDArray[np.float64]
-    membrane: NDArray[np.float64]
-    bending: NDArray[np.float64]
+    x: F64
+    y: F64
+    weight_x: F64
+    weight_y: F64
+    membrane: F64
+    bending: F64
     poisson: float
 
 
@@ -43,7 +46,7 @@ _PAIR = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
 
 
 @njit(cache=True, nogil=True)
-def forces(values: NDArray, rule: Rule) -> tuple[float, NDArray, NDArray]:
+def forces(values: F64, rule: Rule) -> tuple[float, F64, F64]:
     """Strain energy and its gradient.
 
     Parameters
@@ -88,7 +91,7 @@ def forces(values: NDArray, rule: Rule) -> tuple[float, NDArray, NDArray]:
 
 
 @njit(cache=True, nogil=True)
-def stresses(values: NDArray, step: NDArray, rule: Rule) -> NDArray:
+def stresses(values: F64, step: F64, rule: Rule) -> F64:
     """Membrane forces at the points, linear in the step: those of E(U) + E'(U) step.
 
     Returns
@@ -119,7 +122,7 @@ def stresses(values: NDArray, step: NDArray, rule: Rule) -> NDArray:
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def tangent(values: NDArray, stress: NDArray, rule: Rule, starts: NDArray, data: NDArray) -> None:
+def tangent(values: F64, stress: F64, rule: Rule, starts: I64, data: F64) -> None:
     """Add the second derivative of the energy to the data of a sparse matrix.
 
     Parameters

@@ -9,8 +9,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fe.arrays import F64
 from fe.elements.functional import Functional
 from fe.elements.mesh import Mesh
 
@@ -19,7 +19,7 @@ ORDERS = ((1, 0), (0, 1), (2, 0), (0, 2), (1, 1))
 # Derivative behind each second derivative U,αβ.
 _SECOND = ((2, 4), (4, 3))
 
-_Reading = Callable[[Mesh, NDArray[np.float64], int, int], Functional]
+Reading = Callable[[Mesh, F64, int, int], Functional]
 
 
 class BentSurface(NamedTuple):
@@ -38,21 +38,19 @@ class BentSurface(NamedTuple):
         n·U,αβ.
     """
 
-    tangents: NDArray[np.float64]
-    duals: NDArray[np.float64]
-    normal: NDArray[np.float64]
-    strain: NDArray[np.float64]
-    curvature: NDArray[np.float64]
+    tangents: F64
+    duals: F64
+    normal: F64
+    strain: F64
+    curvature: F64
 
 
-def derivatives(
-    mesh: Mesh, values: NDArray[np.float64], xy: NDArray[np.float64], reading: _Reading
-) -> NDArray[np.float64]:
+def derivatives(mesh: Mesh, values: F64, xy: F64, reading: Reading) -> F64:
     """Five derivatives (K, 5, 3) of the displacement at points, read exactly or recovered."""
     return np.stack([reading(mesh, xy, p, q).of(values) for p, q in ORDERS], axis=1)
 
 
-def surface(g: NDArray[np.float64]) -> BentSurface:
+def surface(g: F64) -> BentSurface:
     """Surface of the derivatives (K, 5, 3) at points."""
     flat = np.eye(2, 3)
     tangents = flat + g[:, :2]
@@ -65,7 +63,7 @@ def surface(g: NDArray[np.float64]) -> BentSurface:
     return BentSurface(tangents, duals, normal, strain, curvature)
 
 
-def strain(g: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.float64]:
+def strain(g: F64, z: F64) -> F64:
     """Green-Lagrange strain at height z over the middle surface.
 
     The place x + z n has the strain E - z κ + z² n,α·n,β / 2, with n,α = -κ_αγ aᵞ.
@@ -86,7 +84,7 @@ def strain(g: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.float64
     return _components(full)
 
 
-def strain_variation(g: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.float64]:
+def strain_variation(g: F64, z: F64) -> F64:
     """Differentiate `strain` by the five derivatives of the displacement: (K, 3, 5, 3)."""
     bent = surface(g)
     z = z[:, None, None, None, None]
@@ -107,11 +105,11 @@ def strain_variation(g: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[
     return _components(stretch - z * bend + 0.5 * z**2 * third)
 
 
-def turning(g: NDArray[np.float64]) -> NDArray[np.float64]:
+def turning(g: F64) -> F64:
     """Return n,x and n,y of the normal n: (K, 2, 3) float64, 1/mm."""
     bent = surface(g)
     return -bent.curvature @ bent.duals
 
 
-def _components(tensor: NDArray) -> NDArray[np.float64]:
+def _components(tensor: F64) -> F64:
     return np.stack([tensor[:, 0, 0], tensor[:, 1, 1], tensor[:, 0, 1]], axis=1)

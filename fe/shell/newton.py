@@ -4,7 +4,7 @@ Two things carry it. The tangent takes its membrane forces from the step before,
 step, and not from the place reached: full steps then converge however thin the plate is (the
 mixed form of Magisano, Leonetti & Garcea, 2017, doi 10.1016/j.cma.2016.10.023). And a step is
 searched for a lower potential where it leads far, or once the tangent was not positive and had to
-be made so by a share of the mass.
+be made so by a part of the mass.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from fe.arrays import F64
 from fe.shell.band import Band, cholesky
 from fe.shell.problem import TINY, Problem
 from fe.shell.unstable_direction import leave_unstable
 
-_MOST_ITERATIONS = 60
+_MAX_ITERATIONS = 60
 # The step is the last one where the work that it can still do is this part of the energy: it
 # leaves 1e-14 of the displacement.
 _SETTLED = 1e-14
@@ -36,8 +36,8 @@ _AT_SADDLE = 1e-4
 # A step is long enough where the potential falls by this part of what the tangent promises.
 _ENOUGH = 1e-4
 _SHORTEST = 1e-12
-# Shares of mass grow fourfold; a finite tangent needs far fewer of them.
-_MOST_SHARES = 60
+# Added mass grows fourfold; a finite tangent needs far fewer of them.
+_MAX_SHIFTS = 60
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +57,7 @@ class Equilibrium:
         Factors of the last tangent of the free unknowns; not of itself where it is not positive.
     """
 
-    values: NDArray[np.float64]
+    values: F64
     converged: bool
     iterations: int
     escapes: int
@@ -67,14 +67,14 @@ class Equilibrium:
 class _Step(NamedTuple):
     """A step of all unknowns, twice the work it can do in N mm, and its factors."""
 
-    move: NDArray[np.float64]
+    move: F64
     work: float
     energy: float
     factor: Band
     shift: float
 
 
-def equilibrium(problem: Problem, start: NDArray[np.float64], bold: bool = True) -> Equilibrium:
+def equilibrium(problem: Problem, start: F64, bold: bool = True) -> Equilibrium:
     """Descend from a start (N,) mm to a stable equilibrium.
 
     The start need not obey the support: the first step takes up the jump, on the tangent there.
@@ -96,7 +96,7 @@ def equilibrium(problem: Problem, start: NDArray[np.float64], bold: bool = True)
         settled = work <= _SETTLED or _STAYS * before < work <= _ROUNDING
         if settled and shift == 0:
             return Equilibrium(values + step.move, True, iteration, escapes, step.factor)
-        if (shift > 0 and not bold) or iteration == _MOST_ITERATIONS:
+        if (shift > 0 and not bold) or iteration == _MAX_ITERATIONS:
             return Equilibrium(values, False, iteration, escapes, step.factor)
         length = 1.0
         if shift > 0:
@@ -112,9 +112,7 @@ def equilibrium(problem: Problem, start: NDArray[np.float64], bold: bool = True)
         values, jump = ahead, zero
 
 
-def _step(
-    problem: Problem, values: NDArray, stress: NDArray, jump: NDArray, before: float
-) -> _Step:
+def _step(problem: Problem, values: F64, stress: F64, jump: F64, before: float) -> _Step:
     """Newton step with these membrane forces in the tangent, after a jump of the support."""
     system, free = problem.system, problem.support.free
     energy, gradient, _ = system.forces(values)
@@ -126,17 +124,17 @@ def _step(
 
 
 def _positive(problem: Problem, tangent: sp.csr_array, before: float) -> tuple[Band, float]:
-    """Factor the tangent of the free unknowns, with a share of the mass where it needs one."""
+    """Factor the tangent of the free unknowns, with a part of the mass where it needs one."""
     free, shift = problem.support.free, 0.0
-    for _ in range(_MOST_SHARES):
+    for _ in range(_MAX_SHIFTS):
         factor = cholesky(free.T @ (tangent + shift * problem.system.mass) @ free)
         if factor is not None:
             return factor, shift
-        shift = max(4.0 * shift, before / 4.0, problem.unit)
-    raise ArithmeticError("tangent of the shell must be finite; no share of mass makes it positive")
+        shift = max(4.0 * shift, before / 4.0, problem.reference_eigenvalue)
+    raise ArithmeticError("tangent of the shell must be finite; no added mass makes it positive")
 
 
-def _search(problem: Problem, values: NDArray, step: _Step) -> float:
+def _search(problem: Problem, values: F64, step: _Step) -> float:
     """Length of a step, 1 or less, that lowers the potential enough.
 
     Where it rises, the model is work (-t + t² / 2) + c t⁴: stretch by deflection adds the last.

@@ -12,12 +12,16 @@ stress times strain is work. See Kiendl et al. (2009), doi 10.1016/j.cma.2009.08
 15 have the place 3 d + c for component c of derivative d.
 """
 
+# pyright: basic
+# Kernels alone, which Numba types.
+
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from fe.compiled import njit
 
 Vector = tuple[float, float, float]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fe.arrays import F64
 from fe.shell.support import Support
 from fe.shell.system import System
 
@@ -23,20 +23,20 @@ class Problem(NamedTuple):
     support : Support
     load : (N,) float64, N
         Dead loads on all unknowns.
-    unit : float, N/mm³
-        Smallest eigenvalue of the flat plate, a measure for shares of mass.
+    reference_eigenvalue : float, N/mm³
+        Smallest eigenvalue of the flat plate, a measure for the mass to add.
     """
 
     system: System
     support: Support
-    load: NDArray[np.float64]
-    unit: float
+    load: F64
+    reference_eigenvalue: float
 
-    def potential(self, values: NDArray[np.float64]) -> float:
+    def potential(self, values: F64) -> float:
         """Energy less the work of the loads, N mm."""
         return self.system.forces(values)[0] - float(self.load @ values)
 
-    def residual(self, values: NDArray[np.float64]) -> float:
+    def residual(self, values: F64) -> float:
         """Norm of the forces left over, in parts of the norm of those that add up to it."""
         _, gradient, size = self.system.forces(values)
         left = np.linalg.norm(self.support.free.T @ (gradient - self.load))

@@ -8,8 +8,8 @@ from functools import cached_property
 from math import nan
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fe.arrays import F64
 from fe.elements.functional import derivative
 from fe.elements.mesh import Mesh, grid, mesh_for
 from fe.linear.load import spread
@@ -29,7 +29,7 @@ _LONG_SIDE = 40
 _COARSE = 20
 
 # Patches stiffer than 1e9 times the rest round off so much that the digits run out.
-_MOST_RESIDUAL = 1e-6
+_MAX_RESIDUAL = 1e-6
 
 # A path is followed in steps halved down to this part of it.
 _FINEST_STEP = 1 / 32
@@ -59,14 +59,14 @@ class Shell:
         return System(self.plate, self.mesh)
 
     @cached_property
-    def rest(self) -> ShellState:
+    def undeformed(self) -> ShellState:
         """The flat plate."""
         zero = np.zeros((*self.mesh.shape, 3))
         stability = Stability(judge(True, 1.0, 0), 0.0, 0, 1.0, 0)
         return ShellState(self, Base(), zero, zero, stability)
 
     @cached_property
-    def unit(self) -> float:
+    def reference_eigenvalue(self) -> float:
         """Smallest eigenvalue of the flat plate at rest, N/mm³.
 
         Raises
@@ -75,7 +75,7 @@ class Shell:
             Springs or patches are so soft that the plate is not held but for rounding.
         """
         free = self.support(Base()).free
-        tangent = free.T @ self.system.tangent(self.rest.values.ravel()) @ free
+        tangent = free.T @ self.system.tangent(self.undeformed.values.ravel()) @ free
         factor = cholesky(tangent)
         if factor is None:
             raise ValueError(
@@ -94,60 +94,59 @@ class Shell:
         """
         check_base(self.plate, base)
         if base.flat:
-            return self.rest
+            return self.undeformed
         coarse = Shell(self.plate, grid(self.plate, _COARSE))
         if coarse.mesh.counts[0] >= self.mesh.counts[0]:
             return self._bent(base)
         shape = coarse._bent(base)
         start = _refined(coarse.mesh, shape.values, self.mesh).ravel()
         found = equilibrium(self._problem(base, np.zeros_like(start)), start)
-        return self._state(base, found, self.rest.loads, shape.stability)
+        return self._state(base, found, self.undeformed.loads, shape.stability)
 
-    def loaded(self, state: ShellState, further: NDArray[np.float64]) -> ShellState:
+    def loaded(self, state: ShellState, further: F64) -> ShellState:
         """State under further dead loads (2 nx + 2, 2 ny + 2, 3) N, see `ShellState.load`."""
         before, loads = state.loads.ravel(), state.loads + further
         held = self.support(state.base)
 
-        def problem(share: float) -> Problem:
-            return Problem(self.system, held, before + share * further.ravel(), self.unit)
+        def problem(fraction: float) -> Problem:
+            load = before + fraction * further.ravel()
+            return Problem(self.system, held, load, self.reference_eigenvalue)
 
         found = _follow(problem, state.values.ravel())
         return self._state(state.base, found, loads, state.stability)
 
     def _bent(self, base: Base) -> ShellState:
         """Bend first, in one go from a shape that is nearly right, then twist step by step."""
-        nothing = np.zeros(self.rest.values.size)
+        nothing = np.zeros(self.undeformed.values.size)
         start = bow(self.plate, self.mesh, base.bend).ravel() if base.bend else nothing
         bent = Base(base.bend, 0.0)
         first = equilibrium(self._problem(bent, nothing), start)
-        state = self._state(bent, first, self.rest.loads, self.rest.stability)
+        state = self._state(bent, first, self.undeformed.loads, self.undeformed.stability)
         if base.twist == 0:
             return state
 
-        def problem(share: float) -> Problem:
-            return self._problem(Base(base.bend, share * base.twist), nothing)
+        def problem(fraction: float) -> Problem:
+            return self._problem(Base(base.bend, fraction * base.twist), nothing)
 
         found = _follow(problem, first.values)
-        return self._state(base, found, self.rest.loads, state.stability)
+        return self._state(base, found, self.undeformed.loads, state.stability)
 
-    def _problem(self, base: Base, load: NDArray) -> Problem:
-        return Problem(self.system, self.support(base), load, self.unit)
+    def _problem(self, base: Base, load: F64) -> Problem:
+        return Problem(self.system, self.support(base), load, self.reference_eigenvalue)
 
     def support(self, base: Base) -> Support:
         """Constrain the unknowns to what the edges hold when the clamps have moved."""
         return support(self.plate, self.mesh, *base.clamps(self.plate))
 
-    def _state(
-        self, base: Base, found: Equilibrium, loads: NDArray, before: Stability
-    ) -> ShellState:
+    def _state(self, base: Base, found: Equilibrium, loads: F64, before: Stability) -> ShellState:
         """State of an equilibrium, with the iterations and escapes before it counted in."""
         free, eigenvalue = self.support(base).free, nan
         residual = self._problem(base, loads.ravel()).residual(found.values)
-        converged = found.converged and before.converged and residual <= _MOST_RESIDUAL
+        converged = found.converged and before.converged and residual <= _MAX_RESIDUAL
         if converged:
             tangent = free.T @ self.system.tangent(found.values) @ free
             mass = free.T @ self.system.mass @ free
-            eigenvalue = smallest(tangent, mass, found.factor) / self.unit
+            eigenvalue = smallest(tangent, mass, found.factor) / self.reference_eigenvalue
         escapes = before.escapes + found.escapes
         stability = Stability(
             judge(converged, eigenvalue, escapes),
@@ -201,7 +200,7 @@ def shell_mesh(plate: Plate) -> Mesh:
     Films bend sharply next to clamps and touches, within lengths of h / √(12 ε) at a stretch of ε.
     Where that is less than an element, the strain of the faces near a clamp and the deflection
     under a point are coarse: at a thickness of 1e-4 of the side off by 13 % and 3 %, while a disc
-    and the strain of the middle keep to 1 % (`python -m rig.studies.plates.shell`, thickness).
+    and the strain of the middle keep to 1 % (study `plates.shell`, thickness).
     """
     return grid(plate, _LONG_SIDE)
 
@@ -215,32 +214,32 @@ def _check_held_in_plane(plate: Plate) -> None:
         )
 
 
-def _follow(problem: Callable[[float], Problem], start: NDArray) -> Equilibrium:
-    """Follow equilibria of a path, share 0 to 1, from one at its start.
+def _follow(problem: Callable[[float], Problem], start: F64) -> Equilibrium:
+    """Follow equilibria of a path, fraction 0 to 1, from one at its start.
 
     A step in which the tangent stays positive keeps to the branch; others are halved. The
     shortest ones are taken all the same, and go down to the branch that is stable there.
     """
-    share, step, iterations, escapes = 0.0, 1.0, 0, 0
+    fraction, step, iterations, escapes = 0.0, 1.0, 0, 0
     while True:
         last = step <= _FINEST_STEP
-        found = equilibrium(problem(share + step), start, bold=last)
+        found = equilibrium(problem(fraction + step), start, bold=last)
         iterations += found.iterations
         # The others gave up where they would have left the branch.
         escapes += found.escapes if last else 0
         if found.converged:
-            start, share = found.values, share + step
-            step = min(2.0 * step, 1.0 - share)
+            start, fraction = found.values, fraction + step
+            step = min(2.0 * step, 1.0 - fraction)
         elif last:
             break
         else:
             step /= 2.0
-        if share >= 1.0:
+        if fraction >= 1.0:
             break
     return replace(found, iterations=iterations, escapes=escapes)
 
 
-def _refined(coarse: Mesh, values: NDArray, fine: Mesh) -> NDArray[np.float64]:
+def _refined(coarse: Mesh, values: F64, fine: Mesh) -> F64:
     """Unknowns on a finer mesh of the functions on a coarse one."""
     x, y = np.meshgrid(*fine.nodes, indexing="ij")
     xy, table = np.column_stack([x.ravel(), y.ravel()]), np.empty((*fine.shape, 3))

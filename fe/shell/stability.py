@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from fe.shell.band import Band
+from fe.shell.band import Band, Compressed
 
 # A stiffness against snapping that has fallen to this part of the flat plate's is called near.
 NEAR = 0.02
@@ -72,7 +71,7 @@ def judge(converged: bool, eigenvalue: float, escapes: int) -> Verdict:
     return Verdict.OTHER_BRANCH if escapes else Verdict.STABLE
 
 
-def smallest(tangent: sp.csr_array, mass: sp.csr_array, factor: Band) -> float:
+def smallest(tangent: Compressed, mass: Compressed, factor: Band) -> float:
     """Smallest eigenvalue of tangent - λ mass, by Lanczos on the inverse.
 
     Parameters

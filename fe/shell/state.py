@@ -7,19 +7,19 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fe.arrays import F64
 from fe.elements.functional import derivative, recovered
 from fe.elements.mesh import Mesh
 from fe.linear.linear import Face, height
 from fe.linear.load import spread
 from fe.plate.plate import Plate, Touch
 from fe.shell.base import Base
-from fe.shell.measure import derivatives, strain, surface
+from fe.shell.measure import Reading, derivatives, strain, surface
 from fe.shell.stability import Stability
 
 if TYPE_CHECKING:
-    from fe.shell.influence import ShellInfluence
     from fe.shell.shell import Shell
 
 
@@ -42,8 +42,8 @@ class ShellState:
 
     shell: Shell
     base: Base
-    values: NDArray[np.float64]
-    loads: NDArray[np.float64]
+    values: F64
+    loads: F64
     stability: Stability
 
     def __post_init__(self) -> None:
@@ -60,15 +60,15 @@ class ShellState:
         """Its grid."""
         return self.shell.mesh
 
-    def deflection(self, xy: ArrayLike) -> NDArray[np.float64]:
+    def deflection(self, xy: ArrayLike) -> F64:
         """Deflection w at points (K, 2) mm: (K,) float64, mm along +z, negative under a press."""
         return derivative(self.mesh, self.plate.points(xy)).of(self.values)[:, 2]
 
-    def normal(self, xy: ArrayLike) -> NDArray[np.float64]:
+    def normal(self, xy: ArrayLike) -> F64:
         """Return the normals (K, 3) of the touched face at points (K, 2) mm of the flat plate."""
         return surface(self._derivatives(self.plate.points(xy), derivative)).normal
 
-    def displacement(self, xy: ArrayLike, face: Face = "top") -> NDArray[np.float64]:
+    def displacement(self, xy: ArrayLike, face: Face = "top") -> F64:
         """Displacement of a face at points (K, 2) mm of the flat plate.
 
         The middle surface moves by U and its normal turns from N to n: U + z (n - N).
@@ -88,7 +88,7 @@ class ShellState:
         middle = derivative(self.mesh, xy).of(self.values)
         return middle + z * (self.normal(xy) - [0.0, 0.0, 1.0])
 
-    def strain(self, xy: ArrayLike, face: Face = "top") -> NDArray[np.float64]:
+    def strain(self, xy: ArrayLike, face: Face = "top") -> F64:
         """Green-Lagrange strain of a face at points (K, 2) mm of the flat plate.
 
         The strain of the `displacement` of that face, of stretch and of bending.
@@ -125,7 +125,7 @@ class ShellState:
             here.add_to(loads, along_z * normal[:, c], one)
         return self.load(loads)
 
-    def load(self, loads: NDArray[np.float64]) -> ShellState:
+    def load(self, loads: F64) -> ShellState:
         """Add dead loads: the state with these beside the ones that are there.
 
         Parameters
@@ -135,23 +135,5 @@ class ShellState:
         """
         return self.shell.loaded(self, self.mesh.table(loads, 3))
 
-    def influence(self, gauges: ArrayLike, face: Face = "top") -> ShellInfluence:
-        """Strain of gauges for a small further touch at any place; see `ShellInfluence`.
-
-        Parameters
-        ----------
-        gauges : (M, 2) array_like, mm
-        face : str
-            Of the gauges; touches press on the top.
-
-        Raises
-        ------
-        ValueError
-            A gauge lies outside the plate, or the state is not a stable equilibrium.
-        """
-        from fe.shell.influence import influence
-
-        return influence(self, gauges, face)
-
-    def _derivatives(self, xy: NDArray, reading) -> NDArray[np.float64]:
+    def _derivatives(self, xy: F64, reading: Reading) -> F64:
         return derivatives(self.mesh, self.values, xy, reading)

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from fe.arrays import F64, I64, Mask
 from fe.elements.hermite import hermite, hermite_gram
 from fe.elements.mesh import Mesh
 from fe.plate.plate import Plate
@@ -24,11 +24,11 @@ class Motion(NamedTuple):
     shift : (3,) float64, mm
     """
 
-    turn: NDArray[np.float64]
-    shift: NDArray[np.float64]
+    turn: F64
+    shift: F64
 
 
-REST = Motion(np.eye(3), np.zeros(3))
+UNMOVED = Motion(np.eye(3), np.zeros(3))
 
 
 class Support(NamedTuple):
@@ -42,11 +42,11 @@ class Support(NamedTuple):
         narrow band.
     """
 
-    lift: NDArray[np.float64]
+    lift: F64
     free: sp.csr_array
 
 
-def support(plate: Plate, mesh: Mesh, west: Motion = REST, east: Motion = REST) -> Support:
+def support(plate: Plate, mesh: Mesh, west: Motion = UNMOVED, east: Motion = UNMOVED) -> Support:
     """Hold the edges, the west and the east one after rigid motions of their clamps.
 
     A clamp holds place and normal. The slope across it may stretch and shear in the tangent plane,
@@ -72,7 +72,7 @@ def support(plate: Plate, mesh: Mesh, west: Motion = REST, east: Motion = REST) 
     return Support(lift.ravel(), sp.csr_array(blocks.tocsc()[:, kept]))
 
 
-def _held(plate: Plate, mesh: Mesh) -> NDArray[np.bool_]:
+def _held(plate: Plate, mesh: Mesh) -> Mask:
     """Unknowns (2 nx + 2, 2 ny + 2, 3) that rigid springs hold, in the axes of their edge."""
     held = np.zeros((*mesh.shape, 3), dtype=bool)
     for axis in (0, 1):
@@ -84,7 +84,7 @@ def _held(plate: Plate, mesh: Mesh) -> NDArray[np.bool_]:
     return held
 
 
-def _by_nodes(mesh: Mesh) -> NDArray[np.int64]:
+def _by_nodes(mesh: Mesh) -> I64:
     """Flattened unknowns in the order of their nodes, those along the shorter side together."""
     index = np.arange(mesh.shape[0] * mesh.shape[1] * 3)
     nodes = index.reshape(mesh.shape[0] // 2, 2, mesh.shape[1] // 2, 2, 3)

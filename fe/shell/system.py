@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from fe.arrays import F64, I32, I64
 from fe.elements.hermite import hermite_gram
 from fe.elements.mesh import Mesh
 from fe.plate.plate import Plate
@@ -36,7 +36,7 @@ class System:
         return rule(self.plate, self.mesh)
 
     @cached_property
-    def pattern(self) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
+    def pattern(self) -> tuple[I64, I32]:
         """Row starts and columns of the tangent."""
         return pattern(self.mesh)
 
@@ -51,18 +51,18 @@ class System:
         along_x, along_y = (hermite_gram(line, 0, 0) for line in self.mesh.lines)
         return sp.csr_array(sp.kron(sp.kron(along_x, along_y), sp.eye_array(3)))
 
-    def forces(self, values: NDArray) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
+    def forces(self, values: F64) -> tuple[float, F64, F64]:
         """Energy in N mm, its gradient (N,) in N, and the size of what adds up to it (N,) in N."""
         energy, gradient, size = forces(self.table(values), self.rule)
         pull = self.springs @ values
         energy += 0.5 * float(values @ pull)
         return energy, gradient.ravel() + pull, size.ravel() + np.abs(pull)
 
-    def stresses(self, values: NDArray, step: NDArray) -> NDArray[np.float64]:
+    def stresses(self, values: F64, step: F64) -> F64:
         """Membrane forces at the points, linear in a step from the values."""
         return stresses(self.table(values), self.table(step), self.rule)
 
-    def tangent(self, values: NDArray, stress: NDArray | None = None) -> sp.csr_array:
+    def tangent(self, values: F64, stress: F64 | None = None) -> sp.csr_array:
         """Second derivative (N, N) of the energy, N/mm, with the membrane forces of the values.
 
         With other forces it is the tangent of `fe.shell.newton`.
@@ -75,6 +75,6 @@ class System:
         shape = (len(values), len(values))
         return sp.csr_array((data, columns, starts), shape=shape) + self.springs
 
-    def table(self, values: NDArray) -> NDArray[np.float64]:
+    def table(self, values: F64) -> F64:
         """All unknowns (N,) as their table (2 nx + 2, 2 ny + 2, 3)."""
         return values.reshape(*self.mesh.shape, 3)

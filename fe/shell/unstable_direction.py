@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fe.arrays import F64
 from fe.shell.band import Band
 from fe.shell.problem import Problem
 
@@ -16,9 +16,7 @@ _WEST, _SOUTH = 0.1, 0.01
 _INVERSE_ITERATIONS = 20
 
 
-def leave_unstable(
-    problem: Problem, values: NDArray[np.float64], factor: Band
-) -> NDArray[np.float64]:
+def leave_unstable(problem: Problem, values: F64, factor: Band) -> F64:
     """Step along the softest direction to about where the potential is lowest.
 
     Of the two senses the one that moves the plate to +z is tried first, so that plates that are
@@ -29,7 +27,7 @@ def leave_unstable(
     problem : Problem
     values : (N,) float64, mm
     factor : Band
-        Of the tangent there, with a share of mass that makes it positive.
+        Of the tangent there, with a part of the mass that makes it positive.
 
     Returns
     -------
@@ -46,7 +44,7 @@ def leave_unstable(
     return first
 
 
-def _softest(problem: Problem, factor: Band) -> NDArray[np.float64]:
+def _softest(problem: Problem, factor: Band) -> F64:
     """Direction of the smallest eigenvalue by inverse iteration, on all unknowns."""
     free, mass = problem.support.free, problem.system.mass
     direction = np.random.default_rng(0).standard_normal(len(problem.load))
@@ -56,7 +54,7 @@ def _softest(problem: Problem, factor: Band) -> NDArray[np.float64]:
     return direction
 
 
-def _upward(problem: Problem, direction: NDArray) -> NDArray[np.float64]:
+def _upward(problem: Problem, direction: F64) -> F64:
     """Scale a direction to the first length, in the sense that raises the plate."""
     deflection = problem.system.table(direction)[::2, ::2, 2]
     x, y = (np.linspace(0.5, -0.5, count) for count in deflection.shape)

@@ -18,7 +18,7 @@ class StrainInfluence(Protocol):
 
 @dataclass(frozen=True)
 class Dataset:
-    """N samples: what the gauges read, and what is to be told from it.
+    """N samples: what the gauges read, and what is to be estimated from it.
 
     Attributes
     ----------

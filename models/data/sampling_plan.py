@@ -18,7 +18,7 @@ BLOCK = 4096
 """Samples in a block. The seed of a block holds its number, so another size is another data set."""
 
 # Combinations are numbered by int64.
-_MOST = 2**62
+_MAX_INDEX = 2**62
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,9 +95,9 @@ class SamplingPlan:
 
     def _check_combinations(self) -> None:
         available = self.combinations
-        if not 1 <= available <= _MOST:
+        if not 1 <= available <= _MAX_INDEX:
             raise ValueError(
-                f"touches at different places of a lattice must have 1 to {_MOST:.0e} "
+                f"touches at different places of a lattice must have 1 to {_MAX_INDEX:.0e} "
                 f"combinations, got {available:.0e}; change spacing or margin"
             )
         if self.samples is not None and self.samples > available:

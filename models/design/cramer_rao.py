@@ -20,19 +20,19 @@ def pixel_level(
     modes: fe.Modes,
     camera: synthetic.AnyCamera,
     height: float,
-    picture: NDArray,
+    image: NDArray,
     moves: Callable[[synthetic.AnyCamera, NDArray], NDArray] = synthetic.rigid_motion_basis,
 ) -> TilePattern:
     """Information of every pixel, with motion resolved over 4 px.
 
     Parameters
     ----------
-    picture : (H, W) float64, grey levels
+    image : (H, W) float64, grey levels
         The undeformed pattern without noise.
     moves : callable
         ImageMotions of the camera that are unknown: see `prepare_motions`.
     """
-    reference = prepare_tiles(picture, size=PIXELS)
+    reference = prepare_tiles(image, size=PIXELS)
     motions = prepare_motions(modes, camera, height, reference.tiles, moves=moves)
     return prepare_pattern(motions, reference)
 
@@ -41,7 +41,7 @@ def cramer_rao(pattern: TilePattern, touches: NDArray, noise: float) -> NDArray[
     """Smallest covariance of x, y, F of all touches that one frame allows.
 
     The camera's motions and the light (gain, offset) are unknown too. The reference is taken as
-    known; a mean of N frames adds a share 1/N.
+    known; a mean of N frames adds a fraction 1/N.
 
     Parameters
     ----------

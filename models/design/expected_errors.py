@@ -2,7 +2,7 @@
 
 A speckle pattern enters the Cramér-Rao bound through one number, its mean squared gradient: it is
 alike all over the plate, and its grain is small against what touches do. So a patch of it tells
-all, and no picture of the whole plate is needed.
+all, and no image of the whole plate is needed.
 """
 
 from __future__ import annotations
@@ -77,24 +77,24 @@ def shape_over(size: tuple[float, float], across: int = 24) -> tuple[int, int]:
     return a, b
 
 
-def gradient_energy(picture: NDArray, tile: int) -> float:
+def gradient_energy(image: NDArray, tile: int) -> float:
     """Measure the mean squared gradient of a pattern along one direction, grey levels² a px².
 
     What a gain and an offset of the light of each tile explain is not in it.
 
     Parameters
     ----------
-    picture : (H, W) array, grey levels
+    image : (H, W) array, grey levels
         A patch without noise, some twenty speckles wide or more.
     tile : int, px
         Side of the tiles.
     """
-    hessian = prepare_blocks(prepare_tiles(picture, tile), 1).hessian
+    hessian = prepare_blocks(prepare_tiles(image, tile), 1).hessian
     return float(hessian[:, [0, 1], [0, 1]].mean() / tile**2)
 
 
 def equal_tiles(tiles: Tiles, energy: float) -> TileReference:
-    """Make a reference of a pattern that is alike in all tiles, for `see_pattern`, without picture.
+    """Make a reference of a pattern that is alike in all tiles, for `see_pattern`, without image.
 
     Parameters
     ----------

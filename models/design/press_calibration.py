@@ -1,7 +1,7 @@
 """Known presses correct the forward model: where the camera is, its lens, how soft the plate is.
 
-The picture of a plate pressed at a known place with a known force is known as well. What it differs
-by is small and smooth: Gauss-Newton on the tile sums of all pictures at once, for seven numbers of
+The image of a plate pressed at a known place with a known force is known as well. What it differs
+by is small and smooth: Gauss-Newton on the tile sums of all images at once, for seven numbers of
 the camera and the softness of the plate. Free beside them for every press: the motion of the camera
 since the reference, the light of every tile, and by how much finger and scale were off.
 """
@@ -23,8 +23,8 @@ from models.forward.image_motion import ImageMotions
 
 SHARED = 8  # turn (3), shift (3), focal length, softness
 OWN = 3  # x, y, F of each press, before the motions of the camera
-STEPS = (1e-3, 1e-3, 1e-3, 0.5, 0.5, 1.0, 1e-3, 1e-2)  # rad, mm and shares: of differences
-NUDGES = (0.2, 0.2, 1e-2)  # mm, mm, share
+STEPS = (1e-3, 1e-3, 1e-3, 0.5, 0.5, 1.0, 1e-3, 1e-2)  # rad, mm and fractions: of differences
+NUDGES = (0.2, 0.2, 1e-2)  # mm, mm, fraction
 ROUNDS = 3  # of Newton's method with derivatives from the start: each leaves a few percent
 
 
@@ -37,13 +37,13 @@ class PriorSigma:
     turn : float, rad
         Of the plate before the camera, about each axis.
     shift : float
-        Along each axis, a share of its distance.
+        Along each axis, a fraction of its distance.
     focal, softness : float
-        Shares.
+        Fractions.
     place : float, mm
         Of a press, along x and y each.
     force : float
-        Of a press, a share.
+        Of a press, a fraction.
     """
 
     turn: float = 0.02
@@ -66,14 +66,14 @@ class PressCorrection:
     covariance : (8, 8) float64
         Of the turn (rad) and shift (mm) of the plate before the camera, about where the camera's
         axis meets the plate, and of the logarithms of focal length and softness.
-    chance : float
-        By which a model that is right would be corrected by so much.
+    p_value : float
+        Probability that a model that is right would be corrected by so much.
     """
 
     camera: synthetic.Camera
     softness: float
     covariance: NDArray[np.float64]
-    chance: float
+    p_value: float
 
     @property
     def pose_covariance(self) -> NDArray[np.float64]:
@@ -88,13 +88,13 @@ def correct_by_presses(
     camera: synthetic.Camera,
     look: Callable[[synthetic.Camera], ImageMotions],
     reference: TileReference,
-    pictures: Sequence[NDArray] | NDArray,
+    images: Sequence[NDArray] | NDArray,
     touches: NDArray,
     noise: tuple[float, float],
     hidden: NDArray | None = None,
-    doubt: PriorSigma | None = None,
+    prior_sigma: PriorSigma | None = None,
 ) -> PressCorrection:
-    """Correct camera and softness by pictures of known presses.
+    """Correct camera and softness by images of known presses.
 
     Parameters
     ----------
@@ -103,38 +103,38 @@ def correct_by_presses(
     look : callable
         ImageMotions of plate and camera on the tiles of the reference, as a camera sees them.
     reference : TileReference
-    pictures : (P, H, W) array, or as many (H, W) arrays, grey levels
+    images : (P, H, W) array, or as many (H, W) arrays, grey levels
         One of each press, or the mean of several.
     touches : (P, 3) float64
         x, y (mm) and F (N) of the presses.
     noise : (float, float), grey levels
-        Of a picture, and of the reference, whose errors all presses share.
+        Of an image, and of the reference, whose errors all presses share.
     hidden : (P, T) bool, optional
-        Tiles of each picture that a hand hides; see `models.hidden_tiles`.
-    doubt : PriorSigma, optional
+        Tiles of each image that a hand hides; see `models.hidden_tiles`.
+    prior_sigma : PriorSigma, optional
 
     Raises
     ------
     ValueError
-        If there is not one picture a press.
+        If there is not one image a press.
     """
-    if len(pictures) != len(touches) or not len(touches):
+    if len(images) != len(touches) or not len(touches):
         raise ValueError(
-            f"{len(touches)} known presses need a picture each, got {len(pictures)}; give one each"
+            f"{len(touches)} known presses need an image each, got {len(images)}; give one each"
         )
-    doubt, blocks = doubt or PriorSigma(), prepare_blocks(reference, 1)
-    prior = _prior(camera, doubt)
+    prior_sigma, blocks = prior_sigma or PriorSigma(), prepare_blocks(reference, 1)
+    prior = _prior(camera, prior_sigma)
     nothing = np.zeros((len(touches), len(blocks.hessian)), dtype=bool)
-    sight = ~(nothing if hidden is None else hidden)
-    system = SharedReference(_bases(camera, look, touches), SHARED, sight, noise)
-    normal = system.normal(blocks.hessian) + np.diag(_known(prior, doubt, system))
+    visible = ~(nothing if hidden is None else hidden)
+    system = SharedReference(_bases(camera, look, touches), SHARED, visible, noise)
+    normal = system.normal(blocks.hessian) + np.diag(_known(prior, prior_sigma, system))
     numbers, still = np.zeros(SHARED), np.zeros((len(touches), system.own - OWN))
     for _ in range(ROUNDS):
         motions = look(_moved(camera, numbers))
         shown = np.empty((len(touches), *blocks.hessian.shape[:2]))
-        for index, (touch, picture) in enumerate(zip(touches, pictures, strict=True)):
+        for index, (touch, image) in enumerate(zip(touches, images, strict=True)):
             flow = _flow(motions, touch, numbers[-1], still[index])
-            shown[index] = tile_gradient(blocks, tile_sums(reference, picture, flow))
+            shown[index] = tile_gradient(blocks, tile_sums(reference, image, flow))
         right = system.right(shown)
         right[:SHARED] -= prior * numbers
         step = np.linalg.solve(normal, right)
@@ -146,20 +146,20 @@ def correct_by_presses(
         camera=_moved(camera, numbers),
         softness=float(np.exp(numbers[-1])),
         covariance=covariance,
-        chance=float(chdtrc(SHARED, max(proof, 0.0))),
+        p_value=float(chdtrc(SHARED, max(proof, 0.0))),
     )
 
 
-def _prior(camera: synthetic.Camera, doubt: PriorSigma) -> NDArray[np.float64]:
+def _prior(camera: synthetic.Camera, prior_sigma: PriorSigma) -> NDArray[np.float64]:
     """Precision of the shared numbers, (8,)."""
-    along = doubt.shift * float(np.linalg.norm(camera.T_cam_plate[:3, 3]))
-    spread = [doubt.turn] * 3 + [along] * 3 + [doubt.focal, doubt.softness]
+    along = prior_sigma.shift * float(np.linalg.norm(camera.T_cam_plate[:3, 3]))
+    spread = [prior_sigma.turn] * 3 + [along] * 3 + [prior_sigma.focal, prior_sigma.softness]
     return np.array(spread) ** -2.0
 
 
-def _known(prior: NDArray, doubt: PriorSigma, system: SharedReference) -> NDArray[np.float64]:
+def _known(prior: NDArray, prior_sigma: PriorSigma, system: SharedReference) -> NDArray[np.float64]:
     """Precision of all numbers of a system beforehand, (M,)."""
-    touch = np.array([doubt.place, doubt.place, doubt.force]) ** -2.0
+    touch = np.array([prior_sigma.place, prior_sigma.place, prior_sigma.force]) ** -2.0
     alone = np.concatenate([touch, np.zeros(system.own - OWN)])
     return np.concatenate([prior, np.tile(alone, len(system.bases))])
 

@@ -1,4 +1,4 @@
-"""Frames that are compared with one reference share its errors: normal equations that know it.
+"""Normal equations of frames that are compared with one reference: its errors are in all of them.
 
 In every tile a frame p shows H δ_p with noise of covariance H (a δ_pq + b): a is the variance of a
 pixel of a frame, b that of the reference, which is in all frames alike. For the P frames that see
@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, eq=False)
 class SharedReference:
-    """Linear motions of the tiles of P frames, in numbers that all share and k of each.
+    """Linear motions of the tiles of P frames, in numbers common to all and k of each.
 
     Attributes
     ----------
     bases : (P, T, 2, shared + k) float64, px
         Motion of the tiles by a unit of the shared numbers, then of those of the frame.
     shared : int
-    sight : (P, T) bool
+    visible : (P, T) bool
         Tiles that are seen.
     noise : (float, float), grey levels
         Of a frame, and of the reference.
@@ -30,7 +30,7 @@ class SharedReference:
 
     bases: NDArray[np.float64]
     shared: int
-    sight: NDArray[np.bool_]
+    visible: NDArray[np.bool_]
     noise: tuple[float, float]
 
     @property
@@ -41,8 +41,8 @@ class SharedReference:
     def normal(self, hessian: NDArray) -> NDArray[np.float64]:
         """Build the normal matrix of all M = shared + P k numbers from H of each tile (T, 2, 2)."""
         total = self._total()
-        normal = -_product(total, hessian * self._share()[:, None, None], total)
-        for frame, (basis, seen) in enumerate(zip(self.bases, self.sight, strict=True)):
+        normal = -_product(total, hessian * self._correction()[:, None, None], total)
+        for frame, (basis, seen) in enumerate(zip(self.bases, self.visible, strict=True)):
             columns = self._columns(frame)
             weighed = hessian * seen[:, None, None] / self.noise[0] ** 2
             normal[np.ix_(columns, columns)] += _product(basis, weighed, basis)
@@ -50,17 +50,19 @@ class SharedReference:
 
     def right(self, shown: NDArray) -> NDArray[np.float64]:
         """Right-hand side (M,) of what the tiles of each frame show, (P, T, 2)."""
-        seen = shown * self.sight[:, :, None]
-        right = -np.einsum("tam,ta->m", self._total(), seen.sum(axis=0) * self._share()[:, None])
+        seen = shown * self.visible[:, :, None]
+        right = -np.einsum(
+            "tam,ta->m", self._total(), seen.sum(axis=0) * self._correction()[:, None]
+        )
         for frame, basis in enumerate(self.bases):
             part = np.einsum("tai,ta->i", basis, seen[frame]) / self.noise[0] ** 2
             right[self._columns(frame)] += part
         return right
 
-    def _share(self) -> NDArray[np.float64]:
+    def _correction(self) -> NDArray[np.float64]:
         """Take b / (a + b P) / a of each tile, (T,)."""
         a, b = np.square(self.noise)
-        return b / (a + b * self.sight.sum(axis=0)) / a
+        return b / (a + b * self.visible.sum(axis=0)) / a
 
     def _columns(self, frame: int) -> NDArray[np.int64]:
         first = self.shared + frame * self.own
@@ -69,7 +71,7 @@ class SharedReference:
     def _total(self) -> NDArray[np.float64]:
         """Sum of the bases that are seen, each in its columns, (T, 2, M)."""
         total = np.zeros((*self.bases.shape[1:3], self.shared + len(self.bases) * self.own))
-        for frame, (basis, seen) in enumerate(zip(self.bases, self.sight, strict=True)):
+        for frame, (basis, seen) in enumerate(zip(self.bases, self.visible, strict=True)):
             total[:, :, self._columns(frame)] += basis * seen[:, None, None]
         return total
 

@@ -27,9 +27,9 @@ class CameraGauges:
     modes : fe.Modes
         K modes of the plate.
     gauges : synthetic.Gauges
-        Where they lie in the picture, px, and how they weigh it.
+        Where they lie in the image, px, and how they weigh it.
     of_modes : (M, 3, K) float64
-        Strain along the axes of the picture by a unit of each mode.
+        Strain along the axes of the image by a unit of each mode.
     """
 
     modes: fe.Modes
@@ -40,17 +40,17 @@ class CameraGauges:
         """Strain per newton of touches at places (N, 2) mm: (N, M, 3)."""
         return np.einsum("mck,nk->nmc", self.of_modes, self.modes.response(xy))
 
-    def root(self, picture: ArrayLike, noise: float) -> NDArray[np.float64]:
+    def root(self, image: ArrayLike, noise: float) -> NDArray[np.float64]:
         """Lower root (3M, 3M) of the covariance of the strains.
 
         Parameters
         ----------
-        picture : (H, W), grey levels
+        image : (H, W), grey levels
             The plate at rest with little noise.
         noise : float, grey levels
-            Standard deviation of a pixel, in each of the two pictures.
+            Standard deviation of a pixel, in each of the two images.
         """
-        texture = synthetic.texture_at(picture, self.gauges.xy, self.gauges.size)
+        texture = synthetic.texture_at(image, self.gauges.xy, self.gauges.size)
         root = np.linalg.cholesky(self.gauges.covariance(texture, noise))
         return np.asarray(root, dtype=np.float64)
 
@@ -99,7 +99,7 @@ def prepare_camera_gauges(
     Raises
     ------
     ValueError
-        The subset is even or too small, or a gauge leaves the picture.
+        The subset is even or too small, or a gauge leaves the image.
     """
     places = np.asarray(xy, dtype=np.float64)
     top = np.full(len(places), modes.plate.thickness / 2.0)
@@ -109,7 +109,7 @@ def prepare_camera_gauges(
     beyond = np.minimum(gauges.xy, np.array(camera.size) - 1 - gauges.xy).min() < subset // 2
     if beyond:
         raise ValueError(
-            f"gauges of {subset} px must lie in the picture, and some leave it; give gauges.margin"
+            f"gauges of {subset} px must lie in the image, and some leave it; give gauges.margin"
             " more, or gauges.subset less"
         )
     return CameraGauges(modes, gauges, read_modes(modes, camera, gauges))

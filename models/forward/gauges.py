@@ -45,14 +45,47 @@ def gauge_forward(
     count = len(influence.gauges)
     lost = np.zeros((count, 3), dtype=bool)
     if missing is not None:
-        lost |= np.asarray(missing, dtype=bool)
+        lost |= _read_missing(missing, count)
     if covariance is not None:
-        whitening = _correlated(np.asarray(covariance, dtype=np.float64), lost)
+        whitening = _correlated(_read_noise("covariance", covariance), lost)
     else:
-        whitening = _independent(np.asarray(sigma, dtype=np.float64), lost)
+        whitening = _independent(_read_noise("sigma", sigma), lost)
     if not whitening.any():
         raise ValueError("every strain channel is missing; give one that was measured")
-    return linear(influence.plate, influence.mesh, influence.adjoint.values, whitening)
+    values = influence.adjoint.values
+    return linear(influence.plate, influence.mesh, values, whitening, (count, 3))
+
+
+def _read_missing(missing: ArrayLike, count: int) -> NDArray[np.bool_]:
+    """Read which channels (M, 3) are missing."""
+    given = missing if isinstance(missing, np.ndarray) else np.array(missing, dtype=object)
+    if given.shape != (count, 3) or not all(
+        isinstance(lost, bool | np.bool_) for lost in given.flat
+    ):
+        raise ValueError(
+            f"missing channels must be ({count}, 3) bool, got {_named(missing)}; "
+            "set True what was not measured"
+        )
+    return given.astype(np.bool_)
+
+
+def _read_noise(name: str, values: object) -> NDArray[np.float64]:
+    """Read sigma or covariance of strain, of any shape."""
+    try:
+        given = np.asarray(values)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} of strain must be one array; give equal rows") from None
+    if given.dtype.kind not in "fiu":
+        raise ValueError(
+            f"{name} of strain must be real numbers, got {given.dtype}; convert it to float"
+        )
+    return np.asarray(given, dtype=np.float64)
+
+
+def _named(values: object) -> str:
+    if isinstance(values, np.ndarray):
+        return f"{values.shape} {values.dtype}"
+    return f"a {type(values).__name__}"
 
 
 def _independent(sigma: NDArray, lost: NDArray) -> NDArray[np.float64]:
@@ -66,7 +99,8 @@ def _independent(sigma: NDArray, lost: NDArray) -> NDArray[np.float64]:
             f"give one number, ({len(lost)},) or ({len(lost)}, 3)"
         ) from None
     if not (spread > 0).all():
-        raise ValueError(f"sigma of strain must be positive, got {spread.min():g}; give its noise")
+        worst = spread.min(initial=np.inf)
+        raise ValueError(f"sigma of strain must be positive, got {worst:g}; give its noise")
     return np.where(lost, 0.0, 1.0 / spread).reshape(-1, 1, 1)
 
 
@@ -82,6 +116,10 @@ def _correlated(covariance: NDArray, lost: NDArray) -> NDArray[np.float64]:
     groups, there = covariance.reshape(-1, size, size), ~lost.reshape(-1, size)
     both = there[:, :, None] & there[:, None, :]
     kept = np.where(both, groups, np.eye(size))
+    if not np.isfinite(kept).all():
+        raise ValueError(
+            "covariance of strain holds NaN or infinite values; mark such channels as missing"
+        )
     try:
         # Missing channels stand as a diagonal of 1 beside the others and are taken out again.
         whitening = np.linalg.inv(np.linalg.cholesky(kept))

@@ -1,4 +1,4 @@
-"""How the picture moves with the plate and with the camera, whatever pattern is on the plate."""
+"""How the image moves with the plate and with the camera, whatever pattern is on the plate."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ pixel some tiles into the plate.
 
 @dataclass(frozen=True, eq=False)
 class ImageMotions:
-    """How the picture of every tile moves with the plate and the camera, whatever is on it.
+    """How the image of every tile moves with the plate and the camera, whatever is on it.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class ImageMotions:
         Coefficients of the motion to first order, x then y of each, by a unit of every field of the
         plate and rigid motion of the camera.
     nearer : (C, K + R) float32
-        Coefficients of how much nearer to the camera the plate comes, a share of its distance.
+        Coefficients of how much nearer to the camera the plate comes, a fraction of its distance.
     """
 
     modes: fe.Modes
@@ -70,7 +70,7 @@ class ImageMotions:
         The field u is that of material points where they were; a tile at x sees the point that
         came from x - d, so it reads d(x) = u(x - d) ≈ u - ∇u·u. Without the second term a camera
         that shifts takes every touch along with it, twice as far as it moved itself. A plate that
-        comes nearer by a share c of its distance is seen to move 1 / (1 - c) times as far.
+        comes nearer by a fraction c of its distance is seen to move 1 / (1 - c) times as far.
         """
         coefficients = self._coefficients(amplitudes).reshape(-1, 2)
         coefficients = coefficients / (1.0 - self.nearer @ amplitudes.astype(np.float32))[:, None]
@@ -92,8 +92,8 @@ class ImageMotions:
 
         The adjoint of a small change of `flow`, but for the turn of u by its own gradient (1e-3).
         """
-        share = flow / self.tiles.size
-        along_x, along_y = gradient * share[:, :1], gradient * share[:, 1:]
+        fraction = flow / self.tiles.size
+        along_x, along_y = gradient * fraction[:, :1], gradient * fraction[:, 1:]
         total = self.spread.project(gradient) - self.spread.project_slopes(along_x, along_y)
         return total.ravel().astype(np.float32) @ self.basis
 

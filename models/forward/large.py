@@ -15,11 +15,12 @@ from numpy.typing import ArrayLike, NDArray
 
 import fe
 from fe import ReducedReadings, drift_at, hermite_gram
+from models.checks import read_measured
 
 # A light touch has the shape of the response, but a finger's is what is looked for: N.
 TYPICAL = 1.5
 # The reduced plate differs from the shell by up to so much of what is measured.
-DOUBT = 0.02
+MODEL_ERROR = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,9 +44,9 @@ class LargeForward:
         return self.view.plate
 
     @property
-    def doubt(self) -> float:
-        """See `Forward.doubt`."""
-        return DOUBT
+    def model_error(self) -> float:
+        """See `Forward.model_error`."""
+        return MODEL_ERROR
 
     @property
     def freedom(self) -> int:
@@ -74,10 +75,16 @@ class LargeForward:
         """Say whether the reduced plate is good for touches (n, 3), one or more."""
         return self.view.read(touches[:, :2], touches[:, 2]).result
 
-    def whiten(self, measured: NDArray) -> NDArray[np.float64]:
-        """Put readings into units of their noise, (m,); what is missing may be NaN."""
-        readings = np.where(self.whitening.any(axis=0), np.asarray(measured).ravel(), 0.0)
-        return self.whitening @ readings
+    def whiten(self, measured: ArrayLike) -> NDArray[np.float64]:
+        """Put readings (C / 3, 3) into units of their noise, (m,); what is missing may be NaN.
+
+        Raises
+        ------
+        ValueError
+            If the readings have another shape or are no real numbers.
+        """
+        readings = read_measured(measured, (self.whitening.shape[1] // 3, 3)).ravel()
+        return self.whitening @ np.where(self.whitening.any(axis=0), readings, 0.0)
 
 
 def large_gauges(reduced: fe.Reduced, xy: ArrayLike, sigma: float) -> LargeForward:

@@ -11,9 +11,10 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 import fe
+from models.checks import read_measured
 from models.forward.table import ForwardTable, plain_responses, read_touches, responses
 
 
@@ -31,8 +32,12 @@ class Forward(Protocol):
         ...
 
     @property
-    def doubt(self) -> float:
-        """Error of the model itself, a share of what is measured."""
+    def model_error(self) -> float:
+        """Error of the model itself, a fraction of what is measured."""
+        ...
+
+    def whiten(self, measured: ArrayLike) -> NDArray[np.float64]:
+        """Put a measurement into units of its noise, (m,); what is missing may be NaN."""
         ...
 
     def response(self, xy: NDArray) -> NDArray[np.float64]:
@@ -52,13 +57,16 @@ class LinearForward:
     ----------
     plate : fe.Plate
     table : ForwardTable
-    doubt : float
-        See `Forward.doubt`.
+    shape : tuple of int
+        Of a measurement before it is whitened.
+    model_error : float
+        See `Forward.model_error`.
     """
 
     plate: fe.Plate
     table: ForwardTable
-    doubt: float = 0.0
+    shape: tuple[int, ...]
+    model_error: float = 0.0
 
     @property
     def freedom(self) -> int:
@@ -81,15 +89,35 @@ class LinearForward:
         """See `Forward.read`."""
         return read_touches(self.table, touches)
 
-    def whiten(self, measured: NDArray) -> NDArray[np.float64]:
+    def whiten(self, measured: ArrayLike) -> NDArray[np.float64]:
         """Measurement (M, c) in units of its noise, less what lies along patterns set aside, (m,).
 
         What is missing may be NaN; it comes out as 0.
+
+        Raises
+        ------
+        ValueError
+            If the measurement has another shape than the forward model or is no real numbers.
         """
-        whitening = self.table.whitening
-        there = np.where(whitening.any(axis=1), measured.reshape(-1, whitening.shape[2]), 0.0)
-        white = np.einsum("gdc,gc->gd", whitening, there).ravel()
+        whitening, used = self.table.whitening, self._used
+        given = read_measured(measured, self.shape).reshape(used.shape)
+        there = given if self._whole else np.where(used, given, 0.0)
+        if whitening.shape[2] == 1:
+            white = (whitening[:, :, 0] * there).ravel()
+        else:
+            white = np.einsum("gdc,gc->gd", whitening, there).ravel()
+        if not len(self.table.aside):
+            return white
         return white - (self.table.aside @ white) @ self.table.aside
+
+    @cached_property
+    def _used(self) -> NDArray[np.bool_]:
+        """Channels (G, c) that are measured."""
+        return np.asarray(self.table.whitening.any(axis=1), dtype=np.bool_)
+
+    @cached_property
+    def _whole(self) -> bool:
+        return bool(self._used.all())
 
     def setting_aside(self, patterns: NDArray) -> LinearForward:
         """Let patterns of unknown size lie over the measurement: bending of the base, say.
@@ -134,7 +162,13 @@ class LinearForward:
         return replace(self, table=self.table._replace(whitening=whitening, aside=aside))
 
 
-def linear(plate: fe.Plate, mesh: fe.Mesh, values: NDArray, whitening: NDArray) -> LinearForward:
+def linear(
+    plate: fe.Plate,
+    mesh: fe.Mesh,
+    values: NDArray,
+    whitening: NDArray,
+    shape: tuple[int, ...] | None = None,
+) -> LinearForward:
     """Forward model of channels that are functions of the place of a touch.
 
     Parameters
@@ -142,6 +176,8 @@ def linear(plate: fe.Plate, mesh: fe.Mesh, values: NDArray, whitening: NDArray) 
     values : (2 nx + 2, 2 ny + 2, M c) float64, per N
         Unknowns on the mesh.
     whitening : (M, d, c) float64
+    shape : tuple of int
+        Of a measurement, if not (M, c).
     """
     x, y = mesh.nodes
     count = whitening.shape[0] * whitening.shape[1]
@@ -153,7 +189,7 @@ def linear(plate: fe.Plate, mesh: fe.Mesh, values: NDArray, whitening: NDArray) 
         np.ascontiguousarray(whitening),
         np.empty((0, count)),
     )
-    return LinearForward(plate, table)
+    return LinearForward(plate, table, shape or (whitening.shape[0], whitening.shape[2]))
 
 
 def modal(modes: fe.Modes, factor: NDArray) -> LinearForward:

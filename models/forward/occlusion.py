@@ -15,22 +15,22 @@ from dic import TileReference, TileSums
 
 LIMIT = 8.0  # standard deviations of χ² above its mean
 ROUGH = 0.05  # of the pattern, which moving it by interpolation may leave unexplained
-DIMMED = 0.5  # change of the gain against that of the picture: more than the shadow of a hand
-IN_SIGHT = 0.75  # quantile of the gain that is that of the picture: flat things have a lower one
+DIMMED = 0.5  # change of the gain against that of the image: more than the shadow of a hand
+VISIBLE = 0.75  # quantile of the gain that is that of the image: flat things have a lower one
 UNKNOWNS = 4  # shift in x and y, gain, offset
 
 
 def hidden_tiles(reference: TileReference, sums: TileSums, noise: float) -> NDArray[np.bool_]:
     """Tiles (T,) that show something else, with those beside them, which it may reach into.
 
-    What lies across a corner stays: of a hand over a tenth of the picture that hides 11.0 % of the
+    What lies across a corner stays: of a hand over a tenth of the image that hides 11.0 % of the
     tiles and not 11.7 %, and the rim of a hand is where touches are.
 
     Parameters
     ----------
     reference : TileReference
     sums : TileSums
-        Of the frame, at a flow that comes within a few tenths of a pixel of the motion: a picture
+        Of the frame, at a flow that comes within a few tenths of a pixel of the motion: an image
         that moved further looks strange everywhere.
     noise : float, grey levels
         Standard deviation of a pixel of the frame less the reference.
@@ -49,7 +49,7 @@ def hidden_tiles(reference: TileReference, sums: TileSums, noise: float) -> NDAr
     allowed = noise**2 * (freedom + LIMIT * np.sqrt(2 * freedom)) + ROUGH**2 * texture
     # Where a tile shows little, a shift and a gain look alike, and neither is known.
     unsure = noise * np.sqrt(inverse[:, 2, 2].clip(0.0))
-    dimmed = np.abs(gain - np.quantile(gain, IN_SIGHT)) > DIMMED + LIMIT * unsure
+    dimmed = np.abs(gain - np.quantile(gain, VISIBLE)) > DIMMED + LIMIT * unsure
     grid = ((unexplained > allowed) | dimmed).reshape(reference.tiles.shape)
     return np.asarray(binary_dilation(grid), dtype=np.bool_).ravel()
 
@@ -70,8 +70,8 @@ def _local(
     normal -= pixels * mean[:, :, None] * mean[:, None, :]
     right = np.column_stack([-sums.gradient, sums.ef]) - mean * sums.e[:, None]
     # A tile without texture leaves its shift and gain open; it must not stop the others.
-    least = 1e-4 * np.einsum("tkk->tk", normal).max(axis=0)
-    return normal + least * np.eye(3), right, sums.ee - sums.e**2 / pixels
+    floor = 1e-4 * np.einsum("tkk->tk", normal).max(axis=0)
+    return normal + floor * np.eye(3), right, sums.ee - sums.e**2 / pixels
 
 
 def _inverse(matrices: NDArray) -> NDArray[np.float64]:

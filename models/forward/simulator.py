@@ -44,7 +44,7 @@ def superpose(
 def through_camera(
     modes: fe.Modes, camera: synthetic.AnyCamera, gauges: synthetic.Gauges
 ) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
-    """Return what DIC reads through a camera, without pictures, for `superpose`.
+    """Return what DIC reads through a camera, without images, for `superpose`.
 
     Parameters
     ----------
@@ -54,11 +54,11 @@ def through_camera(
     camera
         Over its touched face.
     gauges
-        From `synthetic.strain_gauges`, M places in the picture.
+        From `synthetic.strain_gauges`, M places in the image.
 
     Returns
     -------
-    Function from places (K, 2) mm to strains (K, M, 3) per newton along the axes of the picture, in
+    Function from places (K, 2) mm to strains (K, M, 3) per newton along the axes of the image, in
     which the motion of the plate towards the camera is one part.
     """
     read = read_modes(modes, camera, gauges)

@@ -69,7 +69,7 @@ class StrainMap:
         lost = np.repeat(field.status == Status.LOW_CORRELATION, 2).astype(np.float64)
         if not lost.any():
             return np.zeros(len(field.status), dtype=bool)
-        touched = abs(self.operator) @ lost
+        touched: NDArray[np.float64] = np.asarray(abs(self.operator) @ lost)
         return (touched > 0).reshape(-1, 3).any(axis=1)
 
 
@@ -107,7 +107,7 @@ def prepare_strain_map(
         operator=operator,
         sigma=np.where(sigma > 0, sigma, np.inf),
         towards=(without_scale @ unmix @ (shown * weight[:, None]).T).astype(np.float32),
-        factor=(without_scale @ response[:, :-1]).T,
+        factor=np.asarray((without_scale @ response[:, :-1]).T, dtype=np.float64),
     )
 
 

@@ -25,8 +25,9 @@ from models.forward.image_motion import (
 from models.forward.linear import Forward, modal
 
 LIGHT = 2  # gain and offset
-# Share added to the normal matrix where tiles are hidden, so that modes which only these tiles show
-# stay solvable; it moves χ² by less than this share of what was measured, 1 at an SNR of 1000.
+# Added to the normal matrix, in parts of it, where tiles are hidden, so that modes which only these
+# tiles show stay solvable; it moves χ² by less than this fraction of what was measured, 1 at an
+# SNR of 1000.
 RIDGE = 1e-6
 
 
@@ -44,8 +45,8 @@ class TilePattern:
     hidden : (T,) bool
         Tiles that are left out, because something lies before them.
     normal : (K + R + 2, K + R + 2) float64, grey levels²
-        Normal matrix of modes, rigid motions, gain and offset over the tiles in sight.
-    share : (K, R + 2) float64
+        Normal matrix of modes, rigid motions, gain and offset over the tiles that are visible.
+    elimination : (K, R + 2) float64
         What camera and light take from the right-hand side of the modes.
     factor : (K, K) float64, grey levels
         Lower Cholesky factor of the modes' normal matrix with camera and light eliminated.
@@ -56,7 +57,7 @@ class TilePattern:
     whole: NDArray[np.float64]
     hidden: NDArray[np.bool_]
     normal: NDArray[np.float64]
-    share: NDArray[np.float64]
+    elimination: NDArray[np.float64]
     factor: NDArray[np.float64]
 
     @property
@@ -84,13 +85,13 @@ class TilePattern:
     def hiding(self, hidden: NDArray) -> TilePattern:
         """Leave out tiles (T,): what they said is taken out of the normal matrix.
 
-        That costs in proportion to the hidden tiles, or to those in sight if they are fewer.
+        That costs in proportion to the hidden tiles, or to the visible ones if they are fewer.
 
         Raises
         ------
         ValueError
-            If what stays in sight cannot tell the fields of the plate apart, or `hidden` is not
-            one bool a tile.
+            If the visible tiles cannot separate the fields of the plate, or `hidden` is not one
+            bool a tile.
         """
         if hidden.shape != self.hidden.shape or hidden.dtype != np.bool_:
             raise ValueError(
@@ -125,14 +126,14 @@ class TilePattern:
         moved : (K + R,) float64
             Amplitudes of modes and rigid motions by which the reference was moved.
         """
-        sight = (~self.hidden).astype(np.float64)
-        towards = -self.motions.project(sums.gradient * sight[:, None], sums.flow)
-        left_over = np.concatenate([towards, [sums.ef @ sight, sums.e @ sight]])
+        visible = (~self.hidden).astype(np.float64)
+        towards = -self.motions.project(sums.gradient * visible[:, None], sums.flow)
+        left_over = np.concatenate([towards, [sums.ef @ visible, sums.e @ visible]])
         return left_over + self.normal[:, : len(moved)] @ moved
 
     def whiten(self, right: NDArray, noise: float) -> NDArray[np.float64]:
         """Reduce a right-hand side to K numbers with white noise of variance 1."""
-        modal = right[: self.count] - self.share @ right[self.count :]
+        modal = right[: self.count] - self.elimination @ right[self.count :]
         return solve_triangular(self.factor, modal, lower=True, check_finite=False) / noise
 
     def amplitudes(self, estimate: Estimate, right: NDArray) -> NDArray[np.float64]:
@@ -177,10 +178,10 @@ def _reduced(
     """Eliminate camera and light."""
     count = motions.fields
     modal, mixed, rest = normal[:count, :count], normal[:count, count:], normal[count:, count:]
-    share = np.asarray(np.linalg.solve(rest, mixed.T).T, dtype=np.float64)
+    elimination = np.asarray(np.linalg.solve(rest, mixed.T).T, dtype=np.float64)
     ridge = RIDGE * np.diag(np.diag(modal)) if hidden.any() else 0.0
-    factor = np.asarray(np.linalg.cholesky(modal + ridge - share @ mixed.T), dtype=np.float64)
-    return TilePattern(motions, reference, whole, hidden, normal, share, factor)
+    factor = np.asarray(np.linalg.cholesky(modal + ridge - elimination @ mixed.T), dtype=np.float64)
+    return TilePattern(motions, reference, whole, hidden, normal, elimination, factor)
 
 
 def noise_from_sums(sums: TileSums, tiles: Tiles) -> float:

@@ -1,4 +1,4 @@
-"""Smooth fields over the tiles of a picture, held by a quarter as many numbers.
+"""Smooth fields over the tiles of an image, held by a quarter as many numbers.
 
 Plate modes and camera motion are smooth from tile to tile: a bicubic B-spline with a knot at every
 second tile carries them, and the matrices of a frame shrink fourfold.

@@ -9,10 +9,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from models.checks import check_integer
 from models.forward.linear import Forward, LinearForward
 
 EDGE = 0.02  # of a side: closer to a clamped edge a touch leaves no trace
-# A candidate that the tangent explains to so much cannot be told from a touch that is there.
+# A candidate that the tangent explains to so much cannot be kept apart from a touch found.
 ALIKE = 1e-6
 
 
@@ -33,10 +34,15 @@ class CandidateGrid:
 
     @cached_property
     def bounds(self) -> NDArray[np.float64]:
-        """Least and largest x, y, F that a touch may take, (2, 3) mm, mm, N: forces push."""
+        """Smallest and largest x, y, F that a touch may take, (2, 3) mm, mm, N: forces push."""
         a, b = self.forward.plate.size
         low, high = 0.5 * EDGE, 1 - 0.5 * EDGE
         return np.array([[low * a, low * b, 0.0], [high * a, high * b, np.inf]])
+
+    def prepare(self) -> CandidateGrid:
+        """Make now what the first measurement would have to wait for; return the same grid."""
+        _ = self.bounds, self._single, self._energy
+        return self
 
     def within(self, touches: NDArray) -> bool:
         """Whether all touches (n, 3) lie within the bounds, and none on a bound of its place."""
@@ -107,8 +113,7 @@ def prepare_candidates(forward: Forward, count: int = 17) -> CandidateGrid:
     ValueError
         If there are fewer than two a side.
     """
-    if count < 2:
-        raise ValueError(f"candidates along a side must be 2 or more, got {count}; use 17")
+    check_integer("candidates along a side", count, 2, "use 17")
     width, height = forward.plate.size
     spacing = (1 - 2 * EDGE) * max(width, height) / count
     x, y = (
@@ -119,9 +124,9 @@ def prepare_candidates(forward: Forward, count: int = 17) -> CandidateGrid:
     return CandidateGrid(forward, xy, forward.response(xy))
 
 
-def with_forward(search: CandidateGrid, forward: Forward) -> CandidateGrid:
+def with_forward(candidates: CandidateGrid, forward: Forward) -> CandidateGrid:
     """Ask another forward model of the same plate for the same candidates."""
-    return CandidateGrid(forward, search.xy, forward.response(search.xy))
+    return CandidateGrid(forward, candidates.xy, forward.response(candidates.xy))
 
 
 @njit(cache=True, nogil=True)
@@ -140,9 +145,9 @@ def _orthonormal(tangent: NDArray) -> NDArray:
     for k in range(len(basis)):
         whole = _dot(basis[k], basis[k])
         for before in range(k):
-            share = _dot(basis[before], basis[k])
+            overlap = _dot(basis[before], basis[k])
             for i in range(basis.shape[1]):
-                basis[k, i] -= share * basis[before, i]
+                basis[k, i] -= overlap * basis[before, i]
         left = _dot(basis[k], basis[k])
         # Below this only rounding tells a row from those before.
         basis[k] *= 1.0 / np.sqrt(left) if left > 1e-13 * whole else 0.0
@@ -185,13 +190,13 @@ def _best(
     outside = residual - (basis @ residual) @ basis
     along = response @ outside.astype(np.float32)
     rows = basis.astype(np.float32)
-    best, most, force = 0, 0.0, 0.0
+    best, gain, force = 0, 0.0, 0.0
     for g in range(len(along)):
         if along[g] > 0:
             free = energy[g] - _explained(response[g], rows)
-            if free > ALIKE * energy[g] and along[g] ** 2 > most * free:
-                best, most, force = g, along[g] ** 2 / free, along[g] / free
-    return best, most, force
+            if free > ALIKE * energy[g] and along[g] ** 2 > gain * free:
+                best, gain, force = g, along[g] ** 2 / free, along[g] / free
+    return best, gain, force
 
 
 @njit(cache=True, nogil=True)
@@ -204,7 +209,7 @@ def _best_pair(
         inside = response @ basis.T
         along -= inside @ (basis @ residual)
         left -= inside @ inside.T
-    best, most = (0, 0, 0.0, 0.0), 0.0
+    best, highest = (0, 0, 0.0, 0.0), 0.0
     for i in range(len(along)):
         for j in range(i + 1, len(along)):
             determinant = left[i, i] * left[j, j] - left[i, j] ** 2
@@ -216,6 +221,6 @@ def _best_pair(
             if first <= 0 or second <= 0:
                 continue
             gain = (first * along[i] + second * along[j]) / determinant
-            if gain > most:
-                best, most = (i, j, first / determinant, second / determinant), gain
+            if gain > highest:
+                best, highest = (i, j, first / determinant, second / determinant), gain
     return best

@@ -9,23 +9,23 @@ left out, and the rest is fitted as usual.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from models.arrays import F64
 from models.estimate import Estimate
 from models.forward.linear import LinearForward
 from models.inverse.candidates import CandidateGrid
 from models.inverse.greedy import GAIN
-from models.inverse.solver import check_measured, find
+from models.inverse.solver import check_measured, find, touch_limit
 
 HUBER, TUKEY = 1.345, 4.685  # standard deviations: 95 % efficient where the noise is normal
 NORMAL = 1.4826  # from the median of |normal| to its standard deviation
 ROUNDS = 10  # at most of each kind
 STILL = 0.01  # largest change of a weight at which weights have settled
-HONEST = 0.7  # share of the measurements that is never doubted: a touch must explain these
+HONEST = 0.7  # fraction of the measurements that is always trusted: a touch must explain these
 
 
 def find_robust(
-    measured: NDArray, search: CandidateGrid, *, count: int | None = None, most: int = 4
+    measured: F64, candidates: CandidateGrid, *, count: int | None = None, max_touches: int = 4
 ) -> Estimate:
     """Find touches where up to a quarter of the measurements is false.
 
@@ -33,9 +33,9 @@ def find_robust(
     ----------
     measured : (m,) float64
         In units of its noise.
-    search : CandidateGrid
+    candidates : CandidateGrid
         Of a forward model that is linear in the forces.
-    count, most
+    count, max_touches
         As for `find`.
 
     Returns
@@ -48,60 +48,60 @@ def find_robust(
     ValueError
         As `find`, or if the forward model is not linear.
     """
-    if not isinstance(search.forward, LinearForward):
+    if not isinstance(candidates.forward, LinearForward):
         raise ValueError("false measurements are found with a linear forward model only; use one")
-    limit = most if count is None else count
-    check_measured(measured, search, limit)
+    limit = touch_limit(count, max_touches)
+    measured = check_measured(measured, candidates)
     touches = np.empty((0, 3))
-    left = _honest(measured)
+    cost = _honest(measured)
     for number in range(1, limit + 1):
-        grown = _reweighted(measured, search, touches, number)
-        after = _honest(measured - _explained(search, grown))
-        if count is None and left - after < GAIN:
+        larger = _reweighted(measured, candidates, touches, number)
+        after = _honest(measured - _explained(candidates, larger))
+        if count is None and cost - after < GAIN:
             break
-        touches, left = grown, after
-    residual = measured - _explained(search, touches)
+        touches, cost = larger, after
+    residual = measured - _explained(candidates, touches)
     believed = (np.abs(residual) <= TUKEY * _scale(residual)).astype(np.float64)
-    trusting = search.weighted(believed)
-    return find(measured * believed, trusting, start=touches, count=count, most=most)
+    trusting = candidates.weighted(believed)
+    return find(measured * believed, trusting, start=touches, count=count, max_touches=max_touches)
 
 
-def _reweighted(
-    measured: NDArray, search: CandidateGrid, touches: NDArray, number: int
-) -> NDArray[np.float64]:
+def _reweighted(measured: F64, candidates: CandidateGrid, touches: F64, number: int) -> F64:
     """Touches (number, 3) of the least robust cost that is reached from fewer."""
     for law in (_huber, _tukey):
         weight = np.zeros(len(measured))
         for _ in range(ROUNDS):
-            residual = measured - _explained(search, touches)
+            residual = measured - _explained(candidates, touches)
             scale = _scale(residual)
             before, weight = weight, law(residual / scale)
             if np.abs(weight - before).max() < STILL:
                 break
             trust = np.sqrt(weight) / scale
-            estimate = find(measured * trust, search.weighted(trust), start=touches, count=number)
+            estimate = find(
+                measured * trust, candidates.weighted(trust), start=touches, count=number
+            )
             touches = np.column_stack([estimate.xy, estimate.force])
     return touches
 
 
-def _explained(search: CandidateGrid, touches: NDArray) -> NDArray[np.float64]:
-    return search.forward.read(touches)[0]
+def _explained(candidates: CandidateGrid, touches: F64) -> F64:
+    return candidates.forward.read(touches)[0]
 
 
-def _scale(residual: NDArray) -> float:
+def _scale(residual: F64) -> float:
     """Spread of the honest part of a residual; 1 at least, as its noise is known."""
     return max(1.0, NORMAL * float(np.median(np.abs(residual))))
 
 
-def _honest(residual: NDArray) -> float:
-    """Sum of squares of the share of a residual that is least."""
+def _honest(residual: F64) -> float:
+    """Sum of squares of the smallest part of a residual."""
     squares = np.sort(residual**2)
     return float(squares[: round(HONEST * len(squares))].sum())
 
 
-def _huber(residual: NDArray) -> NDArray[np.float64]:
+def _huber(residual: F64) -> F64:
     return np.minimum(1.0, HUBER / np.maximum(np.abs(residual), HUBER))
 
 
-def _tukey(residual: NDArray) -> NDArray[np.float64]:
+def _tukey(residual: F64) -> F64:
     return np.square(np.maximum(1.0 - np.square(residual / TUKEY), 0.0))

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-# Least pivot in parts of its diagonal: what is less is rounding.
+# Smallest pivot in parts of its diagonal: what is less is rounding.
 ROUNDING = 1e-15
 
 
@@ -66,14 +66,14 @@ def factorise(matrix: NDArray) -> float:
     float
         Smallest pivot in parts of its diagonal; those below `ROUNDING` are held there.
     """
-    least = 1.0
+    smallest = 1.0
     for j in range(len(matrix)):
         diagonal = matrix[j, j]
         pivot = diagonal
         for k in range(j):
             pivot -= matrix[j, k] ** 2
         root = 1.0  # of what is never measured
-        least = min(least, pivot / diagonal if diagonal > 0 else 0.0)
+        smallest = min(smallest, pivot / diagonal if diagonal > 0 else 0.0)
         if diagonal > 0:
             root = np.sqrt(max(pivot, ROUNDING * diagonal))
         matrix[j, j] = root
@@ -83,7 +83,7 @@ def factorise(matrix: NDArray) -> float:
                 total -= matrix[i, k] * matrix[j, k]
             matrix[i, j] = total / root
             matrix[j, i] = 0.0
-    return least
+    return smallest
 
 
 @njit(cache=True, nogil=True)
@@ -108,15 +108,15 @@ def damped_step(normal: NDArray, slope: NDArray, held: NDArray, damping: float) 
 
 
 @njit(cache=True, nogil=True)
-def inverse(matrix: NDArray, least: float) -> NDArray:
+def inverse(matrix: NDArray, smallest: float) -> NDArray:
     """Invert a symmetric matrix (n, n) of unit diagonal whose eigenvalues are not negative.
 
-    Eigenvalues below `least` count as `least`, so that what is known of nothing stays finite.
+    Eigenvalues below `smallest` count as `smallest`, so that what is known of nothing stays finite.
     """
     lower = matrix.copy()
     if not factorise(lower) > 1e-8:
         values, vectors = np.linalg.eigh(matrix)
-        return (vectors / np.maximum(values, least)) @ vectors.T
+        return (vectors / np.maximum(values, smallest)) @ vectors.T
     for j in range(len(lower)):
         lower[j, j] = 1.0 / lower[j, j]
         for i in range(j + 1, len(lower)):

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from numbers import Real
+from typing import NamedTuple, cast
 
 import numpy as np
-from numpy.typing import NDArray
+
+from models.arrays import F64
+from models.checks import check_finite, read_array, shown
+
+SMALLEST = 1e-100  # mm or N: the precision of less has no number
 
 
 class Prior(NamedTuple):
@@ -18,8 +23,8 @@ class Prior(NamedTuple):
         1/σ²; 0 for what is not known.
     """
 
-    mean: NDArray[np.float64]
-    precision: NDArray[np.float64]
+    mean: F64
+    precision: F64
 
     @property
     def known(self) -> int:
@@ -54,13 +59,24 @@ def prior(
         If a standard deviation is not positive.
     """
     for name, sigma, unit in (("place", place_sigma, "mm"), ("force", force_sigma, "N")):
-        if not sigma > 0:
-            raise ValueError(
-                f"sigma of the {name} expected must be positive, got {sigma:g} {unit}; leave the "
-                "prior out where nothing is known"
-            )
-    x, y = (0.0, 0.0) if place is None else place
-    at = 0.0 if place is None else 1.0 / place_sigma**2
-    hard = 0.0 if force is None else 1.0 / force_sigma**2
-    mean = np.array([x, y, 0.0 if force is None else force], dtype=np.float64)
+        _check_sigma(name, sigma, unit)
+    x, y = _read_expected("place", (0.0, 0.0) if place is None else place, "x, y in mm", (2,))
+    (force_mean,) = _read_expected("force", [0.0 if force is None else force], "N", (1,))
+    at = 0.0 if place is None else float(np.float64(place_sigma) ** -2)
+    hard = 0.0 if force is None else float(np.float64(force_sigma) ** -2)
+    mean = np.array([x, y, force_mean])
     return Prior(mean, np.array([at, at, hard]))
+
+
+def _check_sigma(name: str, sigma: object, unit: str) -> None:
+    real = isinstance(sigma, Real) and not isinstance(sigma, bool)
+    if not real or not float(cast(float, sigma)) > SMALLEST:
+        raise ValueError(
+            f"sigma of the {name} expected must be positive, got {shown(sigma)} {unit}; leave the "
+            "prior out where nothing is known"
+        )
+
+
+def _read_expected(name: str, value: object, unit: str, shape: tuple[int, ...]) -> F64:
+    expected = read_array(f"{name} expected", value, unit, shape)
+    return check_finite(f"{name} expected", expected, "leave the prior out where nothing is known")

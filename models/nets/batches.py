@@ -36,20 +36,20 @@ def superposed_batches(
     rng
         Source of the draw.
     largest
-        Of the magnitudes, which are drawn evenly from 1 on and told after the places; None for
+        Of the magnitudes, which are drawn evenly from 1 on and reported after the places; None for
         equal touches of magnitude 1.
     """
     rank = np.lexsort(single.targets[:, 1::-1].T)
     strain, places = single.strain[rank], single.targets[rank]
     while True:
         rows = np.sort(rng.integers(0, len(places), (size, touches)), axis=1)
-        told = places[rows].reshape(size, -1)
+        targets = places[rows].reshape(size, -1)
         if largest is None:
-            yield Dataset(strain[rows].sum(axis=1), told)
+            yield Dataset(strain[rows].sum(axis=1), targets)
         else:
             magnitudes = rng.uniform(1.0, largest, rows.shape)
             total = np.einsum("nk,nki->ni", magnitudes, strain[rows])
-            yield Dataset(total, np.column_stack([told, magnitudes]))
+            yield Dataset(total, np.column_stack([targets, magnitudes]))
 
 
 def noisy_batches(
@@ -89,7 +89,7 @@ def estimated(
     """Add noise to single touches, and tell what least squares would make of each.
 
     Noise n moves the estimate of least squares by G n to first order, see `gain`. A net that is
-    told x + G n in place of x learns that estimate, which reaches the bound, and not first to
+    reported x + G n in place of x learns that estimate, which reaches the bound, and not first to
     average the noise of its targets over many batches.
 
     Parameters

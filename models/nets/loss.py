@@ -1,6 +1,6 @@
 """Losses of the paper, equations 1 to 4, on tensors of torch.
 
-The columns of targets are those of `dataset.flatten`: the places, then what else is told.
+The columns of targets are those of `dataset.flatten`: the places, then what else is reported.
 """
 
 from collections.abc import Callable

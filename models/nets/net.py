@@ -71,7 +71,7 @@ class NetOptions:
                 "use 'standard'"
             )
         if self.poles < 0:
-            raise ValueError(f"touches told as poles must be 0 or more, got {self.poles}; use 0")
+            raise ValueError(f"touches as poles must be 0 or more, got {self.poles}; use 0")
 
 
 @dataclass(frozen=True)
@@ -209,10 +209,10 @@ def predict(net: Net, strain: np.ndarray) -> np.ndarray:
             f"strains of a touch must be {len(net.scaling.centre)}, got {strain.shape[1]}; "
             "use the gauges that the net was trained with"
         )
-    told = forward(
+    reported = forward(
         net.layers, scale_strain(net.scaling, strain), _activation(net.options.activation)
     )
-    return decode(told, net.options.poles) if net.options.poles else told
+    return decode(reported, net.options.poles) if net.options.poles else reported
 
 
 def _activation(name: Activation) -> Callable[[np.ndarray], np.ndarray]:

@@ -1,4 +1,4 @@
-"""One touch as a net tells it from strains of gauges: is it there, where, how hard and how sure.
+"""One touch as a net reports it from strains of gauges: is it there, where, how hard and how sure.
 
 A net of places answers whatever it is fed. The forward model of the same strains says by how hard a
 touch at that place they are explained best, and whether that is more than their noise. What the net
@@ -41,7 +41,7 @@ class NetEstimate:
     places, off : (N, 2) float64, mm
         Touches without noise, and what the net is off by there.
     steps : int
-        Steps of the solver that follow what the net tells.
+        Steps of the solver that follow what the net reports.
     """
 
     net: Net
@@ -52,7 +52,7 @@ class NetEstimate:
     off: NDArray[np.float64]
     steps: int = 0
 
-    def tell(self, strain: NDArray[np.float64]) -> Estimate:
+    def fit(self, strain: NDArray[np.float64]) -> Estimate:
         """Find the touch, or none, in strains (M, 3) without missing channels.
 
         Without solver steps χ² leaves out what a small move of the touch would explain: that is the
@@ -112,20 +112,20 @@ def estimate_touch(
     Raises
     ------
     ValueError
-        If the net was trained on other gauges, or tells something else than one place.
+        If the net was trained on other gauges, or reports something else than one place.
     """
-    told = predict(net, seen.strain(places).reshape(len(places), -1))
-    if told.shape[1] != 2:
+    reported = predict(net, seen.strain(places).reshape(len(places), -1))
+    if reported.shape[1] != 2:
         raise ValueError(
-            f"net must tell x and y of one touch, got {told.shape[1]} numbers; train one without"
-            " [dataset]"
+            f"net must report x and y of one touch, got {reported.shape[1]} numbers; train one"
+            " without [dataset]"
         )
     white = seen.white(root)
-    return NetEstimate(net, white.towards, white.forward, root, places, told - places, steps)
+    return NetEstimate(net, white.towards, white.forward, root, places, reported - places, steps)
 
 
 def jacobian(net: Net, strain: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how what a net tells moves with each strain of one sample (I,): (D, I).
+    """Return how what a net reports moves with each strain of one sample (I,): (D, I).
 
     By differences: a step is a thousandth of the mean strain, far below where activations bend and
     far above what rounding leaves.

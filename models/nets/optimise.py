@@ -152,7 +152,7 @@ def descend(
     return np.array(descent.history)
 
 
-def finish(layers: "Layers", training: Dataset, task: TrainingTask, most: int) -> "Layers":
+def finish(layers: "Layers", training: Dataset, task: TrainingTask, max_steps: int) -> "Layers":
     """Go on in double precision, by L-BFGS on the mean square of scaled errors."""
     import torch
 
@@ -164,7 +164,7 @@ def finish(layers: "Layers", training: Dataset, task: TrainingTask, most: int) -
     unit = torch.tensor(task.outputs.scale)
     lbfgs = torch.optim.LBFGS(
         [tensor for layer in layers for tensor in layer],
-        max_iter=most,
+        max_iter=max_steps,
         history_size=50,
         line_search_fn="strong_wolfe",
         tolerance_grad=1e-14,

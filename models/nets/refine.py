@@ -22,7 +22,7 @@ def refine(
         In units of its noise.
     forward : Forward
     start : (n, 3) array, mm, mm, N
-        x, y, F that a net told.
+        x, y, F that a net reported.
     steps : int
 
     Returns

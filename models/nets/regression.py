@@ -27,7 +27,7 @@ _JITTER = 1e-8
 
 def linear(training: Dataset) -> Predictor:
     """Fit a constant and a weight for each strain by least squares (figure S2, A and B)."""
-    return _least_squares(training, _with_constant)
+    return _fit_weights(training, _with_constant)
 
 
 def quadratic(training: Dataset) -> Predictor:
@@ -36,7 +36,7 @@ def quadratic(training: Dataset) -> Predictor:
     There are more products than touches in the paper's set; of all fits through every touch this
     is the one with the smallest weights.
     """
-    return _least_squares(training, _with_products)
+    return _fit_weights(training, _with_products)
 
 
 def ridge(training: Dataset) -> Predictor:
@@ -99,14 +99,14 @@ def nearest(training: Dataset, count: int = 4) -> Predictor:
 
     def predict(strain: np.ndarray) -> np.ndarray:
         distance, rows = tree.query(feed(strain), count)
-        weights = 1.0 / (distance + 1e-12)
+        weights = 1.0 / (np.asarray(distance, dtype=np.float64) + 1e-12)
         weights /= weights.sum(axis=1, keepdims=True)
         return np.einsum("nk,nkd->nd", weights, training.targets[rows])
 
     return predict
 
 
-def _least_squares(training: Dataset, basis: Basis) -> Predictor:
+def _fit_weights(training: Dataset, basis: Basis) -> Predictor:
     feed = _feed(training)
     weights, *_ = np.linalg.lstsq(basis(feed(training.strain)), training.targets, rcond=_ROUNDING)
     return lambda strain: basis(feed(strain)) @ weights

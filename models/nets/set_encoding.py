@@ -7,8 +7,8 @@ centroid c, the function
     q(u) / p(u) = Σ m / (u - u_i),    p(u) = Π (u - u_i) = u^k + p_2 u^(k-2) + … + p_k,
 
 does not change when touches change places, nor do its coefficients. They are the code of a sample:
-c, p_2, …, p_k, and where magnitudes are told too the k coefficients of q, the first of which, the
-sum of the magnitudes, is real. The places are the roots of p, the magnitudes m = q / p' there.
+c, p_2, …, p_k, and with magnitudes the k coefficients of q, the first of which, the sum of the
+magnitudes, is real. The places are the roots of p, the magnitudes m = q / p' there.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -32,7 +32,7 @@ def encode(targets: NDArray[np.float64], touches: int) -> NDArray[np.float64]:
     Parameters
     ----------
     targets : (N, 2 k) or (N, 3 k) float64
-        As from `models.data.dataset.flatten`: places, mm, then magnitudes if they are told.
+        As from `models.data.dataset.flatten`: places, mm, then magnitudes if they are reported.
     touches : int
         k.
 
@@ -64,17 +64,17 @@ def decode(codes: NDArray[np.float64], touches: int) -> NDArray[np.float64]:
     about = np.asarray(np.linalg.eigvals(companion), dtype=np.complex128)
     places = about + centre
     order = np.lexsort((places.imag, places.real), axis=1)
-    told = _real(np.take_along_axis(places, order, axis=1))
+    reported = _real(np.take_along_axis(places, order, axis=1))
     if codes.shape[1] == 2 * touches:
-        return told
+        return reported
     magnitudes = _residues(codes[:, 2 * touches :], about)
-    return np.column_stack([told, np.take_along_axis(magnitudes, order, axis=1)])
+    return np.column_stack([reported, np.take_along_axis(magnitudes, order, axis=1)])
 
 
 def permutation_invariant_loss(touches: int, k: float = 1.0) -> "Loss":
     """Return equations 2 and 3 of the paper for codes, to first order in their errors.
 
-    The polynomial that was told is p(z) at a true place z, where it should be 0; its root is off by
+    The polynomial predicted is p(z) at a true place z, where it should be 0; its root is off by
     p / p'. Likewise q - m p' over p' is the error of a magnitude. No touch is paired with another.
 
     Parameters
@@ -138,5 +138,5 @@ def _residues(code: NDArray[np.float64], about: NDArray[np.complex128]) -> NDArr
     value = _horner(code[:, :1] + 0j * about, _complex(code[:, 1:]), about)
     slope = (about[:, :, None] - about[:, None, :] + np.eye(touches)).prod(axis=2)
     shared = np.repeat(code[:, :1] / touches, touches, axis=1)
-    told = np.divide(value, slope, out=shared.astype(complex), where=slope != 0)
-    return np.real(told)
+    reported = np.divide(value, slope, out=shared.astype(complex), where=slope != 0)
+    return np.real(reported)

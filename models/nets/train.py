@@ -72,7 +72,7 @@ def train_net(
     on_epoch
         Called with the number of epochs done and the training loss.
     loss
-        Of what the layers tell and the targets; by default equation 1, the distance of one touch,
+        Of what the layers report and the targets; by default equation 1, the distance of one touch,
         or that of touches without an order where `options` has poles.
     batches
         What each epoch learns from, an endless iterator; all of `training` where there is none.
@@ -87,30 +87,30 @@ def train_net(
     """
     _require_torch()
     scale = scaling(training.strain, options.inputs)
-    told = _told(training, options)
-    sizes = (training.strain.shape[1], *options.layers, told.targets.shape[1])
+    encoded = _encoded(training, options)
+    sizes = (training.strain.shape[1], *options.layers, encoded.targets.shape[1])
     start = initial(sizes, rng)
     live = training.strain.std(axis=0) > 0.0  # of reading B one input in three; the rest is 0
     fed = replace(scale, centre=scale.centre[live], scale=scale.scale[live])
     usual = permutation_invariant_loss(options.poles) if options.poles else distance_loss()
-    task = TrainingTask(fed, live, _outputs(told, recipe), options.activation, loss or usual)
+    task = TrainingTask(fed, live, _outputs(encoded, recipe), options.activation, loss or usual)
     with _one_thread():
         layers = _tensors(start, live)
         fixed = task.tensors(training)
         stream = repeat(fixed) if batches is None else map(task.tensors, batches)
-        tell = on_epoch or (lambda epoch, loss: None)
+        report = on_epoch or (lambda epoch, loss: None)
         name = fingerprint(training.strain, training.targets, options, recipe, start[0][0])
         descent = Descent(layers, recipe, checkpoint, name)
-        history = descend(descent, stream, task.tensors(validation), task, tell)
+        history = descend(descent, stream, task.tensors(validation), task, report)
         if recipe.finish:
-            layers = finish(layers, told, task, recipe.finish)
+            layers = finish(layers, encoded, task, recipe.finish)
     if checkpoint:
         checkpoint.clear()
     return Trained(Net(options, scale, task.arrays(layers)), history)
 
 
-def _told(training: Dataset, options: NetOptions) -> Dataset:
-    """Return the samples with targets as the layers tell them."""
+def _encoded(training: Dataset, options: NetOptions) -> Dataset:
+    """Return the samples with targets as the layers report them."""
     if not options.poles:
         return training
     return Dataset(training.strain, encode(training.targets, options.poles))

@@ -1,7 +1,7 @@
 """A touch on a deformable surface in two steps, section 2.3 of the paper (its figure 5B).
 
 The first net tells bend and twist of the base from the strain before the touch; the second tells
-the place from the strain under the touch together with what the first has told.
+the place from the strain under the touch together with what the first has reported.
 """
 
 from dataclasses import dataclass
@@ -97,11 +97,11 @@ def train_two_step(
         return train_net(data, watched, options, recipe, rng, loss=loss, batches=drawn).net
 
     shape = descend(training.shapes, validation.shapes, options[0], error_sum())
-    told, watched = (
+    reported, watched = (
         Dataset(_beside(shape, each.before, each.loaded), each.xy)
         for each in (training, validation)
     )
-    return TwoStep(shape, descend(told, watched, options[1], distance_loss()))
+    return TwoStep(shape, descend(reported, watched, options[1], distance_loss()))
 
 
 def predict_two_step(nets: TwoStep, before: np.ndarray, loaded: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Errors as a map over the plate: where touches are told well, and where they are not."""
+"""Errors as a map over the plate: where touches are reported well, and where they are not."""
 
 from __future__ import annotations
 

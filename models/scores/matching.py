@@ -11,16 +11,16 @@ from models.estimate import Estimate
 
 
 def pair(
-    told: NDArray[np.float64], true: NDArray[np.float64]
+    reported: NDArray[np.float64], true: NDArray[np.float64]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Pair places told (n, 2) with true ones (m, 2) so that the sum of distances is the least.
+    """Pair places reported (n, 2) with true ones (m, 2) so that the sum of distances is the least.
 
     Returns
     -------
-    told, true : (k,) int
+    reported, true : (k,) int
         Indices of the pairs, k = the smaller of n and m.
     """
-    return linear_sum_assignment(np.linalg.norm(told[:, None] - true, axis=2))
+    return linear_sum_assignment(np.linalg.norm(reported[:, None] - true, axis=2))
 
 
 def match(

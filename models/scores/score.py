@@ -16,7 +16,7 @@ class Score:
         Number of touches.
     mean, p50, p95, max
         Mean, median, 95th percentile and largest error, mm; the mean is the loss of equation 1.
-    share
+    fraction
         Part of the touches, 0 to 1, whose error is below `limit`.
     limit
         mm.
@@ -27,7 +27,7 @@ class Score:
     p50: float
     p95: float
     max: float
-    share: float
+    fraction: float
     limit: float
 
 
@@ -106,6 +106,6 @@ def score_positions(error: np.ndarray, limit: float = 0.5) -> Score:
         p50=float(p50),
         p95=float(p95),
         max=float(np.max(error)),
-        share=float(np.mean(error < limit)),
+        fraction=float(np.mean(error < limit)),
         limit=limit,
     )

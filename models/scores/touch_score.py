@@ -54,17 +54,17 @@ class TouchScore:
 
 @dataclass(frozen=True, eq=False)
 class TouchPairs:
-    """True touches, and what was told of each.
+    """True touches, and what was reported of each.
 
     Attributes
     ----------
     truth : (N, 3) float64, mm, mm, N
     error : (N, 3) float64, mm, mm, N
-        Told less true; NaN for a touch that was not found.
+        Reported less true; NaN for a touch that was not found.
     sigma : (N, 3) float64, mm, mm, N
         As stated.
     false : int
-        Touches that were told and not there.
+        Touches that were reported and not there.
     """
 
     truth: NDArray[np.float64]
@@ -78,12 +78,12 @@ class TouchPairs:
         return np.hypot(self.error[:, 0], self.error[:, 1])
 
 
-def pair_touches(told: Sequence[Estimate], truth: Sequence[ArrayLike]) -> TouchPairs:
-    """Pair what was told with what was there, sample by sample, so that distances sum to the least.
+def pair_touches(reported: Sequence[Estimate], truth: Sequence[ArrayLike]) -> TouchPairs:
+    """Pair what was reported with what was there, sample by sample, at least sum of distances.
 
     Parameters
     ----------
-    told
+    reported
         N estimates.
     truth
         (k, 3) of each: x, y, F of the touches that were there, k = 0 for none.
@@ -93,13 +93,13 @@ def pair_touches(told: Sequence[Estimate], truth: Sequence[ArrayLike]) -> TouchP
     ValueError
         When there is not one truth an estimate.
     """
-    if len(told) != len(truth):
+    if len(reported) != len(truth):
         raise ValueError(
-            f"every estimate needs its truth, got {len(told)} and {len(truth)}; give as many"
+            f"every estimate needs its truth, got {len(reported)} and {len(truth)}; give as many"
         )
     there = [np.asarray(each, dtype=np.float64).reshape(-1, 3) for each in truth]
-    rows = [_pair(one, touches) for one, touches in zip(told, there, strict=True)]
-    false = sum(max(0, one.count - len(each)) for one, each in zip(told, there, strict=True))
+    rows = [_pair(one, touches) for one, touches in zip(reported, there, strict=True)]
+    false = sum(max(0, one.count - len(each)) for one, each in zip(reported, there, strict=True))
     every = np.concatenate([np.empty((0, 3, 3)), *rows])
     return TouchPairs(every[:, 0], every[:, 1], every[:, 2], false)
 
@@ -125,13 +125,13 @@ def score_touches(
     return total, bands
 
 
-def _pair(told: Estimate, truth: NDArray) -> NDArray[np.float64]:
+def _pair(reported: Estimate, truth: NDArray) -> NDArray[np.float64]:
     """Truth, error and σ of each true touch, (k, 3, 3)."""
     found = np.full((len(truth), 3, 3), np.nan)
     found[:, 0] = truth
-    for here, true in zip(*pair(told.xy, truth[:, :2]), strict=True):
-        found[true, 1] = np.array([*told.xy[here], told.force[here]]) - truth[true]
-        found[true, 2] = np.sqrt(np.diag(told.touch_covariance(here)))
+    for here, true in zip(*pair(reported.xy, truth[:, :2]), strict=True):
+        found[true, 1] = np.array([*reported.xy[here], reported.force[here]]) - truth[true]
+        found[true, 2] = np.sqrt(np.diag(reported.touch_covariance(here)))
     return found
 
 
@@ -147,9 +147,9 @@ def _score(
         return TouchScore(extent, count, misses, false, *none)
     off, error = distance[found], pairs.error[chosen][found]
     deviations = np.abs(error) / pairs.sigma[chosen][found]
-    least = None if bound is None else float(np.sqrt(bound[chosen][found].mean()))
+    expected = None if bound is None else float(np.sqrt(bound[chosen][found].mean()))
     one, two, three = (float((deviations < number).mean()) for number in (1, 2, 3))
-    median, late = (float(share) for share in np.percentile(off, [50, 95]))
+    median, late = (float(each) for each in np.percentile(off, [50, 95]))
     return TouchScore(
         force=extent,
         touches=count,
@@ -160,7 +160,7 @@ def _score(
         p95=late,
         max=float(off.max()),
         rms=float(np.sqrt(np.mean(off**2))),
-        bound=least,
+        bound=expected,
         force_error=float(np.abs(error[:, 2]).mean()),
         inside=(one, two, three),
     )

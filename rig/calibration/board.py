@@ -43,12 +43,12 @@ class CharucoBoard:
         return np.asarray(self._board().getChessboardCorners(), dtype=np.float64)[:, :2]
 
     def draw(self, scale: float) -> NDArray[np.uint8]:
-        """Picture of the board, to print or to project, at `scale` px per mm."""
+        """Image of the board, to print or to project, at `scale` px per mm."""
         width, height = (round(side * scale) for side in self.size)
         return np.asarray(self._board().generateImage((width, height)), dtype=np.uint8)
 
     def find(self, image: NDArray[np.uint8]) -> BoardView | None:
-        """Find the corners that a picture shows; None if these are fewer than `FEWEST`."""
+        """Find the corners that a image shows; None if these are fewer than `FEWEST`."""
         detector = cv2.aruco.CharucoDetector(self._board())
         px, names, _, _ = detector.detectBoard(image)
         if px is None or names is None or len(names) < FEWEST:
@@ -65,7 +65,7 @@ class CharucoBoard:
 
 @dataclass(frozen=True, eq=False)
 class BoardView:
-    """Corners that a picture shows: on the board (N, 2) mm, and in the picture (N, 2) px."""
+    """Corners that a image shows: on the board (N, 2) mm, and in the image (N, 2) px."""
 
     mm: NDArray[np.float64]
     px: NDArray[np.float64]

@@ -14,7 +14,7 @@ from rig.projector.content import Content
 from rig.system.frame import Frame
 
 STILL = 1.0  # px by which corners may move from frame to frame: more blurs them
-APART = 0.015  # of the picture's width, by which a new view must differ: a tilt of 30° makes 0.025
+APART = 0.015  # of the image's width, by which a new view must differ: a tilt of 30° makes 0.025
 VIEWS = 10  # of a lens
 SERIES = 10  # frames whose mean gives a pose
 CORNERS = 0.4  # of the board's corners that a view must show
@@ -51,7 +51,7 @@ class LensGuide:
         """See `Guide`."""
         return ()
 
-    def see(self, frame: Frame) -> None:
+    def add_frame(self, frame: Frame) -> None:
         """See `Guide`."""
         view, last = self.board.find(frame.image), self._last
         self._last, self._size = view, (frame.image.shape[1], frame.image.shape[0])
@@ -60,7 +60,7 @@ class LensGuide:
         elif last is None or _moved(view, last) > STILL:
             self._says = "hold the board still"
         elif any(_moved(view, one) < APART * self._size[0] for one in self._views.values()):
-            self._says = "now tilt the board to another side, or hold it elsewhere in the picture"
+            self._says = "now tilt the board to another side, or hold it elsewhere in the image"
         else:
             self._views[max(self._views, default=-1) + 1] = view
             self._says = "taken; now tilt the board to another side"
@@ -122,7 +122,7 @@ class PoseGuide:
         """See `Guide`."""
         return ()
 
-    def see(self, frame: Frame) -> None:
+    def add_frame(self, frame: Frame) -> None:
         """See `Guide`."""
         view = self.board.find(frame.image)
         if view is None:

@@ -104,13 +104,13 @@ class Collector:
             f" {target.y:.0f} mm with {target.force:.1f} N, and hold still"
         )
 
-    def see(self, marks: Sequence[Mark], time: float) -> Taken | None:
+    def add_frame(self, marks: Sequence[Mark], time: float) -> Taken | None:
         """Follow a frame; gives the press that it completes, if it does.
 
         Parameters
         ----------
         marks : sequence of Mark
-            Touches as they were found, without what known presses mend.
+            Touches as they were found, without what known presses correct.
         time : float, s
             When the frame was captured.
         """
@@ -149,9 +149,9 @@ def _still(before: NDArray, now: NDArray, sigma: NDArray) -> bool:
 
 @dataclass(frozen=True)
 class HeldOutScore:
-    """Presses held out, one at a time: RMS errors as found, and as the others mend them.
+    """Presses held out, one at a time: RMS errors as found, and as the others correct them.
 
-    Places in mm, forces as shares; slips are not among them.
+    Places in mm, forces as fractions; slips are not among them.
     """
 
     held_out: int
@@ -162,13 +162,13 @@ class HeldOutScore:
 
     @property
     def helps(self) -> bool:
-        """Whether places and forces together did not get worse, as shares of what they were."""
+        """Whether places and forces together did not get worse, as fractions of what they were."""
         after, before = self.place_after * self.force_after, self.place_before * self.force_before
         return after <= before
 
 
 def score(taken: Sequence[Taken]) -> tuple[Alignment, HeldOutScore]:
-    """Fit what known presses mend, and score each press by a fit to all others.
+    """Fit what known presses correct, and score each press by a fit to all others.
 
     Raises
     ------
@@ -178,21 +178,21 @@ def score(taken: Sequence[Taken]) -> tuple[Alignment, HeldOutScore]:
     presses = tuple(one.press for one in taken)
     found = np.array([one.found for one in taken]).reshape(-1, 3)
     sigma = np.array([one.sigma for one in taken]).reshape(-1, 3)
-    mended = align(presses, found, sigma)
-    fair = np.setdiff1d(np.arange(len(taken)), mended.slips)
+    correction = align(presses, found, sigma)
+    fair = np.setdiff1d(np.arange(len(taken)), correction.slips)
     after = found.copy()
     for index in fair:
         others = np.arange(len(taken)) != index
         kept = tuple(press for press, other in zip(presses, others, strict=True) if other)
         part = align(kept, found[others], sigma[others])
-        after[[index]] = part.mend(found[[index]])
+        after[[index]] = part.correct(found[[index]])
     true = np.array([(press.x, press.y, press.force) for press in presses])
     before, after = (rms(given[fair], true[fair]) for given in (found, after))
-    return mended, HeldOutScore(len(fair), before[0], after[0], before[1], after[1])
+    return correction, HeldOutScore(len(fair), before[0], after[0], before[1], after[1])
 
 
 def rms(found: NDArray, true: NDArray) -> tuple[float, float]:
-    """RMS distance, mm, and RMS error of the force as a share, of touches (n, 3)."""
+    """RMS distance, mm, and RMS error of the force as a fraction, of touches (n, 3)."""
     away = np.square(found[:, :2] - true[:, :2]).sum(axis=1)
     force = np.square(found[:, 2] / true[:, 2] - 1)
     return float(np.sqrt(away.mean())), float(np.sqrt(force.mean()))

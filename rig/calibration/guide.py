@@ -23,9 +23,10 @@ class Progress:
     sentence : str
         What to do now.
     taken, wanted : int
-        Views, pictures or flashes so far, and how many are enough.
+        Views, images or flashes so far, and how many are enough.
     error : float or None
-        What the part made of those taken would leave: mm, s for the latency, a share for the noise.
+        What the part made of those taken would leave: mm, s for the latency, a fraction for the
+        noise.
     views : tuple of (int, str)
         Numbers of the views that can be dropped, and what to know of each.
     """
@@ -50,8 +51,8 @@ class Guide(Protocol):
         """What the projector is to show now."""
         ...
 
-    def see(self, frame: Frame) -> None:
-        """Look at a frame."""
+    def add_frame(self, frame: Frame) -> None:
+        """Take a frame."""
         ...
 
     def drop(self, view: int) -> None:

@@ -1,4 +1,4 @@
-"""Leads through a guided calibration: frames in, pictures for the projector and words out."""
+"""Leads through a guided calibration: frames in, images for the projector and words out."""
 
 from __future__ import annotations
 
@@ -49,10 +49,10 @@ def lead(
         try:
             frame = source.grab(SLICE)
         except EOFError as end:
-            raise ValueError(f"{end}; the calibration needs more pictures") from None
+            raise ValueError(f"{end}; the calibration needs more images") from None
         if frame:
             heard = monotonic()
-            guide.see(frame)
+            guide.add_frame(frame)
             tell(guide.progress, frame)
         elif monotonic() - heard > PATIENCE:
             raise OSError(f"no frame came for {PATIENCE:g} s; {source.status}")

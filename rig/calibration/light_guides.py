@@ -20,8 +20,8 @@ from rig.projector.content import Content, Plain, Stripe
 from rig.scene.plate import PlateSection
 from rig.system.frame import Frame
 
-SETTLING = 0.5  # s from a new picture to the first frame that counts
-MEAN = 2  # frames of each picture
+SETTLING = 0.5  # s from a new image to the first frame that counts
+MEAN = 2  # frames of each image
 FLASHES = 15
 LIT, DARK = 0.15, 0.6  # s of a flash, and from one to the next at least
 SPREAD = 0.1  # s by which the next flash comes later, at random: frames must not keep step with it
@@ -29,7 +29,7 @@ SPREAD = 0.1  # s by which the next flash comes later, at random: frames must no
 
 @dataclass
 class StripesGuide:
-    """Projects the Gray code, picture by picture.
+    """Projects the Gray code, image by image.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class StripesGuide:
         """See `Guide`."""
         return Stripe(min(len(self._images), gray_code.count(self.size) - 1))
 
-    def see(self, frame: Frame) -> None:
+    def add_frame(self, frame: Frame) -> None:
         """See `Guide`."""
         if len(self._images) == gray_code.count(self.size):
             return
@@ -73,7 +73,7 @@ class StripesGuide:
             self._series, self._since = [], None
 
     def drop(self, view: int) -> None:
-        """See `Guide`; all pictures are taken anew."""
+        """See `Guide`; all images are taken anew."""
         self._images, self._series, self._since = [], [], None
 
     def result(self) -> ProjectorLight | None:
@@ -85,7 +85,7 @@ class StripesGuide:
 
 @dataclass
 class LatencyGuide:
-    """Flashes the projector, and looks when the picture gets brighter.
+    """Flashes the projector, and looks when the image gets brighter.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ class LatencyGuide:
         lit = bool(self._asked) and now < self._asked[-1] + LIT
         return Plain(255 if lit else 0)
 
-    def see(self, frame: Frame) -> None:
+    def add_frame(self, frame: Frame) -> None:
         """See `Guide`."""
         self._captured.append(frame.captured)
         self._brightness.append(float(frame.image[::4, ::4].mean()))

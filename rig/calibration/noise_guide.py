@@ -1,4 +1,4 @@
-"""Guide for noise and gain of the camera: a still picture at several brightnesses."""
+"""Guide for noise and gain of the camera: a still image at several brightnesses."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ OTHER = 0.2  # by which it must differ from all other series
 
 @dataclass
 class NoiseGuide:
-    """Takes a series whenever the picture stands still at a new brightness.
+    """Takes a series whenever the image stands still at a new brightness.
 
     Parameters
     ----------
     black : float, grey levels
-        Level of a picture without light.
+        Level of a image without light.
     wanted : int
         Number of brightnesses.
     """
@@ -48,7 +48,7 @@ class NoiseGuide:
         """See `Guide`."""
         return ()
 
-    def see(self, frame: Frame) -> None:
+    def add_frame(self, frame: Frame) -> None:
         """See `Guide`."""
         level = float(frame.image.mean())
         known = [float(np.mean(frames[0])) for frames in self._series.values()]

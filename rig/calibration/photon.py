@@ -1,4 +1,4 @@
-"""Noise and gain of a camera from still pictures at several exposures (photon transfer)."""
+"""Noise and gain of a camera from still images at several exposures (photon transfer)."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Photon:
     sigma_gain, sigma_read : float
         Standard deviations of the two.
     residual : float
-        RMS of the fit over the variances, as a share.
+        RMS of the fit over the variances, as a fraction.
     """
 
     gain: float
@@ -36,31 +36,31 @@ class Photon:
 
 
 def photon_transfer(series: Sequence[Sequence[NDArray]], black: float = 0.0) -> Photon:
-    """Fit the line of photon transfer to series of still pictures (Janesick 2007, chapter 5).
+    """Fit the line of photon transfer to series of still images (Janesick 2007, chapter 5).
 
     The noise is taken from differences of neighbouring frames, which a lamp that drifts hardly
     changes; pixels are sorted by their mean, so that a pattern serves as well as a grey card.
 
     Parameters
     ----------
-    series : sequence of sequences of (H, W) pictures
+    series : sequence of sequences of (H, W) images
         Four frames or more at each of some exposures.
     black : float, grey levels
-        Level of a picture without light.
+        Level of a image without light.
 
     Raises
     ------
     ValueError
-        If there are too few pictures, or all have one brightness.
+        If there are too few images, or all have one brightness.
     """
     if not series or min(len(frames) for frames in series) < 4:
-        raise ValueError("noise and gain need 4 still pictures or more at each exposure; take some")
+        raise ValueError("noise and gain need 4 still images or more at each exposure; take some")
     means, variances, weights = (
         np.concatenate(part) for part in zip(*map(_bins, series), strict=True)
     )
     if np.ptp(means) < 20:
         raise ValueError(
-            f"noise and gain need pictures of several brightnesses, got {means.min():.0f} to"
+            f"noise and gain need images of several brightnesses, got {means.min():.0f} to"
             f" {means.max():.0f} grey levels; change the exposure between the series"
         )
     # The variance of an estimated variance v of n numbers is 2 v² / n.

@@ -12,7 +12,7 @@ import synthetic
 from rig.calibration.board import BoardView
 from rig.calibration.lens import Lens
 
-LEAST = 0.05  # px; corners are not found better, however few there are to say so
+MIN_SIGMA = 0.05  # px; corners are not found better, however few there are to say so
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,13 +38,13 @@ class Pose:
     error: float
 
 
-def find_pose(lens: Lens, seen: BoardView, sigma: float | None = None) -> Pose:
+def find_pose(lens: Lens, points: BoardView, sigma: float | None = None) -> Pose:
     """Find the pose of a plate from points on it.
 
     Parameters
     ----------
     lens : Lens
-    seen : BoardView
+    points : BoardView
         Points in the plate frame (N, 3) mm, four or more not on a line, and their px.
     sigma : float, px, optional
         Standard deviation of a point; from the residuals where it is left out, which four corners
@@ -55,12 +55,13 @@ def find_pose(lens: Lens, seen: BoardView, sigma: float | None = None) -> Pose:
     ValueError
         If there are too few points or no pose fits them.
     """
-    if len(seen.mm) < 4:
-        raise ValueError(f"a pose needs 4 points or more, got {len(seen.mm)}; mark all corners")
+    if len(points.mm) < 4:
+        raise ValueError(f"a pose needs 4 points or more, got {len(points.mm)}; mark all corners")
     matrix, bent = lens.matrix, lens.coefficients
     try:
-        found, turn, shift = cv2.solvePnP(seen.mm, seen.px, matrix, bent, flags=cv2.SOLVEPNP_IPPE)
-        turn, shift = cv2.solvePnPRefineLM(seen.mm, seen.px, matrix, bent, turn, shift)
+        known = points.mm, points.px, matrix, bent
+        found, turn, shift = cv2.solvePnP(*known, flags=cv2.SOLVEPNP_IPPE)
+        turn, shift = cv2.solvePnPRefineLM(*known, turn, shift)
     except cv2.error as error:
         raise ValueError("no pose of the plate fits these points; mark them again") from error
     if not found:
@@ -70,14 +71,14 @@ def find_pose(lens: Lens, seen: BoardView, sigma: float | None = None) -> Pose:
     u, _, v = np.linalg.svd(rotation)
     T[:3, :3], T[:3, 3] = u @ v, np.ravel(shift)
     camera = lens.camera(T)
-    left = camera.project(seen.mm) - seen.px
+    left = camera.project(points.mm) - points.px
     freedom = max(left.size - 6, 1)
     if sigma is None:
-        sigma = max(float(np.sqrt(np.square(left).sum() / freedom)), LEAST)
-    towards = _by_pose(camera, seen.mm)
+        sigma = max(float(np.sqrt(np.square(left).sum() / freedom)), MIN_SIGMA)
+    towards = _by_pose(camera, points.mm)
     covariance = sigma**2 * np.linalg.inv(np.einsum("nij,nik->jk", towards, towards))
     # px of a point by the pose, and the place on the plate by px
-    by_place = np.linalg.inv(camera.jacobian(seen.mm)[:, :, :2])
+    by_place = np.linalg.inv(camera.jacobian(points.mm)[:, :, :2])
     moved = by_place @ towards
     spread = np.einsum("nij,jk,nik->n", moved, covariance, moved)
     return Pose(
@@ -89,7 +90,7 @@ def find_pose(lens: Lens, seen: BoardView, sigma: float | None = None) -> Pose:
 
 
 def _by_pose(camera: synthetic.Camera, points: NDArray) -> NDArray[np.float64]:
-    """Motion of the picture of points by a small turn and shift in the camera frame, (N, 2, 6)."""
+    """Motion of the image of points by a small turn and shift in the camera frame, (N, 2, 6)."""
     R = camera.T_cam_plate[:3, :3]
     local = points @ R.T + camera.T_cam_plate[:3, 3]
     by_local = camera.jacobian(points) @ R.T  # px per mm along the axes of the camera

@@ -74,7 +74,7 @@ def fit_presses(
     sigma : float, strain
         Standard deviation of a reading.
     gain_spread : float
-        Standard deviation of the gains about their common value, as a share of it.
+        Standard deviation of the gains about their common value, as a fraction of it.
     place_spread : float, mm
         Standard deviation of a gauge's place along x and along y.
 
@@ -124,7 +124,7 @@ def _round(
         sigma_shift=fit.sigma[:, 1:] / fit.numbers[:, :1],
         chi2=fit.chi2,
         dof=strain.size - fit.numbers.size,
-        influence=_with_values(influence, _mended(parts, fit.numbers)),
+        influence=_with_values(influence, _corrected(parts, fit.numbers)),
     )
 
 
@@ -173,7 +173,7 @@ def _by_place(influence: fe.Influence) -> tuple[fe.Influence, fe.Influence]:
     return derivatives[0], derivatives[1]
 
 
-def _mended(parts: tuple[fe.Influence, ...], numbers: NDArray) -> NDArray[np.float64]:
+def _corrected(parts: tuple[fe.Influence, ...], numbers: NDArray) -> NDArray[np.float64]:
     """Values of the influence of the real gauges."""
     weights = np.repeat(numbers, 3, axis=0).T
     values = [weight * part.adjoint.values for weight, part in zip(weights, parts, strict=True)]

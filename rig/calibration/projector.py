@@ -24,7 +24,7 @@ class ProjectorLight:
     Attributes
     ----------
     screen : Screen
-        With the homography from the touched face to the projector's picture.
+        With the homography from the touched face to the projector's image.
     residual : float, px
         RMS distance of the pixels that were read, rounding to whole pixels included.
     error : float, mm
@@ -40,7 +40,7 @@ class ProjectorLight:
     screen: Screen
     residual: float
     error: float
-    share: float
+    fraction: float
     strength: float = 0.0
     black: float = 0.0
 
@@ -82,7 +82,7 @@ def find_light(
         )
     found, kept = cv2.findHomography(places, lit, cv2.RANSAC, SLIP)
     if found is None:
-        raise ValueError("the projector's light on the plate is no plane picture; look for mirrors")
+        raise ValueError("the projector's light on the plate is no plane image; look for mirrors")
     fits = kept.ravel().astype(bool)
     T, _ = cv2.findHomography(places[fits], lit[fits], 0)
     T = np.asarray(T, dtype=np.float64)
@@ -96,7 +96,7 @@ def find_light(
         screen=Screen(size, T),
         residual=float(np.sqrt(np.square(left).sum(axis=1).mean())),
         error=_smooth(left, places[fits], plate) / float(scale),
-        share=float(len(places) / area),
+        fraction=float(len(places) / area),
     )
 
 
@@ -121,7 +121,7 @@ def brightness(light: NDArray, dark: NDArray, valid: NDArray[np.bool_]) -> tuple
     valid = valid & (light < CLIPPED)
     if np.count_nonzero(valid) < FEWEST:
         return 0.0, 0.0
-    # Over the brighter picture, whose spread is far above its noise: noise would flatten the line.
+    # Over the brighter image, whose spread is far above its noise: noise would flatten the line.
     rise, level = np.polyfit(light[valid].astype(np.float64), dark[valid].astype(np.float64), 1)
     if not 0 < rise < 1:
         return 0.0, 0.0

@@ -20,21 +20,21 @@ from rig.calibration.lens import Lens
 from rig.calibration.pose import Pose
 from rig.calibration.requested_presses import REQUESTED
 from rig.calibration.store import parse
-from rig.live import chain as live
 from rig.live.alignment import FEWEST, Alignment, align
 from rig.live.bench import Bench, build_bench
+from rig.live.chain import Chain, FrameEstimate, at_rest, estimate_frame
 from rig.live.evidence import CHANCE
 from rig.live.view import marks
-from rig.recording.session import Session, told
+from rig.recording.session import Session, reported
 from rig.system.timing import Stopwatch
 
 
 @dataclass(frozen=True, eq=False)
 class Pressed:
-    """A known press, and the mean picture (H, W) of the frames in which it stood still."""
+    """A known press, and the mean image (H, W) of the frames in which it stood still."""
 
     taken: Taken
-    picture: NDArray[np.float32]
+    image: NDArray[np.float32]
 
     @property
     def touch(self) -> tuple[float, float, float]:
@@ -84,7 +84,7 @@ def presses(session: Session) -> list[Pressed]:
     times = session.column("frames/captured")
     images = session.arrays["frames/image"]
     for index in range(session.frames):
-        taken = collector.see(marks(told(session.row(index))), float(times[index]))
+        taken = collector.add_frame(marks(reported(session.row(index))), float(times[index]))
         if taken:
             first = int(np.searchsorted(times, times[index] - HOLD / 2))
             frames = np.asarray(images[first : index + 1], dtype=np.float32)
@@ -104,44 +104,44 @@ def learn(session: Session, report: Callable[[int, int], None]) -> Learned:
     """
     (bench, camera), kept = _bench(session, report), _without_slips(presses(session))
     chain, look = _chain(bench, session), _look(bench)
-    sensed = [_sense(chain, one) for one in kept]
+    estimates = [_sense(chain, one) for one in kept]
     touches = np.array([one.touch for one in kept])
-    pictures = np.stack([one.picture for one in kept])
-    hidden = np.array([one.hidden for one in sensed])
-    noise = _noise(kept, session.zero.noise, bench.reference_frames)
+    images = np.stack([one.image for one in kept])
+    hidden = np.array([one.hidden for one in estimates])
+    noise = _noise(kept, session.reference.noise, bench.reference_frames)
 
     def by(chosen: NDArray) -> PressCorrection:
-        given = pictures[chosen], touches[chosen], noise, hidden[chosen]
+        given = images[chosen], touches[chosen], noise, hidden[chosen]
         return correct_by_presses(camera, look, chain.reference, *given)
 
     held = np.arange(len(kept)) % 3 == 2
     part = by(~held)
     better = _chain(replace(bench, camera=part.camera, motions=look(part.camera)), session)
     again = _found([_sense(better, one) for one in compress(kept, held)])
-    before = rms(_found(sensed)[held], touches[held])
+    before = rms(_found(estimates)[held], touches[held])
     after = rms(again / (1.0, 1.0, part.softness), touches[held])
     score = HeldOutScore(len(again), before[0], after[0], before[1], after[1])
     return _learned(by(np.ones(len(kept), dtype=bool)), score)
 
 
 def _bench(session: Session, report: Callable[[int, int], None]) -> tuple[Bench, synthetic.Camera]:
-    """Build the bench of a recording, and its camera, without what older presses mended."""
+    """Build the bench of a recording, and its camera, without what older presses corrected."""
     known = parse(session.calibration, "in the recording").model_copy(update={"presses": None})
     bench = build_bench(session.scene, report, known)
     if not isinstance(bench.camera, synthetic.Camera):
         raise ValueError(
             f"scene '{session.scene.title}' has a camera of kind '{bench.camera.kind}', and presses"
-            " correct a pinhole camera; mend it with `touchplate collect`"
+            " correct a pinhole camera; correct it with `touchplate collect`"
         )
-    return replace(bench, strain=False, net=None, most=1), bench.camera
+    return replace(bench, strain=False, net=None, max_touches=1), bench.camera
 
 
-def _chain(bench: Bench, session: Session) -> live.Chain:
-    return bench.prepare(session.zero)[0]
+def _chain(bench: Bench, session: Session) -> Chain:
+    return bench.prepare(session.reference)[0]
 
 
 def _noise(pressed: list[Pressed], one: float, reference: int) -> tuple[float, float]:
-    """Noise of the mean pictures and of the reference, if a frame less the reference has `one`."""
+    """Noise of the mean images and of the reference, if a frame less the reference has `one`."""
     frames = float(np.median([each.taken.frames for each in pressed]))
     frame = one / float(np.sqrt(1 + 1 / reference))
     return frame / float(np.sqrt(frames)), frame / float(np.sqrt(reference))
@@ -166,7 +166,7 @@ def _look(bench: Bench) -> Callable[[synthetic.Camera], ImageMotions]:
     )
 
 
-def _sense(chain: live.Chain, pressed: Pressed) -> live.FrameEstimate:
+def _sense(chain: Chain, pressed: Pressed) -> FrameEstimate:
     """Find the one touch of a press.
 
     Raises
@@ -174,21 +174,19 @@ def _sense(chain: live.Chain, pressed: Pressed) -> live.FrameEstimate:
     ValueError
         If there is none.
     """
-    sensed = live.estimate_frame(
-        chain, pressed.picture, live.at_rest(chain), Stopwatch(lambda: 0.0)
-    )
-    if sensed.estimate.count != 1:
+    estimates = estimate_frame(chain, pressed.image, at_rest(chain), Stopwatch(lambda: 0.0))
+    if estimates.estimate.count != 1:
         x, y, _ = pressed.touch
         raise ValueError(
             f"no touch is found at ({x:.0f}, {y:.0f}) mm where the recording shows a known press;"
             " press harder, or look at it with `touchplate replay`"
         )
-    return sensed
+    return estimates
 
 
-def _found(sensed: list[live.FrameEstimate]) -> NDArray[np.float64]:
+def _found(estimates: list[FrameEstimate]) -> NDArray[np.float64]:
     """x, y, F of the one touch of each, (n, 3)."""
-    return np.array([(*one.estimate.xy[0], one.estimate.force[0]) for one in sensed])
+    return np.array([(*one.estimate.xy[0], one.estimate.force[0]) for one in estimates])
 
 
 def _learned(corrected: PressCorrection, score: HeldOutScore) -> Learned:
@@ -214,4 +212,4 @@ def _learned(corrected: PressCorrection, score: HeldOutScore) -> Learned:
         slips=(),
         terms=("force",),
     )
-    return Learned(lens, pose, alignment, score, corrected.chance)
+    return Learned(lens, pose, alignment, score, corrected.p_value)

@@ -1,4 +1,4 @@
-"""The steps of a calibration from pictures on disk: what to take, and what comes of it."""
+"""The steps of a calibration from images on disk: what to take, and what comes of it."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ from rig.scene import Scene
 from rig.scene.loop import ProjectorSection
 from rig.scene.plate import PlateSection
 
-PICTURES = {".png", ".tif", ".tiff", ".bmp", ".jpg", ".jpeg"}
+SUFFIXES = {".png", ".tif", ".tiff", ".bmp", ".jpg", ".jpeg"}
 BY_HAND = 0.7  # px, standard deviation of a corner that was marked by hand
 
 
-def pictures(folder: Path) -> list[NDArray[np.uint8]]:
-    """Read the pictures of a folder in the order of their names, as grey levels.
+def read_images(folder: Path) -> list[NDArray[np.uint8]]:
+    """Read the images of a folder in the order of their names, as grey levels.
 
     Raises
     ------
     OSError
-        If there is no such folder, it holds no pictures, or one cannot be read.
+        If there is no such folder, it holds no images, or one cannot be read.
     """
     if not folder.is_dir():
-        raise OSError(f"folder '{folder}' of pictures does not exist; check the path")
-    paths = sorted(path for path in folder.iterdir() if path.suffix.lower() in PICTURES)
+        raise OSError(f"folder '{folder}' of images does not exist; check the path")
+    paths = sorted(path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES)
     if not paths:
-        raise OSError(f"folder '{folder}' holds no pictures; put PNG or TIFF files there")
+        raise OSError(f"folder '{folder}' holds no images; put PNG or TIFF files there")
     return [_read(path) for path in paths]
 
 
@@ -48,9 +48,9 @@ def from_boards(folder: Path, board: CharucoBoard, left_out: tuple[int, ...]) ->
     Raises
     ------
     OSError, ValueError
-        If there are too few pictures that show the board.
+        If there are too few images that show the board.
     """
-    images = pictures(folder)
+    images = read_images(folder)
     found = [board.find(image) for image in images]
     unseen = tuple(index for index, view in enumerate(found) if view is None)
     nothing = BoardView(np.empty((0, 2)), np.empty((0, 2)))
@@ -60,7 +60,7 @@ def from_boards(folder: Path, board: CharucoBoard, left_out: tuple[int, ...]) ->
 
 
 def from_corners(scene: Scene, known: Calibration, corners: list[tuple[float, float]]) -> Pose:
-    """Find the plate from its corners in a picture, px: origin, end of x, far corner, end of y."""
+    """Find the plate from its corners in a image, px: origin, end of x, far corner, end of y."""
     plate = plate_of(scene)
     (a, b), height = plate.size, plate.thickness / 2
     mm = np.array([(0, 0, height), (a, 0, height), (a, b, height), (0, b, height)])
@@ -73,23 +73,23 @@ def from_patch(
     scene: Scene, known: Calibration, folder: Path, board: CharucoBoard, at: tuple[float, float]
 ) -> Pose:
     """Find the plate from a board on it, whose printed top left corner lies at (x, y) mm."""
-    view = board.find(pictures(folder)[0])
+    view = board.find(read_images(folder)[0])
     if view is None:
-        raise ValueError(f"the first picture in '{folder}' shows no board; look at its light")
+        raise ValueError(f"the first image in '{folder}' shows no board; look at its light")
     T = np.array([[1.0, 0.0, at[0]], [0.0, -1.0, at[1]]])
     return find_pose(known.known_lens(), on_plate([(view, T)], plate_of(scene).thickness / 2))
 
 
 def from_stripes(scene: Scene, known: Calibration, folder: Path) -> ProjectorLight:
-    """Find the projector from pictures of its Gray code, in the order of `gray.patterns`."""
+    """Find the projector from images of its Gray code, in the order of `gray.patterns`."""
     window, camera = projector_of(scene), posed(known)
-    return light_of(pictures(folder), camera, plate_of(scene), window.size)
+    return light_of(read_images(folder), camera, plate_of(scene), window.size)
 
 
 def light_of(
     images: Sequence[NDArray], camera: synthetic.Camera, plate: PlateSection, size: tuple[int, int]
 ) -> ProjectorLight:
-    """Find the projector of `size` px from pictures of its Gray code, and how bright it is."""
+    """Find the projector of `size` px from images of its Gray code, and how bright it is."""
     seen, valid = gray_code.decode(images, size)
     light = find_light(seen, valid, camera, plate.size, size, plate.thickness / 2)
     strength, black = brightness(images[0], images[1], valid)
@@ -97,19 +97,19 @@ def light_of(
 
 
 def from_stills(folder: Path, black: float) -> Photon:
-    """Measure noise and gain from still pictures, a folder in `folder` for each exposure."""
+    """Measure noise and gain from still images, a folder in `folder` for each exposure."""
     if not folder.is_dir():
         raise OSError(f"folder '{folder}' of exposures does not exist; check the path")
     return photon_transfer(
-        [pictures(part) for part in sorted(folder.iterdir()) if part.is_dir()], black
+        [read_images(part) for part in sorted(folder.iterdir()) if part.is_dir()], black
     )
 
 
 def write_stripes(scene: Scene, folder: Path) -> int:
-    """Write the pictures that the projector must show; gives their number."""
+    """Write the images that the projector must show; gives their number."""
     stripes = gray_code.patterns(projector_of(scene).size)
-    for index, picture in enumerate(stripes):
-        cv2.imwrite(str(folder / f"{index:02d}.png"), picture)
+    for index, image in enumerate(stripes):
+        cv2.imwrite(str(folder / f"{index:02d}.png"), image)
     return len(stripes)
 
 
@@ -128,7 +128,7 @@ def projector_of(scene: Scene) -> ProjectorSection:
 
 
 def posed(known: Calibration) -> synthetic.Camera:
-    """Return the camera that lens and pose must have told."""
+    """Return the camera that lens and pose give."""
     camera = known.camera()
     if camera is None:
         raise ValueError(
@@ -139,7 +139,7 @@ def posed(known: Calibration) -> synthetic.Camera:
 
 
 def _read(path: Path) -> NDArray[np.uint8]:
-    picture = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-    if picture is None:
-        raise OSError(f"picture '{path}' cannot be read; save it as PNG or TIFF")
-    return np.asarray(picture, dtype=np.uint8)
+    image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+    if image is None:
+        raise OSError(f"image '{path}' cannot be read; save it as PNG or TIFF")
+    return np.asarray(image, dtype=np.uint8)

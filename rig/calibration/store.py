@@ -32,8 +32,8 @@ class Entry(Section):
     """What every part of a calibration says of itself."""
 
     date: datetime = Field(description="when it was made, UTC")
-    error: float = Field(description="what it leaves, mm; s for the latency, a share for noise")
-    residual: float = Field(0.0, description="RMS of its fit, px; a share for noise")
+    error: float = Field(description="what it leaves, mm; s for the latency, a fraction for noise")
+    residual: float = Field(0.0, description="RMS of its fit, px; a fraction for noise")
 
 
 class LensEntry(Entry):
@@ -77,12 +77,12 @@ class LatencyEntry(Entry):
 
 
 class PressesEntry(Entry):
-    """What known presses mend."""
+    """What known presses correct."""
 
     matrix: tuple[Row, ...] = Field(description="affine map of places, 2 × 3, mm")
     gain: float = Field(description="true over estimated force")
     sigma_gain: float = Field(description="its standard deviation")
-    error_force: float = Field(description="RMS of the force that is left, as a share")
+    error_force: float = Field(description="RMS of the force that is left, as a fraction")
 
 
 class Calibration(Section):
@@ -131,14 +131,14 @@ class Calibration(Section):
         return prepare_light_map(screen, T_cam_plate, size, part.strength, part.black)
 
     def alignment(self) -> Alignment | None:
-        """Return what known presses mend; None without any."""
+        """Return what known presses correct; None without any."""
         part = self.presses
         if part is None:
             return None
         matrix = np.array(part.matrix)
         return Alignment(matrix, part.gain, part.error, part.error_force, part.sigma_gain, ())
 
-    def doubts(self, scene: Scene, now: datetime) -> list[str]:
+    def warnings(self, scene: Scene, now: datetime) -> list[str]:
         """Say in a sentence each what is old or made for another bench."""
         found = []
         for name in type(self).model_fields:
@@ -214,8 +214,8 @@ def calibration_beside(scene: str | Path) -> Calibration:
 
 
 def calibration_warnings(calibration: Calibration, scene: Scene, now: datetime) -> list[str]:
-    """Say in a sentence each what a run of a scene should doubt in its calibration."""
-    found = calibration.doubts(scene, now)
+    """Say in a sentence each what a run of a scene should know of its calibration."""
+    found = calibration.warnings(scene, now)
     if isinstance(scene.source, DeviceSection) and scene.camera and calibration.camera() is None:
         found.append(
             "calibration holds no lens and pose: the camera is taken to look straight down from"

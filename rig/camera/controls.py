@@ -118,7 +118,7 @@ def hold(port: Port, controls: Controls) -> tuple[ControlSetting, ...]:
     """
     found = {knob: port.read(knob) for knob in Knob}
     manual = {knob: port.manual(knob) for knob in Knob if found[knob] is not None}
-    settings = []
+    settings: list[ControlSetting] = []
     for knob in Knob:
         asked, before = controls.of(knob), found[knob]
         if before is None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -27,12 +27,24 @@ class ImageSequence:
     images : iterator of (H, W) uint8
     rate : float or None, frames a second
         Images that come late keep their number and their turn; None waits for nothing.
+    clock : callable
+        Monotonic time, s.
+    sleep : callable
+        Lets a time pass, s.
     """
 
     settings: tuple[ControlSetting, ...] = ()
 
-    def __init__(self, name: str, images: Iterator[NDArray[np.uint8]], rate: float | None):
+    def __init__(
+        self,
+        name: str,
+        images: Iterator[NDArray[np.uint8]],
+        rate: float | None,
+        clock: Callable[[], float] = time.monotonic,
+        sleep: Callable[[float], object] = time.sleep,
+    ):
         self.name = name
+        self._clock, self._sleep = clock, sleep
         self._images = images
         self._period = 1.0 / rate if rate else 0.0
         self._start: float | None = None
@@ -40,18 +52,18 @@ class ImageSequence:
 
     def read(self, timeout: float) -> Frame | None:
         """See `Device.read`."""
-        now = time.monotonic()
+        now = self._clock()
         self._start = now if self._start is None else self._start
         wait = self._start + self._number * self._period - now
         if wait > timeout:
-            time.sleep(timeout)
+            self._sleep(timeout)
             return None
-        time.sleep(max(0.0, wait))
+        self._sleep(max(0.0, wait))
         image = next(self._images, None)
         if image is None:
             raise EOFError(f"{self.name} has ended after {self._number} images")
         self._number += 1
-        return Frame(self._number - 1, time.monotonic(), image)
+        return Frame(self._number - 1, self._clock(), image)
 
     def close(self) -> None:
         """See `Device.close`."""

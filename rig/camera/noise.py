@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rig.camera.camera import LiveCamera
+from rig.system.arrays import F64
 
 FRAMES = 30
 PATIENCE = 2.0  # s for a frame
@@ -62,8 +63,11 @@ def measure_noise(camera: LiveCamera, frames: int = FRAMES) -> CameraNoise:
     """
     if frames < 2:
         raise ValueError(f"noise needs 2 frames or more, got {frames}; take {FRAMES}")
-    mean = squares = np.zeros(())
-    levels, ages, times = [], [], []
+    mean: F64 = np.zeros(())
+    squares: F64 = np.zeros(())
+    levels: list[float] = []
+    ages: list[float] = []
+    times: list[float] = []
     for count in range(1, frames + 1):
         frame = camera.grab(PATIENCE)
         if frame is None:
@@ -71,11 +75,11 @@ def measure_noise(camera: LiveCamera, frames: int = FRAMES) -> CameraNoise:
         ages.append(time.monotonic() - frame.captured)
         times.append(frame.captured)
         levels.append(float(frame.image.mean()))
-        image = frame.image - levels[-1]
+        image = frame.image.astype(np.float64) - levels[-1]
         change = image - mean
         mean = mean + change / count
         squares = squares + change * (image - mean)
-    brightness = mean + np.mean(levels)
+    brightness = mean + sum(levels) / frames
     return CameraNoise(
         frames=frames,
         dropped=camera.dropped,

@@ -11,7 +11,7 @@ import fcntl
 import os
 import struct
 import time
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -133,7 +133,7 @@ def _probe(name: str) -> None:
 
 def _choose(capture: cv2.VideoCapture, name: str, size: tuple[int, int]) -> str:
     """Set the first format that the camera has in this size."""
-    offered = set()
+    offered: set[str] = set()
     for code in FORMATS:
         capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*code))
         capture.set(cv2.CAP_PROP_FRAME_WIDTH, size[0])
@@ -156,7 +156,7 @@ def _format(capture: cv2.VideoCapture) -> tuple[str, int, int]:
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
+def _quiet() -> Generator[None]:
     """Keep OpenCV from writing on stderr what we say in a sentence."""
     before = cv2.utils.logging.getLogLevel()
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)

@@ -86,7 +86,7 @@ class V4l2Camera:
         """Copy an image out of its buffer, and give the buffer back; None if it is damaged."""
         image = None
         if not buffer.flags & self._video.BufferFlag.ERROR:
-            raw = np.frombuffer(self._buffers[buffer.index], np.uint8, buffer.bytesused)
+            raw = np.frombuffer(self._buffers[buffer.index], np.uint8, int(buffer.bytesused))
             image = brightness(raw, self._code, self._size, self._line)
             del raw  # the buffer cannot be closed while an array looks at it
         taken = buffer.timestamp.secs + buffer.timestamp.usecs * 1e-6
@@ -139,7 +139,8 @@ def _panel(video: Any, handle: int) -> Panel[int]:
 
 def _choose(video: Any, name: str, handle: int, size: tuple[int, int]) -> None:
     """Set the first of our formats that the camera has in this size."""
-    kind, offered = video.BufferType.VIDEO_CAPTURE, set()
+    kind = video.BufferType.VIDEO_CAPTURE
+    offered: set[str] = set()
     for code in FORMATS:
         video.set_format(handle, kind, *size, code)
         got = video.get_raw_format(handle, kind).fmt.pix

@@ -186,7 +186,7 @@ class _Bench:
 
         kept = store.keep(self.path, part)
         entry = getattr(kept, PART.get(self.what, self.what)).model_dump(mode="json")
-        notes = kept.doubts(self.scene, datetime.now(UTC))
+        notes = kept.warnings(self.scene, datetime.now(UTC))
         left_out = list(getattr(part, "left_out", ()))
         error, residual = entry["error"], entry["residual"]
         lines = [f"{self.what}: error {error:.3g}, residual {residual:.3g}; in {self.path}"]

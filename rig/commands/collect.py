@@ -106,7 +106,7 @@ def _ask(
         show = open_parts.enter_context(open_projector(screen, window.display, window.full_screen))
     rate = scene.camera.rate if scene.camera else 0.0
     for snapshot in islice(loop, int(PATIENCE * count * rate)):
-        if collector.see(snapshot.touches, snapshot.captured):
+        if collector.add_frame(snapshot.touches, snapshot.captured):
             console().print(f"{len(collector.taken)} of {count} presses are taken")
         if (target := collector.target) is None:
             return collector

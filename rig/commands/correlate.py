@@ -59,7 +59,7 @@ def correlate(
     with folder_aside(folder) as aside:
         _write(aside, before, field, strain)
         if plots:
-            dic.export.pictures(aside, before, field, strain)
+            dic.export.draw_fields(aside, before, field, strain)
     figures = _figures(field, strain) | {"seconds": seconds, "folder": str(folder)}
     emit(_tables(figures), figures, as_json)
 
@@ -71,7 +71,7 @@ def _write(
 
     export.write_hdf5(folder / "fields.h5", field, strain)
     export.write_csv(folder / "fields.csv", field, strain)
-    export.overview(folder / "fields.png", image, field, strain)
+    export.draw_overview(folder / "fields.png", image, field, strain)
 
 
 def _figures(field: dic.DisplacementField, strain: dic.StrainField) -> dict[str, Any]:

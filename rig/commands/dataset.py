@@ -127,11 +127,11 @@ def _answer(task: BlockTask, gauges: np.ndarray, report: Report) -> Simulator:
     if task.base is None:
         flat = influence(plate, gauges, report)
         return models.superpose(partial(flat.strain, radius=task.radius))
-    from fe import Shell, shell_mesh
+    from fe import Shell, shell_influence, shell_mesh
 
     bent = Shell(plate, shell_mesh(plate)).at(task.base.build())
     console().print(f"bent by its base: {bent.stability.verdict.value}")
-    return models.superpose(bent.influence(gauges).strain, before=bent.strain(gauges))
+    return models.superpose(shell_influence(bent, gauges).strain, before=bent.strain(gauges))
 
 
 def _about(task: BlockTask) -> dict[str, Any]:

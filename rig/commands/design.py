@@ -67,11 +67,11 @@ def _figures(errors: ExpectedErrors) -> dict[str, float]:
 
 
 def _data(made: Design) -> dict[str, Any]:
-    errors = made.sensed["pattern"]
+    errors = made.errors["pattern"]
     over = np.column_stack([errors.touches[:, :2], errors.place, errors.force])
     return {
         "scene": made.title,
-        "at_1_n": {way: _figures(errors) for way, errors in made.sensed.items()},
+        "at_1_n": {way: _figures(errors) for way, errors in made.errors.items()},
         "linear_to_n": made.linear_to,
         "largest_n": made.largest,
         "frame_ms": 1e3 * made.frame,
@@ -86,9 +86,9 @@ def _tables(made: Design) -> Group:
     from rich.console import Group
     from rich.table import Table
 
-    errors = Table("1 N, one frame", *(WAYS[way] for way in made.sensed), box=SIMPLE)
+    errors = Table("1 N, one frame", *(WAYS[way] for way in made.errors), box=SIMPLE)
     errors.title = made.title
-    columns = [_figures(expected) for expected in made.sensed.values()]
+    columns = [_figures(expected) for expected in made.errors.values()]
     for name in columns[0]:
         *words, unit = name.split("_")
         values = (f"{column[name]:.3g} {UNITS[unit]}" for column in columns)

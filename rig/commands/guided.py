@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from rig.calibration.guide import Guide, Progress
 from rig.calibration.store import Calibration, Part
 from rig.commands.output import console
-from rig.live.view import View, bare, look
+from rig.live.view import View, empty_snapshot, plate_view
 from rig.page.controls import UNITS, Desk, Wizard
 from rig.projector.markers import fit_plate
 from rig.scene import Scene
@@ -84,9 +84,9 @@ class _Reporter:
             console().print(said)
         if self._publisher:
             wizard = Wizard(self._what, progress, UNITS.get(self._what, "mm"))
-            shot = bare(frame, self._plate_size, self._view, progress.sentence)
-            told = replace(shot, strain_reason="the bench is being calibrated")
-            self._publisher.publish(told, Desk(wizard=wizard))
+            shot = empty_snapshot(frame, self._plate_size, self._view, progress.sentence)
+            shown = replace(shot, strain_reason="the bench is being calibrated")
+            self._publisher.publish(shown, Desk(wizard=wizard))
 
     def dropped(self) -> Iterator[int]:
         """Give the views that were taken out on the page."""
@@ -100,5 +100,5 @@ def _view_of(scene: Scene, known: Calibration) -> tuple[tuple[float, float], Vie
     plate, camera = scene.plate, scene.camera
     if plate is None or camera is None:
         raise ValueError(f"scene '{scene.title}' has no bench; add [plate] and [camera]")
-    view = look(plate.build(), known.camera() or camera.build(plate), plate.thickness / 2)
+    view = plate_view(plate.build(), known.camera() or camera.build(plate), plate.thickness / 2)
     return plate.size, view

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
@@ -42,7 +42,7 @@ def warn(sentence: str) -> None:
 
 
 @contextmanager
-def progress(title: str) -> Iterator[Report]:
+def progress(title: str) -> Generator[Report]:
     """Give a function that draws a progress bar; the bar appears when it is first called.
 
     So a result that comes from the cache draws nothing.
@@ -99,7 +99,7 @@ def require_free(folder: Path, force: bool) -> None:
 
 
 @contextmanager
-def folder_aside(folder: Path) -> Iterator[Path]:
+def folder_aside(folder: Path) -> Generator[Path]:
     """Give a folder to write into; what it holds in the end is moved to `folder`, or nothing is."""
     folder.parent.mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}.") as aside:

@@ -45,7 +45,8 @@ def open_panels(
     OSError
         If the port of the page cannot be had.
     """
-    show, sinks = None, []
+    show: Show | None = None
+    sinks: list[Sink] = []
     if scene.projector and scene.plate:
         from rig.projector.show import open_show
 

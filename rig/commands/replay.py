@@ -46,10 +46,10 @@ def _replay(session: Session) -> dict[str, Any]:
     with progress("plate modes") as report:
         bench = build_bench(session.scene, report, parse(session.calibration, "in the recording"))
     watch, different = Stopwatch(time.perf_counter), 0
-    pattern, net = RunScore(bench.least_force), RunScore(bench.least_force)
+    pattern, net = RunScore(bench.min_force), RunScore(bench.min_force)
     for one in play(session, bench, watch):
         different += not one.same
-        estimate, whole = one.sensed.estimate, one.sensed.from_pattern
+        estimate, whole = one.frame_estimate.estimate, one.frame_estimate.from_pattern
         if one.frame.truth is not None:
             pattern.add(whole or estimate, one.frame.truth)
             net.add(estimate, one.frame.truth)

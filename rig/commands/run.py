@@ -127,13 +127,16 @@ def _open_sinks(
     if not headless:
         from rig.commands.page_panels import open_panels
 
-        notes = tuple(calibration.doubts(scene, datetime.now(UTC)))
+        notes = tuple(calibration.warnings(scene, datetime.now(UTC)))
         show, sinks = open_panels(scene, calibration, notes, screen, switch, open_parts)
     if scene.outputs:
         from rig.out.open import open_outputs
 
         max_touches = scene.touches.max_touches if scene.touches else 1
-        sinks += open_outputs(scene.outputs, scene.plate.size, screen, max_touches, open_parts)
+        outputs = open_outputs(scene.outputs, scene.plate.size, screen, max_touches, open_parts)
+        for url in filter(None, (getattr(sink, "url", "") for sink in outputs)):
+            say(f"touches: {url}")
+        sinks += outputs
     return show, sinks
 
 

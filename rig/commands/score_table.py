@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -101,8 +101,8 @@ def _write_csv(path: Path, errors: ErrorMap) -> None:
 def _draw(path: Path, errors: ErrorMap) -> None:
     from matplotlib.figure import Figure
 
-    plot = Figure(figsize=(6, 5), layout="constrained")
-    axes = plot.subplots()
+    plot: Any = Figure(figsize=(6, 5), layout="constrained")
+    axes: Any = plot.subplots()
     width, height = (2 * sides.mean() for sides in (errors.x, errors.y))
     shown = axes.imshow(errors.mean, origin="lower", extent=(0.0, width, 0.0, height))
     plot.colorbar(shown, ax=axes, label="mean error, mm")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
@@ -149,7 +149,7 @@ def _batches(plan: TrainingPlan, sets: TrainingSets) -> Iterator[Dataset] | None
     size, rng = plan.net.batch, np.random.default_rng(plan.net.seed)
     if sets.noise is None:
         return shuffled_batches(sets.training, size, rng) if size else None
-    pool, images = sets.noise.pool, sets.noise.pictures
+    pool, images = sets.noise.pool, sets.noise.images
     size = min(size or len(pool), len(pool))
     stream = noisy_batches(shuffled_batches(pool, size, rng), sets.noise.root, rng)
     if images is None:
@@ -177,8 +177,8 @@ def _draw(path: Path, trained: Trained, check: int) -> None:
     """Draw both losses over the epochs, as figures 2D and 4A of the paper."""
     from matplotlib.figure import Figure
 
-    plot = Figure(figsize=(5, 4), layout="constrained")
-    axes = plot.subplots()
+    plot: Any = Figure(figsize=(5, 4), layout="constrained")
+    axes: Any = plot.subplots()
     epochs = 1 + check * np.arange(len(trained.history))
     axes.loglog(epochs, trained.history, label=["training", "validation"])
     axes.set(xlabel="epoch", ylabel="loss, mm")

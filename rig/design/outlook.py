@@ -13,7 +13,7 @@ import numpy as np
 
 import fe
 from models import ExpectedErrors
-from rig.design.prediction import from_strain, linear_to, predict, seen, time_of_frame
+from rig.design.prediction import from_strain, image_motions, linear_to, predict, time_of_frame
 from rig.design.setup import changes, setup_of
 from rig.scene import Scene
 from rig.scene.sensing import StrainEstimator
@@ -52,7 +52,7 @@ class Design:
     ----------
     title : str
     plate : fe.Plate
-    sensed : dict of str to Errors
+    errors : dict of str to Errors
         Errors under 1 N over the plate (see `over_plate`): the bound of the whole pattern against a
         perfect reference, and what the scene senses from.
     linear_to : float, N
@@ -69,7 +69,7 @@ class Design:
 
     title: str
     plate: fe.Plate
-    sensed: dict[str, ExpectedErrors]
+    errors: dict[str, ExpectedErrors]
     linear_to: float
     largest: float | None
     frame: float
@@ -96,15 +96,15 @@ def design(scene: Scene, report: Callable[[int, int, str], None]) -> Design:
         limit = linear if changed.plate == given.plate else linear_to(changed.plate.build())
         made.append(_change((what, before, after), now.errors, then.errors, limit))
     report(steps - 1, steps, "time of a frame")
-    motions = seen(given.plate, given.camera, given.dic.tile)
-    sensed = {"bound": now.against(given.perfect_noise), "pattern": now.errors}
+    motions = image_motions(given.plate, given.camera, given.dic.tile)
+    errors = {"bound": now.at_noise(given.perfect_noise), "pattern": now.errors}
     if any(isinstance(one, StrainEstimator) for one in (scene.estimator, scene.comparison)):
-        sensed["strain"] = from_strain(now, motions)
+        errors["strain"] = from_strain(now, motions)
     frame = time_of_frame(given, motions)
     return Design(
         title=scene.title,
         plate=flat,
-        sensed=sensed,
+        errors=errors,
         linear_to=linear,
         largest=largest_force(scene),
         frame=frame,

@@ -13,18 +13,18 @@ LEVELS = (0.25, 0.5, 1.0, 2.0, 4.0)  # mm, of the lines
 
 
 def draw_map(design: Design, file: Path) -> None:
-    """Write the maps of place and force as a picture.
+    """Write the maps of place and force as a image.
 
     Raises
     ------
     OSError
         If the file cannot be written.
     ValueError
-        If its suffix names no format of pictures.
+        If its suffix names no format of images.
     """
     from matplotlib.figure import Figure
 
-    errors = design.sensed["pattern"]
+    errors = design.errors["pattern"]
     figure = Figure(figsize=(10, 4.4), layout="constrained")
     left, right = figure.subplots(1, 2)
     _draw(figure, left, errors, errors.place, "mm at 1 N, or N for 1 mm")

@@ -43,14 +43,14 @@ class Prediction:
     unit: ExpectedErrors
     energy: float
 
-    def against(self, noise: float) -> ExpectedErrors:
+    def at_noise(self, noise: float) -> ExpectedErrors:
         """Return the errors for a noise, grey levels, of a frame less the reference."""
         return self.unit.scaled(noise / float(np.sqrt(self.energy)))
 
     @property
     def errors(self) -> ExpectedErrors:
         """Errors for the noise of the setup."""
-        return self.against(self.setup.noise)
+        return self.at_noise(self.setup.noise)
 
 
 def predict(setup: Setup, like: Prediction | None = None) -> Prediction:
@@ -59,7 +59,7 @@ def predict(setup: Setup, like: Prediction | None = None) -> Prediction:
     Raises
     ------
     ValueError
-        If the pictures are too small to tell the modes of the plate apart.
+        If the images are too small to tell the modes of the plate apart.
     """
     same = like is not None and like.setup.geometry == setup.geometry
     unit = like.unit if like and same else _unit(setup)
@@ -91,28 +91,28 @@ def linear_to(plate: fe.Plate) -> float:
 
 
 def time_of_frame(given: Setup, motions: models.ImageMotions) -> float:
-    """Measure how long a frame with one touch takes here, picture to touch, s: the median."""
+    """Measure how long a frame with one touch takes here, image to touch, s: the median."""
     width, height = given.camera.pixels
-    picture = np.random.default_rng(0).normal(128.0, 40.0, (height, width)).clip(0, 255)
-    reference = prepare_tiles(picture.astype(np.float32), motions.tiles.size)
+    image = np.random.default_rng(0).normal(128.0, 40.0, (height, width)).clip(0, 255)
+    reference = prepare_tiles(image.astype(np.float32), motions.tiles.size)
     pattern = models.prepare_pattern(motions, reference)
-    search = models.prepare_candidates(pattern.forward(given.noise))
+    estimator = models.Estimator(pattern.forward(given.noise), max_touches=1)
     a, b = motions.modes.plate.size
     touch = np.array([[0.5 * a, 0.5 * b, UNIT]])
-    motion, frame = pattern.still(), picture.astype(np.uint8)
+    motion, frame = pattern.still(), image.astype(np.uint8)
     motion[: pattern.count] = motions.modal_amplitudes(touch[:, :2], touch[:, 2])
-    measured = search.forward.read(touch)[0]
+    measured = estimator.forward.read(touch)[0]
     spent = []
     for _ in range(REPEATS):
         begun = time.perf_counter()
         sums = tile_sums(reference, frame, motions.flow(motion))
         pattern.whiten(pattern.gradient(sums, motion), given.noise)
-        models.find(measured, search, start=touch, most=1)
+        estimator.fit_whitened(measured, touch)
         spent.append(time.perf_counter() - begun)
     return float(np.median(spent))
 
 
-def seen(plate: PlateSection, camera: CameraSection, tile: int) -> models.ImageMotions:
+def image_motions(plate: PlateSection, camera: CameraSection, tile: int) -> models.ImageMotions:
     """See the motions of the plate and of the camera on tiles of `tile` px."""
     flat, view = plate.build(), camera.build(plate)
     modes = fe.modes(flat, MODES, mesh=fe.grid(flat, ELEMENTS))
@@ -121,20 +121,20 @@ def seen(plate: PlateSection, camera: CameraSection, tile: int) -> models.ImageM
 
 
 def _unit(given: Setup) -> ExpectedErrors:
-    motions = seen(given.plate, given.camera, given.tile)
+    motions = image_motions(given.plate, given.camera, given.tile)
     try:
         pattern = models.prepare_pattern(motions, equal_tiles(motions.tiles, 1.0))
     except np.linalg.LinAlgError:
         width, height = given.camera.pixels
         raise ValueError(
-            f"pictures of {width} × {height} px in tiles of {given.tile} px cannot tell {MODES}"
+            f"images of {width} × {height} px in tiles of {given.tile} px cannot tell {MODES}"
             " modes of the plate apart; set camera.pixels higher or dic.tile lower"
         ) from None
     return expected_errors(pattern.forward(1.0), _touches(given.plate.size))
 
 
 def _energy(given: Setup) -> float:
-    """Render the middle of the picture and measure its gradient."""
+    """Render the middle of the image and measure its gradient."""
     view = given.camera.build(given.plate)
     width, height = (min(PATCH, side) for side in view.size)
     left, top = (view.size[0] - width) // 2, (view.size[1] - height) // 2
@@ -143,8 +143,8 @@ def _energy(given: Setup) -> float:
     pattern = given.pattern.build(given.plate)
     warper = synthetic.prepare_warp(pattern, patch, given.plate.thickness / 2)
     light = warper.render(np.zeros((len(warper.points), 3)), None, None) / 255.0
-    eye = given.sensor.build()
-    return gradient_energy((eye.white - eye.black) * eye.top * light, given.tile)
+    sensor = given.sensor.build()
+    return gradient_energy((sensor.white - sensor.black) * sensor.top * light, given.tile)
 
 
 def _touches(size: tuple[float, float]) -> np.ndarray:

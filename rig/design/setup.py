@@ -32,8 +32,8 @@ class Setup:
     @property
     def noise(self) -> float:
         """Noise of the mean of frames less the reference, grey levels."""
-        share = 1 / self.frames + 1 / self.dic.reference_frames
-        return self.perfect_noise * float(np.sqrt(share))
+        variance = 1 / self.frames + 1 / self.dic.reference_frames
+        return self.perfect_noise * float(np.sqrt(variance))
 
     @property
     def perfect_noise(self) -> float:
@@ -47,7 +47,7 @@ class Setup:
 
     @property
     def tile(self) -> int:
-        """Side of a tile, px; of large pictures no more than 64 tiles a side are needed."""
+        """Side of a tile, px; of large images no more than 64 tiles a side are needed."""
         return max(self.dic.tile, max(self.camera.pixels) // 64)
 
 

@@ -35,7 +35,7 @@ class Alignment:
     error : float, mm
         RMS distance of the presses after it, each left out of its own fit.
     error_force : float
-        RMS error of the force after it, as a share of it.
+        RMS error of the force after it, as a fraction of it.
     sigma_gain : float
         Standard deviation of `gain`.
     slips : tuple of int
@@ -52,22 +52,22 @@ class Alignment:
     slips: tuple[int, ...]
     terms: tuple[str, ...] = ()
 
-    def mend(self, touches: NDArray) -> NDArray[np.float64]:
-        """Mend touches x, y, F, (n, 3) mm, mm, N."""
+    def correct(self, touches: NDArray) -> NDArray[np.float64]:
+        """Correct touches x, y, F, (n, 3) mm, mm, N."""
         places = touches[:, :2] @ self.matrix[:, :2].T + self.matrix[:, 2]
         return np.column_stack([places, self.gain * touches[:, 2]])
 
     def apply(self, estimate: Estimate) -> Estimate:
-        """Mend places, forces and covariance of an estimate."""
+        """Correct places, forces and covariance of an estimate."""
         count = estimate.count
         block = np.zeros((3, 3))
         block[:2, :2], block[2, 2] = self.matrix[:, :2], self.gain
         turn = np.kron(np.eye(count), block)
-        mended = self.mend(np.column_stack([estimate.xy, estimate.force]))
+        corrected = self.correct(np.column_stack([estimate.xy, estimate.force]))
         return replace(
             estimate,
-            xy=mended[:, :2],
-            force=mended[:, 2],
+            xy=corrected[:, :2],
+            force=corrected[:, 2],
             covariance=turn @ estimate.covariance @ turn.T,
         )
 

@@ -1,4 +1,4 @@
-"""Zero: the plate at rest when the loop starts, and its slow drift while nothing touches it."""
+"""The plate at rest when the loop starts, and its slow drift while nothing touches it."""
 
 from __future__ import annotations
 
@@ -13,11 +13,13 @@ from scipy.linalg import solve_triangular
 from dic import lay_tiles
 from models import Estimate, TilePattern
 
-LEAST_NOISE = 0.05  # grey levels: less than the rounding of an 8-bit picture
+MIN_NOISE = 0.05  # grey levels: less than the rounding of an 8-bit image
 TILE = 16  # px, side of the tiles in which motion is looked for while the reference is taken
-RESTLESS = 2.0  # of the median: noise alone stays below 1.5 in 4000 tiles of 16 × 16 px
-SETTLING = 10.0  # s in which a drift is followed to 63 %; a finger lands in a fraction of one
-DOUBT = 1e-12  # p-value below which touches cannot explain a frame; a clear view stays above 1e-5
+MOVED = 2.0  # of the median: noise alone stays below 1.5 in 4000 tiles of 16 × 16 px
+DRIFT_TIME = 10.0  # s in which a drift is followed to 63 %; a finger lands in a fraction of one
+MIN_P_VALUE = (
+    1e-12  # p-value below which touches cannot explain a frame; a clear view stays above 1e-5
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,31 +49,31 @@ def average_reference(frames: Sequence[NDArray]) -> ReferenceFrame:
     count = len(frames)
     squares = sum(float(np.square(frame - mean).sum(dtype=np.float64)) for frame in frames)
     variance = squares / (mean.size * (count - 1))
-    return ReferenceFrame(mean, max(float(np.sqrt(variance * (1 + 1 / count))), LEAST_NOISE))
+    return ReferenceFrame(mean, max(float(np.sqrt(variance * (1 + 1 / count))), MIN_NOISE))
 
 
 def moved_during_reference(frames: Sequence[NDArray]) -> bool:
-    """Whether something moved in the picture while frames were taken: a hand, a settling plate.
+    """Whether something moved in the image while frames were taken: a hand, a settling plate.
 
     The means of the first and the second half differ by noise alone where nothing moves; a tile
-    that differs by more than `RESTLESS` times the median of all tiles has seen something.
+    that differs by more than `MOVED` times the median of all tiles shows something that moved.
     """
     half = len(frames) // 2
     early, late = (np.mean(part, axis=0) for part in (frames[:half], frames[-half:]))
     change = late - early
     change -= change.mean()  # a lamp that flickers moves nothing
     squares = lay_tiles(change.shape, TILE).sums(np.square(change))
-    return bool(squares.max() > RESTLESS * max(float(np.median(squares)), LEAST_NOISE**2))
+    return bool(squares.max() > MOVED * max(float(np.median(squares)), MIN_NOISE**2))
 
 
 def is_consistent(estimate: Estimate) -> bool:
     """Whether touches explain the frame; not if something is in the way or the camera jumped."""
-    return estimate.p_value >= DOUBT
+    return estimate.p_value >= MIN_P_VALUE
 
 
 def drift_weight(seconds: float) -> float:
-    """Weight of a frame that comes `seconds` after the last in a mean over `SETTLING` s."""
-    return 1.0 - exp(-max(seconds, 0.0) / SETTLING)
+    """Weight of a frame that comes `seconds` after the last in a mean over `DRIFT_TIME` s."""
+    return 1.0 - exp(-max(seconds, 0.0) / DRIFT_TIME)
 
 
 def update_drift(

@@ -12,9 +12,9 @@ import fe
 import synthetic
 from dic import lay_tiles
 from models import ImageMotions, prepare_motions
-from rig.live import chain as live
 from rig.live.alignment import Alignment
 from rig.live.baseline import ReferenceFrame
+from rig.live.chain import Chain, StrainChain, prepare_chain, prepare_strain
 from rig.plates.cached import plate_modes, reduced
 from rig.scene import Scene
 from rig.scene.bench import CameraSection
@@ -37,26 +37,26 @@ class Bench:
 
     Attributes
     ----------
-    plate : fe.PlateSection
+    plate : fe.Plate
     camera : synthetic.AnyCamera
     height : float, mm
-        Height of the seen face over the plate's middle plane.
+        Height of the touched face over the plate's middle plane.
     motions : models.ImageMotions
-        Of plate modes and camera, on the tiles of the picture.
+        Of plate modes and camera, on the tiles of the image.
     dic : rig.scene.sensing.DicSection
         Tile, block, strain window and number of reference frames.
-    most : int
+    max_touches : int
         Largest number of touches looked for.
-    least_force : float, N
+    min_force : float, N
         Weakest touch that counts in the scores.
     strain : bool
         Whether touches are estimated from strain as well.
     theory : rig.scene.theory.Theory
         That of small or of large touches, and why.
     alignment : Alignment or None
-        What known presses mend in every estimate.
+        What known presses correct in every estimate.
     net : NetPlan or None
-        The net that tells the touches, where the scene has one.
+        The net that estimates the touches, where the scene has one.
     """
 
     plate: fe.Plate
@@ -64,8 +64,8 @@ class Bench:
     height: float
     motions: ImageMotions
     dic: DicSection
-    most: int
-    least_force: float
+    max_touches: int
+    min_force: float
     strain: bool
     theory: Theory
     alignment: Alignment | None = None
@@ -76,35 +76,35 @@ class Bench:
         """Frames averaged into the reference."""
         return self.dic.reference_frames
 
-    def prepare(self, zero: ReferenceFrame) -> tuple[live.Chain, live.StrainChain | None]:
+    def prepare(self, reference: ReferenceFrame) -> tuple[Chain, StrainChain | None]:
         """Prepare the chain, and that of strain where the scene wants it.
 
         Raises
         ------
         ValueError
-            If the reference has another size than the camera's pictures, or shows too little to
+            If the reference has another size than the camera's images, or shows too little to
             tell the modes of the plate apart.
         """
-        height, width = zero.image.shape
+        height, width = reference.image.shape
         if (width, height) != self.camera.size:
             raise ValueError(
-                f"pictures are {width} × {height} px and the scene's camera has"
+                f"images are {width} × {height} px and the scene's camera has"
                 f" {self.camera.size[0]} × {self.camera.size[1]} px; set camera.pixels to"
                 f" [{width}, {height}]"
             )
         try:
-            chain = live.prepare_chain(zero, self.motions, self.most)
+            chain = prepare_chain(reference, self.motions, self.max_touches)
         except np.linalg.LinAlgError:
             raise ValueError(
-                f"pictures of {self.camera.size[0]} × {self.camera.size[1]} px cannot tell"
+                f"images of {self.camera.size[0]} × {self.camera.size[1]} px cannot tell"
                 f" {len(self.motions.modes.stiffness)} modes of the plate apart; set"
                 " estimator.modes or dic.tile lower, and look whether the pattern is in sight"
             ) from None
         if not self.strain:
             return chain, None
-        return chain, live.prepare_strain(chain, self.camera, self.dic.block, self.dic.window)
+        return chain, prepare_strain(chain, self.camera, self.dic.block, self.dic.window)
 
-    def prepare_net(self, zero: ReferenceFrame, chain: live.Chain) -> NetChain | None:
+    def prepare_net(self, reference: ReferenceFrame, chain: Chain) -> NetChain | None:
         """Prepare the net for a reference, where the scene has one.
 
         Raises
@@ -116,7 +116,7 @@ class Bench:
             return None
         from rig.live.net_chain import prepare_net
 
-        return prepare_net(self.net, chain, zero, self.camera)
+        return prepare_net(self.net, chain, reference, self.camera)
 
 
 def build_bench(
@@ -125,7 +125,7 @@ def build_bench(
     """Build the live parts of a scene; `report` is called while the modes are computed.
 
     What was calibrated stands in the place of what the scene says: the camera, and what known
-    presses mend.
+    presses correct.
 
     Raises
     ------
@@ -169,8 +169,8 @@ def build_bench(
         height=height,
         motions=prepare_motions(modes, view, height, tiles, large),
         dic=dic,
-        most=scene.touches.max_touches if scene.touches else 1,
-        least_force=scene.touches.force[0] if scene.touches else 0.0,
+        max_touches=scene.touches.max_touches if scene.touches else 1,
+        min_force=scene.touches.force[0] if scene.touches else 0.0,
         strain=scene.comparison is not None,
         theory=theory,
         alignment=calibration.alignment() if calibration else None,

@@ -18,32 +18,32 @@ from dic import (
     tile_sums,
 )
 from models import (
-    CandidateGrid,
     Estimate,
+    Estimator,
     ImageMotions,
     Result,
     StrainMap,
     TilePattern,
-    find,
     hidden_tiles,
-    prepare_candidates,
     prepare_pattern,
     prepare_strain_map,
 )
 from rig.live.alignment import Alignment
 from rig.live.baseline import ReferenceFrame, is_consistent, update_drift
-from rig.live.illumination import sums_without_gain_offset, unlit
+from rig.live.illumination import sums_without_gain_offset, without_gain_offset
 from rig.live.visibility import MaskedModels, coarse_shift, contrast_loss, unusable_reason
 from rig.system.timing import Stopwatch
 
-STALE = 0.1  # px: a reference that was moved wrongly by more is moved again within the frame
-LEFT = 0.003  # px that a pass may miss in the shade: the trace of 0.05 N that are there no more
-PASSES = 6  # at most so often; two are usual where something moves
-ODD = 0.2  # of the tiles: where more look strange, the camera may have jumped
+MAX_OFF = 0.1  # px: a reference that was moved wrongly by more is moved again within the frame
+MISSED = (
+    0.003  # px that an iteration may miss in the shade: the trace of 0.05 N that are there no more
+)
+MAX_ITERATIONS = 6  # at most so often; two are usual where something moves
+STRANGE = 0.2  # of the tiles: where more look strange, the camera may have jumped
 NO_ESTIMATE = Estimate(
     np.empty((0, 2)), np.empty(0), np.empty((0, 0)), 0.0, 1, 1.0, Result.NO_TOUCH
 )
-"""What is told where nothing can be seen."""
+"""The estimate of a frame in which nothing can be seen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,32 +55,34 @@ class Chain:
     reference : TileReference
     tiles : TileBlocks
         The same, each tile by itself.
-    sights : MaskedModels
-        Forward model and candidates, of the whole pattern and behind what hides a part of it.
+    masked_models : MaskedModels
+        Of the whole pattern and behind what hides a part of it.
     noise : float, grey levels
-    most : int
-        Largest number of touches looked for.
     """
 
     reference: TileReference
     tiles: TileBlocks
-    sights: MaskedModels
+    masked_models: MaskedModels
     noise: float
-    most: int
 
     @property
     def pattern(self) -> TilePattern:
         """The whole pattern as a measurement."""
-        return self.sights.pattern
+        return self.masked_models.pattern
+
+    @property
+    def estimator(self) -> Estimator:
+        """What finds touches in the whole pattern."""
+        return self.masked_models.estimator
 
 
-def prepare_chain(zero: ReferenceFrame, motions: ImageMotions, most: int) -> Chain:
+def prepare_chain(reference: ReferenceFrame, motions: ImageMotions, max_touches: int) -> Chain:
     """Prepare the chain for a reference."""
-    reference = prepare_tiles(zero.image, size=motions.tiles.size)
-    tiles = prepare_blocks(reference, 1)
-    pattern = prepare_pattern(motions, unlit(tiles))
-    search = prepare_candidates(pattern.forward(zero.noise))
-    return Chain(reference, tiles, MaskedModels(pattern, search, zero.noise), zero.noise, most)
+    tile_reference, noise = prepare_tiles(reference.image, motions.tiles.size), reference.noise
+    tiles = prepare_blocks(tile_reference, 1)
+    pattern = prepare_pattern(motions, without_gain_offset(tiles))
+    estimator = Estimator(pattern.forward(noise), max_touches=max_touches)
+    return Chain(tile_reference, tiles, MaskedModels(pattern, estimator, noise), noise)
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,9 +91,8 @@ class StrainChain:
 
     blocks: TileBlocks
     map: StrainMap
-    search: CandidateGrid
+    estimator: Estimator
     noise: float
-    most: int
 
 
 def prepare_strain(
@@ -102,8 +103,8 @@ def prepare_strain(
     strain_map = prepare_strain_map(chain.pattern, blocks, camera, window)
     large, factor = chain.pattern.motions.large, strain_map.factor / chain.noise
     forward = large.forward(factor) if large else strain_map.forward(chain.noise)
-    search = prepare_candidates(forward)
-    return StrainChain(blocks, strain_map, search, chain.noise, chain.most)
+    estimator = replace(chain.estimator, forward=forward)
+    return StrainChain(blocks, strain_map, estimator, chain.noise)
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,14 +148,14 @@ class FrameEstimate:
     hidden : (T,) bool
         Tiles that do not show the pattern, behind a hand for instance.
     unusable_reason : str
-        Why no touch can be told, as a sentence for the user; empty where it can.
+        Why no touch can be estimated, as a sentence for the user; empty where it can.
     state : ChainState
         To start the next frame from.
     strain : (T, 3) float64, or None where the scene wants none
     from_strain : Estimate or None
         None where a part of the strain map is lost in this frame, by a hand for instance.
     from_pattern : Estimate or None
-        Of the whole pattern, where a net tells the touches.
+        Of the whole pattern, where a net estimates the touches.
     """
 
     estimate: Estimate
@@ -168,7 +169,7 @@ class FrameEstimate:
 
 
 def estimate_frame(
-    chain: Chain, image: NDArray, state: ChainState, watch: Stopwatch, settling: float = 0.0
+    chain: Chain, image: NDArray, state: ChainState, watch: Stopwatch, drift: float = 0.0
 ) -> FrameEstimate:
     """Find the touches in one frame.
 
@@ -178,37 +179,39 @@ def estimate_frame(
 
     Parameters
     ----------
-    settling : float
-        Part of what the frame shows that becomes the state of rest if nothing touches, from
-        `zero.share`; 0 leaves it as it is.
+    drift : float
+        Weight of what the frame shows in the state of rest if nothing touches, from
+        `drift_weight`; 0 leaves it as it is.
     """
-    moved, stale = state.motion, STALE
-    found = _iteration(chain, image, moved, state, watch, settling)
-    if found.unusable_reason or (found.hidden.mean() > ODD and not is_consistent(found.estimate)):
+    moved, stale = state.motion, MAX_OFF
+    found = _iteration(chain, image, moved, state, watch, drift)
+    if found.unusable_reason or (
+        found.hidden.mean() > STRANGE and not is_consistent(found.estimate)
+    ):
         jumped = moved.copy()
         jumped[chain.pattern.count :][:2] = coarse_shift(chain.reference, image)
-        other = _iteration(chain, image, jumped, state, watch, settling)
+        other = _iteration(chain, image, jumped, state, watch, drift)
         if _strange(other) < _strange(found):
             moved, found, stale = jumped, other, 0.0  # a jump is seen roughly: once more
-    for _ in range(PASSES - 1):
+    for _ in range(MAX_ITERATIONS - 1):
         off = chain.pattern.motions.max_motion(found.state.motion - moved)
-        if found.unusable_reason or (off <= stale and off * _miss(chain, found) <= LEFT):
+        if found.unusable_reason or (off <= stale and off * _miss(chain, found) <= MISSED):
             break
-        stale = STALE
+        stale = MAX_OFF
         moved, start = found.state.motion, replace(state, touches=found.state.touches)
-        found = _iteration(chain, image, moved, start, watch, settling)
+        found = _iteration(chain, image, moved, start, watch, drift)
     return found
 
 
-def _miss(chain: Chain, sensed: FrameEstimate) -> float:
-    """Give what a pass has missed as a share of what it found."""
-    share = min(contrast_loss(chain.reference, sensed.sums, sensed.hidden), 0.9)
-    return abs(share) / (1.0 - share)
+def _miss(chain: Chain, frame_estimate: FrameEstimate) -> float:
+    """Give what an iteration has missed as a fraction of what it found."""
+    lost = min(contrast_loss(chain.reference, frame_estimate.sums, frame_estimate.hidden), 0.9)
+    return abs(lost) / (1.0 - lost)
 
 
-def _strange(sensed: FrameEstimate) -> tuple[bool, float]:
-    """How little a pass says: the less the better."""
-    return bool(sensed.unusable_reason), float(sensed.hidden.mean())
+def _strange(frame_estimate: FrameEstimate) -> tuple[bool, float]:
+    """How little an iteration shows: the less the better."""
+    return bool(frame_estimate.unusable_reason), float(frame_estimate.hidden.mean())
 
 
 def _iteration(
@@ -217,28 +220,28 @@ def _iteration(
     moved: NDArray,
     state: ChainState,
     watch: Stopwatch,
-    settling: float,
+    drift: float,
 ) -> FrameEstimate:
     """Find touches with the reference moved by `moved` (K + R,)."""
     with watch.stage("correlate"):
         sums = tile_sums(chain.reference, image, chain.pattern.motions.flow(moved))
-    with watch.stage("look"):
+    with watch.stage("mask"):
         hidden = hidden_tiles(chain.reference, sums, chain.noise)
         if why := unusable_reason(chain.reference, sums, hidden):
             return FrameEstimate(
                 NO_ESTIMATE, sums, hidden, why, replace(state, touches=np.empty((0, 3)))
             )
-        pattern, search = chain.sights.behind(hidden)
+        pattern, estimator = chain.masked_models.for_mask(hidden)
     with watch.stage("estimate"):
         rest = state.rest
         right = pattern.gradient(sums_without_gain_offset(chain.tiles, sums), moved)
         right -= pattern.normal[:, : len(rest)] @ rest
         measured = pattern.whiten(right, chain.noise)
-        estimate = find(measured, search, start=state.touches, most=chain.most)
+        estimate = estimator.fit_whitened(measured, state.touches)
         motion = pattern.amplitudes(estimate, right)
         motion[: len(rest)] += rest
-        if settling and not estimate.count and not hidden.any() and is_consistent(estimate):
-            rest = update_drift(rest, pattern, measured, chain.noise, settling)
+        if drift and not estimate.count and not hidden.any() and is_consistent(estimate):
+            rest = update_drift(rest, pattern, measured, chain.noise, drift)
     after = replace(state, motion=motion, rest=rest, touches=_places(estimate))
     return FrameEstimate(estimate, sums, hidden, "", after)
 
@@ -258,12 +261,12 @@ def sense_strain(
         if measured is None:
             return strain, None
         measured -= state.rest @ chain.map.factor / chain.noise
-        return strain, find(measured, chain.search, start=state.from_strain, most=chain.most)
+        return strain, chain.estimator.fit_whitened(measured, state.from_strain)
 
 
 def with_strain(
     strain_chain: StrainChain | None,
-    sensed: FrameEstimate,
+    frame_estimate: FrameEstimate,
     watch: Stopwatch,
     alignment: Alignment | None = None,
 ) -> FrameEstimate:
@@ -272,22 +275,24 @@ def with_strain(
     The state stays as it was found: the next frame starts from what this one shows.
     """
     if strain_chain is None:
-        return _mended(sensed, alignment)
-    strain, found = sense_strain(strain_chain, sensed.sums, sensed.state, watch)
-    if sensed.unusable_reason:
+        return _aligned(frame_estimate, alignment)
+    strain, found = sense_strain(strain_chain, frame_estimate.sums, frame_estimate.state, watch)
+    if frame_estimate.unusable_reason:
         found = None
     start = np.empty((0, 3)) if found is None else _places(found)
-    after = replace(sensed.state, from_strain=start)
-    told = replace(sensed, strain=strain, from_strain=found, state=after)
-    return _mended(told, alignment)
+    after = replace(frame_estimate.state, from_strain=start)
+    whole = replace(frame_estimate, strain=strain, from_strain=found, state=after)
+    return _aligned(whole, alignment)
 
 
-def _mended(sensed: FrameEstimate, alignment: Alignment | None) -> FrameEstimate:
-    """Mend each estimate of a frame by what known presses have shown."""
+def _aligned(frame_estimate: FrameEstimate, alignment: Alignment | None) -> FrameEstimate:
+    """Correct each estimate of a frame by what known presses have shown."""
     if alignment is None:
-        return sensed
-    told = {name: getattr(sensed, name) for name in ("estimate", "from_strain", "from_pattern")}
-    return replace(sensed, **{name: alignment.apply(said) for name, said in told.items() if said})
+        return frame_estimate
+    names = "estimate", "from_strain", "from_pattern"
+    found = {name: getattr(frame_estimate, name) for name in names}
+    corrected = {name: alignment.apply(one) for name, one in found.items() if one}
+    return replace(frame_estimate, **corrected)
 
 
 def _places(estimate: Estimate) -> NDArray[np.float64]:

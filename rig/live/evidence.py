@@ -13,7 +13,7 @@ CHANCE = 0.002  # by which an unknown that is zero seems not to be
 FAR = 4.0  # robust standard deviations beyond which a press does not fit the others
 # Least scatter that is believed, over the stated variance, however many frames a press is the mean
 # of: errors of the reference, which all presses share, would look like a shift.
-LEAST = 1.0
+MIN_SCATTER = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,7 @@ class Equations:
     @property
     def scatter(self) -> float:
         """Variance of the presses in units of what is stated."""
-        return max(self.chi2 / self.freedom, LEAST)
+        return max(self.chi2 / self.freedom, MIN_SCATTER)
 
     @property
     def _weighed(self) -> NDArray[np.float64]:
@@ -93,8 +93,8 @@ class Equations:
 
         if surplus(0.0) <= 0:
             return 0.0
-        most = float(np.square(self.measured).sum())
-        return float(root_scalar(surplus, bracket=(0.0, most)).root)
+        upper = float(np.square(self.measured).sum())
+        return float(root_scalar(surplus, bracket=(0.0, upper)).root)
 
     def widened(self, variance: float) -> Equations:
         """Add a variance to that of every equation."""

@@ -1,6 +1,6 @@
 """Takes the light of every tile out of what it says: shadows and projected light move nothing.
 
-A hand over a plate casts a shadow; one gain and one offset for the whole picture leave its soft
+A hand over a plate casts a shadow; one gain and one offset for the whole image leave its soft
 border to be taken for motion. So each tile has a gain and an offset of its own, which makes places
 and forces less sure by 0.3 % on tiles of 16 px and by 3 % on tiles of 8 px.
 """
@@ -14,7 +14,7 @@ import numpy as np
 from dic import TileBlocks, TileReference, TileSums, tile_gradient
 
 
-def unlit(blocks: TileBlocks) -> TileReference:
+def without_gain_offset(blocks: TileBlocks) -> TileReference:
     """Return a reference whose tiles measure motion alone; `blocks` of one tile each."""
     h, reference = blocks.hessian, blocks.reference
     light = reference.light.copy()

@@ -11,20 +11,20 @@ from typing import Any
 import numpy as np
 
 from models import noise_from_sums
-from rig.live import chain as live
 from rig.live.baseline import ReferenceFrame, average_reference, moved_during_reference
 from rig.live.bench import Bench
+from rig.live.chain import FrameEstimate, StrainChain
+from rig.live.frame_record import FrameRecord, Recorder
 from rig.live.quality import signs
 from rig.live.run_score import RunScore
-from rig.live.shot import Recorder, Shot
 from rig.live.snapshot import Snapshot, StrainOverlay
 from rig.live.tracker import LATENCY, FrameProcessor, FrameResult
-from rig.live.view import View, bare, look, marks, strain_map, true_marks
+from rig.live.view import View, empty_snapshot, marks, plate_view, strain_map, true_marks
 from rig.system.frame import Frame, Source
 from rig.system.timing import Stopwatch
 
 PATIENCE = 5.0  # s without a frame after which a source is given up before the reference is there
-SILENCE = 0.5  # s without a frame after which the user is told,
+SILENCE = 0.5  # s without a frame after which the user is warned,
 MISSED = 3  # or so many of the intervals between the frames of the reference, if these are longer
 ATTEMPTS = 30  # series of reference frames that are thrown away because something moved
 PACE = 60  # frames over which the running rate is measured
@@ -34,8 +34,8 @@ Tell = Callable[[int, int, Snapshot], object]
 """Called as ``tell(done, total, snapshot)`` while the loop gets ready."""
 
 
-def _nobody(done: int, total: int, shot: Snapshot) -> None:
-    """Nobody is told."""
+def _nobody(done: int, total: int, snapshot: Snapshot) -> None:
+    """Report to nobody."""
 
 
 class Loop:
@@ -50,7 +50,7 @@ class Loop:
         Monotonic time, s; the same that stamps the frames.
     recorder : Recorder or None
         Keeps what every frame said; it never holds the loop up.
-    zero : ReferenceFrame or None
+    reference : ReferenceFrame or None
         The plate at rest, where the source knows it.
     """
 
@@ -60,20 +60,20 @@ class Loop:
         source: Source,
         clock: Callable[[], float] = time.monotonic,
         recorder: Recorder | None = None,
-        zero: ReferenceFrame | None = None,
+        reference: ReferenceFrame | None = None,
     ):
         self.bench = bench
         self.dropped = 0
         self.frames = 0
         self.watch = Stopwatch(clock)
-        self.tally = RunScore(bench.least_force)
-        self.strain_tally = RunScore(bench.least_force)
-        self.net_tally = RunScore(bench.least_force)
+        self.pattern_score = RunScore(bench.min_force)
+        self.strain_score = RunScore(bench.min_force)
+        self.net_score = RunScore(bench.min_force)
         self._recorder = recorder
         self._source = source
         self._clock = clock
-        self._zero = zero
-        self._view = look(bench.plate, bench.camera, bench.height)
+        self._reference = reference
+        self._view = plate_view(bench.plate, bench.camera, bench.height)
         self._follower: FrameProcessor | None = None
         self._silence = SILENCE
         self._sequence: int | None = None
@@ -111,17 +111,17 @@ class Loop:
         """
         if self._follower:
             return self._follower
-        zero = self._zero or self._take_zero()
-        rest = Frame(0, self._clock(), np.rint(zero.image).astype(np.uint8))
+        reference = self._reference or self._take_reference()
+        rest = Frame(0, self._clock(), np.rint(reference.image).astype(np.uint8))
 
         def report(done: int, total: int, what: str) -> None:
             status = f"getting ready: {what} ({done} of {total})"
-            shot = bare(rest, self.bench.plate.size, self._view, status)
-            tell(done, total, replace(shot, fresh=False))
+            snapshot = empty_snapshot(rest, self.bench.plate.size, self._view, status)
+            tell(done, total, replace(snapshot, fresh=False))
 
-        self._follower = FrameProcessor(self.bench, zero, self.watch, self._clock, report)
+        self._follower = FrameProcessor(self.bench, reference, self.watch, self._clock, report)
         if self._recorder:
-            self._recorder.begin(zero, self._follower.chain, self._follower.strain is not None)
+            self._recorder.begin(reference, self._follower.chain, self._follower.strain is not None)
         return self._follower
 
     def __iter__(self) -> Iterator[Snapshot]:
@@ -135,18 +135,18 @@ class Loop:
             See `get_ready`.
         """
         follower, view = self.get_ready(), self._view
-        shot: Snapshot | None = None
+        snapshot: Snapshot | None = None
         while True:
             try:
                 frame = self._source.grab(self._silence)
             except EOFError:
                 return
             if frame:
-                shot = self._take(frame, follower, view)
-            elif shot:
-                shot = self._without_frame(shot, follower)
-            if shot:
-                yield shot
+                snapshot = self._take(frame, follower, view)
+            elif snapshot:
+                snapshot = self._without_frame(snapshot, follower)
+            if snapshot:
+                yield snapshot
 
     def summary(self) -> dict[str, Any]:
         """Figures of the run so far, ready for JSON."""
@@ -161,9 +161,9 @@ class Loop:
                 for name, middle, slow in self.watch.table()
                 if name != LATENCY
             },
-            "pattern": self.tally.summary(),
-            "strain": self.strain_tally.summary() if self.bench.strain else None,
-            "net": self.net_tally.summary() if self.bench.net else None,
+            "pattern": self.pattern_score.summary(),
+            "strain": self.strain_score.summary() if self.bench.strain else None,
+            "net": self.net_score.summary() if self.bench.net else None,
             "recorded": self._recorder.summary() if self._recorder else None,
         }
 
@@ -171,19 +171,21 @@ class Loop:
         if self._sequence is not None:
             self.dropped += frame.sequence - self._sequence - 1
         self._sequence = frame.sequence
-        seen = follower.see(frame)
+        result = follower.process(frame)
         if self._recorder:
-            self._recorder.put(Shot(frame, seen.before, seen.sensed, seen.identities))
+            self._recorder.put(
+                FrameRecord(frame, result.before, result.frame_estimate, result.identities)
+            )
         self.frames += 1
-        errors = self._score(frame, seen.sensed)
+        errors = self._score(frame, result.frame_estimate)
         now = self._clock()
         self._first = now if self._first is None else self._first
         self._finished.append(now)
-        return self._snapshot(frame, follower, view, seen, errors)
+        return self._snapshot(frame, follower, view, result, errors)
 
-    def _without_frame(self, shot: Snapshot, follower: FrameProcessor) -> Snapshot:
+    def _without_frame(self, snapshot: Snapshot, follower: FrameProcessor) -> Snapshot:
         return replace(
-            shot,
+            snapshot,
             touches=(),
             from_strain=(),
             truth=None,
@@ -195,7 +197,7 @@ class Loop:
             events=follower.miss(self._clock()),
         )
 
-    def _take_zero(self) -> ReferenceFrame:
+    def _take_reference(self) -> ReferenceFrame:
         for _ in range(ATTEMPTS):
             frames = [self._next() for _ in range(self.bench.reference_frames)]
             if any(frame.truth for frame in frames):
@@ -209,7 +211,7 @@ class Loop:
                 self._silence = max(SILENCE, MISSED * pace)
                 return average_reference(images)
         raise ValueError(
-            f"something moved in the picture in each of {ATTEMPTS} series of reference frames;"
+            f"something moved in the image in each of {ATTEMPTS} series of reference frames;"
             " leave the plate alone, or set camera exposure longer if its light flickers"
         )
 
@@ -217,32 +219,32 @@ class Loop:
         try:
             frame = self._source.grab(PATIENCE)
         except EOFError as end:
-            raise OSError(f"{end}, and the reference takes more; give more pictures") from None
+            raise OSError(f"{end}, and the reference takes more; give more images") from None
         if frame is None:
             raise OSError(f"{self._source.status}; none came for {PATIENCE:g} s, look after it")
         return frame
 
-    def _score(self, frame: Frame, sensed: live.FrameEstimate) -> tuple[float, float] | None:
+    def _score(self, frame: Frame, frame_estimate: FrameEstimate) -> tuple[float, float] | None:
         if frame.truth is None:
             return None
-        if sensed.from_strain is not None:
-            self.strain_tally.add(sensed.from_strain, frame.truth)
-        if sensed.from_pattern is not None:
-            self.tally.add(sensed.from_pattern, frame.truth)
-            return self.net_tally.add(sensed.estimate, frame.truth)
-        return self.tally.add(sensed.estimate, frame.truth)
+        if frame_estimate.from_strain is not None:
+            self.strain_score.add(frame_estimate.from_strain, frame.truth)
+        if frame_estimate.from_pattern is not None:
+            self.pattern_score.add(frame_estimate.from_pattern, frame.truth)
+            return self.net_score.add(frame_estimate.estimate, frame.truth)
+        return self.pattern_score.add(frame_estimate.estimate, frame.truth)
 
     def _snapshot(
         self,
         frame: Frame,
         follower: FrameProcessor,
         view: View,
-        seen: FrameResult,
+        result: FrameResult,
         errors: tuple[float, float] | None,
     ) -> Snapshot:
-        told = self.net_tally if self.bench.net else self.tally
-        sensed, running = seen.sensed, told.running()
-        shown = _shown(follower.strain, sensed)
+        score = self.net_score if self.bench.net else self.pattern_score
+        frame_estimate, running = result.frame_estimate, score.running()
+        shown = _shown(follower.strain, frame_estimate)
         return Snapshot(
             sequence=frame.sequence,
             captured=frame.captured,
@@ -250,11 +252,13 @@ class Loop:
             plate_size=self.bench.plate.size,
             plate_outline=view.outline,
             T_px_plate=view.T_px_plate,
-            touches=marks(sensed.estimate, seen.identities, seen.velocities),
-            from_strain=() if sensed.from_strain is None else marks(sensed.from_strain),
+            touches=marks(frame_estimate.estimate, result.identities, result.velocities),
+            from_strain=()
+            if frame_estimate.from_strain is None
+            else marks(frame_estimate.from_strain),
             truth=None if frame.truth is None else true_marks(frame.truth),
             strain=shown,
-            status=follower.sentence(sensed),
+            status=follower.sentence(frame_estimate),
             position_error=errors[0] if errors else None,
             force_error=errors[1] if errors else None,
             position_error_median=running[0] if running else None,
@@ -263,16 +267,14 @@ class Loop:
             dropped=self.dropped,
             stages=tuple(row for row in self.watch.table() if row[0] != LATENCY),
             latency=self.watch.quantiles(LATENCY),
-            noise=noise_from_sums(sensed.sums, follower.chain.reference.tiles),
+            noise=noise_from_sums(frame_estimate.sums, follower.chain.reference.tiles),
             strain_reason="" if shown else "the scene names no [comparison] by strain",
-            events=seen.events,
-            signs=signs(follower.chain, sensed),
+            events=result.events,
+            signs=signs(follower.chain, frame_estimate),
         )
 
 
-def _shown(
-    strain_chain: live.StrainChain | None, sensed: live.FrameEstimate
-) -> StrainOverlay | None:
-    if strain_chain is None or sensed.strain is None:
+def _shown(strain_chain: StrainChain | None, frame_estimate: FrameEstimate) -> StrainOverlay | None:
+    if strain_chain is None or frame_estimate.strain is None:
         return None
-    return strain_map(strain_chain, sensed.strain)
+    return strain_map(strain_chain, frame_estimate.strain)

@@ -1,4 +1,4 @@
-"""Touches by a net, live: the strain that DIC reads at the gauges of a frame, and what a net tells.
+"""Touches by a net, live: the strain that DIC reads at the gauges of a frame, and what a net says.
 
 The whole pattern is followed all the same. It says where each gauge is, what hides it and what the
 plate has crept to; the net says where the touch is.
@@ -77,30 +77,30 @@ class NetChain:
     """
 
     reference: dic.Reference
-    seen: CameraGauges
+    readings: CameraGauges
     touch: NetEstimate
     tiles: NDArray[np.int64]
 
-    def tell(
-        self, chain: Chain, image: NDArray, sensed: FrameEstimate, watch: Stopwatch
+    def estimate(
+        self, chain: Chain, image: NDArray, frame_estimate: FrameEstimate, watch: Stopwatch
     ) -> FrameEstimate:
-        """Put what the net tells in the place of what the whole pattern says of a frame.
+        """Put what the net finds in the place of what the whole pattern says of a frame.
 
-        No touch is told while a gauge is hidden: a net reads all of them.
+        No touch is reported while a gauge is hidden: a net reads all of them.
         """
-        told = NO_ESTIMATE
-        if not sensed.unusable_reason:
+        found = NO_ESTIMATE
+        if not frame_estimate.unusable_reason:
             with watch.stage("net"):
-                told = self._tell(chain, image, sensed)
-        return replace(sensed, estimate=told, from_pattern=sensed.estimate)
+                found = self._touches(chain, image, frame_estimate)
+        return replace(frame_estimate, estimate=found, from_pattern=frame_estimate.estimate)
 
-    def _tell(self, chain: Chain, image: NDArray, sensed: FrameEstimate) -> Estimate:
-        guess = chain.pattern.motions.flow(sensed.state.motion)[self.tiles]
+    def _touches(self, chain: Chain, image: NDArray, frame_estimate: FrameEstimate) -> Estimate:
+        guess = chain.pattern.motions.flow(frame_estimate.state.motion)[self.tiles]
         field = dic.strain(dic.correlate(self.reference, image, guess))
         if not field.valid.all():
             return NO_ESTIMATE
-        crept = self.seen.of_modes @ sensed.state.rest
-        return self.touch.tell(np.column_stack([field.exx, field.eyy, field.exy]) - crept)
+        crept = self.readings.of_modes @ frame_estimate.state.rest
+        return self.touch.fit(np.column_stack([field.exx, field.eyy, field.exy]) - crept)
 
 
 def plan_net(scene: Scene, theory: Theory) -> NetPlan:
@@ -158,29 +158,29 @@ def _check_same(scene: Scene, about: object, path: Path) -> None:
 
 
 def prepare_net(
-    plan: NetPlan, chain: Chain, zero: ReferenceFrame, camera: synthetic.AnyCamera
+    plan: NetPlan, chain: Chain, reference: ReferenceFrame, camera: synthetic.AnyCamera
 ) -> NetChain:
     """Prepare a net for a reference.
 
     Raises
     ------
     ValueError
-        If a gauge leaves the picture or stands where there is no pattern.
+        If a gauge leaves the image or stands where there is no pattern.
     """
     motions = chain.pattern.motions
-    seen = prepare_camera_gauges(motions.modes, camera, plan.gauges, plan.subset)
-    reference = dic.prepare(zero.image, plan.subset, points=seen.gauges.xy)
-    blind = np.count_nonzero(reference.status != dic.Status.OK)
+    readings = prepare_camera_gauges(motions.modes, camera, plan.gauges, plan.subset)
+    gauges = dic.prepare(reference.image, plan.subset, points=readings.gauges.xy)
+    blind = np.count_nonzero(gauges.status != dic.Status.OK)
     if blind:
         raise ValueError(
             f"{blind} of {len(plan.gauges)} gauges show no pattern to follow; look after pattern"
             " and light, or set gauges.margin larger"
         )
     # The noise of a frame less the reference, shared evenly, as the covariance takes it.
-    root = seen.root(zero.image, zero.noise / sqrt(2))
+    root = readings.root(reference.image, reference.noise / sqrt(2))
     a, b = motions.modes.plate.size
     sides = (np.linspace(plan.margin, side - plan.margin, PLACES) for side in (a, b))
     places = np.stack(np.meshgrid(*sides), axis=-1).reshape(-1, 2)
-    apart = np.abs(seen.gauges.xy[:, None] - motions.tiles.xy).max(axis=2)
-    touch = estimate_touch(plan.net, seen, root, places, plan.steps)
-    return NetChain(reference, seen, touch, apart.argmin(axis=1))
+    apart = np.abs(readings.gauges.xy[:, None] - motions.tiles.xy).max(axis=2)
+    touch = estimate_touch(plan.net, readings, root, places, plan.steps)
+    return NetChain(gauges, readings, touch, apart.argmin(axis=1))

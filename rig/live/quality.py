@@ -10,32 +10,32 @@ from rig.live.chain import Chain, FrameEstimate
 from rig.live.snapshot import Sign
 from rig.live.visibility import contrast
 
-SLIGHT = 0.02  # of the tiles, flat ones at the border mostly: nothing that a user could mend
+SLIGHT = 0.02  # of the tiles, flat ones at the border mostly: nothing that a user could change
 NOISY = 1.3  # times the noise of the reference
 DIM, BRIGHT = 0.7, 1.3  # times the light of the reference
 BUMPED = 1.0  # px; a camera on a firm stand creeps by tenths
 COARSE = 5.0  # mm, half a fingertip
 
 
-def signs(chain: Chain, sensed: FrameEstimate) -> tuple[Sign, ...]:
-    """Say how good a frame is, of the whole pattern also where a net tells the touches."""
-    hidden, sums, tiles = sensed.hidden, sensed.sums, chain.reference.tiles
-    estimate = sensed.from_pattern or sensed.estimate
-    seen = 1.0 - float(np.mean(hidden))
+def signs(chain: Chain, frame_estimate: FrameEstimate) -> tuple[Sign, ...]:
+    """Say how good a frame is, of the whole pattern also where a net estimates the touches."""
+    hidden, sums, tiles = frame_estimate.hidden, frame_estimate.sums, chain.reference.tiles
+    estimate = frame_estimate.from_pattern or frame_estimate.estimate
+    visible = 1.0 - float(np.mean(hidden))
     noise = noise_from_sums(sums, tiles)
-    shift = float(np.hypot(*sensed.state.motion[chain.pattern.count :][:2]))
+    shift = float(np.hypot(*frame_estimate.state.motion[chain.pattern.count :][:2]))
     return (
-        Sign("pattern in sight", f"{seen:.0%}", seen < 1.0 - SLIGHT),
-        _fit(estimate, bool(sensed.unusable_reason)),
+        Sign("visible pattern", f"{visible:.0%}", visible < 1.0 - SLIGHT),
+        _fit(estimate, bool(frame_estimate.unusable_reason)),
         Sign("noise", f"{noise:.1f} gl, {chain.noise:.1f} at rest", noise > NOISY * chain.noise),
-        _light(contrast(sums, ~hidden, tiles.size) if seen else float("nan")),
+        _light(contrast(sums, ~hidden, tiles.size) if visible else float("nan")),
         Sign("camera moved", f"{shift:.2f} px", shift > BUMPED),
-        _doubt(sensed.estimate),
+        _uncertainty(frame_estimate.estimate),
     )
 
 
-def _fit(estimate: Estimate, trouble: bool) -> Sign:
-    if trouble:
+def _fit(estimate: Estimate, unusable: bool) -> Sign:
+    if unusable:
         return Sign("misfit", "–", True)
     return Sign(
         "misfit", f"χ² {estimate.chi2 / estimate.dof:.2f} of 1", not is_consistent(estimate)
@@ -48,11 +48,11 @@ def _light(light: float) -> Sign:
     return Sign("light", f"{light:.0%} of that at rest", not DIM < light < BRIGHT)
 
 
-def _doubt(estimate: Estimate) -> Sign:
+def _uncertainty(estimate: Estimate) -> Sign:
     """One standard deviation of the touch that is least sure."""
     if not estimate.count:
-        return Sign("doubt of a touch", "–", False)
+        return Sign("uncertainty of a touch", "–", False)
     variances = np.diag(estimate.covariance).reshape(-1, 3)
     place = float(np.sqrt((variances[:, 0] + variances[:, 1]).max() / 2))
     force = float(np.sqrt(variances[:, 2].max()))
-    return Sign("doubt of a touch", f"{place:.2g} mm, {force:.2g} N", place > COARSE)
+    return Sign("uncertainty of a touch", f"{place:.2g} mm, {force:.2g} N", place > COARSE)

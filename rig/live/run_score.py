@@ -25,17 +25,17 @@ class RunScore:
 
     Attributes
     ----------
-    least : float, N
+    min_force : float, N
         True touches weaker than this (a finger that just lands) are neither missed nor scored.
     frames : int
         Frames that were compared with the truth.
     misses, false : int
         Touches, summed over the frames, that were not found, or found and not there.
-    position, force, relative : float, mm, N and share of the true force
+    position, force, relative : float, mm, N and fraction of the true force
         Errors of the pairs, in frames where all that presses is found and nothing else.
     """
 
-    least: float
+    min_force: float
     frames: int = 0
     misses: int = 0
     false: int = 0
@@ -46,7 +46,7 @@ class RunScore:
     def add(self, estimate: Estimate, truth: tuple[fe.Touch, ...]) -> tuple[float, float] | None:
         """Score one frame; returns its mean errors in mm and N, None where nothing was pressed."""
         self.frames += 1
-        pressed = tuple(touch for touch in truth if touch.force >= self.least)
+        pressed = tuple(touch for touch in truth if touch.force >= self.min_force)
         self.misses += max(0, len(pressed) - estimate.count)
         self.false += max(0, estimate.count - len(truth))
         if estimate.count != len(pressed) or len(pressed) != len(truth) or not pressed:

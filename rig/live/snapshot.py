@@ -57,16 +57,16 @@ class Mark:
 
 @dataclass(frozen=True)
 class Sign:
-    """A figure of a frame's quality: what it is, how it reads, and whether it gives doubt."""
+    """A figure of a frame's quality: what it is, how it reads, and whether it is a warning."""
 
     name: str
     says: str
-    doubt: bool
+    warns: bool
 
 
 @dataclass(frozen=True, eq=False)
 class StrainOverlay:
-    """Strain of the seen face on a grid of the camera picture.
+    """Strain of the seen face on a grid of the camera image.
 
     Attributes
     ----------
@@ -99,13 +99,13 @@ class Snapshot:
     captured : float
         Capture time on the clock of the loop, s.
     image : (H, W) uint8
-        Camera picture.
+        Camera image.
     plate_size : tuple of float
         Sides of the plate along its x and y, mm.
     plate_outline : (4, 2) float
-        Corners of the plate in the picture, px, in order round the plate.
+        Corners of the plate in the image, px, in order round the plate.
     T_px_plate : (3, 3) float
-        Homography from the touched face (x, y, mm) to the picture (x, y, px).
+        Homography from the touched face (x, y, mm) to the image (x, y, px).
     touches : tuple of Mark
         Touches found from the whole pattern.
     from_strain : tuple of Mark
@@ -129,7 +129,7 @@ class Snapshot:
     latency : tuple of float
         Capture to touches, median and 95th percentile, ms.
     noise : float
-        Standard deviation of the picture's noise, grey levels.
+        Standard deviation of the image's noise, grey levels.
     strain_reason : str
         Why `strain` is None, as a sentence for the user.
     fresh : bool

@@ -9,9 +9,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from models import Estimate, LargeForward, Result
-from rig.live import chain as live
 from rig.live.baseline import ReferenceFrame, drift_weight, is_consistent
 from rig.live.bench import Bench
+from rig.live.chain import (
+    NO_ESTIMATE,
+    ChainState,
+    FrameEstimate,
+    at_rest,
+    estimate_frame,
+    with_strain,
+)
 from rig.live.quality import SLIGHT
 from rig.live.tracks import Event, Tracks
 from rig.live.warm_up import Report, quiet, rehearsal
@@ -23,13 +30,13 @@ LATENCY = "capture to touches"
 
 @dataclass(frozen=True, eq=False)
 class FrameResult:
-    """What a frame says in the light of those before it.
+    """What a frame shows after those before it.
 
     Attributes
     ----------
     before : ChainState
-        What it was sensed from.
-    sensed : FrameEstimate
+        What it was estimated from.
+    frame_estimate : FrameEstimate
     identities : (n,) int
         Of the touches found.
     velocities : (n,) pairs of float, mm/s
@@ -37,20 +44,20 @@ class FrameResult:
     events : tuple of Event
     """
 
-    before: live.ChainState
-    sensed: live.FrameEstimate
+    before: ChainState
+    frame_estimate: FrameEstimate
     identities: tuple[int, ...]
     velocities: tuple[tuple[float, float], ...]
     events: tuple[Event, ...]
 
 
 class FrameProcessor:
-    """Senses frame after frame.
+    """Estimates the touches of frame after frame.
 
     Parameters
     ----------
     bench : Bench
-    zero : ReferenceFrame
+    reference : ReferenceFrame
         The plate at rest.
     watch : Stopwatch
     clock : callable
@@ -72,62 +79,62 @@ class FrameProcessor:
     def __init__(
         self,
         bench: Bench,
-        zero: ReferenceFrame,
+        reference: ReferenceFrame,
         watch: Stopwatch,
         clock: Callable[[], float],
         report: Report = quiet,
     ):
-        self.chain, self.strain = bench.prepare(zero)
-        self._net = bench.prepare_net(zero, self.chain)
+        self.chain, self.strain = bench.prepare(reference)
+        self._net = bench.prepare_net(reference, self.chain)
         self._bench, self._clock = bench, clock
         self._watch = Stopwatch(time.monotonic)  # what is made up counts for nothing
         self._begin()
         for frame in rehearsal(self.chain, bench.theory.force, report):
-            self.sentence(self.see(frame).sensed)
+            self.sentence(self.process(frame).frame_estimate)
         self._watch = watch
         self._begin()
 
-    def see(self, frame: Frame) -> FrameResult:
-        """Sense a frame and follow its touches."""
+    def process(self, frame: Frame) -> FrameResult:
+        """Estimate the touches of a frame and follow them."""
         before, watch = self._state, self._watch
         watch.add("arrive", self._clock() - frame.captured)
         last = frame.captured if self._captured is None else self._captured
-        sensed = live.estimate_frame(
+        frame_estimate = estimate_frame(
             self.chain, frame.image, before, watch, drift_weight(frame.captured - last)
         )
         if self._net:
-            sensed = self._net.tell(self.chain, frame.image, sensed, watch)
+            frame_estimate = self._net.estimate(self.chain, frame.image, frame_estimate, watch)
         watch.add(LATENCY, self._clock() - frame.captured)
-        sensed = live.with_strain(self.strain, sensed, watch, self._bench.alignment)
+        frame_estimate = with_strain(self.strain, frame_estimate, watch, self._bench.alignment)
         with watch.stage("track"):
-            followed = self._tracks.follow(sensed.estimate, frame.captured)
+            followed = self._tracks.follow(frame_estimate.estimate, frame.captured)
         self._tracks, identities, events = followed
-        self._state, self._captured = sensed.state, frame.captured
+        self._state, self._captured = frame_estimate.state, frame.captured
         pace = {track.identity: track.sure_velocity for track in self._tracks.tracks}
         velocities = tuple(pace[identity] for identity in identities)
-        return FrameResult(before, sensed, identities, velocities, events)
+        return FrameResult(before, frame_estimate, identities, velocities, events)
 
     def miss(self, time: float) -> tuple[Event, ...]:
         """Let touches leave while no frames come."""
-        self._tracks, _, events = self._tracks.follow(live.NO_ESTIMATE, time)
+        self._tracks, _, events = self._tracks.follow(NO_ESTIMATE, time)
         return events
 
-    def sentence(self, sensed: live.FrameEstimate) -> str:
-        """Say what a frame shows, and what is to be doubted in it."""
-        if sensed.unusable_reason:
-            return sensed.unusable_reason
-        said, share = _count(sensed.estimate), float(np.mean(sensed.hidden))
-        if share > SLIGHT:
-            said += f"; {share:.0%} of the pattern is hidden"
-        elif not is_consistent(sensed.estimate):
-            said += ", but the picture does not fit: is something in the way, or the pattern worn?"
-        if doubt := self._doubt(sensed):
-            said += f"; {doubt}"
+    def sentence(self, frame_estimate: FrameEstimate) -> str:
+        """Say what a frame shows, and what may be wrong with it."""
+        if frame_estimate.unusable_reason:
+            return frame_estimate.unusable_reason
+        said, fraction = _count(frame_estimate.estimate), float(np.mean(frame_estimate.hidden))
+        if fraction > SLIGHT:
+            said += f"; {fraction:.0%} of the pattern is hidden"
+        elif not is_consistent(frame_estimate.estimate):
+            said += ", but the image does not fit: is something in the way, or the pattern worn?"
+        if caution := self._caution(frame_estimate):
+            said += f"; {caution}"
         return said
 
-    def _doubt(self, sensed: live.FrameEstimate) -> str:
+    def _caution(self, frame_estimate: FrameEstimate) -> str:
         """Say what is wrong with the theory under these touches; empty where it holds."""
-        touches, forward = sensed.state.touches, self.chain.sights.search.forward
+        touches, forward = frame_estimate.state.touches, self.chain.estimator.forward
         if not len(touches):
             return ""
         if isinstance(forward, LargeForward):
@@ -139,7 +146,7 @@ class FrameProcessor:
 
     def _begin(self) -> None:
         """Start from a plate at rest, and know no touch."""
-        self._state, self._tracks = live.at_rest(self.chain), Tracks()
+        self._state, self._tracks = at_rest(self.chain), Tracks()
         self._captured: float | None = None
 
 

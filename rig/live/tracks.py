@@ -15,7 +15,7 @@ from models import Estimate
 GATE = 13.8  # squared Mahalanobis distance that 1 in 1000 true pairs exceeds, 2 degrees of freedom
 HASTE = 2000.0  # mm/s², by which a finger gains or loses speed; a stroke of 100 mm takes 0.5 s
 QUICK = 200.0  # mm/s, standard deviation of the speed with which a finger lands
-LEAST = 0.2  # mm; what a frame says of a place is no better: a finger is soft
+MIN_SIGMA = 0.2  # mm; what a frame says of a place is no better: a finger is soft
 PACE = 0.14  # s over which the velocity of a touch is taken,
 FEWEST = 3  # from so many frames or more,
 STEADY = 2.0  # and where it exceeds what noise explains by so many standard deviations
@@ -35,11 +35,11 @@ class Track:
     motion : (4,) float64, mm and mm/s
         x, y, vx, vy by a Kalman filter.
     covariance : (4, 4) float64
-    seen : float, s
+    last_time : float, s
         Capture time of the last frame that showed it.
     force : float, N
         In that frame.
-    told : (float, float), mm
+    reported : (float, float), mm
         Where it was at its last event.
     recent : (R, 4) float64, s, mm, mm, mm²
         Time, x and y of the frames of the last `PACE` s, and the sum of both variances.
@@ -48,9 +48,9 @@ class Track:
     identity: int
     motion: NDArray[np.float64]
     covariance: NDArray[np.float64]
-    seen: float
+    last_time: float
     force: float
-    told: tuple[float, float]
+    reported: tuple[float, float]
     recent: NDArray[np.float64]
 
     @property
@@ -69,9 +69,9 @@ class Track:
         if len(times) < FEWEST:
             return 0.0, 0.0
         vx, vy = times @ self.recent[:, 1:3] / (times @ times)
-        doubt = STEADY**2 * self.recent[:, 3].mean() / (times @ times)
-        share = max(0.0, 1.0 - doubt / max(vx**2 + vy**2, 1e-12))
-        return float(share * vx), float(share * vy)
+        noise = STEADY**2 * self.recent[:, 3].mean() / (times @ times)
+        shrunk = max(0.0, 1.0 - noise / max(vx**2 + vy**2, 1e-12))
+        return float(shrunk * vx), float(shrunk * vy)
 
 
 @dataclass(frozen=True)
@@ -129,8 +129,8 @@ class Tracks:
             identities[index] = number
         appeared = [_event("appear", track, time) for track in kept[len(pairs) :]]
         missing = [track for row, track in enumerate(self.tracks) if row not in pairs]
-        left = [track for track in missing if time - track.seen > ABSENT]
-        kept += [track for track in missing if time - track.seen <= ABSENT]
+        left = [track for track in missing if time - track.last_time > ABSENT]
+        kept += [track for track in missing if time - track.last_time <= ABSENT]
         events = (*moves, *appeared, *(_event("leave", track, time) for track in left))
         tracks = tuple(sorted(kept, key=lambda track: track.identity))
         order = tuple(identities[index] for index in range(estimate.count))
@@ -139,7 +139,7 @@ class Tracks:
 
 def _predict(track: Track, time: float) -> Track:
     """Carry a track on at its pace; the time that it was last seen stays."""
-    step = max(time - track.seen, 0.0)
+    step = max(time - track.last_time, 0.0)
     carry = np.eye(4)
     carry[0, 2] = carry[1, 3] = step
     # White acceleration that is constant over a step (Bar-Shalom, Li & Kirubarajan 2001, 6.3.2).
@@ -176,14 +176,14 @@ def _update(
         track,
         motion=motion,
         covariance=0.5 * (spread + spread.T),
-        seen=time,
+        last_time=time,
         force=float(estimate.force[index]),
         recent=_recall(track.recent, estimate, index, time),
     )
-    away = hypot(motion[0] - track.told[0], motion[1] - track.told[1])
+    away = hypot(motion[0] - track.reported[0], motion[1] - track.reported[1])
     if away < max(MOVED, SURE * float(np.sqrt(np.linalg.eigvalsh(spread[:2, :2])[-1]))):
         return after, None
-    after = replace(after, told=(float(motion[0]), float(motion[1])))
+    after = replace(after, reported=(float(motion[0]), float(motion[1])))
     return after, _event("move", after, time)
 
 
@@ -208,7 +208,7 @@ def _recall(
 def _spread(estimate: Estimate, index: int) -> NDArray[np.float64]:
     """Covariance of a place, (2, 2) mm², wide where the estimate knows nothing."""
     spread = np.nan_to_num(estimate.touch_covariance(index)[:2, :2], posinf=1e6, neginf=-1e6)
-    return spread + LEAST**2 * np.eye(2)
+    return spread + MIN_SIGMA**2 * np.eye(2)
 
 
 def _event(kind: Literal["appear", "move", "leave"], track: Track, time: float) -> Event:

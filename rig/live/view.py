@@ -19,14 +19,14 @@ from rig.system.frame import Frame
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """Where the plate lies in the picture: corners (4, 2) px, and face mm → px as a homography."""
+    """Where the plate lies in the image: corners (4, 2) px, and face mm → px as a homography."""
 
     outline: NDArray[np.float64]
     T_px_plate: NDArray[np.float64]
 
 
-def look(plate: fe.Plate, camera: synthetic.AnyCamera, height: float) -> View:
-    """See the face at `height` (mm) of a plate through a camera."""
+def plate_view(plate: fe.Plate, camera: synthetic.AnyCamera, height: float) -> View:
+    """Return where a camera sees the face of a plate at `height`, mm."""
     a, b = plate.size
     corners = np.array([(0.0, 0.0), (a, 0.0), (a, b), (0.0, b)])
     outline = camera.project(np.column_stack([corners, np.full(4, height)]))
@@ -69,15 +69,17 @@ def _mark(estimate: Estimate, index: int) -> Mark:
 
 
 def strain_map(chain: StrainChain, strain: NDArray) -> StrainOverlay:
-    """Strain (T, 3) as a grid over the picture."""
+    """Strain (T, 3) as a grid over the image."""
     tiles = chain.blocks.reference.tiles
     exx, eyy, exy = strain.T.reshape(3, *tiles.shape).astype(np.float32)
     sigma = chain.noise * np.median(chain.map.sigma, axis=0)
     return StrainOverlay(tiles.xs, tiles.ys, exx, eyy, exy, tuple(sigma.tolist()))
 
 
-def bare(frame: Frame, plate_size: tuple[float, float], view: View, status: str) -> Snapshot:
-    """Return a snapshot of a picture in which nothing was looked for, because of `status`."""
+def empty_snapshot(
+    frame: Frame, plate_size: tuple[float, float], view: View, status: str
+) -> Snapshot:
+    """Return a snapshot of an image in which no touch was sought, because of `status`."""
     nothing = float("nan")
     return Snapshot(
         sequence=frame.sequence,

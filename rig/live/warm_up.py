@@ -49,11 +49,10 @@ def rehearsal(chain: Chain, force: float, report: Report = quiet) -> Iterator[Fr
 
 
 def _scenes(chain: Chain, force: float) -> dict[str, NDArray]:
-    """Pictures (H, W) in grey levels, without noise, by what they show."""
+    """Images (H, W) in grey levels, without noise, by what they show."""
     calm, one = chain.reference.image, _pressed(chain, 1, force)
-    several = {
-        f"{count} touches": _pressed(chain, count, force) for count in (2, max(chain.most, 1) + 2)
-    }
+    counts = 2, max(chain.estimator.max_touches, 1) + 2
+    several = {f"{count} touches": _pressed(chain, count, force) for count in counts}
     return {
         "no touch": calm,
         "one touch": one,
@@ -65,7 +64,7 @@ def _scenes(chain: Chain, force: float) -> dict[str, NDArray]:
 
 
 def _exposed(light: NDArray, noise: float, number: int) -> NDArray[np.uint8]:
-    """Take a picture, with noise and in whole grey levels."""
+    """Take a image, with noise and in whole grey levels."""
     grain = np.random.default_rng(number).standard_normal(light.shape, np.float32)
     return np.rint(light + noise * grain).clip(0, 255).astype(np.uint8)
 

@@ -87,13 +87,13 @@ class Cursors:
         self._time = time
         return self._last
 
-    def _match(self, marks: Sequence[Mark], places: NDArray) -> list[int]:
+    def _match(self, marks: Sequence[Mark], places: NDArray[np.float64]) -> list[int]:
         """Session of each touch."""
         present = {mark.identity for mark in marks}
         self._known = {name: one for name, one in self._known.items() if name in present}
         tracked = set(self._known.values())
         free = {one.session: (one.x, one.y) for one in self._last if one.session not in tracked}
-        sessions = []
+        sessions: list[int] = []
         for mark, place in zip(marks, places.tolist(), strict=True):
             if mark.identity is not None:
                 if mark.identity not in self._known:

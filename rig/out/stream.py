@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from typing import Any
 
@@ -45,7 +45,7 @@ class TouchStream:
 
 
 @contextmanager
-def serve_touches(port: int = PORT) -> Iterator[TouchStream]:
+def serve_touches(port: int = PORT) -> Generator[TouchStream]:
     """Serve the stream on a loopback port while the block runs; 0 takes a free one.
 
     Raises

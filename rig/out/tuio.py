@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,7 +117,7 @@ def frame_bundle(cursors: Sequence[Cursor], frame: int, source: str) -> bytes:
     )
 
 
-def _find(host: str, port: int) -> tuple[socket.AddressFamily, tuple]:
+def _find(host: str, port: int) -> tuple[socket.AddressFamily, tuple[Any, ...]]:
     try:
         family, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
     except socket.gaierror:

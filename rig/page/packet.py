@@ -5,9 +5,10 @@ Parts are made when a page first asks for them and shared by all pages, in the s
 
 import json
 import math
+from collections.abc import Iterable
 from dataclasses import asdict
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import cv2
 import numpy as np
@@ -64,7 +65,7 @@ class Packet:
         """
         words = (word.partition(":") for word in wanted.split())
         asked = {name: across for name, _, across in words}
-        parts = {}
+        parts: dict[str, bytes] = {}
         if "camera" in asked:
             parts["camera"] = self._camera(asked["camera"])
         if "projector" in asked and self.screen is not None:
@@ -172,9 +173,10 @@ def _plain(value: Any) -> Any:
     """Numbers as JSON knows them: what is not finite becomes null."""
     match value:
         case dict():
-            return {name: _plain(part) for name, part in value.items()}
+            named = cast("dict[str, Any]", value)
+            return {name: _plain(part) for name, part in named.items()}
         case list() | tuple():
-            return [_plain(part) for part in value]
+            return [_plain(part) for part in cast("Iterable[Any]", value)]
         case np.ndarray() | np.generic():
             return _plain(value.tolist())
         case float() if not math.isfinite(value):

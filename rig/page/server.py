@@ -8,8 +8,8 @@ What a user asks for waits until the loop takes it.
 import json
 import socket
 from collections import deque
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -86,7 +86,7 @@ class Publisher:
 @contextmanager
 def serve(
     port: int = 8765, screen: Screen | None = None, access: Access | None = None
-) -> Iterator[Publisher]:
+) -> Generator[Publisher]:
     """Serve the operator page while the block runs; yields the `Publisher` that feeds it.
 
     Parameters
@@ -141,14 +141,15 @@ async def _ask(request: Request, publisher: Publisher) -> Response:
         body += part
         if len(body) > LONGEST:
             return PlainTextResponse(f"a wish has {LONGEST} bytes at most\n", 413)
-    try:
+    wish: Any = None
+    with suppress(ValueError):
         wish = json.loads(body)
-    except ValueError:
-        wish = None
-    if not isinstance(wish, dict) or not isinstance(wish.get("do"), str):
-        return PlainTextResponse("a wish is a JSON object with what to do\n", 400)
-    publisher.ask(wish)
-    return Response(status_code=204)
+    match wish:
+        case {"do": str()}:
+            publisher.ask(wish)
+            return Response(status_code=204)
+        case _:
+            return PlainTextResponse("a wish is a JSON object with what to do\n", 400)
 
 
 async def _stream(websocket: WebSocket, publisher: Publisher) -> None:

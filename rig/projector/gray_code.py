@@ -7,6 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.system.arrays import Real
+
 CLEAR = 0.2  # of the span from dark to light: stripe and inverse differ by more, or it is no bit
 LIT = 12.0  # grey levels from dark to light; less is not lit by the projector
 
@@ -45,7 +47,7 @@ def patterns(size: tuple[int, int]) -> list[NDArray[np.uint8]]:
 
 
 def decode(
-    images: Sequence[NDArray], size: tuple[int, int]
+    images: Sequence[Real], size: tuple[int, int]
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Read which pixel of the projector every pixel of the camera sees.
 
@@ -77,7 +79,7 @@ def decode(
     light, dark, *stripes = (np.asarray(image, dtype=np.float32) for image in images)
     span = light - dark
     valid = span > LIT
-    read = []
+    read: list[NDArray[np.int64]] = []
     for start, digits in ((0, columns), (2 * columns, rows)):
         number = np.zeros(span.shape, dtype=np.int64)
         bit = np.zeros(span.shape, dtype=np.int64)

@@ -10,12 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dic import tile_sums
 from rig.live.chain import Chain
 from rig.live.illumination import sums_without_gain_offset
 from rig.live.snapshot import Mark
+from rig.system.arrays import F32, Real
 
 SPOILT = 0.45  # of σ: a bias of so much makes an error 10 % larger, √(1 + 0.45²)
 
@@ -54,7 +54,7 @@ class Interference:
         )
 
 
-def leftover(image: NDArray, reference: NDArray, light: NDArray, black: float) -> float:
+def leftover(image: Real, reference: Real, light: Real, black: float) -> float:
     """Strength of a light of known shape in a frame: its brightest over the light of the room.
 
     Parameters
@@ -73,9 +73,7 @@ def leftover(image: NDArray, reference: NDArray, light: NDArray, black: float) -
     return max(float(np.vdot(lit, more)) / energy, 0.0) if energy > 0 else 0.0
 
 
-def interference(
-    chain: Chain, light: NDArray, black: float, marks: tuple[Mark, ...]
-) -> Interference:
+def interference(chain: Chain, light: F32, black: float, marks: tuple[Mark, ...]) -> Interference:
     """Predict what light does to touches, to first order.
 
     Parameters

@@ -68,7 +68,7 @@ def _shift(x: float, y: float) -> NDArray[np.float64]:
 
 def prepare_light_map(
     screen: Screen,
-    T_cam_plate: NDArray,
+    T_cam_plate: NDArray[np.float64],
     size: tuple[int, int],
     strength: float,
     black: float = 0.0,

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.live.snapshot import Mark
+from rig.system.arrays import F64, Grey
 
 PEAK = 64  # grey levels of 255: a quarter of full brightness
 SPOT = np.array([0.3, 0.8, 0.65])  # red, green, blue as fractions of PEAK
@@ -107,7 +108,9 @@ def _draw_mark(image: NDArray[np.uint8], mark: Mark, T: NDArray[np.float64]) -> 
     window = image[y0:y1, x0:x1]
     T_window = np.array([[1.0, 0.0, -x0], [0.0, 1.0, -y0], [0.0, 0.0, 1.0]]) @ T
     np.maximum(window, _spot(T_window, place, spot, window.shape), out=window)
-    np.maximum(window, _ring(T_window, place, (*axes, mark.sigma[2]), window.shape), out=window)
+    np.maximum(
+        window, _ring(T_window, place, (axes[0], axes[1], mark.sigma[2]), window.shape), out=window
+    )
 
 
 @cache
@@ -118,15 +121,15 @@ def _sprite() -> NDArray[np.uint8]:
     return np.rint(PEAK * light[..., None] * SPOT).astype(np.uint8)
 
 
-def _spot(T: NDArray[np.float64], place, radius: float, shape) -> NDArray[np.uint8]:
+def _spot(T: F64, place: F64, radius: float, shape: tuple[int, ...]) -> Grey:
     """Spot of `radius`, mm, one standard deviation, seen through T in an image of `shape`."""
     step = radius * REACH / SPRITE
-    left, top = np.asarray(place) - radius * REACH
+    left, top = place - radius * REACH
     T_plate_sprite = np.array([[step, 0.0, left], [0.0, step, top], [0.0, 0.0, 1.0]])
     return cv2.warpPerspective(_sprite(), T @ T_plate_sprite, (shape[1], shape[0])).astype(np.uint8)
 
 
-def _ring(T: NDArray[np.float64], place, ellipse, shape) -> NDArray[np.uint8]:
+def _ring(T: F64, place: F64, ellipse: tuple[float, float, float], shape: tuple[int, ...]) -> Grey:
     """Soft line along an ellipse (semi-axes, mm, mm, angle, rad) about `place`, seen through T."""
     a, b, angle = ellipse
     turn = np.linspace(0, 2 * np.pi, 96, endpoint=False)

@@ -69,7 +69,9 @@ class Meter:
         if not shown or not snapshot.touches:
             return ""
         height, width = snapshot.image.shape
-        whole = prepare_light_map(self._screen, snapshot.T_px_plate, (width, height), 1.0)
+        whole = prepare_light_map(
+            self._screen, snapshot.T_px_plate.astype(np.float64), (width, height), 1.0
+        )
         light = whole.on_camera(draw_marks(shown, self._screen)) - 1
         left = leftover(snapshot.image, chain.reference.image, light, self._black)
         found = interference(chain, 1 + left * light, self._black, snapshot.touches)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from time import monotonic
 from typing import TYPE_CHECKING
@@ -102,7 +102,7 @@ def open_show(
     screen: Screen,
     plate_size: tuple[float, float],
     calibration: Calibration,
-) -> Iterator[Show]:
+) -> Generator[Show]:
     """Open the window of a scene's projector.
 
     Raises

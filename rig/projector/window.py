@@ -1,19 +1,25 @@
 """The projector's window, in a process of its own that follows the loop and never holds it."""
 
+from __future__ import annotations
+
 import multiprocessing
 import os
 import signal
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
+from typing import TYPE_CHECKING
 
 from rig.projector.blanking import Blink
 from rig.projector.content import Content, draw
 from rig.projector.display_log import DisplayLog
 from rig.projector.markers import Screen
 from rig.system.process import deaf_to_interrupts
+
+if TYPE_CHECKING:
+    import pygame
 
 SECONDS_TO_CLOSE = 2.0
 SECONDS_TO_ANSWER = 3.0  # after which a window that has answered before is taken for stuck
@@ -119,7 +125,7 @@ def open_projector(
     display: str | None = None,
     full_screen: bool = True,
     blink: Blink | None = None,
-) -> Iterator[Projector]:
+) -> Generator[Projector]:
     """Open a window on a display and give the `Projector` that feeds it.
 
     A display that is absent is no error: the status says so and the loop goes on.
@@ -201,7 +207,7 @@ def _open_window(size: tuple[int, int], full_screen: bool):
 class _Canvas:
     """Shows images; draws only where that changes what is seen."""
 
-    def __init__(self, surface, screen: Screen):
+    def __init__(self, surface: pygame.Surface, screen: Screen):
         self._surface, self._screen = surface, screen
         self._shown: Content | None = None
 
@@ -240,7 +246,7 @@ def _follow(link: Connection, canvas: _Canvas, status: str, blink: Blink | None)
         alive = not came or _report(link, True, status)
 
 
-def _closes(event) -> bool:
+def _closes(event: pygame.event.Event) -> bool:
     import pygame
 
     escape = event.type == pygame.KEYDOWN and event.key == pygame.K_ESCAPE

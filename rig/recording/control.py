@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from rig.live.baseline import ReferenceFrame
 from rig.live.chain import Chain
-from rig.live.shot import Shot
+from rig.live.frame_record import FrameRecord
 from rig.recording.recorder import SessionRecorder, new_recorder
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 class Begun:
     """What the loop began with; each recording begins with it."""
 
-    zero: ReferenceFrame
+    reference: ReferenceFrame
     chain: Chain
     strain: bool
 
@@ -33,7 +33,7 @@ def open_switch(path: Path | None, scene: Scene, calibration: Calibration) -> Sw
 
 
 class Switch:
-    """A `rig.live.shot.SessionRecorder` that hands on to a recording while one runs.
+    """A `rig.live.frame_record.Recorder` that hands on to a recording while one runs.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ class Switch:
         return self._recorder is not None
 
     def toggle(self) -> None:
-        """Start a recording, or end the one that runs; what fails is told in `refusal`."""
+        """Start a recording, or end the one that runs; `refusal` says what fails."""
         self.refusal = ""
         if self._recorder:
             self._running.close()
@@ -86,18 +86,18 @@ class Switch:
             return
         self._recorder = self._running.enter_context(recorder)
         if self.begun:
-            recorder.begin(self.begun.zero, self.begun.chain, self.begun.strain)
+            recorder.begin(self.begun.reference, self.begun.chain, self.begun.strain)
 
-    def begin(self, zero: ReferenceFrame, chain: Chain, strain: bool) -> None:
-        """See `rig.live.shot.SessionRecorder`."""
-        self.begun = Begun(zero, chain, strain)
+    def begin(self, reference: ReferenceFrame, chain: Chain, strain: bool) -> None:
+        """See `rig.live.frame_record.Recorder`."""
+        self.begun = Begun(reference, chain, strain)
         if self._recorder:
-            self._recorder.begin(zero, chain, strain)
+            self._recorder.begin(reference, chain, strain)
 
-    def put(self, shot: Shot) -> None:
-        """See `rig.live.shot.SessionRecorder`."""
+    def put(self, record: FrameRecord) -> None:
+        """See `rig.live.frame_record.Recorder`."""
         if self._recorder:
-            self._recorder.put(shot)
+            self._recorder.put(record)
 
     def summary(self) -> dict[str, Any] | None:
         """Figures of the recording that runs; None without one."""

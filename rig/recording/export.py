@@ -1,4 +1,4 @@
-"""A recording for other programs: pictures, a table, surfaces, a video."""
+"""A recording for other programs: images, a table, surfaces, a video."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ELEMENTS = 48  # along the longer side of an exported surface
 
 
 def to_tiff(session: Session, folder: Path, report: Report) -> list[Path]:
-    """Write each picture as a TIFF, as the camera gave it."""
+    """Write each image as a TIFF, as the camera gave it."""
     return [
         _save(folder / f"frame-{index:06d}.tiff", session.row(index)["frames/image"])
         for index in _reported(session, report)
@@ -65,12 +65,12 @@ def to_vtu(session: Session, folder: Path, report: Report) -> list[Path]:
 
 
 def to_video(session: Session, folder: Path, report: Report) -> list[Path]:
-    """Write the pictures as a video without loss, at the mean rate of the session."""
+    """Write the images as a video without loss, at the mean rate of the session."""
     path = folder / "session.avi"
     captured = session.column("frames/captured")
     seconds = float(captured[-1] - captured[0]) if len(captured) > 1 else 0.0
     rate = (len(captured) - 1) / seconds if seconds > 0 else 30.0
-    height, width = session.zero.image.shape
+    height, width = session.reference.image.shape
     video = cv2.VideoWriter(
         str(path), cv2.VideoWriter.fourcc(*CODEC), rate, (width, height), isColor=False
     )
@@ -93,5 +93,5 @@ def _reported(session: Session, report: Report):
 
 def _save(path: Path, image: NDArray) -> Path:
     if not cv2.imwrite(str(path), image):
-        raise OSError(f"picture '{path}' cannot be written; look whether the disk is full")
+        raise OSError(f"image '{path}' cannot be written; check whether the disk is full")
     return path

@@ -2,7 +2,7 @@
 
 =====================  =====================  =====================================================
 /reference             (H, W) float32         mean of the reference frames; attribute `noise`
-/frames/image          (N, H, W) uint8        pictures
+/frames/image          (N, H, W) uint8        images
 /frames/sequence       (N,) int64             numbers that the source gave them; written last
 /frames/captured       (N,) float64, s        monotonic clock
 /frames/truth          (N, 10, 4) float64     x, y mm, force N, radius mm of what pressed
@@ -32,11 +32,11 @@ from numpy.typing import NDArray
 
 from models import Estimate
 from rig.live.chain import Chain, ChainState
-from rig.live.shot import Shot
+from rig.live.frame_record import FrameRecord
 
 FORMAT, VERSION = "touchplate session", 1
 FINGERS = 10
-PICTURES = ("frames/image", "frames/sums", "frames/strain")
+IMAGES = ("frames/image", "frames/sums", "frames/strain")
 """Large arrays, compressed frame by frame."""
 
 LAST = "frames/sequence"
@@ -48,9 +48,9 @@ Shapes = Mapping[str, tuple[tuple[int, ...], str]]
 def shapes(chain: Chain, strain: bool) -> Shapes:
     """Shape of a frame's part and type of number of every array."""
     height, width = chain.reference.image.shape
-    tiles, most = chain.reference.tiles.shape, chain.most
+    tiles, max_touches = chain.reference.tiles.shape, chain.estimator.max_touches
     motions, modes = len(chain.pattern.still()), chain.pattern.count
-    touches = (most, 3)
+    touches = (max_touches, 3)
     found = {
         "frames/image": ((height, width), "u1"),
         "frames/captured": ((), "f8"),
@@ -58,8 +58,8 @@ def shapes(chain: Chain, strain: bool) -> Shapes:
         "frames/truth_known": ((), "u1"),
         "frames/sums": ((*tiles, 5), "f4"),
         "touches/place": (touches, "f8"),
-        "touches/covariance": ((most, 3, 3), "f8"),
-        "touches/identity": ((most,), "i8"),
+        "touches/covariance": ((max_touches, 3, 3), "f8"),
+        "touches/identity": ((max_touches,), "i8"),
         "start/motion": ((motions,), "f8"),
         "start/rest": ((modes,), "f8"),
         "start/touches": (touches, "f8"),
@@ -73,9 +73,9 @@ def shapes(chain: Chain, strain: bool) -> Shapes:
     return found | {LAST: ((), "i8")}
 
 
-def rows(shot: Shot, layout: Shapes) -> dict[str, NDArray]:
-    """Arrays of one shot, in the shapes of the layout."""
-    estimate, sums, frame = shot.sensed.estimate, shot.sensed.sums, shot.frame
+def rows(record: FrameRecord, layout: Shapes) -> dict[str, NDArray]:
+    """Arrays of one frame, in the shapes of the layout."""
+    estimate, sums, frame = record.frame_estimate.estimate, record.frame_estimate.sums, record.frame
     fingers = [(t.x, t.y, t.force, t.radius) for t in frame.truth or ()][:FINGERS]
     found = {
         "frames/image": frame.image,
@@ -83,15 +83,15 @@ def rows(shot: Shot, layout: Shapes) -> dict[str, NDArray]:
         "frames/truth": fingers,
         "frames/truth_known": frame.truth is not None,
         "frames/sums": np.column_stack([sums.gradient, sums.e, sums.ee, sums.ef]),
-        "frames/strain": shot.sensed.strain,
+        "frames/strain": record.frame_estimate.strain,
         "touches/place": places(estimate),
         "touches/covariance": covariances(estimate),
-        "touches/identity": shot.identities,
-        "touches/from_strain": places(shot.sensed.from_strain),
-        "start/motion": shot.before.motion,
-        "start/rest": shot.before.rest,
-        "start/touches": shot.before.touches,
-        "start/from_strain": shot.before.from_strain,
+        "touches/identity": record.identities,
+        "touches/from_strain": places(record.frame_estimate.from_strain),
+        "start/motion": record.before.motion,
+        "start/rest": record.before.rest,
+        "start/touches": record.before.touches,
+        "start/from_strain": record.before.from_strain,
         LAST: frame.sequence,
     }
     return {name: _fill(found[name], *layout[name]) for name in layout}

@@ -1,4 +1,4 @@
-"""A recording as a source: the same pictures once more through the loop, at their pace."""
+"""A recording as a source: the same images once more through the loop, at their pace."""
 
 from __future__ import annotations
 
@@ -32,6 +32,6 @@ class Playback:
         time.sleep(min(max(wait, 0.0), timeout))
         if wait > timeout:
             return None
-        shot = frame(self._session.row(self._next))
+        recorded = frame(self._session.row(self._next))
         self._next += 1
-        return replace(shot, captured=time.monotonic())
+        return replace(recorded, captured=time.monotonic())

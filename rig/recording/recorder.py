@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from rig.live.baseline import ReferenceFrame
 from rig.live.chain import Chain
-from rig.live.shot import Shot
+from rig.live.frame_record import FrameRecord
 from rig.recording.layout import Shapes, rows, shapes
 from rig.recording.paths import require_new
 from rig.recording.writer import Writer
@@ -45,7 +45,7 @@ def new_recorder(path: Path | None, scene: Scene, calibration: Calibration) -> S
 
 
 class SessionRecorder:
-    """See `rig.live.shot.SessionRecorder`; use it as a context.
+    """A `rig.live.frame_record.Recorder` that writes a file; use it as a context.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class SessionRecorder:
         self._layout: Shapes = {}
         self._writer: Writer | None = None
         self._ended = False
-        self._waiting: Queue[Shot | None] = Queue(waiting)
+        self._waiting: Queue[FrameRecord | None] = Queue(waiting)
         self._thread = threading.Thread(target=self._write, name="recorder", daemon=True)
 
     def __enter__(self) -> SessionRecorder:
@@ -99,19 +99,19 @@ class SessionRecorder:
                 self._waiting.put(None, timeout=0.1)
                 self._thread.join()
 
-    def begin(self, zero: ReferenceFrame, chain: Chain, strain: bool) -> None:
+    def begin(self, reference: ReferenceFrame, chain: Chain, strain: bool) -> None:
         """Open the file; a disk that is full or read-only ends the recording and nothing else."""
         self._layout = shapes(chain, strain)
         try:
-            self._writer = Writer(self._path, self._texts, zero, self._layout)
+            self._writer = Writer(self._path, self._texts, reference, self._layout)
             self.status = f"recording to '{self._path}'"
         except OSError as error:
             self._stop(_reason(error))
 
-    def put(self, shot: Shot) -> None:
-        """Take a shot without waiting; where the disk is slow it is left out and counted."""
+    def put(self, record: FrameRecord) -> None:
+        """Take a frame without waiting; where the disk is slow it is left out and counted."""
         try:
-            self._waiting.put_nowait(shot)
+            self._waiting.put_nowait(record)
         except Full:
             self.dropped += 1
 
@@ -128,22 +128,22 @@ class SessionRecorder:
 
     def _write(self) -> None:
         """Body of the thread."""
-        while shot := self._waiting.get():
+        while record := self._waiting.get():
             if self._writer and not self._ended:
-                self._append(self._writer, shot)
+                self._append(self._writer, record)
             if self._ended:
                 self.dropped += 1
         if self._writer and not self._ended:
             self._writer.close()
 
-    def _append(self, writer: Writer, shot: Shot) -> None:
+    def _append(self, writer: Writer, record: FrameRecord) -> None:
         """Write a frame; where that is impossible the file ends before it."""
         if self._free(self._path.parent) < RESERVE:
             writer.close()
             self._stop(f"less than {RESERVE >> 20} MB are free there")
             return
         try:
-            writer.append(rows(shot, self._layout))
+            writer.append(rows(record, self._layout))
         except (OSError, RuntimeError) as error:  # HDF5 calls some full disks a RuntimeError
             writer.abandon()
             self._stop(_reason(error))
@@ -158,5 +158,5 @@ class SessionRecorder:
 def _reason(error: Exception) -> str:
     """Why a disk takes no more; HDF5 hides that in a long text of its own."""
     text = getattr(error, "strerror", None) or " ".join(str(error).split())
-    told = re.search("error message = '([^']+)'", text)
-    return told[1].lower() if told else text
+    reason = re.search("error message = '([^']+)'", text)
+    return reason[1].lower() if reason else text

@@ -1,4 +1,4 @@
-"""The loop once more on a recording: the same pictures, from the same states, the same touches."""
+"""The loop once more on a recording: the same images, from the same states, the same touches."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rig.live import chain as live
 from rig.live.bench import Bench
+from rig.live.chain import FrameEstimate, estimate_frame, with_strain
 from rig.recording.layout import covariances, places, state, there
 from rig.recording.session import Session, frame
 from rig.system.frame import Frame
@@ -20,7 +20,7 @@ class Replayed:
     """One frame, what is found in it now, and whether that is what was found then, bit for bit."""
 
     frame: Frame
-    sensed: live.FrameEstimate
+    frame_estimate: FrameEstimate
     same: bool
 
 
@@ -35,17 +35,21 @@ def replay(session: Session, bench: Bench, watch: Stopwatch) -> Iterator[Replaye
     OSError
         If the file is damaged.
     """
-    chain, strain_chain = bench.prepare(session.zero)
-    net = bench.prepare_net(session.zero, chain)
+    chain, strain_chain = bench.prepare(session.reference)
+    net = bench.prepare_net(session.reference, chain)
     for index in range(session.frames):
         row = session.row(index)
-        shot = frame(row)
-        sensed = live.estimate_frame(chain, shot.image, state(row), watch)
+        recorded = frame(row)
+        frame_estimate = estimate_frame(chain, recorded.image, state(row), watch)
         if net:
-            sensed = net.tell(chain, shot.image, sensed, watch)
-        sensed = live.with_strain(strain_chain, sensed, watch, bench.alignment)
-        same = np.array_equal(places(sensed.estimate), there(row["touches/place"]))
-        same &= np.array_equal(covariances(sensed.estimate), there(row["touches/covariance"]))
+            frame_estimate = net.estimate(chain, recorded.image, frame_estimate, watch)
+        frame_estimate = with_strain(strain_chain, frame_estimate, watch, bench.alignment)
+        same = np.array_equal(places(frame_estimate.estimate), there(row["touches/place"]))
+        same &= np.array_equal(
+            covariances(frame_estimate.estimate), there(row["touches/covariance"])
+        )
         if strain_chain:
-            same &= np.array_equal(places(sensed.from_strain), there(row["touches/from_strain"]))
-        yield Replayed(shot, sensed, same)
+            same &= np.array_equal(
+                places(frame_estimate.from_strain), there(row["touches/from_strain"])
+            )
+        yield Replayed(recorded, frame_estimate, same)

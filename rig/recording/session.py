@@ -33,7 +33,7 @@ class Session:
     scene : Scene
     calibration : str
         JSON, empty where there was none.
-    zero : ReferenceFrame
+    reference : ReferenceFrame
     frames : int
         Whole frames that it holds.
     cut : str
@@ -43,7 +43,7 @@ class Session:
     path: Path
     scene: Scene
     calibration: str
-    zero: ReferenceFrame
+    reference: ReferenceFrame
     frames: int
     arrays: Mapping[str, h5py.Dataset]
     cut: str = ""
@@ -70,14 +70,14 @@ class Session:
 
 
 def frame(row: Mapping[str, NDArray]) -> Frame:
-    """Picture with its number, time and truth."""
+    """Image with its number, time and truth."""
     truth = None
     if row["frames/truth_known"]:
         truth = tuple(fe.Touch(*finger.tolist()) for finger in there(row["frames/truth"]))
     return Frame(int(row[LAST]), float(row["frames/captured"]), row["frames/image"], truth)
 
 
-def told(row: Mapping[str, NDArray]) -> Estimate:
+def reported(row: Mapping[str, NDArray]) -> Estimate:
     """Touches that were found when a frame was recorded."""
     place = there(row["touches/place"])
     blocks = row["touches/covariance"][: len(place)]
@@ -89,10 +89,10 @@ def told(row: Mapping[str, NDArray]) -> Estimate:
     return Estimate(place[:, :2], place[:, 2], spread, 0.0, 1, 1.0, result)
 
 
-def told_touches(session: Session, least: float) -> tuple[list[Estimate], list[NDArray]]:
+def reported_touches(session: Session, min_force: float) -> tuple[list[Estimate], list[NDArray]]:
     """Return what was found, and x, y, F of what was there, in frames whose source knew it.
 
-    Frames in which something presses less than `least` N are left out.
+    Frames in which something presses less than `min_force` N are left out.
     """
     names = "frames/truth", "frames/truth_known", "touches/place", "touches/covariance"
     columns = {name: session.column(name) for name in names}
@@ -100,8 +100,8 @@ def told_touches(session: Session, least: float) -> tuple[list[Estimate], list[N
     for index in np.flatnonzero(columns["frames/truth_known"]):
         row = {name: column[index] for name, column in columns.items()}
         truth = there(row["frames/truth"])[:, :3]
-        if (truth[:, 2] >= least).all():
-            found.append(told(row))
+        if (truth[:, 2] >= min_force).all():
+            found.append(reported(row))
             pressed.append(truth)
     return found, pressed
 
@@ -166,8 +166,8 @@ def _read(path: Path, file: h5py.File, lost: int) -> Session:
         )
     arrays: dict[str, h5py.Dataset] = {}
     file.visititems(lambda name, item: _collect(arrays, name, item))
-    reference = arrays.pop("reference")
-    noise = float(np.asarray(reference.attrs["noise"], dtype=np.float64))
+    stored = arrays.pop("reference")
+    noise = float(np.asarray(stored.attrs["noise"], dtype=np.float64))
     said = min(len(array) for array in arrays.values())
     frames = whole_frames(arrays, path.stat().st_size) if lost else said
     cut = f"recording '{path}' lacks its end: {frames} of {said} frames are whole" if lost else ""
@@ -175,7 +175,7 @@ def _read(path: Path, file: h5py.File, lost: int) -> Session:
         path=path,
         scene=Scene.model_validate_json(str(file.attrs["scene"])),
         calibration=str(file.attrs.get("calibration", "")),
-        zero=ReferenceFrame(np.asarray(reference[()]), noise),
+        reference=ReferenceFrame(np.asarray(stored[()]), noise),
         frames=frames,
         arrays=arrays,
         cut=cut,

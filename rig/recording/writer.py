@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.live.baseline import ReferenceFrame
-from rig.recording.layout import FORMAT, LAST, PICTURES, VERSION, Shapes
+from rig.recording.layout import FORMAT, IMAGES, LAST, VERSION, Shapes
 from rig.recording.swmr_flag import SUPERBLOCK, unmarked
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ MANY = 64  # frames whose small numbers share a chunk
 class Writer:
     """Appends frames to a new file, in HDF5's mode of a single writer and many readers (SWMR).
 
-    A chunk of pictures is deflated here, where Python's lock is free meanwhile, and handed to HDF5
+    A chunk of images is deflated here, where Python's lock is free meanwhile, and handed to HDF5
     as it is; runs of equal bytes are all that is looked for, since noise has no other patterns.
 
     Parameters
@@ -32,7 +32,7 @@ class Writer:
     path : Path
     texts : mapping
         Attributes of the file.
-    zero : ReferenceFrame
+    reference : ReferenceFrame
     layout : Shapes
 
     Raises
@@ -41,13 +41,15 @@ class Writer:
         If the file exists or cannot be made.
     """
 
-    def __init__(self, path: Path, texts: Mapping[str, str], zero: ReferenceFrame, layout: Shapes):
+    def __init__(
+        self, path: Path, texts: Mapping[str, str], reference: ReferenceFrame, layout: Shapes
+    ):
         import h5py
 
         self._file = h5py.File(path, "x", libver="latest")
         self._file.attrs.update({"format": FORMAT, "version": VERSION, **texts})
-        reference = self._file.create_dataset("reference", data=zero.image)
-        reference.attrs["noise"] = zero.noise
+        stored = self._file.create_dataset("reference", data=reference.image)
+        stored.attrs["noise"] = reference.noise
         self._arrays = {name: _create(self._file, name, *layout[name]) for name in layout}
         self._file.swmr_mode = True
         self._raw = path.open("r+b", buffering=0)
@@ -66,7 +68,7 @@ class Writer:
             if name == LAST:  # the others are on their way before a frame counts as whole
                 self._flush()
             array.resize(self.frames + 1, axis=0)
-            if name in PICTURES:
+            if name in IMAGES:
                 start = (self.frames, *[0] * (array.ndim - 1))
                 array.id.write_direct_chunk(start, _deflate(rows[name]))
             else:
@@ -102,18 +104,18 @@ class Writer:
 
 
 def _create(file: h5py.File, name: str, shape: tuple[int, ...], kind: str) -> h5py.Dataset:
-    picture = name in PICTURES
+    large = name in IMAGES
     return file.create_dataset(
         name,
         shape=(0, *shape),
         maxshape=(None, *shape),
-        chunks=(1 if picture else MANY, *shape),
+        chunks=(1 if large else MANY, *shape),
         dtype=kind,
-        compression="gzip" if picture else None,
+        compression="gzip" if large else None,
         fillvalue=np.nan if kind[0] == "f" else None,
     )
 
 
-def _deflate(picture: NDArray) -> bytes:
+def _deflate(image: NDArray) -> bytes:
     packer = zlib.compressobj(1, zlib.DEFLATED, zlib.MAX_WBITS, 9, zlib.Z_RLE)
-    return packer.compress(picture.data) + packer.flush()
+    return packer.compress(image.data) + packer.flush()

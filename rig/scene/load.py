@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import tomllib
 from collections.abc import Iterable, Mapping
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from pydantic import ValidationError
 from pydantic_core import PydanticCustomError
@@ -60,7 +61,7 @@ def parse_overrides(settings: Iterable[str]) -> dict[str, Any]:
     SceneError
         If a text has no equals sign.
     """
-    overrides = {}
+    overrides: dict[str, Any] = {}
     for setting in settings:
         key, equals, text = setting.partition("=")
         if not equals or not key.strip():
@@ -81,6 +82,10 @@ def _package() -> Path:
 
 
 def _find(scene: str | Path) -> Path:
+    if not isinstance(scene, str | os.PathLike):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise SceneError(f"scene is {scene!r}; give the name of a shipped one, or a path")
+    if "\0" in str(scene):
+        raise SceneError(f"scene {str(scene)!r} is no path; leave the zero byte out")
     path = Path(scene)
     named = _package() / "scenes" / f"{path}.toml"
     places = [path, _package() / path] if path.suffix else [named]
@@ -134,10 +139,13 @@ def _dotted(nested: dict[str, Any], depth: int) -> tuple[str, Any]:
 
 
 def _override(table: dict[str, Any], key: str, value: Any) -> None:
+    if not isinstance(key, str):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise SceneError(f"key {key!r} of an override is no text; write it as 'section.key'")
     *sections, last = key.split(".")
     for depth, section in enumerate(sections):
-        table = table.setdefault(section, {})
-        if not isinstance(table, dict):
+        below: Any = table.setdefault(section, {})
+        if not isinstance(below, dict):
             place = ".".join(sections[: depth + 1])
             raise SceneError(f"'{key}' cannot be set: {place} is a value; set '{place}' itself")
+        table = cast("dict[str, Any]", below)
     table[last] = value

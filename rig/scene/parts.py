@@ -79,7 +79,8 @@ def describe(name: str, section: Section, scene: Scene) -> Part:
             return _images(name, section, scene)
         case Page() | ProjectorSection() | Outputs():
             return _shown(name, section)
-    raise TypeError(f"no account of a {type(section).__name__}")
+        case _:
+            raise TypeError(f"no account of a {type(section).__name__}")
 
 
 def _mechanics(name: str, section: Section, scene: Scene) -> Part:
@@ -100,7 +101,8 @@ def _mechanics(name: str, section: Section, scene: Scene) -> Part:
             return _gauges(name, section, scene)
         case DatasetSection():
             return _dataset(name, section, scene)
-    raise TypeError(f"no account of a {type(section).__name__}")
+        case _:
+            raise TypeError(f"no account of a {type(section).__name__}")
 
 
 def _gauges(name: str, section: RingSection | LatticeSection, scene: Scene) -> Part:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
@@ -24,15 +24,18 @@ class UniformSection(Section):
     @model_validator(mode="before")
     @classmethod
     def _no_sides(cls, data: Any) -> Any:
-        side = next((side for side in SIDES if isinstance(data, dict) and side in data), None)
-        if side and "kind" in data:
+        if not isinstance(data, dict):
+            return cast("object", data)
+        table = cast("dict[str, Any]", data)
+        side = next((side for side in SIDES if side in table), None)
+        if side and "kind" in table:
             raise PydanticCustomError(
                 "scene",
                 "edges of kind '{kind}' are alike, so '{side}' contradicts them; set the kind to"
                 " 'mixed' and give west, east, south and north a kind each",
-                {"kind": data["kind"], "side": side},
+                {"kind": table["kind"], "side": side},
             )
-        return data
+        return table
 
 
 class ClampedSection(UniformSection):

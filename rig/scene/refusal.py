@@ -57,6 +57,8 @@ def _sentence(error: dict[str, Any], loc: tuple[int | str, ...], model: type[Bas
             return f"{_name(path)}.kind is '{tag}'; give one of {tags}"
         case "missing":
             path = path[:-1]
+        case _:
+            pass
     return f"{_name(path)} is {_value(error['input'], field)}; give {_wanted(error, field)}"
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, cast
 
 from pydantic_core import PydanticCustomError
 
@@ -27,7 +27,7 @@ class Renamed:
     section: str
     old: str
     new: str
-    values: Mapping[str, str] = field(default_factory=dict)
+    values: Mapping[str, str] = field(default_factory=dict[str, str])
 
 
 RENAMED = (
@@ -61,9 +61,9 @@ def with_new_keys(table: Mapping[str, Any]) -> dict[str, Any]:
     """
     tables = dict(table)
     for renamed in RENAMED:
-        section = tables.get(renamed.section)
+        section: Any = tables.get(renamed.section)
         if isinstance(section, dict) and renamed.old in section:
-            tables[renamed.section] = _moved(section, renamed)
+            tables[renamed.section] = _moved(cast("dict[str, Any]", section), renamed)
     return tables
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
@@ -40,7 +40,7 @@ ESTIMATOR_NEEDS = {
 """The same for each kind of estimator."""
 
 
-SOURCE_NEEDS = {"twin": ("pattern", "sensor")}
+SOURCE_NEEDS: dict[str, tuple[str, ...]] = {"twin": ("pattern", "sensor")}
 """The same for kinds of source; a camera sees what is there."""
 
 
@@ -76,7 +76,7 @@ class Scene(Section):
     @model_validator(mode="before")
     @classmethod
     def _renamed(cls, data: Any) -> Any:
-        return with_new_keys(data) if isinstance(data, dict) else data
+        return with_new_keys(cast("dict[str, Any]", data)) if isinstance(data, dict) else data
 
     @model_validator(mode="after")
     def _complete(self) -> Scene:
@@ -115,7 +115,9 @@ class Scene(Section):
         return self
 
     def _needs(self) -> list[tuple[str, tuple[str, ...]]]:
-        needs = [(name, others) for name, others in NEEDS.items() if getattr(self, name)]
+        needs: list[tuple[str, tuple[str, ...]]] = [
+            (name, others) for name, others in NEEDS.items() if getattr(self, name)
+        ]
         for name in ("estimator", "comparison"):
             if estimator := getattr(self, name):
                 needs.append((name, ESTIMATOR_NEEDS[estimator.kind]))

@@ -12,8 +12,8 @@ from rig.sources.open_source import open_input
 from rig.system.frame import Waiting
 
 if TYPE_CHECKING:
+    from rig.live.frame_record import Recorder
     from rig.live.loop import Loop
-    from rig.live.shot import Recorder
     from rig.live.snapshot import Snapshot
     from rig.projector.show import Show
 
@@ -61,18 +61,18 @@ def open_loop(
     with open_input(scene, say) as (opened, reference):
         from rig.live.bench import build_bench
         from rig.live.loop import Loop
-        from rig.live.view import look
+        from rig.live.view import plate_view
 
         with progress("plate modes") as report:
             bench = build_bench(scene, report, calibration)
         source = opened
         if show and scene.camera:
-            view = look(bench.plate, bench.camera, bench.height)
+            view = plate_view(bench.plate, bench.camera, bench.height)
             light = calibration.light(view.T_px_plate, bench.camera.size)
             source = show.filtered(opened, light, 1 / scene.camera.rate)
         if bench.theory.against:
             say(bench.theory.sentence)
-        loop = Loop(bench, source, recorder=recorder, zero=reference)
+        loop = Loop(bench, source, recorder=recorder, reference=reference)
         _get_ready(loop, progress, preview)
         if isinstance(opened, Waiting):
             opened.begin()

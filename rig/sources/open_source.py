@@ -1,4 +1,4 @@
-"""Opens where a scene's pictures come from; of all ways only the one that it names is imported."""
+"""Opens where a scene's frames come from; of all ways only the one that it names is imported."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ Opening = Callable[[], "OpenDevice"]
 def open_input(
     scene: Scene, say: Callable[[str], object]
 ) -> Iterator[tuple[Source, ReferenceFrame | None]]:
-    """Open the source of a scene's pictures while the block runs.
+    """Open the source of a scene's frames while the block runs.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def open_input(
     Yields
     ------
     Source
-    Zero or None
+    ReferenceFrame or None
         The plate at rest, where the source knows it; else its first frames must show it.
 
     Raises
@@ -68,7 +68,7 @@ def open_input(
             with open_session(Path(path)) as session:
                 if session.cut:
                     say(session.cut)
-                yield Playback(session), session.zero
+                yield Playback(session), session.reference
         case Folder() | Video() as kept, CameraSection(rate=rate):
             from rig.camera.device import InOrder
 
@@ -83,7 +83,7 @@ def open_input(
                 yield camera, None
         case _:
             raise ValueError(
-                f"scene '{scene.title}' has no source of pictures; add [source] with kind ="
+                f"scene '{scene.title}' has no source of frames; add [source] with kind ="
                 ' "twin" or that of a camera'
             )
 

@@ -31,7 +31,7 @@ class Press:
     Attributes
     ----------
     start, duration : float, s
-    path : ((x, y), …), shares of the plate's sides
+    path : ((x, y), …), fractions of the plate's sides
         Passed at constant pace; one place for a finger that rests.
     force : (float, float), N
         Force after the ramp, and before it leaves; it changes steadily between.
@@ -47,14 +47,14 @@ class Press:
         age = time - self.start
         if not 0 < age < self.duration:
             return None
-        share = age / self.duration
-        along = share * (len(self.path) - 1)
+        fraction = age / self.duration
+        along = fraction * (len(self.path) - 1)
         x, y = (
             np.interp(along, np.arange(len(self.path)), [place[axis] for place in self.path])
             for axis in (0, 1)
         )
         rise = min(1.0, age / RAMP, (self.duration - age) / RAMP)
-        force = rise * (self.force[0] + share * (self.force[1] - self.force[0]))
+        force = rise * (self.force[0] + fraction * (self.force[1] - self.force[0]))
         return fe.Touch(float(x * size[0]), float(y * size[1]), float(force))
 
 

@@ -68,7 +68,7 @@ class Twin:
     def frame(
         self, sequence: int, touches: tuple[fe.Touch, ...], out: NDArray[np.uint8] | None = None
     ) -> NDArray[np.uint8]:
-        """Picture of the touched plate, (H, W), the same for the same arguments."""
+        """Image of the touched plate, (H, W), the same for the same arguments."""
         displacement = np.zeros((len(self.warper.points), 3))
         if touches:
             displacement = solve_plate(self.solver, touches).displacement(self.warper.points, "top")

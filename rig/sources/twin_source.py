@@ -1,6 +1,6 @@
 """The twin as a camera: it renders in a process of its own and delivers frames in real time.
 
-Pictures pass through a ring of shared memory; a pipe carries their number, time and truth. A frame
+Images pass through a ring of shared memory; a pipe carries their number, time and truth. A frame
 that nobody grabs in time is overwritten and counted as dropped, as with a real camera. The plate
 stands still until the loop says that it has its reference, however long that takes.
 """
@@ -37,12 +37,12 @@ END_LIMIT = 1.0  # s to end by itself: it looks at the link once a frame
 class TwinSource:
     """Grabs the newest frame of the twin's process; use `open_twin`."""
 
-    def __init__(self, link: Connection, pictures: NDArray[np.uint8], numbers: NDArray[np.int64]):
+    def __init__(self, link: Connection, images: NDArray[np.uint8], numbers: NDArray[np.int64]):
         self._link = link
-        self._pictures = pictures
+        self._images = images
         self._numbers = numbers
         self._started = False
-        self.status = "the twin gives no pictures"
+        self.status = "the twin gives no images"
 
     def grab(self, timeout: float) -> Frame | None:
         """See `Source.grab`.
@@ -83,7 +83,7 @@ class TwinSource:
         while self._link.poll():
             sequence, captured, truth = self._receive()
         slot = sequence % SLOTS
-        image = self._pictures[slot].copy()
+        image = self._images[slot].copy()
         if self._numbers[slot] != sequence:  # overwritten while it was copied
             return None
         return Frame(sequence, captured, image, truth)
@@ -142,15 +142,15 @@ def _camera(scene: Scene) -> CameraSection:
     """Camera of the twin, after the checks that need no process."""
     if scene.source is None or scene.camera is None:
         raise ValueError(
-            f"scene '{scene.title}' has no source of pictures; add [source] with kind = \"twin\""
+            f"scene '{scene.title}' has no source of frames; add [source] with kind = \"twin\""
         )
     return scene.camera
 
 
 def _views(memory: SharedMemory, shape: tuple[int, int]):
     numbers = np.ndarray(SLOTS, np.int64, memory.buf)
-    pictures = np.ndarray((SLOTS, *shape), np.uint8, memory.buf, offset=8 * SLOTS)
-    return pictures, numbers
+    images = np.ndarray((SLOTS, *shape), np.uint8, memory.buf, offset=8 * SLOTS)
+    return images, numbers
 
 
 def _deliver(scene: Scene, memory_name: str, link: Connection) -> None:
@@ -178,11 +178,11 @@ def _play(
 ) -> NoReturn:
     """Render frame after frame; those for which time is too short are left out."""
     width, height = twin.warper.camera.size
-    pictures, numbers = _views(memory, (height, width))
+    images, numbers = _views(memory, (height, width))
     a, b = twin.solver.plate.size
     middle = fe.Touch(a / 2, b / 2, 1.0)
     for touches in ((middle,), ()):
-        twin.frame(0, touches, pictures[0])  # factored and compiled before time counts
+        twin.frame(0, touches, images[0])  # factored and compiled before time counts
     link.send(None)
     link.recv()
     start, sequence, still = clock(), 0, True
@@ -195,7 +195,7 @@ def _play(
         slot = sequence % SLOTS
         touches = twin.touches(sequence)
         numbers[slot] = -1
-        twin.frame(sequence, touches, pictures[slot])
+        twin.frame(sequence, touches, images[slot])
         numbers[slot] = sequence
         link.send((sequence, clock(), touches))
         late = clock() - start - (sequence + 1) / twin.rate

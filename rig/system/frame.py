@@ -1,4 +1,4 @@
-"""Where pictures come from: one protocol for everything that delivers frames."""
+"""Where images come from: one protocol for everything that delivers frames."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:  # a camera must not wait for plates
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """One picture.
+    """One image.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class Source(Protocol):
 
 @runtime_checkable
 class Waiting(Protocol):
-    """A source whose plate stands still until it is told that the reference was taken."""
+    """A source whose plate stands still until it hears that the reference was taken."""
 
     def begin(self) -> None:
         """Let the plate be touched from now on."""

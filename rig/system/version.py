@@ -3,3 +3,4 @@
 from importlib import metadata
 
 __version__ = metadata.version("touchplate")
+"""Version of the installed package, as pip names it."""

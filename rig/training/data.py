@@ -51,8 +51,8 @@ class TrainingNoise:
     pool : Dataset
     root : float or (I, I) float32, strain
         Standard deviation, or root of the covariance.
-    pictures : Dataset or None
-        Read by DIC in rendered pictures, with the noise that is in these.
+    images : Dataset or None
+        Read by DIC in rendered images, with the noise that is in these.
     towards : (m, I) float64
         From strains to numbers with white noise.
     forward : LinearForward
@@ -63,19 +63,19 @@ class TrainingNoise:
 
     pool: Dataset
     root: float | np.ndarray
-    pictures: Dataset | None
+    images: Dataset | None
     towards: np.ndarray
     forward: LinearForward
     forces: np.ndarray
 
 
-def simulate_sets(lesson: TrainingPlan, report: Callable[[int, int], None]) -> TrainingSets:
+def simulate_sets(plan: TrainingPlan, report: Callable[[int, int], None]) -> TrainingSets:
     """Return the three data sets; `report` is called while the influence is not in the cache."""
     from models import grid_places, midpoint_places, random_places
 
-    if lesson.samples:
-        return _several(lesson, lesson.samples, report)
-    size, training = lesson.plate.size, lesson.training
+    if plan.samples:
+        return _several(plan, plan.samples, report)
+    size, training = plan.plate.size, plan.training
     spacing, margin = training.spacing, training.margin
     rng = np.random.default_rng(training.test_seed)
     drawn = random_places(size, margin, training.test_samples, rng)
@@ -84,9 +84,9 @@ def simulate_sets(lesson: TrainingPlan, report: Callable[[int, int], None]) -> T
         grid = random_places(size, margin, training.samples, rng)
     else:
         grid = grid_places(size, spacing, margin)
-    if lesson.view or training.noise:
-        return _noisy(lesson, (grid, between, drawn), rng, report)
-    touches = influence(lesson.plate.build(), lesson.gauges.build(lesson.plate), report)
+    if plan.view or training.noise:
+        return _noisy(plan, (grid, between, drawn), rng, report)
+    touches = influence(plan.plate.build(), plan.gauges.build(plan.plate), report)
     force = training.force[1]
     sets = [_at_force(touches, places, force) for places in (grid, between, drawn)]
     return TrainingSets(sets[0], sets[1], sets[2])
@@ -101,36 +101,36 @@ def _at_force(plate: StrainInfluence, places: np.ndarray, force: float | np.ndar
 
 
 def _noisy(
-    lesson: TrainingPlan,
+    plan: TrainingPlan,
     places: tuple[np.ndarray, ...],
     rng: np.random.Generator,
     report: Callable[[int, int], None],
 ) -> TrainingSets:
-    """Return touches of random forces with noise: that of the gauges, or of pictures of them."""
+    """Return touches of random forces with noise: that of the gauges, or of images of them."""
     from models import Dataset, noisy_batches, random_places
 
-    training, pictures = lesson.training, None
+    training, images = plan.training, None
     forces = [_draw(training, len(each), rng) for each in places]
-    if lesson.view:
+    if plan.view:
         from rig.training.rendered_gauges import render_gauges
 
-        eye = render_gauges(lesson.view, report)
-        plate, root = eye.seen, eye.root.astype(np.float32)
-        white = eye.seen.white(eye.root)
+        rendered = render_gauges(plan.view, report)
+        plate, root = rendered.seen, rendered.root.astype(np.float32)
+        white = rendered.seen.white(rendered.root)
         towards, forward = white.towards, white.forward
         if training.rendered_images:
-            seen = random_places(lesson.plate.size, training.margin, training.rendered_images, rng)
+            seen = random_places(plan.plate.size, training.margin, training.rendered_images, rng)
             touches = np.column_stack([seen, _draw(training, len(seen), rng)])
-            pictures = Dataset(eye.correlate(touches, rng), seen)
+            images = Dataset(rendered.correlate(touches, rng), seen)
     else:
         from models import gauge_forward
 
-        plate = influence(lesson.plate.build(), lesson.gauges.build(lesson.plate), report)
+        plate = influence(plan.plate.build(), plan.gauges.build(plan.plate), report)
         root = float(training.noise * np.sqrt(np.mean(plate.strain(places[0]) ** 2)))
         towards, forward = np.eye(3 * len(plate.gauges)) / root, gauge_forward(plate, root)
     clear = [_at_force(plate, *each) for each in zip(places, forces, strict=True)]
     drawn = [next(noisy_batches(iter([each]), root, rng)) for each in clear]
-    noise = TrainingNoise(clear[0], root, pictures, towards, forward, forces[2])
+    noise = TrainingNoise(clear[0], root, images, towards, forward, forces[2])
     return TrainingSets(drawn[0], drawn[1], drawn[2], noise)
 
 
@@ -141,20 +141,20 @@ def _draw(training: TrainingSection, count: int, rng: np.random.Generator) -> np
 
 
 def _several(
-    lesson: TrainingPlan, samples: DatasetSection, report: Callable[[int, int], None]
+    plan: TrainingPlan, samples: DatasetSection, report: Callable[[int, int], None]
 ) -> TrainingSets:
     """Return samples of several touches, superposed."""
     import models
     from models import flatten_samples
 
-    plate, training = lesson.plate, lesson.training
-    touches = influence(plate.build(), lesson.gauges.build(plate), report)
+    plate, training = plan.plate, plan.training
+    touches = influence(plate.build(), plan.gauges.build(plate), report)
     answer = models.superpose(touches.strain)
-    unit = samples.force if lesson.magnitudes else None
+    unit = samples.force if plan.magnitudes else None
 
     def collect(section: DatasetSection) -> Dataset:
-        plan = section.build(plate)
-        blocks = [plan.block(number) for number in range(plan.blocks)]
+        sampling = section.build(plate)
+        blocks = [sampling.block(number) for number in range(sampling.blocks)]
         strain = np.concatenate([answer(block).astype(np.float32) for block in blocks])
         return flatten_samples(strain, np.concatenate(blocks), unit)
 

@@ -86,17 +86,17 @@ def score_recording(path: Path) -> Scored:
         If its source did not know what pressed.
     """
     from models import pair_touches, score_touches
-    from rig.recording.session import open_session, told_touches
+    from rig.recording.session import open_session, reported_touches
 
     with open_session(path) as session:
         scene = session.scene
-        least = scene.touches.force[0] if scene.touches else 0.0
-        told, truth = told_touches(session, least)
+        min_force = scene.touches.force[0] if scene.touches else 0.0
+        found, truth = reported_touches(session, min_force)
     if not truth or scene.plate is None:
         raise ValueError(
             f"recording '{path}' does not say what pressed; score one that was made in the twin"
         )
-    pairs = pair_touches(told, truth)
+    pairs = pair_touches(found, truth)
     total, bands = score_touches(pairs)
     xy = pairs.truth[:, :2]
     return Scored(scene.title, scene.plate.size, {}, total, bands, xy, pairs.distance)
@@ -117,24 +117,24 @@ def score_model(path: Path, report: Callable[[int, int], None]) -> Scored:
     trained, about = load_net(path)
     scene = _bench(about, path)
     camera = camera_of(scene, str(about.get("calibration", "")))
-    taught, net = training_plan(scene, camera), trained.net
-    sets = simulate_sets(taught, report)
-    nets = figures(net, sets, taught.touches)
-    if sets.noise and taught.touches == 1:
+    plan, net = training_plan(scene, camera), trained.net
+    sets = simulate_sets(plan, report)
+    nets = figures(net, sets, plan.touches)
+    if sets.noise and plan.touches == 1:
         pairs, total, bands = _judge_noisy(net, sets.test, sets.noise)
         xy, error = pairs.truth[:, :2], pairs.distance
-        return Scored(scene.title, taught.plate.size, nets, total, bands, xy, error)
-    places = sets.test.targets[:, : 2 * taught.touches].reshape(-1, taught.touches, 2)
-    error = _matched(sets.test.targets, predict(net, sets.test.strain), taught.touches)[0]
-    xy, size = places.reshape(-1, 2), taught.plate.size
+        return Scored(scene.title, plan.plate.size, nets, total, bands, xy, error)
+    places = sets.test.targets[:, : 2 * plan.touches].reshape(-1, plan.touches, 2)
+    error = _matched(sets.test.targets, predict(net, sets.test.strain), plan.touches)[0]
+    xy, size = places.reshape(-1, 2), plan.plate.size
     return Scored(scene.title, size, nets, None, [], xy, error.ravel())
 
 
 def figures(net: Net, sets: TrainingSets, touches: int) -> dict[str, dict[str, float]]:
     """Return the score of `net` on each data set, as plain numbers by name.
 
-    Touches of a sample are paired with the true ones before they are measured. Where the net tells
-    magnitudes their mean error follows, in units of the smallest force.
+    Touches of a sample are paired with the true ones before they are measured. Where the net
+    estimates magnitudes their mean error follows, in units of the smallest force.
     """
     from models import predict
 
@@ -144,22 +144,22 @@ def figures(net: Net, sets: TrainingSets, touches: int) -> dict[str, dict[str, f
     }
 
 
-def _judge(true: np.ndarray, told: np.ndarray, touches: int) -> dict[str, float]:
+def _judge(true: np.ndarray, found: np.ndarray, touches: int) -> dict[str, float]:
     from models import score_positions as judge
 
-    error, order = _matched(true, told, touches)
+    error, order = _matched(true, found, touches)
     rows = asdict(judge(error.ravel()))
     if true.shape[1] > 2 * touches:
-        forces = np.take_along_axis(told[:, 2 * touches :], order, axis=1)
+        forces = np.take_along_axis(found[:, 2 * touches :], order, axis=1)
         rows["magnitude"] = float(np.abs(forces - true[:, 2 * touches :]).mean())
     return rows
 
 
-def _matched(true: np.ndarray, told: np.ndarray, touches: int) -> tuple[np.ndarray, np.ndarray]:
-    """Errors (N, k) mm of touches paired with those told, and in which order these came."""
+def _matched(true: np.ndarray, found: np.ndarray, touches: int) -> tuple[np.ndarray, np.ndarray]:
+    """Errors (N, k) mm of touches paired with those estimated, and in which order these came."""
     from models import matched_error
 
-    places = [each[:, : 2 * touches].reshape(-1, touches, 2) for each in (true, told)]
+    places = [each[:, : 2 * touches].reshape(-1, touches, 2) for each in (true, found)]
     return matched_error(*places)
 
 
@@ -169,17 +169,17 @@ def _judge_noisy(
     """Score what a net says of touches in noise, and of noise alone."""
     from models import pair_touches, score_touches
 
-    teller = _teller(net, noise)
+    estimator = _estimator(net, noise)
     strain, places = test.strain[:SAMPLES], test.targets[:SAMPLES]
     truth = np.column_stack([places, noise.forces[:SAMPLES]])
     rng = np.random.default_rng(0)
-    empty = rng.standard_normal(strain.shape) @ teller.root.T
-    told = [teller.tell(each.reshape(-1, 3)) for each in np.concatenate([strain, empty])]
-    pairs = pair_touches(told, [*truth[:, None], *np.empty((len(empty), 0, 3))])
+    empty = rng.standard_normal(strain.shape) @ estimator.root.T
+    found = [estimator.fit(each.reshape(-1, 3)) for each in np.concatenate([strain, empty])]
+    pairs = pair_touches(found, [*truth[:, None], *np.empty((len(empty), 0, 3))])
     return pairs, *score_touches(pairs, _bound(noise.forward, truth))
 
 
-def _teller(net: Net, noise: TrainingNoise) -> NetEstimate:
+def _estimator(net: Net, noise: TrainingNoise) -> NetEstimate:
     """Return a net that says how sure it is, from the error that it makes without noise."""
     from models import NetEstimate, predict
 

@@ -1,4 +1,4 @@
-"""Known presses of a recording as a test of a net: pictures that it has never seen."""
+"""Known presses of a recording as a test of a net: images that it has never seen."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 from models import Net
 from rig.calibration.session import presses
 from rig.calibration.store import Calibration
-from rig.live import chain as live
 from rig.live.bench import MODES, build_bench
+from rig.live.chain import at_rest, estimate_frame
 from rig.live.net_chain import NetPlan, prepare_net
 from rig.recording.session import Session
 from rig.scene import Scene
@@ -39,20 +39,20 @@ class PressScore:
     def sentence(self) -> str:
         """What is said of it."""
         if self.place is None:
-            return f"the net tells none of {self.presses} presses"
+            return f"the net estimates none of {self.presses} presses"
         missed = f", {self.missed} missed" if self.missed else ""
         return f"the net tells {self.presses} presses to {self.place:.2f} mm{missed}"
 
 
 def score_presses(
     net: Net,
-    taught: TrainingPlan,
+    plan: TrainingPlan,
     scene: Scene,
     calibration: Calibration,
     session: Session,
     report: Callable[[int, int], None],
 ) -> PressScore:
-    """Tell the presses of a recording by a net, each from the mean picture of its still frames.
+    """Tell the presses of a recording by a net, each from the mean image of its still frames.
 
     Raises
     ------
@@ -61,22 +61,23 @@ def score_presses(
     OSError
         If the recording is damaged.
     """
-    if taught.view is None:
+    if plan.view is None:
         raise ValueError(
-            f"scene '{scene.title}' has gauges that no camera reads, and presses are pictures; set"
+            f"scene '{scene.title}' has gauges that no camera reads, and presses are images; set"
             " gauges.subset"
         )
     whole = scene.model_copy(update={"estimator": PatternEstimator(kind="pattern", modes=MODES)})
     bench = build_bench(whole, report, calibration)
-    chain, _ = bench.prepare(session.zero)
-    gauges, margin = taught.gauges.build(taught.plate), taught.training.margin
-    plan = NetPlan(net, gauges, taught.view.subset, taught.net.solver_steps, margin)
-    ready, watch = prepare_net(plan, chain, session.zero, bench.camera), Stopwatch(lambda: 0.0)
+    chain, _ = bench.prepare(session.reference)
+    gauges, margin = plan.gauges.build(plan.plate), plan.training.margin
+    net_plan = NetPlan(net, gauges, plan.view.subset, plan.net.solver_steps, margin)
+    ready = prepare_net(net_plan, chain, session.reference, bench.camera)
+    watch = Stopwatch(lambda: 0.0)
     off, found = [], presses(session)
     for one in found:
-        sensed = live.estimate_frame(chain, one.picture, live.at_rest(chain), watch)
-        told = ready.tell(chain, one.picture, sensed, watch).estimate
-        if told.count:
-            off.append(np.hypot(*(told.xy[0] - one.touch[:2])))
+        frame_estimate = estimate_frame(chain, one.image, at_rest(chain), watch)
+        found_by_net = ready.estimate(chain, one.image, frame_estimate, watch).estimate
+        if found_by_net.count:
+            off.append(np.hypot(*(found_by_net.xy[0] - one.touch[:2])))
     place = float(np.sqrt(np.mean(np.square(off)))) if off else None
     return PressScore(len(found), len(found) - len(off), place)

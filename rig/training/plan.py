@@ -1,4 +1,4 @@
-"""What a net is taught: the sections of a scene that its training needs."""
+"""What a net is trained from: the sections of a scene that its training needs."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class TrainingPlan:
 
     @property
     def magnitudes(self) -> bool:
-        """Whether the net tells how hard each touch presses."""
+        """Whether the net estimates how hard each touch presses."""
         return self.samples is not None and self.samples.magnitudes > 1
 
 

@@ -1,4 +1,4 @@
-"""What DIC reads of a scene's gauges through its camera: without pictures, and from some."""
+"""What DIC reads of a scene's gauges through its camera: without images, and from some."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from rig.scene.plate import PlateSection
 from rig.scene.sensing import TrainingSection
 from rig.system import cache
 
-ROUNDING = 1 / sqrt(12)  # grey levels, of a picture of whole ones
+ROUNDING = 1 / sqrt(12)  # grey levels, of a image of whole ones
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class GaugeSetup:
     ----------
     camera : synthetic.AnyCamera
     reference_frames : int
-        Pictures averaged into the reference.
+        Images averaged into the reference.
     """
 
     plate: PlateSection
@@ -53,7 +53,7 @@ class RenderedGauges:
         Of the covariance of the strains.
     warper : synthetic.Warper
     sensors : pair of synthetic.SensorSection
-        Of the reference and of a picture, each for the mean of some.
+        Of the reference and of a image, each for the mean of some.
     """
 
     seen: CameraGauges
@@ -62,25 +62,25 @@ class RenderedGauges:
     sensors: tuple[synthetic.Sensor, synthetic.Sensor]
 
     def correlate(self, touches: NDArray, rng: np.random.Generator) -> NDArray[np.float64]:
-        """Render touches (N, 3), mm, mm, N, one a picture; return what DIC reads, (N, 3M).
+        """Render touches (N, 3), mm, mm, N, one a image; return what DIC reads, (N, 3M).
 
-        The plate is that of its modes, as without pictures. Each has a reference of its own.
+        The plate is that of its modes, as without images. Each has a reference of its own.
         """
         import dic
 
         modes, points = self.seen.modes, self.warper.points
         value, slope, top = modes.value(points), modes.slope(points), modes.plate.thickness / 2
 
-        def picture(q: NDArray, sensor: synthetic.Sensor) -> NDArray:
+        def image(q: NDArray, sensor: synthetic.Sensor) -> NDArray:
             tilt = -top * np.einsum("nka,k->na", slope, q)
             return self.warper.render(np.column_stack([tilt, value @ q]), sensor, rng)
 
         found = []
         for q in touches[:, 2:] * modes.response(touches[:, :2]):
-            still = picture(0.0 * q, self.sensors[0])
+            still = image(0.0 * q, self.sensors[0])
             gauges = self.seen.gauges
             reference = dic.prepare(still, gauges.size, points=gauges.xy)
-            field = dic.strain(dic.correlate(reference, picture(q, self.sensors[1])))
+            field = dic.strain(dic.correlate(reference, image(q, self.sensors[1])))
             found.append(np.column_stack([field.exx, field.eyy, field.exy]).ravel())
         return np.array(found)
 
@@ -91,7 +91,7 @@ def render_gauges(view: GaugeSetup, report: Callable[[int, int], None]) -> Rende
     Raises
     ------
     ValueError
-        If a gauge leaves the picture.
+        If a gauge leaves the image.
     """
     plate, camera = view.plate.build(), view.camera
     modes, top = plate_modes(plate, MODES, report), plate.thickness / 2
@@ -107,11 +107,11 @@ def render_gauges(view: GaugeSetup, report: Callable[[int, int], None]) -> Rende
         view.training.averaged_frames,
         max(view.reference_frames, view.training.averaged_frames),
     )
-    picture, reference = (one.noise / sqrt(number) for number in frames)
-    noise = hypot(picture, ROUNDING, reference, ROUNDING / sqrt(frames[1])) / sqrt(2)
+    image, reference = (one.noise / sqrt(number) for number in frames)
+    noise = hypot(image, ROUNDING, reference, ROUNDING / sqrt(frames[1])) / sqrt(2)
     span = (one.white - one.black) * one.top / 255.0
     rest = span * warper.render(np.zeros((len(warper.points), 3)), None, None)
     sensors = tuple(
-        synthetic.Sensor(noise=deviation, bits=one.bits) for deviation in (reference, picture)
+        synthetic.Sensor(noise=deviation, bits=one.bits) for deviation in (reference, image)
     )
     return RenderedGauges(seen, seen.root(rest, noise), warper, (sensors[0], sensors[1]))

@@ -15,10 +15,13 @@ endpoint 0; numbers are little-endian; an output is counted from 0 in wIndex.
 The board stalls what it does not know or cannot do, and is off when it loses its supply.
 """
 
+# pyusb has no stubs, and types of its own for little of what it gives.
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
+
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 
@@ -120,7 +123,7 @@ class UsbBoard:
 
 
 @contextmanager
-def open_board(device: UsbDevice, backend: IBackend | None = None) -> Iterator[UsbBoard]:
+def open_board(device: UsbDevice, backend: IBackend | None = None) -> Generator[UsbBoard]:
     """Open a board; its outputs are off when the block ends, where it still listens.
 
     Raises

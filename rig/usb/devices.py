@@ -1,11 +1,14 @@
 """What is plugged in: numbers, names and device nodes, without opening anything."""
 
+# pyusb has no stubs, and types of its own for little of what it gives.
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
+
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import usb.core
 import usb.util
@@ -150,7 +153,7 @@ def _text(file: Path, device: Opened, index: int) -> str | None:
     except OSError:
         pass
     try:
-        return usb.util.get_string(device, index) if index else None
+        return cast("str", usb.util.get_string(device, index)) if index else None
     except (usb.core.USBError, ValueError):  # no permission shows as "no langid", a ValueError
         return None
     finally:

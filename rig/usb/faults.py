@@ -1,9 +1,12 @@
 """What goes wrong on the USB: one sentence each, with what to do about it."""
 
+# pyusb has no stubs, and types of its own for little of what it gives.
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
+
 from __future__ import annotations
 
 import errno
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 
 import usb.core
@@ -19,7 +22,7 @@ SENTENCES = {
 
 
 @contextmanager
-def faults(name: str) -> Iterator[None]:
+def faults(name: str) -> Generator[None]:
     """Turn the errors of pyusb in the block into an OSError with a sentence about `name`."""
     try:
         yield

@@ -6,9 +6,12 @@ for cameras with a driver of their own, and to set one up before the system sees
 those of the USB Device Class Definition for Video Devices 1.5, tables A-12, A-13 and section 4.2.
 """
 
+# pyusb has no stubs, and types of its own for little of what it gives.
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
+
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -57,7 +60,7 @@ STEPS = {Knob.EXPOSURE: 1e-4}  # s
 
 
 @contextmanager
-def open_uvc(device: UsbDevice, backend: IBackend | None = None) -> Iterator[Panel[Control]]:
+def open_uvc(device: UsbDevice, backend: IBackend | None = None) -> Generator[Panel[Control]]:
     """Take a camera from its driver and give its controls; the driver has it back afterwards.
 
     Raises

@@ -1,5 +1,8 @@
 """Plugging in and out, seen by looking again: libusb tells pyusb nothing by itself."""
 
+# pyusb has no stubs, and types of its own for little of what it gives.
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
+
 from __future__ import annotations
 
 import time
@@ -14,7 +17,7 @@ from usb.backend import IBackend
 from rig.usb.devices import UsbDevice, find_device, list_devices
 from rig.usb.faults import faults
 
-Look = Callable[[], tuple[UsbDevice, ...]]
+ListDevices = Callable[[], tuple[UsbDevice, ...]]
 PAUSE = 0.1  # s between looks; one takes about a millisecond
 
 
@@ -36,35 +39,40 @@ class Watch:
 
     Parameters
     ----------
-    look : callable
+    list_now : callable
         Lists the devices; the first look is taken at once.
     """
 
-    def __init__(self, look: Look = list_devices):
-        self._look = look
-        self._seen = self._now()
+    def __init__(self, list_now: ListDevices = list_devices):
+        self._list_now = list_now
+        self._present = self._now()
 
     def changes(self) -> tuple[DeviceChange, ...]:
         """Look again; what went comes before what came.
 
         A device that was out and in again between two looks has a new address and shows as both.
         """
-        before, now = self._seen, self._now()
-        self._seen = now
+        before, now = self._present, self._now()
+        self._present = now
         return (
             *(DeviceChange("unplugged", before[one]) for one in sorted(before.keys() - now)),
             *(DeviceChange("plugged", now[one]) for one in sorted(now.keys() - before)),
         )
 
-    def _now(self) -> dict[tuple, UsbDevice]:
+    def _now(self) -> dict[tuple[object, ...], UsbDevice]:
         """Devices by what stays the same while one is in; names and nodes come a little later."""
         return {
-            (one.bus, one.ports, one.address, one.vendor, one.product): one for one in self._look()
+            (one.bus, one.ports, one.address, one.vendor, one.product): one
+            for one in self._list_now()
         }
 
 
 def wait_for(
-    vendor: int, product: int, timeout: float, look: Look = list_devices, serial: str | None = None
+    vendor: int,
+    product: int,
+    timeout: float,
+    list_now: ListDevices = list_devices,
+    serial: str | None = None,
 ) -> UsbDevice:
     """Wait until a device is there.
 
@@ -72,7 +80,7 @@ def wait_for(
     ----------
     vendor, product : int
     timeout : float, s
-    look : callable
+    list_now : callable
     serial : str or None
         Of one of several; None takes the first.
 
@@ -83,7 +91,7 @@ def wait_for(
     """
     end = time.monotonic() + timeout
     while True:
-        for device in look():
+        for device in list_now():
             if (device.vendor, device.product) == (vendor, product) and (
                 serial is None or device.serial == serial
             ):
@@ -116,5 +124,5 @@ def reset(device: UsbDevice, timeout: float = 5.0, backend: IBackend | None = No
             found.reset()
         finally:
             usb.util.dispose_resources(found)
-    look = partial(list_devices, backend)
-    return wait_for(device.vendor, device.product, timeout, look, device.serial)
+    list_now = partial(list_devices, backend)
+    return wait_for(device.vendor, device.product, timeout, list_now, device.serial)

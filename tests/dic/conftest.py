@@ -30,7 +30,7 @@ def _add_spots(image, centres, heights, metric, reach, nodes, weights):
 
 @dataclass(frozen=True)
 class Speckle:
-    """Spots scattered around a picture (H, W), with a margin from which they may move in."""
+    """Spots scattered around an image (H, W), with a margin from which they may move in."""
 
     shape: tuple[int, int]
     seed: int = 0
@@ -41,7 +41,7 @@ class Speckle:
         return (np.array(self.shape[::-1]) - 1) / 2
 
     def draw(self, shift=(0.0, 0.0), gradient=((0.0, 0.0), (0.0, 0.0))):
-        """Picture moved by U(X) = shift + gradient (X - middle), (H, W) float64, grey levels."""
+        """Image moved by U(X) = shift + gradient (X - middle), (H, W) float64, grey levels."""
         rng = np.random.default_rng(self.seed)
         size = np.array(self.shape[::-1]) + 2 * self.margin
         count = int(size.prod() / 12)
@@ -76,5 +76,5 @@ def pattern():
 
 @pytest.fixture(scope="session")
 def reference(pattern):
-    """Its picture."""
+    """Its image."""
     return pattern.draw()

@@ -17,7 +17,7 @@ def refused(sentence):
         ({"subset": 3}, "at least 5 px"),
         (
             {"subset": 201},
-            "subset of 201 px is larger than the picture of 190x150 px; use at most 149",
+            "subset of 201 px is larger than the image of 190x150 px; use at most 149",
         ),
         ({"step": 0}, "step must be at least 1 px, got 0 px"),
         ({"order": 3}, "order of the shape function must be 0, 1 or 2, got 3"),
@@ -55,7 +55,7 @@ SPOILT = [
 
 
 @pytest.mark.parametrize(("spoil", "sentence"), SPOILT)
-def test_spoilt_pictures_are_refused_as_reference_and_as_frame(reference, spoil, sentence):
+def test_spoilt_images_are_refused_as_reference_and_as_frame(reference, spoil, sentence):
     with refused(f"^reference {sentence}"):
         dic.prepare(spoil(reference))
     with refused(f"^deformed {sentence}"):
@@ -67,8 +67,8 @@ def test_reference_without_a_pattern_is_refused(reference):
         dic.prepare(np.full_like(reference, 7))
 
 
-def test_grid_off_the_picture_is_refused(reference):
-    with refused(r"^point \(190, 20\) px lies outside the picture of 190x150 px"):
+def test_grid_off_the_image_is_refused(reference):
+    with refused(r"^point \(190, 20\) px lies outside the image of 190x150 px"):
         dic.prepare(reference, points=dic.Grid(np.arange(20, 200, 5), np.arange(20, 70, 5), 21, 5))
 
 
@@ -85,8 +85,8 @@ def test_correlate_refuses_a_guess_of_another_grid(reference):
             dic.correlate(ref, reference, guess=guess)
 
 
-def test_sssig_refuses_a_subset_off_the_picture(reference):
-    with refused(r"subset of 21 px at \(3, 40\) px leaves the picture"):
+def test_sssig_refuses_a_subset_off_the_image(reference):
+    with refused(r"subset of 21 px at \(3, 40\) px leaves the image"):
         dic.sssig(reference, 21, [[3.0, 40.0]])
 
 

@@ -1,4 +1,4 @@
-"""Full field: what `correlate` finds in pictures whose motion is known in closed form."""
+"""Full field: what `correlate` finds in images whose motion is known in closed form."""
 
 import numpy as np
 import pytest
@@ -75,7 +75,7 @@ def test_gain_and_offset_of_the_light_change_nothing(pattern, reference, gain, o
     np.testing.assert_allclose(lit.sigma_u, plain.sigma_u, rtol=0.06, atol=5e-5)
 
 
-def test_light_that_varies_over_the_picture_is_followed(pattern, reference):
+def test_light_that_varies_over_the_image_is_followed(pattern, reference):
     y, x = np.mgrid[: reference.shape[0], : reference.shape[1]]
     frame = (0.6 + 0.8 * x / x.max()) * pattern.draw((0.3, 0.6)) - 30 * y / y.max()
     disp = dic.correlate(dic.prepare(reference), frame)
@@ -112,7 +112,7 @@ def test_floor_of_a_shift_is_that_of_sssig(reference):
     ref = dic.prepare(reference, order=0)
     hessian = np.linalg.inv(ref.inverse[:, [0, 3]][:, :, [0, 3]])
     texture = dic.sssig(reference, 21, ref.xy)
-    # The light takes its share, so what is left of the diagonal lies below SSSIG.
+    # The light takes its part, so what is left of the diagonal lies below SSSIG.
     assert (hessian[:, 0, 0] <= texture[:, 0] * (1 + 1e-6)).all()
     assert np.median(hessian[:, 0, 0] / texture[:, 0]) > 0.9
     np.testing.assert_allclose(
@@ -170,7 +170,7 @@ def test_guess_that_was_lost_altogether_is_searched_for_again(pattern, reference
 
 @pytest.fixture(scope="module")
 def to_the_border(reference):
-    """Lay a grid whose outer subsets are cut by the picture."""
+    """Lay a grid whose outer subsets are cut by the image."""
     height, width = reference.shape
     return dic.Grid(np.arange(1, width, 7), np.arange(3, height, 7), 21, 7)
 
@@ -180,9 +180,9 @@ def test_grid_to_the_border_agrees_with_points_one_by_one(pattern, reference, to
     frame = pattern.draw((0.2, -0.1), ((1e-3, 0), (0, 2e-3)))
     full = dic.correlate(dic.prepare(reference, 21, 7, order, points=to_the_border), frame)
     alone = dic.correlate(dic.prepare(reference, 21, order=order, points=to_the_border.xy), frame)
-    cut = full.share < 1
+    cut = full.valid_fraction < 1
     assert cut.mean() > 0.15
-    np.testing.assert_allclose(full.share, alone.share)
+    np.testing.assert_allclose(full.valid_fraction, alone.valid_fraction)
     both = full.valid & alone.valid
     assert both[cut].mean() > 0.4
     assert np.count_nonzero(full.valid != alone.valid) <= 4  # that just touch the border
@@ -197,7 +197,7 @@ def test_sigma_of_cut_subsets_is_that_of_fewer_pixels(pattern, reference, to_the
         )
     )
     u, sigma = (np.array([getattr(f, k) for f in fields]) for k in ("u", "sigma_u"))
-    cut = (fields[0].share < 1) & np.isfinite(u).all(axis=0)
+    cut = (fields[0].valid_fraction < 1) & np.isfinite(u).all(axis=0)
     assert cut.sum() > 100
     scatter = np.sqrt(u[:, cut].var(axis=0, ddof=1).mean())
     assert np.sqrt(np.mean(sigma[:, cut] ** 2)) == pytest.approx(scatter, rel=0.1)

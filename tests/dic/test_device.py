@@ -21,9 +21,9 @@ def test_torch_finds_what_the_loops_find(pattern, reference, order):
     both = fields[0].valid & fields[1].valid
     assert both.mean() > 0.8
     assert np.count_nonzero(fields[0].valid != fields[1].valid) <= 1
-    for part, most in (("u", 1e-4), ("v", 1e-4), ("zncc", 1e-5), ("sigma_u", 1e-5)):
+    for part, atol in (("u", 1e-4), ("v", 1e-4), ("zncc", 1e-5), ("sigma_u", 1e-5)):
         here, there = (getattr(field, part)[both] for field in fields)
-        np.testing.assert_allclose(there, here, atol=most)
+        np.testing.assert_allclose(there, here, atol=atol)
 
 
 def test_torch_takes_holes_and_a_grid_to_the_border(pattern, reference):

@@ -18,7 +18,7 @@ def measured(pattern, reference):
     return disp, dic.strain(disp)
 
 
-def test_hdf5_holds_every_field_as_a_picture_with_its_unit(tmp_path, measured):
+def test_hdf5_holds_every_field_as_an_image_with_its_unit(tmp_path, measured):
     disp, eps = measured
     dic.export.write_hdf5(tmp_path / "field.h5", disp, eps)
     with h5py.File(tmp_path / "field.h5") as file:
@@ -38,23 +38,32 @@ def test_csv_can_be_read_back(tmp_path, measured):
     with (tmp_path / "field.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == len(disp.u)
-    np.testing.assert_allclose([float(r["v"]) for r in rows], disp.v, rtol=1e-8)
-    np.testing.assert_allclose([float(r["sigma_exy"]) for r in rows], eps.sigma[:, 2], rtol=1e-8)
+    fields = {
+        "x": disp.xy[:, 0], "y": disp.xy[:, 1], "u": disp.u, "v": disp.v,
+        "sigma_u": disp.sigma_u, "sigma_v": disp.sigma_v, "zncc": disp.zncc,
+        "iterations": disp.iterations, "valid_fraction": disp.valid_fraction,
+        "status": disp.status, "exx": eps.exx, "eyy": eps.eyy, "exy": eps.exy,
+        "sigma_exx": eps.sigma[:, 0], "sigma_eyy": eps.sigma[:, 1], "sigma_exy": eps.sigma[:, 2],
+        "strain_valid": eps.valid,
+    }  # fmt: skip
+    assert list(rows[0]) == list(fields)
+    for name, values in fields.items():
+        np.testing.assert_allclose([float(r[name]) for r in rows], values, rtol=1e-8)
     assert {r["status"] for r in rows} == {"0", "1"}
 
 
-def test_pictures_show_every_field(tmp_path, measured, reference):
-    paths = dic.export.pictures(tmp_path / "pictures", reference, *measured)
+def test_plots_show_every_field(tmp_path, measured, reference):
+    paths = dic.export.draw_fields(tmp_path / "plots", reference, *measured)
     names = {p.stem for p in paths}
     assert names >= {"u", "v", "exx", "eyy", "exy", "sigma_u", "zncc", "status"}
     for path in paths:
         assert path.stat().st_size > 5000
-    assert len(list((tmp_path / "pictures").iterdir())) == len(paths)
+    assert len(list((tmp_path / "plots").iterdir())) == len(paths)
 
 
-def test_one_picture_shows_them_together(tmp_path, measured, reference):
-    dic.export.overview(tmp_path / "fields.png", reference, *measured)
-    alone = dic.export.pictures(tmp_path, reference, *measured)[0]
+def test_one_plot_shows_them_together(tmp_path, measured, reference):
+    dic.export.draw_overview(tmp_path / "fields.png", reference, *measured)
+    alone = dic.export.draw_fields(tmp_path, reference, *measured)[0]
     with Image.open(tmp_path / "fields.png") as sheet, Image.open(alone) as one:
         assert sheet.width > 1.5 * one.width
 
@@ -64,8 +73,8 @@ def test_scattered_points_can_be_written_too(tmp_path, pattern, reference):
     eps = dic.strain(disp)
     dic.export.write_hdf5(tmp_path / "a.h5", disp, eps)
     dic.export.write_csv(tmp_path / "a.csv", disp, eps)
-    assert len(dic.export.pictures(tmp_path, reference, disp, eps)) >= 8
-    dic.export.overview(tmp_path / "all.png", reference, disp, eps)
+    assert len(dic.export.draw_fields(tmp_path, reference, disp, eps)) >= 8
+    dic.export.draw_overview(tmp_path / "all.png", reference, disp, eps)
 
 
 def test_failed_write_leaves_the_old_file_and_no_other(tmp_path):

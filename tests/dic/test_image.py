@@ -1,4 +1,4 @@
-"""Pictures from files."""
+"""Images from files."""
 
 import numpy as np
 import pytest
@@ -39,11 +39,11 @@ def test_colour_is_refused(tmp_path, grey):
 
 
 @pytest.mark.parametrize("suffix", ["png", "bmp", "jpg", "tif"])
-@pytest.mark.parametrize("share", [0.5, 0.9])
-def test_truncated_file_is_damaged(tmp_path, grey, suffix, share):
+@pytest.mark.parametrize("fraction", [0.5, 0.9])
+def test_truncated_file_is_damaged(tmp_path, grey, suffix, fraction):
     path = tmp_path / f"a.{suffix}"
     Image.fromarray(grey).save(path)
-    path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
+    path.write_bytes(path.read_bytes()[: int(fraction * path.stat().st_size)])
     with pytest.raises(OSError, match=r"damaged|not an image"):
         dic.read_image(path)
 
@@ -51,6 +51,6 @@ def test_truncated_file_is_damaged(tmp_path, grey, suffix, share):
 def test_missing_file_and_other_files_are_named(tmp_path):
     with pytest.raises(FileNotFoundError, match="does not exist"):
         dic.read_image(tmp_path / "none.png")
-    (tmp_path / "a.png").write_text("no picture")
+    (tmp_path / "a.png").write_text("no image")
     with pytest.raises(OSError, match="not an image"):
         dic.read_image(tmp_path / "a.png")

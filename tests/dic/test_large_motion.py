@@ -16,7 +16,7 @@ def turned(degrees):
 
 
 def inside(speckle, xy, motion, half):
-    """Points whose moved subset lies on the picture, a px away from its border."""
+    """Points whose moved subset lies on the image, a px away from its border."""
     moved = xy + speckle.displacement(xy, *motion)
     reach = half * np.abs(np.eye(2) + np.asarray(motion[1])).sum(axis=1) + 1
     size = np.array(speckle.shape[::-1])
@@ -33,15 +33,15 @@ def large(speckle):
 
 
 @pytest.fixture(scope="module")
-def picture(large):
+def image(large):
     return large.draw()
 
 
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("degrees", [20, -75, 170])
-def test_any_rotation_is_found_from_nothing(large, picture, degrees, order):
+def test_any_rotation_is_found_from_nothing(large, image, degrees, order):
     motion = (3.2, -1.7), turned(degrees)
-    disp = dic.correlate(dic.prepare(picture, order=order), large.draw(*motion))
+    disp = dic.correlate(dic.prepare(image, order=order), large.draw(*motion))
     seen = inside(large, disp.xy, motion, 10)
     assert disp.valid[seen].all()
     off = error(disp, large.displacement(disp.xy, *motion), seen)
@@ -50,9 +50,9 @@ def test_any_rotation_is_found_from_nothing(large, picture, degrees, order):
     assert np.median(disp.iterations[seen]) <= 7
 
 
-def test_hundred_pixels_are_found_from_nothing(large, picture):
+def test_hundred_pixels_are_found_from_nothing(large, image):
     motion = (101.3, -64.6), ((0, 0), (0, 0))
-    disp = dic.correlate(dic.prepare(picture), large.draw(*motion))
+    disp = dic.correlate(dic.prepare(image), large.draw(*motion))
     seen = inside(large, disp.xy, motion, 10)
     assert disp.valid[seen].all()
     assert np.abs(error(disp, (101.3, -64.6), seen)).max() <= 5e-3
@@ -66,9 +66,9 @@ def steps(count):
         yield (1.5 * k, -0.7 * k), ((stretch - 1, 0.01 * k), (0, 1 / stretch - 1))
 
 
-def test_half_again_as_long_is_followed_in_steps(large, picture):
+def test_half_again_as_long_is_followed_in_steps(large, image):
     motions = list(steps(5))
-    fields = list(dic.correlate_sequence(dic.prepare(picture), (large.draw(*m) for m in motions)))
+    fields = list(dic.correlate_sequence(dic.prepare(image), (large.draw(*m) for m in motions)))
     for motion, disp in zip(motions, fields, strict=True):
         seen = inside(large, disp.xy, motion, 10)
         assert disp.valid[seen].mean() >= 0.99
@@ -79,7 +79,7 @@ def test_half_again_as_long_is_followed_in_steps(large, picture):
     assert np.nanmedian(strain.exx) == pytest.approx(np.log(1.5), abs=2e-3)
 
 
-def test_pattern_that_becomes_another_is_followed_by_new_references(large, picture, speckle):
+def test_pattern_that_becomes_another_is_followed_by_new_references(large, image, speckle):
     other = speckle(large.shape, seed=77, margin=120)
     motions = [((0.31 * k, -0.2 * k), ((0.01 * k, 0), (0, 0))) for k in range(1, 7)]
     angles = np.deg2rad(9.0) * np.arange(1, 7)  # from one pattern to another, contrast kept
@@ -87,7 +87,7 @@ def test_pattern_that_becomes_another_is_followed_by_new_references(large, pictu
         128 + np.cos(a) * (large.draw(*m) - 128) + np.sin(a) * (other.draw(*m) - 128)
         for a, m in zip(angles, motions, strict=True)
     ]
-    ref = dic.prepare(picture)
+    ref = dic.prepare(image)
     assert dic.correlate(ref, frames[-1]).valid.mean() < 0.2
     disp = list(dic.correlate_sequence(ref, frames))[-1]
     seen = inside(large, disp.xy, motions[-1], 10)
@@ -100,13 +100,13 @@ def test_pattern_that_becomes_another_is_followed_by_new_references(large, pictu
     assert np.median(disp.ux[disp.valid]) == pytest.approx(0.06, abs=2e-3)
 
 
-def test_displacements_compose_as_motions_do(large, picture):
+def test_displacements_compose_as_motions_do(large, image):
     first, second = ((2.0, 1.0), ((0.03, 0), (0.01, 0))), ((-1.3, 0.4), ((0, 0.02), (0, -0.02)))
     turn, stretch = (np.eye(2) + np.array(m[1]) for m in (second, first))
     shift = turn @ first[0] + second[0]
     both = shift, turn @ stretch - np.eye(2)
     middle, end = large.draw(*first), large.draw(*both)
-    there = dic.correlate(dic.prepare(picture, step=20), middle)
+    there = dic.correlate(dic.prepare(image, step=20), middle)
     moved = there.xy + np.column_stack([there.u, there.v])
     assert there.valid.all()
     onward = dic.correlate(dic.prepare(middle, points=moved), end)

@@ -23,7 +23,7 @@ def field(u, grid, sigma=0.01):
         sigma_gradient=np.zeros((n, 2, 2)),
         zncc=np.ones(n),
         iterations=np.ones(n, np.int16),
-        share=np.ones(n),
+        valid_fraction=np.ones(n),
         status=np.zeros(n, np.int8),
         subset=grid.subset,
         order=1,
@@ -70,7 +70,7 @@ def test_wave_that_the_subset_flattens_is_given_back(grid):
 
 
 @pytest.mark.parametrize("order", [0, 1])
-def test_sigma_is_that_of_noise_that_subsets_share(grid, order):
+def test_sigma_is_that_of_noise_that_subsets_have_in_common(grid, order):
     import cv2
 
     rng, draws = np.random.default_rng(3), []

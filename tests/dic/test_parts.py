@@ -16,32 +16,32 @@ from dic.images import spline, warp
 
 
 @pytest.fixture(scope="module")
-def picture():
+def image():
     return np.random.default_rng(0).normal(100, 30, (37, 52))
 
 
-def continued(picture, width=30):
+def continued(image, width=30):
     """Go on beyond the border as the spline does."""
-    return np.pad(picture, width, mode="reflect", reflect_type="odd")
+    return np.pad(image, width, mode="reflect", reflect_type="odd")
 
 
-def test_coefficients_are_those_of_scipy(picture):
-    ours, margin = spline.spline_coefficients(picture), 30 - warp.PAD
-    theirs = ndimage.spline_filter(continued(picture), 5, mode="mirror")
+def test_coefficients_are_those_of_scipy(image):
+    ours, margin = spline.spline_coefficients(image), 30 - warp.PAD
+    theirs = ndimage.spline_filter(continued(image), 5, mode="mirror")
     np.testing.assert_allclose(ours, theirs[margin:-margin, margin:-margin], atol=2e-3)
 
 
 @settings(deadline=None, max_examples=50)
 @given(st.floats(-0.5, 51.5), st.floats(-0.5, 36.5))
 def test_sample_is_that_of_scipy(x, y):
-    picture = np.random.default_rng(0).normal(100, 30, (37, 52))
+    image = np.random.default_rng(0).normal(100, 30, (37, 52))
     place = [[y + 30], [x + 30]]
-    there = ndimage.map_coordinates(continued(picture), place, order=5, mode="mirror")[0]
-    assert warp.sample(spline.spline_coefficients(picture), x, y) == pytest.approx(there, abs=2e-3)
+    there = ndimage.map_coordinates(continued(image), place, order=5, mode="mirror")[0]
+    assert warp.sample(spline.spline_coefficients(image), x, y) == pytest.approx(there, abs=2e-3)
 
 
-def test_gradient_is_the_slope_of_the_sample(picture):
-    c, h = spline.spline_coefficients(picture), 1e-2
+def test_gradient_is_the_slope_of_the_sample(image):
+    c, h = spline.spline_coefficients(image), 1e-2
     gx, gy = spline.spline_gradient(c)
     x, y = 23.0, 11.0
     slope_x = (warp.sample(c, x + h, y) - warp.sample(c, x - h, y)) / (2 * h)
@@ -65,8 +65,8 @@ def test_noise_slope_is_that_of_noise():
 
 
 @pytest.mark.parametrize("stretch", [0.002, 0.2, -1.3])
-def test_row_is_warped_as_its_pixels_are_sampled(picture, stretch):
-    coefficients, x = spline.spline_coefficients(picture), np.arange(30.0)
+def test_row_is_warped_as_its_pixels_are_sampled(image, stretch):
+    coefficients, x = spline.spline_coefficients(image), np.arange(30.0)
     u, v = (0.4 + stretch * x).astype(np.float32), (-0.3 - 0.1 * stretch * x).astype(np.float32)
     cells, taps, row = np.empty((2, 30), np.int32), np.empty((2, 6, 30), np.float32), np.empty(30)
     warp.warp_row(coefficients, (7, 11), u, v, cells, taps, row)
@@ -74,26 +74,24 @@ def test_row_is_warped_as_its_pixels_are_sampled(picture, stretch):
     np.testing.assert_allclose(row, there, atol=2e-3)
 
 
-def texture_of(picture):
-    gx, gy = spline.spline_gradient(spline.spline_coefficients(picture))
+def texture_of(image):
+    gx, gy = spline.spline_gradient(spline.spline_coefficients(image))
     weight = np.ones_like(gx)
     weight[5:9, 20:31] = 0
-    return np.stack([gx, gy, picture, np.ones_like(gx)], dtype=np.float32) * weight.astype(
-        np.float32
-    )
+    return np.stack([gx, gy, image, np.ones_like(gx)], dtype=np.float32) * weight.astype(np.float32)
 
 
 @pytest.mark.parametrize("order", [1, 2])
-def test_running_sums_are_the_sums_one_by_one(picture, order):
-    texture, grid = texture_of(picture), grid_over(picture.shape, 9, 4)
+def test_running_sums_are_the_sums_one_by_one(image, order):
+    texture, grid = texture_of(image), grid_over(image.shape, 9, 4)
     together = moments.sums_on_grid(texture, grid.xs, grid.ys, 4, order)
     alone = moments.sums_at_points(texture, grid.xy, 4, order)
     np.testing.assert_allclose(together, alone, rtol=1e-6, atol=1e-9 * np.abs(alone).max())
 
 
 @pytest.mark.parametrize("order", [1, 2])
-def test_inverse_is_that_of_the_normal_equations(picture, order):
-    texture, (x, y), half = texture_of(picture), (33.3, 17.6), 6
+def test_inverse_is_that_of_the_normal_equations(image, order):
+    texture, (x, y), half = texture_of(image), (33.3, 17.6), 6
     rows, columns = np.mgrid[18 - half : 19 + half, 33 - half : 34 + half]
     fx, fy, f, weight = texture[:, rows, columns].astype(np.float64)
     monomials = [
@@ -138,7 +136,7 @@ def test_dense_motion_is_exact_for_parabolas_inside_the_grid():
 
 @settings(deadline=None)
 @given(st.integers(25, 90), st.integers(25, 90), st.sampled_from([5, 11, 21]), st.integers(1, 30))
-def test_every_subset_of_a_grid_lies_on_the_picture(height, width, subset, step):
+def test_every_subset_of_a_grid_lies_on_the_image(height, width, subset, step):
     grid = grid_over((height, width), subset, step)
     assert grid.xs[0] >= subset // 2
     assert grid.xs[-1] + subset // 2 < width

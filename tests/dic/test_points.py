@@ -59,6 +59,22 @@ def test_point_does_not_feel_which_others_are_measured_with_it(pattern, referenc
         assert dic.correlate(alone, frame, guess[:1]).u[0] == pytest.approx(every.u[n], abs=1e-6)
 
 
+@pytest.mark.parametrize(("subset", "order"), [(7, 1), (15, 0), (13, 2)])
+def test_sigma_of_a_point_is_what_sampling_finds(pattern, reference, subset, order):
+    rng, noise = np.random.default_rng(4), 0.5
+    x, y = np.meshgrid(np.arange(14, 180, 14), np.arange(14, 140, 14))
+    xy = np.column_stack([x.ravel(), y.ravel()]).astype(float)
+    frame, guess, ratios = pattern.draw((0.3, 0.2)), np.tile([0.3, 0.2], (len(xy), 1)), []
+    for _ in range(10):
+        first, second = (i + rng.normal(0, noise, i.shape) for i in (reference, frame))
+        disp = dic.correlate(dic.prepare(first, subset, points=xy, order=order), second, guess)
+        ratios += [(disp.u - 0.3) / disp.sigma_u, (disp.v - 0.2) / disp.sigma_v]
+    known = np.isfinite(ratios)
+    assert known.mean() > 0.95
+    # Without √2 it is 1.41, with too few freedoms at 7 px 1.09.
+    assert np.sqrt(np.mean(np.array(ratios)[known] ** 2)) == pytest.approx(1, abs=0.05)
+
+
 def test_lone_point_is_enough(pattern, reference):
     disp = dic.correlate(dic.prepare(reference, points=[[90.0, 70.0]]), pattern.draw((12.0, -7.5)))
     assert (disp.u[0], disp.v[0]) == pytest.approx((12.0, -7.5), abs=3e-3)
@@ -69,23 +85,23 @@ def test_point_at_the_border_is_measured_with_what_is_left_of_its_subset(pattern
     ref = dic.prepare(reference, points=xy)
     disp = dic.correlate(ref, pattern.draw((0.5, 0.2)))
     assert list(disp.status) == [Status.OK, Status.OK, Status.OK, Status.OUTSIDE]
-    np.testing.assert_allclose(disp.share, np.array([15, 21, 11, 121 / 21]) / 21)
+    np.testing.assert_allclose(disp.valid_fraction, np.array([15, 21, 11, 121 / 21]) / 21)
     np.testing.assert_allclose(disp.u[:3], 0.5, atol=0.01)
-    away = dic.correlate(ref, pattern.draw((-0.5, 0.2)))  # what is left leaves the picture
+    away = dic.correlate(ref, pattern.draw((-0.5, 0.2)))  # what is left leaves the image
     assert list(away.status) == [Status.OUTSIDE, Status.OK, Status.OUTSIDE, Status.OUTSIDE]
 
 
-def test_a_tracked_frame_takes_memory_for_numbers_of_points_and_no_pictures():
+def test_a_tracked_frame_takes_memory_for_numbers_of_points_and_no_images():
     """A subset of 31 px has 961 pixels; a point gets less memory than a byte for each of them."""
     rng = np.random.default_rng(3)
-    picture = rng.integers(0, 255, (700, 800), dtype=np.uint8)
-    picture = np.kron(picture[::4, ::4], np.ones((4, 4), np.uint8))
-    ref = dic.prepare(picture, 31, points=rng.uniform((30, 30), (770, 670), (72, 2)))
-    last = dic.correlate(ref, picture, guess=np.zeros((72, 2)))
-    dic.correlate(ref, picture, guess=last)
+    image = rng.integers(0, 255, (700, 800), dtype=np.uint8)
+    image = np.kron(image[::4, ::4], np.ones((4, 4), np.uint8))
+    ref = dic.prepare(image, 31, points=rng.uniform((30, 30), (770, 670), (72, 2)))
+    last = dic.correlate(ref, image, guess=np.zeros((72, 2)))
+    dic.correlate(ref, image, guess=last)
     tracemalloc.start()
     try:
-        dic.correlate(ref, picture, guess=last)
+        dic.correlate(ref, image, guess=last)
         _, peak = tracemalloc.get_traced_memory()
     finally:
         tracemalloc.stop()

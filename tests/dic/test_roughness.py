@@ -20,7 +20,7 @@ def test_centre_weights_keep_the_polynomials_of_the_order(order):
         assert (weights * x**a * y**b).sum() == pytest.approx(0, abs=1e-9)
 
 
-def test_overlap_of_means_is_the_share_of_common_pixels():
+def test_overlap_of_means_is_the_fraction_of_common_pixels():
     for side in (21, 24):
         shared = roughness.overlap(1, side, 5, 6)
         along = np.maximum(1 - 5 * np.arange(6) / side, 0)

@@ -88,23 +88,26 @@ def test_roi_excludes_points_and_the_pixels_of_others(pattern, reference):
     roi = np.ones(reference.shape, dtype=bool)
     roi[HOLE] = False
     frame, first = pattern.draw(SHIFT), reference.copy()
-    first[HOLE], frame[HOLE] = 7.0, 211.0  # would ruin every subset that looked at it
+    first[HOLE], frame[HOLE] = 7.0, 211.0  # would ruin every subset that read it
     disp = dic.correlate(dic.prepare(first, roi=roi), frame)
     x, y = disp.xy.astype(int).T
     assert (disp.status[~roi[y, x]] == Status.EXCLUDED).all()
     edge = roi[y, x] & ~far_from(disp.xy)
     assert disp.valid[edge].mean() > 0.5
     whole = far_from(disp.xy, half=10 + 3)  # the spline rings 3 px over the rim
-    assert (disp.share[whole] == 1).all()
-    assert (disp.share[~whole] < 1).all()
-    assert ((disp.share[edge & disp.valid] >= 0.3) & (disp.share[edge & disp.valid] < 1)).all()
+    assert (disp.valid_fraction[whole] == 1).all()
+    assert (disp.valid_fraction[~whole] < 1).all()
+    assert (
+        (disp.valid_fraction[edge & disp.valid] >= 0.3)
+        & (disp.valid_fraction[edge & disp.valid] < 1)
+    ).all()
     assert (disp.status[edge & ~disp.valid] == Status.EXCLUDED).all()
     assert_rest_is_measured(disp)
     clean = far_from(disp.xy, half=13)
     assert np.abs(disp.u[clean] - SHIFT[0]).max() <= 5e-3
 
 
-def test_what_leaves_the_picture_is_outside(pattern, reference):
+def test_what_leaves_the_image_is_outside(pattern, reference):
     disp = dic.correlate(dic.prepare(reference), pattern.draw((20.0, 0.0)))
     leaves = disp.xy[:, 0] + 20 + 10 > reference.shape[1] - 0.5
     assert (disp.status[leaves] == Status.OUTSIDE).all()
@@ -112,7 +115,7 @@ def test_what_leaves_the_picture_is_outside(pattern, reference):
     assert np.abs(disp.u[~leaves] - 20).max() <= 0.01
 
 
-def test_another_picture_altogether_is_low_correlation(speckle, pattern, reference):
+def test_another_image_altogether_is_low_correlation(speckle, pattern, reference):
     disp = dic.correlate(dic.prepare(reference), speckle(reference.shape, seed=99).draw())
     assert disp.valid.mean() <= 0.01
     assert (disp.status == Status.LOW_CORRELATION).mean() >= 0.8

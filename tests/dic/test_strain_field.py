@@ -21,8 +21,8 @@ def field(gradient, shape=(7, 9), step=5, subset=21, lost=()):
     return dic.DisplacementField(
         xy=grid.xy, u=u, v=v, sigma_u=sigma, sigma_v=2 * sigma,
         gradient=np.tile(gradient, (n, 1, 1)), sigma_gradient=np.full((n, 2, 2), 1e-4),
-        zncc=np.ones(n), iterations=np.ones(n, dtype=np.int16), share=np.ones(n), status=status,
-        subset=subset, order=1, grid=grid,
+        zncc=np.ones(n), iterations=np.ones(n, dtype=np.int16), valid_fraction=np.ones(n),
+        status=status, subset=subset, order=1, grid=grid,
     )  # fmt: skip
 
 

@@ -15,7 +15,7 @@ def field(shape, step, lost, seed):
     return dic.DisplacementField(
         xy=grid.xy, u=u, v=v, sigma_u=np.ones(n), sigma_v=np.ones(n),
         gradient=np.zeros((n, 2, 2)), sigma_gradient=np.zeros((n, 2, 2)), zncc=np.ones(n),
-        iterations=np.ones(n, np.int16), share=np.ones(n),
+        iterations=np.ones(n, np.int16), valid_fraction=np.ones(n),
         status=np.where(lost.ravel(), dic.Status.FLAT, dic.Status.OK).astype(np.int8),
         subset=21, order=0, grid=grid,
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Several frames at a time: the same numbers, and nothing of the size of a picture set aside."""
+"""Several frames at a time: the same numbers, and nothing of the size of an image set aside."""
 
 import tracemalloc
 from concurrent.futures import ThreadPoolExecutor
@@ -38,7 +38,7 @@ def test_reference_is_not_changed_by_its_frames(pattern, reference):
         np.testing.assert_array_equal(getattr(ref, name), value)
 
 
-def test_tracker_sets_aside_no_picture(speckle):
+def test_tracker_sets_aside_no_image(speckle):
     large = np.clip(np.rint(speckle((700, 800), seed=2).draw()), 0, 255).astype(np.uint8)
     places = np.random.default_rng(0).uniform(40, 660, (72, 2))
     ref = dic.prepare(large, 31, points=places)

@@ -1,5 +1,7 @@
 """Tile sums: what numpy and an independent spline say, and the shift that they contain."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -9,6 +11,7 @@ import dic
 from dic.tiles.tiles import MARGIN
 
 SIZE = 16
+RAMP = np.add.outer(np.arange(40.0), np.arange(60.0))
 
 
 @pytest.fixture(scope="module")
@@ -24,9 +27,9 @@ def frame(pattern):
 def by_hand(reference, image, tiles, flow):
     """Sum fx·e, fy·e, e, e², e·f over every tile, (T, 5), by splines along y, then along x."""
     pad, sums = 30, []  # what lies farther off does not matter
-    picture = np.pad(reference, pad, mode="reflect")
-    along_y, along_x = (make_interp_spline(np.arange(n) - pad, np.eye(n), 7) for n in picture.shape)
-    coefficients = along_y.c @ picture @ along_x.c.T
+    wide = np.pad(reference, pad, mode="reflect")
+    along_y, along_x = (make_interp_spline(np.arange(n) - pad, np.eye(n), 7) for n in wide.shape)
+    coefficients = along_y.c @ wide @ along_x.c.T
     side = np.arange(tiles.size) - (tiles.size - 1) / 2
     for (x, y), d in zip(tiles.xy, flow, strict=True):
         columns, rows = x + side, y + side
@@ -45,15 +48,15 @@ def as_columns(sums):
     return np.column_stack([sums.gradient, sums.e, sums.ee, sums.ef])
 
 
-def assert_same_sums(found, expected, share=1e-4):
-    """Pictures are held in single precision: compare with the largest sum of each kind."""
+def assert_same_sums(found, expected, atol=1e-4):
+    """Images are held in single precision: compare with the largest sum of each kind."""
     np.testing.assert_allclose(
-        found / np.abs(expected).max(axis=0), expected / np.abs(expected).max(axis=0), atol=share
+        found / np.abs(expected).max(axis=0), expected / np.abs(expected).max(axis=0), atol=atol
     )
 
 
 def best_shift(prepared, sums):
-    """Shift of the whole picture that the sums imply, (2,) px."""
+    """Shift of the whole image that the sums imply, (2,) px."""
     xx, xy, yy = prepared.hessian.sum(axis=0)
     return sums.flow[0] - np.linalg.solve([[xx, xy], [xy, yy]], sums.gradient.sum(axis=0))
 
@@ -69,7 +72,7 @@ def test_tiles_lie_side_by_side_within_the_margin():
     np.testing.assert_array_equal(tiles.xy[1] - tiles.xy[0], [8, 0])  # row by row
 
 
-def test_sums_of_a_picture_are_those_of_numpy(reference):
+def test_sums_of_an_image_are_those_of_numpy(reference):
     tiles = dic.lay_tiles(reference.shape, SIZE)
     sums = tiles.sums(reference)
     for index in (0, 7, len(sums) - 1):
@@ -96,7 +99,7 @@ def test_sums_in_place_are_those_of_numpy(prepared, reference, frame):
 @settings(max_examples=10, deadline=None)
 @given(st.floats(-5, 5), st.floats(-5, 5), st.integers(0, 99))
 def test_moved_sums_are_those_of_numpy(prepared, reference, frame, u, v, seed):
-    # Five pixels keep the spline of a border tile within the picture.
+    # Five pixels keep the spline of a border tile within the image.
     spread = np.random.default_rng(seed).uniform(-1, 1, (len(prepared.hessian), 2))
     flow = np.clip(np.array([u, v]) + spread, -5, 5)
     found = as_columns(dic.tile_sums(prepared, frame, flow))
@@ -128,11 +131,27 @@ def test_a_shift_below_a_pixel_is_recovered(prepared, pattern, shift):
     np.testing.assert_allclose(flow, shift, atol=1e-3)  # px; measured 2e-4
 
 
-def test_flows_far_out_of_the_picture_do_no_harm(prepared, frame):
+def test_flows_far_out_of_the_image_do_no_harm(prepared, frame):
     width = frame.shape[1]
     for u, v in [(width - 1, 0), (-width + 1, 40), (0, width - 1), (-30, -width + 1)]:
         sums = dic.tile_sums(prepared, frame, np.full((len(prepared.hessian), 2), (u, v), float))
         assert np.isfinite(as_columns(sums)).all()
+
+
+@pytest.mark.parametrize("flow", [(-31.3, 4.6), (28.2, -33.7)])
+def test_beyond_the_border_the_nearest_coefficient_stands(prepared, frame, flow):
+    pad, count = 60, len(prepared.hessian)
+    tiles, flows = prepared.tiles, np.full((count, 2), flow)
+    wide = replace(
+        prepared,
+        tiles=replace(tiles, origin=(tiles.origin[0] + pad, tiles.origin[1] + pad)),
+        image=np.pad(prepared.image, pad),
+        coefficients=np.pad(prepared.coefficients, pad, mode="edge"),
+    )
+    there = dic.tile_sums(wide, np.pad(frame, pad), flows)
+    here = dic.tile_sums(prepared, frame, flows)
+    np.testing.assert_array_equal(as_columns(here), as_columns(there))
+    np.testing.assert_array_equal(here.light, there.light)
 
 
 def test_light_of_a_moved_reference_is_that_of_numpy(prepared, reference):
@@ -162,13 +181,13 @@ def refused(sentence, call, *args):
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        (lambda g: g[:-1], r"^picture is 190x149 px and the reference 190x150 px"),
-        (lambda g: np.dstack([g, g, g]), r"^picture must be grey, \(H, W\), got shape \(150, 190,"),
-        (lambda g: np.where(g == g.max(), np.nan, g), "^picture holds NaN"),
-        (lambda g: np.where(g == g.max(), np.inf, g), "^picture holds NaN or infinite"),
+        (lambda g: g[:-1], r"^reference is 190x150 px, deformed is 190x149 px"),
+        (lambda g: np.dstack([g, g, g]), "^deformed image has 3 channels; convert it to grey"),
+        (lambda g: np.where(g == g.max(), np.nan, g), "^deformed image holds 1 pixels that"),
+        (lambda g: np.where(g == g.max(), np.inf, g), "^deformed image holds 1 pixels that"),
     ],
 )
-def test_bad_pictures_are_refused_in_one_sentence(prepared, frame, change, sentence):
+def test_bad_images_are_refused_in_one_sentence(prepared, frame, change, sentence):
     refused(sentence, dic.tile_sums, prepared, change(frame))
 
 
@@ -187,10 +206,11 @@ def test_bad_flows_are_refused_in_one_sentence(prepared, frame, flow, sentence):
 @pytest.mark.parametrize(
     ("image", "size", "sentence"),
     [
-        (np.ones((40, 60)), 3, "^tile size must be 4 px or more .* got 3 px on 60x40 px"),
-        (np.ones((40, 60)), 32, "got 32 px on 60x40 px"),
-        (np.ones(60), 8, "^picture must be grey"),
-        (np.full((40, 60), np.nan), 8, "^picture holds NaN"),
+        (RAMP, 3, "^tile size must be 4 px or more .* got 3 px on 60x40 px"),
+        (RAMP, 32, "got 32 px on 60x40 px"),
+        (RAMP[0], 8, r"^reference image must be \(H, W\)"),
+        (np.ones((40, 60)), 8, "^reference image is blank"),
+        (RAMP * np.nan, 8, "^reference image holds 2400 pixels that are not finite"),
     ],
 )
 def test_bad_references_are_refused_in_one_sentence(image, size, sentence):

@@ -55,11 +55,11 @@ def test_a_gauge_of_a_length_reads_the_mean_strain_over_its_square():
     nodes, weights = np.polynomial.legendre.leggauss(24)
     offset = 0.5 * length * nodes
     dx, dy = np.meshgrid(offset, offset, indexing="ij")
-    share = 0.25 * np.outer(weights, weights).ravel()
+    fraction = 0.25 * np.outer(weights, weights).ravel()
     state = SOLVER.deflect([fe.Touch(61.0, 30.0, 1.0)])
     for gauge, read in zip(GAUGES, long, strict=True):
         points = gauge + np.column_stack([dx.ravel(), dy.ravel()])
-        truth = share @ state.strain(points)
+        truth = fraction @ state.strain(points)
         np.testing.assert_allclose(read, truth, atol=3e-4 * np.abs(long).max())
 
 
@@ -87,6 +87,19 @@ def test_a_gauge_that_reaches_over_the_edge_or_a_border_is_refused():
 def test_the_bottom_face_is_strained_the_other_way():
     top, bottom = (fe.influence(PLATE, GAUGES, MESH, face=face) for face in ("top", "bottom"))
     np.testing.assert_array_equal(top.adjoint.values, -bottom.adjoint.values)
+
+
+def test_places_are_read_on_the_touched_face_where_no_face_is_named():
+    for prepare in (fe.influence, fe.displacement_influence):
+        plain, top = prepare(PLATE, GAUGES, MESH), prepare(PLATE, GAUGES, MESH, face="top")
+        np.testing.assert_array_equal(plain.adjoint.values, top.adjoint.values)
+    u, v, w = fe.displacement_influence(PLATE, [[60.0, 30.0]], MESH).displacement([[45.0, 30.0]])[
+        0, 0
+    ]
+    # Under a press the touched face shortens towards it, and the plate goes down.
+    assert u < 0
+    assert abs(v) < 1e-12
+    assert w < 0
 
 
 @pytest.mark.parametrize("face", ["top", "middle", "bottom"])

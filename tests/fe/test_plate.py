@@ -14,6 +14,16 @@ def plate(**changes):
     )
 
 
+def test_a_point_on_the_border_of_patches_belongs_to_the_side_of_larger_x_and_y():
+    inner = fe.Patch((20.0, 50.0), (10.0, 40.0), 3.0, 9000.0)
+    corner = fe.Patch((90.0, 120.0), (60.0, 80.0), 4.0, 200.0)
+    thickness, young = plate(patches=(inner, corner)).material(
+        [[20.0, 10.0], [50.0, 20.0], [30.0, 40.0], [19.9, 20.0], [49.9, 39.9], [120.0, 80.0]]
+    )
+    assert thickness.tolist() == [3.0, 2.0, 2.0, 2.0, 3.0, 4.0]
+    assert young.tolist() == [9000.0, 3000.0, 3000.0, 3000.0, 9000.0, 200.0]
+
+
 def test_rigidity_is_that_of_the_textbook():
     assert math.isclose(plate().rigidity, 3000.0 * 8.0 / (12.0 * (1.0 - 0.38**2)))
 

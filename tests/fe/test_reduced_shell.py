@@ -40,7 +40,7 @@ def test_strain_and_displacement_are_those_of_the_shell(edges):
         [fe.Touch(41.0, 203.0, 5.0)],
         [fe.Touch(88.0, 70.0, 3.0), fe.Touch(170.0, 151.0, 2.0)],
     ):
-        true, found = shell.rest.touch(touches), reduced.solve(touches)
+        true, found = shell.undeformed.touch(touches), reduced.solve(touches)
         assert true.stability.verdict is fe.Verdict.STABLE
         assert found.result is fe.Trust.TRAINED
         strain, moved = true.strain(ring()), true.displacement(at)

@@ -35,7 +35,7 @@ def test_patches_and_discs_bend_as_in_linear_theory():
 
 def test_a_touch_stretches_the_plate_and_so_meets_more_resistance():
     shell = Shell(PVC, MESH)
-    one, five = (shell.rest.touch([fe.Touch(100.0, 90.0, f)]) for f in (1e-3, 5.0))
+    one, five = (shell.undeformed.touch([fe.Touch(100.0, 90.0, f)]) for f in (1e-3, 5.0))
     at = [[100.0, 90.0]]
     assert five.deflection(at)[0] < 0
     assert five.deflection(at)[0] > 0.5 * 5000 * one.deflection(at)[0]
@@ -49,8 +49,9 @@ def test_a_touch_stretches_the_plate_and_so_meets_more_resistance():
 def test_two_touches_press_one_after_the_other_or_together_alike():
     first, second = fe.Touch(100.0, 90.0, 1.0), fe.Touch(180.0, 50.0, 0.7)
     shell = Shell(PVC, MESH)
-    together = shell.rest.touch([first, second])
-    straight = shell.rest.touch([first]).load(together.loads - shell.rest.touch([first]).loads)
+    together = shell.undeformed.touch([first, second])
+    alone = shell.undeformed.touch([first])
+    straight = alone.load(together.loads - alone.loads)
     np.testing.assert_allclose(straight.values, together.values, atol=1e-9)
 
 
@@ -78,7 +79,7 @@ def test_strain_converges():
 def test_influence_at_a_state_is_the_change_by_a_small_further_touch():
     state = solve(PVC, [fe.Touch(90.0, 80.0, 2.0)], mesh=fe.grid(PVC, 16))
     gauges, at, force = XY[:6], np.array([[150.0, 60.0], [60.0, 150.0]]), 1e-3
-    influence = state.influence(gauges)
+    influence = fe.shell_influence(state, gauges)
     for k, (x, y) in enumerate(at):
         more, less = (state.touch([fe.Touch(x, y, s * force)]).strain(gauges) for s in (1, -1))
         truth = (more - less) / (2 * force)
@@ -86,7 +87,7 @@ def test_influence_at_a_state_is_the_change_by_a_small_further_touch():
 
 
 def test_influence_of_the_flat_plate_is_that_of_linear_theory():
-    flat = Shell(PVC, MESH).rest.influence(XY[:5], face="bottom")
+    flat = fe.shell_influence(Shell(PVC, MESH).undeformed, XY[:5], face="bottom")
     linear = fe.influence(PVC, XY[:5], MESH, face="bottom")
     scale = np.abs(linear.strain(XY)).max()
     np.testing.assert_allclose(flat.strain(XY), linear.strain(XY), atol=1e-8 * scale)
@@ -95,7 +96,7 @@ def test_influence_of_the_flat_plate_is_that_of_linear_theory():
 
 def test_gradient_of_the_influence_is_exact():
     state = solve(PVC, [fe.Touch(90.0, 80.0, 2.0)], mesh=fe.grid(PVC, 12))
-    influence, at, e = state.influence(XY[:4]), XY[5:15].clip(1, 199), 1e-4
+    influence, at, e = fe.shell_influence(state, XY[:4]), XY[5:15].clip(1, 199), 1e-4
     for axis, way in enumerate(e * np.eye(2)):
         truth = (influence.strain(at + way) - influence.strain(at - way)) / (2 * e)
         found = influence.gradient(at)[..., axis]
@@ -105,7 +106,7 @@ def test_gradient_of_the_influence_is_exact():
 def test_work_of_a_touch_is_the_energy_it_leaves():
     # dW/dF = F dw/dF for the exact minimum, by differences over the force.
     shell, at = Shell(PVC, fe.grid(PVC, 12)), [[100.0, 90.0]]
-    states = [shell.rest.touch([fe.Touch(100.0, 90.0, f)]) for f in (1.99, 2.0, 2.01)]
+    states = [shell.undeformed.touch([fe.Touch(100.0, 90.0, f)]) for f in (1.99, 2.0, 2.01)]
     energy = [shell.system.forces(s.values.ravel())[0] for s in states]
     w = [-s.deflection(at)[0] for s in states]
     assert energy[2] - energy[0] == pytest.approx(2.0 * (w[2] - w[0]), rel=1e-4)
@@ -127,11 +128,11 @@ def test_a_disc_presses_as_its_points_do_and_less_deep_than_one_point():
     disc = fe.Touch(100.0, 90.0, 3.0, radius=10.0)
     xy, along_z, _ = spread(PVC, MESH, [disc])
     points = [fe.Touch(x, y, -f) for (x, y), f in zip(xy, along_z, strict=True)]
-    whole, parts = shell.rest.touch([disc]), shell.rest.touch(points)
+    whole, parts = shell.undeformed.touch([disc]), shell.undeformed.touch(points)
     np.testing.assert_allclose(whole.values, parts.values, atol=1e-10)
-    point = shell.rest.touch([fe.Touch(100.0, 90.0, 3.0)])
+    point = shell.undeformed.touch([fe.Touch(100.0, 90.0, 3.0)])
     assert point.deflection([[100.0, 90.0]])[0] < whole.deflection([[100.0, 90.0]])[0] < 0
-    small = shell.rest.touch([fe.Touch(100.0, 90.0, 3.0, radius=1e-3)])
+    small = shell.undeformed.touch([fe.Touch(100.0, 90.0, 3.0, radius=1e-3)])
     np.testing.assert_allclose(small.values, point.values, atol=1e-6)
 
 
@@ -151,4 +152,4 @@ def test_touches_outside_are_refused_before_the_base_is_bent(touch, sentence, mo
 
 def test_states_are_read_only():
     with pytest.raises(ValueError, match="read-only"):
-        Shell(PVC, MESH).rest.values[0, 0, 0] = 1.0
+        Shell(PVC, MESH).undeformed.values[0, 0, 0] = 1.0

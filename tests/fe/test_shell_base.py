@@ -7,6 +7,7 @@ import pytest
 from scipy.special import ellipe, ellipk
 
 import fe
+from fe.elements.functional import derivative
 from fe.linear.load import spread
 from fe.shell import Base, Shell, Verdict
 from rig.studies.plates.elastica import elastica
@@ -58,6 +59,22 @@ def test_clamps_move_rigidly_and_hold_the_normal():
         np.testing.assert_allclose(state.normal(edge), normal, atol=1e-9)
 
 
+def test_clamps_turn_rigidly_between_the_nodes_too_whatever_the_shape_of_elements():
+    plate = fe.Plate((100.0, 60.0), 1.0, 3000.0, 0.3, TWO)
+    mesh, base = fe.Mesh(plate.size, (8, 14)), Base(3.0, 25.0)
+    lift = Shell(plate, mesh).support(base).lift.reshape(*mesh.shape, 3)
+    y = np.linspace(1.0, 59.0, 12)
+    for x, motion in zip((0.0, 100.0), base.clamps(plate), strict=True):
+        edge = np.column_stack([np.full(12, x), y])
+        place = np.column_stack([edge, np.zeros(12)])
+        truth = place @ motion.turn.T + motion.shift - place
+        np.testing.assert_allclose(derivative(mesh, edge).of(lift), truth, atol=1e-12)
+        across = derivative(mesh, edge, 1, 0).of(lift)
+        np.testing.assert_allclose(
+            across, np.tile(motion.turn[:, 0] - [1, 0, 0], (12, 1)), atol=1e-12
+        )
+
+
 @pytest.mark.parametrize(("bend", "twist"), [(10.0, 30.0), (20.0, 45.0)])
 def test_large_bends_with_twists_converge_and_say_how_stable_they_are(bend, twist):
     stability = bent(bend, twist).stability
@@ -105,12 +122,12 @@ def test_influence_on_a_base_is_the_change_by_a_small_touch():
     gauges, force = np.array([[5.0, 20.0], [50.0, 95.0], [95.0, 70.0]]), 1e-3
     more, less = (state.touch([fe.Touch(40.0, 30.0, s * force)]).strain(gauges) for s in (1, -1))
     truth = (more - less) / (2 * force)
-    found = state.influence(gauges).strain([[40.0, 30.0]])[0]
+    found = fe.shell_influence(state, gauges).strain([[40.0, 30.0]])[0]
     assert np.abs(found - truth).max() < 1e-5 * np.abs(truth).max()
 
 
 def test_gradient_of_the_influence_on_a_base_is_exact():
-    influence = bent(10.0, 15.0).influence([[5.0, 20.0], [50.0, 95.0], [95.0, 70.0]])
+    influence = fe.shell_influence(bent(10.0, 15.0), [[5.0, 20.0], [50.0, 95.0], [95.0, 70.0]])
     at, e = np.array([[40.0, 30.0], [71.0, 88.0], [12.0, 55.0]]), 1e-4
     for axis, way in enumerate(e * np.eye(2)):
         truth = (influence.strain(at + way) - influence.strain(at - way)) / (2 * e)
@@ -126,7 +143,7 @@ def test_a_disc_on_a_base_presses_against_the_normal_at_each_of_its_points():
     np.testing.assert_allclose(force, along_z @ state.normal(xy), atol=1e-12)
     assert touched.stability.converged
     # For a force so small the disc reads the mean of the influence of its points.
-    influence = state.influence([[5.0, 20.0], [50.0, 95.0]])
+    influence = fe.shell_influence(state, [[5.0, 20.0], [50.0, 95.0]])
     weights, tiny = along_z / along_z.sum(), fe.Touch(30.0, 60.0, 1e-4, radius=8.0)
     change = state.touch([tiny]).strain(influence.gauges) - state.strain(influence.gauges)
     mean = 1e-4 * np.einsum("k,kmi->mi", weights, influence.strain(xy))

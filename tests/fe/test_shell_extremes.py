@@ -66,7 +66,7 @@ def test_a_contrast_beyond_the_digits_is_no_equilibrium():
     assert state.stability.residual > 1e-6
     assert state.stability.eigenvalue is nan
     with pytest.raises(ValueError, match=r"influence needs a stable equilibrium.*residual"):
-        state.influence([[20.0, 30.0]])
+        fe.shell_influence(state, [[20.0, 30.0]])
 
 
 @pytest.mark.parametrize("spring", [1e-6, 1e-3, 1.0, 1e6, 1e15])

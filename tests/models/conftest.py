@@ -1,4 +1,4 @@
-"""A small bench: a plate that is not square, seen by a camera of 320x256 px, and its pictures."""
+"""A small bench: a plate that is not square, seen by a camera of 320x256 px, and its images."""
 
 from dataclasses import dataclass
 
@@ -13,12 +13,12 @@ from dic.tiles.tiles import TileReference, prepare_tiles, tile_sums
 PLATE = fe.Plate((150.0, 110.0), 1.0, 3000.0, 0.38)
 NOISE = 2.0  # grey levels
 TOP = PLATE.thickness / 2
-SENSOR = synthetic.Sensor(noise=0.0, bits=16)  # 16 bits as 0 … 255: pictures without rounding
+SENSOR = synthetic.Sensor(noise=0.0, bits=16)  # 16 bits as 0 … 255: images without rounding
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SmallBench:
-    """What a test needs to press the plate, take a picture and find the touches in it."""
+    """What a test needs to press the plate, take an image and find the touches in it."""
 
     camera: synthetic.Camera
     modes: fe.Modes
@@ -33,10 +33,10 @@ class SmallBench:
         """Height of the touched face over the middle plane, mm."""
         return TOP
 
-    def picture(self, touches=(), shift=(0.0, 0.0), turn=0.0, grow=0.0):
-        """Picture without noise, (H, W) float64, grey levels.
+    def image(self, touches=(), shift=(0.0, 0.0), turn=0.0, grow=0.0):
+        """Image without noise, (H, W) float64, grey levels.
 
-        Touches are (x, y, F); the picture is shifted in px, turned in rad and grown by a share.
+        Touches are (x, y, F); the image is shifted in px, turned in rad and grown by a fraction.
         """
         points = self.warper.points
         moved = np.zeros((len(points), 3))
@@ -54,7 +54,7 @@ class SmallBench:
             sums = tile_sums(self.reference, frame, motions.flow(motion))
             right = self.pattern.gradient(sums, motion)
             measured = self.pattern.whiten(right, NOISE)
-            estimate = models.find(measured, self.search, start=start, count=count, most=3)
+            estimate = models.find(measured, self.search, start=start, count=count, max_touches=3)
             start = np.column_stack([estimate.xy, estimate.force])
             motion = self.pattern.amplitudes(estimate, right)
         return estimate

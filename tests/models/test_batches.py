@@ -35,7 +35,7 @@ def test_pressed_together_strains_add_and_places_are_sorted():
     np.testing.assert_array_equal(batch.strain, expected)
 
 
-def test_magnitudes_are_drawn_and_told_after_the_places():
+def test_magnitudes_are_drawn_and_reported_after_the_places():
     batch = next(superposed_batches(SINGLE, 2, 500, np.random.default_rng(0), largest=4.0))
     places, magnitudes = batch.targets[:, :4].reshape(-1, 2, 2), batch.targets[:, 4:]
     assert magnitudes.min() >= 1.0
@@ -53,7 +53,7 @@ def test_noise_has_its_deviation_and_leaves_the_targets():
     np.testing.assert_array_equal(batch.targets, calm.targets)
 
 
-def test_noise_that_channels_share_has_its_covariance():
+def test_noise_that_channels_have_in_common_has_its_covariance():
     calm = Dataset(np.zeros((20000, 2), np.float32), np.ones((20000, 2)))
     covariance = np.array([[4.0, 1.2], [1.2, 1.0]])
     root = np.linalg.cholesky(covariance)
@@ -61,7 +61,7 @@ def test_noise_that_channels_share_has_its_covariance():
     np.testing.assert_allclose(np.cov(batch.strain.T), covariance, atol=0.1)
 
 
-def test_touches_are_told_as_least_squares_would_estimate_them_from_the_noise():
+def test_touches_are_reported_as_regression_would_estimate_them_from_the_noise():
     rng = np.random.default_rng(0)
     slope, places = rng.normal(size=(2, 6)), rng.uniform(0.0, 40.0, (50, 2))
     moves = gain(np.broadcast_to(slope.T.reshape(2, 3, 2), (50, 2, 3, 2)))

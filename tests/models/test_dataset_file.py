@@ -193,7 +193,7 @@ def test_what_is_no_data_set_is_refused(tmp_path):
 
 
 def test_a_full_disk_is_one_sentence_and_keeps_what_was_done(whole, tmp_path, monkeypatch):
-    path, put = tmp_path / "set.h5", writer.Place.put
+    path, put = tmp_path / "set.h5", writer.ArrayPlace.put
 
     def full(place, file, row, rows):
         if len(place.shape) == 3 and row >= 2 * BLOCK:
@@ -201,7 +201,7 @@ def test_a_full_disk_is_one_sentence_and_keeps_what_was_done(whole, tmp_path, mo
         put(place, file, row, rows)
 
     with monkeypatch.context() as patch:
-        patch.setattr(writer.Place, "put", full)
+        patch.setattr(writer.ArrayPlace, "put", full)
         with pytest.raises(OSError, match=r"cannot be written \(No space left.*run again to go on"):
             write(path)
     assert write(path) == 2 * BLOCK

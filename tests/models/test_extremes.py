@@ -78,7 +78,7 @@ def test_strain_in_single_precision_moves_nothing_by_more_than_the_noise():
 
 
 @pytest.mark.parametrize("apart", [2.0, 3.0, 5.0])
-def test_touches_close_together_are_right_or_told(apart):
+def test_touches_close_together_are_right_or_reported_as_such(apart):
     # Noise at which the valley between the two is curved: 5 % were found far off, and believed.
     touches = np.array([(50.0, 60.0, 3.0), (50.0 + apart, 60.0, 2.0)])
     rng, middle = np.random.default_rng(2), 0.6 * touches[0, 0] + 0.4 * touches[1, 0]

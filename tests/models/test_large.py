@@ -15,7 +15,7 @@ SIGMA = 1e-6  # strain; 8 N give 6e-4
 ONE = np.array([[45.0, 52.0, 8.0]])  # bends by 0.9 thicknesses
 TWO = np.array([[40.0, 52.0, 7.0], [78.0, 40.0, 9.0]])
 NOISE = 2.0  # grey levels
-SENSOR = synthetic.Sensor(noise=0.0, bits=16)  # 16 bits as 0 … 255: pictures without rounding
+SENSOR = synthetic.Sensor(noise=0.0, bits=16)  # 16 bits as 0 … 255: images without rounding
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +95,7 @@ def test_amplitudes_are_those_of_the_displacement(large, reduced):
 
 
 @pytest.mark.parametrize("touches", [ONE, TWO])
-def test_large_touches_are_found_in_the_picture(large, reduced, touches):
+def test_large_touches_are_found_in_the_image(large, reduced, touches):
     camera = synthetic.pinhole_above(PLATE.size, 200.0, (320, 272))
     speckle = synthetic.speckle(PLATE.size, diameter=1.7, softness=0.6)
     warper = synthetic.prepare_warp(speckle, camera, PLATE.thickness / 2)
@@ -116,7 +116,7 @@ def test_large_touches_are_found_in_the_picture(large, reduced, touches):
     )
     for _ in range(4):
         right = pattern.gradient(tile_sums(reference, bent, motions.flow(motion)), motion)
-        estimate = models.find(pattern.whiten(right, NOISE), search, start=start, most=3)
+        estimate = models.find(pattern.whiten(right, NOISE), search, start=start, max_touches=3)
         start, motion = found(estimate), pattern.amplitudes(estimate, right)
     assert (estimate.result, estimate.count) == (Result.FOUND, len(touches))
     np.testing.assert_allclose(estimate.xy, touches[:, :2], atol=0.3)  # mm

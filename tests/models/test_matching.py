@@ -38,7 +38,7 @@ def test_order_does_not_matter(of_estimate, of_truth):
     np.testing.assert_allclose(force, 0.1)
 
 
-def test_the_whole_distance_is_least_rather_than_the_first():
+def test_the_whole_distance_is_minimal_rather_than_the_first():
     truth = (fe.Touch(51.0, 20.0, 1.0), fe.Touch(48.0, 20.0, 2.0))
     position, _, true_force = models.match(estimate([(50.0, 20.0, 1.0), (53.0, 20.0, 1.0)]), truth)
     np.testing.assert_array_equal(position, [2.0, 2.0])  # nearest first would give 1 and 5
@@ -54,8 +54,10 @@ def test_a_false_or_missed_touch_stays_without_partner():
 
 
 def test_a_pair_is_two_indices():
-    told, true = pair(np.array([(90.0, 41.0), (10.0, 20.0), (50.0, 5.0)]), np.array([(12.0, 20.0)]))
-    np.testing.assert_array_equal(told, [1])
+    reported, true = pair(
+        np.array([(90.0, 41.0), (10.0, 20.0), (50.0, 5.0)]), np.array([(12.0, 20.0)])
+    )
+    np.testing.assert_array_equal(reported, [1])
     np.testing.assert_array_equal(true, [0])
     assert [len(each) for each in pair(np.empty((0, 2)), np.ones((3, 2)))] == [0, 0]
 
@@ -63,9 +65,9 @@ def test_a_pair_is_two_indices():
 @given(st.integers(0, 4), st.integers(0, 4), st.integers(0, 100))
 def test_frames_and_sets_of_touches_are_paired_alike(found, there, seed):
     rng = np.random.default_rng(seed)
-    told, true = (rng.uniform(1.0, 90.0, (count, 3)) for count in (found, there))
-    position, force, _ = models.match(estimate(told), tuple(fe.Touch(*each) for each in true))
-    pairs = pair_touches([estimate(told)], [true])
+    reported, true = (rng.uniform(1.0, 90.0, (count, 3)) for count in (found, there))
+    position, force, _ = models.match(estimate(reported), tuple(fe.Touch(*each) for each in true))
+    pairs = pair_touches([estimate(reported)], [true])
     seen = np.isfinite(pairs.distance)
     np.testing.assert_allclose(np.sort(position), np.sort(pairs.distance[seen]))
     np.testing.assert_allclose(np.sort(force), np.sort(pairs.error[seen, 2]))

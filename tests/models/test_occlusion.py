@@ -10,12 +10,12 @@ from models import Result
 
 NOISE = 2.0  # grey levels, as the bench of `conftest.py`
 TOUCHES = np.array([[60.0, 70.0, 1.5]])
-# Over a tenth of the picture, in from a corner.
+# Over a tenth of the image, in from a corner.
 OUTLINE = np.array([(200.0, -20.0), (340.0, -20.0), (340.0, 110.0)])
 
 
 def frame(bench, touches=(), hand=None, gain=1.0, seed=1, shift=(0.0, 0.0)):
-    light = gain * bench.picture(touches, shift=shift) / 255.0
+    light = gain * bench.image(touches, shift=shift) / 255.0
     if hand is not None:
         light = hand.cover(light)
     return 255.0 * light + np.random.default_rng(seed).normal(0, NOISE, light.shape)
@@ -28,7 +28,7 @@ def sense(bench, image, passes=3):
         pattern = pattern.hiding(models.hidden_tiles(bench.reference, sums, NOISE))
         search = models.with_forward(search, pattern.forward(NOISE))
         right = pattern.gradient(sums, motion)
-        estimate = models.find(pattern.whiten(right, NOISE), search, start=start, most=3)
+        estimate = models.find(pattern.whiten(right, NOISE), search, start=start, max_touches=3)
         start, motion = (
             np.column_stack([estimate.xy, estimate.force]),
             pattern.amplitudes(estimate, right),
@@ -42,7 +42,7 @@ def test_a_hand_is_hidden_and_the_rest_is_not(bench, shade):
     image = frame(bench, TOUCHES, hand)
     hidden = models.hidden_tiles(bench.reference, tile_sums(bench.reference, image), NOISE)
     tiles = bench.reference.tiles
-    covered = tiles.sums(hand.share(image.shape)) / tiles.size**2
+    covered = tiles.sums(hand.coverage(image.shape)) / tiles.size**2
     assert hidden[covered > 0.5].all()
     assert hidden[covered == 0.0].mean() < 0.1  # its neighbours, and little else
 
@@ -87,9 +87,9 @@ def test_hidden_tiles_cost_information_and_none_is_as_before(bench):
     np.testing.assert_array_equal(back.normal, bench.pattern.normal)
 
 
-@pytest.mark.parametrize("share", [0.2, 0.6])
-def test_what_is_left_is_the_normal_matrix_of_the_tiles_in_sight(bench, share):
-    hidden = np.random.default_rng(3).random(len(bench.reference.hessian)) < share
+@pytest.mark.parametrize("fraction", [0.2, 0.6])
+def test_what_is_left_is_the_normal_matrix_of_the_visible_tiles(bench, fraction):
+    hidden = np.random.default_rng(3).random(len(bench.reference.hessian)) < fraction
     basis = bench.pattern.motions.tile_basis()[~hidden]
     xx, xy, yy = bench.reference.hessian[~hidden].T[:, :, None]
     along_x, along_y = basis[:, 0], basis[:, 1]

@@ -12,9 +12,9 @@ def test_position_error_is_the_distance_of_each_pair():
     np.testing.assert_allclose(position_error(true, predicted), [5.0, 0.0, 0.5])
 
 
-def test_the_share_counts_errors_strictly_below_the_limit():
+def test_the_fraction_counts_errors_strictly_below_the_limit():
     figures = score_positions(np.array([0.1, 0.4, 0.5, 1.0]), limit=0.5)
-    assert figures.share == 0.5
+    assert figures.fraction == 0.5
     assert figures.count == 4
 
 

@@ -13,10 +13,10 @@ def drawn():
     rng = np.random.default_rng(5)
     root = rng.normal(size=(TILES, 2, 2))
     hessian = root @ root.transpose(0, 2, 1) + np.eye(2)
-    sight = np.ones((FRAMES, TILES), dtype=bool)
-    sight[1, 2] = sight[0, 4] = False
+    visible = np.ones((FRAMES, TILES), dtype=bool)
+    visible[1, 2] = visible[0, 4] = False
     bases = rng.normal(size=(FRAMES, TILES, 2, SHARED + OWN))
-    return SharedReference(bases, SHARED, sight, (0.7, 0.4)), hessian, rng
+    return SharedReference(bases, SHARED, visible, (0.7, 0.4)), hessian, rng
 
 
 def written_out(system, hessian, shown):
@@ -25,7 +25,7 @@ def written_out(system, hessian, shown):
     size = SHARED + FRAMES * OWN
     normal, right = np.zeros((size, size)), np.zeros(size)
     for tile in range(TILES):
-        frames = np.flatnonzero(system.sight[:, tile])
+        frames = np.flatnonzero(system.visible[:, tile])
         design = np.zeros((2 * len(frames), size))
         for row, frame in enumerate(frames):
             own = SHARED + frame * OWN
@@ -39,7 +39,7 @@ def written_out(system, hessian, shown):
     return normal, right
 
 
-def test_the_equations_are_those_of_generalised_least_squares(drawn):
+def test_the_equations_are_those_of_generalised_regression(drawn):
     system, hessian, rng = drawn
     shown = rng.normal(size=(FRAMES, TILES, 2))
     normal, right = written_out(system, hessian, shown)
@@ -47,7 +47,7 @@ def test_the_equations_are_those_of_generalised_least_squares(drawn):
     np.testing.assert_allclose(system.right(shown), right, atol=1e-12)
 
 
-def test_what_all_frames_share_says_nothing_where_only_the_reference_errs(drawn):
+def test_what_frames_have_in_common_says_nothing_where_only_the_reference_errs(drawn):
     system, _, _ = drawn
     sure = SharedReference(system.bases, SHARED, np.ones((FRAMES, TILES), bool), (1e-3, 10.0))
     same = np.ones((FRAMES, TILES, 2))

@@ -42,9 +42,9 @@ def test_a_net_without_an_order_is_read_as_it_was(tmp_path):
     found = load_net(tmp_path / "pair.h5")[0].net
     assert found.options.poles == 2
     strain = np.random.default_rng(1).normal(size=(9, 6))
-    told = predict(found, strain)
-    assert told.shape == (9, 6)  # two places and two magnitudes
-    np.testing.assert_array_equal(told, predict(unordered, strain))
+    reported = predict(found, strain)
+    assert reported.shape == (9, 6)  # two places and two magnitudes
+    np.testing.assert_array_equal(reported, predict(unordered, strain))
 
 
 def test_the_file_holds_plain_float_arrays_and_text_only(path):
@@ -114,7 +114,7 @@ def _swap_activation(file):
     file.attrs["options"] = file.attrs["options"].replace("silu", "tanh")
 
 
-def test_another_version_and_foreign_files_are_told_apart(path, tmp_path):
+def test_another_version_and_foreign_files_are_distinguished(path, tmp_path):
     with h5py.File(path, "r+") as file:
         file.attrs["version"] = 99
     with pytest.raises(ValueError, match="has version 99, this release reads 1; train"):

@@ -40,7 +40,7 @@ def measure(bench, blocks, strain_map):
 
 
 def test_strain_is_that_of_the_displacement_field(bench, blocks, strain_map):
-    sums = tile_sums(bench.reference, bench.picture(TOUCH))
+    sums = tile_sums(bench.reference, bench.image(TOUCH))
     field = tile_displacement(blocks, sums, NOISE)
     strain, truth = strain_map.strain(field), dic.strain(field, window=WINDOW)
     np.testing.assert_array_equal(np.isfinite(strain).all(axis=1), truth.valid)
@@ -49,7 +49,7 @@ def test_strain_is_that_of_the_displacement_field(bench, blocks, strain_map):
 
 
 def test_a_pressed_plate_reads_as_stated(bench, strain_map, measure):
-    measured = strain_map.whiten(measure(bench.picture(TOUCH), TOUCH), NOISE)
+    measured = strain_map.whiten(measure(bench.image(TOUCH), TOUCH), NOISE)
     truth = 1.5 * strain_map.forward(NOISE).response(np.array([[60.0, 70.0]]))[0]
     assert measured.shape == truth.shape == (len(bench.modes.stiffness),)
     assert np.linalg.norm(measured - truth) < 0.03 * np.linalg.norm(truth)
@@ -59,9 +59,9 @@ def test_a_pressed_plate_reads_as_stated(bench, strain_map, measure):
     "drift", [{"shift": (0.3, -0.3)}, {"turn": 1e-3}, {"grow": 1e-3}, {"grow": -5e-4, "turn": 1e-3}]
 )
 def test_motion_of_the_camera_reads_as_nothing(bench, strain_map, measure, drift):
-    seen_turn = -drift.get("turn", 0.0)  # the picture's y runs down
+    seen_turn = -drift.get("turn", 0.0)  # the image's y runs down
     camera = (*drift.get("shift", (0, 0)), seen_turn, drift.get("grow", 0.0))
-    strain = measure(bench.picture(**drift), camera=camera)
+    strain = measure(bench.image(**drift), camera=camera)
     assert np.mean(strain_map.whiten(strain, NOISE) ** 2) < 0.2  # the noise of a frame gives 1
 
 
@@ -69,7 +69,7 @@ def test_motion_of_the_camera_reads_as_nothing(bench, strain_map, measure, drift
 def test_noise_of_the_numbers_is_white_and_sigma_is_that_of_the_strain(
     bench, blocks, strain_map, measure
 ):
-    rng, still = np.random.default_rng(1), bench.picture()
+    rng, still = np.random.default_rng(1), bench.image()
     numbers, strains = [], []
     for _ in range(500):
         strain = measure(still + rng.normal(0, NOISE, still.shape))
@@ -88,7 +88,7 @@ def test_noise_of_the_numbers_is_white_and_sigma_is_that_of_the_strain(
 
 @pytest.mark.slow
 def test_touches_from_strain_scatter_as_stated(bench, strain_map, measure):
-    rng, truth = np.random.default_rng(2), bench.picture(TOUCH)
+    rng, truth = np.random.default_rng(2), bench.image(TOUCH)
     search = models.prepare_candidates(strain_map.forward(NOISE))
     deviations, pattern_sigma = [], np.sqrt(np.diag(bench.sense(truth).covariance))
     for _ in range(120):
@@ -104,7 +104,7 @@ def test_touches_from_strain_scatter_as_stated(bench, strain_map, measure):
 
 
 def test_a_hand_over_the_plate_leaves_no_numbers_and_no_strain_near_it(bench, strain_map, measure):
-    frame = bench.picture()
+    frame = bench.image()
     frame[100:160, 120:200] = 40.0
     strain = measure(frame)
     assert strain_map.whiten(strain, NOISE) is None
@@ -117,7 +117,7 @@ def test_a_hand_over_the_plate_leaves_no_numbers_and_no_strain_near_it(bench, st
     np.testing.assert_array_equal(lost[beside], np.isinf(strain_map.sigma[beside, 0]))
 
 
-def test_a_picture_that_is_flat_around_the_plate_has_no_strain_there(bench, strain_map):
+def test_an_image_that_is_flat_around_the_plate_has_no_strain_there(bench, strain_map):
     places = bench.camera.on_plate(bench.reference.tiles.xy, bench.height)
     size = np.array(bench.modes.plate.size)
     far = ((places < -12) | (places > size + 12)).any(axis=1)

@@ -76,8 +76,8 @@ def test_noise_in_a_channel_that_was_dead_in_training_does_not_matter(inputs):
     result = trained(20, NetOptions((8,), "silu", inputs))
     noise = np.zeros_like(VALIDATION.strain)
     noise[:, 2::3] = 1e-5  # of the shear, which `Bumps` does not have
-    told = predict(result.net, VALIDATION.strain + noise)
-    np.testing.assert_array_equal(told, predict(result.net, VALIDATION.strain))
+    reported = predict(result.net, VALIDATION.strain + noise)
+    np.testing.assert_array_equal(reported, predict(result.net, VALIDATION.strain))
 
 
 def test_every_epoch_is_reported_with_its_loss():
@@ -117,10 +117,10 @@ def test_a_net_learns_touches_without_an_order():
     options = NetOptions((32, 32), "silu", poles=2)
     recipe = Recipe(1500, 5e-3, "cosine", "scaled", check=1500)
     net = train_net(first, test, options, recipe, rng, batches=stream).net
-    told = predict(net, test.strain)
-    error, _ = matched_error(test.targets.reshape(-1, 2, 2), told.reshape(-1, 2, 2))
+    reported = predict(net, test.strain)
+    error, _ = matched_error(test.targets.reshape(-1, 2, 2), reported.reshape(-1, 2, 2))
     assert np.median(error) < 1.5  # measured 0.75 mm; a guess at the middle is off by 16 mm
-    assert (np.diff(told[:, ::2], axis=1) >= 0.0).all()
+    assert (np.diff(reported[:, ::2], axis=1) >= 0.0).all()
 
 
 def test_a_finish_brings_the_codes_of_touches_nearer():
@@ -131,6 +131,6 @@ def test_a_finish_brings_the_codes_of_touches_nearer():
         recipe = Recipe(100, 5e-3, "cosine", "scaled", finish=steps)
         options = NetOptions((8,), "silu", poles=2)
         net = train_net(pairs, pairs, options, recipe, np.random.default_rng(0)).net
-        told = predict(net, pairs.strain)
-        errors.append(np.square(encode(told, 2) - encode(pairs.targets, 2)).mean())
+        reported = predict(net, pairs.strain)
+        errors.append(np.square(encode(reported, 2) - encode(pairs.targets, 2)).mean())
     assert errors[1] < 0.5 * errors[0]

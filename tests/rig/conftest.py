@@ -31,7 +31,7 @@ class InHand:
         self._twin = twin
         self._sequences = iter(sequences)
         self._with_truth = with_truth
-        self.status = "the twin gives no pictures"
+        self.status = "the twin gives no images"
 
     def grab(self, timeout):
         sequence = next(self._sequences, None)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import rig
+from dic import lay_tiles
 from fe.linear.energy import stiffness
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
@@ -48,7 +49,7 @@ def test_the_shipped_twin_is_built_as_it_is_shown():
     assert scene.camera is not None
     assert scene.dic is not None
     said = {part.name: f"{part.what} {part.cost}" for part in account(scene).parts}
-    tiles = rig.bench.lay_tiles(scene.camera.pixels[::-1], scene.dic.tile)
+    tiles = lay_tiles(scene.camera.pixels[::-1], scene.dic.tile)
     assert f"{len(tiles.xy)} tiles a frame" in said["dic"]
     assert f"{tiles.size} px" in said["dic"]
     assert "200 modes" in said["estimator"]
@@ -59,7 +60,7 @@ def test_without_a_comparison_no_strain_is_prepared(small):
     bench, twin = build_bench(scene, quiet), build_twin(scene)
     chain, strain = bench.prepare(average_reference([twin.frame(k, ()) for k in range(2)]))
     assert strain is None
-    assert chain.most == 2
+    assert chain.estimator.max_touches == 2
     said = account(scene)
     assert "comparison" not in {part.name for part in said.parts}
     assert {"strain map", "comparison"} <= {part.name for part in said.left_out}
@@ -69,7 +70,7 @@ def test_the_parts_are_those_of_the_scene(small):
     bench = build_bench(small({"touches.max_touches": 3, "touches.force": ["0.7 N", "2 N"]}), quiet)
     assert bench.plate.size == (254.0, 203.0)
     assert bench.camera.size == (384, 320)
-    assert (bench.height, bench.most, bench.least_force) == (1.0, 3, 0.7)
+    assert (bench.height, bench.max_touches, bench.min_force) == (1.0, 3, 0.7)
 
 
 def test_a_second_start_computes_nothing(small, tmp_path, monkeypatch):
@@ -120,7 +121,7 @@ def test_too_few_tiles_for_the_modes_are_one_sentence(small):
         bench.prepare(zero)
 
 
-def test_a_blank_picture_is_one_sentence(small):
+def test_a_blank_image_is_one_sentence(small):
     bench = build_bench(small(), quiet)
-    with pytest.raises(ValueError, match="look whether the pattern is in sight"):
+    with pytest.raises(ValueError, match=r"reference image is blank .* it needs a pattern"):
         bench.prepare(average_reference([np.full((320, 384), 90, np.uint8)] * 4))

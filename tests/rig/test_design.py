@@ -13,9 +13,9 @@ from rig import cli
 from rig.design.outlook import design
 from rig.design.prediction import linear_to, predict
 from rig.design.setup import changes, setup_of
-from rig.live import chain as live
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
+from rig.live.chain import at_rest, estimate_frame
 from rig.sources.twin import build_twin
 from rig.system.timing import Stopwatch
 
@@ -56,8 +56,8 @@ def test_changes_are_worth_what_theory_says(small):
     assert gains["thickness"] > gains["stand-off"] > 1.05
     order = [change.gain for change in made.changes]
     assert order == sorted(order, reverse=True)
-    assert (made.sensed["bound"].place < made.sensed["pattern"].place).all()
-    assert (made.sensed["pattern"].place < made.sensed["strain"].place).all()
+    assert (made.errors["bound"].place < made.errors["pattern"].place).all()
+    assert (made.errors["pattern"].place < made.errors["strain"].place).all()
     limits = {change.what: change.linear_to for change in made.changes}
     assert limits["stand-off"] == made.linear_to < made.largest == 4.0
     assert limits["thickness"] == pytest.approx(
@@ -74,8 +74,8 @@ def test_what_is_shared_is_not_computed_again(small):
     np.testing.assert_allclose(again.errors.place, predict(louder).errors.place)
 
 
-def test_pictures_that_are_too_small_are_refused(small):
-    with pytest.raises(ValueError, match=r"pictures of 64 × 64 px in tiles of 4 px cannot tell"):
+def test_images_that_are_too_small_are_refused(small):
+    with pytest.raises(ValueError, match=r"images of 64 × 64 px in tiles of 4 px cannot tell"):
         design(small({"camera.pixels": [64, 64], "dic.tile": 4}), quiet)
 
 
@@ -89,19 +89,19 @@ def test_a_scene_without_a_camera_or_with_a_bent_plate_is_refused(small):
 
 
 def test_the_command_prints_writes_and_draws(small_settings, tmp_path):
-    picture = tmp_path / "map.png"
-    arguments = ["design", "twin", "--json", f"--plot={picture}", *small_settings]
+    image = tmp_path / "map.png"
+    arguments = ["design", "twin", "--json", f"--plot={image}", *small_settings]
     done = CliRunner().invoke(cli.application(arguments), arguments)
     assert done.exit_code == 0, done.output
     said = json.loads(done.stdout)
-    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert image.read_bytes().startswith(b"\x89PNG")
     assert set(said["at_1_n"]) == {"bound", "pattern", "strain"}
     assert said["at_1_n"]["pattern"]["place_median_mm"] > 0
     assert 0 < said["fps"] <= 30
     assert len(said["map"]["rows"]) == np.prod(shape_over((254.0, 203.0)))
 
 
-def test_a_picture_that_cannot_be_written_is_refused_at_once(tmp_path):
+def test_a_image_that_cannot_be_written_is_refused_at_once(tmp_path):
     arguments = ["design", "twin", f"--plot={tmp_path}/none/map.png"]
     done = CliRunner().invoke(cli.application(arguments), arguments)
     assert "must be a *.png in a folder that exists" in str(done.exception)
@@ -129,9 +129,7 @@ def test_predicted_errors_are_those_of_a_simulated_run(small):
     for number in range(100, 350):
         (touch,) = twin.touches(number)
         image = twin.frame(number, (touch,))
-        found = live.estimate_frame(
-            chain, image, live.at_rest(chain), Stopwatch(lambda: 0.0)
-        ).estimate
+        found = estimate_frame(chain, image, at_rest(chain), Stopwatch(lambda: 0.0)).estimate
         assert found.count == 1
         away = np.linalg.norm(found.xy[0] - (touch.x, touch.y))
         off.append(away / place((touch.y, touch.x)) * touch.force)

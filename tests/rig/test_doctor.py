@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from collections import namedtuple
 from dataclasses import replace
 from importlib import metadata
 
@@ -84,6 +85,20 @@ def test_a_disk_that_is_nearly_full_is_wrong(monkeypatch, tmp_path):
     assert f"free at {tmp_path}" in finding.text
     monkeypatch.setattr(machine, "MIN_FREE", 0)
     assert machine.check_disk(tmp_path).state is FindingState.GOOD
+
+
+def test_free_space_is_given_in_minutes_of_recording(monkeypatch, tmp_path):
+    disk = namedtuple("Disk", "total used free")(0, 0, 113_246_208_000)
+    monkeypatch.setattr(machine.shutil, "disk_usage", lambda place: disk)
+    assert "113 GB free" in machine.check_disk(tmp_path).text
+    assert "60 minutes of full frames" in machine.check_disk(tmp_path).text
+
+
+def test_the_memory_is_that_of_its_pages(monkeypatch):
+    pages = {"SC_PAGE_SIZE": 4096, "SC_PHYS_PAGES": 4_000_000}
+    monkeypatch.setattr(machine.os, "sysconf", pages.get)
+    findings = {finding.topic: finding for finding in machine.check_computer()}
+    assert findings["computer"].text.endswith("16 GB of memory")
 
 
 def test_screens_and_x_servers_are_listed(monkeypatch, tmp_path):

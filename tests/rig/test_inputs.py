@@ -24,12 +24,12 @@ TOUCH = fe.Touch(100.0, 120.0, 2.5)
 def shots(scene, said=None):
     with open_input(scene, (said if said is not None else []).append) as (source, zero):
         bench = build_bench(scene, lambda done, total: None)
-        return list(Loop(bench, source, zero=zero))
+        return list(Loop(bench, source, reference=zero))
 
 
 @pytest.fixture
-def pictures(small):
-    """Pictures of a plate at rest, then pressed."""
+def images(small):
+    """Images of a plate at rest, then pressed."""
     twin = build_twin(small())
     return [twin.frame(k, () if k < 18 else (TOUCH,)) for k in range(22)]
 
@@ -43,19 +43,19 @@ def assert_pressed(found):
     assert last.truth is None
 
 
-def test_a_folder_is_run_to_its_last_picture(small, pictures, tmp_path):
-    for k, picture in enumerate(pictures):
-        cv2.imwrite(str(tmp_path / f"{k}.png"), picture)
+def test_a_folder_is_run_to_its_last_image(small, images, tmp_path):
+    for k, image in enumerate(images):
+        cv2.imwrite(str(tmp_path / f"{k}.png"), image)
     source = {"kind": "folder", "path": str(tmp_path)}
     assert_pressed(shots(small({"source": source, "camera.rate": 200})))
 
 
-def test_a_video_is_run_to_its_last_picture(small, pictures, tmp_path):
+def test_a_video_is_run_to_its_last_image(small, images, tmp_path):
     path = tmp_path / "film.avi"
-    size = pictures[0].shape[::-1]
+    size = images[0].shape[::-1]
     video = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"FFV1"), 25, size, isColor=False)
-    for picture in pictures:
-        video.write(picture)
+    for image in images:
+        video.write(image)
     video.release()
     source = {"kind": "video", "path": str(path)}
     assert_pressed(shots(small({"source": source, "camera.rate": 200})))
@@ -72,11 +72,11 @@ def test_a_recording_is_run_with_its_own_reference_and_truth(small, session, tmp
         assert (mark.x, mark.y) == pytest.approx((before.x, before.y), abs=0.3)
 
 
-def test_pictures_of_another_size_are_one_sentence(small, pictures, tmp_path):
-    for k, picture in enumerate(pictures[:16]):
-        cv2.imwrite(str(tmp_path / f"{k}.png"), picture[:-20])
+def test_images_of_another_size_are_one_sentence(small, images, tmp_path):
+    for k, image in enumerate(images[:16]):
+        cv2.imwrite(str(tmp_path / f"{k}.png"), image[:-20])
     scene = small({"source": {"kind": "folder", "path": str(tmp_path)}})
-    with pytest.raises(ValueError, match=r"pictures are 384 × 300 px .* to \[384, 300\]"):
+    with pytest.raises(ValueError, match=r"images are 384 × 300 px .* to \[384, 300\]"):
         shots(scene)
 
 
@@ -123,7 +123,7 @@ def test_the_account_names_the_source(source, what, imports):
     assert "camera device" not in {left.name for left in said.left_out}
 
 
-def test_a_camera_without_lens_and_pose_is_told(tmp_path, monkeypatch, capsys):
+def test_a_camera_without_lens_and_pose_is_reported(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     known("bench", rig.load("bench"))
     said = " ".join(capsys.readouterr().err.split())
@@ -134,7 +134,7 @@ def test_a_camera_without_lens_and_pose_is_told(tmp_path, monkeypatch, capsys):
 
 
 @pytest.mark.parametrize("size", [(384, 320), (640, 480)])
-def test_a_calibrated_camera_is_taken_if_its_pictures_have_the_size(small, size):
+def test_a_calibrated_camera_is_taken_if_its_images_have_the_size(small, size):
     scene = small()
     lens = {"size": size, "focal": 700.0, "sigma_focal": 1.0, "centre": (190.0, 160.0)}
     pose = scene.camera.build(scene.plate).T_cam_plate.tolist()

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import fe
-from rig.live import chain as live
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
+from rig.live.chain import at_rest, estimate_frame
 from rig.live.tracker import FrameProcessor
 from rig.sources.twin import build_twin
 from rig.system.frame import Frame
@@ -20,7 +20,7 @@ TOUCHES = (fe.Touch(150.0, 90.0, 2.5), fe.Touch(80.0, 120.0, 1.2))  # w/h of 1.1
 
 @pytest.mark.slow
 @pytest.mark.timeout(900)  # the reduced plate is trained from 200 states
-def test_a_press_of_a_finger_on_a_thin_plate_is_found_in_pictures_of_the_shell(small):
+def test_a_press_of_a_finger_on_a_thin_plate_is_found_in_images_of_the_shell(small):
     plate = small().model_dump()["plate"] | THIN
     scene = small({"plate": plate, "touches.force": [0.5, 3.0], "estimator.modes": 80})
     bench, twin = build_bench(scene, lambda done, total: None), build_twin(scene)
@@ -34,7 +34,7 @@ def test_a_press_of_a_finger_on_a_thin_plate_is_found_in_pictures_of_the_shell(s
         rng = np.random.default_rng(number)
         moved = shell.displacement(twin.warper.points, "top")
         image = twin.warper.render(moved, twin.sensor, rng)
-        sensed = follower.see(Frame(20 + number, time.monotonic(), image)).sensed
+        sensed = follower.process(Frame(20 + number, time.monotonic(), image)).frame_estimate
         for found in (sensed.estimate, sensed.from_strain):
             assert found.count == 1
             # 0.4 mm and 0.9 % measured; linear theory is off by centimetres and 60 % here
@@ -42,5 +42,5 @@ def test_a_press_of_a_finger_on_a_thin_plate_is_found_in_pictures_of_the_shell(s
             assert found.force[0] == pytest.approx(touch.force, rel=0.05)
         assert follower.sentence(sensed) == "one touch"
     hard = twin.frame(30, (fe.Touch(127.0, 100.0, 9.0),))
-    sensed = live.estimate_frame(follower.chain, hard, live.at_rest(follower.chain), watch)
+    sensed = estimate_frame(follower.chain, hard, at_rest(follower.chain), watch)
     assert "the plate is stretched further than" in follower.sentence(sensed)

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import fe
-from rig.live import chain as live
 from rig.live.alignment import Alignment
-from rig.live.baseline import LEAST_NOISE, average_reference
+from rig.live.baseline import MIN_NOISE, average_reference
 from rig.live.bench import build_bench
+from rig.live.chain import MAX_ITERATIONS, at_rest, estimate_frame, sense_strain, with_strain
 from rig.sources.twin import build_twin
 from rig.system.timing import Stopwatch
 
@@ -26,14 +26,14 @@ class Rig:
         self.chain, self.strain = build_bench(scene, lambda done, total: None).prepare(
             average_reference(frames)
         )
-        self.state = live.at_rest(self.chain)
+        self.state = at_rest(self.chain)
         self.watch = Stopwatch(time.monotonic)
 
     def sense(self, sequence, touches, hand=None):
         image = self.twin.frame(sequence, touches)
         if hand is not None:
             image[hand] = 0
-        sensed = live.estimate_frame(self.chain, image, self.state, self.watch)
+        sensed = estimate_frame(self.chain, image, self.state, self.watch)
         self.state = sensed.state
         return sensed.estimate, sensed.sums
 
@@ -60,7 +60,7 @@ def test_the_reference_is_the_mean_of_its_frames_and_knows_the_noise_of_one():
 
 
 def test_frames_without_noise_leave_the_noise_of_rounding():
-    assert average_reference([np.full((20, 30), 7, np.uint8)] * 4).noise == LEAST_NOISE
+    assert average_reference([np.full((20, 30), 7, np.uint8)] * 4).noise == MIN_NOISE
 
 
 def test_one_frame_is_no_reference():
@@ -114,29 +114,29 @@ def test_only_a_jump_takes_more_passes_than_one(small):
         rig.sense(sequence, ())
         passes.append(len(rig.watch._durations["correlate"]))
     assert passes[0] == passes[1] == passes[3] == 1
-    assert 1 < passes[2] <= live.PASSES + 1  # one of them where it jumped from
+    assert 1 < passes[2] <= MAX_ITERATIONS + 1  # one of them where it jumped from
 
 
 def test_strain_tells_the_same_touch(rig):
     estimate, sums = rig.sense(20, PRESS)
-    strain, found = live.sense_strain(rig.strain, sums, rig.state, rig.watch)
+    strain, found = sense_strain(rig.strain, sums, rig.state, rig.watch)
     assert strain.shape == (len(sums.e), 3)
     assert found is not None
     assert found.count == 1
     assert (np.abs(deviation(found, PRESS[0])) < 4.5).all()
     assert np.linalg.norm(found.xy[0] - estimate.xy[0]) < 4.0
     begun = replace(rig.state, from_strain=np.column_stack([found.xy, found.force]))
-    again = live.sense_strain(rig.strain, sums, begun, rig.watch)[1]
+    again = sense_strain(rig.strain, sums, begun, rig.watch)[1]
     assert again is not None
     np.testing.assert_allclose(again.xy, found.xy, atol=0.1)
 
 
 def test_known_presses_mend_every_touch_and_leave_what_the_next_frame_starts_from(rig):
-    sensed = live.estimate_frame(rig.chain, rig.twin.frame(20, PRESS), rig.state, rig.watch)
+    sensed = estimate_frame(rig.chain, rig.twin.frame(20, PRESS), rig.state, rig.watch)
     sensed = replace(sensed, from_pattern=sensed.estimate)
     moved = Alignment(np.array([[1.0, 0.0, 3.0], [0.0, 1.0, -2.0]]), 1.1, 0.1, 0.01, 0.01, ())
-    plain = live.with_strain(rig.strain, sensed, rig.watch)
-    mended = live.with_strain(rig.strain, sensed, rig.watch, moved)
+    plain = with_strain(rig.strain, sensed, rig.watch)
+    mended = with_strain(rig.strain, sensed, rig.watch, moved)
     for name in ("estimate", "from_strain", "from_pattern"):
         before, after = getattr(plain, name), getattr(mended, name)
         np.testing.assert_allclose(after.xy, before.xy + np.array([3.0, -2.0]))
@@ -147,7 +147,7 @@ def test_known_presses_mend_every_touch_and_leave_what_the_next_frame_starts_fro
 
 def test_under_a_hand_there_is_no_strain_and_no_touch_from_it(rig):
     _, sums = rig.sense(20, (), hand=np.s_[100:180, 120:200])
-    strain, found = live.sense_strain(rig.strain, sums, rig.state, rig.watch)
+    strain, found = sense_strain(rig.strain, sums, rig.state, rig.watch)
     tiles = rig.chain.reference.tiles.xy
     covered = ((tiles > (130, 110)) & (tiles < (190, 170))).all(axis=1)
     assert np.isnan(strain[covered]).all()
@@ -159,6 +159,6 @@ def test_under_a_hand_there_is_no_strain_and_no_touch_from_it(rig):
 
 def test_each_stage_is_timed(rig):
     _, sums = rig.sense(20, PRESS)
-    live.sense_strain(rig.strain, sums, rig.state, rig.watch)
+    sense_strain(rig.strain, sums, rig.state, rig.watch)
     names = [name for name, _, _ in rig.watch.table()]
-    assert names == ["correlate", "look", "estimate", "strain", "from strain"]
+    assert names == ["correlate", "mask", "estimate", "strain", "from strain"]

@@ -73,18 +73,18 @@ def test_a_camera_shift_changes_neither_places_nor_forces(start):
 
 
 def test_while_the_loop_gets_ready_it_shows_the_plate_at_rest_and_how_far_it_is(start):
-    loop, told = start(range(20)), []
-    follower = loop.get_ready(lambda *step: told.append(step))
+    loop, shown = start(range(20)), []
+    follower = loop.get_ready(lambda *step: shown.append(step))
     assert loop.frames == 0
     assert loop.get_ready() is follower
-    for number, (done, total, shot) in enumerate(told):
-        assert (done, total) == (number, len(told) - 1)
+    for number, (done, total, shot) in enumerate(shown):
+        assert (done, total) == (number, len(shown) - 1)
         assert shot.status.startswith("getting ready: ")
         assert shot.status.endswith(f"({done} of {total})")
         assert not shot.fresh
         assert not shot.touches
         np.testing.assert_allclose(shot.image, follower.chain.reference.image, atol=0.5)
-    assert "one touch" in told[1][2].status
+    assert "one touch" in shown[1][2].status
     assert [shot.sequence for shot in run(loop, 4)] == [16, 17, 18, 19]
 
 
@@ -268,13 +268,13 @@ def hidden(status):
     return int(said[1]) if said else 0
 
 
-def test_a_hand_before_the_plate_is_told_and_is_no_touch(start):
+def test_a_hand_before_the_plate_is_reported_and_is_no_touch(start):
     loop = start([*range(16), 18, 60, 735])  # 2 N in the middle at frame 60, nobody at 735
     loop._source = Covered(loop._source)
     clear, pressed, empty = run(loop, 3)
     assert clear.status == "no touch"
     assert pressed.status.startswith("one touch; ")
-    assert 10 <= hidden(pressed.status) <= 15  # the hand covers 10 % of the picture, 8 px a tile
+    assert 10 <= hidden(pressed.status) <= 15  # the hand covers 10 % of the image, 8 px a tile
     (mark,) = pressed.touches
     assert np.hypot(mark.x - 127.0, mark.y - 101.5) < 6.0
     assert mark.force == pytest.approx(2.0, abs=0.4)

@@ -34,6 +34,18 @@ def test_the_light_of_a_mark_is_centred_on_its_touch(x, y, force, a, angle):
     assert np.abs(centroid(picture) - expected).max() < 0.25  # measured 0.1 px
 
 
+@pytest.mark.parametrize("angle", [0.5, -0.9, 2.2])
+def test_the_ring_is_turned_as_the_uncertainty_is(angle):
+    image = draw_marks([Mark(127.0, 90.0, 0.1, (20.0, 6.0, angle))], SCREEN)
+    rows, columns = np.indices(image.shape[:2])
+    light = image[..., 0].astype(float).ravel()
+    # y of the plate runs up, that of the image down
+    places = np.column_stack([columns.ravel() - 320.0, 199.5 - rows.ravel()])
+    spread = (places * light[:, None]).T @ places / light.sum()
+    long = np.linalg.eigh(spread)[1][:, 1]
+    assert abs(long @ (np.cos(angle), np.sin(angle))) > 0.999
+
+
 def test_a_mark_follows_a_slanting_projector():
     slant = Screen(SIZE, np.array([[2.1, 0.2, 20], [-0.1, -1.9, 380], [4e-4, -2e-4, 1.0]]))
     picture = draw_marks([Mark(140.0, 70.0, 0.3)], slant)

@@ -40,7 +40,13 @@ SCENE = {
     "touches.max_touches": 1,
     "touches.force": [2.0, 8.0],
     "gauges": {"kind": "lattice", "spacing": 25.5, "margin": 25.0, "subset": 41},
-    "training": {"samples": 3000, "force": [2.0, 8.0], "margin": 30.0, "test": 300, "pictures": 8},
+    "training": {
+        "samples": 3000,
+        "force": [2.0, 8.0],
+        "margin": 30.0,
+        "test_samples": 300,
+        "rendered_images": 8,
+    },
     "source.script": "random",
 }
 
@@ -63,8 +69,8 @@ def netted(small, model):
         named = SCENE | {"estimator": NET | {"model": str(model)}}
         scene = small(deepcopy(named) | dict(overrides))
         if not model.exists():
-            taught = training_plan(small(named))
-            trained = descend(taught, simulate_sets(taught, quiet), taught.net.layers)
+            plan = training_plan(small(named))
+            trained = descend(plan, simulate_sets(plan, quiet), plan.net.layers)
             store.save_net(model, trained, {"scene": small(named).model_dump(mode="json")})
         return scene
 
@@ -126,7 +132,7 @@ def test_what_the_net_tells_is_followed_and_replayed_bit_for_bit(netted, in_hand
     assert [one.same for one in again] == [True] * 10
 
 
-def test_nothing_is_told_on_an_untouched_plate_or_behind_a_hand(netted, in_hand):
+def test_nothing_is_reported_on_an_untouched_plate_or_behind_a_hand(netted, in_hand):
     scene = netted({"source.script": "empty"})
     _, shots = run(scene, in_hand, range(20, 40))
     assert all(shot.touches == () for shot in shots)
@@ -135,7 +141,7 @@ def test_nothing_is_told_on_an_untouched_plate_or_behind_a_hand(netted, in_hand)
     follower = FrameProcessor(build_bench(scene, quiet), zero, Stopwatch(lambda: 0.0), lambda: 0.0)
     image = twin.frame(50, ()).copy()
     image[100:180, 150:260] = 0
-    assert follower.see(Frame(0, 0.0, image, None)).sensed.estimate.count == 0
+    assert follower.process(Frame(0, 0.0, image, None)).frame_estimate.estimate.count == 0
 
 
 def test_a_net_needs_no_torch_live(netted):

@@ -1,4 +1,4 @@
-"""Quality of a frame: what an operator reads, and what gives him doubt."""
+"""Quality of a frame: what an operator reads, and what warns him."""
 
 import time
 
@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import fe
-from rig.live import chain as live
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
+from rig.live.chain import at_rest, estimate_frame
 from rig.live.quality import signs
 from rig.sources.twin import build_twin
 from rig.system.timing import Stopwatch
@@ -26,26 +26,26 @@ def look(small):
 
     def look(touches=(), change=lambda image: image, sequence=20):
         image = change(twin.frame(sequence, touches).astype(float)).clip(0, 255).astype(np.uint8)
-        sensed = live.estimate_frame(chain, image, live.at_rest(chain), Stopwatch(time.monotonic))
-        return {sign.name: sign for sign in signs(chain, sensed)}
+        frame_estimate = estimate_frame(chain, image, at_rest(chain), Stopwatch(time.monotonic))
+        return {sign.name: sign for sign in signs(chain, frame_estimate)}
 
     return look
 
 
-def doubted(found):
-    return {name for name, sign in found.items() if sign.doubt}
+def warned(found):
+    return {name for name, sign in found.items() if sign.warns}
 
 
-def test_a_frame_at_rest_gives_no_doubt(look):
+def test_a_frame_at_rest_gives_no_warning(look):
     found = look()
-    assert doubted(found) == set()
-    assert found["pattern in sight"].says == "100%"
+    assert warned(found) == set()
+    assert found["visible pattern"].says == "100%"
     assert found["light"].says == "100% of that at rest"
-    assert found["doubt of a touch"].says == "–"
+    assert found["uncertainty of a touch"].says == "–"
 
 
 def test_a_touch_says_how_sure_it_is(look):
-    place, force = look(PRESS)["doubt of a touch"].says.split(", ")
+    place, force = look(PRESS)["uncertainty of a touch"].says.split(", ")
     assert 0.2 < float(place.removesuffix(" mm")) < 2.0
     assert 0.002 < float(force.removesuffix(" N")) < 0.2
 
@@ -53,13 +53,13 @@ def test_a_touch_says_how_sure_it_is(look):
 def test_half_the_light_is_said(look):
     found = look(change=lambda image: 0.5 * image)
     assert found["light"].says == "50% of that at rest"
-    assert found["light"].doubt
+    assert found["light"].warns
 
 
 def test_a_camera_that_has_moved_is_said(look):
     found = look(sequence=60)
     assert found["camera moved"].says == "1.50 px"
-    assert doubted(found) == {"camera moved"}
+    assert warned(found) == {"camera moved"}
 
 
 def test_a_hand_is_said(look):
@@ -67,18 +67,18 @@ def test_a_hand_is_said(look):
         image[100:180, 120:200] = 0.0
         return image
 
-    assert "pattern in sight" in doubted(look(change=hand))
+    assert "visible pattern" in warned(look(change=hand))
 
 
 def test_noise_is_said(look):
     rng = np.random.default_rng(0)
     found = look(change=lambda image: image + rng.normal(0, 3.0, image.shape))
-    assert "noise" in doubted(found)
+    assert "noise" in warned(found)
     noise, rest = found["noise"].says.removesuffix(" at rest").split(" gl, ")
     assert float(noise) ** 2 == pytest.approx(float(rest) ** 2 + 9.0, rel=0.1)
 
 
-def test_a_picture_without_a_pattern_tells_no_misfit(look):
+def test_a_image_without_a_pattern_tells_no_misfit(look):
     found = look(change=lambda image: np.full_like(image, 90.0))
     assert found["misfit"].says == "–"
-    assert found["misfit"].doubt
+    assert found["misfit"].warns

@@ -86,7 +86,7 @@ def test_json_is_one_object_with_figures_against_the_truth(touchplate):
     assert said["fps"] > 0
     assert 0 < said["latency_ms"]["median"] <= said["latency_ms"]["p95"]
     assert said["stages_ms"].keys() == {
-        "arrive", "correlate", "look", "estimate", "strain", "from strain", "track",
+        "arrive", "correlate", "mask", "estimate", "strain", "from strain", "track",
     }  # fmt: skip
     for way, bound in (("pattern", 4.0), ("strain", 6.0)):
         assert said[way]["scored"] >= 20
@@ -157,7 +157,7 @@ def assert_one_sentence(done, text):
 
 @pytest.mark.parametrize(
     ("scene", "sentence"),
-    [("paper-one", "has no source of pictures; add [source]"), ("nothing", "no scene is called")],
+    [("paper-one", "has no source of frames; add [source]"), ("nothing", "no scene is called")],
 )
 def test_a_scene_that_cannot_run_is_one_sentence(environment, scene, sentence):
     done = subprocess.run(

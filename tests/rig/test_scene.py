@@ -110,6 +110,34 @@ def test_every_key_is_described():
     check(rig.Scene)
 
 
+@pytest.mark.parametrize(
+    ("unit", "text", "number"),
+    [
+        ("mm", "10 in", 254.0),
+        ("mm", "0.3 m", 300.0),
+        ("mm", "25.4 cm", 254.0),
+        ("mm", "40 µm", 0.04),
+        ("mm", "40 um", 0.04),
+        ("MPa", "3 GPa", 3000.0),
+        ("MPa", "500 kPa", 0.5),
+        ("MPa", "2e6 Pa", 2.0),
+        ("MPa", "7 N/mm²", 7.0),
+        ("N", "2 kN", 2000.0),
+        ("N", "1 mN", 0.001),
+        ("N/mm²", "2000 N/m²", 0.002),
+        ("deg", "3.141592653589793 rad", 180.0),
+        ("deg", "2°", 2.0),
+        ("s", "8 ms", 0.008),
+        ("s", "125 µs", 125e-6),
+        ("s", "125 us", 125e-6),
+        ("fps", "30 Hz", 30.0),
+        ("grey levels", "2 grey levels", 2.0),
+    ],
+)
+def test_a_unit_is_what_the_world_takes_it_for(unit, text, number):
+    assert Quantity(unit)(text) == pytest.approx(number, rel=1e-12)
+
+
 @pytest.mark.parametrize("unit", [unit for unit in UNITS if unit])
 @given(number=st.floats(-1e6, 1e6))
 def test_a_unit_is_a_factor(unit, number):

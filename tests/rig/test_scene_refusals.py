@@ -1,6 +1,10 @@
 """Each fault of a scene file ends in one sentence: key, value, unit, remedy."""
 
+from contextlib import suppress
+
+import numpy as np
 import pytest
+from hypothesis import given, settings, strategies as st
 
 import rig
 
@@ -138,3 +142,48 @@ def test_a_file_that_is_no_text_is_refused(tmp_path):
     path.write_bytes(b"\xff\xd8\xff\xe0")
     with pytest.raises(rig.SceneError, match=r"image\.toml is no text in UTF-8"):
         rig.load(path)
+
+
+KEYS = st.sampled_from(
+    [
+        *(f"{name}.{key}" for name in rig.Scene.model_fields for key in ("kind", "size", "force")),
+        *rig.Scene.model_fields,
+        "touches.most",
+        "plate.edges.west.kind",
+        "plate.patches",
+        "estimator.layers",
+    ]
+)
+VALUES = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.integers()
+    | st.floats()
+    | st.text(max_size=5)
+    | st.binary(max_size=3)
+    | st.complex_numbers()
+    | st.just(np.ones((2, 3)))
+    | st.just(object()),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=4), inner),
+    max_leaves=6,
+)
+
+
+@settings(deadline=None)
+@pytest.mark.filterwarnings("ignore::rig.scene.renamed.RenamedKeyWarning")
+@given(st.dictionaries(KEYS, VALUES, min_size=1, max_size=3))
+def test_whatever_is_set_a_scene_loads_or_is_refused(overrides):
+    with suppress(rig.SceneError):
+        rig.load("twin", overrides)
+
+
+@pytest.mark.parametrize("scene", [None, 5, 1.5, b"twin", ["twin"], np.ones(3), "", "a\0b", "."])
+def test_what_is_no_name_and_no_path_is_refused(scene):
+    with pytest.raises(rig.SceneError):
+        rig.load(scene)
+
+
+@pytest.mark.parametrize("key", [None, 5, ("plate", "size"), b"title"])
+def test_a_key_that_is_no_text_is_refused(key):
+    with pytest.raises(rig.SceneError, match="of an override is no text"):
+        rig.load("twin", {key: 1})

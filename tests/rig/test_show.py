@@ -53,6 +53,17 @@ def test_the_tables_name_parts_and_reasons():
         assert text in done.output
 
 
+@pytest.mark.parametrize(
+    ("overrides", "count"),
+    [({}, 72), ({"gauges.placement": "inside"}, 72), ({"gauges.margin": 10}, 64)],
+)
+def test_the_gauges_of_a_ring_are_counted_as_they_are_laid(overrides, count):
+    scene = rig.load("paper-one", overrides)
+    assert len(scene.gauges.build(scene.plate)) == count
+    (ring,) = [part for part in account(scene).parts if part.name == "gauges"]
+    assert ring.what.startswith(f"ring of {count} gauges, ")
+
+
 def test_names_of_sections_are_printed_as_they_are(tmp_path):
     path = tmp_path / "plain.toml"
     path.write_text(PLAIN.replace("a plate", "a plate on [bold] feet"), encoding="utf-8")

@@ -37,9 +37,9 @@ def test_a_press_is_found_within_its_own_uncertainty(scene):
     for number in range(50, 70):
         sensed = live.estimate_frame(chain, twin.frame(number, (PRESS,)), state, watch)
         sensed, state = live.with_strain(strain, sensed, watch), sensed.state
-        for told in (sensed.estimate, sensed.from_strain):
-            error = [*told.xy[0] - (PRESS.x, PRESS.y), told.force[0] - PRESS.force]
-            off.append(error / np.sqrt(np.diag(told.covariance)))
+        for reported in (sensed.estimate, sensed.from_strain):
+            error = [*reported.xy[0] - (PRESS.x, PRESS.y), reported.force[0] - PRESS.force]
+            off.append(error / np.sqrt(np.diag(reported.covariance)))
     assert np.abs(np.mean(off, axis=0)).max() < 2.0  # the reference's own noise is in all of them
     assert np.std(off, axis=0) == pytest.approx(1.0, abs=0.5)
 

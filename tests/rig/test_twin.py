@@ -27,7 +27,7 @@ def test_a_frame_follows_from_seed_number_and_touches(small, twin):
     assert (build_twin(small({"source.seed": 6})).frame(40, PRESS) != first).mean() > 0.5
 
 
-def test_a_frame_is_a_picture_of_the_camera_and_may_reuse_memory(twin):
+def test_a_frame_is_a_image_of_the_camera_and_may_reuse_memory(twin):
     out = np.empty((320, 384), np.uint8)
     image = twin.frame(3, (), out)
     assert image is out
@@ -53,7 +53,7 @@ def test_the_camera_shifts_after_the_first_second(small):
     assert shift == pytest.approx((0.3, -0.2), abs=0.005)
 
 
-def test_a_press_moves_the_picture_and_a_release_gives_it_back(small):
+def test_a_press_moves_the_image_and_a_release_gives_it_back(small):
     twin = build_twin(small({"sensor.noise": 0}))
     rest, pressed = twin.frame(40, ()), twin.frame(40, PRESS)
     camera, height = twin.warper.camera, twin.solver.plate.thickness / 2

@@ -39,15 +39,15 @@ def drain(source):
 
 @pytest.fixture
 def ring():
-    """Source whose twin is the test: the far end of its link, pictures and numbers."""
+    """Source whose twin is the test: the far end of its link, images and numbers."""
     here, there = multiprocessing.Pipe()
-    pictures = np.zeros((SLOTS, 3, 4), np.uint8)
+    images = np.zeros((SLOTS, 3, 4), np.uint8)
     numbers = np.full(SLOTS, -1)
-    source = TwinSource(here, pictures, numbers)
+    source = TwinSource(here, images, numbers)
     there.send(None)  # ready
 
     def deliver(sequence):
-        pictures[sequence % SLOTS] = sequence
+        images[sequence % SLOTS] = sequence
         numbers[sequence % SLOTS] = sequence
         there.send((sequence, 0.5 * sequence, ()))
 
@@ -109,7 +109,7 @@ def test_frames_from_before_the_script_are_over_when_it_begins(ring):
     assert source.grab(1.0).sequence == 40
 
 
-def test_a_twin_that_has_ended_is_told_by_the_grab_and_not_by_the_begin(ring):
+def test_a_twin_that_has_ended_is_reported_by_the_grab_and_not_by_the_begin(ring):
     source, there, _, _ = ring
     there.close()
     source.begin()
@@ -299,5 +299,5 @@ def test_a_reference_may_take_longer_than_a_script_is_at_rest(small, hurried, ch
 
 def test_a_scene_without_a_source_is_refused_before_the_start(small):
     scene = small().model_copy(update={"source": None})
-    with pytest.raises(ValueError, match=r"has no source of pictures; add \[source\]"):
+    with pytest.raises(ValueError, match=r"has no source of frames; add \[source\]"):
         open_twin(scene).__enter__()

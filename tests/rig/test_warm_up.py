@@ -66,16 +66,16 @@ follower = FrameProcessor(bench, zero, Stopwatch(time.monotonic), time.monotonic
 first, known = len(compiled.names), kernels()
 said = []
 for number, image in enumerate(shots):
-    seen = follower.see(Frame(number, number / 30, image))
-    said.append(follower.sentence(seen.sensed))
+    seen = follower.process(Frame(number, number / 30, image))
+    said.append(follower.sentence(seen.frame_estimate))
 new = sorted(name for name, _ in kernels() - known)
 print(json.dumps({"before": first, "compiled": compiled.names[first:], "new": new, "said": said}))
 """
 
 
 @pytest.fixture
-def told(small, live_cache):
-    """Follow frames of all kinds in a new process: `told(scene, **environment)`."""
+def reported(small, live_cache):
+    """Follow frames of all kinds in a new process: `reported(scene, **environment)`."""
 
     def follow(scene, **variables):
         run = subprocess.run(
@@ -94,7 +94,7 @@ def assert_ready(said):
     assert said["compiled"] == said["new"] == []
     calm, one, two, four, *_ = said["said"]
     assert (calm, one, two) == ("no touch", "one touch", "2 touches")
-    assert four.startswith("2 touches, but the picture does not fit")
+    assert four.startswith("2 touches, but the image does not fit")
     assert any("of the pattern is hidden" in text for text in said["said"])
     assert any("too faint" in text for text in said["said"])
 
@@ -104,24 +104,24 @@ def bumped(small_overrides):
     return small_overrides | {"source.shift": [3.0, -2.0]}
 
 
-def test_no_frame_meets_a_kernel_that_was_not_called_before(told, bumped):
-    assert_ready(told(bumped))
+def test_no_frame_meets_a_kernel_that_was_not_called_before(reported, bumped):
+    assert_ready(reported(bumped))
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(900)
-def test_after_an_install_everything_is_compiled_before_the_first_frame(told, bumped, tmp_path):
-    said = told(bumped, NUMBA_CACHE_DIR=str(tmp_path))
+def test_after_an_install_everything_is_compiled_before_the_first_frame(reported, bumped, tmp_path):
+    said = reported(bumped, NUMBA_CACHE_DIR=str(tmp_path))
     assert said["before"] > 10
     assert_ready(said)
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(900)  # the reduced plate is trained from 200 states
-def test_nor_does_one_of_large_deflection(told, small, bumped):
+def test_nor_does_one_of_large_deflection(reported, small, bumped):
     plate = small().model_dump()["plate"] | {"thickness": 1.0, "theory": None}
     large = {"plate": plate, "touches.force": [0.5, 3.0], "estimator.modes": 80}
-    said = told({key: part for key, part in bumped.items() if "plate" not in key} | large)
+    said = reported({key: part for key, part in bumped.items() if "plate" not in key} | large)
     assert said["compiled"] == said["new"] == []
     assert said["said"][:3] == ["no touch", "one touch", "2 touches"]
 
@@ -140,11 +140,11 @@ def test_what_is_made_up_shows_what_it_says(chain):
     names, said = [], {}
     for frame in rehearsal(follower.chain, 3.0, lambda done, total, what: names.append(what)):
         assert (frame.image.dtype, frame.image.shape) == (np.uint8, (320, 384))
-        said[names[-1]] = follower.sentence(follower.see(frame).sensed)
+        said[names[-1]] = follower.sentence(follower.process(frame).frame_estimate)
     assert said["no touch"] == said["a bump of the camera"] == "no touch"
     assert said["one touch"] == said["a shadow"] == "one touch"
     assert said["2 touches"] == "2 touches"
-    assert said["4 touches"].startswith("2 touches, but the picture does not fit")
+    assert said["4 touches"].startswith("2 touches, but the image does not fit")
     assert said["a hand"].startswith("one touch; 5")
     assert names[-1] == "ready"
 

@@ -1,4 +1,4 @@
-"""Pictures by the batch on torch: against the exact renderer, in grey levels and in pixels."""
+"""Images by the batch on torch: against the exact renderer, in grey levels and in pixels."""
 
 import subprocess
 import sys
@@ -57,7 +57,7 @@ DISPLACEMENTS = {
 
 
 @pytest.mark.parametrize("name", DISPLACEMENTS)
-def test_a_batch_shows_the_exact_picture_within_a_stated_error(name):
+def test_a_batch_shows_the_exact_image_within_a_stated_error(name):
     displacement, grey, worst, mean = DISPLACEMENTS[name]
     exact = synthetic.render(PATTERN, CAMERA, displacement, None, None, Z)
     fields = np.stack([WARPER.forward(displacement(WARPER.points))] * 2)
@@ -84,7 +84,7 @@ def test_the_stated_displacement_is_that_of_what_a_pixel_sees_at_rest():
     assert np.nanmax(error) < 5e-3
 
 
-def test_the_pictures_of_a_batch_do_not_know_each_other():
+def test_the_images_of_a_batch_do_not_know_each_other():
     rng = np.random.default_rng(0)
     rows, columns = WARPER.grid
     fields = rng.normal(0, 0.5, (3, rows, columns, 2))
@@ -105,7 +105,7 @@ def test_gradients_flow_back_to_the_field():
     ("call", "sentence"),
     [
         (lambda: BATCH.render(np.zeros((1, 3, 3, 2))), r"must have shape \(B, 28, 35, 2\)"),
-        (lambda: BATCH.render(np.full((1, 28, 35, 2), np.nan)), "smaller than the picture, 253 px"),
+        (lambda: BATCH.render(np.full((1, 28, 35, 2), np.nan)), "smaller than the image, 253 px"),
         (lambda: BATCH.displacement(np.full((1, 28, 35, 2), 900.0)), "got 900 px"),
         (lambda: synthetic.prepare_batch(WARPER, device="nonsense"), "device 'nonsense' cannot"),
     ],

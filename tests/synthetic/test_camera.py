@@ -41,7 +41,7 @@ def test_the_jacobian_is_the_derivative_of_the_projection(tilt, place):
     assert np.allclose(camera.jacobian([place])[0], (px[:3] - px[3:]).T / (2 * h), atol=1e-7)
 
 
-def test_plate_x_runs_right_and_plate_y_runs_up_in_the_picture():
+def test_plate_x_runs_right_and_plate_y_runs_up_in_the_image():
     px = ABOVE.project([[0, 0, 0], [PLATE[0], 0, 0], [0, PLATE[1], 0]])
     assert px[1, 0] > px[0, 0]
     assert px[1, 1] == pytest.approx(px[0, 1])
@@ -84,7 +84,7 @@ def test_seen_is_the_first_order_of_motion():
         assert np.allclose(linear[:, :, k], (ahead - behind) / (2 * step), atol=1e-6)
 
 
-def test_rigid_columns_are_shift_rotation_and_scale_about_the_picture_centre():
+def test_rigid_columns_are_shift_rotation_and_scale_about_the_image_centre():
     px = np.array([[0.0, 0.0], [639.0, 100.0], [300.0, 479.0]])
     columns = synthetic.rigid_motion_basis(ABOVE, px)
     middle = np.array([319.5, 239.5])
@@ -101,7 +101,7 @@ def test_rigid_columns_are_shift_rotation_and_scale_about_the_picture_centre():
         (lambda: synthetic.pinhole_above(PLATE, stand_off=-1), "stand-off must be positive"),
         (lambda: synthetic.pinhole_above(PLATE, margin=0.5), "margin must lie"),
         (lambda: synthetic.pinhole_above((0, 1)), "plate size must be positive"),
-        (lambda: synthetic.Camera((0, 4), 1, (0, 0), np.eye(4)), "picture size"),
+        (lambda: synthetic.Camera((0, 4), 1, (0, 0), np.eye(4)), "image size"),
         (lambda: synthetic.Camera((4, 4), 0, (0, 0), np.eye(4)), "focal length"),
         (lambda: synthetic.Camera((4, 4), 1, (0, 0), np.diag([1, 1, -1, 1])), "right-handed"),
         (lambda: ABOVE.project([[0, 0, 600]]), "in front of the camera"),

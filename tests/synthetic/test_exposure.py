@@ -1,4 +1,4 @@
-"""Blur, light, dark corners and a hand: what each does to an exact picture."""
+"""Blur, light, dark corners and a hand: what each does to an exact image."""
 
 from itertools import product
 
@@ -11,11 +11,11 @@ PLATE = (50.0, 36.0)
 Z = 0.5
 PATTERN = synthetic.Speckle(PLATE, seed=5).draw()
 CAMERA = synthetic.pinhole_above(PLATE, stand_off=200.0, pixels=(208, 156))
-# A camera that stands nearer, so that the pattern fills the picture to its sides.
+# A camera that stands nearer, so that the pattern fills the image to its sides.
 NEAR = synthetic.Camera((60, 45), 800.0, (30.0, 22.0), CAMERA.T_cam_plate)
 
 
-def picture(exposure=None, camera=CAMERA, displacement=None, rng=None):
+def rendered(exposure=None, camera=CAMERA, displacement=None, rng=None):
     return synthetic.render(PATTERN, camera, displacement, None, rng, Z, exposure=exposure)
 
 
@@ -25,11 +25,11 @@ def bent(points):
 
 
 def blurred(nodes, weights, displacement=None):
-    """Weighted mean of exact pictures, each moved by a node of the spot, px."""
+    """Weighted mean of exact images, each moved by a node of the spot, px."""
     total = 0.0
     for place, weight in zip(nodes, weights, strict=True):
         aside = synthetic.Camera(NEAR.size, NEAR.focal, NEAR.centre - place, NEAR.T_cam_plate)
-        total = total + weight * picture(None, aside, displacement)
+        total = total + weight * rendered(None, aside, displacement)
     return total
 
 
@@ -66,7 +66,7 @@ def streak(dx, dy):
     ],
 )
 def test_a_point_becomes_the_spot_of_the_lens(optics, spot):
-    error = picture(synthetic.Exposure(optics), NEAR) - blurred(*spot)
+    error = rendered(synthetic.Exposure(optics), NEAR) - blurred(*spot)
     # Measured at most 0.016 grey levels of 255 and 0.002 as standard deviation.
     assert np.abs(error).max() < 0.03
     assert error.std() < 0.005
@@ -74,16 +74,16 @@ def test_a_point_becomes_the_spot_of_the_lens(optics, spot):
 
 def test_a_plate_that_moves_is_blurred_where_it_has_gone():
     exposure = synthetic.Exposure(synthetic.Optics(streak=(2.0, 1.0)))
-    error = picture(exposure, NEAR, bent) - blurred(*streak(2.0, 1.0), bent)
+    error = rendered(exposure, NEAR, bent) - blurred(*streak(2.0, 1.0), bent)
     assert np.abs(error).max() < 0.03
 
 
 def test_blurs_of_several_causes_add_up():
     spots = [{"gaussian": 0.8}, {"disc": 2.0}, {"streak": (1.0, 2.0)}]
-    contrast = np.std(picture())
+    contrast = np.std(rendered())
     for count in (1, 2, 3):
         parts = {name: width for spot in spots[:count] for name, width in spot.items()}
-        softer = np.std(picture(synthetic.Exposure(synthetic.Optics(**parts))))
+        softer = np.std(rendered(synthetic.Exposure(synthetic.Optics(**parts))))
         assert softer < 0.97 * contrast
         contrast = softer
 
@@ -91,25 +91,25 @@ def test_blurs_of_several_causes_add_up():
 def test_light_varies_over_the_plate_and_the_projector_adds_its_own():
     lamp = synthetic.polynomial_light([[0.7, 0.1], [0.4, 0.0]], PLATE)
     discs = synthetic.projected_discs([(20.0, 25.0)], radius=5.0, level=0.5)
-    lit = picture(synthetic.Exposure(light=synthetic.Light(lamp, discs)))
+    lit = rendered(synthetic.Exposure(light=synthetic.Light(lamp, discs)))
     x, y = np.meshgrid(np.arange(208.0), np.arange(156.0))
     points = CAMERA.on_plate(np.column_stack([x.ravel(), y.ravel()]), Z)
     r = np.hypot(*(points - (20.0, 25.0)).T).reshape(156, 208)
     even = (0.7 + 0.1 * points[:, 1] / 36 + 0.4 * points[:, 0] / 50).reshape(156, 208)
-    expected = picture() * (even + 0.5 * (r < 5))
+    expected = rendered() * (even + 0.5 * (r < 5))
     away = np.abs(r - 5) > 0.3
     assert np.allclose(lit[away], expected[away], atol=1e-9)
 
 
-def test_corners_lose_their_share_and_the_middle_none():
-    dark, plain = picture(synthetic.Exposure(synthetic.Optics(vignetting=0.3))), picture()
+def test_corners_lose_their_light_and_the_middle_none():
+    dark, plain = rendered(synthetic.Exposure(synthetic.Optics(vignetting=0.3))), rendered()
     assert dark[0, 0] == pytest.approx(0.7 * plain[0, 0])
     assert dark[155, 207] == pytest.approx(0.7 * plain[155, 207])
     assert np.allclose(dark[77:79, 103:105], plain[77:79, 103:105], rtol=1e-4)
     assert dark[78, 0] == pytest.approx(0.85 * plain[78, 0], rel=1e-4)
 
 
-def test_flicker_changes_the_whole_picture_from_frame_to_frame():
+def test_flicker_changes_the_whole_image_from_frame_to_frame():
     flicker = synthetic.Exposure(light=synthetic.Light(flicker=0.05))
     rng, light = np.random.default_rng(3), np.full((156, 208), 0.5)
     frames = [flicker.apply(light, CAMERA, Z, rng) for _ in range(100)]
@@ -123,22 +123,29 @@ def test_flicker_changes_the_whole_picture_from_frame_to_frame():
 def test_a_hand_hides_what_lies_inside_its_outline():
     outline = np.array([[60.0, 40.0], [150.0, 30.0], [120.0, 80.0], [150.0, 145.0], [70.0, 130.0]])
     hand = synthetic.Occluder(outline, shade=0.25, border=6.0)
-    hidden, share = picture(synthetic.Exposure(hand=hand)), hand.share((156, 208))
-    plain = picture()
-    assert np.allclose(hidden[share == 1], 255 * 0.25)
-    assert np.array_equal(hidden[share == 0], plain[share == 0])
-    assert share[90, 100] == 1
-    assert share[90, 145] == 0  # in the hollow of the outline
-    assert share[85, 65] == pytest.approx(0.5, abs=0.2)
+    hidden, hidden_part = rendered(synthetic.Exposure(occluder=hand)), hand.coverage((156, 208))
+    plain = rendered()
+    assert np.allclose(hidden[hidden_part == 1], 255 * 0.25)
+    assert np.array_equal(hidden[hidden_part == 0], plain[hidden_part == 0])
+    assert hidden_part[90, 100] == 1
+    assert hidden_part[90, 145] == 0  # in the hollow of the outline
+    assert hidden_part[85, 65] == pytest.approx(0.5, abs=0.2)
     x, y = outline.T
     area = abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))) / 2
     # A soft border hides as much outside as it shows inside, but for the corners.
-    assert share.sum() == pytest.approx(area, rel=0.005)
+    assert hidden_part.sum() == pytest.approx(area, rel=0.005)
+
+
+def test_the_border_of_a_hand_is_as_wide_as_stated_about_its_outline():
+    outline = np.array([[20.0, -50.0], [300.0, -50.0], [300.0, 300.0], [20.0, 300.0]])
+    row = synthetic.Occluder(outline, border=8.0).coverage((30, 60))[15]
+    t = np.clip((np.arange(60.0) - 20.0) / 8.0 + 0.5, 0, 1)
+    assert np.allclose(row, t * t * (3 - 2 * t), atol=1e-12)
 
 
 def test_what_is_absent_changes_nothing():
     empty = synthetic.Exposure(synthetic.Optics(), synthetic.Light())
-    assert np.array_equal(picture(empty), picture())
+    assert np.array_equal(rendered(empty), rendered())
 
 
 def test_more_light_saturates_the_sensor():
@@ -165,11 +172,11 @@ def square(**parts):
         (lambda: square(shade=-1), "shade of the hand"),
         (lambda: synthetic.Occluder(np.zeros((2, 2))), "needs 3 corners or more, got 2"),
         (
-            lambda: picture(synthetic.Exposure(light=synthetic.Light(lambda p: p))),
+            lambda: rendered(synthetic.Exposure(light=synthetic.Light(lambda p: p))),
             r"light of the lamp must be \(32448,\)",
         ),
         (
-            lambda: picture(
+            lambda: rendered(
                 synthetic.Exposure(light=synthetic.Light(None, lambda p: -p[:, 0] - 9))
             ),
             "light of the projector must be at least 0",

@@ -1,4 +1,4 @@
-"""DIC without images: filters, noise, and agreement with pictures that were correlated."""
+"""DIC without images: filters, noise, and agreement with images that were correlated."""
 
 import numpy as np
 import pytest
@@ -73,19 +73,19 @@ SPOTS = synthetic.Speckle(PLATE.size, diameter=1.5, softness=0.6, seed=4)
 
 @pytest.fixture(scope="module")
 def bench():
-    """Warper, picture at rest and modes of a small plate."""
+    """Warper, image at rest and modes of a small plate."""
     warper = synthetic.prepare_warp(SPOTS.draw(), CAMERA, TOP)
     rest = warper.render(np.zeros((len(warper.points), 3)), None, None)
     return warper, rest, fe.modes(PLATE, 120)
 
 
-def exposed(picture, noise, rng):
+def exposed(image, noise, rng):
     """Grey levels as float, 0.52 of the span of a sensor of 8 bits, with noise."""
-    return 51 + 0.52 * picture + rng.normal(0, noise, picture.shape)
+    return 51 + 0.52 * image + rng.normal(0, noise, image.shape)
 
 
 @pytest.mark.parametrize(("order", "wavelength"), [(0, 60.0), (1, 30.0), (2, 18.0)])
-def test_gauges_read_what_dic_finds_in_clean_pictures(bench, order, wavelength):
+def test_gauges_read_what_dic_finds_in_clean_images(bench, order, wavelength):
     warper, rest, _ = bench
 
     def waved(points):
@@ -120,7 +120,7 @@ def test_a_parallel_view_of_a_plate_reads_the_influence_of_a_touch():
     w, slope = state.deflection(points)[:, None], state.slope(points)[:, None]
     found = gauges.read(synthetic.image_motion_basis(camera, gauges.px, w, slope, TOP))[:, :, 0]
     expected = fe.influence(PLATE, camera.on_plate(places, TOP)).strain([[80.0, 60.0]])[0]
-    # Rows run down, so that the shear of the picture is that of the plate with its sign turned.
+    # Rows run down, so that the shear of the image is that of the plate with its sign turned.
     # Measured 2e-3: what the gauge averages.
     assert np.allclose(found, expected * [1, 1, -1], atol=0.01 * np.abs(expected).max())
 
@@ -138,7 +138,7 @@ def test_gauges_compose_with_the_influence_of_a_touch_at_any_place():
 
 
 @pytest.mark.slow
-def test_hundreds_of_small_touches_agree_with_pictures_within_the_predicted_noise(bench):
+def test_hundreds_of_small_touches_agree_with_images_within_the_predicted_noise(bench):
     warper, rest, modes = bench
     rng, noise = np.random.default_rng(1), 2.0
     places = np.stack(np.meshgrid([60, 128, 200, 272, 340], [60, 150, 240]), axis=-1).reshape(-1, 2)

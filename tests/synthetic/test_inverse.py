@@ -96,7 +96,7 @@ def torn(points):
 @pytest.mark.parametrize(
     ("displacement", "sentence"),
     [
-        (folded, "folds the picture in"),
+        (folded, "folds the image in"),
         (rolled_up, "folds the plate over itself in"),
         (torn, r"must be found to 0.0001 px, got \d+ pixels without one after 30 steps"),
     ],

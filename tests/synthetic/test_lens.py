@@ -67,6 +67,16 @@ def test_a_lens_that_turns_back_says_where():
         wide.on_plate([[320.0, 240.0], [0.0, 0.0]], 500.0)
 
 
+@pytest.mark.parametrize("radial", [(-0.1, -0.2, 0.0), (0.05, -0.3, -0.1), (-0.2, 0.05, -0.3)])
+def test_a_lens_turns_back_where_it_no_longer_moves_rays_outwards(radial):
+    k1, k2, k3 = radial
+    lens = synthetic.Distortion(k1=k1, k2=k2, k3=k3)
+    rays = lens.reach * np.column_stack([np.linspace(0, 1, 50), np.zeros(50)])
+    outwards = lens.jacobian(rays)[:, 0, 0]
+    assert outwards[-1] == pytest.approx(0.0, abs=1e-12)
+    assert np.all(outwards[:-1] > 0)
+
+
 ABOVE = synthetic.telecentric_above(PLATE, pixels=(640, 480))
 
 
@@ -123,7 +133,7 @@ def test_a_plate_turned_under_the_camera_keeps_its_pivot_and_its_angles():
         (lambda: synthetic.look_at((0, 0, 1), (0, 0, 1)), "apart from its target"),
         (lambda: synthetic.look_at((0, 0, 1), (0, 5, 1)), "its line upwards"),
         (lambda: synthetic.Telecentric((4, 4), 0, (0, 0), np.eye(4)), "scale must be positive"),
-        (lambda: synthetic.Telecentric((4, 0), 1, (0, 0), np.eye(4)), "picture size"),
+        (lambda: synthetic.Telecentric((4, 0), 1, (0, 0), np.eye(4)), "image size"),
         (lambda: synthetic.Telecentric((4, 4), 1, (0, 0), np.eye(3)), "right-handed"),
         (lambda: ABOVE.project([[0, 0, 600]]), "in front of the camera"),
         (lambda: ABOVE.on_plate([[0, 0]], 600), "does not see the plane"),

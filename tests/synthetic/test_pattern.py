@@ -30,7 +30,7 @@ def test_the_ground_goes_on_past_the_edge_of_the_plate():
 
 
 @pytest.mark.parametrize("density", [0.2, 0.5, 0.8])
-def test_spots_cover_the_share_that_was_asked_for(density):
+def test_spots_cover_the_fraction_that_was_asked_for(density):
     pattern = synthetic.speckle((90.0, 60.0), density=density, softness=0.1)
     points = np.random.default_rng(0).uniform((3, 3), (87, 57), (50000, 2))
     assert np.mean(1 - pattern.intensity(points)) == pytest.approx(density, abs=0.02)

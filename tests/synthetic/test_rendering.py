@@ -1,4 +1,4 @@
-"""Exact pictures: pixels integrate light, and each looks up its own material point."""
+"""Exact images: pixels integrate light, and each looks up its own material point."""
 
 import numpy as np
 import pytest
@@ -11,24 +11,24 @@ PATTERN = synthetic.Speckle(PLATE, seed=5).draw()
 CAMERA = synthetic.pinhole_above(PLATE, stand_off=200.0, pixels=(208, 156))
 
 
-def picture(displacement=None, camera=CAMERA, samples=4):
+def rendered(displacement=None, camera=CAMERA, samples=4):
     return synthetic.render(PATTERN, camera, displacement, None, None, Z, samples)
 
 
 def test_pixel_integration_converges():
-    best = picture(samples=8)
-    spread = {n: np.std(picture(samples=n) - best) for n in (2, 3, 4)}
+    best = rendered(samples=8)
+    spread = {n: np.std(rendered(samples=n) - best) for n in (2, 3, 4)}
     assert spread[2] > 5 * spread[3] > 15 * spread[4]
     # Measured 0.009 grey levels of 255, worst pixel 0.08.
     assert spread[4] < 0.02
-    assert abs(np.mean(picture() - best)) < 1e-3
+    assert abs(np.mean(rendered() - best)) < 1e-3
 
 
-def test_a_shift_by_whole_pixels_shifts_the_picture():
+def test_a_shift_by_whole_pixels_shifts_the_image():
     step = (200.0 - Z) / CAMERA.focal
-    moved = picture(lambda points: np.tile([3 * step, -2 * step, 0.0], (len(points), 1)))
+    moved = rendered(lambda points: np.tile([3 * step, -2 * step, 0.0], (len(points), 1)))
     # Plate y runs up, so −2 pixels in y are two rows down.
-    assert np.allclose(moved[2:, 3:], picture()[:-2, :-3], atol=1e-9)
+    assert np.allclose(moved[2:, 3:], rendered()[:-2, :-3], atol=1e-9)
 
 
 def affine_points(camera, px, F, b, w0, g):
@@ -49,7 +49,7 @@ def tilted(tilt):
 
 
 def exactly(camera, F, b, w0, g):
-    """Picture of an affine displacement by its closed form, with 6 × 6 points a pixel."""
+    """Image of an affine displacement by its closed form, with 6 × 6 points a pixel."""
     nodes, weights = np.polynomial.legendre.leggauss(6)
     grid = np.stack(np.meshgrid(np.arange(208.0), np.arange(156.0)), axis=-1).reshape(-1, 2)
     light = 0
@@ -80,9 +80,9 @@ def test_an_affine_displacement_shows_the_points_of_the_closed_form(tilt, F):
 
     expected = exactly(camera, F, b, w0, g)
     # 1e-4 px at the steepest edge of a spot is 0.02 grey levels; measured 1e-5.
-    assert np.abs(picture(displacement, camera, samples=6) - expected).max() < 1e-3
+    assert np.abs(rendered(displacement, camera, samples=6) - expected).max() < 1e-3
     # The pixels themselves: a spot that is pressed to 0.7 of its width needs 5 samples a side.
-    bias = tile_bias(expected, picture(displacement, camera, samples=5) - expected)
+    bias = tile_bias(expected, rendered(displacement, camera, samples=5) - expected)
     assert np.abs(bias).max() < 1e-4
 
 
@@ -105,7 +105,7 @@ def test_a_known_pixel_shows_the_point_that_moved_into_it():
         return np.column_stack([0.05 * w, -0.03 * w, w])
 
     # One sample a pixel: the light of the pixel is the light of the material point itself.
-    image = picture(displacement, samples=1)
+    image = rendered(displacement, samples=1)
     inside = np.random.default_rng(2).uniform((2, 2), (48, 34), (5000, 2))
     moved = CAMERA.project(
         np.column_stack([inside, np.full(len(inside), Z)]) + displacement(inside)
@@ -128,7 +128,7 @@ def test_the_default_exposure_spreads_over_50_to_56_levels_and_saturates_nothing
     assert 50 < image[15:-15, 15:-15].std() < 56
 
 
-def test_a_seed_repeats_the_picture():
+def test_a_seed_repeats_the_image():
     first, again = (
         synthetic.render(PATTERN, CAMERA, None, synthetic.Sensor(), np.random.default_rng(4), Z)
         for _ in range(2)
@@ -150,11 +150,11 @@ def folded(points):
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
-        (lambda: picture(lambda points: points), r"must return \(\d+, 3\) mm"),
-        (lambda: picture(lambda points: np.full((len(points), 3), np.nan)), "must be finite"),
-        (lambda: picture(folded), "folds the picture in"),
-        (lambda: picture(lambda p: np.tile([0, 0, 300.0], (len(p), 1))), "in front of the camera"),
-        (lambda: picture(camera=away(90.0)), "outside the picture"),
+        (lambda: rendered(lambda points: points), r"must return \(\d+, 3\) mm"),
+        (lambda: rendered(lambda points: np.full((len(points), 3), np.nan)), "must be finite"),
+        (lambda: rendered(folded), "folds the image in"),
+        (lambda: rendered(lambda p: np.tile([0, 0, 300.0], (len(p), 1))), "in front of the camera"),
+        (lambda: rendered(camera=away(90.0)), "outside the image"),
         (
             lambda: synthetic.render(PATTERN, CAMERA, None, None, None, 250.0),
             "in front of the camera",

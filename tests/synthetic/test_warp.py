@@ -1,4 +1,4 @@
-"""The fast pictures against the exact ones, in grey levels and in pixels of displacement."""
+"""The fast images against the exact ones, in grey levels and in pixels of displacement."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def tilted(points):
 
 
 def compared(displacement, shift=(0.0, 0.0)):
-    """Exact picture and error of the warped one."""
+    """Exact image and error of the warped one."""
     exact = synthetic.render(PATTERN, CAMERA, displacement, None, None, Z)
     warped = WARPER.render(displacement(WARPER.points), None, None, shift)
     return exact, warped - exact
@@ -46,7 +46,7 @@ def tile_bias(exact, error, side=21):
 
 
 @pytest.mark.parametrize("displacement", [lambda p: np.zeros((len(p), 3)), pressed, tilted])
-def test_a_warped_picture_is_the_exact_one_within_a_thousandth_of_a_pixel(displacement):
+def test_a_warped_image_is_the_exact_one_within_a_thousandth_of_a_pixel(displacement):
     exact, error = compared(displacement)
     bias = tile_bias(exact, error)
     # Measured at most 0.18 grey levels of 255, 0.7 mpx a tile, 0.02 mpx on average.
@@ -55,7 +55,7 @@ def test_a_warped_picture_is_the_exact_one_within_a_thousandth_of_a_pixel(displa
     assert np.abs(bias.mean(axis=0)).max() < 1.0e-4
 
 
-def test_a_shift_moves_the_whole_picture():
+def test_a_shift_moves_the_whole_image():
     rest = WARPER.render(np.zeros((len(WARPER.points), 3)), None, None)
     moved = WARPER.render(pressed(WARPER.points), None, None, (3.0, -2.0))
     still = WARPER.render(pressed(WARPER.points), None, None)
@@ -105,7 +105,7 @@ def test_a_seed_repeats_the_frame():
         ),
         (
             lambda: WARPER.render(np.zeros((len(WARPER.points), 3)), None, None, (np.nan, 0.0)),
-            "smaller than the picture, 253 px, got nan px",
+            "smaller than the image, 253 px, got nan px",
         ),
         (lambda: synthetic.prepare_warp(PATTERN, CAMERA, Z, oversample=0), "oversample"),
     ],

@@ -34,7 +34,7 @@ import synthetic
 from rig.calibration import store
 from rig.calibration.lens import Lens
 from rig.calibration.pose import Pose
-from rig.live.view import look
+from rig.live.view import plate_view
 from rig.plates.plate_solver import solve_plate
 from rig.projector.light_map import prepare_light_map
 from rig.projector.markers import Screen, project
@@ -152,7 +152,7 @@ class Room(threading.Thread):
         self._sensor, self._screen = Lit(self._twin.sensor), Screen(PROJECTOR, T_true)
         self.camera = camera = pinhole(self._twin.warper.camera)
         plate = self._twin.solver.plate
-        self.view = look(plate, camera, plate.thickness / 2)
+        self.view = plate_view(plate, camera, plate.thickness / 2)
         self._light = prepare_light_map(self._screen, self.view.T_px_plate, camera.size, STRENGTH)
         width, height = camera.size
         self._shape = height, width

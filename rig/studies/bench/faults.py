@@ -78,7 +78,7 @@ def of_the_light(bench: Bench) -> Iterator[Figure]:
 
     side = float(bench.size)
     arm = np.array([(0.5, -0.1), (1.1, -0.1), (1.1, 1.1), (0.5, 1.1)]) * side
-    hidden = synthetic.Occluder(arm, 0.4).share((bench.size, bench.size)).astype(np.float32)
+    hidden = synthetic.Occluder(arm, 0.4).coverage((bench.size, bench.size)).astype(np.float32)
 
     def cover(light: np.ndarray) -> np.ndarray:
         return light + hidden * (np.float32(0.4) - light)

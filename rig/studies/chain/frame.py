@@ -56,11 +56,11 @@ def way(name: str) -> Iterator[Figure]:
     """Follow the stroke in one way."""
     (settings, bar), (rest, frames) = WAYS[name], photograph()
     bench = build_bench(rig.load("twin", settings), lambda done, total: None)
-    watch, score = Stopwatch(time.monotonic), RunScore(bench.least_force)
+    watch, score = Stopwatch(time.monotonic), RunScore(bench.min_force)
     processor = FrameProcessor(bench, average_reference(rest), watch, time.monotonic)
     for number, (image, touches) in enumerate(frames):
-        seen = processor.see(Frame(number, time.monotonic(), image, touches))
-        score.add(seen.sensed.from_strain or seen.sensed.estimate, touches)
+        seen = processor.process(Frame(number, time.monotonic(), image, touches))
+        score.add(seen.frame_estimate.from_strain or seen.frame_estimate.estimate, touches)
     (middle, late), scores = watch.quantiles(LATENCY), score.summary()
     yield from line(
         "From capture to touches, 1024², one touch",

@@ -18,7 +18,7 @@ from models import Estimate
 from rig.live import chain as live
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
-from rig.live.view import look, marks
+from rig.live.view import marks, plate_view
 from rig.plates.plate_solver import solve_plate
 from rig.projector.interference import interference
 from rig.projector.light_map import divided, prepare_light_map
@@ -64,7 +64,7 @@ def modes() -> Iterator[Figure]:
     rest = [photograph(twin, (), dark, (9, k)) for k in range(part(scene.dic).reference_frames)]
     chain = live.prepare_chain(average_reference(rest), bench.motions, 1)
     screen = fit_plate(PROJECTOR, bench.plate.size)
-    view = look(bench.plate, bench.camera, bench.height)
+    view = plate_view(bench.plate, bench.camera, bench.height)
     seen = prepare_light_map(screen, view.T_px_plate, bench.camera.size, STRENGTH, SENSOR_DARK)
     rng, errors, meter = np.random.default_rng(3), defaultdict(list), []
     for index in range(TOUCHES):

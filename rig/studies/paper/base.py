@@ -56,7 +56,7 @@ def _strains(plate, gauges):
         places = rng.uniform(10.0, 90.0, (TOUCHES, 2))
         state = shell.at(Base(*base))
         if state.stability.verdict is Verdict.STABLE:
-            touch = state.influence(gauges).strain(places).reshape(TOUCHES, -1)
+            touch = fe.shell_influence(state, gauges).strain(places).reshape(TOUCHES, -1)
             for name, part in zip(
                 kept, (base, places, state.strain(gauges).ravel(), touch), strict=True
             ):

@@ -97,7 +97,7 @@ class _Images:
         chain = prepare_net(plan, self.chain, self.zero, self.bench.camera)
         watch = Stopwatch(lambda: 0.0)
         found = [
-            chain.tell(self.chain, image, sensed, watch).estimate
+            chain.estimate(self.chain, image, sensed, watch).estimate
             for image, sensed in zip(self.images, self.sensed, strict=True)
         ]
         return self._errors(found)

@@ -72,7 +72,7 @@ def errors(
     shell: fe.Shell, touches: list[fe.Touch], gauges: fe.ReducedReadings, points: fe.ReducedReadings
 ) -> tuple[float, float, float, float] | None:
     """w/h of the shell, and errors of strain, deflection and motion in the plane; None if lost."""
-    state = shell.rest.touch(touches)
+    state = shell.undeformed.touch(touches)
     if state.stability.verdict is not fe.Verdict.STABLE:
         return None
     xy = np.array([(t.x, t.y) for t in touches])

@@ -7,7 +7,7 @@ import fe
 from fe import Shell, hermite_gram
 from fe.shell.newton import equilibrium
 from fe.shell.problem import Problem
-from fe.shell.support import REST, Motion, Support, support
+from fe.shell.support import UNMOVED, Motion, Support, support
 
 WIDTH, HEIGHT, YOUNG = 1.0, 0.1, 1.2e6
 STIFFNESS = YOUNG * WIDTH * HEIGHT**3 / 12
@@ -53,7 +53,7 @@ def sheared_shell():
     shell = Shell(plate, fe.Mesh(size, (24, 6)))
     loads = np.zeros((*shell.mesh.shape, 3))
     loads[-2, :, 2] = SHEAR / WIDTH * _even(shell.mesh.lines[1])
-    state = shell.rest.load(loads)
+    state = shell.undeformed.load(loads)
     return state, state.displacement([[SHEAR_LENGTH, WIDTH / 2]], face="middle")[0]
 
 
@@ -63,10 +63,12 @@ def ring():
     edges = fe.Edges(fe.Clamped(), turned, FREE, FREE)
     plate = fe.Plate((RING_LENGTH, WIDTH), HEIGHT, YOUNG, 0.0, edges)
     shell = Shell(plate, fe.Mesh(plate.size, (30, 6)))
-    values = shell.rest.values.ravel()
+    values = shell.undeformed.values.ravel()
     for angle in np.linspace(0, 2 * np.pi, 9)[1:]:
-        held = _in_the_plane(support(plate, shell.mesh, REST, _about_y(angle)))
-        found = equilibrium(Problem(shell.system, held, np.zeros(len(values)), shell.unit), values)
+        held = _in_the_plane(support(plate, shell.mesh, UNMOVED, _about_y(angle)))
+        found = equilibrium(
+            Problem(shell.system, held, np.zeros(len(values)), shell.reference_eigenvalue), values
+        )
         if not found.converged:
             raise ArithmeticError(f"the ring did not close at {np.degrees(angle):.0f}°")
         values = found.values
@@ -112,7 +114,7 @@ def pressed_shell(thickness, pressure):
     shell = Shell(plate, fe.Mesh(STRIP_SIZE, (40, 6)))
     loads = np.zeros((*shell.mesh.shape, 3))
     loads[:, :, 2] = pressure * np.outer(*(_even(line) for line in shell.mesh.lines))
-    return shell.rest.load(loads)
+    return shell.undeformed.load(loads)
 
 
 def _even(line):

@@ -132,7 +132,7 @@ def theories() -> Iterator[Figure]:
     """Deflection and strain by theory, of a clamped PVC plate under four presses."""
     fine = fe.Shell(PVC, fe.grid(PVC, 60))
     truth = {
-        force: [fine.rest.touch([fe.Touch(place[0], place[1], force)]) for place in PRESSES]
+        force: [fine.undeformed.touch([fe.Touch(place[0], place[1], force)]) for place in PRESSES]
         for force in FORCES
     }
     for name, prepare in THEORIES.items():
@@ -184,7 +184,7 @@ def _by_reduced() -> Press:
 def _by_shell(count: int) -> Callable[[], Press]:
     def prepare() -> Press:
         shell = fe.Shell(PVC, fe.grid(PVC, count))
-        return lambda place, force: shell.rest.touch([fe.Touch(place[0], place[1], force)])
+        return lambda place, force: shell.undeformed.touch([fe.Touch(place[0], place[1], force)])
 
     return prepare
 

@@ -200,8 +200,8 @@ def meshes() -> Iterator[Figure]:
         ratio = -sharp.deflection([PLACE])[0] / PVC.thickness
         for count in MESHES:
             shell = Shell(PVC, fe.grid(PVC, count))
-            state = shell.rest.touch([touch])
-            taken = cpu_times(lambda s=shell, t=touch: s.rest.touch([t]), REPEATS)
+            state = shell.undeformed.touch([touch])
+            taken = cpu_times(lambda s=shell, t=touch: s.undeformed.touch([t]), REPEATS)
             yield from line(
                 f"Shell by mesh, {force:g} N, w/h {ratio:.2f}",
                 f"{count} × {count}",

@@ -95,14 +95,14 @@ def pressed(
 def see(processor: FrameProcessor, image: np.ndarray, number: int) -> FrameEstimate:
     """Let the loop see an image as a camera of 8 bit takes it."""
     eight_bit = np.rint(image).clip(0, 255).astype(np.uint8)
-    return processor.see(Frame(number, number / 30.0, eight_bit, None)).sensed
+    return processor.process(Frame(number, number / 30.0, eight_bit, None)).frame_estimate
 
 
 def trace(processor: FrameProcessor, truth: np.ndarray) -> float:
     """How far touches stand out of the noise of an image, in its σ."""
     if not len(truth):
         return 0.0
-    return float(np.linalg.norm(processor.chain.sights.search.forward.read(truth)[0]))
+    return float(np.linalg.norm(processor.chain.estimator.forward.read(truth)[0]))
 
 
 def compared(found: Estimate, truth: np.ndarray, trace: float) -> tuple[str, bool]:

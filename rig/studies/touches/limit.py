@@ -167,7 +167,7 @@ def chain(size: int) -> live.Chain:
     zero = average_reference([twin.frame(n, ()) for n in range(REFERENCE)])
     tiles = dic.lay_tiles((bench.camera.size[1], bench.camera.size[0]), size)
     motions = models.prepare_motions(bench.motions.modes, bench.camera, bench.height, tiles)
-    return live.prepare_chain(zero, motions, bench.most)
+    return live.prepare_chain(zero, motions, bench.max_touches)
 
 
 def by_gauges(gauges: synthetic.Gauges) -> Forward:

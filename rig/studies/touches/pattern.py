@@ -84,7 +84,7 @@ def sense(
             if sight is not pattern:
                 pattern, search = sight, models.with_forward(search, sight.forward(AGAINST))
         right = pattern.gradient(sums, motion)
-        estimate = models.find(pattern.whiten(right, AGAINST), search, start=start, most=3)
+        estimate = models.find(pattern.whiten(right, AGAINST), search, start=start, max_touches=3)
         start = np.column_stack([estimate.xy, estimate.force])
         motion = pattern.amplitudes(estimate, right)
     if estimate is None:
@@ -109,7 +109,7 @@ def small() -> Iterator[Figure]:
     cases = {
         "still": (None, (0.0, 0.0), 1.15),
         "camera shifted by 0.3 px": (None, (0.3, 0.0), 1.15),
-        f"hand over {palm.share((1024, 1024)).mean():.0%}": (palm, (0.0, 0.0), 1.3),
+        f"hand over {palm.coverage((1024, 1024)).mean():.0%}": (palm, (0.0, 0.0), 1.3),
     }
     for name, (hand, shift, most) in cases.items():
         seen = fine if hand is None else fine.hiding(_covers(hand, fine))
@@ -138,7 +138,7 @@ def small() -> Iterator[Figure]:
 
 def _covers(hand: synthetic.Occluder, fine: TilePattern) -> NDArray[np.bool_]:
     """Tiles of a pattern that a hand reaches into, (T,) bool."""
-    return fine.motions.tiles.sums(hand.share((1024, 1024))) > 0.01
+    return fine.motions.tiles.sums(hand.coverage((1024, 1024))) > 0.01
 
 
 def time() -> Iterator[Figure]:

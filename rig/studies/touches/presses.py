@@ -131,7 +131,7 @@ def pattern(rng: np.random.Generator, off: float = 1.0) -> Iterator[NDArray[np.f
     shown = [bench.image(touch) for touch in fresh]
     raw = np.array([sense(assumed, image)[0] for image in shown])
     yield error(raw, fresh)
-    yield error(mapped(assumed, images, known).mend(raw), fresh)
+    yield error(mapped(assumed, images, known).correct(raw), fresh)
     one = zero.noise / np.sqrt(1 + 1 / REFERENCE)  # of a frame
     corrected = correct_by_presses(
         view,

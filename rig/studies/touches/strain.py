@@ -149,7 +149,7 @@ def count() -> Iterator[Figure]:
                 if number:
                     clean = measured(search.forward, touches)
                 noisy = clean + rng.normal(size=clean.shape)
-                right += models.find(noisy, search, most=6).count == number
+                right += models.find(noisy, search, max_touches=6).count == number
             yield from line(
                 "Strain of 72 gauges: the count from the data",
                 f"noise {level:.1%}, {number} touches",

@@ -1,4 +1,4 @@
-"""A room of its own truth: a camera, flat pictures on a plane, and light that falls on them."""
+"""A room of its own truth: a camera, flat images on a plane, and light that falls on them."""
 
 from functools import cache
 from types import SimpleNamespace
@@ -41,8 +41,8 @@ def places_seen(camera, height):
     return (eye[:2] + along * towards[:, :2]).reshape(SIZE[1], SIZE[0], FINE**2, 2)
 
 
-def look_up(picture, px):
-    """Read a picture (H, W) at px (..., 2), bilinear, grey beside it."""
+def look_up(image, px):
+    """Read a image (H, W) at px (..., 2), bilinear, grey beside it."""
     flat = px.reshape(-1, 1, 2).astype(np.float32)
     rows = len(flat)
     wide = 4096
@@ -50,7 +50,7 @@ def look_up(picture, px):
     padded[:rows] = flat
     maps = padded.reshape(-1, wide, 2)
     read = cv2.remap(
-        picture.astype(np.float32), maps[..., 0], maps[..., 1], cv2.INTER_LINEAR,
+        image.astype(np.float32), maps[..., 0], maps[..., 1], cv2.INTER_LINEAR,
         borderMode=cv2.BORDER_CONSTANT, borderValue=110,
     )  # fmt: skip
     return read.ravel()[:rows].reshape(px.shape[:-1])

@@ -93,7 +93,7 @@ def test_noise_from_a_folder_for_each_exposure(bench, rng):
     [
         (("pose", "--corner=1,2"), "plate has 4 corners, got 1; give --corner four times"),
         (("pose", "--corner=here"), "corner must be written as x,y in px, got 'here'"),
-        (("camera", "--images=nowhere"), "folder 'nowhere' of pictures does not exist"),
+        (("camera", "--images=nowhere"), "folder 'nowhere' of images does not exist"),
         (("projector", "--images=nowhere"), "found through a calibrated camera"),
     ],
 )

@@ -26,7 +26,7 @@ def feed(collector, frames, start=0.0):
     """Feed frames of marks; gives what was taken and when."""
     for index, marks in enumerate(frames):
         time = start + index / RATE
-        if taken := collector.see(marks, time):
+        if taken := collector.add_frame(marks, time):
             yield taken, time
 
 
@@ -39,7 +39,7 @@ def test_a_press_is_taken_when_it_stood_still(rng):
     assert time - 10 / RATE == pytest.approx(HOLD, abs=0.1)
     assert (np.abs(taken.found - (60.5, 50.2, 1.9)) < (0.5, 0.5, 0.03)).all()
     assert collector.sentence == "let go"
-    collector.see((), 10.0)
+    collector.add_frame((), 10.0)
     assert collector.sentence.startswith("press 2 of 2: at 180, 120 mm with 1.5 N")
 
 

@@ -21,10 +21,10 @@ BOARD = CharucoBoard((11, 9), 20.0, 15.0)
 STANDS = [(127, 100, 430), (330, 100, 380), (-90, 120, 370), (127, 320, 360), (130, -130, 380)]
 
 
-class Pictures:
-    """A source that gives pictures in turn, 30 a second of its own time."""
+class Images:
+    """A source that gives images in turn, 30 a second of its own time."""
 
-    status = "the pictures are at their end"
+    status = "the images are at their end"
 
     def __init__(self, images):
         self._images = iter(images)
@@ -46,7 +46,7 @@ def quiet(*words):
     pass
 
 
-def board_picture(room, camera, rng, sharp=[]):  # noqa: B006  (drawn once)
+def board_image(room, camera, rng, sharp=[]):  # noqa: B006  (drawn once)
     if not sharp:
         sharp.append(40 + BOARD.draw(6.0) * (170 / 255))
     mm = (room.places_seen(camera, 1.0) - (10.0, 190.0)) * (1.0, -1.0)
@@ -57,32 +57,32 @@ def board_picture(room, camera, rng, sharp=[]):  # noqa: B006  (drawn once)
 def views(room):
     """Give each of five views of the board, twice in other noise: it is held still."""
     rng = np.random.default_rng(4)
-    pictures = [board_picture(room, room.camera_at(stand), rng) for stand in STANDS]
-    noise = [rng.normal(0, 1, picture.shape) for picture in pictures]
+    images = [board_image(room, room.camera_at(stand), rng) for stand in STANDS]
+    noise = [rng.normal(0, 1, image.shape) for image in images]
     return [
-        np.clip(picture + sign * part, 0, 255).astype(np.uint8)
-        for picture, part in zip(pictures, noise, strict=True)
+        np.clip(image + sign * part, 0, 255).astype(np.uint8)
+        for image, part in zip(images, noise, strict=True)
         for sign in (1, -1)
     ]
 
 
 def test_the_lens_guide_takes_each_view_that_stands_still_and_is_new(room, views):
-    told = []
+    reported = []
     guide = LensGuide(BOARD, wanted=5)
     blank = np.full(views[0].shape, 90, np.uint8)
-    lens = lead(guide, Pictures([blank, *views]), quiet, lambda now, _: told.append(now), nobody)
-    assert [now.taken for now in told] == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5]
-    assert told[0].sentence == "hold the whole board before the camera"
-    assert told[1].sentence == "hold the board still"
-    assert told[2].sentence == "taken; now tilt the board to another side"
+    lens = lead(guide, Images([blank, *views]), quiet, lambda now, _: reported.append(now), nobody)
+    assert [now.taken for now in reported] == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5]
+    assert reported[0].sentence == "hold the whole board before the camera"
+    assert reported[1].sentence == "hold the board still"
+    assert reported[2].sentence == "taken; now tilt the board to another side"
     assert lens.focal == pytest.approx(room.focal, rel=0.01)
     assert lens.error < 0.1  # mm
-    assert told[-1].error == lens.error
+    assert reported[-1].error == lens.error
 
 
 def test_a_view_that_is_dropped_is_asked_for_again(views):
     guide = LensGuide(BOARD, wanted=4)
-    source = Pictures(views)
+    source = Images(views)
     drops = iter([(), (), (), (), (), (0,)])
     lead(guide, source, quiet, quiet, lambda: next(drops, ()))
     assert [name for name, _ in guide.progress.views] == [1, 2, 3, 4]
@@ -92,7 +92,7 @@ def test_a_view_that_is_dropped_is_asked_for_again(views):
 def test_the_same_view_is_not_taken_twice(views):
     guide = LensGuide(BOARD)
     for number in range(8):
-        guide.see(Frame(number, 0.0, views[number % 2]))
+        guide.add_frame(Frame(number, 0.0, views[number % 2]))
     assert guide.progress.taken == 1
     assert guide.progress.sentence.startswith("now tilt the board")
 
@@ -101,9 +101,9 @@ def test_the_pose_guide_finds_the_plate_to_0_15_mm_and_says_so(room):
     rng = np.random.default_rng(5)
     camera = room.camera_at((127.0, 101.0, 460.0), (127.0, 101.0, 0.0))
     lens = Lens(room.size, room.focal, room.centre, room.lens, 0.0, 0.0, 0.0, ())
-    images = [board_picture(room, camera, rng) for _ in range(4)]
+    images = [board_image(room, camera, rng) for _ in range(4)]
     guide = PoseGuide(lens, BOARD, (10.0, 190.0), 1.0, wanted=4)
-    pose = lead(guide, Pictures(images), quiet, quiet, nobody)
+    pose = lead(guide, Images(images), quiet, quiet, nobody)
     grid = np.stack(np.meshgrid([5.0, 127.0, 249.0], [5.0, 100.0, 198.0]), -1).reshape(-1, 2)
     px = camera.project(np.column_stack([grid, np.ones(len(grid))]))
     away = np.linalg.norm(pose.camera.on_plate(px, 1.0) - grid, axis=1)
@@ -117,7 +117,7 @@ def test_a_bumped_board_begins_the_series_anew(room):
     guide = PoseGuide(lens, BOARD, (10.0, 190.0), 1.0)
     for number, x in enumerate((127, 127, 135)):
         camera = room.camera_at((x, 100, 460), (x, 100, 0))
-        guide.see(Frame(number, 0.0, board_picture(room, camera, rng)))
+        guide.add_frame(Frame(number, 0.0, board_image(room, camera, rng)))
     assert guide.progress.taken == 1
     assert guide.progress.sentence == "leave the board alone"
 
@@ -145,8 +145,8 @@ class Lit:
         self.shown.append(self.content)
         now = self.shown.pop(0)
         if now not in self.seen:
-            picture = draw(now, self.screen)[..., 0]
-            light = 20 + 0.5 * self.room.look_up(picture, self.px)
+            image = draw(now, self.screen)[..., 0]
+            light = 20 + 0.5 * self.room.look_up(image, self.px)
             self.seen[now] = (30 + self.grain * light).mean(axis=2)
         self.number += 1
         return Frame(self.number, self.number / 30, self.room.photograph(self.seen[now], self.rng))
@@ -161,18 +161,22 @@ def lit(room):
         "edges": {"kind": "clamped"},
     })  # fmt: skip
     guide = StripesGuide(bench.camera, plate, bench.size)
-    told = []
-    return bench, lead(guide, bench, bench.show, lambda now, _: told.append(now), nobody), told
+    reported = []
+    return (
+        bench,
+        lead(guide, bench, bench.show, lambda now, _: reported.append(now), nobody),
+        reported,
+    )
 
 
 def test_the_stripes_guide_finds_the_projector_to_0_3_mm(lit):
-    bench, light, told = lit
+    bench, light, reported = lit
     grid = np.stack(np.meshgrid(np.linspace(5, 249, 8), np.linspace(5, 198, 8)), -1).reshape(-1, 2)
     shown = project(light.screen.T_px_plate, grid)
     away = np.linalg.norm(project(np.linalg.inv(bench.screen.T_px_plate), shown) - grid, axis=1)
     assert away.max() < 0.3  # mm; a pixel of this projector is 1.8 mm
     assert light.error < 0.3
-    assert told[-1].taken == told[-1].wanted == gray_code.count(bench.size)
+    assert reported[-1].taken == reported[-1].wanted == gray_code.count(bench.size)
 
 
 def test_the_stripes_guide_measures_how_bright_the_projector_is(lit):
@@ -186,7 +190,7 @@ def test_the_stripes_guide_asks_for_one_stripe_after_the_other(room):
     for number in range(3):
         assert guide.shows == Stripe(number)
         for k in range(20):
-            guide.see(Frame(k, 1.0 * number + k / 30, np.zeros((4, 4), np.uint8)))
+            guide.add_frame(Frame(k, 1.0 * number + k / 30, np.zeros((4, 4), np.uint8)))
     guide.drop(0)
     assert guide.shows == Stripe(0)
 
@@ -203,7 +207,7 @@ def test_the_latency_guide_flashes_and_finds_the_delay(rng):
             before = [one for time, one in light if time <= now - delay]
             level = 40 + (60 if before and before[-1] == Plain(255) else 0)
             image = np.clip(rng.normal(level, 1.0, (24, 32)), 0, 255).astype(np.uint8)
-            guide.see(Frame(number, now, image))
+            guide.add_frame(Frame(number, now, image))
     assert isinstance(result, Latency)
     assert result.median == pytest.approx(delay + 0.5 / 30, abs=4 * result.sigma)
     assert (result.flashes, result.missed) == (15, 0)
@@ -213,16 +217,16 @@ def test_the_noise_guide_asks_for_other_light_until_it_has_three(rng):
     sensor = synthetic.Sensor(noise=1.5, black=0.0, white=1.0, full_well=9000.0)
     texture = rng.uniform(0.3, 1.0, (120, 160))
     levels = [0.4] * 16 + [0.15] * 14 + [0.8] * 14
-    told = []
-    pictures = Pictures(sensor.capture(level * texture, rng) for level in levels)
-    found = lead(NoiseGuide(), pictures, quiet, lambda now, _: told.append(now.sentence), nobody)
-    assert "change the light or the exposure by a third, then wait" in told
+    reported = []
+    images = Images(sensor.capture(level * texture, rng) for level in levels)
+    found = lead(NoiseGuide(), images, quiet, lambda now, _: reported.append(now.sentence), nobody)
+    assert "change the light or the exposure by a third, then wait" in reported
     assert found.gain == pytest.approx(255 / 9000, rel=0.08)
 
 
 def test_a_source_that_ends_or_falls_silent_is_one_sentence(views, monkeypatch):
-    with pytest.raises(ValueError, match="at their end; the calibration needs more pictures"):
-        lead(LensGuide(BOARD), Pictures(views[:2]), quiet, quiet, nobody)
+    with pytest.raises(ValueError, match="at their end; the calibration needs more images"):
+        lead(LensGuide(BOARD), Images(views[:2]), quiet, quiet, nobody)
     monkeypatch.setattr("rig.calibration.guided.PATIENCE", 0.01)
 
     class Silent:

@@ -31,9 +31,9 @@ def test_their_uncertainty_is_honest(rng):
 
 
 def test_one_brightness_tells_no_gain(rng):
-    with pytest.raises(ValueError, match="need pictures of several brightnesses"):
+    with pytest.raises(ValueError, match="need images of several brightnesses"):
         photon_transfer([[rng.normal(100, 2, (60, 80)) for _ in range(5)]])
-    with pytest.raises(ValueError, match="need 4 still pictures or more"):
+    with pytest.raises(ValueError, match="need 4 still images or more"):
         photon_transfer([[np.zeros((4, 4))] * 3])
 
 

@@ -141,7 +141,7 @@ def test_what_is_off_is_mended_with_no_more_terms_than_it_has(rng):
     for _ in range(20):
         mended = align(*uneven(rng, shift=(0.8, -0.5), gain=1.1))
         assert mended.terms == ("shift", "force")
-        middle = mended.mend(np.array([[125.0, 100.0, 1.0]]))[0] - (125.0, 100.0, 0.0)
+        middle = mended.correct(np.array([[125.0, 100.0, 1.0]]))[0] - (125.0, 100.0, 0.0)
         np.testing.assert_allclose(middle[:2], (0.8, -0.5), atol=0.3)
         assert middle[2] == pytest.approx(1.1, abs=4.5 * mended.sigma_gain)
 

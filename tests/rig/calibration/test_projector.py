@@ -14,32 +14,32 @@ PLATE = (254.0, 203.0)
 
 
 @given(st.integers(2, 70), st.integers(2, 40))
-def test_every_pixel_is_told_from_every_other(width, height):
-    pictures = patterns((width, height))
-    assert len(pictures) == 2 + 2 * sum(bits((width, height)))
-    seen, valid = decode(pictures, (width, height))
+def test_every_pixel_is_reported_from_every_other(width, height):
+    images = patterns((width, height))
+    assert len(images) == 2 + 2 * sum(bits((width, height)))
+    seen, valid = decode(images, (width, height))
     assert valid.all()
     np.testing.assert_array_equal(seen[0, :, 0], np.arange(width))
     np.testing.assert_array_equal(seen[:, 0, 1], np.arange(height))
 
 
-def test_neighbours_differ_in_one_picture_and_its_inverse_only():
-    pictures = np.stack(patterns((64, 40))).astype(int)
+def test_neighbours_differ_in_one_image_and_its_inverse_only():
+    images = np.stack(patterns((64, 40))).astype(int)
     for axis in (1, 2):
-        changes = np.count_nonzero(np.diff(pictures, axis=axis), axis=0)
+        changes = np.count_nonzero(np.diff(images, axis=axis), axis=0)
         assert (changes == 2).all()
 
 
 def test_what_is_not_lit_is_not_read(rng):
-    pictures = [40 + 0.1 * picture for picture in patterns((64, 40))]
-    for picture in pictures:
-        picture[10:20, 30:50] = 40 + rng.normal(0, 2, (10, 20))
-    _, valid = decode(pictures, (64, 40))
+    images = [40 + 0.1 * image for image in patterns((64, 40))]
+    for image in images:
+        image[10:20, 30:50] = 40 + rng.normal(0, 2, (10, 20))
+    _, valid = decode(images, (64, 40))
     assert valid.mean() == pytest.approx(1 - 200 / (64 * 40), abs=0.02)
     assert valid[10:20, 30:50].mean() < 0.2
 
 
-def test_a_missing_picture_is_refused():
+def test_a_missing_image_is_refused():
     with pytest.raises(ValueError, match="has 28 pictures, got 25; take one of each pattern"):
         decode(patterns((64, 40))[:-1], (64, 80))
 
@@ -70,7 +70,7 @@ def test_the_projector_is_found_to_0_3_mm_and_says_so(lit):
     assert away.max() < 0.3  # mm; a pixel of this projector is 1.5 mm
     assert np.sqrt(np.mean(away**2)) < max(2 * light.error, 0.15)
     assert light.error < 0.3
-    assert light.share > 0.6
+    assert light.fraction > 0.6
     assert light.screen.size == PROJECTOR
 
 

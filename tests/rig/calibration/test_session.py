@@ -9,9 +9,9 @@ import rig
 from rig.calibration import store
 from rig.calibration.collect import targets
 from rig.calibration.session import learn, presses
-from rig.live import chain as live
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
+from rig.live.chain import at_rest, estimate_frame, with_strain
 from rig.recording.session import Session
 from rig.sources.script import STILL
 from rig.sources.twin import build_twin
@@ -61,9 +61,9 @@ def test_presses_are_found_in_a_recording_with_the_mean_of_their_still_frames(sc
     session = recorded(scene, rng)
     found = presses(session)
     assert [one.taken.press for one in found] == list(targets(scene)[:COUNT])
-    still = session.zero.image
+    still = session.reference.image
     for one in found:
-        spread = np.std(one.picture - still)
+        spread = np.std(one.image - still)
         assert spread > 0
         assert one.taken.frames == pytest.approx(10, abs=2)
 
@@ -90,12 +90,12 @@ def test_what_is_kept_is_what_the_loop_takes(scene, rng, tmp_path):
     bench = build_bench(scene, quiet, store.read_calibration(path))
     assert bench.camera.focal == learned.lens.focal
     twin = build_twin(rig.load("twin", BENCH | wrong))
-    chain, _ = bench.prepare(session.zero)
+    chain, _ = bench.prepare(session.reference)
     errors = []
     for number, press in enumerate(targets(scene)[COUNT:], start=2000):
         image = twin.frame(number, (press,))
-        found = live.estimate_frame(chain, image, live.at_rest(chain), Stopwatch(lambda: 0.0))
-        mended = live.with_strain(None, found, Stopwatch(lambda: 0.0), bench.alignment)
+        found = estimate_frame(chain, image, at_rest(chain), Stopwatch(lambda: 0.0))
+        mended = with_strain(None, found, Stopwatch(lambda: 0.0), bench.alignment)
         errors.append(mended.estimate.force[0] / press.force - 1)
     assert abs(np.median(errors)) < 0.02  # 0.13 as it was
 
@@ -110,6 +110,6 @@ def test_a_bench_that_is_right_is_not_proven_wrong(scene, rng):
 @pytest.mark.slow
 def test_a_recording_with_too_few_presses_is_refused(scene, rng):
     whole = recorded(scene, rng)
-    few = Session(whole.path, scene, "", whole.zero, 3 * FRAMES, whole.arrays)
+    few = Session(whole.path, scene, "", whole.reference, 3 * FRAMES, whole.arrays)
     with pytest.raises(ValueError, match="shows 3 known presses and 6 are needed; record some"):
         learn(few, quiet)

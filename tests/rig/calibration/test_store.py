@@ -42,14 +42,14 @@ def test_every_part_comes_back_as_it_was(tmp_path):
     assert kept.alignment().gain == 1.1
     assert (kept.noise.gain, kept.latency.median) == (0.03, 0.05)
     assert all(getattr(kept, name).error > 0 for name in type(kept).model_fields)
-    assert kept.doubts(rig.load("twin"), datetime.now(UTC)) == []
+    assert kept.warnings(rig.load("twin"), datetime.now(UTC)) == []
     assert [file.name for file in tmp_path.iterdir()] == [path.name]
 
 
 def test_a_calibration_grows_old(tmp_path):
     kept = store.keep(tmp_path / "x.json", MENDED)
     later = datetime.now(UTC) + timedelta(days=45)
-    (said,) = kept.doubts(rig.load("twin"), later)
+    (said,) = kept.warnings(rig.load("twin"), later)
     assert said == "calibration of presses is 45 days old; repeat it"
 
 
@@ -58,7 +58,7 @@ def test_presses_that_are_older_than_the_pose_are_doubted(tmp_path):
         kept = store.keep(tmp_path / "x.json", part)
     before = kept.pose.date - timedelta(hours=1)
     old = kept.model_copy(update={"presses": kept.presses.model_copy(update={"date": before})})
-    (said,) = old.doubts(rig.load("twin"), datetime.now(UTC))
+    (said,) = old.warnings(rig.load("twin"), datetime.now(UTC))
     assert said == "known presses are older than the pose they stand on; collect them again"
 
 
@@ -66,7 +66,7 @@ def test_another_camera_or_window_is_said(tmp_path):
     path = tmp_path / "x.json"
     store.keep(path, LENS)
     scene = rig.load("twin", {"camera.pixels": [640, 480]})
-    (said,) = store.read_calibration(path).doubts(scene, datetime.now(UTC))
+    (said,) = store.read_calibration(path).warnings(scene, datetime.now(UTC))
     assert "lens is for 1024 × 1024 px and the camera has 640 × 480 px; repeat it" in said
 
 

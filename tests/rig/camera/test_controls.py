@@ -2,7 +2,9 @@
 
 import pytest
 
+from rig.camera import opencv, v4l2
 from rig.camera.controls import Controls, Knob, hold
+from rig.camera.panel import Panel
 
 
 class Webcam:
@@ -80,3 +82,15 @@ def test_rounding_to_the_steps_of_the_camera_is_held_and_a_coarse_one_is_not():
 def test_an_exposure_that_is_no_time_is_refused():
     with pytest.raises(ValueError, match="exposure must be positive, got -1 s"):
         Controls(exposure=-1)
+
+
+@pytest.mark.parametrize("steps", [opencv.STEPS, v4l2.STEPS])
+def test_uvc_counts_exposure_in_steps_of_100_microseconds(steps):
+    kept = {"exposure": 333, "gain": 16}
+    keys = {Knob.EXPOSURE: "exposure", Knob.GAIN: "gain"}
+    panel = Panel(keys, {}, steps, kept.get, lambda key, value: not kept.update({key: value}))
+    assert panel.read(Knob.EXPOSURE) == pytest.approx(0.0333)
+    assert panel.write(Knob.EXPOSURE, 0.008)
+    assert panel.write(Knob.GAIN, 20.0)
+    assert kept == pytest.approx({"exposure": 80.0, "gain": 20.0})
+    assert panel.read(Knob.FOCUS) is None

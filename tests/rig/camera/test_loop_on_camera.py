@@ -2,8 +2,7 @@
 
 import json
 import signal
-import socket
-import time
+import subprocess
 from contextlib import ExitStack, contextmanager
 
 import numpy as np
@@ -39,19 +38,10 @@ def images(tmp_path, small):
     return tmp_path
 
 
-def free_port():
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        return taken.getsockname()[1]
-
-
-def wait_until_listening(port):
-    for _ in range(1200):
-        try:
-            return socket.create_connection(("127.0.0.1", port)).close()
-        except OSError:
-            time.sleep(0.1)
-    raise AssertionError(f"nobody listens at port {port}")
+def address_of_touches(client):
+    """Address of the stream, as the run says it."""
+    lines = (line.partition("touches: ")[2].strip() for line in client.stderr)
+    return next(filter(None, lines))
 
 
 @contextmanager
@@ -67,19 +57,18 @@ def ending(client):
 @pytest.mark.slow
 @pytest.mark.timeout(600)  # the client may have to compile every kernel first
 def test_a_press_that_a_camera_sees_is_found_sent_and_recorded(images):
-    size, port, file = SMALL["camera.pixels"], free_port(), images / "session.h5"
+    size, file = SMALL["camera.pixels"], images / "session.h5"
     settings = SMALL | {
         "source": '{kind = "v4l2", exposure = "10 ms"}',
         "camera.rate": 15,
-        "outputs.websocket.port": port,
+        "outputs.websocket.port": 0,
     }
     arguments = [f"--set={key}={value}" for key, value in settings.items()]
     script = RUN.format(arguments=[*arguments, "--record", str(file)])
     with emulate("camera", *size, 15) as camera, ExitStack() as stack:
         camera.say(f"show:{images / 'rest'}")
-        with ending(camera.client(script)) as client:
-            wait_until_listening(port)
-            stream = stack.enter_context(connect(f"ws://127.0.0.1:{port}/touches"))
+        with ending(camera.client(script, stderr=subprocess.PIPE)) as client:
+            stream = stack.enter_context(connect(address_of_touches(client)))
             for _ in range(5):
                 assert json.loads(stream.recv(timeout=300))["touches"] == []
             camera.say(f"show:{images / 'pressed'}")

@@ -29,11 +29,11 @@ class Emulation:
     def say(self, word):
         assert self.ask(word) == "done"
 
-    def client(self, script):
+    def client(self, script, stderr=None):
         """Start Python on a script; use it as a context."""
         return subprocess.Popen(
             [WRAPPER, sys.executable, "-c", script],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=stderr, text=True,
             env=os.environ | {"UMOCKDEV_DIR": self.folder},
         )  # fmt: skip
 

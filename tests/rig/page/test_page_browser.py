@@ -13,6 +13,7 @@ import pytest
 from playwright.sync_api import expect, sync_playwright
 
 from rig.calibration.guide import Progress
+from rig.live.snapshot import Mark
 from rig.page import serve
 from rig.page.controls import Desk, Measured, PageSetting, Recording, Wizard
 from rig.projector.markers import fit_plate
@@ -129,6 +130,16 @@ def test_the_component_changes_map_and_bar_by_click_and_by_key(page, snapshot):
         assert (np.abs(seen[one] - seen[other]).max(-1) > 8).mean() > 0.1
     grey = np.abs(np.diff(seen["none"], axis=-1)).max(-1) < 8
     assert grey.mean() > 0.9  # with the map off only marks are coloured
+
+
+def test_every_key_chooses_its_component(page, snapshot):
+    with serve(0) as publisher, feed(publisher, still(snapshot)):
+        open_live(page, publisher)
+        expect(page.locator("#bar-high")).to_contain_text("µε")
+        keys = {"s": "exy", "x": "exx", "y": "eyy", "0": "none", "3": "exy", "1": "exx", "2": "eyy"}
+        for key, value in keys.items():
+            page.keyboard.press(key)
+            expect(page.locator(f"[name=component][value={value}]")).to_be_checked()
 
 
 def test_strain_is_blue_where_negative_and_red_where_positive(page, snapshot):
@@ -297,3 +308,28 @@ def test_who_may_only_look_finds_the_controls_off(browser, snapshot):
         page.wait_for_timeout(200)
         assert list(publisher.asked()) == []
         context.close()
+
+
+def test_a_mark_lies_in_the_middle_of_its_pixel(page, snapshot):
+    # So few pixels that half of one is many of the canvas.
+    T = np.array([[0.1, 0.0, 2.0], [0.0, -0.1, 20.0], [0.0, 0.0, 1.0]])
+    few = {
+        "image": np.full((24, 30), 90, np.uint8),
+        "T_px_plate": T,
+        "plate_outline": np.array([[2.0, 20.0], [27.4, 20.0], [27.4, 0.0], [2.0, 0.0]]),
+        "touches": (Mark(100.0, 80.0, 4.0),),
+        "from_strain": (),
+        "truth": None,
+    }
+    with (
+        serve(0) as publisher,
+        feed(publisher, still(snapshot, with_strain=False, **few)),
+    ):
+        open_live(page, publisher)
+        expect(page.locator("#touches")).to_contain_text("100.0")
+        image = pixels(page).astype(int)
+    scale = image.shape[1] / 30
+    green = np.abs(image - (0x1F, 0xE3, 0xBB)).max(axis=-1) < 24
+    rows, columns = np.nonzero(green)
+    middle = np.array([columns.min() + columns.max(), rows.min() + rows.max()]) / 2 / scale
+    assert middle == pytest.approx([12.0 + 0.5, 12.0 + 0.5], abs=0.2)

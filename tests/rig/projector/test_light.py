@@ -1,24 +1,15 @@
-"""The projector's light: seen, divided out, and what it does to touches predicted."""
+"""The projector's light: seen by the camera, and divided out."""
 
 import numpy as np
 import pytest
 
-import fe
-import models
-import synthetic
-from dic.tiles.tiles import lay_tiles
 from rig.calibration.projector import brightness
-from rig.live import chain as live
-from rig.live.baseline import ReferenceFrame
 from rig.live.snapshot import Mark
-from rig.live.view import look, marks
 from rig.projector.display_log import DisplayLog
-from rig.projector.interference import Interference, interference
 from rig.projector.light_correction import LightCorrected
 from rig.projector.light_map import divided, prepare_light_map
-from rig.projector.markers import draw_marks, fit_plate
+from rig.projector.markers import Screen, draw_marks, fit_plate
 from rig.system.frame import Frame
-from rig.system.timing import Stopwatch
 
 SCREEN = fit_plate((640, 400), (254.0, 180.0))
 CAMERA = (500, 380)
@@ -96,44 +87,18 @@ def test_frames_are_divided_by_what_was_shown_when_they_were_taken(rng):
         assert (frame.sequence, frame.captured) == (4, time)
 
 
-def test_the_meter_says_beforehand_how_far_light_moves_a_touch():
-    plate = fe.Plate((254.0, 203.0), 2.0, 3000.0, 0.38, fe.Clamped())
-    camera = synthetic.pinhole_above(plate.size, 500.0, (384, 320))
-    pattern = synthetic.speckle(plate.size, diameter=3.5, softness=0.75)
-    warper = synthetic.prepare_warp(pattern, camera, 1.0)
-    solver = fe.Linear(plate, fe.grid(plate, 32))
-    rest = photograph(warper, np.zeros((len(warper.points), 3)))
-    tiles = lay_tiles(rest.shape, 8)
-    motions = models.prepare_motions(fe.modes(plate, 60), camera, 1.0, tiles)
-    chain = live.prepare_chain(ReferenceFrame(rest.astype(np.float32), 2.0), motions, 1)
-    screen = fit_plate((640, 512), plate.size)
-    light_map = prepare_light_map(
-        screen, look(plate, camera, 1.0).T_px_plate, camera.size, 1.0, DARK
-    )
-    predicted, happened = [], []
-    for x, y in ((70.0, 60.0), (127.0, 101.0), (190.0, 140.0)):
-        touch = fe.Touch(x, y, 2.0)
-        image = photograph(warper, solver.deflect((touch,)).displacement(warper.points, "top"))
-        light = light_map.on_camera(draw_marks([Mark(x, y, 2.0)], screen))
-        clear = found(chain, image)
-        lit = found(chain, DARK + (image - DARK) * light)
-        said = interference(chain, light, DARK, marks(clear))
-        predicted.append(said.shift)
-        happened.append(np.hypot(*(lit.xy[0] - clear.xy[0])))
-        assert said.sigmas > 0
-    ratio = np.array(predicted) / happened
-    assert ((ratio > 0.4) & (ratio < 2.5)).all()  # measured 0.8 to 2.1; the rest is second order
+def test_the_border_of_light_lies_half_a_pixel_beyond_the_last_lit_one():
+    plain = np.zeros((380, 500, 3), np.uint8)
+    plain[40:60, 100:130] = 255
+    same = Screen((500, 380), np.eye(3))
+    light = prepare_light_map(same, np.eye(3), CAMERA, 1.0).on_camera(plain)
+    np.testing.assert_array_equal(light - 1.0, plain[..., 0] / 255)
+    fine = prepare_light_map(same, np.diag([2.0, 2.0, 1.0]), (1000, 760), 1.0).on_camera(plain)
+    lit = np.argwhere(fine > 1.5)  # the middle of each edge, at 2 (99.5) = 199 and 2 (129.5) = 259
+    np.testing.assert_allclose(lit.min(axis=0), [79, 199], atol=1)
+    np.testing.assert_allclose(lit.max(axis=0), [119, 259], atol=1)
 
 
-def photograph(warper, moved):
-    """Image without noise, grey levels."""
-    return DARK + 0.52 * warper.render(moved, None, None)
-
-
-def found(chain, image):
-    return live.estimate_frame(chain, image, live.at_rest(chain), Stopwatch(lambda: 0.0)).estimate
-
-
-def test_the_meter_speaks_only_where_light_does_harm():
-    assert Interference(0.1, 0.01, 0.3).sentence == ""
-    assert "moves a touch by 1.2 mm, 2.0 of its uncertainty" in Interference(1.2, 0.1, 2.0).sentence
+def test_the_black_of_the_camera_is_not_divided():
+    image = np.full((3, 4), 20, np.uint8)
+    np.testing.assert_array_equal(divided(image, np.full((3, 4), 1.7, np.float32), 20.0), image)

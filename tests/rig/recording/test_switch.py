@@ -6,7 +6,7 @@ from rig.recording.control import Switch
 
 
 class Kept:
-    """A recorder that remembers what it was told."""
+    """A recorder that remembers what it was given."""
 
     def __init__(self, file, log):
         self.file, self.log = file, log

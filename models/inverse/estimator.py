@@ -1,0 +1,149 @@
+"""Touches from strain, or from any measurement that a forward model explains.
+
+What does not depend on the measurement is made once: an estimator is a value, to be used for every
+frame.
+"""
+
+from __future__ import annotations
+
+from dataclasses import KW_ONLY, InitVar, dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+import fe
+from models.arrays import F64
+from models.checks import check_integer, read_array
+from models.estimate import Estimate
+from models.forward.gauges import gauge_forward
+from models.forward.linear import Forward
+from models.inverse.candidates import CandidateGrid, prepare_candidates
+from models.inverse.levenberg_marquardt import LevenbergMarquardt
+from models.inverse.prior import FLAT, Prior
+from models.inverse.solver import STANDARD, find
+
+
+@dataclass(frozen=True, eq=False)
+class Estimator:
+    """Everything that is prepared once to find touches in measurement after measurement.
+
+    Attributes
+    ----------
+    forward : Forward
+    max_touches : int
+        Largest number of touches looked for.
+    prior : Prior
+        What is known of every touch beforehand.
+    solver : LevenbergMarquardt
+    grid : CandidateGrid, optional
+        Candidates of this forward model, where they are known already.
+    candidates : CandidateGrid
+        Those in use.
+
+    Raises
+    ------
+    ValueError
+        If `max_touches` is no whole number of 0 or more.
+    """
+
+    forward: Forward
+    _: KW_ONLY
+    max_touches: int = 4
+    prior: Prior = FLAT
+    solver: LevenbergMarquardt = STANDARD
+    grid: InitVar[CandidateGrid | None] = None
+    candidates: CandidateGrid = field(init=False)
+
+    def __post_init__(self, grid: CandidateGrid | None) -> None:
+        """Prepare the candidates."""
+        check_integer("max_touches", self.max_touches, 0, "use 4")
+        candidates = prepare_candidates(self.forward) if grid is None else grid
+        object.__setattr__(self, "candidates", candidates.prepare())
+
+    def fit(
+        self, measured: ArrayLike, start: ArrayLike | None = None, *, count: int | None = None
+    ) -> Estimate:
+        """Find touches from a measurement as it was taken: strain of gauges, say.
+
+        Parameters
+        ----------
+        measured : (M, c) array
+            In the units of the forward model; what it leaves out may be NaN.
+        start, count
+            As for `fit_whitened`.
+
+        Raises
+        ------
+        ValueError
+            As `fit_whitened`.
+        """
+        return self.fit_whitened(self.forward.whiten(measured), start, count=count)
+
+    def fit_whitened(
+        self, measured: F64, start: ArrayLike | None = None, *, count: int | None = None
+    ) -> Estimate:
+        """Find touches from a measurement in units of its noise, (m,); see `find`.
+
+        Parameters
+        ----------
+        measured : (m,) float64
+        start : (n, 3) array, mm, mm, N, optional
+            x, y, F of the last frame's touches: the fit begins there.
+        count : int, optional
+            Number of touches where it is known.
+
+        Raises
+        ------
+        ValueError
+            If the measurement does not fit the forward model, it or the start is not finite, the
+            start is not x, y, F of touches, or a count is negative.
+        """
+        return find(
+            measured,
+            self.candidates,
+            start=() if start is None else start,
+            count=count,
+            max_touches=self.max_touches,
+            prior=self.prior,
+            solver=self.solver,
+        )
+
+
+def solve(
+    strain: ArrayLike,
+    influence: fe.Influence,
+    sigma: ArrayLike | None = None,
+    count: int | None = None,
+    max_touches: int = 4,
+    covariance: ArrayLike | None = None,
+    prior: Prior = FLAT,
+) -> Estimate:
+    """Find touches from strain at gauges, once; use an `Estimator` for frame after frame.
+
+    Parameters
+    ----------
+    strain : (M, 3) array, strain
+        exx, eyy, exy at the gauges of `influence`; not finite for a channel that is missing.
+    influence : fe.Influence
+    sigma : float, (M,) or (M, 3), strain
+        Standard deviation of each channel.
+    count : int, optional
+        Number of touches where it is known; found from the data otherwise.
+    max_touches : int
+        Largest number of touches looked for.
+    covariance : (M, 3, 3) or (3M, 3M), strain²
+        Instead of sigma, where the noise of channels is correlated.
+    prior : Prior
+        What is known of every touch beforehand.
+
+    Raises
+    ------
+    ValueError
+        If strain, sigma or covariance do not fit the gauges, nothing is measured, or a count is
+        negative.
+    """
+    measured = read_array(
+        "strain", strain, "exx, eyy, exy of each gauge", (len(influence.gauges), 3)
+    )
+    forward = gauge_forward(influence, sigma, ~np.isfinite(measured), covariance)
+    return Estimator(forward, max_touches=max_touches, prior=prior).fit(measured, count=count)

@@ -1,0 +1,108 @@
+"""A reference of a plate that nothing moved, and drift that is no touch."""
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import fe
+from rig.live.baseline import average_reference, drift_weight, moved_during_reference
+from rig.live.bench import build_bench
+from rig.live.chain import at_rest, estimate_frame, sense_strain, with_strain
+from rig.sources.twin import build_twin
+from rig.system.timing import Stopwatch
+
+
+def still_frames(rng, count=16, shape=(180, 260)):
+    image = rng.uniform(40, 200, shape)
+    return [image + rng.normal(0, 2.0, shape) for _ in range(count)]
+
+
+def test_noise_and_a_flickering_lamp_are_no_motion(rng):
+    for _ in range(20):
+        frames = [frame + rng.normal(0, 3.0) for frame in still_frames(rng)]
+        assert not moved_during_reference(frames)
+
+
+def test_a_finger_that_lands_meanwhile_is_motion(rng):
+    frames = still_frames(rng)
+    for frame in frames[10:]:
+        frame[60:80, 100:125] += 5.0
+    assert moved_during_reference(frames)
+
+
+def test_the_weight_of_a_frame_grows_with_the_time_since_the_last():
+    assert drift_weight(0.0) == drift_weight(-1.0) == 0.0
+    assert drift_weight(10.0) == pytest.approx(1 - np.exp(-1))
+    assert drift_weight(1 / 30) == pytest.approx(1 / 300, rel=0.01)
+
+
+class Creeping:
+    """The small twin whose plate creeps under a load that nobody calls a touch."""
+
+    def __init__(self, scene):
+        self.twin = build_twin(scene)
+        bench = build_bench(scene, lambda done, total: None)
+        self.chain, self.strain = bench.prepare(
+            average_reference([self.twin.frame(k, ()) for k in range(16)])
+        )
+
+    def run(self, loads, settling, touch=()):
+        """Estimates of a frame a second under growing loads, N."""
+        state, watch, found = at_rest(self.chain), Stopwatch(time.monotonic), []
+        for index, load in enumerate(loads):
+            touches = (fe.Touch(70.0, 140.0, load, 30.0), *touch)
+            image = self.twin.frame(20 + index, touches)
+            frame_estimate = estimate_frame(self.chain, image, state, watch, settling)
+            state = frame_estimate.state
+            found.append(frame_estimate.estimate)
+        return found
+
+
+@pytest.fixture
+def creeping(small):
+    return Creeping(small())
+
+
+def test_slow_drift_is_no_touch_and_without_settling_it_is(creeping):
+    loads = np.linspace(0.005, 0.8, 60)  # N, in a minute
+    assert not any(estimate.count for estimate in creeping.run(loads, drift_weight(1.0)))
+    assert any(estimate.count for estimate in creeping.run(loads[-3:], 0.0))
+
+
+def test_a_touch_that_stays_is_never_taken_for_rest(creeping):
+    press = fe.Touch(180.0, 60.0, 2.0)
+    found = creeping.run([0.001] * 40, drift_weight(1.0), (press,))
+    assert {estimate.count for estimate in found} == {1}
+    assert found[-1].force[0] == pytest.approx(2.0, abs=0.2)
+
+
+def test_a_touch_on_a_plate_that_has_crept_is_found_where_it_is(creeping):
+    drift = list(np.linspace(0.005, 0.8, 60))
+    press = fe.Touch(180.0, 60.0, 2.0)
+    state, watch = at_rest(creeping.chain), Stopwatch(time.monotonic)
+    for index, load in enumerate([*drift, *drift[-1:] * 40]):
+        image = creeping.twin.frame(20 + index, (fe.Touch(70.0, 140.0, load, 30.0),))
+        state = estimate_frame(creeping.chain, image, state, watch, drift_weight(1.0)).state
+    touched = (fe.Touch(70.0, 140.0, drift[-1], 30.0), press)
+    image = creeping.twin.frame(200, touched)
+    estimate = estimate_frame(creeping.chain, image, state, watch).estimate
+    assert estimate.count == 1
+    error = np.abs([*(estimate.xy[0] - (180.0, 60.0)), estimate.force[0] - 2.0])
+    assert (error < 4.5 * np.sqrt(np.diag(estimate.covariance))).all()
+    fresh = replace(state, rest=np.zeros_like(state.rest))
+    blind = estimate_frame(creeping.chain, image, fresh, watch).estimate
+    assert blind.count != 1 or np.abs(blind.force[0] - 2.0) > 0.1
+
+
+def test_slow_drift_is_no_touch_in_strain_either(creeping):
+    state, watch = at_rest(creeping.chain), Stopwatch(time.monotonic)
+    for index, load in enumerate(np.linspace(0.005, 0.8, 60)):
+        image = creeping.twin.frame(20 + index, (fe.Touch(70.0, 140.0, load, 30.0),))
+        frame_estimate = estimate_frame(creeping.chain, image, state, watch, drift_weight(1.0))
+        frame_estimate = with_strain(creeping.strain, frame_estimate, watch)
+        assert frame_estimate.from_strain.count == 0
+        state = frame_estimate.state
+    fresh = replace(state, rest=np.zeros_like(state.rest))
+    assert sense_strain(creeping.strain, frame_estimate.sums, fresh, watch)[1].count == 1

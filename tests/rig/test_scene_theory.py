@@ -1,0 +1,39 @@
+"""What a scene says of linear theory beyond the force that it is good for."""
+
+from dataclasses import dataclass
+from math import inf, sqrt
+
+import pytest
+
+import fe
+from rig.scene.theory import Theory
+
+
+@dataclass(frozen=True)
+class Range:
+    """As much of `fe.LinearRange` as is asked for: the error grows with the square of the force."""
+
+    force: float
+    error: float
+    theory: str = "linear"
+
+
+@pytest.mark.parametrize(("force", "error"), [(2.0, 0.01), (0.5, 0.2), (4.0, 0.05)])
+def test_the_limit_is_where_the_error_reaches_what_was_accepted(force, error):
+    theory = Theory("linear", Range(force, error), "")
+    accepted = max(error, fe.LINEAR_TOLERANCE)
+    assert theory.limit == pytest.approx(force * sqrt(accepted / error))
+    assert theory.beyond(theory.limit) == ""
+
+
+def test_beyond_the_limit_the_error_grows_with_the_square_of_the_force():
+    theory = Theory("linear", Range(2.0, 0.04), "")
+    assert theory.beyond(6.0) == (
+        f"6 N is more than linear theory is good for; it is off by {fe.as_percent(0.36)}"
+    )
+
+
+def test_large_theory_has_no_limit_and_a_scene_without_forces_takes_that_of_a_finger():
+    assert Theory("large", Range(2.0, 0.4, "large"), "").limit == inf
+    assert Theory("linear", None, "").limit == inf
+    assert Theory("linear", None, "").force == 5.0

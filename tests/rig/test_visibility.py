@@ -1,0 +1,143 @@
+"""A hand before the plate, a light that fails, a camera that is bumped: nothing is invented."""
+
+import time
+
+import numpy as np
+import pytest
+
+import fe
+from rig.live import chain as live, visibility
+from rig.live.baseline import average_reference
+from rig.live.bench import build_bench
+from rig.sources.twin import build_twin
+from rig.system.timing import Stopwatch
+from synthetic import Occluder
+
+PRESS = fe.Touch(80.0, 120.0, 2.5)
+ARM = np.array([(190.0, -20.0), (410.0, -20.0), (410.0, 340.0), (190.0, 340.0)])  # the right half
+
+
+@pytest.fixture(scope="module")
+def watch():
+    return Stopwatch(time.monotonic)
+
+
+class Rig:
+    """Chain and twin of a scene; what stands before the plate is painted over its images."""
+
+    def __init__(self, scene, watch):
+        self.twin, self.watch = build_twin(scene), watch
+        bench = build_bench(scene, lambda done, total: None)
+        self.chain, self.strain = bench.prepare(
+            average_reference([self.twin.frame(k, ()) for k in range(16)])
+        )
+        self.state = live.at_rest(self.chain)
+
+    def process(self, sequence, touches=(), cover=lambda light: light):
+        light = self.twin.frame(sequence, touches) / 255.0
+        image = (255.0 * cover(light)).round().clip(0, 255).astype(np.uint8)
+        found = live.estimate_frame(self.chain, image, self.state, self.watch)
+        self.state = found.state
+        return found
+
+
+@pytest.fixture
+def rig(small, watch):
+    return Rig(small(), watch)
+
+
+def test_a_hand_that_moves_over_half_the_plate_invents_no_touch(rig):
+    for sequence in range(20, 44):
+        hand = Occluder(ARM + np.array([8.0 * (32 - sequence), 5.0 * (sequence - 30)]), 0.45)
+        found = rig.process(sequence, (), hand.cover)
+        assert found.estimate.count == 0, sequence
+        assert not found.unusable_reason
+        covered = hand.coverage((320, 384)).mean()
+        assert covered - 0.05 < found.hidden.mean() < covered + 0.15
+
+
+def test_a_press_beside_the_hand_is_found_and_nothing_else_is_looked_for(rig, monkeypatch):
+    monkeypatch.setattr(
+        live, "coarse_shift", lambda reference, image: pytest.fail("no camera jumped")
+    )
+    hand = Occluder(ARM, 0.45)
+    for sequence in range(20, 28):
+        found = rig.process(sequence, (PRESS,), hand.cover)
+        assert found.estimate.count == 1
+        error = [*(found.estimate.xy[0] - (PRESS.x, PRESS.y)), found.estimate.force[0] - 2.5]
+        assert (np.abs(error) < 4.5 * np.sqrt(np.diag(found.estimate.covariance))).all()
+    assert np.hypot(*error[:2]) < 4.0  # mm
+    assert rig.process(30).estimate.count == 0  # the hand has gone, and so has the finger
+
+
+def test_a_plate_that_is_wholly_covered_says_so_and_goes_on_after(rig):
+    before = rig.process(20, (PRESS,)).state
+    strange = np.random.default_rng(3).uniform(0.2, 0.8, (320, 384))
+    covered = rig.process(21, (PRESS,), lambda light: strange)
+    assert (
+        covered.unusable_reason
+        == "100% of the pattern is hidden; clear the view or put the camera back"
+    )
+    assert covered.estimate.count == 0
+    np.testing.assert_array_equal(covered.state.motion, before.motion)
+    again = rig.process(22, (PRESS,))
+    assert (again.unusable_reason, again.estimate.count) == ("", 1)
+
+
+@pytest.mark.parametrize("light", [0.05, 0.2])
+def test_without_light_no_touch_is_reported(rig, light):
+    dark = rig.process(20, (PRESS,), lambda image: light * image)
+    assert dark.unusable_reason == "the pattern is too faint to follow; look after the light"
+    assert dark.estimate.count == 0
+    assert rig.process(21, (PRESS,)).estimate.count == 1
+
+
+@pytest.mark.parametrize("light", [0.6, 1.1])
+def test_a_light_that_changes_hides_nothing(rig, light):
+    found = rig.process(20, (PRESS,), lambda image: light * image)
+    assert found.hidden.mean() < 0.02
+    assert found.estimate.count == 1
+    assert np.hypot(*(found.estimate.xy[0] - (PRESS.x, PRESS.y))) < 4.0
+
+
+@pytest.mark.parametrize("shift", [(3.0, -2.0), (-6.3, 4.4)])
+def test_a_bumped_camera_is_no_touch_and_a_press_after_it_is_found(small, watch, shift):
+    rig = Rig(small({"source.shift": list(shift)}), watch)
+    assert rig.process(20).estimate.count == 0
+    bumped = rig.process(40)
+    assert (bumped.unusable_reason, bumped.estimate.count) == ("", 0)
+    moved = bumped.state.motion[rig.chain.pattern.count :][:2]
+    assert moved == pytest.approx(shift, abs=0.02)  # px
+    pressed = rig.process(41, (PRESS,))
+    assert pressed.estimate.count == 1
+    assert np.hypot(*(pressed.estimate.xy[0] - (PRESS.x, PRESS.y))) < 4.0
+
+
+def test_a_jump_is_seen_to_tenths_of_a_pixel_also_behind_a_hand(small, watch):
+    rig = Rig(small({"source.shift": [4.6, -3.3]}), watch)
+    hand = Occluder(ARM, 0.45)
+    image = (255.0 * hand.cover(rig.twin.frame(40, ()) / 255.0)).astype(np.uint8)
+    found = visibility.coarse_shift(rig.chain.reference, image)
+    np.testing.assert_allclose(found, (4.6, -3.3), atol=0.35)
+    found = live.estimate_frame(rig.chain, image, rig.state, rig.watch)
+    assert (found.unusable_reason, found.estimate.count) == ("", 0)
+
+
+def test_a_shadow_is_no_touch(rig):
+    """A soft shadow dims a part of the plate by a fifth; it moves nothing."""
+    x = np.arange(384.0)
+    shade = 1.0 - 0.2 / (1.0 + np.exp((x - 200.0) / 25.0))
+    for sequence in range(20, 26):
+        found = rig.process(sequence, (), lambda light: light * shade)
+        assert found.estimate.count == 0
+
+
+def test_a_finger_that_comes_and_goes_in_the_shade_leaves_no_trace(rig):
+    """In the shade a pass sees less than all that moved; the rest must not become a touch."""
+    x, y = np.meshgrid(np.arange(384.0), np.arange(320.0))
+    shade = 1.0 - 0.4 * np.exp(-(((x - 220) / 130) ** 2) - ((y - 160) / 150) ** 2)
+    hard = fe.Touch(170.0, 90.0, 4.0)
+    for sequence in range(20, 44):
+        pressed = sequence // 3 % 2 == 1
+        found = rig.process(sequence, (hard,) * pressed, lambda light: light * shade)
+        assert found.estimate.count == pressed, sequence
