@@ -83,7 +83,8 @@ def _panels(results: Iterable[Result], folder: Path) -> str:
         tables = table.tables(result.figures) if result.study.front else {}
         for title, figures in tables.items():
             if title.startswith(result.study.front) and pareto.trades(figures):
-                panels.append(front.Panel(title, tuple(figures)))
+                name = result.study.title.partition(":")[0]
+                panels.append(front.Panel(name, title, tuple(figures)))
                 break
     if not panels:
         return ""

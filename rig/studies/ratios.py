@@ -43,7 +43,7 @@ def correlation() -> Iterator[Figure]:
         off = float(np.std(last.u - SHIFT[0]))
         other = float(np.std(pyramid(first, second, places[:count])[:, 0] - SHIFT[0]))
         name = f"{count} points tracked, 1024², subset {SUBSET}: OpenCV's PyrLK"
-        yield from beside(name, (ours, theirs), 1.0, (1e3 * off, 1e3 * other), "mpx")
+        yield from beside(name, (ours, theirs), 0.6, (1e3 * off, 1e3 * other), "mpx")
     first, second = (eight_bit(speckle(512, s), NOISE, rng) for s in ((0.0, 0.0), SHIFT))
     peer = pyvale_field(first, second, 1)
     ours = seconds(lambda: dic.correlate(dic.prepare(first), second), 9)

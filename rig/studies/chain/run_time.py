@@ -42,11 +42,14 @@ class Wandered(NamedTuple):
         Of a frame, median, by way.
     points : int
         Tiles that were correlated.
+    frames : int
+        In which there was a touch.
     """
 
     errors: dict[Way, NDArray[np.float64]]
     times: dict[Way, float]
     points: int
+    frames: int
 
 
 FRAMES, REFERENCE = 80, 16
@@ -58,11 +61,11 @@ TILE, MODE_COUNT = 16, 200
 """As shipped."""
 
 
-def tiles(sizes: tuple[int, ...]) -> Iterator[Figure]:
+def tiles(sizes: tuple[int, ...], frames: int) -> Iterator[Figure]:
     """From fine to coarse sums, and strain beside that of the default."""
     table = "Size of the tiles, 200 modes"
     for size in sizes:
-        wandered, shipped = wander({"dic.tile": size}), size == TILE
+        wandered, shipped = wander({"dic.tile": size}, frames=frames), size == TILE
         yield from scored(table, f"tiles of {size} px" + " (default)" * shipped, wandered)
         if shipped:
             yield from scored(table, f"strain map, tiles of {size} px", wandered, "strain")
@@ -102,12 +105,15 @@ def scored(table: str, name: str, wandered: Wandered, way: Way = "pattern") -> I
         error=(rms(np.hypot(errors[:, 0], errors[:, 1])), "mm"),
         force=(100 * rms(errors[:, 2]), "%, rms"),
         points=wandered.points,
-        found=(100 * len(errors) / FRAMES, "%", None, FRAMES),
+        found=(100 * len(errors) / wandered.frames, "%", None, wandered.frames),
     )
 
 
 def wander(
-    settings: dict[str, Any], cover: Cover = lambda image, touch: image, path: Path | None = None
+    settings: dict[str, Any],
+    cover: Cover = lambda image, touch: image,
+    path: Path | None = None,
+    frames: int = FRAMES,
 ) -> Wandered:
     """Follow a touch over the plate."""
     scene = rig.load("twin", settings)
@@ -116,8 +122,8 @@ def wander(
     chain, of_strain = bench.prepare(zero)
     state, watch = live.at_rest(chain), Stopwatch(time.process_time)
     found: dict[Way, list[tuple[float, float, float]]] = {"pattern": [], "strain": []}
-    for n in range(FRAMES):
-        touch = (path or wandering)(n / FRAMES, bench.plate.size)
+    for n in range(frames):
+        touch = (path or wandering)(n / frames, bench.plate.size)
         image = cover(twin.frame(1000 + n, (touch,)), touch)
         with watch.stage("pattern"):
             sensed = live.estimate_frame(chain, image, state, watch)
@@ -137,6 +143,7 @@ def wander(
         {way: np.array(errors).reshape(-1, 3) for way, errors in found.items()},
         {"pattern": whole, "strain": whole + more},
         len(chain.reference.hessian),
+        frames,
     )
 
 
@@ -167,8 +174,8 @@ def arm(image: np.ndarray, touch: fe.Touch) -> np.ndarray:
 
 
 PARTS = {
-    "tiles": partial(tiles, TILES),
-    "some": partial(tiles, SOME),
+    "tiles": partial(tiles, TILES, FRAMES),
+    "some": partial(tiles, SOME, FRAMES // 2),
     "hand": hand,
     "modes": modes,
     "edge": edge,

@@ -36,9 +36,11 @@ def deformable(effort: Effort) -> Samples:
                 ("2 steps", "0.48", predict_two_step(twice, test.before, test.loaded)),
             ):
                 value = position_error(test.xy, told).mean()
-                paper = paper if ratio == 1.0 else ""
-                what = f"{name}, load {ratio:g} Δ0: loss"
-                yield Sample("deformable (5D)", what, "mm", paper, recipe.epochs, seed, value)
+                what, bar = f"{name}, load {ratio:g} Δ0: loss", at_most(float(paper))
+                if ratio != 1.0:
+                    paper, bar = "", None  # it learnt no other load
+                of = "deformable (5D)", what, "mm", paper
+                yield Sample(*of, recipe.epochs, seed, value, bar)
 
 
 def change(effort: Effort) -> Samples:
