@@ -25,6 +25,9 @@ _CLEAR = 0.995  # ZNCC from which no subset is searched for pixels that clip
 _CLIPPED = 0.1  # fraction of a subset that may clip in the frame and not in the reference
 _ONE_SIDED = 0.04  # fraction that doubles σ
 _BEYOND = 0.25  # px beyond the last pixels to which the spline is believed: 2 mpx of error
+# The residual is a difference of sums in single precision: below this part of the contrast it is
+# their rounding, of either sign, and no σ of 0 follows from it.
+_ROUNDING = 2 * float(np.finfo(np.float32).eps)
 _MAX_NOISE = 0.5  # fraction of Σ∇f∇fᵀ that may be noise
 _FAR = 5.0  # σ, the distance that shall be as rare as it is for a normal error
 
@@ -37,7 +40,8 @@ def is_correlated(ref: Reference, points: Points) -> Mask:
 
 def displacement_field(ref: Reference, points: Points, image: AnyArray) -> DisplacementField:
     """Turn the last state of the points in a frame into a measurement, NaN where there is none."""
-    noise = np.sqrt(np.maximum(points.residual, 0) / _noise_gain(points.motion, ref.half))
+    residual = np.maximum(points.residual, _ROUNDING * _contrast(ref))
+    noise = np.sqrt(residual / _noise_gain(points.motion, ref.half))
     clipped = _clipped(ref, points, image)
     status = _status(ref, points, noise, clipped)
     lost = status != Status.OK
@@ -70,6 +74,13 @@ def displacement_field(ref: Reference, points: Points, image: AnyArray) -> Displ
         order=ref.order,
         grid=ref.grid,
     )
+
+
+def _contrast(ref: Reference) -> F64:
+    """Mean square of a subset less its mean, (N,), grey levels²."""
+    squares, total, pixels = ref.light.T
+    pixels = np.maximum(pixels, 1)
+    return np.maximum(squares / pixels - np.square(total / pixels), 0)
 
 
 def _noise_gain(motion: AnyArray, half: int) -> F64:

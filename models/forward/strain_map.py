@@ -70,7 +70,8 @@ class StrainMap:
         if not lost.any():
             return np.zeros(len(field.status), dtype=bool)
         touched: NDArray[np.float64] = np.asarray(abs(self.operator) @ lost)
-        return (touched > 0).reshape(-1, 3).any(axis=1)
+        hit: NDArray[np.bool_] = (touched > 0).reshape(-1, 3)
+        return np.asarray(hit.any(axis=1), dtype=np.bool_)
 
 
 def prepare_strain_map(

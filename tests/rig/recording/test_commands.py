@@ -84,7 +84,7 @@ def test_a_cut_recording_is_exported_as_far_as_it_goes(session, tmp_path):
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
     done = touchplate("export", path, tmp_path / "csv", "--to", "csv", "--json")
     assert 0 < json.loads(done.stdout)["frames"] < 20
-    assert "lacks its end" in done.stderr
+    assert "lacks its end" in " ".join(done.stderr.split())  # wrapped at any width
 
 
 def test_a_name_that_leads_out_of_the_folder_is_refused(tmp_path):
