@@ -57,8 +57,8 @@ format: $(STAMP)  ## put the code into its form
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-bench: $(STAMP)  ## score the whole way once, on rendered pictures
-	$(BIN)/python benchmarks/whole_way.py $(DATA)
+bench: $(STAMP)  ## score the whole way once, on rendered images; DATA=FOLDER holds images of others
+	$(BIN)/touchplate report shipped photographs --full --out results/bench $(if $(DATA),--data $(DATA))
 
 report: $(STAMP)  ## run all studies; the page is results/report/report.html
 	$(BIN)/touchplate report

@@ -34,14 +34,14 @@ class Headline(NamedTuple):
 HEADLINES = (
     Headline(
         "one touch of 2 to 4 N: rms error of the place over its Cramér-Rao bound from all pixels",
-        "limit", "The shipped chain", "as calibrated", "over the bound",
+        "shipped", "The shipped chain", "as calibrated", "÷ CRB",
     ),
-    Headline("its place, median error", "limit", "The shipped chain", "as calibrated", "median"),
-    Headline("its force, error", "limit", "The shipped chain", "as calibrated", "force"),
+    Headline("its place, median error", "shipped", "The shipped chain", "as calibrated", "median"),
+    Headline("its force, error", "shipped", "The shipped chain", "as calibrated", "force"),
     Headline(
         "bound from 72 strains, the paper's way, over that from all pixels",
         "limit", "What each way", "strain at 72 places of a ring, VSG 51 px (the paper's way)",
-        "over the bound",
+        "÷ CRB",
     ),
     Headline(
         "time from a frame of 1024² to its touches",
@@ -57,16 +57,15 @@ HEADLINES = (
     ),
     Headline(
         "one touch from 72 strains, noise 1 %: solver, rms over its bound",
-        "estimators", "One touch", "solver (default)", "over the bound",
+        "estimators", "One touch", "solver (default)", "÷ CRB",
     ),
     Headline(
-        "the paper's 289 touches, best recipe, mean error of 3000 random ones, mm",
-        "paper", "One touch, best recipe", "3000 random: loss, mm", "here",
+        "the paper's 289 touches, best recipe, mean error of 3000 random ones",
+        "paper", "One touch, best recipe", "3000 random: loss", "here",
     ),
     Headline(
-        "strain of a clamped plate 5 mm inside its edges, the paper's 289 loads: worst, median",
-        "bars-plates", "Linear plates",
-        "289 loads, 72 points 5 mm inside (reading A): worst, median", "measured",
+        "strain of a clamped plate 5 mm inside its edges, the paper's 289 loads: worst",
+        "bars-plates", "Strain of the paper's 289 loads", "5 mm inside (reading A)", "worst",
     ),
     Headline("`touchplate show twin`", "start", "Start", "touchplate show twin", "time"),
     Headline(
@@ -95,7 +94,7 @@ def headlines(raw: Path) -> list[str]:
     lines = ["| figure | measured | bar |", "|---|---|---|"]
     for headline in HEADLINES:
         figure = figure_of(headline, raw)
-        lines.append(f"| {headline.words} | {told(figure)} | {figure.bar} |")
+        lines.append(f"| {headline.words} | {figure.text} | {figure.asked} |")
     return lines
 
 
@@ -103,16 +102,12 @@ def steps(raw: Path, text: str) -> list[str]:
     """Return the table of those of a newcomer's steps that a text names, a line a command."""
     lines, found = ["| command | first time | again |", "|---|---|---|"], {}
     for figure in read(raw / "newcomer.csv"):
-        found.setdefault(figure.case, {})[figure.quantity] = told(figure)
+        found.setdefault(figure.case, {})[figure.quantity] = figure.text
     for command, times in found.items():
         if command not in text:
             continue
         lines.append(f"| `{command}` | {times['first time']} | {times.get('again', '')} |")
     return lines
-
-
-def told(figure: Figure) -> str:
-    return f"{figure.value} {figure.unit}".strip()
 
 
 def between(text: str, marks: tuple[str, str], lines: list[str]) -> str:
@@ -130,7 +125,7 @@ def figure_of(headline: Headline, raw: Path) -> Figure:
         If the report does not hold it.
     """
     for figure in read(raw / f"{headline.study}.csv"):
-        if figure.table.startswith(headline.table) and figure[1:3] == headline[3:]:
+        if figure.table.startswith(headline.table) and figure.place[1:] == headline[3:]:
             return figure
     raise LookupError(f"report has no {headline[1:]}; run the study '{headline.study}' again")
 

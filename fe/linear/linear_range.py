@@ -41,7 +41,7 @@ def linear_range(plate: Plate, force: float) -> LinearRange:
     -------
     LinearRange
         Its error is an estimate. Against the shell, over seven ways of holding a plate, it is
-        within 2 % of itself up to w/h = 0.35, 11 % at 1 and 27 % at 2 (`benchmarks/regime.py`).
+        within 2 % of itself up to w/h = 0.35, 11 % at 1 and 27 % at 2 (study `plates.regime`).
 
     Raises
     ------

@@ -200,7 +200,7 @@ def shell_mesh(plate: Plate) -> Mesh:
     Films bend sharply next to clamps and touches, within lengths of h / √(12 ε) at a stretch of ε.
     Where that is less than an element, the strain of the faces near a clamp and the deflection
     under a point are coarse: at a thickness of 1e-4 of the side off by 13 % and 3 %, while a disc
-    and the strain of the middle keep to 1 % (`benchmarks/shell_bars.py`, thickness).
+    and the strain of the middle keep to 1 % (study `plates.shell`, thickness).
     """
     return grid(plate, _LONG_SIDE)
 

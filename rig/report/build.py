@@ -3,64 +3,95 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
-from rig.report import page, runner
+from rig.report import needs, page, runner
 from rig.report.compare import RAW
-from rig.report.origin import code_hash, head
+from rig.report.origin import Origin, code_hash
 from rig.report.runner import Place
 from rig.report.study import Contents, Effort, Study
 from rig.system.cache import key
 
-Tell = Callable[[Study, int, int], object]
+Announce = Callable[[Study, int, int], object]
 """Called with a study before it runs, its number and how many there are."""
 
 
-def build(
-    contents: Contents, effort: Effort, folder: Path, names: list[str], tell: Tell, now: datetime
-) -> list[page.Result]:
-    """Run the studies of an effort, or those named, and write the page into `folder`.
+@dataclass(frozen=True)
+class Order:
+    """What is asked of a report.
+
+    Attributes
+    ----------
+    effort : {"quick", "normal", "full"}
+    folder : Path
+        Where it is written.
+    names : tuple of str
+        Studies to run; all of the effort if none is named.
+    data : Path or None
+        Folder of the images of others that some studies need.
+    """
+
+    effort: Effort
+    folder: Path
+    names: tuple[str, ...] = ()
+    data: Path | None = None
+
+
+def build(contents: Contents, order: Order, announce: Announce, now: datetime) -> list[page.Result]:
+    """Run the studies that are asked for, and write the page.
 
     A study that ended well with this code and this effort is not run again, so that a report that
-    was interrupted goes on where it stopped.
+    was interrupted goes on where it stopped. One that needs what is not there is left out.
 
     Raises
     ------
     ValueError
         If a name is none of a study.
     """
-    known = [study for section in contents.sections for study in section.studies]
+    known, names = contents.studies, order.names
     _require_known(names, known)
     asked = [study for study in known if not names or study.name in names]
-    chosen = [study for study in asked if study.words(effort) is not False]
-    left = [study.title for study in known if study not in chosen]
+    chosen = [study for study in asked if study.words(order.effort) is not False]
+    left = tuple(study.title for study in known if study not in chosen)
     code, results = code_hash(contents.home), {}
     for count, study in enumerate(chosen):
-        tell(study, count, len(chosen))
-        results[study.name] = _result(study, contents.home, effort, folder / RAW, code)
+        announce(study, count, len(chosen))
+        results[study.name] = _result(study, contents, order, code)
     parts = [
-        (section, [results[study.name] for study in section.studies if study.name in results])
+        (section, tuple(results[study.name] for study in section.studies if study.name in results))
         for section in contents.sections
     ]
     page.write(
-        folder, head(effort, left, now), [(section, found) for section, found in parts if found]
+        order.folder,
+        Origin(order.effort, left, now),
+        page.Parts(tuple(part for part in parts if part[1]), contents.open_bars),
     )
     return list(results.values())
 
 
-def _result(study: Study, home: Path, effort: Effort, raw: Path, code: str) -> page.Result:
-    words = study.words(effort) or ()
-    identity = key("study", (study.program, words, code))
-    place = Place(raw, study.name)
+def _result(study: Study, contents: Contents, order: Order, code: str) -> page.Result:
+    words = (*contents.program(study), *_words(study, order))
+    identity = key("study", (words, code))
+    place = Place(order.folder / RAW, study.name)
     outcome = runner.kept(place, identity)
+    if outcome is None and (lacking := needs.missing(study.needs, order.data)):
+        outcome = runner.leave_out(place, identity, needs.sentence(lacking))
     if outcome is None:
-        limit = None if effort == "full" else study.limit
-        outcome = runner.run(home / study.program, words, place, identity, limit)
+        limit = None if order.effort == "full" else study.limit
+        outcome = runner.run(words, place, identity, limit)
     return page.Result(study, outcome, runner.figures(place))
 
 
-def _require_known(names: list[str], studies: list[Study]) -> None:
+def _words(study: Study, order: Order) -> tuple[str, ...]:
+    """Return what a study's command line says beside its program."""
+    words = study.words(order.effort) or ()
+    asks = any(need.startswith("data ") for need in study.needs)
+    return (*words, "--data", str(order.data.absolute())) if asks and order.data else words
+
+
+def _require_known(names: tuple[str, ...], studies: tuple[Study, ...]) -> None:
     known = [study.name for study in studies]
     for name in names:
         if name not in known:

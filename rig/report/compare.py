@@ -1,71 +1,96 @@
-"""Two reports side by side: which figures changed, and which bars are no longer met."""
+"""Two reports side by side: which figures changed, and which bars were lost or eased."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Literal
 
 from rig.report.figure import Figure, read
 
 RAW = "raw"
-TIMES = ("s", "ms")
+TIMES = ("s", "ms", "CPU s")
 """Units of run times, which another day and another machine change: their ratios are compared."""
 
+Kind = Literal["lost", "eased", "changed"]
+KINDS: tuple[Kind, ...] = ("lost", "eased", "changed")
 
-class Change(NamedTuple):
+
+@dataclass(frozen=True)
+class Change:
     """A figure of two reports.
 
     Attributes
     ----------
     study : str
-    before, after : Figure
-        Of one table, case and quantity.
-    ratio : float
-        After over before; NaN where one is not a number.
+    kind : {"lost", "eased", "changed"}
+        A bar that was there is missed now, not measured or gone; it asks for less; or the value
+        differs.
+    before : Figure
+    after : Figure or None
+        Of the same table, case and quantity; None where there is none any more.
     """
 
     study: str
+    kind: Kind
     before: Figure
-    after: Figure
-    ratio: float
+    after: Figure | None
 
     @property
-    def lost(self) -> bool:
-        """Whether a bar that was met is missed now."""
-        return (self.before.verdict, self.after.verdict) == ("met", "missed")
+    def now(self) -> str:
+        """What is there now, as it is to be read."""
+        return "gone" if self.after is None else self.after.text
 
 
-def changes(before: Path, after: Path, least: float) -> list[Change]:
-    """Return the figures that differ by a share of `least` or more, and the bars lost.
+def changes(before: Path, after: Path, fraction: float) -> list[Change]:
+    """Return the bars that were lost or eased, and the figures that differ by `fraction` or more.
 
-    Run times are left out; a study states the ratios that should stay.
+    What a study states that is in one report only is left out. Run times that have no bar are left
+    out; a study states the ratios that should stay.
 
     Raises
     ------
     OSError
         If one of the folders holds no report.
     """
-    old, new = _figures(before), _figures(after)
-    found = []
-    for place in old.keys() & new.keys():
-        change = Change(place[0], old[place], new[place], _ratio(old[place], new[place]))
-        timed = change.after.unit in TIMES
-        if change.lost or (abs(change.ratio - 1) >= least and not timed):
-            found.append(change)
-    return sorted(found, key=lambda change: (not change.lost, change.study, change.after))
+    old, new = _studies(before), _studies(after)
+    found = [
+        Change(study, kind, figure, now)
+        for study in old.keys() & new.keys()
+        for place, figure in old[study].items()
+        if (kind := _kind(figure, now := new[study].get(place), fraction))
+    ]
+    return sorted(found, key=lambda each: (KINDS.index(each.kind), each.study, each.before.place))
 
 
-def _figures(report: Path) -> dict[tuple[str, ...], Figure]:
-    files = sorted((report / RAW).glob("*.csv"))
-    if not files:
+def _kind(before: Figure, after: Figure | None, fraction: float) -> Kind | None:
+    if before.bar is not None:
+        if after is None or after.bar is None or (before.verdict, after.verdict) in LOSSES:
+            return "lost"
+        if after.bar.eases(before.bar):
+            return "eased"
+    if after is None or after.unit in TIMES:
+        return None
+    return "changed" if _differ(before.value, after.value, fraction) else None
+
+
+LOSSES = {("met", "missed"), ("met", "not measured"), ("missed", "not measured")}
+"""Verdicts before and after of a bar that is lost."""
+
+
+def _differ(before: float | str | None, after: float | str | None, fraction: float) -> bool:
+    """Whether two numbers differ by a fraction; words may."""
+    if not isinstance(before, float) or not isinstance(after, float):
+        return False
+    return abs(after - before) >= fraction * abs(before) and after != before
+
+
+def _studies(report: Path) -> dict[str, dict[tuple[str, str, str], Figure]]:
+    """Figures of each study that was run or tried, by their places."""
+    raw = report / RAW
+    names = {file.stem for file in raw.glob("*.json")} | {file.stem for file in raw.glob("*.csv")}
+    if not names:
         raise OSError(
             f"'{report}' holds no report; build one with touchplate report --out {report}"
         )
-    return {(file.stem, *figure[:3]): figure for file in files for figure in read(file)}
-
-
-def _ratio(before: Figure, after: Figure) -> float:
-    try:
-        return float(after.value) / float(before.value)
-    except (ValueError, ZeroDivisionError):
-        return float("nan")
+    return {name: {figure.place: figure for figure in read(raw / f"{name}.csv")} for name in names}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import platform
+from dataclasses import dataclass
 from datetime import datetime
 from hashlib import sha256
 from importlib import import_module
@@ -15,24 +16,45 @@ from rig.system.cache import key
 PACKAGES = ("dic", "fe", "synthetic", "models", "rig")
 
 
-def head(effort: str, left_out: list[str], now: datetime) -> str:
-    """Return the beginning of the page: title, date, what is missing, machine, versions, scenes."""
-    missing = f" Left out of it: {'; '.join(left_out)}." if left_out else ""
-    found = versions()
-    named = ", ".join(f"{name} {version}" for name, version in found.items() if version)
-    computer = "; ".join(finding.text for finding in check_computer())
-    scenes = ", ".join(f"{name} `{digest[:12]}`" for name, digest in scene_hashes().items())
-    return "\n\n".join(
-        [
-            "# Report: error against run time, stiff and extreme cases",
-            f"Built on {now:%Y-%m-%d %H:%M} by `touchplate report`, effort {effort}. Figures and"
-            " outcomes of each study stand in `raw/`, a CSV and a JSON file each. Seeds are fixed"
-            f" in the studies.{missing}",
-            f"Machine: {processor()}; {computer}. Times are of one thread unless stated.",
-            f"Versions: Python {platform.python_version()}, {named}.",
-            f"Scenes, by the hash of their content: {scenes}.",
-        ]
-    )
+@dataclass(frozen=True)
+class Origin:
+    """How a report was made.
+
+    Attributes
+    ----------
+    effort : str
+    left_out : tuple of str
+        Titles of the studies that were not asked for.
+    now : datetime
+    """
+
+    effort: str
+    left_out: tuple[str, ...]
+    now: datetime
+
+    @property
+    def built(self) -> str:
+        """When, how and on what machine it was built."""
+        computer = "; ".join(finding.text for finding in check_computer())
+        return (
+            f"Built on {self.now:%Y-%m-%d %H:%M} by `touchplate report`, effort {self.effort}, on"
+            f" {processor()}; {computer}. Times are of one thread unless stated."
+        )
+
+    @property
+    def particulars(self) -> str:
+        """What is missing, versions and scenes, in paragraphs."""
+        missing = f" Left out of it: {'; '.join(self.left_out)}." if self.left_out else ""
+        named = ", ".join(f"{name} {version}" for name, version in versions().items() if version)
+        scenes = ", ".join(f"{name} `{digest[:12]}`" for name, digest in scene_hashes().items())
+        return "\n\n".join(
+            [
+                "Figures and outcomes of each study stand in `raw/`, a CSV and a JSON file each."
+                f" Seeds are fixed in the studies.{missing}",
+                f"Versions: Python {platform.python_version()}, {named}.",
+                f"Scenes, by the hash of their content: {scenes}.",
+            ]
+        )
 
 
 def processor() -> str:

@@ -4,26 +4,36 @@ from __future__ import annotations
 
 import base64
 import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
-from rig.report import bars, pareto, plate_map, table
+from rig.report import crb, front, pareto, plate_map, table
 from rig.report.figure import Figure
+from rig.report.origin import Origin
 from rig.report.runner import Outcome
-from rig.report.study import Section, Study
+from rig.report.study import Section, Study, Topic
+from rig.report.verdicts import Verdicts, judged
 
 PICTURES = "pictures"
+FRONT = f"{PICTURES}/front.png"
+TITLE = "Report: error against run time, stiff and extreme cases"
 STYLE = """
-body { max-width: 68rem; margin: 2rem auto; padding: 0 1rem; font: 15px/1.55 system-ui, sans-serif;
-  color: #222; background: #fff }
-h1, h2, h3, h4 { line-height: 1.25; margin: 2.2em 0 .6em } h1 { margin-top: 0 }
-table { border-collapse: collapse; margin: 1em 0; font-size: 13.5px; display: block;
+body { max-width: 84rem; margin: 1.2rem auto; padding: 0 1rem; color: #222; background: #fff;
+  font: 15px/1.5 system-ui, sans-serif }
+h1, h2, h3, h4 { line-height: 1.25; margin: 2em 0 .6em } h1 { margin: 0 0 .3em; font-size: 1.5em }
+table { border-collapse: collapse; margin: .8em 0; font-size: 13.5px; display: block;
   overflow-x: auto }
-th, td { padding: .28em .7em; border-bottom: 1px solid #ddd; text-align: left;
+th, td { padding: .25em .65em; border-bottom: 1px solid #ddd; text-align: left;
   vertical-align: top }
 th { border-bottom-color: #888; white-space: nowrap } tr:hover td { background: #f6f6f6 }
-img { max-width: 100% } code { font-size: 92% } blockquote { margin: 1em 0; padding: .2em 1em;
-  border-left: 3px solid #c33 }
+img { max-width: min(100%, 62rem) } code { font-size: 92% } blockquote { margin: 1em 0;
+  padding: .2em 1em; border-left: 3px solid #c33 }
+.front { display: grid; grid-template-columns: minmax(0, 5fr) minmax(20rem, 3fr); gap: 0 1.6rem }
+.front > :last-child { font-size: 14px } .front table { font-size: 12.5px; max-height: 26rem;
+  overflow-y: auto }
+@media (max-width: 60rem) { .front { display: block } }
 @media (prefers-color-scheme: dark) { body { color: #ddd; background: #161616 }
   th, td { border-color: #333 } tr:hover td { background: #222 } img { background: #fff } }
 """
@@ -38,38 +48,94 @@ class Result:
     figures: tuple[Figure, ...]
 
 
-def write(folder: Path, head: str, parts: list[tuple[Section, list[Result]]]) -> None:
+@dataclass(frozen=True)
+class Parts:
+    """What a page is made of: results by section, and the bars that no study measures."""
+
+    sections: tuple[tuple[Section, tuple[Result, ...]], ...]
+    open_bars: tuple[Topic, ...] = ()
+
+    @property
+    def results(self) -> tuple[Result, ...]:
+        """All results, in their order."""
+        return tuple(result for _, results in self.sections for result in results)
+
+    @property
+    def figures(self) -> tuple[Figure, ...]:
+        """All figures, those that are not measured yet among them."""
+        measured = (result.figures for result in self.results)
+        return tuple(chain(*measured, *(topic.figures for topic in self.open_bars)))
+
+
+def write(folder: Path, origin: Origin, parts: Parts) -> None:
     """Write report.md, its pictures, and report.html, which holds all of it."""
-    blocks = [head, _overview(parts)]
-    for section, results in parts:
+    (folder / PICTURES).mkdir(parents=True, exist_ok=True)
+    picture, count = _panels(parts.results, folder), _count(judged(parts.figures), origin)
+    rest = _text([*_overview(parts, origin), *_sections(parts, folder), *_open(parts.open_bars)])
+    (folder / "report.md").write_text(_text([f"# {TITLE}", count, picture, rest]), encoding="utf-8")
+    (folder / "report.html").write_text(_html(picture, count, rest, folder), encoding="utf-8")
+
+
+def _panels(results: Iterable[Result], folder: Path) -> str:
+    """Draw what the page opens with; return its link, or nothing without such a table."""
+    panels = []
+    for result in results:
+        tables = table.tables(result.figures) if result.study.front else {}
+        for title, figures in tables.items():
+            if title.startswith(result.study.front) and pareto.trades(figures):
+                name = result.study.title.partition(":")[0]
+                panels.append(front.Panel(name, title, tuple(figures)))
+                break
+    if not panels:
+        return ""
+    front.draw(panels, folder / FRONT)
+    return f"![Error against run time]({FRONT})"
+
+
+def _count(verdicts: Verdicts, origin: Origin) -> str:
+    """Count the bars, name those that are missed, and say where and when that was."""
+    blocks = [f"**Bars: {verdicts.sentence}.**" if verdicts.any else ""]
+    if verdicts.missed:
+        lines = ["| missed | is | bar |", "| --- | --- | --- |"]
+        for f in verdicts.missed:
+            cells = f"{f.table}: {f.case}, {f.quantity}", f.text, f.asked
+            lines.append(f"| {' | '.join(table.escaped(cell) for cell in cells)} |")
+        blocks.append("\n".join(lines))
+    return _text([*blocks, origin.built])
+
+
+def _overview(parts: Parts, origin: Origin) -> list[str]:
+    """List what ran, and the bars of each."""
+    lines = [
+        "| study | outcome | met | missed | not measured | wall time | CPU time |",
+        "| --- | --- | --- | --- | --- | --- | --- |",
+    ]
+    for study, outcome, figures in ((r.study, r.outcome, r.figures) for r in parts.results):
+        bars = " | ".join(str(len(part) or "") for part in judged(figures))
+        times = f"{outcome.seconds:.0f} s | {outcome.cpu:.0f} s"
+        lines.append(f"| {study.title} | {_state(outcome)} | {bars} | {times} |")
+    return ["## What ran", "\n".join(lines), origin.particulars]
+
+
+def _state(outcome: Outcome) -> str:
+    left_out = outcome.state == "left out"
+    return f"left out: {outcome.words}" if left_out else outcome.state
+
+
+def _sections(parts: Parts, folder: Path) -> list[str]:
+    blocks = []
+    for section, results in parts.sections:
         blocks += [f"## {section.title}", section.text]
         for result in results:
             blocks += _study(result, folder)
-    text = "\n\n".join(block.strip() for block in blocks if block.strip()) + "\n"
-    (folder / "report.md").write_text(text, encoding="utf-8")
-    (folder / "report.html").write_text(_html(text, folder), encoding="utf-8")
-
-
-def _overview(parts: list[tuple[Section, list[Result]]]) -> str:
-    """List what ran, and count the bars."""
-    lines = [
-        "| study | what came of it | bars met | wall time | CPU time |",
-        "|---|---|---|---|---|",
-    ]
-    for _, results in parts:
-        for study, outcome, figures in ((r.study, r.outcome, r.figures) for r in results):
-            judged = [figure.verdict for figure in figures if figure.verdict]
-            bars = f"{judged.count('met')} of {len(judged)}" if judged else ""
-            lines.append(
-                f"| {study.title} | {outcome.state} | {bars} | {outcome.seconds:.0f} s |"
-                f" {outcome.cpu:.0f} s |"
-            )
-    return "\n".join(lines)
+    return blocks
 
 
 def _study(result: Result, folder: Path) -> list[str]:
     blocks = [f"### {result.study.title}", result.study.text]
-    if result.outcome.state != "done":
+    if result.outcome.state == "left out":
+        blocks.append(f"> **{_state(result.outcome)}**")
+    elif result.outcome.state != "done":
         words = " ".join(result.outcome.words.split()) or "it said nothing"
         blocks.append(f"> **{result.outcome.state}**: `{words.replace('`', '')}`")
     for count, (title, figures) in enumerate(table.tables(result.figures).items()):
@@ -80,7 +146,6 @@ def _study(result: Result, folder: Path) -> list[str]:
 
 def _shown(figures: list[Figure], folder: Path, picture: str) -> list[str]:
     """Show a table as lines, as a picture, or as both."""
-    (folder / PICTURES).mkdir(exist_ok=True)
     link = f"![{figures[0].table}]({picture})"
     if plate_map.is_map(figures):
         plate_map.draw(figures, folder / picture)
@@ -90,26 +155,45 @@ def _shown(figures: list[Figure], folder: Path, picture: str) -> list[str]:
         pareto.draw(figures, folder / picture)
         best = " → ".join(trade.case for trade in pareto.front(trades))
         return [link, f"Not beaten in both: {best}.", lines]
-    if len(bars.ratios(figures)) > 2:
-        bars.draw(figures, folder / picture)
+    if len(crb.ratios(figures)) > 2:
+        crb.draw(figures, folder / picture)
         return [link, lines]
     return [lines]
 
 
-def _html(text: str, folder: Path) -> str:
-    """Return the Markdown as one HTML page that needs no other file."""
+def _open(topics: Sequence[Topic]) -> list[str]:
+    """List the bars that no study measures yet."""
+    blocks = ["## Bars that no study measures yet"] if topics else []
+    for topic in topics:
+        lines = ["|  | bar |", "| --- | --- |"]
+        for f in topic.figures:
+            name = f.case if f.quantity == "figure" else f"{f.case}: {f.quantity}"
+            lines.append(f"| {table.escaped(name)} | {f.asked} |")
+        blocks += [f"### {topic.title}", "\n".join(lines)]
+    return blocks
+
+
+def _text(blocks: Iterable[str]) -> str:
+    return "\n\n".join(block.strip() for block in blocks if block.strip()) + "\n"
+
+
+def _html(picture: str, count: str, rest: str, folder: Path) -> str:
+    """Return the page as one HTML file that needs no other."""
     from markdown_it import MarkdownIt
 
-    body = MarkdownIt("commonmark").enable("table").render(text)
+    render = MarkdownIt("commonmark").enable("table").render
 
     def embedded(found: re.Match[str]) -> str:
         data = base64.b64encode((folder / found[1]).read_bytes()).decode()
         return f'src="data:image/png;base64,{data}"'
 
+    body = (
+        f'<h1>{TITLE}</h1>\n<div class="front"><div>{render(picture)}</div>'
+        f"<div>{render(count)}</div></div>\n{render(rest)}"
+    )
     body = re.sub(rf'src="({PICTURES}/[a-z0-9-]+\.png)"', embedded, body)
-    title = text.partition("\n")[0].lstrip("# ")
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{title}</title><style>{STYLE}</style></head>\n<body>\n{body}</body></html>\n"
+        f"<title>{TITLE}</title><style>{STYLE}</style></head>\n<body>\n{body}</body></html>\n"
     )

@@ -22,15 +22,20 @@ class Trade(NamedTuple):
     time: float
     error: float
 
+    @property
+    def is_default(self) -> bool:
+        """Whether it is what the code takes when nothing is said."""
+        return self.case.endswith(DEFAULT)
+
 
 def trades(figures: Iterable[Figure]) -> list[Trade]:
     """Return the cases of a table that state both a time and an error as numbers."""
     numbers: dict[str, dict[str, float]] = {}
     for figure in figures:
         if figure.quantity in ("time", "error"):
-            number = _number(figure.value)
-            if number is not None and number > 0:
-                numbers.setdefault(figure.case, {})[figure.quantity] = number
+            number = figure.value
+            if isinstance(number, int | float) and number > 0:
+                numbers.setdefault(figure.case, {})[figure.quantity] = float(number)
     return [
         Trade(case, both["time"], both["error"]) for case, both in numbers.items() if len(both) == 2
     ]
@@ -59,28 +64,30 @@ def draw(figures: list[Figure], path: Path) -> None:
     names.set_axis_off()
     axes.plot([b.time for b in best], [b.error for b in best], color="0.6", lw=1, zorder=1)
     for number, setting in enumerate(settings, start=1):
-        colour = _colour(setting, setting in best)
+        tint = colour(setting, setting in best)
         point = setting.time, setting.error
-        axes.scatter(*point, color=colour, s=28, zorder=2)
-        style = {"color": colour, "fontsize": 8}
+        axes.scatter(*point, color=tint, s=28, zorder=2)
+        style = {"color": tint, "fontsize": 8}
         axes.annotate(str(number), point, (4, 4), textcoords="offset points", **style)
         height = 1.0 - (number - 0.5) / max(len(settings), 8)
         names.text(0.0, height, f"{number}  {setting.case}", va="center", **style)
-    units = {figure.quantity: figure.unit for figure in figures}
-    _scale(axes, f"time, {units['time']}", f"error, {units['error'] or 'relative'}")
+    scale(axes, figures)
     canvas.savefig(path, dpi=130)
 
 
-def _colour(setting: Trade, best: bool) -> str:
-    if setting.case.endswith(DEFAULT):
+def colour(setting: Trade, best: bool) -> str:
+    """Return the colour of a setting: the default, one that none beats, or another."""
+    if setting.is_default:
         return "C3"
     return "C0" if best else "0.45"
 
 
-def _scale(axes: Axes, along: str, up: str) -> None:
-    """Make both axes logarithmic, with numbers that people write."""
+def scale(axes: Axes, figures: Iterable[Figure]) -> None:
+    """Name both axes and make them logarithmic, with numbers that people write."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+    units = {figure.quantity: figure.unit for figure in figures}
+    along, up = f"time, {units['time']}", f"error, {units['error'] or 'relative'}"
     axes.set(xscale="log", yscale="log", xlabel=along, ylabel=up)
     axes.margins(0.1)
     for axis, (low, high) in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
@@ -89,10 +96,3 @@ def _scale(axes: Axes, along: str, up: str) -> None:
         axis.set_minor_formatter(NullFormatter())
     axes.grid(True, which="major", color="0.92")
     axes.spines[["top", "right"]].set_visible(False)
-
-
-def _number(text: str) -> float | None:
-    try:
-        return float(text)
-    except ValueError:
-        return None

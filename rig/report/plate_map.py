@@ -52,5 +52,5 @@ def _grid(rows: list[Figure]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     x, column = np.unique(places[:, 0], return_inverse=True)
     y, line = np.unique(places[:, 1], return_inverse=True)
     values = np.full((len(y), len(x)), np.nan)
-    values[line, column] = [float(row.value) for row in rows]
+    values[line, column] = np.array([row.value for row in rows], dtype=float)
     return x, y, values

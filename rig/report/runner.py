@@ -13,7 +13,7 @@ from typing import Literal
 
 from rig.report.figure import Figure, read
 
-State = Literal["done", "failed", "stopped"]
+State = Literal["done", "failed", "stopped", "left out"]
 TAIL = 400  # characters of its last words
 
 
@@ -25,12 +25,12 @@ class Outcome:
     ----------
     key : str
         Of everything that it depends on; a study with the same key need not run again.
-    state : {"done", "failed", "stopped"}
-        "stopped" where it ran into its limit.
+    state : {"done", "failed", "stopped", "left out"}
+        "stopped" where it ran into its limit, "left out" where it needs what is not there.
     seconds, cpu : float, s
         Wall time and CPU time.
     words : str
-        Its last words where it did not end well.
+        Its last words where it did not end well, or what it needs.
     """
 
     key: str
@@ -58,17 +58,15 @@ class Place:
         return self.folder / f"{self.name}.json"
 
 
-def run(
-    program: Path, words: tuple[str, ...], place: Place, key: str, limit: float | None
-) -> Outcome:
+def run(words: tuple[str, ...], place: Place, key: str, limit: float | None) -> Outcome:
     """Run a program and keep figures and outcome at their place; `limit` is in s, None for none.
+
+    `words` are what Python is called with: a file, or options and a module, and what follows.
 
     An interruption of this process ends the program, and leaves no outcome.
     """
-    place.folder.mkdir(parents=True, exist_ok=True)
-    place.outcome.unlink(missing_ok=True)
-    place.figures.unlink(missing_ok=True)
-    command = [sys.executable, str(program), *words, "--figures", str(place.figures.absolute())]
+    _clear(place)
+    command = [sys.executable, *words, "--figures", str(place.figures.absolute())]
     began, before = time.monotonic(), _children()
     state: State = "done"
     try:
@@ -81,7 +79,22 @@ def run(
     except subprocess.TimeoutExpired:
         state, said = "stopped", f"stopped after {limit:.0f} s"
     last = said.strip()[-TAIL:] if state != "done" else ""
-    outcome = Outcome(key, state, time.monotonic() - began, _children() - before, last)
+    return _keep(place, Outcome(key, state, time.monotonic() - began, _children() - before, last))
+
+
+def leave_out(place: Place, key: str, why: str) -> Outcome:
+    """Keep that a study was left out, and why."""
+    _clear(place)
+    return _keep(place, Outcome(key, "left out", 0.0, 0.0, why))
+
+
+def _clear(place: Place) -> None:
+    place.folder.mkdir(parents=True, exist_ok=True)
+    place.outcome.unlink(missing_ok=True)
+    place.figures.unlink(missing_ok=True)
+
+
+def _keep(place: Place, outcome: Outcome) -> Outcome:
     place.outcome.write_text(json.dumps(asdict(outcome), indent=1), encoding="utf-8")
     return outcome
 

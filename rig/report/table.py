@@ -25,7 +25,7 @@ def markdown(figures: list[Figure]) -> str:
     lines = [["", *heads], ["---"] * (1 + len(heads))]
     for case in cases:
         cells = [_cell(found.get((case, name)), common[name]) for name in quantities]
-        lines.append([_escaped(case), *cells])
+        lines.append([escaped(case), *cells])
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
@@ -38,12 +38,15 @@ def _common_unit(figures: list[Figure], quantity: str) -> str:
 def _cell(figure: Figure | None, unit: str) -> str:
     if figure is None:
         return ""
-    text = figure.value if figure.unit in ("", unit) else f"{figure.value} {figure.unit}"
+    text = figure.number if figure.unit == unit else figure.text
+    notes = [f"n = {figure.samples}"] if figure.samples is not None else []
     if figure.bar:
-        verdict = f", **{figure.verdict}**" if figure.verdict == "missed" else ""
-        text += f" ({figure.bar}{verdict})"
-    return _escaped(text)
+        notes.append(str(figure.bar))
+    if figure.verdict == "missed":
+        notes.append("**missed**")
+    return escaped(f"{text} ({', '.join(notes)})" if notes else text)
 
 
-def _escaped(text: str) -> str:
+def escaped(text: str) -> str:
+    """Write a text so that it stays in its cell."""
     return text.replace("|", "\\|").replace("\n", " ")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fe
-from tests.fe.levy import levy
+from rig.studies.plates.levy import levy
 
 C, S, F = fe.Clamped(), fe.Supported(), fe.Free()
 SIZE = (100.0, 80.0)

@@ -1,6 +1,6 @@
 """The linear range: how far linear theory is off, compared with von Kármán's plate solved in full.
 
-The estimate itself solves nothing nonlinear; `benchmarks/regime.py` compares it with the shell.
+The estimate itself solves nothing nonlinear; `rig.studies.plates.regime` compares it with a shell.
 """
 
 import dataclasses

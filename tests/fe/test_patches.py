@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fe
-from tests.fe.stepped import EDGES, SIZE, STEP, cantilever, line_load, stepped
+from rig.studies.plates.stepped import EDGES, SIZE, STEP, cantilever, line_load, stepped
 
 
 @pytest.mark.parametrize("thickness", [0.01, 0.5, 3.0, 10.0])

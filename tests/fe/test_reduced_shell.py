@@ -1,6 +1,6 @@
 """The reduced plate against the shell: another theory, another solver, a finer mesh.
 
-`benchmarks/reduced_bars.py` does the same on the default mesh over many touches.
+`python -m rig.studies.plates.reduced` does the same on the default mesh over many touches.
 """
 
 import numpy as np

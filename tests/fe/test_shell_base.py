@@ -10,7 +10,7 @@ import fe
 from fe.elements.functional import derivative
 from fe.linear.load import spread
 from fe.shell import Base, Shell, Verdict
-from tests.fe.elastica import elastica
+from rig.studies.plates.elastica import elastica
 
 TWO = fe.Edges(fe.Clamped(), fe.Clamped(), fe.Free(), fe.Free())
 PAPER = fe.Plate((100.0, 100.0), 1.0, 3000.0, 0.3, TWO)

@@ -7,7 +7,7 @@ import pytest
 
 import fe
 from fe.shell import Verdict, solve
-from tests.fe.rod import STRIP_SIZE, pressed_shell, strip
+from rig.studies.plates.rod import STRIP_SIZE, pressed_shell, strip
 
 SIZE, YOUNG = (254.0, 200.0), 3000.0
 TWO = fe.Edges(fe.Clamped(), fe.Clamped(), fe.Free(), fe.Free())

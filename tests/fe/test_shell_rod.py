@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.fe.rod import RING_LENGTH, ring, sheared_rod, sheared_shell
+from rig.studies.plates.rod import RING_LENGTH, ring, sheared_rod, sheared_shell
 
 
 def test_cantilever_under_end_shear_bends_like_the_rod():

@@ -1,0 +1,1 @@
+"""The bench on an emulated camera and display."""

@@ -1,0 +1,1 @@
+"""The whole chain: a frame in, touches out."""

@@ -1,0 +1,127 @@
+"""What projected marks do to the touches that are found: each mode against no light at all.
+
+Parts: modes. A clamped PVC plate under the camera of the scene `twin`; each touch is seen in the
+same noise with and without the light of its own mark, as it is and divided by the light that is
+known, as the loop does. The meter's prediction stands beside what happened.
+"""
+
+import time
+from collections import defaultdict
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+import fe
+import rig
+from models import Estimate
+from rig.live import chain as live
+from rig.live.baseline import average_reference
+from rig.live.bench import build_bench
+from rig.live.view import marks, plate_view
+from rig.plates.plate_solver import solve_plate
+from rig.projector.interference import interference
+from rig.projector.light_map import divided, prepare_light_map
+from rig.projector.markers import draw_marks, fit_plate
+from rig.projector.modes import Mode, placed
+from rig.report.figure import Figure, at_most
+from rig.sources.twin import Twin, build_twin
+from rig.studies.study import line, part, rms, run
+from rig.system.timing import Stopwatch
+
+TOUCHES = 80
+STRENGTH = 1.0  # the projector's white over the room's light
+SENSOR_DARK = 51.0  # grey levels that the twin's sensor reads without light
+PROJECTOR = (1280, 800)
+MODES: tuple[Mode, ...] = ("on", "beside", "outside")
+DEFAULT = "on"
+GROWTH = at_most(1.1)  # of the error of the place without light
+
+
+def photograph(
+    twin: Twin, touches: tuple[fe.Touch, ...], light: NDArray[np.float32], seed: tuple[int, int]
+) -> NDArray[np.uint8]:
+    """Frame of a plate under light of the room times `light`."""
+    displacement = np.zeros((len(twin.warper.points), 3))
+    if touches:
+        displacement = solve_plate(twin.solver, touches).displacement(twin.warper.points, "top")
+    sharp = twin.warper.render(displacement, None, None) / 255
+    return twin.sensor.capture((sharp * light).astype(np.float32), np.random.default_rng(seed))
+
+
+def find(chain: live.Chain, image: NDArray[np.uint8]) -> Estimate:
+    """Touch in a frame, begun from where it was in the last one."""
+    state, watch = live.at_rest(chain), Stopwatch(time.monotonic)
+    state = live.estimate_frame(chain, image, state, watch).state
+    return live.estimate_frame(chain, image, state, watch).estimate
+
+
+def modes() -> Iterator[Figure]:
+    """Find touches under the light of their marks, mode by mode."""
+    scene = rig.load("twin", {"touches.max_touches": 1})
+    twin, bench = build_twin(scene), build_bench(scene, lambda done, total: None)
+    dark = np.ones(twin.warper.light.shape, np.float32)
+    rest = [photograph(twin, (), dark, (9, k)) for k in range(part(scene.dic).reference_frames)]
+    chain = live.prepare_chain(average_reference(rest), bench.motions, 1)
+    screen = fit_plate(PROJECTOR, bench.plate.size)
+    view = plate_view(bench.plate, bench.camera, bench.height)
+    seen = prepare_light_map(screen, view.T_px_plate, bench.camera.size, STRENGTH, SENSOR_DARK)
+    rng, errors, meter = np.random.default_rng(3), defaultdict(list), []
+    for index in range(TOUCHES):
+        x, y = rng.uniform(25, np.array(bench.plate.size) - 25)
+        touch = fe.Touch(float(x), float(y), float(rng.uniform(0.5, 4.0)))
+        first = find(chain, photograph(twin, (touch,), dark, (1, index)))
+        errors["none"].append(miss(first, touch))
+        for mode in MODES:
+            shown = draw_marks(placed(marks(first), mode, bench.plate.size), screen)
+            light = seen.on_camera(shown)
+            image = photograph(twin, (touch,), light, (1, index))
+            found = find(chain, image)
+            errors[mode].append(miss(found, touch))
+            clean = divided(image, light, SENSOR_DARK)
+            errors[f"{mode}, divided"].append(miss(find(chain, clean), touch))
+            if mode == "on" and found.count == first.count == 1:
+                said = interference(chain, light, SENSOR_DARK, marks(first))
+                meter.append((said.shift, float(np.hypot(*(found.xy[0] - first.xy[0])))))
+    yield from told(errors)
+    predicted, moved = np.array(meter).T
+    yield from line(
+        "Marks of the projector: what the meter predicts, mode on",
+        "how far the touch moves",
+        predicted=(float(np.median(predicted)), "mm, median"),
+        happened=(float(np.median(moved)), "mm, median"),
+        correlation=float(np.corrcoef(predicted, moved)[0, 1]),
+    )
+
+
+def told(errors: dict[str, list[float]]) -> Iterator[Figure]:
+    """Give a line to each mode, its error beside that without light."""
+    base = rms(found(errors["none"]))
+    for name, values in errors.items():
+        there = found(values)
+        yield from line(
+            "Marks of the projector: error of the place with light and without",
+            name + " (default)" * (name == DEFAULT),
+            rms=(rms(there), "mm"),
+            median=(float(np.median(there)), "mm"),
+            over_none=(rms(there) / base, "", GROWTH if name == DEFAULT else None, len(there)),
+        )
+
+
+def found(errors: list[float]) -> NDArray[np.float64]:
+    """Errors of the touches that were found alone."""
+    values = np.array(errors)
+    return values[np.isfinite(values)]
+
+
+def miss(estimate: Estimate, touch: fe.Touch) -> float:
+    """Distance of a found touch from the true one, mm; NaN where it was not found alone."""
+    if estimate.count != 1:
+        return np.nan
+    return float(np.hypot(estimate.xy[0, 0] - touch.x, estimate.xy[0, 1] - touch.y))
+
+
+PARTS = {"modes": modes}
+
+if __name__ == "__main__":
+    run(PARTS, __doc__)

@@ -1,0 +1,1 @@
+"""Correlation on images whose motion is known, and beside its peers."""

@@ -1,0 +1,1 @@
+"""The paper's systems, trained anew."""

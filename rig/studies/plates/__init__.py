@@ -1,0 +1,1 @@
+"""Plates and shells against closed forms, independent codes and finer meshes."""

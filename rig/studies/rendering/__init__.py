@@ -1,0 +1,1 @@
+"""Rendering: how exact, how fast."""

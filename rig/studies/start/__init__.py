@@ -1,0 +1,1 @@
+"""Start-up, first steps, and what scenes leave out."""

@@ -1,0 +1,1 @@
+"""Touches from strain and from the whole pattern, against their bound."""
