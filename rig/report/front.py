@@ -55,7 +55,9 @@ def _draw(axes: Axes, panel: Panel) -> list[Text]:
         if setting in best or setting.is_default or len(settings) <= NAMES:
             name = setting.case.removesuffix(pareto.DEFAULT).strip()
             style = {"color": colour, "fontsize": 8, "in_layout": False}
-            texts.append(axes.annotate(name, point, textcoords="offset points", **style))
+            texts.append(
+                axes.annotate(name, point, PLACES[0][:2], textcoords="offset points", **style)
+            )
     pareto.scale(axes, panel.figures)
     axes.set_title(panel.name, fontsize=11, loc="left", fontweight="bold", pad=18)
     axes.text(0, 1.03, panel.title, fontsize=8.5, color="0.35", transform=axes.transAxes)
