@@ -27,7 +27,7 @@ def frame(*touches):
     return warper.render(displacement, sensor, rng, shift=shift)
 
 
-# Prepared once: the mean of some frames at rest, and how every part of it answers to plate modes.
+# Prepared once: the mean of some frames at rest, and how every part of it responds to plate modes.
 rest = np.mean([frame() for _ in range(16)], axis=0)
 reference = dic.prepare_tiles(rest, size=8)
 motions = models.prepare_motions(fe.modes(plate, 150, linear.mesh), camera, top, reference.tiles)

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 if TYPE_CHECKING:
     from distributed import Client
 
-# Waits for a scheduler to answer, and to come back where it was lost, s.
+# Waits for a scheduler to respond, and to come back where it was lost, s.
 _PATIENCE = 10
 
 # Items handed out for each thread of the workers, so that none waits for the oldest result.

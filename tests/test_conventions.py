@@ -37,7 +37,7 @@ def pattern():
 
 
 @pytest.fixture(scope="module")
-def picture(pattern):
+def image(pattern):
     return synthetic.render(pattern, CAMERA, None, None, None)
 
 
@@ -63,39 +63,39 @@ def test_a_scene_may_write_other_units_and_holds_ours():
 # Images
 
 
-def test_a_pixel_is_row_y_and_column_x_and_its_centre_has_whole_coordinates(pattern, picture):
+def test_a_pixel_is_row_y_and_column_x_and_its_centre_has_whole_coordinates(pattern, image):
     def off(shift):
         x, y = np.meshgrid(np.arange(150.0), np.arange(110.0))
         light = pattern.intensity(CAMERA.on_plate(np.column_stack([x.ravel(), y.ravel()]) + shift))
-        return np.std(picture - 255 * light.reshape(picture.shape))
+        return np.std(image - 255 * light.reshape(image.shape))
 
-    assert picture.shape == (110, 150)
+    assert image.shape == (110, 150)
     assert off((0.0, 0.0)) < 0.2 * min(off((0.5, 0.0)), off((0.0, 0.5)), off((-0.5, -0.5)))
 
 
-def test_the_middle_of_a_picture_lies_half_a_pixel_before_half_its_size():
+def test_the_middle_of_an_image_lies_half_a_pixel_before_half_its_size():
     middle = CAMERA.project([(SIZE[0] / 2, SIZE[1] / 2, 0.0)])
     np.testing.assert_allclose(middle, [(74.5, 54.5)], atol=1e-9)
 
 
-def test_points_are_ordered_x_then_y(picture):
-    assert dic.prepare(picture, points=[(140.0, 60.0)]).xy.tolist() == [[140.0, 60.0]]
+def test_points_are_ordered_x_then_y(image):
+    assert dic.prepare(image, points=[(140.0, 60.0)]).xy.tolist() == [[140.0, 60.0]]
     with pytest.raises(ValueError, match=r"ordered \(x, y\)"):
-        dic.prepare(picture, points=[(60.0, 140.0)])
+        dic.prepare(image, points=[(60.0, 140.0)])
     with pytest.raises(ValueError, match="0 to 120 by 0 to 80 mm"):
         PLATE.points([(35.0, 100.0)])
 
 
-def test_grid_points_run_row_by_row(picture):
-    grid = dic.prepare(picture, subset=21, step=10).xy
+def test_grid_points_run_row_by_row(image):
+    grid = dic.prepare(image, subset=21, step=10).xy
     assert np.all(grid[:3] - grid[0] == [(0, 0), (10, 0), (20, 0)])
     np.testing.assert_array_equal(grid[0], grid.min(axis=0))
     np.testing.assert_array_equal(grid[-1], grid.max(axis=0))
 
 
 @pytest.mark.parametrize(("axis", "motion"), [(1, (3.0, 0.0)), (0, (0.0, 3.0))])
-def test_u_is_positive_to_the_right_and_v_downwards(picture, axis, motion):
-    moved = dic.correlate(dic.prepare(picture), np.roll(picture, 3, axis=axis))
+def test_u_is_positive_to_the_right_and_v_downwards(image, axis, motion):
+    moved = dic.correlate(dic.prepare(image), np.roll(image, 3, axis=axis))
     shift = np.column_stack([moved.u, moved.v])[moved.valid]
     np.testing.assert_allclose(np.median(shift, axis=0), motion, atol=0.01)
 
@@ -144,14 +144,14 @@ def test_t_cam_plate_maps_plate_to_camera():
     assert camera.position[2] > 0  # on the touched side
 
 
-def test_above_the_plate_x_runs_right_and_y_runs_up_in_the_picture():
+def test_above_the_plate_x_runs_right_and_y_runs_up_in_the_image():
     origin, along_x, along_y = CAMERA.project([(60, 40, 0), (70, 40, 0), (60, 50, 0)])
     assert along_x[0] > origin[0]
     assert along_x[1] == pytest.approx(origin[1])
     assert along_y[1] < origin[1]
 
 
-def test_what_is_pressed_away_from_a_pinhole_moves_towards_the_middle_of_its_picture():
+def test_what_is_pressed_away_from_a_pinhole_moves_towards_the_middle_of_its_image():
     points = np.array([(100.0, 70.0), (20.0, 15.0)])
     pressed = np.tile([0.0, 0.0, -0.5], (2, 1))
     motion = synthetic.image_motion(CAMERA, points, pressed, z=1.0)
@@ -169,7 +169,7 @@ def test_exy_of_the_plate_is_half_of_the_engineering_shear(bent):
     assert bent.strain([(x, y)])[0, 2] == pytest.approx(gxy / 2, rel=1e-2)
 
 
-def test_exy_of_a_picture_is_half_of_the_engineering_shear_and_turns_with_its_y_axis(pattern):
+def test_exy_of_an_image_is_half_of_the_engineering_shear_and_turns_with_its_y_axis(pattern):
     gxy = 4e-3
 
     def shear(xy):
@@ -201,18 +201,18 @@ def test_the_kinds_of_strain_are_what_they_are_called():
     )
 
 
-def test_the_gauge_length_is_every_pixel_that_a_strain_depends_on(picture):
-    field = dic.correlate(dic.prepare(picture, subset=21, step=4), picture)
+def test_the_gauge_length_is_every_pixel_that_a_strain_depends_on(image):
+    field = dic.correlate(dic.prepare(image, subset=21, step=4), image)
     assert dic.strain(field, window=5).vsg == (5 - 1) * 4 + 21
 
 
 # Uncertainty
 
 
-def test_what_is_not_measured_is_nan_with_a_status_that_says_why(picture):
-    dark = picture.copy()
+def test_what_is_not_measured_is_nan_with_a_status_that_says_why(image):
+    dark = image.copy()
     dark[:, :60] = 128.0
-    field = dic.correlate(dic.prepare(picture), dark)
+    field = dic.correlate(dic.prepare(image), dark)
     lost = ~field.valid
     assert lost.any()
     assert field.valid.any()
@@ -240,7 +240,7 @@ def test_an_estimate_is_sorted_and_its_covariance_runs_x_y_force_in_mm_and_newto
 # Randomness, time, data, cache
 
 
-def test_the_same_generator_gives_the_same_picture_and_nothing_else_is_random(pattern):
+def test_the_same_generator_gives_the_same_image_and_nothing_else_is_random(pattern):
     sensor, state = synthetic.Sensor(), np.random.get_state()[1].copy()  # noqa: NPY002
     first, second, other = (
         synthetic.render(pattern, CAMERA, None, sensor, np.random.default_rng(seed))

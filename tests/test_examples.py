@@ -115,8 +115,8 @@ def test_what_a_camera_sees(example, tmp_path):
     whole, bending = printed.line("image moves by up to")
     assert 0 < bending < whole
     assert printed.line("exx that the camera shows ÷ exx of the plate:")[0] > 3
-    picture = (tmp_path / "results" / "pressed_plate.png").read_bytes()
-    assert picture.startswith(b"\x89PNG")
+    plot = (tmp_path / "results" / "pressed_plate.png").read_bytes()
+    assert plot.startswith(b"\x89PNG")
 
 
 def test_touch_from_frame(example):

@@ -108,7 +108,7 @@ def _step_all(sums: F64, base: F64, known: Known, state: State) -> None:
             towards[k] = s[k] / gain + dense[k]
         dense[2 * p], dense[2 * p + 1] = fq, q
         towards[2 * p], towards[2 * p + 1] = fq - fg / gain, q - g / gain
-        _answer(n, towards, gg / gain**2 - 2 * gq / gain + qq, known, state, total)
+        _solve_normal(n, towards, gg / gain**2 - 2 * gq / gain + qq, known, state, total)
         _solve(n, dense, known, aside)
         for k in range(2 * p):
             total[k] -= aside[k]
@@ -147,7 +147,7 @@ def _iterate(
                 break
             for k in range(size):
                 towards[k] /= gain
-            _answer(n, towards, gg / gain**2, known, state, total)
+            _solve_normal(n, towards, gg / gain**2, known, state, total)
             _set_aside(motion[n], done == SHIFTED, aside)
             _move(n, total, aside, known, state)
             if still[n]:
@@ -179,7 +179,9 @@ def _gain(n: int, fg: float, g: float, gg: float, known: Known, state: State) ->
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _answer(n: int, towards: F64, squares: float, known: Known, state: State, total: F64) -> None:
+def _solve_normal(
+    n: int, towards: F64, squares: float, known: Known, state: State, total: F64
+) -> None:
     """Solve the normal equations of a point into `total` (K,), and write what they leave over."""
     light = known[1]
     _solve(n, towards, known, total)

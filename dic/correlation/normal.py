@@ -1,4 +1,4 @@
-"""The normal equations of the subsets: how each answers to motion and light.
+"""The normal equations of the subsets: how each responds to motion and light.
 
 H = Σ JᵀJ with J = (fx·m, fy·m, -f, -1): the monomials m of the shape function for u and for v, and
 the gain and offset of the light.

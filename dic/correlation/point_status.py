@@ -98,7 +98,7 @@ def _noise_gain(motion: AnyArray, half: int) -> F64:
 
 
 def _noise_fraction(ref: Reference, noise: AnyArray) -> F64:
-    """Fraction of Σ∇f∇fᵀ that is noise of the reference, (N,): it answers to no motion."""
+    """Fraction of Σ∇f∇fᵀ that is noise of the reference, (N,): it follows no motion."""
     fraction = noise_slope() * np.square(noise) / np.maximum(np.square(ref.slope), 1e-30)
     return np.minimum(fraction, _MAX_NOISE)
 

@@ -1,4 +1,4 @@
-"""The reference image, prepared once: its texture and how each subset answers to motion."""
+"""The reference image, prepared once: its texture and how each subset responds to motion."""
 
 from __future__ import annotations
 

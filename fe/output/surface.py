@@ -16,7 +16,7 @@ from fe.plate.plate import Plate, Touch
 
 
 class PlateState(Protocol):
-    """What every theory answers for a plate under load: places in mm, results at (K, 2) points."""
+    """What every theory gives for a plate under load: places in mm, results at (K, 2) points."""
 
     @property
     def plate(self) -> Plate:

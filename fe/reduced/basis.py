@@ -16,7 +16,7 @@ from fe.elements.mesh import Mesh
 from fe.reduced.karman import Karman
 from fe.reduced.training import Parts, Snapshots
 
-# Shapes of w from linear answers, which couple one touch to another, and from what touches leave;
+# Shapes of w from linear solutions, which couple one touch to another, and from what touches leave;
 # stresses; displacements in the plane. A quarter more stresses and a tenth more shapes lower errors
 # of strain by a tenth.
 _LINEAR, _REST, _STRESSES, _DRIFTS = 16, 24, 110, 36

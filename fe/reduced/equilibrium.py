@@ -2,7 +2,7 @@
 
 The deflection is w = Σ_t [F_t g_t + Σ_k c_tk h_tk] + Σ_j q_j φ_j. Its energy less the work of the
 touches is, but for a constant, Π = ½ yᵀ A y + ½ |s|² of the unknowns y = (q, c): the load has gone,
-because the linear answers g balance it. s_m = ½ zᵀ B_m z with z = (q, F, c).
+because the linear solutions g balance it. s_m = ½ zᵀ B_m z with z = (q, F, c).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from fe.reduced.kernel import slopes, stretch
 _Parts = tuple[F32, F64, F64]  # fixed, mixed and local forms
 
 _ITERATIONS = 30
-# Residual, in parts of the force that the linear answer puts on the fixed shapes. One more step
+# Residual, in parts of the force that the linear solution puts on the fixed shapes. One more step
 # leaves its square, and derivatives are off by this much.
 _SETTLED = 1e-8
 
@@ -123,7 +123,7 @@ def _bending(assembled: Assembled, pushed: I64) -> F64:
 
 
 def _first(forms: Forms, assembled: Assembled, pushed: I64, force: F64) -> F64:
-    """Linear answer w times the t of least energy U (t²/2 - t) + S t⁴/2, on the fixed shapes."""
+    """Linear solution w times the t of least energy U (t²/2 - t) + S t⁴/2, on the fixed shapes."""
     n = forms.fixed.shape[1]
     linear = np.zeros(assembled.local.shape[1])
     linear[pushed - n] = force

@@ -96,7 +96,7 @@ class Karman:
         return sp.csc_array(along.T @ (xx @ along) + across.T @ (yy @ across) + mixed + mixed.T)
 
     def solve(self, loads: F64, tolerance: float = 1e-9) -> Deflected:
-        """Newton's method from the linear answer cut back to least energy.
+        """Newton's method from the linear solution cut back to least energy.
 
         Each step is solved by conjugate gradients; the matrix without the stress that the step
         itself brings is their preconditioner.
@@ -125,7 +125,7 @@ class Karman:
         return Deflected(values, plane, residual, iterations), left
 
     def _first(self, loads: F64) -> F64:
-        """Linear answer times the factor t of least energy: A t - A + 2 S t³ = 0."""
+        """Linear solution times the factor t of least energy: A t - A + 2 S t³ = 0."""
         values = self.linear.solve(loads)
         bending = float(np.vdot(values, loads))
         strain = self.membrane.stretching(values)

@@ -1,4 +1,4 @@
-"""Whether an answer of the reduced plate can be trusted."""
+"""Whether a result of the reduced plate can be trusted."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import Enum
 
 
 class Trust(Enum):
-    """What to think of an answer; the value is the sentence shown to the user."""
+    """What to think of a result; the value is the sentence shown to the user."""
 
     TRAINED = "the touches lie within what the reduced plate was made from"
     NEAR_EDGE = (

@@ -1,9 +1,9 @@
 """What a unit touch does to the plate, without and with tension: functions that move with it.
 
-g is the linear answer of the plate, and carries what is singular under the touch. Under large
-loads the plate around the touch is stretched, and the answer narrows to the length √(D/T) of its
+g is the linear solution of the plate, and carries what is singular under the touch. Under large
+loads the plate around the touch is stretched, and the solution narrows to the length √(D/T) of its
 tension T. That moves with the touch, so that no few fixed shapes hold it; the differences between
-the answers of a plate under even tension and of the plate without do.
+the solutions of a plate under even tension and of the plate without do.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from fe.elements.factor import Factor, factor
 from fe.elements.functional import derivative
 from fe.reduced.karman import Karman
 
-# Tensions times b²/D of the shorter side b: the answer narrows to b/8 and b/26. Between one
+# Tensions times b²/D of the shorter side b: the solution narrows to b/8 and b/26. Between one
 # deflection and ten thicknesses they cover what the middle of a held plate carries.
 _TENSIONS = (66.0, 664.0)
 
@@ -39,7 +39,7 @@ class TouchShapes:
     factors: tuple[Factor, ...]
 
     def solve(self, loads: F64) -> F64:
-        """Answers g, h_1, ... to generalised loads.
+        """Solutions g, h_1, ... under generalised loads.
 
         The operator is symmetric, so that the same solves read a functional of all of them for a
         touch at any place.
@@ -56,8 +56,8 @@ class TouchShapes:
         right = loads[free]
         plain, *tense = (f.solve(right.reshape(-1, right.shape[2])) for f in self.factors)
         values = np.zeros((*loads.shape, len(self.factors)))
-        answers = np.stack([plain, *(answer - plain for answer in tense)], axis=-1)
-        values[free] = answers.reshape(*right.shape, -1)
+        solutions = np.stack([plain, *(solution - plain for solution in tense)], axis=-1)
+        values[free] = solutions.reshape(*right.shape, -1)
         return values
 
     def at(self, xy: F64, weight: F64) -> F64:

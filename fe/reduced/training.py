@@ -50,7 +50,7 @@ class Parts(NamedTuple):
     Attributes
     ----------
     linear : (N, R) float64, mm
-        Linear answer to 1 N at the place of each touch.
+        Linear solution under 1 N at the place of each touch.
     rest : (N, S) float64
         What the functions that move with the touches leave of each state, in parts of the root of
         twice the bending energy of the state less its linear part.

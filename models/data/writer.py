@@ -46,7 +46,7 @@ class DatasetFile:
 
     def fill(
         self,
-        answer: Simulator,
+        simulator: Simulator,
         progress: Callable[[int, int], object] | None = None,
         each: Map = map,
     ) -> None:
@@ -54,7 +54,7 @@ class DatasetFile:
 
         Parameters
         ----------
-        answer
+        simulator
             From touches to the strain of the gauges.
         progress
             Called with the rows done and their number.
@@ -71,9 +71,9 @@ class DatasetFile:
         size = BLOCK * self.plan.copies
         first = -(-self.found // size)
         if first:
-            self._check_again(answer, first - 1)
+            self._check_again(simulator, first - 1)
         missing = range(first, self.plan.blocks)
-        computed = each(partial(_compute, self.plan, answer), missing)
+        computed = each(partial(_compute, self.plan, simulator), missing)
         for block, (touches, strain) in zip(missing, computed, strict=True):
             with _sentence(self.path):
                 self._put(block, touches, strain)
@@ -90,10 +90,10 @@ class DatasetFile:
             file.flush()
             self.places["done"].put(file, 0, np.array([row + len(touches)]))
 
-    def _check_again(self, answer: Simulator, block: int) -> None:
+    def _check_again(self, simulator: Simulator, block: int) -> None:
         """Refuse to go on where a block that is there would not come out again."""
         there = self.places["sums"].map(self.path)[block]
-        if checksum(*_compute(self.plan, answer, block)) != there:
+        if checksum(*_compute(self.plan, simulator, block)) != there:
             raise _other_version(self.path)
 
 
@@ -102,7 +102,7 @@ def begin_dataset(
 ) -> DatasetFile:
     """Lay out the file of a data set, or open the one that an earlier run began.
 
-    The same arguments and answers make the same bytes, whether a run was cut off or not, as long as
+    The same arguments and results make the same bytes, whether a run was cut off or not, as long as
     NumPy and HDF5 are the same.
 
     Parameters
@@ -153,11 +153,11 @@ def _shapes(plan: SamplingPlan, gauges: int) -> dict[str, tuple[tuple[int, ...],
 
 
 def _compute(
-    plan: SamplingPlan, answer: Simulator, block: int
+    plan: SamplingPlan, simulator: Simulator, block: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
     # Single precision, 6e-8, is far finer than any mesh or gauge, and halves the file.
     touches = plan.block(block)
-    return touches, np.asarray(answer(touches), np.float32)
+    return touches, np.asarray(simulator(touches), np.float32)
 
 
 @contextmanager

@@ -94,7 +94,7 @@ def gradient_energy(image: NDArray, tile: int) -> float:
 
 
 def equal_tiles(tiles: Tiles, energy: float) -> TileReference:
-    """Make a reference of a pattern that is alike in all tiles, for `see_pattern`, without image.
+    """Make a reference, without image, of a pattern that is alike in all tiles.
 
     Parameters
     ----------

@@ -186,7 +186,7 @@ def _drifts_seen(
 def _nearer(
     modes: fe.Modes, camera: synthetic.AnyCamera, height: float, px: NDArray, skirt: float
 ) -> NDArray[np.float64]:
-    """Share of its distance by which every mode brings the plate nearer at pixels, (N, K)."""
+    """Fraction of its distance by which every mode brings the plate nearer at pixels, (N, K)."""
     nearer = np.zeros((len(px), len(modes.stiffness)))
     if isinstance(camera, synthetic.Camera):
         inside, places = _near_plate(modes.plate, camera, height, px, skirt)

@@ -1,7 +1,7 @@
 """Forward models: what touches do to a measurement whose noise is white with variance 1.
 
 A solver asks a forward model for the measurement and its derivatives and does not know what was
-measured or which theory of plates answers.
+measured or which theory of plates predicts it.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What answers for a plate: touches in, the strain of its gauges out.
+"""Simulated measurements of a plate: touches in, the strain of its gauges out.
 
 Data sets are written from any function of this kind: by superposition where touches are small, of
 the strain of the plate or of what a camera makes of it, and by a theory of large deflections where
@@ -23,7 +23,7 @@ def superpose(
     unit: Callable[[NDArray[np.float64]], NDArray[np.float64]],
     before: NDArray[np.float64] | float = 0.0,
 ) -> Simulator:
-    """Return the answer of linear theory: strains of single touches add, each times its force.
+    """Return the simulator of linear theory: strains of single touches add, each times its force.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def read_modes(
 
 
 def large_deflection(gauges: fe.ReducedReadings, radius: float = 0.0) -> Simulator:
-    """Return the answer of a reduced plate: large touches do not add, each sample is solved for.
+    """Return the simulator of a reduced plate: large touches do not add, each sample is solved for.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def large_deflection(gauges: fe.ReducedReadings, radius: float = 0.0) -> Simulat
     Raises
     ------
     ValueError
-        By the answer, for touches under which the reduced plate cannot be trusted.
+        By the simulator, for touches under which the reduced plate cannot be trusted.
     """
 
     def strain(touches: NDArray[np.float64]) -> NDArray[np.float64]:

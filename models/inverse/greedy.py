@@ -28,7 +28,7 @@ from models.inverse.prior import Prior
 GAIN = 25.0
 COARSE = 0.01  # of χ², which a step must gain while touches are still missing
 HOPE = 0.5  # of the fall of χ² wanted, which a candidate of the grid must promise
-CLEAR = 10.0  # times `GAIN`: no doubt that a touch is there
+CLEAR = 10.0  # times `GAIN`: a touch is there for sure
 UNUSUAL = 6.0  # standard deviations of χ² above its mean: the fit does not explain the measurement
 
 
@@ -167,8 +167,8 @@ def _one_more(problem: CountProblem, fit: Fit) -> Fit | None:
 
     A candidate of the grid that promises less than `HOPE` of that is not worth a fit: between the
     candidates a touch is worth little more than on the best of them. It begins with the force that
-    it would have if the others gave way; where that gets stuck, with what it would explain alone:
-    next to nothing where others have taken its part, and so free to slide.
+    it would have if the others gave way; where that leads no further, with what it would explain
+    alone: next to nothing where others have taken its part, and so free to slide.
     """
     index, gain, force = problem.candidates.best(fit.residual, fit.jacobian)
     if gain <= HOPE * problem.min_fall:

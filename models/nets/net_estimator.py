@@ -1,8 +1,9 @@
 """One touch as a net reports it from strains of gauges: is it there, where, how hard and how sure.
 
-A net of places answers whatever it is fed. The forward model of the same strains says by how hard a
-touch at that place they are explained best, and whether that is more than their noise. What the net
-adds to the noise is its own error, which is known where nothing but a touch is in the strains.
+A net of places gives a place whatever it is fed. The forward model of the same strains says by how
+hard a touch at that place they are explained best, and whether that is more than their noise. What
+the net adds to the noise is its own error, which is known where nothing but a touch is in the
+strains.
 """
 
 from __future__ import annotations

@@ -35,7 +35,7 @@ class TouchScore:
     force_error : float, N
         Mean absolute difference.
     inside : (float, float, float)
-        Shares of the errors of x, y and F inside 1, 2 and 3 stated standard deviations.
+        Fractions of the errors of x, y and F inside 1, 2 and 3 stated standard deviations.
     """
 
     force: tuple[float, float]

@@ -229,7 +229,7 @@ def test_strain_of_the_face_is_the_derivative_of_its_displacement():
     np.testing.assert_allclose(state.strain(xy), truth, atol=3e-3 * np.abs(truth).max())
 
 
-def test_exchanging_the_axes_exchanges_the_answer():
+def test_exchanging_the_axes_exchanges_the_solution():
     turned = fe.Plate((100.0, 150.0), 2.0, 3000.0, 0.38)
     xy = np.array([[12.0, 81.0], [75.0, 3.0], [140.0, 99.0]])
     one = SMALL.deflect([fe.Touch(31.0, 77.0, 3.0)])

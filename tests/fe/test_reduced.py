@@ -232,7 +232,7 @@ def test_arrays_bring_it_back(clamped):
         fe.Reduced.from_arrays(arrays)
 
 
-def test_an_answer_says_what_it_is_worth(clamped):
+def test_a_result_says_what_it_is_worth(clamped):
     def said(x, y, force):
         state = clamped.solve([fe.Touch(x, y, force)])
         assert clamped.gauges(GAUGES).read([[x, y]], [force]).result is state.result

@@ -27,11 +27,11 @@ def run(path, stop=0):
     rng = np.random.default_rng(0)
     data = Dataset(rng.normal(size=(40, 6)), rng.uniform(0.0, 50.0, (40, 2)))
     began = []
-    def tell(epoch, loss):
+    def progress(epoch, loss):
         began.append(epoch)
         if epoch == stop:
             os.kill(os.getpid(), signal.SIGKILL)
-    trained = train_net(data, data, NetOptions((8,)), Recipe(60, 1e-2, check=7), rng, tell,
+    trained = train_net(data, data, NetOptions((8,)), Recipe(60, 1e-2, check=7), rng, progress,
                     batches=shuffled_batches(data, 16, np.random.default_rng(1)),
                     checkpoint=Checkpoint(Path(path), every=10))
     return trained, began[0]
@@ -62,8 +62,8 @@ def test_the_checkpoint_of_another_training_is_not_gone_on_from(tmp_path):
     data = Dataset(np.eye(4), np.ones((4, 2)))
     epochs = []
     rng = np.random.default_rng(0)
-    tell = lambda epoch, loss: epochs.append(epoch)  # noqa: E731
-    train_net(data, data, NetOptions((3,)), Recipe(3), rng, tell, checkpoint=checkpoint)
+    progress = lambda epoch, loss: epochs.append(epoch)  # noqa: E731
+    train_net(data, data, NetOptions((3,)), Recipe(3), rng, progress, checkpoint=checkpoint)
     assert epochs == [1, 2, 3]
 
 

@@ -29,12 +29,12 @@ def unit(xy):
     return np.stack([np.exp(-r2 / 900), away[..., 0] / (50 + r2), away[..., 1] / 60], axis=2)
 
 
-ANSWER = superpose(unit)
+SIMULATOR = superpose(unit)
 
 
-def write(path, plan=PLAN, answer=ANSWER, about=ABOUT, progress=None):
+def write(path, plan=PLAN, simulator=SIMULATOR, about=ABOUT, progress=None):
     file = begin_dataset(path, plan, GAUGES, about)
-    file.fill(answer, progress)
+    file.fill(simulator, progress)
     return file.found
 
 
@@ -84,12 +84,12 @@ def test_a_run_that_was_cut_off_goes_on_to_the_same_bytes(whole, tmp_path, after
 def test_only_what_is_missing_is_computed(tmp_path):
     path, asked = tmp_path / "set.h5", []
 
-    def answer(touches):
+    def counted(touches):
         asked.append(len(touches))
-        return ANSWER(touches)
+        return SIMULATOR(touches)
 
     cut_off(path, 2 * BLOCK)
-    write(path, answer=answer)
+    write(path, simulator=counted)
     assert asked == [BLOCK, BLOCK, 1000]  # the last block that was there, to see that it is so
     assert write(path) == PLAN.rows
 
@@ -104,9 +104,9 @@ def test_a_run_that_was_killed_goes_on_to_the_same_bytes(whole, tmp_path, delay)
         "import importlib.util, sys, time\n"
         f"spec = importlib.util.spec_from_file_location('t', {__file__!r})\n"
         "t = importlib.util.module_from_spec(spec); spec.loader.exec_module(t)\n"
-        "def slow(touches):\n    time.sleep(0.1); return t.ANSWER(touches)\n"
+        "def slow(touches):\n    time.sleep(0.1); return t.SIMULATOR(touches)\n"
         "print('ready', flush=True)\n"
-        f"t.write({str(path)!r}, answer=slow)\n"
+        f"t.write({str(path)!r}, simulator=slow)\n"
     )
     with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE) as process:
         process.stdout.readline()
@@ -125,7 +125,7 @@ def test_a_run_that_was_killed_goes_on_to_the_same_bytes(whole, tmp_path, delay)
 def test_the_strain_before_any_touch_is_added_to_each_sample():
     before = np.arange(12.0).reshape(4, 3)
     touches = PLAN.block(0)[:5]
-    added = superpose(unit, before)(touches) - ANSWER(touches)
+    added = superpose(unit, before)(touches) - SIMULATOR(touches)
     np.testing.assert_allclose(added, np.tile(before, (5, 1, 1)), atol=1e-12)
 
 
@@ -138,7 +138,7 @@ def test_batches_hold_every_row_once_in_random_order(whole):
     order, expected = np.lexsort(rows.T), np.lexsort(data.touches.reshape(-1, 6).T)
     np.testing.assert_array_equal(rows[order], data.touches.reshape(-1, 6)[expected])
     strain, touches = batches[2]
-    np.testing.assert_allclose(strain, ANSWER(touches), rtol=1e-6, atol=1e-7)
+    np.testing.assert_allclose(strain, SIMULATOR(touches), rtol=1e-6, atol=1e-7)
 
 
 def test_reading_takes_no_memory_until_rows_are_asked_for(whole):
@@ -163,7 +163,7 @@ def test_another_plan_is_not_mixed_into_a_file(whole, tmp_path):
     with pytest.raises(ValueError, match=r"begun with scene.dataset.seed = 7, got 8; delete it"):
         write(path, about=other)
     with pytest.raises(ValueError, match="begun by another version of this program"):
-        write(path, answer=lambda touches: 1.01 * ANSWER(touches))
+        write(path, simulator=lambda touches: 1.01 * SIMULATOR(touches))
     assert path.read_bytes() == whole.read_bytes()
 
 

@@ -104,7 +104,7 @@ def test_the_error_of_the_net_is_that_without_noise_around_the_touch(bench):
     np.testing.assert_allclose(reported.covariance[:2, :2], near.T @ near / 9, rtol=0.5)
 
 
-def test_the_jacobian_says_how_the_answer_moves(bench):
+def test_the_jacobian_says_how_the_estimate_moves(bench):
     strain = bench.seen.strain(np.array([[50.0, 40.0]])).ravel()
     rng = np.random.default_rng(0)
     small = 1e-3 * np.abs(strain).mean() * rng.standard_normal(len(strain))

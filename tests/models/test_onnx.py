@@ -1,4 +1,4 @@
-"""Exported nets answer as ours, in an independent runtime."""
+"""Exported nets predict as ours, in an independent runtime."""
 
 import numpy as np
 import onnxruntime
