@@ -49,6 +49,7 @@ from .plate.plate import (
     Plate as Plate,
     Touch as Touch,
 )
+from .plate.shape import Shape as Shape
 from .reduced import (
     LargeState as LargeState,
     Reduced as Reduced,

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from fe.elements.mesh import Mesh
-from fe.plate.edges import Edges, Springs, edge_of
+from fe.plate.edges import Edges, Springs, edge_of, taper_of
 from fe.plate.plate import Patch, Plate
+from fe.plate.shape import Shape
 
 _SIDES = ("west", "east", "south", "north")
 
@@ -21,6 +22,9 @@ def store(plate: Plate, mesh: Mesh, **arrays: Any) -> dict[str, np.ndarray]:
     return {
         "plate": np.array(numbers),
         "edges": np.array([getattr(plate.sides, side).springs for side in _SIDES]),
+        "tapers": np.array([taper_of(getattr(plate.sides, side)) for side in _SIDES]),
+        "tension": np.array(plate.tension),
+        **_shape_arrays(plate.shape),
         "patches": np.array(patches, dtype=np.float64).reshape(-1, 6),
         "counts": np.array(mesh.counts),
         "breaks_x": np.array(mesh.breaks[0], dtype=np.float64),
@@ -32,6 +36,8 @@ def store(plate: Plate, mesh: Mesh, **arrays: Any) -> dict[str, np.ndarray]:
 def restore(arrays: Mapping[str, np.ndarray], *names: str) -> tuple[Plate, Mesh, list[np.ndarray]]:
     """Return plate, mesh and the named arrays that `store` wrote.
 
+    Of plates stored without tapers, tension and shape there are none.
+
     Raises
     ------
     ValueError
@@ -40,13 +46,34 @@ def restore(arrays: Mapping[str, np.ndarray], *names: str) -> tuple[Plate, Mesh,
     found = [_array(arrays, name) for name in names]
     numbers, counts = _shaped(arrays, "plate", (5,)), _shaped(arrays, "counts", (2,))
     springs, patches = _shaped(arrays, "edges", (4, 3)), _shaped(arrays, "patches", (None, 6))
-    sides = [edge_of(Springs(*map(float, row))) for row in springs]
+    optional = {"tapers": np.zeros((4, 3)), "tension": np.zeros(3), **arrays}
+    tapers, tension = _shaped(optional, "tapers", (4, 3)), _shaped(optional, "tension", (3,))
+    sides = [
+        edge_of(Springs(*held), Springs(*uneven))
+        for held, uneven in zip(springs.tolist(), tapers.tolist(), strict=True)
+    ]
     edges = sides[0] if sides == sides[:1] * 4 else Edges(*sides)
     a, b, thickness, young, poisson = (float(v) for v in numbers)
     parts = tuple(_patch(row) for row in patches.tolist())
-    plate = Plate((a, b), thickness, young, poisson, edges, parts)
+    rest = tuple(tension.tolist()), _shape(arrays)
+    plate = Plate((a, b), thickness, young, poisson, edges, parts, *rest)
     breaks = tuple(_array(arrays, "breaks_x")), tuple(_array(arrays, "breaks_y"))
     return plate, Mesh(plate.size, (int(counts[0]), int(counts[1])), breaks), found
+
+
+def _shape_arrays(shape: Shape | None) -> dict[str, np.ndarray]:
+    """Arrays of a shape; none of a flat plate."""
+    if shape is None:
+        return {}
+    return {"sag": np.array(shape.sag), "shape_modes": np.array(shape.modes)}
+
+
+def _shape(arrays: Mapping[str, np.ndarray]) -> Shape | None:
+    if "sag" not in arrays:
+        return None
+    return Shape(
+        float(_shaped(arrays, "sag", ())), tuple(map(tuple, _array(arrays, "shape_modes")))
+    )
 
 
 def _patch(row: list[float]) -> Patch:

@@ -6,10 +6,13 @@ Every kind of edge says the same three numbers, so that no solver needs to know 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from math import inf, isnan
+from math import inf, isinf, isnan
 from typing import Literal, NamedTuple
 
-from fe.plate.checks import number, short
+import numpy as np
+from numpy.typing import ArrayLike
+
+from fe.plate.checks import array, number, short
 
 
 class Springs(NamedTuple):
@@ -28,6 +31,10 @@ class Springs(NamedTuple):
     deflection: float
     rotation: float
     membrane: float
+
+
+EVEN = Springs(0.0, 0.0, 0.0)
+"""Taper of an edge whose springs are alike along it."""
 
 
 @dataclass(frozen=True)
@@ -73,18 +80,24 @@ class Elastic:
     Attributes
     ----------
     deflection, rotation, membrane : float
-        See `Springs`; 0 where nothing holds, `math.inf` where the edge cannot give.
+        See `Springs`; 0 where nothing holds, `math.inf` where the edge cannot give. In the middle
+        of the edge, if there is a taper.
+    taper : float or three of them
+        How unevenly it gives: the compliance 1/k of a spring is (1 + taper s) times that in the
+        middle, with s from -1 at the end of the smaller coordinate to 1 at the other. One number
+        for all springs, or one for each in their order. A spring of 0 or inf is so all along.
 
     Raises
     ------
     ValueError
-        A stiffness is negative or not a number.
+        A stiffness is negative or not a number, or a compliance does not stay positive.
     """
 
     deflection: float
     rotation: float
     membrane: float = 0.0
     kind: Literal["elastic"] = "elastic"
+    taper: float | tuple[float, float, float] = EVEN
 
     def __post_init__(self) -> None:
         for name, value, unit in zip(
@@ -97,6 +110,7 @@ class Elastic:
                     f"{name} spring of an edge must be 0 or more, got {value:g} {unit}; "
                     "write 0 for none and inf for a rigid one"
                 )
+        object.__setattr__(self, "taper", _taper(self.taper))
 
     @property
     def springs(self) -> Springs:
@@ -142,12 +156,53 @@ class Edges:
         return ", ".join(f"{field.name} {getattr(self, field.name).kind}" for field in fields(self))
 
 
-def edge_of(springs: Springs) -> Edge:
+def taper_of(edge: Edge) -> Springs:
+    """How unevenly each spring of an edge gives, see `Elastic`; 0 where it is none or rigid."""
+    if not isinstance(edge, Elastic):
+        return EVEN
+    each = zip(edge.springs, _taper(edge.taper), strict=True)
+    return Springs(*(0.0 if spring == 0 or isinf(spring) else taper for spring, taper in each))
+
+
+def part_of(edge: Edge, low: float, high: float) -> Edge:
+    """Edge along a part of an edge, from s = low to high of -1 to 1.
+
+    A compliance that is linear along the whole is so along the part.
+    """
+    if not isinstance(edge, Elastic):
+        return edge
+    middle, half, taper = 0.5 * (low + high), 0.5 * (high - low), taper_of(edge)
+    there = [1.0 + t * middle for t in taper]
+    springs = (k / c for k, c in zip(edge.springs, there, strict=True))
+    return Elastic(
+        *springs, taper=Springs(*(t * half / c for t, c in zip(taper, there, strict=True)))
+    )
+
+
+def edge_of(springs: Springs, taper: Springs = EVEN) -> Edge:
     """Edge that has these springs, under its plainest name."""
     for plain in (Clamped(), Supported(), Free()):
         if plain.springs == springs:
             return plain
-    return Elastic(*springs)
+    return Elastic(*springs, taper=taper)
+
+
+def _taper(given: ArrayLike) -> Springs:
+    """Three tapers of one number or of three, each checked."""
+    values = array(given, "taper of an edge", "parts of 1")
+    if values.shape not in ((1,), (len(Springs._fields),)):
+        raise ValueError(
+            f"taper of an edge must be one number or three, got {short(given)}; give those of "
+            "deflection, rotation and membrane"
+        )
+    tapers = Springs(*np.broadcast_to(values, len(Springs._fields)).tolist())
+    for name, taper in zip(Springs._fields, tapers, strict=True):
+        if not abs(taper) < 1.0:
+            raise ValueError(
+                f"taper of the {name} spring must lie between -1 and 1, where its compliance stays "
+                f"positive along the edge, got {taper:g}"
+            )
+    return tapers
 
 
 def check_edge(edge: object, name: str) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 
 import numpy as np
@@ -11,11 +11,18 @@ from numpy.typing import ArrayLike
 from fe.arrays import F64, Mask
 from fe.plate.checks import array, number, positive, short
 from fe.plate.edges import Clamped, Edge, Edges, check_edge, check_held
+from fe.plate.shape import Shape
 
 # A point this far outside, in parts of the side, is on the edge but for rounding.
 _ROUNDING = 1e-9
 
 _ALL_CLAMPED = Clamped()
+
+# A shape is shallow up to this slope: lengths and areas in the plane of the frame are then those
+# of the surface but for the square of it, 1 %.
+_STEEPEST = 0.1
+# Places along each side at which its slope is looked at.
+_LOOKS = np.linspace(0.0, 1.0, 65)
 
 
 @dataclass(frozen=True)
@@ -94,9 +101,10 @@ class Patch:
 
 @dataclass(frozen=True)
 class Plate:
-    """A flat rectangular plate of one isotropic material.
+    """A rectangular plate of one isotropic material, flat and free of stress unless said.
 
     The frame has its origin in a corner, x and y in the plate and z out of the touched face.
+    Tension and shape are those at rest, before any touch; what is computed starts from there.
 
     Attributes
     ----------
@@ -112,12 +120,19 @@ class Plate:
         How the edges are held: all alike, or each in its own way.
     patches : sequence of Patch
         Where thickness and modulus differ; a later one covers an earlier one.
+    tension : tuple of float
+        Resultants Nxx, Nyy, Nxy in the plane at rest, N/mm, even over the plate; negative where
+        it is pressed together. A plate warmer by ΔT than a rigid frame has
+        Nxx = Nyy = -E h α ΔT / (1 - ν). Where an edge is free they pull on it as a dead load.
+    shape : Shape, optional
+        How the middle surface lies at rest; flat if left out.
 
     Raises
     ------
     ValueError
         A length or the modulus is not positive, Poisson's ratio does not lie between -1 and 0.5,
-        the edges do not hold the plate, or a patch leaves it.
+        the edges do not hold the plate, a patch leaves it, the tension is not three finite
+        numbers, or the shape is not shallow.
     """
 
     size: tuple[float, float]
@@ -126,6 +141,8 @@ class Plate:
     poisson: float
     edges: Edge | Edges = _ALL_CLAMPED
     patches: tuple[Patch, ...] = ()
+    tension: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    shape: Shape | None = None
 
     def __post_init__(self) -> None:
         a, b = _pair(self.size, "plate size", "two sides")
@@ -145,6 +162,9 @@ class Plate:
         object.__setattr__(self, "patches", tuple(self.patches))
         for patch in self.patches:
             self._check_patch(patch)
+        object.__setattr__(self, "tension", _tension(self.tension))
+        if self.shape is not None:
+            self._check_shape(self.shape)
 
     def _check_patch(self, patch: Patch) -> None:
         for name, (low, high), side in zip("xy", (patch.x, patch.y), self.size, strict=True):
@@ -153,6 +173,23 @@ class Plate:
                     f"patch must lie on the plate, {name} from 0 to {side:g} mm, "
                     f"got {low:g} to {high:g} mm"
                 )
+
+    def _check_shape(self, shape: object) -> None:
+        if not isinstance(shape, Shape):
+            raise ValueError(f"plate shape must be Shape(...) or None, got {short(shape)}")
+        x, y = (_LOOKS * side for side in self.size)
+        along, across = (shape.on_grid(self.size, x, y, p, 1 - p) for p in (1, 0))
+        steepest = float(np.hypot(along, across).max())
+        if steepest > _STEEPEST:
+            raise ValueError(
+                f"shape of a plate must be shallow, slopes up to {_STEEPEST:g}, got "
+                f"{steepest:.3g}; bend it by its base"
+            )
+
+    @property
+    def flat(self) -> Plate:
+        """The same plate without its shape."""
+        return self if self.shape is None else replace(self, shape=None)
 
     @property
     def sides(self) -> Edges:
@@ -229,6 +266,16 @@ def _pair(values: ArrayLike, name: str, what: str) -> tuple[float, float]:
     if pair.shape != (2,):
         raise ValueError(f"{name} must be {what} in mm, got {short(values)}")
     return float(pair[0]), float(pair[1])
+
+
+def _tension(values: ArrayLike) -> tuple[float, float, float]:
+    tension = array(values, "plate tension", "N/mm")
+    if tension.shape != (3,) or not np.isfinite(tension).all():
+        raise ValueError(
+            f"plate tension must be three finite numbers Nxx, Nyy, Nxy in N/mm, got {short(values)}"
+        )
+    xx, yy, xy = tension.tolist()
+    return xx, yy, xy
 
 
 def _within(x: F64, span: tuple[float, float], side: float) -> Mask:
