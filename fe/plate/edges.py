@@ -173,10 +173,9 @@ def part_of(edge: Edge, low: float, high: float) -> Edge:
         return edge
     middle, half, taper = 0.5 * (low + high), 0.5 * (high - low), taper_of(edge)
     there = [1.0 + t * middle for t in taper]
-    springs = (k / c for k, c in zip(edge.springs, there, strict=True))
-    return Elastic(
-        *springs, taper=Springs(*(t * half / c for t, c in zip(taper, there, strict=True)))
-    )
+    deflection, rotation, membrane = (k / c for k, c in zip(edge.springs, there, strict=True))
+    tapers = Springs(*(t * half / c for t, c in zip(taper, there, strict=True)))
+    return Elastic(deflection, rotation, membrane, taper=tapers)
 
 
 def edge_of(springs: Springs, taper: Springs = EVEN) -> Edge:
