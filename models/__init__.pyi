@@ -117,7 +117,10 @@ from .nets.net import (
     NetOptions as NetOptions,
     predict as predict,
 )
-from .nets.net_estimator import NetEstimate as NetEstimate, estimate_touch as estimate_touch
+from .nets.net_estimator import (
+    NetTouchEstimator as NetTouchEstimator,
+    prepare_net_estimator as prepare_net_estimator,
+)
 from .nets.onnx import write_onnx as write_onnx
 from .nets.set_encoding import permutation_invariant_loss as permutation_invariant_loss
 from .nets.store import (

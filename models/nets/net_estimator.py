@@ -27,7 +27,7 @@ NEAR = 9
 
 
 @dataclass(frozen=True, eq=False)
-class NetEstimate:
+class NetTouchEstimator:
     """A net of one touch, and what is known of the strains that it is fed.
 
     Attributes
@@ -93,9 +93,9 @@ class NetEstimate:
         return self.off[np.argsort(np.sum((self.places - place) ** 2, axis=1))[:NEAR]]
 
 
-def estimate_touch(
+def prepare_net_estimator(
     net: Net, seen: CameraGauges, root: NDArray[np.float64], places: NDArray, steps: int = 0
-) -> NetEstimate:
+) -> NetTouchEstimator:
     """Prepare a net for strains that a camera sees.
 
     Parameters
@@ -122,7 +122,9 @@ def estimate_touch(
             " without [dataset]"
         )
     white = seen.white(root)
-    return NetEstimate(net, white.towards, white.forward, root, places, reported - places, steps)
+    return NetTouchEstimator(
+        net, white.towards, white.forward, root, places, reported - places, steps
+    )
 
 
 def jacobian(net: Net, strain: NDArray[np.float64]) -> NDArray[np.float64]:

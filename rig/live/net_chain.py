@@ -20,10 +20,10 @@ from models import (
     CameraGauges,
     Estimate,
     Net,
-    NetEstimate,
-    estimate_touch,
+    NetTouchEstimator,
     load_net,
     prepare_camera_gauges,
+    prepare_net_estimator,
 )
 from rig.live.baseline import ReferenceFrame
 from rig.live.chain import NO_ESTIMATE, Chain, FrameEstimate
@@ -78,7 +78,7 @@ class NetChain:
 
     reference: dic.Reference
     readings: CameraGauges
-    touch: NetEstimate
+    touch: NetTouchEstimator
     tiles: NDArray[np.int64]
 
     def estimate(
@@ -182,5 +182,5 @@ def prepare_net(
     sides = (np.linspace(plan.margin, side - plan.margin, PLACES) for side in (a, b))
     places = np.stack(np.meshgrid(*sides), axis=-1).reshape(-1, 2)
     apart = np.abs(readings.gauges.xy[:, None] - motions.tiles.xy).max(axis=2)
-    touch = estimate_touch(plan.net, readings, root, places, plan.steps)
+    touch = prepare_net_estimator(plan.net, readings, root, places, plan.steps)
     return NetChain(gauges, readings, touch, apart.argmin(axis=1))

@@ -18,7 +18,15 @@ from rig.training.plan import training_plan
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from models import Dataset, ErrorMap, LinearForward, Net, NetEstimate, TouchPairs, TouchScore
+    from models import (
+        Dataset,
+        ErrorMap,
+        LinearForward,
+        Net,
+        NetTouchEstimator,
+        TouchPairs,
+        TouchScore,
+    )
 
 SAMPLES = 500
 """Touches of a test set with noise of which a net says how sure it is, and as many empty ones."""
@@ -179,15 +187,15 @@ def _judge_noisy(
     return pairs, *score_touches(pairs, _bound(noise.forward, truth))
 
 
-def _estimator(net: Net, noise: TrainingNoise) -> NetEstimate:
+def _estimator(net: Net, noise: TrainingNoise) -> NetTouchEstimator:
     """Return a net that says how sure it is, from the error that it makes without noise."""
-    from models import NetEstimate, predict
+    from models import NetTouchEstimator, predict
 
     clear, places = noise.pool.strain[:CLEAR], noise.pool.targets[:CLEAR]
     off = np.asarray(predict(net, clear) - places, np.float64)
     alone = isinstance(noise.root, float)
     root = noise.root * np.eye(clear.shape[1]) if alone else np.asarray(noise.root, np.float64)
-    return NetEstimate(net, noise.towards, noise.forward, root, places, off)
+    return NetTouchEstimator(net, noise.towards, noise.forward, root, places, off)
 
 
 def _bound(forward: LinearForward, touches: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ from models.data.dataset import Dataset, grid_places, random_places
 from models.estimate import Result
 from models.forward.camera_gauges import prepare_camera_gauges
 from models.nets import net
-from models.nets.net_estimator import NetEstimate, estimate_touch, jacobian
+from models.nets.net_estimator import NetTouchEstimator, jacobian, prepare_net_estimator
 from models.nets.recipe import Recipe
 from models.nets.train import train_net
 
@@ -44,7 +44,7 @@ def bench():
 def reported(bench, steps, force=FORCE, count=300):
     """Return estimates of touches of a force in noise, and the true places."""
     rng = np.random.default_rng(2)
-    estimator = estimate_touch(bench.net, bench.seen, bench.root, bench.around, steps)
+    estimator = prepare_net_estimator(bench.net, bench.seen, bench.root, bench.around, steps)
     places = random_places(SIZE, 20.0, count, rng)
     clear = force * bench.seen.strain(places).reshape(count, -1)
     noise = rng.standard_normal(clear.shape) @ bench.root.T
@@ -83,7 +83,7 @@ def test_a_net_that_points_off_the_plate_reports_no_touch(bench, steps):
     """Its place is put on the clamped edge, where no touch strains the plate."""
     *hidden, (weights, biases) = bench.net.layers
     wrong = replace(bench.net, layers=(*hidden, (weights, biases + 1e4)))
-    estimator = estimate_touch(wrong, bench.seen, bench.root, bench.around, steps)
+    estimator = prepare_net_estimator(wrong, bench.seen, bench.root, bench.around, steps)
     strain = FORCE * bench.seen.strain(np.array([[50.0, 40.0]]))[0]
     assert estimator.fit(strain).result is Result.NO_TOUCH
 
@@ -96,7 +96,7 @@ def test_the_strains_fit_where_the_net_is_a_little_off(bench):
 
 def test_the_error_of_the_net_is_that_without_noise_around_the_touch(bench):
     quiet = 1e-6 * bench.root
-    estimator = estimate_touch(bench.net, bench.seen, quiet, bench.around)
+    estimator = prepare_net_estimator(bench.net, bench.seen, quiet, bench.around)
     off = net.predict(bench.net, bench.seen.strain(bench.around).reshape(64, -1)) - bench.around
     here = bench.around[5]
     near = off[np.argsort(np.linalg.norm(bench.around - here, axis=1))[:9]]
@@ -122,10 +122,10 @@ def test_a_net_of_two_touches_is_refused(bench):
     layers = net.initial((bench.seen.of_modes.shape[0] * 3, 4), np.random.default_rng(0))
     pair = net.Net(net.NetOptions(()), bench.net.scaling, layers)
     with pytest.raises(ValueError, match="x and y of one touch, got 4 numbers; train one without"):
-        estimate_touch(pair, bench.seen, bench.root, bench.around)
+        prepare_net_estimator(pair, bench.seen, bench.root, bench.around)
 
 
 def test_it_is_plain_data(bench):
-    estimator = estimate_touch(bench.net, bench.seen, bench.root, bench.around)
-    assert isinstance(estimator, NetEstimate)
+    estimator = prepare_net_estimator(bench.net, bench.seen, bench.root, bench.around)
+    assert isinstance(estimator, NetTouchEstimator)
     assert estimator.steps == 0
