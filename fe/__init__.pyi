@@ -10,6 +10,7 @@ from .elements.mesh import (
     grid as grid,
 )
 from .linear.adjoint import Adjoint as Adjoint
+from .linear.buckling import buckling_factor as buckling_factor
 from .linear.compliances import compliance as compliance
 from .linear.gauge_influence import (
     Influence as Influence,

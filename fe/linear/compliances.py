@@ -20,7 +20,7 @@ from fe.elements.line import Line
 from fe.elements.mesh import Mesh
 from fe.linear.energy import stiffness
 from fe.linear.linear import Linear, LinearState
-from fe.plate.edges import Clamped, Edges
+from fe.plate.edges import Clamped, Edge, Edges, part_of
 from fe.plate.plate import Plate
 
 # A level reaches this many elements to each side of the touched one and cuts each in four. Two
@@ -97,15 +97,23 @@ def _window(linear: Linear, place: F64) -> _Window:
         [line.nodes[list(span)] for line, span in zip(lines, spans, strict=True)]
     ).T
     sides = [
-        edge if node in (0, lines[axis].count) else Clamped()
+        _part(edge, lines[1 - axis], spans[1 - axis])
+        if node in (0, lines[axis].count)
+        else Clamped()
         for axis, span in enumerate(spans)
         for node, edge in zip(span, plate.sides.along(axis), strict=True)
     ]
     thickness, young = (float(value[0]) for value in plate.material(place[None]))
     size = tuple((end - corner).tolist())
-    part = Plate(size, thickness, young, plate.poisson, Edges(*sides))
+    part = Plate(size, thickness, young, plate.poisson, Edges(*sides), tension=plate.tension)
     nx, ny = (_CUT * (last - first) for first, last in spans)
     return _Window(Linear(part, Mesh(size, (nx, ny))), corner)
+
+
+def _part(edge: Edge, line: Line, span: tuple[int, int]) -> Edge:
+    """Edge of the window along a part of an edge of the plate."""
+    low, high = 2.0 * line.nodes[list(span)] / line.nodes[-1] - 1.0
+    return part_of(edge, float(low), float(high))
 
 
 def _span(line: Line, x: float) -> tuple[int, int]:

@@ -1,4 +1,4 @@
-"""Bending energy of the plate and of its edges as products of integrals along the two axes."""
+"""Energy of a plate, its tension and its edges as products of integrals along the two axes."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ import numpy as np
 import scipy.sparse as sp
 
 from fe.arrays import F64, Mask
+from fe.elements.edge_gram import edge_gram
 from fe.elements.hermite import hermite, hermite_gram
 from fe.elements.line import Line
 from fe.elements.mesh import Mesh, on_elements
+from fe.plate.edges import taper_of
 from fe.plate.plate import Plate
 
 Free = tuple[Mask, Mask]
@@ -51,15 +53,30 @@ def bending_products(
     return sum(factor * kron(along_x(*x), along_y(*y)) for factor, x, y in terms)
 
 
+def tension_products(
+    tension: tuple[float, float, float],
+    along_x: _Products,
+    along_y: _Products,
+    kron: Callable[[Any, Any], Any],
+) -> Any:
+    """Matrix G of the energy wᵀ G w / 2 = 1/2 ∫ Nxx w,x² + Nyy w,y² + 2 Nxy w,x w,y dA, N/mm.
+
+    Parameters are those of `bending_products`, with the tension Nxx, Nyy, Nxy in N/mm.
+    """
+    xx, yy, xy = tension
+    terms = ((xx, (1, 1), (0, 0)), (yy, (0, 0), (1, 1)), (xy, (1, 0), (0, 1)), (xy, (0, 1), (1, 0)))
+    return sum(each * kron(along_x(*x), along_y(*y)) for each, x, y in terms)
+
+
 def stiffness(plate: Plate, mesh: Mesh, kept: Free | None = None) -> sp.csc_array:
     """Stiffness of the unknowns in the kept rows and columns of the table, N/mm.
 
-    Bending of every part of one rigidity, and the springs of elastic edges. Kept are those that
-    the edges leave `free` if left out.
+    Bending of every part of one rigidity, the tension at rest, and the springs of elastic edges.
+    Kept are those that the edges leave `free` if left out.
     """
     rows, columns = kept or free(plate, mesh)
 
-    def along(axis: int, run: tuple[int, int], keep: Mask) -> _Products:
+    def along(axis: int, keep: Mask, run: tuple[int, int] | None = None) -> _Products:
         def product(p: int, q: int) -> sp.csr_array:
             return hermite_gram(mesh.lines[axis], p, q, run)[keep][:, keep]
 
@@ -69,9 +86,12 @@ def stiffness(plate: Plate, mesh: Mesh, kept: Free | None = None) -> sp.csc_arra
     matrix = _edge_stiffness(plate, mesh, rows, columns)
     for run_x in mesh.lines[0].runs:
         for run_y in mesh.lines[1].runs:
-            parts = along(0, run_x, rows), along(1, run_y, columns)
+            parts = along(0, rows, run_x), along(1, columns, run_y)
             part = bending_products(plate.poisson, *parts, sp.kron)
             matrix = matrix + rigidity[run_x[0], run_y[0]] * part
+    if any(plate.tension):
+        whole = along(0, rows), along(1, columns)
+        matrix = matrix + tension_products(plate.tension, *whole, sp.kron)
     return sp.csc_array(matrix)
 
 
@@ -102,12 +122,14 @@ def _edge_stiffness(plate: Plate, mesh: Mesh, rows: Mask, columns: Mask) -> sp.c
     """Springs of elastic edges; a rigid one is held instead, one of no stiffness is left out."""
     matrix = sp.csr_array((rows.sum() * columns.sum(),) * 2)
     for axis, keep, other, keep_other in ((0, rows, 1, columns), (1, columns, 0, rows)):
-        along = hermite_gram(mesh.lines[other], 0, 0)[keep_other][:, keep_other]
         for end, edge in enumerate(plate.sides.along(axis)):
-            springs = edge.springs.deflection, edge.springs.rotation
-            for order, spring in enumerate(springs):
+            # The first two springs, on deflection and on slope.
+            for order, (spring, taper) in enumerate(
+                zip(edge.springs[:2], taper_of(edge)[:2], strict=True)
+            ):
                 if spring == 0 or isinf(spring):
                     continue
+                along = edge_gram(mesh.lines[other], taper)[keep_other][:, keep_other]
                 across = spring * _at_end(mesh.lines[axis], end, order)[keep][:, keep]
                 pair = (across, along) if axis == 0 else (along, across)
                 matrix = matrix + sp.kron(*pair)

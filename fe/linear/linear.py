@@ -14,6 +14,7 @@ from fe.arrays import F64, AnyArray
 from fe.elements.factor import Factor, factor
 from fe.elements.functional import derivative, recovered
 from fe.elements.mesh import Mesh, mesh_for
+from fe.linear.buckling import check_buckling
 from fe.linear.energy import free, stiffness
 from fe.linear.load import spread
 from fe.plate.plate import Plate, Touch
@@ -95,6 +96,15 @@ class LinearState:
         return derivative(self.mesh, xy, p, q).of(self.values)[:, 0]
 
 
+def check_flat(plate: Plate) -> None:
+    """Raise where a plate has a shape, which linear theory does not know."""
+    if plate.shape is not None:
+        raise ValueError(
+            f"linear theory is that of a flat plate, got {plate.shape}; use the reduced plate or "
+            "the shell"
+        )
+
+
 def height(plate: Plate, xy: F64, face: Face) -> F64:
     """Height z of a face over the middle plane at points (K, 2) mm: (K,) float64, mm.
 
@@ -112,17 +122,27 @@ def height(plate: Plate, xy: F64, face: Face) -> F64:
 class Linear:
     """A plate ready for many loads: the stiffness is factored once, at the first.
 
+    Tension at rest stiffens it. A plate with a shape stretches as soon as it deflects, which this
+    theory leaves out: it is refused.
+
     Attributes
     ----------
     plate : Plate
+        Flat.
     mesh : Mesh
         Of the size of the plate.
+
+    Raises
+    ------
+    ValueError
+        The mesh does not fit the plate, or the plate has a shape.
     """
 
     plate: Plate
     mesh: Mesh
 
     def __post_init__(self) -> None:
+        check_flat(self.plate)
         mesh_for(self.plate, self.mesh)
 
     @cached_property
@@ -132,8 +152,10 @@ class Linear:
         Raises
         ------
         ValueError
-            The edges or a patch are so soft that rounding would show in the result.
+            The edges or a patch are so soft that rounding would show in the result, or the plate
+            buckles under its tension.
         """
+        check_buckling(self.plate)
         return factor(stiffness(self.plate, self.mesh))
 
     @cached_property
@@ -190,6 +212,6 @@ def deflect(plate: Plate, touches: Sequence[Touch], mesh: Mesh | None = None) ->
     Raises
     ------
     ValueError
-        A touch lies outside the plate, or the mesh has another size.
+        A touch lies outside the plate, the mesh has another size, or the plate has a shape.
     """
     return Linear(plate, mesh_for(plate, mesh)).deflect(touches)

@@ -1,7 +1,9 @@
 """The plate in its own plane: what stretches when it deflects, and the stress that follows.
 
-With deflection w the middle surface has the strain ε(u) + ½ ∇w ∇w of von Kármán. For a given w
-the displacement u in the plane follows from a linear problem, solved here on the same elements.
+With deflection w from its shape w0 at rest the middle surface has the strain
+ε(u) + ½ ∇w ∇w + ½ (∇w0 ∇w + ∇w ∇w0) of von Kármán and Marguerre. For a given w the displacement u
+in the plane follows from a linear problem, solved here on the same elements. Strain, stress and
+displacement are those that come on top of the state at rest.
 """
 
 from __future__ import annotations
@@ -15,10 +17,12 @@ import numpy as np
 import scipy.sparse as sp
 
 from fe.arrays import F64, Mask
+from fe.elements.edge_gram import edge_gram
 from fe.elements.factor import Factor, factor
 from fe.elements.gauss import Gauss, gauss
-from fe.elements.hermite import hermite_gram
 from fe.elements.mesh import Mesh, on_elements
+from fe.elements.rise import rise
+from fe.plate.edges import taper_of
 from fe.plate.plate import Plate
 
 
@@ -111,13 +115,13 @@ class Membrane:
         unknowns = self.mesh.shape[0] * self.mesh.shape[1]
         matrix = sp.csr_array((unknowns, unknowns))
         for axis in (0, 1):
-            along = hermite_gram(self.mesh.lines[1 - axis], 0, 0)
             for edge, place in zip(self.plate.sides.along(axis), (0, -2), strict=True):
                 spring = edge.springs.membrane
                 if spring == 0 or isinf(spring):
                     continue
                 at_end = np.zeros(self.mesh.shape[axis])
                 at_end[place] = spring
+                along = edge_gram(self.mesh.lines[1 - axis], taper_of(edge).membrane)
                 across = sp.diags_array(at_end)
                 pair = (across, along) if axis == 0 else (along, across)
                 matrix = matrix + sp.kron(*pair)
@@ -129,10 +133,26 @@ class Membrane:
         exx, eyy, exy = strain
         return np.stack([c * (exx + nu * eyy), c * (eyy + nu * exx), c * (1 - nu) * exy])
 
+    @cached_property
+    def rest(self) -> tuple[F64, F64]:
+        """Slopes of the shape at rest, two (gx, gy, 1) float64."""
+        return self.gauss.slopes(rise(self.plate, self.mesh))
+
     def stretching(self, values: F64) -> F64:
-        """Strain ½ ∇w ∇w (3, gx, gy, C) of deflections (2 nx + 2, 2 ny + 2, C) mm."""
+        """Strain of deflections (2 nx + 2, 2 ny + 2, C) mm without any u: (3, gx, gy, C)."""
         slopes = self.gauss.slopes(values)
-        return stretch(slopes, slopes)
+        return stretch(slopes, self.steeper(slopes, 2.0))
+
+    def bowing(self, values: F64) -> F64:
+        """Linear part of `stretching`, that which comes from the shape at rest."""
+        return 2.0 * stretch(self.gauss.slopes(values), self.rest)
+
+    def steeper(self, slopes: tuple[F64, F64], times: float = 1.0) -> tuple[F64, F64]:
+        """Slopes of deflections and of so many times the shape at rest."""
+        if self.plate.shape is None:
+            return slopes
+        (wx, wy), (rx, ry) = slopes, self.rest
+        return wx + times * rx, wy + times * ry
 
     def relax(self, strain: F64) -> Stretched:
         """Let the plane find its balance under initial strains.

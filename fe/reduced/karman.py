@@ -1,4 +1,9 @@
-"""The whole plate of von Kármán on its mesh: the truth that the reduced plate is made from."""
+"""The whole plate of von Kármán on its mesh: the truth that the reduced plate is made from.
+
+Of a plate with a shape w0 at rest it is Marguerre's: w is the deflection from there, and the slopes
+that stretch the plate and that stress pulls at are those of w0 + w. Tension at rest stiffens it as
+it does the linear plate.
+"""
 
 from __future__ import annotations
 
@@ -14,6 +19,7 @@ from fe.arrays import F64
 from fe.elements.factor import factor
 from fe.elements.mesh import Mesh
 from fe.linear.energy import rigidities, stiffness
+from fe.linear.least_energy import least_energy
 from fe.linear.linear import Linear
 from fe.linear.membrane import Membrane, Stretched, pull, stretch
 from fe.plate.plate import Plate
@@ -57,8 +63,8 @@ class Karman:
 
     @cached_property
     def linear(self) -> Linear:
-        """The plate without stretching."""
-        return Linear(self.plate, self.mesh)
+        """The plate without stretching, and so without its shape."""
+        return Linear(self.plate.flat, self.mesh)
 
     @cached_property
     def membrane(self) -> Membrane:
@@ -67,7 +73,7 @@ class Karman:
 
     @cached_property
     def stiffness(self) -> sp.csc_array:
-        """Bending stiffness of the free unknowns, N/mm."""
+        """Stiffness of the free unknowns against bending and tension at rest, N/mm."""
         return stiffness(self.plate, self.mesh)
 
     @cached_property
@@ -76,7 +82,7 @@ class Karman:
         return rigidities(self.plate, self.mesh)
 
     def bend(self, values: F64) -> F64:
-        """Multiply deflections by K, the bending alone: tables (2 nx + 2, 2 ny + 2, C), N."""
+        """Multiply deflections by the `stiffness` alone: tables (2 nx + 2, 2 ny + 2, C), N."""
         forces = np.zeros(values.shape)
         free = values[self.linear.free]
         product = self.stiffness @ free.reshape(-1, free.shape[2])
@@ -119,24 +125,25 @@ class Karman:
         """State of a deflection, and the free forces that are out of balance, (N,)."""
         free, gauss = self.linear.free, self.membrane.gauss
         plane = self.membrane.relax(self.membrane.stretching(values))
-        forces = self.bend(values) + gauss.loads(*pull(plane.stress, gauss.slopes(values)))
+        slopes = self.membrane.steeper(gauss.slopes(values))
+        forces = self.bend(values) + gauss.loads(*pull(plane.stress, slopes))
         left = (loads - forces)[free].ravel()
         residual = float(np.linalg.norm(left) / np.linalg.norm(loads[free]))
         return Deflected(values, plane, residual, iterations), left
 
     def _first(self, loads: F64) -> F64:
-        """Linear solution times the factor t of least energy: A t - A + 2 S t³ = 0."""
+        """Linear answer times the part of it that has the least energy."""
         values = self.linear.solve(loads)
-        bending = float(np.vdot(values, loads))
-        strain = self.membrane.stretching(values)
-        stretching = float(self.membrane.work(self.membrane.relax(strain).stress, strain)[0, 0])
-        roots = np.roots([2 * stretching, 0.0, bending, -bending])
-        return values * float(roots[np.abs(roots.imag).argmin()].real)
+        bowed = self.membrane.bowing(values)
+        strains = np.concatenate([bowed, self.membrane.stretching(values) - bowed], axis=-1)
+        works = self.membrane.work(self.membrane.relax(strains).stress, strains)
+        (linear, mixed), (_, stretching) = works.tolist()
+        return values * least_energy(float(np.vdot(values, loads)), linear, mixed, stretching)
 
     def _step(self, state: Deflected, left: F64, tolerance: float) -> F64:
         """Newton step from what is out of balance, to a part of it."""
         gauss, free, stress = self.membrane.gauss, self.linear.free, state.plane.stress
-        slopes = gauss.slopes(state.values)
+        slopes = self.membrane.steeper(gauss.slopes(state.values))
         ready = factor(self.stiffness + self.tension(stress[..., 0]))
 
         def table(vector: F64) -> F64:
