@@ -6,11 +6,13 @@ Its corners are found to 0.05 px; the corners of the markers alone only to half 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from rig.system.arrays import F64, AnyArray
 
 FEWEST = 6  # corners of a view that is good for anything
 
@@ -48,9 +50,9 @@ class CharucoBoard:
         return np.asarray(self._board().generateImage((width, height)), dtype=np.uint8)
 
     def find(self, image: NDArray[np.uint8]) -> BoardView | None:
-        """Find the corners that a image shows; None if these are fewer than `FEWEST`."""
+        """Find the corners that an image shows; None if these are fewer than `FEWEST`."""
         detector = cv2.aruco.CharucoDetector(self._board())
-        px, names, _, _ = detector.detectBoard(image)
+        px, names = cast(tuple[AnyArray | None, ...], detector.detectBoard(image))[:2]
         if px is None or names is None or len(names) < FEWEST:
             return None
         names = np.asarray(names, dtype=np.intp).ravel()
@@ -65,7 +67,7 @@ class CharucoBoard:
 
 @dataclass(frozen=True, eq=False)
 class BoardView:
-    """Corners that a image shows: on the board (N, 2) mm, and in the image (N, 2) px."""
+    """Corners that an image shows: on the board (N, 2) mm, and in the image (N, 2) px."""
 
     mm: NDArray[np.float64]
     px: NDArray[np.float64]
@@ -81,7 +83,7 @@ def on_plate(views: list[tuple[BoardView, ArrayLike]], height: float) -> BoardVi
     height : float, mm
         Of the touched face over the middle plane.
     """
-    parts = []
+    parts: list[F64] = []
     for view, given in views:
         T = np.asarray(given, dtype=np.float64)
         parts.append(view.mm @ T[:, :2].T + T[:, 2])

@@ -33,7 +33,7 @@ class LensGuide:
 
     board: CharucoBoard
     wanted: int = VIEWS
-    _views: dict[int, BoardView] = field(default_factory=dict)
+    _views: dict[int, BoardView] = field(default_factory=dict[int, BoardView])
     _last: BoardView | None = None
     _size: tuple[int, int] = (0, 0)
     _lens: Lens | None = None
@@ -109,7 +109,7 @@ class PoseGuide:
     at: tuple[float, float]
     height: float
     wanted: int = SERIES
-    _views: list[BoardView] = field(default_factory=list)
+    _views: list[BoardView] = field(default_factory=list[BoardView])
     _says: str = "lay the board on the plate"
 
     @property

@@ -10,13 +10,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 import fe
 from rig.calibration.requested_presses import requested_presses
 from rig.live.alignment import Alignment, align
 from rig.live.snapshot import Mark
 from rig.scene import Scene
+from rig.system.arrays import F64
 
 HOLD = 0.6  # s that a press must stand still; the second half counts, when a finger has settled
 STEADY = 0.05  # of the force, by which it may vary meanwhile, beside what its noise explains
@@ -57,8 +57,8 @@ class Taken:
     """
 
     press: fe.Touch
-    found: NDArray[np.float64]
-    sigma: NDArray[np.float64]
+    found: F64
+    sigma: F64
     frames: int
 
 
@@ -78,10 +78,8 @@ class Collector:
 
     targets: Sequence[fe.Touch]
     wanted: int
-    taken: list[Taken] = field(default_factory=list)
-    _held: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = field(
-        default_factory=list
-    )
+    taken: list[Taken] = field(default_factory=list[Taken])
+    _held: list[tuple[float, F64, F64]] = field(default_factory=list[tuple[float, F64, F64]])
     _released: bool = True
 
     @property
@@ -143,7 +141,7 @@ class Collector:
         return nearest
 
 
-def _still(before: NDArray, now: NDArray, sigma: NDArray) -> bool:
+def _still(before: F64, now: F64, sigma: F64) -> bool:
     return bool(abs(now[2] - before[2]) < STEADY * now[2] + NOISE * sigma[2])
 
 
@@ -191,7 +189,7 @@ def score(taken: Sequence[Taken]) -> tuple[Alignment, HeldOutScore]:
     return correction, HeldOutScore(len(fair), before[0], after[0], before[1], after[1])
 
 
-def rms(found: NDArray, true: NDArray) -> tuple[float, float]:
+def rms(found: F64, true: F64) -> tuple[float, float]:
     """RMS distance, mm, and RMS error of the force as a fraction, of touches (n, 3)."""
     away = np.square(found[:, :2] - true[:, :2]).sum(axis=1)
     force = np.square(found[:, 2] / true[:, 2] - 1)

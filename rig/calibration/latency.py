@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from rig.system.arrays import F64, AnyArray, Mask
 
 FEWEST = 3  # flashes
 DISTINCT = 6.0  # times the flicker, by which a flash is brighter
@@ -74,11 +76,9 @@ def measure_latency(
     )
 
 
-def _delays(
-    flashed: NDArray, captured: NDArray, lit: NDArray[np.bool_], longest: float
-) -> NDArray[np.float64]:
+def _delays(flashed: AnyArray, captured: AnyArray, lit: Mask, longest: float) -> F64:
     rises = captured[1:][lit[1:] & ~lit[:-1]]
-    found = []
+    found: list[float] = []
     ends = np.minimum(flashed + longest, np.append(flashed[1:], np.inf))
     for start, end in zip(flashed, ends, strict=True):
         after = rises[(rises >= start) & (rises <= end)]

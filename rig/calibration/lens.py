@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 import synthetic
 from rig.calibration.board import BoardView
+from rig.system.arrays import F64
 
 FEWEST = 4  # views
 FAR = 3.0  # times the median: a view whose residual is larger was blurred or bent
@@ -45,19 +45,19 @@ class Lens:
     left_out: tuple[int, ...]
 
     @property
-    def matrix(self) -> NDArray[np.float64]:
+    def matrix(self) -> F64:
         """Camera matrix (3, 3), px."""
         return np.array(
             [[self.focal, 0, self.centre[0]], [0, self.focal, self.centre[1]], [0, 0, 1.0]]
         )
 
     @property
-    def coefficients(self) -> NDArray[np.float64]:
+    def coefficients(self) -> F64:
         """k1, k2, p1, p2, k3."""
         d = self.distortion
         return np.array([d.k1, d.k2, d.p1, d.p2, d.k3])
 
-    def camera(self, T_cam_plate: NDArray) -> synthetic.Camera:
+    def camera(self, T_cam_plate: F64) -> synthetic.Camera:
         """Return the camera with this lens at a pose."""
         return synthetic.Camera(self.size, self.focal, self.centre, T_cam_plate, self.distortion)
 
@@ -96,7 +96,7 @@ def calibrate_lens(
 
 def _fit(
     views: list[BoardView], size: tuple[int, int], left_out: tuple[int, ...]
-) -> tuple[Lens, NDArray[np.float64]]:
+) -> tuple[Lens, F64]:
     boards = [np.column_stack([v.mm, np.zeros(len(v.mm))]).astype(np.float32) for v in views]
     start = np.array([[size[0], 0, size[0] / 2], [0, size[0], size[1] / 2], [0, 0, 1.0]])
     flags = cv2.CALIB_FIX_ASPECT_RATIO | cv2.CALIB_USE_INTRINSIC_GUESS

@@ -8,7 +8,6 @@ from time import monotonic
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
 import synthetic
 from rig.calibration.guide import Progress
@@ -18,6 +17,7 @@ from rig.calibration.steps import light_of
 from rig.projector import gray_code
 from rig.projector.content import Content, Plain, Stripe
 from rig.scene.plate import PlateSection
+from rig.system.arrays import AnyArray
 from rig.system.frame import Frame
 
 SETTLING = 0.5  # s from a new image to the first frame that counts
@@ -42,8 +42,8 @@ class StripesGuide:
     camera: synthetic.Camera
     plate: PlateSection
     size: tuple[int, int]
-    _images: list[NDArray] = field(default_factory=list)
-    _series: list[NDArray] = field(default_factory=list)
+    _images: list[AnyArray] = field(default_factory=list[AnyArray])
+    _series: list[AnyArray] = field(default_factory=list[AnyArray])
     _since: float | None = None
 
     @property
@@ -100,9 +100,9 @@ class LatencyGuide:
     rng: Generator
     clock: Callable[[], float] = monotonic
     wanted: int = FLASHES
-    _asked: list[float] = field(default_factory=list)
-    _captured: list[float] = field(default_factory=list)
-    _brightness: list[float] = field(default_factory=list)
+    _asked: list[float] = field(default_factory=list[float])
+    _captured: list[float] = field(default_factory=list[float])
+    _brightness: list[float] = field(default_factory=list[float])
     _next: float | None = None
 
     @property

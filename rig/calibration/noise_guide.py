@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rig.calibration.guide import Progress
 from rig.calibration.photon import Photon, photon_transfer
 from rig.projector.content import Content
+from rig.system.arrays import AnyArray
 from rig.system.frame import Frame
 
 FRAMES = 12  # of a series
@@ -24,15 +24,15 @@ class NoiseGuide:
     Parameters
     ----------
     black : float, grey levels
-        Level of a image without light.
+        Level of an image without light.
     wanted : int
         Number of brightnesses.
     """
 
     black: float = 0.0
     wanted: int = 3
-    _series: dict[int, list[NDArray]] = field(default_factory=dict)
-    _now: list[NDArray] = field(default_factory=list)
+    _series: dict[int, list[AnyArray]] = field(default_factory=dict[int, list[AnyArray]])
+    _now: list[AnyArray] = field(default_factory=list[AnyArray])
     _says: str = "leave plate and camera alone"
 
     @property

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
+
+from rig.system.arrays import F64, I64, AnyArray
 
 CLIPPED = 250.0  # grey levels, from which on a pixel may be cut off
 BINS = 24
@@ -35,7 +37,7 @@ class Photon:
     residual: float
 
 
-def photon_transfer(series: Sequence[Sequence[NDArray]], black: float = 0.0) -> Photon:
+def photon_transfer(series: Sequence[Sequence[AnyArray]], black: float = 0.0) -> Photon:
     """Fit the line of photon transfer to series of still images (Janesick 2007, chapter 5).
 
     The noise is taken from differences of neighbouring frames, which a lamp that drifts hardly
@@ -46,7 +48,7 @@ def photon_transfer(series: Sequence[Sequence[NDArray]], black: float = 0.0) -> 
     series : sequence of sequences of (H, W) images
         Four frames or more at each of some exposures.
     black : float, grey levels
-        Level of a image without light.
+        Level of an image without light.
 
     Raises
     ------
@@ -81,7 +83,7 @@ def photon_transfer(series: Sequence[Sequence[NDArray]], black: float = 0.0) -> 
     )
 
 
-def _bins(frames: Sequence[NDArray]) -> tuple[NDArray, NDArray, NDArray]:
+def _bins(frames: Sequence[AnyArray]) -> tuple[F64, F64, F64]:
     """Mean, variance and weight of pixels of like brightness."""
     stack = np.stack([np.asarray(frame, dtype=np.float64) for frame in frames])
     mean = stack.mean(axis=0)
@@ -91,7 +93,7 @@ def _bins(frames: Sequence[NDArray]) -> tuple[NDArray, NDArray, NDArray]:
     usable = stack.max(axis=0) < CLIPPED
     mean, variance = mean[usable], variance[usable]
     edges = np.quantile(mean, np.linspace(0, 1, BINS + 1)[1:-1]) if mean.size else np.empty(0)
-    name = np.searchsorted(edges, mean)
+    name = cast(I64, np.searchsorted(edges, mean))
     count = np.bincount(name, minlength=BINS)
     full = count > 100
     level, spread = (np.bincount(name, part, BINS)[full] / count[full] for part in (mean, variance))

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 import synthetic
 from rig.calibration.board import BoardView
 from rig.calibration.lens import Lens
+from rig.system.arrays import F64
 
 MIN_SIGMA = 0.05  # px; corners are not found better, however few there are to say so
 
@@ -33,7 +33,7 @@ class Pose:
     """
 
     camera: synthetic.Camera
-    covariance: NDArray[np.float64]
+    covariance: F64
     residual: float
     error: float
 
@@ -76,7 +76,8 @@ def find_pose(lens: Lens, points: BoardView, sigma: float | None = None) -> Pose
     if sigma is None:
         sigma = max(float(np.sqrt(np.square(left).sum() / freedom)), MIN_SIGMA)
     towards = _by_pose(camera, points.mm)
-    covariance = sigma**2 * np.linalg.inv(np.einsum("nij,nik->jk", towards, towards))
+    normal: F64 = np.einsum("nij,nik->jk", towards, towards)
+    covariance = np.asarray(sigma**2 * np.linalg.inv(normal), dtype=np.float64)
     # px of a point by the pose, and the place on the plate by px
     by_place = np.linalg.inv(camera.jacobian(points.mm)[:, :, :2])
     moved = by_place @ towards
@@ -89,7 +90,7 @@ def find_pose(lens: Lens, points: BoardView, sigma: float | None = None) -> Pose
     )
 
 
-def _by_pose(camera: synthetic.Camera, points: NDArray) -> NDArray[np.float64]:
+def _by_pose(camera: synthetic.Camera, points: F64) -> F64:
     """Motion of the image of points by a small turn and shift in the camera frame, (N, 2, 6)."""
     R = camera.T_cam_plate[:3, :3]
     local = points @ R.T + camera.T_cam_plate[:3, 3]

@@ -13,12 +13,13 @@ round begins at the places that the first found, since what is not linear in δ 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 import fe
 from fe import Adjoint
+from rig.system.arrays import F64
 
 STEP = 0.5  # mm to each side, over which an influence is differentiated in the place of its gauge
 FEWEST = 5  # presses; fewer leave a gauge to its prior
@@ -45,10 +46,10 @@ class Presses:
     """
 
     softness: float
-    gain: NDArray[np.float64]
-    shift: NDArray[np.float64]
-    sigma_gain: NDArray[np.float64]
-    sigma_shift: NDArray[np.float64]
+    gain: F64
+    shift: F64
+    sigma_gain: F64
+    sigma_shift: F64
     chi2: float
     dof: int
     influence: fe.Influence
@@ -56,7 +57,7 @@ class Presses:
 
 def fit_presses(
     presses: tuple[fe.Touch, ...],
-    strain: NDArray,
+    strain: F64,
     influence: fe.Influence,
     sigma: float,
     gain_spread: float = 0.02,
@@ -105,11 +106,11 @@ def fit_presses(
 def _round(
     influence: fe.Influence,
     seen: fe.Influence,
-    shift: NDArray,
-    touches: NDArray,
-    strain: NDArray,
+    shift: F64,
+    touches: F64,
+    strain: F64,
     sigma: float,
-    spread: NDArray,
+    spread: F64,
 ) -> Presses:
     """Fit about places that lie `shift` from those of the model, where the influence is `seen`."""
     parts = (seen, *_by_place(seen))
@@ -132,14 +133,12 @@ def _round(
 class _Fit:
     """α, β_x, β_y of every gauge (M, 3), their standard deviations, and χ² of the fit."""
 
-    numbers: NDArray[np.float64]
-    sigma: NDArray[np.float64]
+    numbers: F64
+    sigma: F64
     chi2: float
 
 
-def _fit(
-    unit: NDArray, measured: NDArray, softness: float, spread: NDArray, shift: NDArray
-) -> _Fit:
+def _fit(unit: F64, measured: F64, softness: float, spread: F64, shift: F64) -> _Fit:
     """Fit every gauge for itself: `unit` (P, M, 3, 3) by its numbers, `measured` (P, M, 3), σ 1.
 
     `spread` (3,) is that of gain and places beforehand; `shift` (M, 2) was taken out before.
@@ -151,15 +150,15 @@ def _fit(
     normal = design.transpose(0, 2, 1) @ design + np.diag(weight)
     right = np.einsum("mek,me->mk", design, values)
     right += weight * softness * np.column_stack([np.ones(count), -shift])
-    numbers = np.linalg.solve(normal, right[..., None])[..., 0]
+    numbers = cast(F64, np.linalg.solve(normal, right[..., None]))[..., 0]
     sigma = np.sqrt(np.diagonal(np.linalg.inv(normal), axis1=1, axis2=2))
-    left = values - np.einsum("mek,mk->me", design, numbers)
+    left: F64 = values - np.einsum("mek,mk->me", design, numbers)
     return _Fit(numbers, sigma, float(np.vdot(left, left)))
 
 
 def _by_place(influence: fe.Influence) -> tuple[fe.Influence, fe.Influence]:
     """Differentiate an influence by the x and y of its gauges, per mm."""
-    derivatives = []
+    derivatives: list[fe.Influence] = []
     for axis in (0, 1):
         step = np.zeros(2)
         step[axis] = STEP
@@ -173,13 +172,13 @@ def _by_place(influence: fe.Influence) -> tuple[fe.Influence, fe.Influence]:
     return derivatives[0], derivatives[1]
 
 
-def _corrected(parts: tuple[fe.Influence, ...], numbers: NDArray) -> NDArray[np.float64]:
+def _corrected(parts: tuple[fe.Influence, ...], numbers: F64) -> F64:
     """Values of the influence of the real gauges."""
     weights = np.repeat(numbers, 3, axis=0).T
     values = [weight * part.adjoint.values for weight, part in zip(weights, parts, strict=True)]
     return np.sum(values, axis=0)
 
 
-def _with_values(influence: fe.Influence, values: NDArray) -> fe.Influence:
+def _with_values(influence: fe.Influence, values: F64) -> fe.Influence:
     adjoint = Adjoint(influence.plate, influence.mesh, values)
     return replace(influence, adjoint=adjoint)

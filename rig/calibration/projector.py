@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import cast
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 import synthetic
 from rig.projector.markers import Screen, project
+from rig.system.arrays import F64, AnyArray, Mask
 
 FEWEST = 1000  # lit pixels on the plate
 SLIP = 2.0  # px of the projector; a pixel that was read further off saw an edge or a reflection
@@ -46,8 +47,8 @@ class ProjectorLight:
 
 
 def find_light(
-    seen: NDArray,
-    valid: NDArray[np.bool_],
+    seen: AnyArray,
+    valid: Mask,
     camera: synthetic.Camera,
     plate: tuple[float, float],
     size: tuple[int, int],
@@ -80,12 +81,12 @@ def find_light(
             f"projector lights {len(places)} pixels of the plate, and {FEWEST} are needed; darken"
             " the room, or open the exposure"
         )
-    found, kept = cv2.findHomography(places, lit, cv2.RANSAC, SLIP)
+    fit = cv2.findHomography(places, lit, cv2.RANSAC, SLIP)
+    found, kept = cast(tuple[AnyArray | None, AnyArray], fit)
     if found is None:
         raise ValueError("the projector's light on the plate is no plane image; look for mirrors")
     fits = kept.ravel().astype(bool)
-    T, _ = cv2.findHomography(places[fits], lit[fits], 0)
-    T = np.asarray(T, dtype=np.float64)
+    T = np.asarray(cv2.findHomography(places[fits], lit[fits], 0)[0], dtype=np.float64)
     left = lit[fits] - project(T, places[fits])
     scale = np.sqrt(abs(np.linalg.det(T[:2, :2])))  # px per mm, where T is near affine
     corners = camera.project(
@@ -100,7 +101,7 @@ def find_light(
     )
 
 
-def brightness(light: NDArray, dark: NDArray, valid: NDArray[np.bool_]) -> tuple[float, float]:
+def brightness(light: AnyArray, dark: AnyArray, valid: Mask) -> tuple[float, float]:
     """Strength of a projector, and the grey level of a pixel without any light.
 
     A pixel that reads d in the light of the room reads d + s (d - black) under the projector's
@@ -128,7 +129,7 @@ def brightness(light: NDArray, dark: NDArray, valid: NDArray[np.bool_]) -> tuple
     return float(1.0 / rise - 1.0), float(level / (1.0 - rise))
 
 
-def _smooth(left: NDArray, places: NDArray, plate: tuple[float, float]) -> float:
+def _smooth(left: AnyArray, places: F64, plate: tuple[float, float]) -> float:
     """RMS of residuals (N, 2) after their means were taken over blocks of the plate."""
     block = np.minimum((BLOCKS * places / np.array(plate)).astype(int), BLOCKS - 1)
     name = block[:, 0] * BLOCKS + block[:, 1]

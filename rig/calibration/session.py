@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import compress
+from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 import synthetic
 from models import ImageMotions, PressCorrection, correct_by_presses, prepare_motions
@@ -26,6 +26,7 @@ from rig.live.chain import Chain, FrameEstimate, at_rest, estimate_frame
 from rig.live.evidence import CHANCE
 from rig.live.view import marks
 from rig.recording.session import Session, reported
+from rig.system.arrays import F32, F64, AnyArray, Mask
 from rig.system.timing import Stopwatch
 
 
@@ -34,7 +35,7 @@ class Pressed:
     """A known press, and the mean image (H, W) of the frames in which it stood still."""
 
     taken: Taken
-    image: NDArray[np.float32]
+    image: F32
 
     @property
     def touch(self) -> tuple[float, float, float]:
@@ -80,14 +81,15 @@ def presses(session: Session) -> list[Pressed]:
     OSError
         If the file is damaged.
     """
-    collector, found = Collector(targets(session.scene), REQUESTED), []
+    collector = Collector(targets(session.scene), REQUESTED)
+    found: list[Pressed] = []
     times = session.column("frames/captured")
     images = session.arrays["frames/image"]
     for index in range(session.frames):
         taken = collector.add_frame(marks(reported(session.row(index))), float(times[index]))
         if taken:
             first = int(np.searchsorted(times, times[index] - HOLD / 2))
-            frames = np.asarray(images[first : index + 1], dtype=np.float32)
+            frames = cast(AnyArray, images[first : index + 1]).astype(np.float32)
             found.append(Pressed(taken, np.asarray(frames.mean(axis=0), dtype=np.float32)))
     return found
 
@@ -110,7 +112,7 @@ def learn(session: Session, report: Callable[[int, int], None]) -> Learned:
     hidden = np.array([one.hidden for one in estimates])
     noise = _noise(kept, session.reference.noise, bench.reference_frames)
 
-    def by(chosen: NDArray) -> PressCorrection:
+    def by(chosen: Mask) -> PressCorrection:
         given = images[chosen], touches[chosen], noise, hidden[chosen]
         return correct_by_presses(camera, look, chain.reference, *given)
 
@@ -184,7 +186,7 @@ def _sense(chain: Chain, pressed: Pressed) -> FrameEstimate:
     return estimates
 
 
-def _found(estimates: list[FrameEstimate]) -> NDArray[np.float64]:
+def _found(estimates: list[FrameEstimate]) -> F64:
     """x, y, F of the one touch of each, (n, 3)."""
     return np.array([(*one.estimate.xy[0], one.estimate.force[0]) for one in estimates])
 

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 import synthetic
 from rig.calibration.board import BoardView, CharucoBoard, on_plate
@@ -21,12 +20,13 @@ from rig.projector import gray_code
 from rig.scene import Scene
 from rig.scene.loop import ProjectorSection
 from rig.scene.plate import PlateSection
+from rig.system.arrays import AnyArray, Grey
 
 SUFFIXES = {".png", ".tif", ".tiff", ".bmp", ".jpg", ".jpeg"}
 BY_HAND = 0.7  # px, standard deviation of a corner that was marked by hand
 
 
-def read_images(folder: Path) -> list[NDArray[np.uint8]]:
+def read_images(folder: Path) -> list[Grey]:
     """Read the images of a folder in the order of their names, as grey levels.
 
     Raises
@@ -60,7 +60,7 @@ def from_boards(folder: Path, board: CharucoBoard, left_out: tuple[int, ...]) ->
 
 
 def from_corners(scene: Scene, known: Calibration, corners: list[tuple[float, float]]) -> Pose:
-    """Find the plate from its corners in a image, px: origin, end of x, far corner, end of y."""
+    """Find the plate from its corners in an image, px: origin, end of x, far corner, end of y."""
     plate = plate_of(scene)
     (a, b), height = plate.size, plate.thickness / 2
     mm = np.array([(0, 0, height), (a, 0, height), (a, b, height), (0, b, height)])
@@ -87,7 +87,7 @@ def from_stripes(scene: Scene, known: Calibration, folder: Path) -> ProjectorLig
 
 
 def light_of(
-    images: Sequence[NDArray], camera: synthetic.Camera, plate: PlateSection, size: tuple[int, int]
+    images: Sequence[AnyArray], camera: synthetic.Camera, plate: PlateSection, size: tuple[int, int]
 ) -> ProjectorLight:
     """Find the projector of `size` px from images of its Gray code, and how bright it is."""
     seen, valid = gray_code.decode(images, size)
@@ -138,7 +138,7 @@ def posed(known: Calibration) -> synthetic.Camera:
     return camera
 
 
-def _read(path: Path) -> NDArray[np.uint8]:
+def _read(path: Path) -> Grey:
     image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
     if image is None:
         raise OSError(f"image '{path}' cannot be read; save it as PNG or TIFF")

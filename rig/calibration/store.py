@@ -33,7 +33,7 @@ class Entry(Section):
 
     date: datetime = Field(description="when it was made, UTC")
     error: float = Field(description="what it leaves, mm; s for the latency, a fraction for noise")
-    residual: float = Field(0.0, description="RMS of its fit, px; a fraction for noise")
+    residual: float = Field(default=0.0, description="RMS of its fit, px; a fraction for noise")
 
 
 class LensEntry(Entry):
@@ -140,9 +140,9 @@ class Calibration(Section):
 
     def warnings(self, scene: Scene, now: datetime) -> list[str]:
         """Say in a sentence each what is old or made for another bench."""
-        found = []
+        found: list[str] = []
         for name in type(self).model_fields:
-            entry = getattr(self, name)
+            entry: Entry | None = getattr(self, name)
             if entry and now - entry.date > AGE:
                 days = (now - entry.date).days
                 found.append(f"calibration of {name} is {days} days old; repeat it")
@@ -164,42 +164,64 @@ def _other(name: str, made: tuple[int, int], what: str, there: tuple[int, int]) 
     )
 
 
-def entry_of(part: Part, now: datetime) -> dict:
+def entry_of(part: Part, now: datetime) -> dict[str, Entry]:
     """Return the entry of a new result, by the name of its part, for `Calibration`."""
     match part:
         case Lens():
             bent = part.distortion
-            given = {
-                "size": part.size,
-                "focal": part.focal,
-                "sigma_focal": part.sigma_focal,
-                "centre": part.centre,
-                "distortion": (bent.k1, bent.k2, bent.p1, bent.p2, bent.k3),
-            }
-            return {"lens": LensEntry(date=now, error=part.error, residual=part.residual, **given)}
+            lens = LensEntry(
+                date=now,
+                error=part.error,
+                residual=part.residual,
+                size=part.size,
+                focal=part.focal,
+                sigma_focal=part.sigma_focal,
+                centre=part.centre,
+                distortion=(bent.k1, bent.k2, bent.p1, bent.p2, bent.k3),
+            )
+            return {"lens": lens}
         case Pose():
-            T, spread = _rows(part.camera.T_cam_plate), _rows(part.covariance)
-            figures = {"date": now, "error": part.error, "residual": part.residual}
-            return {"pose": PoseEntry(**figures, T_cam_plate=T, covariance=spread)}
+            pose = PoseEntry(
+                date=now,
+                error=part.error,
+                residual=part.residual,
+                T_cam_plate=_rows(part.camera.T_cam_plate),
+                covariance=_rows(part.covariance),
+            )
+            return {"pose": pose}
         case ProjectorLight():
-            figures = {"date": now, "error": part.error, "residual": part.residual}
-            figures |= {"strength": part.strength, "black": part.black}
-            T = _rows(part.screen.T_px_plate)
-            return {"projector": ProjectorEntry(**figures, size=part.screen.size, T_px_plate=T)}
+            projector = ProjectorEntry(
+                date=now,
+                error=part.error,
+                residual=part.residual,
+                size=part.screen.size,
+                T_px_plate=_rows(part.screen.T_px_plate),
+                strength=part.strength,
+                black=part.black,
+            )
+            return {"projector": projector}
         case Photon():
-            figures = {"error": part.sigma_gain / part.gain, "residual": part.residual}
-            return {"noise": NoiseEntry(date=now, gain=part.gain, read=part.read, **figures)}
+            noise = NoiseEntry(
+                date=now,
+                error=part.sigma_gain / part.gain,
+                residual=part.residual,
+                gain=part.gain,
+                read=part.read,
+            )
+            return {"noise": noise}
         case Latency():
-            figures = {"error": part.sigma, "median": part.median, "p95": part.p95}
-            return {"latency": LatencyEntry(date=now, **figures)}
+            latency = LatencyEntry(date=now, error=part.sigma, median=part.median, p95=part.p95)
+            return {"latency": latency}
         case Alignment():
-            figures = {
-                "error": part.error,
-                "gain": part.gain,
-                "sigma_gain": part.sigma_gain,
-                "error_force": part.error_force,
-            }
-            return {"presses": PressesEntry(date=now, matrix=_rows(part.matrix), **figures)}
+            presses = PressesEntry(
+                date=now,
+                error=part.error,
+                matrix=_rows(part.matrix),
+                gain=part.gain,
+                sigma_gain=part.sigma_gain,
+                error_force=part.error_force,
+            )
+            return {"presses": presses}
 
 
 def calibration_beside(scene: str | Path) -> Calibration:

@@ -86,7 +86,7 @@ class V4l2Camera:
         """Copy an image out of its buffer, and give the buffer back; None if it is damaged."""
         image = None
         if not buffer.flags & self._video.BufferFlag.ERROR:
-            raw = np.frombuffer(self._buffers[buffer.index], np.uint8, int(buffer.bytesused))
+            raw = np.frombuffer(self._buffers[int(buffer.index)], np.uint8, int(buffer.bytesused))
             image = brightness(raw, self._code, self._size, self._line)
             del raw  # the buffer cannot be closed while an array looks at it
         taken = buffer.timestamp.secs + buffer.timestamp.usecs * 1e-6

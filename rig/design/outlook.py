@@ -89,7 +89,8 @@ def design(scene: Scene, report: Callable[[int, int, str], None]) -> Design:
     flat, named = given.plate.build(), list(changes(given))
     steps = len(named) + 2
     report(0, steps, "errors over the plate")
-    now, linear, made = predict(given), linear_to(flat), []
+    now, linear = predict(given), linear_to(flat)
+    made: list[DesignChange] = []
     for number, (what, before, after, changed) in enumerate(named, start=1):
         report(number, steps, what)
         then = predict(changed, like=now)

@@ -1,19 +1,29 @@
 """The errors that a design expects, drawn over the plate."""
 
+# matplotlib leaves the types of its keywords open.
+# pyright: reportUnknownMemberType=false
+
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from models import ExpectedErrors, shape_over
 from rig.design.outlook import Design
+from rig.system.arrays import F64
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
 
 LEVELS = (0.25, 0.5, 1.0, 2.0, 4.0)  # mm, of the lines
 
 
 def draw_map(design: Design, file: Path) -> None:
-    """Write the maps of place and force as a image.
+    """Write the maps of place and force as an image.
 
     Raises
     ------
@@ -35,15 +45,15 @@ def draw_map(design: Design, file: Path) -> None:
     figure.savefig(file, dpi=120)
 
 
-def _draw(figure, axes, errors: ExpectedErrors, values: np.ndarray, unit: str) -> None:
+def _draw(figure: Figure, axes: Axes, errors: ExpectedErrors, values: F64, unit: str) -> None:
     from matplotlib.colors import LogNorm
 
     xy = errors.touches[:, :2]
-    size = tuple((xy.max(axis=0) + xy.min(axis=0)).tolist())  # cells lie evenly on the plate
-    columns, rows = shape_over(size)
+    width, height = (xy.max(axis=0) + xy.min(axis=0)).tolist()  # cells lie evenly on the plate
+    columns, rows = shape_over((width, height))
     grid = values.reshape(rows, columns)
     norm = LogNorm(float(values.min()), float(np.quantile(values, 0.9)))
-    extent = (0.0, size[0], 0.0, size[1])
+    extent = (0.0, width, 0.0, height)
     image = axes.imshow(grid, origin="lower", extent=extent, norm=norm, cmap="viridis_r")
     within = [level for level in LEVELS if values.min() < level < values.max()]
     if within and unit != "N":

@@ -102,7 +102,7 @@ def time_of_frame(given: Setup, motions: models.ImageMotions) -> float:
     motion, frame = pattern.still(), image.astype(np.uint8)
     motion[: pattern.count] = motions.modal_amplitudes(touch[:, :2], touch[:, 2])
     measured = estimator.forward.read(touch)[0]
-    spent = []
+    spent: list[float] = []
     for _ in range(REPEATS):
         begun = time.perf_counter()
         sums = tile_sums(reference, frame, motions.flow(motion))

@@ -72,6 +72,8 @@ def setup_of(scene: Scene) -> Setup:
             dic=DicSection() as dic,
         ) if scene.base is None:
             return Setup(plate, camera, pattern, sensor, dic)
+        case _:
+            pass
     if scene.base is not None:
         raise ValueError(
             f"scene '{scene.title}' has a bent plate, and a design takes it as flat; leave [base]"

@@ -11,11 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 import fe
 from models import Estimate
 from rig.live.evidence import Equations
+from rig.system.arrays import F64, Mask
 
 FEWEST = 6  # presses: an affine map has as many numbers as three places, and an error is wanted
 STRETCHES = {2: "shift", 4: "turn and scale", 6: "shear"}
@@ -44,7 +44,7 @@ class Alignment:
         What the presses prove; empty where the bench is right as it is.
     """
 
-    matrix: NDArray[np.float64]
+    matrix: F64
     gain: float
     error: float
     error_force: float
@@ -52,7 +52,7 @@ class Alignment:
     slips: tuple[int, ...]
     terms: tuple[str, ...] = ()
 
-    def correct(self, touches: NDArray) -> NDArray[np.float64]:
+    def correct(self, touches: F64) -> F64:
         """Correct touches x, y, F, (n, 3) mm, mm, N."""
         places = touches[:, :2] @ self.matrix[:, :2].T + self.matrix[:, 2]
         return np.column_stack([places, self.gain * touches[:, 2]])
@@ -72,7 +72,7 @@ class Alignment:
         )
 
 
-def align(presses: tuple[fe.Touch, ...], found: NDArray, sigma: NDArray) -> Alignment:
+def align(presses: tuple[fe.Touch, ...], found: F64, sigma: F64) -> Alignment:
     """Fit the map from touches that were found to those that were pressed.
 
     Every press weighs by its own variance and one that all share, which is how well fingers and
@@ -118,7 +118,7 @@ def align(presses: tuple[fe.Touch, ...], found: NDArray, sigma: NDArray) -> Alig
     return _alignment(places.of(kept).fitting(), forces.of(kept).fitting(), middle, kept)
 
 
-def _alignment(places: Equations, forces: Equations, middle: NDArray, kept: NDArray) -> Alignment:
+def _alignment(places: Equations, forces: Equations, middle: F64, kept: Mask) -> Alignment:
     stretches, pushed = places.proven(tuple(STRETCHES)), forces.proven((1,))
     shift = np.zeros(6)
     shift[:stretches] = places.first(stretches).fit()
@@ -137,7 +137,7 @@ def _alignment(places: Equations, forces: Equations, middle: NDArray, kept: NDAr
     )
 
 
-def _maps(xy: NDArray) -> NDArray[np.float64]:
+def _maps(xy: F64) -> F64:
     """Motion (P, 2, 6) of places about their middle by the terms of `STRETCHES`, in their order."""
     x, y = xy.T
     one, none = np.ones(len(xy)), np.zeros(len(xy))

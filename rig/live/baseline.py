@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from math import exp
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from dic import lay_tiles
 from models import Estimate, TilePattern
+from rig.system.arrays import F32, F64, AnyArray
 
 MIN_NOISE = 0.05  # grey levels: less than the rounding of an 8-bit image
 TILE = 16  # px, side of the tiles in which motion is looked for while the reference is taken
@@ -26,11 +26,11 @@ MIN_P_VALUE = (
 class ReferenceFrame:
     """The plate at rest: the mean of several frames, and the noise of a frame against it."""
 
-    image: NDArray[np.float32]
+    image: F32
     noise: float
 
 
-def average_reference(frames: Sequence[NDArray]) -> ReferenceFrame:
+def average_reference(frames: Sequence[AnyArray]) -> ReferenceFrame:
     """Average frames of the untouched plate, two or more, and measure their noise.
 
     The noise is that of a frame less the mean of N others, σ √(1 + 1/N), grey levels.
@@ -52,7 +52,7 @@ def average_reference(frames: Sequence[NDArray]) -> ReferenceFrame:
     return ReferenceFrame(mean, max(float(np.sqrt(variance * (1 + 1 / count))), MIN_NOISE))
 
 
-def moved_during_reference(frames: Sequence[NDArray]) -> bool:
+def moved_during_reference(frames: Sequence[AnyArray]) -> bool:
     """Whether something moved in the image while frames were taken: a hand, a settling plate.
 
     The means of the first and the second half differ by noise alone where nothing moves; a tile
@@ -77,8 +77,8 @@ def drift_weight(seconds: float) -> float:
 
 
 def update_drift(
-    rest: NDArray, pattern: TilePattern, measured: NDArray, noise: float, weight: float
-) -> NDArray[np.float64]:
+    rest: F64, pattern: TilePattern, measured: F64, noise: float, weight: float
+) -> F64:
     """Take a part of what an untouched plate shows as its new state of rest.
 
     Parameters

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 import synthetic
 from dic import (
@@ -32,6 +31,7 @@ from rig.live.alignment import Alignment
 from rig.live.baseline import ReferenceFrame, is_consistent, update_drift
 from rig.live.illumination import sums_without_gain_offset, without_gain_offset
 from rig.live.visibility import MaskedModels, coarse_shift, contrast_loss, unusable_reason
+from rig.system.arrays import F64, AnyArray, Mask
 from rig.system.timing import Stopwatch
 
 MAX_OFF = 0.1  # px: a reference that was moved wrongly by more is moved again within the frame
@@ -123,10 +123,10 @@ class ChainState:
         Those that strain alone shows.
     """
 
-    motion: NDArray[np.float64]
-    rest: NDArray[np.float64]
-    touches: NDArray[np.float64]
-    from_strain: NDArray[np.float64]
+    motion: F64
+    rest: F64
+    touches: F64
+    from_strain: F64
 
 
 def at_rest(chain: Chain) -> ChainState:
@@ -160,16 +160,16 @@ class FrameEstimate:
 
     estimate: Estimate
     sums: TileSums
-    hidden: NDArray[np.bool_]
+    hidden: Mask
     unusable_reason: str
     state: ChainState
-    strain: NDArray[np.float64] | None = None
+    strain: F64 | None = None
     from_strain: Estimate | None = None
     from_pattern: Estimate | None = None
 
 
 def estimate_frame(
-    chain: Chain, image: NDArray, state: ChainState, watch: Stopwatch, drift: float = 0.0
+    chain: Chain, image: AnyArray, state: ChainState, watch: Stopwatch, drift: float = 0.0
 ) -> FrameEstimate:
     """Find the touches in one frame.
 
@@ -216,8 +216,8 @@ def _strange(frame_estimate: FrameEstimate) -> tuple[bool, float]:
 
 def _iteration(
     chain: Chain,
-    image: NDArray,
-    moved: NDArray,
+    image: AnyArray,
+    moved: F64,
     state: ChainState,
     watch: Stopwatch,
     drift: float,
@@ -248,7 +248,7 @@ def _iteration(
 
 def sense_strain(
     chain: StrainChain, sums: TileSums, state: ChainState, watch: Stopwatch
-) -> tuple[NDArray[np.float64], Estimate | None]:
+) -> tuple[F64, Estimate | None]:
     """Strain of one frame, (T, 3), and the touches that it shows beyond the plate at rest.
 
     The touches are None where a part of the map is lost in this frame, by a hand for instance.
@@ -295,6 +295,6 @@ def _aligned(frame_estimate: FrameEstimate, alignment: Alignment | None) -> Fram
     return replace(frame_estimate, **corrected)
 
 
-def _places(estimate: Estimate) -> NDArray[np.float64]:
+def _places(estimate: Estimate) -> F64:
     """x, y, F of each touch, (n, 3)."""
     return np.column_stack([estimate.xy, estimate.force])

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import root_scalar
 from scipy.special import fdtrc
+
+from rig.system.arrays import F64, Mask
 
 CHANCE = 0.002  # by which an unknown that is zero seems not to be
 FAR = 4.0  # robust standard deviations beyond which a press does not fit the others
@@ -28,9 +30,9 @@ class Equations:
         Standard deviations of what is measured; presses are independent.
     """
 
-    design: NDArray[np.float64]
-    measured: NDArray[np.float64]
-    sigma: NDArray[np.float64]
+    design: F64
+    measured: F64
+    sigma: F64
 
     @property
     def freedom(self) -> int:
@@ -38,7 +40,7 @@ class Equations:
         return self.measured.size - self.design.shape[2]
 
     @property
-    def normal(self) -> NDArray[np.float64]:
+    def normal(self) -> F64:
         """Normal matrix, (k, k)."""
         return np.einsum("pci,pcj->ij", self._weighed, self.design)
 
@@ -53,10 +55,10 @@ class Equations:
         return max(self.chi2 / self.freedom, MIN_SCATTER)
 
     @property
-    def _weighed(self) -> NDArray[np.float64]:
+    def _weighed(self) -> F64:
         return self.design / self.sigma[:, :, None] ** 2
 
-    def of(self, kept: NDArray) -> Equations:
+    def of(self, kept: Mask) -> Equations:
         """Keep the equations of some presses, (P,) bool."""
         return Equations(self.design[kept], self.measured[kept], self.sigma[kept])
 
@@ -64,11 +66,12 @@ class Equations:
         """Keep the first unknowns; the others are zero."""
         return replace(self, design=self.design[:, :, :count])
 
-    def fit(self) -> NDArray[np.float64]:
+    def fit(self) -> F64:
         """Unknowns of least χ², (k,)."""
-        return np.linalg.solve(self.normal, np.einsum("pci,pc->i", self._weighed, self.measured))
+        right = np.einsum("pci,pc->i", self._weighed, self.measured)
+        return cast(F64, np.linalg.solve(self.normal, right))
 
-    def left(self) -> NDArray[np.float64]:
+    def left(self) -> F64:
         """Residuals, (P, c)."""
         return self.measured - self.design @ self.fit()
 
@@ -78,7 +81,7 @@ class Equations:
             "pci,ij,pdj->pcd", self.design, np.linalg.inv(self.normal), self._weighed
         )
         own = np.eye(self.measured.shape[1]) - leverage
-        alone = np.linalg.solve(own, self.left()[:, :, None])
+        alone = cast(F64, np.linalg.solve(own, self.left()[:, :, None]))
         return float(np.sqrt(np.square(alone).sum(axis=(1, 2)).mean()))
 
     def shared(self) -> float:
@@ -104,7 +107,7 @@ class Equations:
         """Add the variance that all share."""
         return self.widened(self.shared())
 
-    def agreeing(self) -> NDArray[np.bool_]:
+    def agreeing(self) -> Mask:
         """Which presses fit the others, (P,)."""
         kept = np.ones(len(self.measured), dtype=bool)
         for _ in range(2):

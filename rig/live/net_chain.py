@@ -11,7 +11,6 @@ from math import sqrt
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import ValidationError
 
 import dic
@@ -32,6 +31,7 @@ from rig.scene.bench import LatticeSection, RingSection
 from rig.scene.plate import PlateSection
 from rig.scene.sensing import NetEstimator
 from rig.scene.theory import Theory
+from rig.system.arrays import F64, I64, AnyArray
 from rig.system.timing import Stopwatch
 
 SAME = ("plate", "base", "gauges")
@@ -56,7 +56,7 @@ class NetPlan:
     """
 
     net: Net
-    gauges: NDArray[np.float64]
+    gauges: F64
     subset: int
     steps: int
     margin: float
@@ -79,10 +79,10 @@ class NetChain:
     reference: dic.Reference
     readings: CameraGauges
     touch: NetTouchEstimator
-    tiles: NDArray[np.int64]
+    tiles: I64
 
     def estimate(
-        self, chain: Chain, image: NDArray, frame_estimate: FrameEstimate, watch: Stopwatch
+        self, chain: Chain, image: AnyArray, frame_estimate: FrameEstimate, watch: Stopwatch
     ) -> FrameEstimate:
         """Put what the net finds in the place of what the whole pattern says of a frame.
 
@@ -94,7 +94,7 @@ class NetChain:
                 found = self._touches(chain, image, frame_estimate)
         return replace(frame_estimate, estimate=found, from_pattern=frame_estimate.estimate)
 
-    def _touches(self, chain: Chain, image: NDArray, frame_estimate: FrameEstimate) -> Estimate:
+    def _touches(self, chain: Chain, image: AnyArray, frame_estimate: FrameEstimate) -> Estimate:
         guess = chain.pattern.motions.flow(frame_estimate.state.motion)[self.tiles]
         field = dic.strain(dic.correlate(self.reference, image, guess))
         if not field.valid.all():

@@ -117,7 +117,9 @@ class Tracks:
         """
         predicted = [_predict(track, time) for track in self.tracks]
         pairs = _assign(predicted, estimate)
-        kept, moves, identities = [], [], {}
+        kept: list[Track] = []
+        moves: list[Event] = []
+        identities: dict[int, int] = {}
         for row, column in pairs.items():
             track, event = _update(predicted[row], estimate, column, time)
             kept.append(track)

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 import fe
 import synthetic
 from models import Estimate
 from rig.live.chain import StrainChain
 from rig.live.snapshot import Mark, Snapshot, StrainOverlay
+from rig.system.arrays import F64
 from rig.system.frame import Frame
 
 
@@ -21,8 +21,8 @@ from rig.system.frame import Frame
 class View:
     """Where the plate lies in the image: corners (4, 2) px, and face mm → px as a homography."""
 
-    outline: NDArray[np.float64]
-    T_px_plate: NDArray[np.float64]
+    outline: F64
+    T_px_plate: F64
 
 
 def plate_view(plate: fe.Plate, camera: synthetic.AnyCamera, height: float) -> View:
@@ -68,7 +68,7 @@ def _mark(estimate: Estimate, index: int) -> Mark:
     )
 
 
-def strain_map(chain: StrainChain, strain: NDArray) -> StrainOverlay:
+def strain_map(chain: StrainChain, strain: F64) -> StrainOverlay:
     """Strain (T, 3) as a grid over the image."""
     tiles = chain.blocks.reference.tiles
     exx, eyy, exy = strain.T.reshape(3, *tiles.shape).astype(np.float32)

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from dic import TileReference, TileSums
 from models import Estimator, TilePattern
+from rig.system.arrays import F64, AnyArray, Mask
 
 HIDDEN = 0.75  # of the tiles, beyond which the others say too little
 DARK = 0.3  # of the contrast of the reference, below which there is no pattern to follow
@@ -40,7 +40,7 @@ class MaskedModels:
         shown = solve_triangular(pattern.factor, response.T, lower=True, trans=1)
         self._amplitudes = np.asarray(shown.T, dtype=np.float64)
 
-    def for_mask(self, hidden: NDArray[np.bool_]) -> tuple[TilePattern, Estimator]:
+    def for_mask(self, hidden: Mask) -> tuple[TilePattern, Estimator]:
         """Leave out tiles (T,).
 
         Raises
@@ -59,7 +59,7 @@ class MaskedModels:
         return self._last
 
 
-def unusable_reason(reference: TileReference, sums: TileSums, hidden: NDArray[np.bool_]) -> str:
+def unusable_reason(reference: TileReference, sums: TileSums, hidden: Mask) -> str:
     """Say why touches cannot be estimated from a frame; empty where they can.
 
     Parameters
@@ -77,7 +77,7 @@ def unusable_reason(reference: TileReference, sums: TileSums, hidden: NDArray[np
     return ""
 
 
-def contrast_loss(reference: TileReference, sums: TileSums, hidden: NDArray[np.bool_]) -> float:
+def contrast_loss(reference: TileReference, sums: TileSums, hidden: Mask) -> float:
     """Fraction of a motion that one iteration misses in the shade.
 
     A frame whose contrast is lower by a factor shows a motion that is smaller by it; what is left
@@ -92,7 +92,7 @@ def contrast_loss(reference: TileReference, sums: TileSums, hidden: NDArray[np.b
     return float(1.0 - np.quantile(gains, DARKEST)) if clear.any() else 0.0
 
 
-def contrast(sums: TileSums, visible: NDArray[np.bool_], size: int) -> float:
+def contrast(sums: TileSums, visible: Mask, size: int) -> float:
     """Contrast of a frame over that of the reference: the gain of the light, by least squares.
 
     Parameters
@@ -109,7 +109,7 @@ def contrast(sums: TileSums, visible: NDArray[np.bool_], size: int) -> float:
     return 1.0 + float((ef - f * e / pixels) / max(ff - f**2 / pixels, 1e-9))
 
 
-def coarse_shift(reference: TileReference, image: NDArray) -> NDArray[np.float64]:
+def coarse_shift(reference: TileReference, image: AnyArray) -> F64:
     """Shift of a whole image against the reference, (2,) px, to some tenths of a pixel.
 
     By the phase of coarse images (Kuglin and Hines 1975), which a hand over a half of them does

@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dic import TileReference
 from rig.live.chain import Chain
+from rig.system.arrays import F32, F64, AnyArray, Grey
 from rig.system.frame import Frame
 
 Report = Callable[[int, int, str], object]
@@ -48,7 +48,7 @@ def rehearsal(chain: Chain, force: float, report: Report = quiet) -> Iterator[Fr
     report(len(scenes), len(scenes), "ready")
 
 
-def _scenes(chain: Chain, force: float) -> dict[str, NDArray]:
+def _scenes(chain: Chain, force: float) -> dict[str, AnyArray]:
     """Images (H, W) in grey levels, without noise, by what they show."""
     calm, one = chain.reference.image, _pressed(chain, 1, force)
     counts = 2, max(chain.estimator.max_touches, 1) + 2
@@ -63,13 +63,13 @@ def _scenes(chain: Chain, force: float) -> dict[str, NDArray]:
     }
 
 
-def _exposed(light: NDArray, noise: float, number: int) -> NDArray[np.uint8]:
-    """Take a image, with noise and in whole grey levels."""
+def _exposed(light: AnyArray, noise: float, number: int) -> Grey:
+    """Take an image, with noise and in whole grey levels."""
     grain = np.random.default_rng(number).standard_normal(light.shape, np.float32)
     return np.rint(light + noise * grain).clip(0, 255).astype(np.uint8)
 
 
-def _pressed(chain: Chain, count: int, force: float) -> NDArray[np.float32]:
+def _pressed(chain: Chain, count: int, force: float) -> F32:
     """Press the plate at places round its middle."""
     pattern = chain.pattern
     turn = 2 * np.pi * (np.arange(count) + 0.3) / count
@@ -81,7 +81,7 @@ def _pressed(chain: Chain, count: int, force: float) -> NDArray[np.float32]:
     return _moved(chain.reference, pattern.motions.flow(amplitudes))
 
 
-def _moved(reference: TileReference, flow: NDArray) -> NDArray[np.float32]:
+def _moved(reference: TileReference, flow: F64) -> F32:
     """Move what each tile shows by a flow (T, 2) px, to first order: touches move little."""
     tiles, moved = reference.tiles, reference.image.copy()
     (left, top), (rows, columns), size = tiles.origin, tiles.shape, tiles.size
@@ -92,13 +92,13 @@ def _moved(reference: TileReference, flow: NDArray) -> NDArray[np.float32]:
     return moved
 
 
-def _behind_a_hand(light: NDArray) -> NDArray[np.float32]:
+def _behind_a_hand(light: AnyArray) -> F32:
     """Lay a hand over the right half."""
     hidden = light.copy()
     hidden[:, light.shape[1] // 2 :] = SKIN
     return hidden
 
 
-def _in_shade(light: NDArray) -> NDArray[np.float32]:
+def _in_shade(light: AnyArray) -> F32:
     """Let the light fall off to the right."""
     return light * np.linspace(1.0, SHADE, light.shape[1], dtype=np.float32)

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 import fe
 from rig.plates.plate_solver import plate_solver, solve_plate
 from rig.recording.layout import LAST, there
 from rig.recording.session import Session
+from rig.system.arrays import AnyArray
 
 Report = Callable[[int, int], None]
 COLUMNS = ("frame", "sequence", "captured_s", "identity", "x_mm", "y_mm", "force_n")
@@ -55,7 +55,7 @@ def to_vtu(session: Session, folder: Path, report: Report) -> list[Path]:
     if session.scene.plate is None:
         raise ValueError(f"recording '{session.path}' names no plate; export it as tiff or csv")
     solver = plate_solver(session.scene, session.scene.plate, ELEMENTS, report)
-    paths = []
+    paths: list[Path] = []
     for index in _reported(session, report):
         places = there(session.row(index)["touches/place"])
         touches = tuple(fe.Touch(*place.tolist()) for place in places)
@@ -91,7 +91,7 @@ def _reported(session: Session, report: Report):
         report(index + 1, session.frames)
 
 
-def _save(path: Path, image: NDArray) -> Path:
+def _save(path: Path, image: AnyArray) -> Path:
     if not cv2.imwrite(str(path), image):
         raise OSError(f"image '{path}' cannot be written; check whether the disk is full")
     return path

@@ -28,11 +28,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from models import Estimate
 from rig.live.chain import Chain, ChainState
 from rig.live.frame_record import FrameRecord
+from rig.system.arrays import F64, AnyArray
 
 FORMAT, VERSION = "touchplate session", 1
 FINGERS = 10
@@ -73,7 +73,7 @@ def shapes(chain: Chain, strain: bool) -> Shapes:
     return found | {LAST: ((), "i8")}
 
 
-def rows(record: FrameRecord, layout: Shapes) -> dict[str, NDArray]:
+def rows(record: FrameRecord, layout: Shapes) -> dict[str, AnyArray]:
     """Arrays of one frame, in the shapes of the layout."""
     estimate, sums, frame = record.frame_estimate.estimate, record.frame_estimate.sums, record.frame
     fingers = [(t.x, t.y, t.force, t.radius) for t in frame.truth or ()][:FINGERS]
@@ -97,20 +97,20 @@ def rows(record: FrameRecord, layout: Shapes) -> dict[str, NDArray]:
     return {name: _fill(found[name], *layout[name]) for name in layout}
 
 
-def places(estimate: Estimate | None) -> NDArray[np.float64]:
+def places(estimate: Estimate | None) -> F64:
     """x, y, F of each touch, (n, 3)."""
     if estimate is None:
         return np.empty((0, 3))
     return np.column_stack([estimate.xy, estimate.force])
 
 
-def covariances(estimate: Estimate) -> NDArray[np.float64]:
+def covariances(estimate: Estimate) -> F64:
     """Covariance of x, y, F of each touch, (n, 3, 3)."""
     blocks = [estimate.touch_covariance(index) for index in range(estimate.count)]
     return np.array(blocks).reshape(-1, 3, 3)
 
 
-def state(row: Mapping[str, NDArray]) -> ChainState:
+def state(row: Mapping[str, AnyArray]) -> ChainState:
     """State of the loop before a frame."""
     return ChainState(
         row["start/motion"],
@@ -120,14 +120,14 @@ def state(row: Mapping[str, NDArray]) -> ChainState:
     )
 
 
-def there(padded: NDArray) -> NDArray:
+def there(padded: AnyArray) -> AnyArray:
     """Rows before those of NaN."""
     return padded[~np.isnan(padded.reshape(len(padded), -1)[:, 0])]
 
 
-def _fill(values, shape: tuple[int, ...], kind: str) -> NDArray:
+def _fill(values: object, shape: tuple[int, ...], kind: str) -> AnyArray:
     """Put values into an array of a shape, as many rows as they have; the rest stays empty."""
-    given = np.asarray(values)
+    given: AnyArray = np.asarray(values)
     if given.size == np.prod(shape):
         return np.ascontiguousarray(given.reshape(shape), dtype=kind)
     filled = np.full(shape, np.nan if kind[0] == "f" else -1, dtype=kind)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 
+import numpy as np
+
 from rig.recording.session import Session, frame
 from rig.system.frame import Frame
 
@@ -18,7 +20,7 @@ class Playback:
     def __init__(self, session: Session):
         self._session = session
         self._next = 0
-        self._captured = session.column("frames/captured") if session.frames else []
+        self._captured = session.column("frames/captured") if session.frames else np.empty(0)
         self._ahead: float | None = None  # of the clock of then, s
         self.status = f"recording '{session.path}' gives no frames"
 

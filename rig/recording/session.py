@@ -1,15 +1,16 @@
 """Reads a recording, also one that is still written or was cut off by a crash."""
 
+# h5py has no types.
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 import fe
 from models import Estimate, Result
@@ -17,6 +18,7 @@ from rig.live.baseline import ReferenceFrame
 from rig.recording.layout import FORMAT, LAST, VERSION, there
 from rig.recording.truncated import Padded, missing, whole_frames
 from rig.scene import Scene
+from rig.system.arrays import F32, F64, AnyArray
 from rig.system.frame import Frame
 
 if TYPE_CHECKING:
@@ -48,7 +50,7 @@ class Session:
     arrays: Mapping[str, h5py.Dataset]
     cut: str = ""
 
-    def row(self, index: int) -> dict[str, NDArray]:
+    def row(self, index: int) -> dict[str, AnyArray]:
         """Arrays of one frame.
 
         Raises
@@ -64,12 +66,12 @@ class Session:
                 " frames before it"
             ) from error
 
-    def column(self, name: str) -> NDArray:
+    def column(self, name: str) -> AnyArray:
         """One array of all whole frames."""
-        return self.arrays[name][: self.frames]
+        return cast(AnyArray, self.arrays[name][: self.frames])
 
 
-def frame(row: Mapping[str, NDArray]) -> Frame:
+def frame(row: Mapping[str, AnyArray]) -> Frame:
     """Image with its number, time and truth."""
     truth = None
     if row["frames/truth_known"]:
@@ -77,7 +79,7 @@ def frame(row: Mapping[str, NDArray]) -> Frame:
     return Frame(int(row[LAST]), float(row["frames/captured"]), row["frames/image"], truth)
 
 
-def reported(row: Mapping[str, NDArray]) -> Estimate:
+def reported(row: Mapping[str, AnyArray]) -> Estimate:
     """Touches that were found when a frame was recorded."""
     place = there(row["touches/place"])
     blocks = row["touches/covariance"][: len(place)]
@@ -89,14 +91,15 @@ def reported(row: Mapping[str, NDArray]) -> Estimate:
     return Estimate(place[:, :2], place[:, 2], spread, 0.0, 1, 1.0, result)
 
 
-def reported_touches(session: Session, min_force: float) -> tuple[list[Estimate], list[NDArray]]:
+def reported_touches(session: Session, min_force: float) -> tuple[list[Estimate], list[F64]]:
     """Return what was found, and x, y, F of what was there, in frames whose source knew it.
 
     Frames in which something presses less than `min_force` N are left out.
     """
     names = "frames/truth", "frames/truth_known", "touches/place", "touches/covariance"
     columns = {name: session.column(name) for name in names}
-    found, pressed = [], []
+    found: list[Estimate] = []
+    pressed: list[F64] = []
     for index in np.flatnonzero(columns["frames/truth_known"]):
         row = {name: column[index] for name, column in columns.items()}
         truth = there(row["frames/truth"])[:, :3]
@@ -107,7 +110,7 @@ def reported_touches(session: Session, min_force: float) -> tuple[list[Estimate]
 
 
 @contextmanager
-def open_session(path: Path) -> Iterator[Session]:
+def open_session(path: Path) -> Generator[Session]:
     """Open a recording.
 
     Raises
@@ -157,7 +160,7 @@ def _is_open(path: Path) -> bool:
 
 
 def _read(path: Path, file: h5py.File, lost: int) -> Session:
-    if file.attrs.get("format") != FORMAT:
+    if cast(object, file.attrs.get("format")) != FORMAT:
         raise OSError(f"'{path}' is no recording of touchplate; give one that `record` has written")
     if file.attrs["version"] != VERSION:
         raise OSError(
@@ -165,7 +168,12 @@ def _read(path: Path, file: h5py.File, lost: int) -> Session:
             f" {VERSION}; use the program that wrote it"
         )
     arrays: dict[str, h5py.Dataset] = {}
-    file.visititems(lambda name, item: _collect(arrays, name, item))
+
+    def collect(name: str, item: object) -> None:
+        if hasattr(item, "shape"):
+            arrays[name] = cast("h5py.Dataset", item)
+
+    file.visititems(collect)
     stored = arrays.pop("reference")
     noise = float(np.asarray(stored.attrs["noise"], dtype=np.float64))
     said = min(len(array) for array in arrays.values())
@@ -173,18 +181,13 @@ def _read(path: Path, file: h5py.File, lost: int) -> Session:
     cut = f"recording '{path}' lacks its end: {frames} of {said} frames are whole" if lost else ""
     return Session(
         path=path,
-        scene=Scene.model_validate_json(str(file.attrs["scene"])),
-        calibration=str(file.attrs.get("calibration", "")),
-        reference=ReferenceFrame(np.asarray(stored[()]), noise),
+        scene=Scene.model_validate_json(cast(str, file.attrs["scene"])),
+        calibration=cast(str, file.attrs.get("calibration", "")),
+        reference=ReferenceFrame(cast(F32, stored[()]), noise),
         frames=frames,
         arrays=arrays,
         cut=cut,
     )
-
-
-def _collect(arrays: dict[str, h5py.Dataset], name: str, item: object) -> None:
-    if hasattr(item, "shape"):
-        arrays[name] = item  # pyright: ignore[reportArgumentType]
 
 
 def _reason(error: Exception) -> str:

@@ -5,13 +5,15 @@ its start; with zeros in the place of what is missing it opens. Which frames are
 where their chunks lie.
 """
 
+# h5py has no types.
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
 from __future__ import annotations
 
 import io
 import struct
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 if TYPE_CHECKING:
     import h5py
@@ -55,7 +57,7 @@ class Padded(io.RawIOBase):
         """See `io.IOBase`."""
         return self._at
 
-    def readinto(self, buffer) -> int:
+    def readinto(self, buffer: Any) -> int:
         """See `io.RawIOBase`."""
         wanted = max(min(len(buffer), self._size - self._at), 0)
         self._raw.seek(self._at)
@@ -88,7 +90,8 @@ def whole_frames(arrays: Mapping[str, h5py.Dataset], size: int) -> int:
 def _lies_within(array: h5py.Dataset, index: int, size: int) -> bool:
     """Whether the chunk of a frame is there."""
     try:
-        chunk = array.id.get_chunk_info_by_coord((index, *[0] * (array.ndim - 1)))
+        first = (index, *[0] * (cast(int, array.ndim) - 1))
+        chunk = cast(Any, array.id).get_chunk_info_by_coord(first)
     except (OSError, RuntimeError, ValueError):  # what says where it lies is itself cut off
         return False
-    return chunk.byte_offset is not None and chunk.byte_offset + chunk.size <= size
+    return chunk.byte_offset is not None and bool(chunk.byte_offset + chunk.size <= size)

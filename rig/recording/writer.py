@@ -1,19 +1,21 @@
 """Writes a recording: after each frame the file on disk is whole, whatever happens next."""
 
+# h5py has no types.
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
 from __future__ import annotations
 
 import zlib
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rig.live.baseline import ReferenceFrame
 from rig.recording.layout import FORMAT, IMAGES, LAST, VERSION, Shapes
 from rig.recording.swmr_flag import SUPERBLOCK, unmarked
+from rig.system.arrays import AnyArray
 
 if TYPE_CHECKING:
     import h5py
@@ -56,7 +58,7 @@ class Writer:
         self._flush()
         self.frames = 0
 
-    def append(self, rows: Mapping[str, NDArray]) -> None:
+    def append(self, rows: Mapping[str, AnyArray]) -> None:
         """Write one frame and hand it to the system.
 
         Raises
@@ -69,7 +71,7 @@ class Writer:
                 self._flush()
             array.resize(self.frames + 1, axis=0)
             if name in IMAGES:
-                start = (self.frames, *[0] * (array.ndim - 1))
+                start = (self.frames, *[0] * (cast(int, array.ndim) - 1))
                 array.id.write_direct_chunk(start, _deflate(rows[name]))
             else:
                 array[self.frames] = rows[name]
@@ -116,6 +118,6 @@ def _create(file: h5py.File, name: str, shape: tuple[int, ...], kind: str) -> h5
     )
 
 
-def _deflate(image: NDArray) -> bytes:
+def _deflate(image: AnyArray) -> bytes:
     packer = zlib.compressobj(1, zlib.DEFLATED, zlib.MAX_WBITS, 9, zlib.Z_RLE)
     return packer.compress(image.data) + packer.flush()

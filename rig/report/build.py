@@ -55,7 +55,8 @@ def build(contents: Contents, order: Order, announce: Announce, now: datetime) -
     asked = [study for study in known if not names or study.name in names]
     chosen = [study for study in asked if study.words(order.effort) is not False]
     left = tuple(study.title for study in known if study not in chosen)
-    code, results = code_hash(contents.home), {}
+    code = code_hash(contents.home)
+    results: dict[str, page.Result] = {}
     for count, study in enumerate(chosen):
         announce(study, count, len(chosen))
         results[study.name] = _result(study, contents, order, code)

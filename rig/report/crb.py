@@ -1,5 +1,8 @@
 """How far each case lies above the bound of Cramér and Rao, drawn as bars."""
 
+# matplotlib leaves the types of its keywords open.
+# pyright: reportUnknownMemberType=false
+
 from __future__ import annotations
 
 from collections.abc import Iterable

@@ -1,9 +1,12 @@
 """The first picture of a report: error against run time, a panel a study."""
 
+# matplotlib leaves the types of its keywords open.
+# pyright: reportUnknownMemberType=false
+
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rig.report import pareto
 from rig.report.figure import Figure
@@ -45,7 +48,8 @@ def draw(panels: list[Panel], path: Path) -> None:
 
 def _draw(axes: Axes, panel: Panel) -> list[Text]:
     """Draw one panel; return the names of its settings."""
-    settings, texts = pareto.trades(panel.figures), []
+    settings = pareto.trades(panel.figures)
+    texts: list[Text] = []
     best = pareto.front(settings)
     axes.plot([b.time for b in best], [b.error for b in best], color="0.6", lw=1, zorder=1)
     for setting in settings:
@@ -54,7 +58,7 @@ def _draw(axes: Axes, panel: Panel) -> list[Text]:
         axes.scatter(*point, color=colour, s=26, zorder=2)
         if setting in best or setting.is_default or len(settings) <= NAMES:
             name = setting.case.removesuffix(pareto.DEFAULT).strip()
-            style = {"color": colour, "fontsize": 8, "in_layout": False}
+            style: dict[str, Any] = {"color": colour, "fontsize": 8, "in_layout": False}
             texts.append(
                 axes.annotate(name, point, PLACES[0][:2], textcoords="offset points", **style)
             )

@@ -78,7 +78,7 @@ def write(folder: Path, origin: Origin, parts: Parts) -> None:
 
 def _panels(results: Iterable[Result], folder: Path) -> str:
     """Draw what the page opens with; return its link, or nothing without such a table."""
-    panels = []
+    panels: list[front.Panel] = []
     for result in results:
         tables = table.tables(result.figures) if result.study.front else {}
         for title, figures in tables.items():
@@ -123,7 +123,7 @@ def _state(outcome: Outcome) -> str:
 
 
 def _sections(parts: Parts, folder: Path) -> list[str]:
-    blocks = []
+    blocks: list[str] = []
     for section, results in parts.sections:
         blocks += [f"## {section.title}", section.text]
         for result in results:

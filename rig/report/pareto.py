@@ -1,5 +1,8 @@
 """Error against run time: the picture, and the settings that no other one beats in both."""
 
+# matplotlib leaves the types of its keywords open.
+# pyright: reportUnknownMemberType=false
+
 from __future__ import annotations
 
 from collections.abc import Iterable
@@ -82,6 +85,10 @@ def colour(setting: Trade, best: bool) -> str:
     return "C0" if best else "0.45"
 
 
+def _short(value: float, _: int | None) -> str:
+    return f"{value:g}"
+
+
 def scale(axes: Axes, figures: Iterable[Figure]) -> None:
     """Name both axes and make them logarithmic, with numbers that people write."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
@@ -92,7 +99,7 @@ def scale(axes: Axes, figures: Iterable[Figure]) -> None:
     axes.margins(0.1)
     for axis, (low, high) in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
         axis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < 300 * low else (1,)))
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_major_formatter(FuncFormatter(_short))
         axis.set_minor_formatter(NullFormatter())
     axes.grid(True, which="major", color="0.92")
     axes.spines[["top", "right"]].set_visible(False)

@@ -1,5 +1,8 @@
 """Figures at places of a plate, drawn as maps: a table whose cases are "(x, y) mm"."""
 
+# matplotlib leaves the types of its keywords open.
+# pyright: reportUnknownMemberType=false
+
 from __future__ import annotations
 
 import re

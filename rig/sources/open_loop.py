@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import AbstractContextManager, contextmanager
 from typing import TYPE_CHECKING
 
@@ -35,7 +35,7 @@ def open_loop(
     preview: Callable[[Snapshot], object] = lambda snapshot: None,
     recorder: Recorder | None = None,
     show: Show | None = None,
-) -> Iterator[Loop]:
+) -> Generator[Loop]:
     """Open the loop of a scene while the block runs; it has its reference and waits for nothing.
 
     Parameters

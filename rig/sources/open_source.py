@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -33,7 +33,7 @@ Opening = Callable[[], "OpenDevice"]
 @contextmanager
 def open_input(
     scene: Scene, say: Callable[[str], object]
-) -> Iterator[tuple[Source, ReferenceFrame | None]]:
+) -> Generator[tuple[Source, ReferenceFrame | None]]:
     """Open the source of a scene's frames while the block runs.
 
     Parameters
@@ -114,7 +114,8 @@ def _opening(device: DeviceSection, view: CameraSection) -> Opening:
             from rig.camera.genicam import open_genicam
 
             return partial(open_genicam, producer, serial, *given)
-    raise TypeError(f"no way to open a {type(device).__name__}")
+        case _:
+            raise TypeError(f"no way to open a {type(device).__name__}")
 
 
 def _rescue(device: DeviceSection) -> Callable[[], object] | None:

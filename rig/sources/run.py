@@ -127,7 +127,7 @@ def _next(snapshots: Iterator[Snapshot]) -> Snapshot | None:
 
 
 @contextmanager
-def _open(scene: Scene, calibration: Calibration, record: Path | None) -> Iterator[Loop]:
+def _open(scene: Scene, calibration: Calibration, record: Path | None) -> Generator[Loop]:
     for sentence in calibration_warnings(calibration, scene, datetime.now(UTC)):
         LOG.warning(sentence)
     with ExitStack() as parts:
@@ -142,7 +142,7 @@ def _open(scene: Scene, calibration: Calibration, record: Path | None) -> Iterat
 
 
 @contextmanager
-def _progress(title: str) -> Iterator[Report]:
+def _progress(title: str) -> Generator[Report]:
     def report(done: int, total: int) -> None:
         LOG.info("%s: %d of %d", title, done, total)
 

@@ -135,6 +135,7 @@ def _script(
             return script.collect(plate.size, force, source.seed)
         case _, TouchesSection(force=force):
             return script.random_touches(plate.size, force, source.seed, rate)
-    raise ValueError(
-        f"script '{source.script}' draws its forces from [touches]; add [touches] to the scene"
-    )
+        case name, None:
+            raise ValueError(
+                f"script '{name}' draws its forces from [touches]; add [touches] to the scene"
+            )

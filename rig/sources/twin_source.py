@@ -10,7 +10,7 @@ from __future__ import annotations
 import multiprocessing
 import signal
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from multiprocessing.connection import Connection
@@ -104,7 +104,7 @@ class TwinSource:
 
 
 @contextmanager
-def open_twin(scene: Scene) -> Iterator[TwinSource]:
+def open_twin(scene: Scene) -> Generator[TwinSource]:
     """Start the twin of a scene; it ends with the context, or with the process that opened it.
 
     It prepares itself meanwhile; its time begins with the first `grab`, its script with `begin`.

@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 import dic
@@ -20,6 +19,7 @@ from rig.studies.correlation.images import eight_bit, speckle
 from rig.studies.correlation.peers import pyramid, pyvale_field
 from rig.studies.study import cpu_seconds, line, run
 from rig.studies.touches.strain import INFLUENCE, UNIT, Touches, draw
+from rig.system.arrays import F64
 
 TABLE = "Run time over that of a peer, one thread, same run"
 SHIFT = (0.4, 0.2)  # px
@@ -80,20 +80,20 @@ def solver() -> Iterator[Figure]:
         yield from beside(name, (mine, theirs), 1.0, (off, other), "mm")
 
 
-def by_us(white: NDArray, start: Touches, search: CandidateGrid) -> Touches:
+def by_us(white: F64, start: Touches, search: CandidateGrid) -> Touches:
     """Solve as the loop does."""
     found = models.find(white, search, start=start, count=len(start))
     order = np.linalg.norm(start[:, None, :2] - found.xy[None], axis=2).argmin(axis=1)
     return np.column_stack([found.xy, found.force])[order]
 
 
-def by_scipy(white: NDArray, start: Touches, search: CandidateGrid) -> Touches:
+def by_scipy(white: F64, start: Touches, search: CandidateGrid) -> Touches:
     """Solve with the same model and derivatives by Levenberg and Marquardt of MINPACK."""
 
-    def residual(unknowns: NDArray) -> NDArray:
+    def residual(unknowns: F64) -> F64:
         return search.forward.read(unknowns.reshape(-1, 3))[0] - white
 
-    def jacobian(unknowns: NDArray) -> NDArray:
+    def jacobian(unknowns: F64) -> F64:
         return search.forward.read(unknowns.reshape(-1, 3))[1].T
 
     found = least_squares(residual, start.ravel(), jacobian, method="lm")  # pyright: ignore[reportArgumentType]

@@ -13,9 +13,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
+
+from rig.system.arrays import AnyArray
 
 FORMAT = 1
 """Version of the files' format; part of every key."""
@@ -81,15 +83,17 @@ def _feed(update: Callable[[bytes], None], part: Any) -> None:
         case np.generic():
             _feed(update, part.item())
         case np.ndarray():
-            update(f"array:{part.dtype.str}:{part.shape}:".encode())
-            update(np.ascontiguousarray(part).tobytes())
+            array = cast(AnyArray, part)
+            update(f"array:{array.dtype.str}:{array.shape}:".encode())
+            update(np.ascontiguousarray(array).tobytes())
         case ModuleType():
             _feed(update, _source(part))
         case Mapping():
-            _feed(update, [(name, part[name]) for name in sorted(part)])
+            _feed(update, sorted(cast(Mapping[str, Any], part).items()))
         case tuple() | list():
-            update(f"sequence:{len(part)}:".encode())
-            for item in part:
+            items = cast(tuple[Any, ...] | list[Any], part)
+            update(f"sequence:{len(items)}:".encode())
+            for item in items:
                 _feed(update, item)
         case _ if is_dataclass(part):
             named = [(field.name, getattr(part, field.name)) for field in fields(part)]

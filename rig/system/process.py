@@ -3,7 +3,7 @@
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from types import ModuleType
 from typing import Any
@@ -15,7 +15,7 @@ SIGNALS = (signal.SIGINT, signal.SIGALRM) if REPEATS else (signal.SIGINT,)
 
 
 @contextmanager
-def deaf_to_interrupts() -> Iterator[None]:
+def deaf_to_interrupts() -> Generator[None]:
     """Let a process that starts here be deaf to Ctrl-C from its first instruction on.
 
     A new process that still imports would die of it with a traceback. This one puts an answer off
@@ -42,7 +42,7 @@ def deaf_to_interrupts() -> Iterator[None]:
 
 
 @contextmanager
-def without_script() -> Iterator[None]:
+def without_script() -> Generator[None]:
     """Let a process that is spawned here leave the user's script alone.
 
     It would run the script once more to find what it defines. What starts here is defined in this
@@ -57,7 +57,7 @@ def without_script() -> Iterator[None]:
 
 
 @contextmanager
-def interruptible() -> Iterator[None]:
+def interruptible() -> Generator[None]:
     """Let Ctrl-C end what runs here as KeyboardInterrupt and nothing else.
 
     Where it comes while compiled code is called, that code makes a SystemError of it; where it

@@ -1,10 +1,12 @@
 """What is scored: a stored net on the touches of its scene, or what a recording says was found."""
 
+# h5py has no types.
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from pydantic import ValidationError
@@ -75,7 +77,7 @@ def is_recording(path: Path) -> bool:
 
     try:
         with h5py.File(path, "r") as file:
-            return file.attrs.get("format") == FORMAT
+            return cast(object, file.attrs.get("format")) == FORMAT
     except OSError:
         return False
 

@@ -73,11 +73,12 @@ def score_presses(
     net_plan = NetPlan(net, gauges, plan.view.subset, plan.net.solver_steps, margin)
     ready = prepare_net(net_plan, chain, session.reference, bench.camera)
     watch = Stopwatch(lambda: 0.0)
-    off, found = [], presses(session)
+    off: list[float] = []
+    found = presses(session)
     for one in found:
         frame_estimate = estimate_frame(chain, one.image, at_rest(chain), watch)
         found_by_net = ready.estimate(chain, one.image, frame_estimate, watch).estimate
         if found_by_net.count:
-            off.append(np.hypot(*(found_by_net.xy[0] - one.touch[:2])))
+            off.append(float(np.hypot(*(found_by_net.xy[0] - one.touch[:2]))))
     place = float(np.sqrt(np.mean(np.square(off)))) if off else None
     return PressScore(len(found), len(found) - len(off), place)

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from math import hypot, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
 import synthetic
 from models import CameraGauges, prepare_camera_gauges
@@ -17,8 +16,9 @@ from rig.scene.bench import LatticeSection, PatternSection, RingSection, SensorS
 from rig.scene.plate import PlateSection
 from rig.scene.sensing import TrainingSection
 from rig.system import cache
+from rig.system.arrays import F64, AnyArray
 
-ROUNDING = 1 / sqrt(12)  # grey levels, of a image of whole ones
+ROUNDING = 1 / sqrt(12)  # grey levels, of an image of whole ones
 
 
 @dataclass(frozen=True)
@@ -53,16 +53,16 @@ class RenderedGauges:
         Of the covariance of the strains.
     warper : synthetic.Warper
     sensors : pair of synthetic.SensorSection
-        Of the reference and of a image, each for the mean of some.
+        Of the reference and of an image, each for the mean of some.
     """
 
     seen: CameraGauges
-    root: NDArray[np.float64]
+    root: F64
     warper: synthetic.Warper
     sensors: tuple[synthetic.Sensor, synthetic.Sensor]
 
-    def correlate(self, touches: NDArray, rng: np.random.Generator) -> NDArray[np.float64]:
-        """Render touches (N, 3), mm, mm, N, one a image; return what DIC reads, (N, 3M).
+    def correlate(self, touches: F64, rng: np.random.Generator) -> F64:
+        """Render touches (N, 3), mm, mm, N, one an image; return what DIC reads, (N, 3M).
 
         The plate is that of its modes, as without images. Each has a reference of its own.
         """
@@ -71,11 +71,11 @@ class RenderedGauges:
         modes, points = self.seen.modes, self.warper.points
         value, slope, top = modes.value(points), modes.slope(points), modes.plate.thickness / 2
 
-        def image(q: NDArray, sensor: synthetic.Sensor) -> NDArray:
+        def image(q: F64, sensor: synthetic.Sensor) -> AnyArray:
             tilt = -top * np.einsum("nka,k->na", slope, q)
             return self.warper.render(np.column_stack([tilt, value @ q]), sensor, rng)
 
-        found = []
+        found: list[F64] = []
         for q in touches[:, 2:] * modes.response(touches[:, :2]):
             still = image(0.0 * q, self.sensors[0])
             gauges = self.seen.gauges

@@ -17,14 +17,13 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, cast
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from websockets.exceptions import WebSocketException
 from websockets.sync.client import connect
 
@@ -40,6 +39,7 @@ from rig.projector.light_map import prepare_light_map
 from rig.projector.markers import Screen, project
 from rig.sources.twin import build_twin
 from rig.studies.study import part
+from rig.system.arrays import F32, AnyArray
 
 ROOT = Path(__file__).parents[3]
 sys.path.insert(0, str(ROOT))
@@ -107,15 +107,15 @@ class Lit:
 
     def __init__(self, sensor: synthetic.Sensor):
         self._sensor = sensor
-        self.light: NDArray[np.float32] | np.float32 = np.float32(1.0)
+        self.light: F32 | np.float32 = np.float32(1.0)
         self.cover: Callable[[np.ndarray], np.ndarray] = lambda light: light
 
     def capture(
         self,
-        intensity: NDArray[np.float32],
+        intensity: F32,
         rng: np.random.Generator | None,
-        out: NDArray | None = None,
-    ) -> NDArray:
+        out: AnyArray | None = None,
+    ) -> AnyArray:
         """See `synthetic.Sensor`."""
         intensity *= np.asarray(self.light, np.float32)
         return self._sensor.capture(self.cover(intensity), rng, out)
@@ -199,7 +199,7 @@ class Room(threading.Thread):
     def _expose(self, number: int, now: float) -> None:
         touches, moved = self._round[number % len(self._round)]
         picture = self._display.read()
-        light: NDArray[np.float32] | np.float32 = np.float32(1.0)
+        light: F32 | np.float32 = np.float32(1.0)
         if picture is not None and picture[::4, ::4].any():
             light = self._light.on_camera(picture)
         self._sensor.light, self._sensor.cover = light * np.float32(self.lamp), self.cover
@@ -254,7 +254,7 @@ class Listener(threading.Thread):
 
 
 @contextmanager
-def emulated_camera(size: tuple[int, int], file: Path) -> Iterator[Emulation]:
+def emulated_camera(size: tuple[int, int], file: Path) -> Generator[Emulation]:
     """Run the camera that sends the pictures of a file."""
     script = ROOT / "tests/rig/emulation/camera.py"
     command = [WRAPPER, "/usr/bin/python3", script, *map(str, size), str(RATE)]

@@ -9,7 +9,6 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 import dic
 import fe
@@ -25,6 +24,7 @@ from rig.report.figure import Figure, at_least, at_most
 from rig.sources.twin import Twin, build_twin
 from rig.studies.start import child
 from rig.studies.study import line, part, rms, run
+from rig.system.arrays import F64
 from rig.system.timing import Stopwatch
 
 INSET = 25.0  # mm from an edge
@@ -65,7 +65,7 @@ def empty() -> Iterator[Figure]:
     )
 
 
-def random_touches(bench: Bench, twin: Twin, count: int) -> tuple[NDArray, NDArray]:
+def random_touches(bench: Bench, twin: Twin, count: int) -> tuple[F64, F64]:
     """Errors x mm, y mm, F relative of `count` frames, and the bound on the place, mm²."""
     rng, (a, b) = np.random.default_rng(1), bench.plate.size
     drawn = [
@@ -132,7 +132,7 @@ def shifts() -> Iterator[Figure]:
     pattern = synthetic.speckle(size, diameter=spots.diameter, softness=spots.softness)
     sensor, rng = synthetic.Sensor(noise=2.0), np.random.default_rng(2)
 
-    def image(shift: float) -> NDArray[np.float64]:
+    def image(shift: float) -> F64:
         centre = camera.centre[0] + shift, camera.centre[1] + shift / 2
         return synthetic.render(pattern, replace(camera, centre=centre), None, None, None)
 
@@ -154,7 +154,7 @@ def shifts() -> Iterator[Figure]:
     )
 
 
-def floor_of(image: NDArray[np.float64], noise: float) -> float:
+def floor_of(image: F64, noise: float) -> float:
     """√2 σ / √SSSIG at subset 21, order 1, with the full 6 x 6 Hessian, px."""
     fx, fy = spline_gradient(spline_coefficients(image))
     half, step, variances = 10, 25, []

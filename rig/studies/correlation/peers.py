@@ -7,7 +7,8 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+
+from rig.system.arrays import F64, AnyArray
 
 EDGE = 12  # px, border that al-dic is asked to leave out
 
@@ -25,11 +26,11 @@ class Peer:
     """
 
     seconds: float
-    xy: NDArray[np.float64]
-    moved: NDArray[np.float64]
+    xy: F64
+    moved: F64
 
 
-def pyvale_field(first: NDArray, second: NDArray, order: int, repeats: int = 3) -> Peer | None:
+def pyvale_field(first: AnyArray, second: AnyArray, order: int, repeats: int = 3) -> Peer | None:
     """Correlate the full field with pyvale, one thread, subset 21, step 5, as it comes.
 
     None where it is not installed.
@@ -60,7 +61,7 @@ def pyvale_field(first: NDArray, second: NDArray, order: int, repeats: int = 3) 
     return Peer(float(np.median(times)), table[:, :2], table[:, 2:])
 
 
-def al_dic_field(first: NDArray, second: NDArray) -> Peer | None:
+def al_dic_field(first: AnyArray, second: AnyArray) -> Peer | None:
     """Correlate with al-dic without its global step, subset 20, step 4, as it comes.
 
     None where it is not installed.
@@ -89,7 +90,7 @@ def al_dic_field(first: NDArray, second: NDArray) -> Peer | None:
     return Peer(spent, result.dic_mesh.coordinates_fem, result.result_disp[0].U.reshape(-1, 2))
 
 
-def pyramid(first: NDArray, second: NDArray, places: NDArray, window: int = 31) -> NDArray:
+def pyramid(first: AnyArray, second: AnyArray, places: F64, window: int = 31) -> F64:
     """Motion (N, 2) px by the pyramid of Lucas and Kanade in OpenCV."""
     start = places.astype(np.float32)
     size = window, window

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 import dic
 import synthetic
 from rig.studies.correlation.peers import Peer, al_dic_field, pyramid, pyvale_field
 from rig.studies.study import cpu_seconds, rms
+from rig.system.arrays import F64, Grey
 from synthetic import closed_forms
 
 SIDE, SCALE, NOISE = 512, 0.25, 2.0  # px, mm per px, grey levels
@@ -36,7 +36,7 @@ SUBSETS, STEPS = (11, 15, 21, 31, 41), (2, 3, 10, 20)
 SMOOTHED = ((11, 9), (15, 7), (15, 9), (15, 11), (21, 9))  # subset, window
 
 
-Images = Mapping[str, NDArray[np.uint8]]
+Images = Mapping[str, Grey]
 
 
 class Setting(NamedTuple):
@@ -87,7 +87,7 @@ def images() -> Images:
     return {k: synthetic.render(pattern, CAMERA, m, sensor, rng) for k, m in moved.items()}
 
 
-def error(name: str, xy: NDArray[np.float64], moved: NDArray[np.float64]) -> float:
+def error(name: str, xy: F64, moved: F64) -> float:
     """Root mean square of what was measured less the truth, px, away from the border."""
     inside = np.all((xy >= BORDER) & (xy <= SIDE - 1 - BORDER), axis=1)
     inside &= np.isfinite(moved).all(axis=1)
@@ -151,7 +151,7 @@ def by_pyramid(seen: Images, window: int) -> Measured:
 
 def full_field_peers(seen: Images) -> Iterator[Measured]:
     """Run pyvale and al-dic where they are installed; each call does all of the work."""
-    codes: tuple[tuple[Setting, Callable[[NDArray, NDArray], Peer | None]], ...] = (
+    codes: tuple[tuple[Setting, Callable[[F64, F64], Peer | None]], ...] = (
         (Setting("pyvale", 21, 5, 1, "", "its own"), lambda a, b: pyvale_field(a, b, 1)),
         (Setting("pyvale", 21, 5, 2, "", "its own"), lambda a, b: pyvale_field(a, b, 2)),
         (Setting("al-dic, local", 20, 4, 1, "", "its own"), al_dic_field),

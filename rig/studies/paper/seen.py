@@ -1,7 +1,7 @@
 """Nets on what a camera sees: trained without images, tested on those and on images.
 
 The plate of the paper under a camera, in perspective and telecentric. What the camera adds to the
-strain is linear in the force, so touches are simulated by thousands without a image; hundreds of
+strain is linear in the force, so touches are simulated by thousands without an image; hundreds of
 images, correlated at the 72 gauges, say whether it is true. Pictures stand for 16 frames
 averaged, with the noise that is left of 2 grey levels. The plate is that of its first 200 modes, in
 images and without.

@@ -10,7 +10,6 @@ from functools import partial
 
 import numpy as np
 import scipy.sparse.linalg as sla
-from numpy.typing import NDArray
 
 import fe
 from fe.elements.functional import derivative
@@ -19,6 +18,7 @@ from models import gauges_inside_edges, gauges_on_edges
 from rig.report.figure import Figure
 from rig.studies.stiff.plates import PAPER
 from rig.studies.study import Cell, cpu_seconds, line, run
+from rig.system.arrays import F64
 
 LOADS = ((50.0, 50.0), (30.0, 20.0), (10.0, 50.0), (20.0, 10.0))
 RING = np.concatenate([gauges_on_edges(PAPER.size), gauges_inside_edges(PAPER.size)])
@@ -28,7 +28,7 @@ DEFAULT = 120  # elements a side of the default mesh
 PVC = fe.Plate((254.0, 254.0), thickness=1.0, young=3000.0, poisson=0.38)
 PRESSES = ((127.0, 127.0), (60.0, 90.0), (100.0, 200.0), (40.0, 45.0))
 FORCES = (0.2, 5.0)
-Unknowns = NDArray[np.float64]
+Unknowns = F64
 AnyState = fe.LinearState | fe.LargeState | fe.ShellState
 Press = Callable[[tuple[float, float], float], AnyState]
 """From a place, mm, and a force, N, to the state of the plate."""
@@ -68,7 +68,7 @@ def states(solver: fe.Linear) -> list[fe.LinearState]:
     return [solver.deflect([fe.Touch(*place, 1.0)]) for place in LOADS]
 
 
-def plain_strain(state: fe.LinearState) -> NDArray[np.float64]:
+def plain_strain(state: fe.LinearState) -> F64:
     """Strain (K, 3) from the second derivatives of the elements, without recovery."""
     curvatures = [
         derivative(state.mesh, RING, p, q).of(state.values)[:, 0]
@@ -77,7 +77,7 @@ def plain_strain(state: fe.LinearState) -> NDArray[np.float64]:
     return -0.5 * state.plate.thickness * np.stack(curvatures, axis=1)
 
 
-def worst(found: list[NDArray], truth: list[NDArray]) -> float:
+def worst(found: list[F64], truth: list[F64]) -> float:
     """Largest error in parts of the largest value of its load."""
     pairs = zip(found, truth, strict=True)
     return max(float(np.abs(f - t).max() / np.abs(t).max()) for f, t in pairs)

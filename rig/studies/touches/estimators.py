@@ -11,7 +11,6 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 import models
 from models import Estimate, Net, NetOptions, Recipe, predict, train_net
@@ -21,21 +20,22 @@ from models.nets.refine import refine
 from rig.report.figure import Bar, Figure, at_most
 from rig.studies.paper.sets import pressed, sets, several
 from rig.studies.study import cpu_seconds, line, rms, run
+from rig.system.arrays import F64
 
 TABLE = "One touch, 72 gauges, noise 1 %"
 NOISE = 0.01  # of the root mean square strain of 1 N
 TEST, TIMED = 1000, 300
 STREAMED = 4000  # epochs of the net trained with noise; the paper's table has a longer one
-Estimator = Callable[[NDArray], NDArray]
+Estimator = Callable[[F64], F64]
 """From strains (n, 216) to places (n, 2)."""
 
 
 class Case(NamedTuple):
     """Test strains with noise and without, their touches, σ, and the bound of each place, mm."""
 
-    noisy: NDArray
-    exact: NDArray
-    places: NDArray
+    noisy: F64
+    exact: F64
+    places: F64
     sigma: float
     bound: float
 
@@ -111,7 +111,7 @@ def stepped(net: Net) -> Estimator:
     """Take two steps of the solver after a net."""
     forward = models.gauge_forward(pressed("paper-one")[1], case().sigma)
 
-    def estimate(strain: NDArray) -> NDArray:
+    def estimate(strain: F64) -> F64:
         starts = predict(net, strain)
         white = strain / case().sigma
         return np.array(
@@ -148,7 +148,7 @@ def candidates() -> tuple[models.CandidateGrid, float]:
     return models.prepare_candidates(forward), time.process_time() - began
 
 
-def each(solve: Callable[[NDArray, int], Estimate]) -> Estimator:
+def each(solve: Callable[[F64, int], Estimate]) -> Estimator:
     """Solve frame by frame; `solve` takes a whitened frame and its number."""
     return lambda strain: np.array(
         [solve(white, n).xy[0] for n, white in enumerate(strain / case().sigma)]

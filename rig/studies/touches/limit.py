@@ -9,7 +9,6 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 import dic
 import models
@@ -24,6 +23,7 @@ from rig.report.figure import Figure
 from rig.report.plate_map import at
 from rig.sources.twin import Twin, build_twin
 from rig.studies.study import line, rms as root_mean_square, run
+from rig.system.arrays import F64, AnyArray
 
 FORCE = 1.0  # N
 INSET = 25.0  # mm from an edge
@@ -35,11 +35,11 @@ WAYS = "What each way of measuring keeps, a touch of 1 N, rms over the plate 25 
 
 
 class Case(NamedTuple):
-    """The bench, its twin, a image at rest without noise (grey levels), and the noise."""
+    """The bench, its twin, an image at rest without noise (grey levels), and the noise."""
 
     bench: Bench
     twin: Twin
-    still: NDArray
+    still: AnyArray
     noise: float
 
 
@@ -54,7 +54,7 @@ def case() -> Case:
     return Case(bench, twin, span * twin.warper.render(rest, None, None), noise)
 
 
-def touches() -> NDArray[np.float64]:
+def touches() -> F64:
     """Touches of 1 N over the plate, away from its edges."""
     size = case().bench.plate.size
     places = places_over_plate(size, 16)
@@ -190,14 +190,14 @@ def by_gauges(gauges: synthetic.Gauges) -> Forward:
     return modal(modes, (whitened - basis @ (basis.T @ whitened)).T)
 
 
-def ring() -> NDArray[np.float64]:
+def ring() -> F64:
     """72 places on a ring 25 mm inside the edges, px."""
     a, b = case().bench.plate.size
     inner = INSET + gauges_inside_edges((a - 2 * INSET, b - 2 * INSET), (a - 2 * INSET) / 18, 0.0)
     return on_image(inner)
 
 
-def places_over(count: int) -> NDArray[np.float64]:
+def places_over(count: int) -> F64:
     """Lay a grid of places over the plate, px."""
     a, b = case().bench.plate.size
     side = round(count**0.5)
@@ -205,7 +205,7 @@ def places_over(count: int) -> NDArray[np.float64]:
     return on_image(np.column_stack([x.ravel(), y.ravel()]))
 
 
-def on_image(places: NDArray) -> NDArray[np.float64]:
+def on_image(places: F64) -> F64:
     """Where places of the seen face, mm, stand in the image, whole px."""
     bench = case().bench
     seen = bench.camera.project(np.column_stack([places, np.full(len(places), bench.height)]))

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 import fe
 import models
@@ -20,6 +19,7 @@ from models import CandidateGrid, Estimate, TilePattern, match
 from rig.report.figure import Figure, at_most
 from rig.studies.study import line, run, timed, times
 from rig.studies.touches.strain import Touches, over_bounds
+from rig.system.arrays import F64, AnyArray, Mask
 
 SENSOR = synthetic.Sensor(noise=2.0)
 NOISE = float(np.sqrt(SENSOR.noise**2 + 1 / 12))  # with the rounding to whole grey levels
@@ -45,7 +45,7 @@ class Bench:
     warper: synthetic.Warper
     reference: TileReference
 
-    def light(self, moved: NDArray, shift: tuple[float, float] = (0.0, 0.0)) -> NDArray[np.float64]:
+    def light(self, moved: F64, shift: tuple[float, float] = (0.0, 0.0)) -> F64:
         """Image without noise, 0 to 1."""
         return self.warper.render(moved, None, None, shift=shift) / 255.0
 
@@ -68,7 +68,7 @@ NO_TOUCHES = np.empty((0, 3))
 def sense(
     pattern: TilePattern,
     search: CandidateGrid,
-    image: NDArray,
+    image: AnyArray,
     start: Touches = NO_TOUCHES,
     passes: int = 3,
     masked: bool = True,
@@ -136,7 +136,7 @@ def small() -> Iterator[Figure]:
         )
 
 
-def _covers(hand: synthetic.Occluder, fine: TilePattern) -> NDArray[np.bool_]:
+def _covers(hand: synthetic.Occluder, fine: TilePattern) -> Mask:
     """Tiles of a pattern that a hand reaches into, (T,) bool."""
     return fine.motions.tiles.sums(hand.coverage((1024, 1024))) > 0.01
 
@@ -169,7 +169,7 @@ def time() -> Iterator[Figure]:
 
 
 def _frame(
-    pattern: TilePattern, search: CandidateGrid, image: NDArray, motion: NDArray, start: Touches
+    pattern: TilePattern, search: CandidateGrid, image: AnyArray, motion: F64, start: Touches
 ) -> Estimate:
     flow = pattern.motions.flow(motion) if motion.any() else None
     sums = tile_sums(pattern.reference, image, flow)

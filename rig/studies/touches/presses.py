@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 import fe
 import models
@@ -30,6 +29,7 @@ from rig.plates.cached import plate_modes
 from rig.report.figure import Figure, at_most
 from rig.sources.twin import build_twin
 from rig.studies.study import Cell, line, part, run
+from rig.system.arrays import F64, AnyArray
 from rig.system.timing import Stopwatch
 
 SOFTER, GAIN, PLACE = 1.1, 0.02, 0.5  # stiffness, gain as a share, place in mm
@@ -44,13 +44,13 @@ SMALL = {
 }  # fmt: skip
 
 
-def error(found: NDArray, true: NDArray) -> NDArray[np.float64]:
+def error(found: F64, true: F64) -> F64:
     """RMS distance, mm, and RMS error of the force as a share."""
     away = np.square(found[:, :2] - true[:, :2]).sum(axis=1).mean()
     return np.sqrt([away, np.square(found[:, 2] / true[:, 2] - 1).mean()])
 
 
-def gauges(rng: np.random.Generator) -> Iterator[NDArray[np.float64]]:
+def gauges(rng: np.random.Generator) -> Iterator[F64]:
     """Errors of the model as it is, corrected, and right, of gauges 15 mm from the edges."""
     mesh, places = fe.grid(PLATE, 40), gauge_layout.gauges_inside_edges(PLATE.size, 15.0, 15.0)
     assumed = fe.influence(PLATE, places, mesh)
@@ -60,7 +60,7 @@ def gauges(rng: np.random.Generator) -> Iterator[NDArray[np.float64]]:
         fe.Adjoint(PLATE, mesh, moved.adjoint.values * np.repeat(factor, 3)), places
     )
 
-    def read(touches: NDArray) -> NDArray[np.float64]:
+    def read(touches: F64) -> F64:
         unit = real.strain(touches[:, :2]) * touches[:, 2, None, None]
         return unit + rng.normal(0, SIGMA, unit.shape)
 
@@ -84,7 +84,7 @@ class Watched:
     sensor: synthetic.Sensor
     rng: np.random.Generator
 
-    def image(self, touch: NDArray | None = None) -> NDArray:
+    def image(self, touch: F64 | None = None) -> AnyArray:
         """Take an image, at rest or under a touch."""
         moved = np.zeros((len(self.warper.points), 3))
         if touch is not None:
@@ -102,7 +102,7 @@ def chain(
     return live.prepare_chain(zero, motions, 1)
 
 
-def pattern(rng: np.random.Generator, off: float = 1.0) -> Iterator[NDArray[np.float64]]:
+def pattern(rng: np.random.Generator, off: float = 1.0) -> Iterator[F64]:
     """Errors of the model as it is, mapped, corrected, and right, of the whole pattern.
 
     The bench is wrong by a part `off` of what is stated above.
@@ -147,7 +147,7 @@ def pattern(rng: np.random.Generator, off: float = 1.0) -> Iterator[NDArray[np.f
     yield error(np.array([sense(right, image)[0] for image in shown]), fresh)
 
 
-def mapped(assumed: live.Chain, images: list[list[NDArray]], known: NDArray) -> Alignment:
+def mapped(assumed: live.Chain, images: list[list[AnyArray]], known: F64) -> Alignment:
     """Fit the map from what is found in the images of presses to where they are."""
     each = [[sense(assumed, image) for image in frames] for frames in images]
     found = np.array([[place for place, _ in frames] for frames in each]).mean(axis=1)
@@ -162,7 +162,7 @@ def seen_by(assumed: live.Chain, camera: synthetic.Camera) -> models.ImageMotion
     return models.prepare_motions(motions.modes, camera, height, motions.tiles)
 
 
-def sense(chain: live.Chain, image: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def sense(chain: live.Chain, image: AnyArray) -> tuple[F64, F64]:
     """x, y, F of the one touch in an image, and their standard deviations."""
     estimate = live.estimate_frame(
         chain, image, live.at_rest(chain), Stopwatch(lambda: 0.0)
@@ -175,7 +175,7 @@ def sense(chain: live.Chain, image: NDArray) -> tuple[NDArray[np.float64], NDArr
     )
 
 
-Way = Callable[[np.random.Generator], Iterator[NDArray[np.float64]]]
+Way = Callable[[np.random.Generator], Iterator[F64]]
 """Draws a bench; gives errors of the model as it is, of each correction, and of the right model."""
 
 

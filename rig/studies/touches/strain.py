@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 import fe
 import models
 from models import CandidateGrid, Estimate, Forward, gauges_inside_edges, match
 from rig.report.figure import Bar, Figure, at_least, at_most
 from rig.studies.study import Cell, line, rms, run, timed, times
+from rig.system.arrays import F64
 
 PLATE = fe.Plate((100.0, 100.0), 1.0, 3000.0, 0.3)
 MARGIN = 10.0  # mm, between the touches and the edges
@@ -24,7 +24,7 @@ LATTICE = np.stack(np.meshgrid(*2 * [np.arange(10.0, 91.0, 5.0)]), axis=-1).resh
 UNIT = float(np.sqrt(np.mean(INFLUENCE.strain(LATTICE) ** 2)))
 """Root mean square strain of a touch of 1 N."""
 SCENES, HARD = 1000, 60
-Touches = NDArray[np.float64]
+Touches = F64
 """x, y, mm, and force, N, of each touch, (n, 3)."""
 
 
@@ -42,27 +42,25 @@ def prepared(noise: float) -> CandidateGrid:
     return models.prepare_candidates(models.gauge_forward(INFLUENCE, noise * UNIT))
 
 
-def measured(
-    forward: Forward, touches: Touches, rng: np.random.Generator | None = None
-) -> NDArray[np.float64]:
+def measured(forward: Forward, touches: Touches, rng: np.random.Generator | None = None) -> F64:
     """Whitened strains, with noise of 1 where a generator is given."""
     exact = forward.read(touches)[0]
     return exact if rng is None else exact + rng.normal(size=exact.shape)
 
 
-def errors(estimate: Estimate, touches: Touches) -> tuple[NDArray, NDArray]:
+def errors(estimate: Estimate, touches: Touches) -> tuple[F64, F64]:
     """Distances, mm, and force errors, N, of touches that were paired."""
     place, force, _ = match(estimate, tuple(fe.Touch(*touch) for touch in touches.tolist()))
     return place, force
 
 
-def bound(forward: Forward, touches: Touches) -> NDArray[np.float64]:
+def bound(forward: Forward, touches: Touches) -> F64:
     """Cramér-Rao bound of each place, mm."""
     variances = np.diag(models.covariance(forward.read(touches)[1]))
     return np.sqrt(variances[0::3] + variances[1::3])
 
 
-def over_bounds(errors: list[NDArray], bounds: list[NDArray], bar: Bar | None) -> dict[str, Cell]:
+def over_bounds(errors: list[F64], bounds: list[F64], bar: Bar | None) -> dict[str, Cell]:
     """Make cells of errors (scenes, n) mm over their own bounds, and over all of them together.
 
     The first weighs all scenes alike; in the second the few decide that hardly tell touches apart.
@@ -127,7 +125,7 @@ def noise() -> Iterator[Figure]:
         )
 
 
-def _deviations(estimate: Estimate, touches: Touches) -> NDArray[np.float64]:
+def _deviations(estimate: Estimate, touches: Touches) -> F64:
     """Errors of x, y, F of all touches over their stated standard deviations."""
     nearest = np.linalg.norm(estimate.xy[:, None] - touches[:, :2], axis=2).argmin(axis=1)
     found = np.column_stack([estimate.xy, estimate.force])

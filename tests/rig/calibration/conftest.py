@@ -42,7 +42,7 @@ def places_seen(camera, height):
 
 
 def look_up(image, px):
-    """Read a image (H, W) at px (..., 2), bilinear, grey beside it."""
+    """Read an image (H, W) at px (..., 2), bilinear, grey beside it."""
     flat = px.reshape(-1, 1, 2).astype(np.float32)
     rows = len(flat)
     wide = 4096
