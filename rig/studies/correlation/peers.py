@@ -95,4 +95,4 @@ def pyramid(first: AnyArray, second: AnyArray, places: F64, window: int = 31) ->
     start = places.astype(np.float32)
     size = window, window
     moved, _, _ = cv2.calcOpticalFlowPyrLK(first, second, start, start.copy(), winSize=size)
-    return moved - start
+    return np.asarray(moved - start, dtype=np.float64)

@@ -151,7 +151,7 @@ def by_pyramid(seen: Images, window: int) -> Measured:
 
 def full_field_peers(seen: Images) -> Iterator[Measured]:
     """Run pyvale and al-dic where they are installed; each call does all of the work."""
-    codes: tuple[tuple[Setting, Callable[[F64, F64], Peer | None]], ...] = (
+    codes: tuple[tuple[Setting, Callable[[AnyArray, AnyArray], Peer | None]], ...] = (
         (Setting("pyvale", 21, 5, 1, "", "its own"), lambda a, b: pyvale_field(a, b, 1)),
         (Setting("pyvale", 21, 5, 2, "", "its own"), lambda a, b: pyvale_field(a, b, 2)),
         (Setting("al-dic, local", 20, 4, 1, "", "its own"), al_dic_field),
