@@ -10,8 +10,8 @@ from typing import Any
 from zlib import crc32
 
 import numpy as np
-from numpy.typing import NDArray
 
+from models.arrays import F32, F64
 from models.data.flat_file import ArrayPlace, locate
 
 FORMAT = "touchplate data set"
@@ -35,17 +35,15 @@ class Samples:
         What names the bench and the plan, as it was given to `begin_dataset`.
     """
 
-    strain: NDArray[np.float32]
-    touches: NDArray[np.float64]
-    gauges: NDArray[np.float64]
+    strain: F32
+    touches: F64
+    gauges: F64
     about: dict[str, Any]
 
     def __len__(self) -> int:
         return len(self.touches)
 
-    def batches(
-        self, size: int, rng: np.random.Generator
-    ) -> Iterator[tuple[NDArray[np.float32], NDArray[np.float64]]]:
+    def batches(self, size: int, rng: np.random.Generator) -> Iterator[tuple[F32, F64]]:
         """Go through all rows once in random order, `size` at a time, the last batch shorter.
 
         Yields
@@ -87,7 +85,7 @@ def read_dataset(path: str | Path) -> Samples:
     return Samples(strain, touches, gauges, json.loads(head["about"]))
 
 
-def checksum(touches: NDArray[np.float64], strain: NDArray[np.float32]) -> int:
+def checksum(touches: F64, strain: F32) -> int:
     """Return the CRC-32 of a block."""
     return crc32(np.ascontiguousarray(strain).data, crc32(np.ascontiguousarray(touches).data))
 

@@ -12,7 +12,8 @@ from math import comb
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
+
+from models.arrays import F64, I64
 
 BLOCK = 4096
 """Samples in a block. The seed of a block holds its number, so another size is another data set."""
@@ -31,8 +32,8 @@ class TouchLattice:
     forces : (S,) float64, N
     """
 
-    places: NDArray[np.float64]
-    forces: NDArray[np.float64]
+    places: F64
+    forces: F64
 
 
 @dataclass(frozen=True)
@@ -135,7 +136,7 @@ class SamplingPlan:
         """Number of blocks."""
         return -(-self.count // BLOCK)
 
-    def block(self, number: int) -> NDArray[np.float64]:
+    def block(self, number: int) -> F64:
         """Return the touches of a block: (rows, touches, 3) float64; x, y in mm, force in N."""
         first, last = BLOCK * number, min(BLOCK * (number + 1), self.count)
         match self.source:
@@ -151,7 +152,7 @@ class SamplingPlan:
         return np.stack([drawn, drawn[:, ::-1]], axis=1).reshape(-1, self.touches, 3)
 
     @cached_property
-    def _codes(self) -> NDArray[np.int64]:
+    def _codes(self) -> I64:
         """Numbers of the combinations that are taken: all, or drawn without a repetition."""
         if self.samples is None:
             return np.arange(self.count)
@@ -159,7 +160,7 @@ class SamplingPlan:
         return rng.choice(self.combinations, self.samples, replace=False)
 
 
-def _combine(lattice: TouchLattice, codes: NDArray[np.int64], touches: int) -> NDArray[np.float64]:
+def _combine(lattice: TouchLattice, codes: I64, touches: int) -> F64:
     """Touches (n, touches, 3) of numbered combinations.
 
     The places c1 < c2 < … of combination r are the digits of r in the combinatorial number system,

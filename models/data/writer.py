@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from models.arrays import F32, F64
 from models.data.flat_file import ArrayPlace, lay_out
 from models.data.reader import ARRAYS, FORMAT, VERSION, checksum, open_dataset
 from models.data.sampling_plan import BLOCK, SamplingPlan
@@ -80,7 +80,7 @@ class DatasetFile:
             if progress is not None:
                 progress(size * block + len(touches), self.plan.rows)
 
-    def _put(self, block: int, touches: NDArray[np.float64], strain: NDArray[np.float32]) -> None:
+    def _put(self, block: int, touches: F64, strain: F32) -> None:
         """Write a block and its sum, and count its rows when they are there."""
         row = BLOCK * self.plan.copies * block
         with self.path.open("r+b") as file:
@@ -98,7 +98,7 @@ class DatasetFile:
 
 
 def begin_dataset(
-    path: str | Path, plan: SamplingPlan, gauges: NDArray[np.float64], about: Mapping[str, Any]
+    path: str | Path, plan: SamplingPlan, gauges: F64, about: Mapping[str, Any]
 ) -> DatasetFile:
     """Lay out the file of a data set, or open the one that an earlier run began.
 
@@ -152,9 +152,7 @@ def _shapes(plan: SamplingPlan, gauges: int) -> dict[str, tuple[tuple[int, ...],
     return dict(zip(ARRAYS, shapes, strict=True))
 
 
-def _compute(
-    plan: SamplingPlan, simulator: Simulator, block: int
-) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
+def _compute(plan: SamplingPlan, simulator: Simulator, block: int) -> tuple[F64, F32]:
     # Single precision, 6e-8, is far finer than any mesh or gauge, and halves the file.
     touches = plan.block(block)
     return touches, np.asarray(simulator(touches), np.float32)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 import fe
 import synthetic
 from dic import prepare_tiles
+from models.arrays import F64
 from models.forward.tile_pattern import TilePattern, prepare_motions, prepare_pattern
 from models.inverse.levenberg_marquardt import covariance
 
@@ -20,8 +20,8 @@ def pixel_level(
     modes: fe.Modes,
     camera: synthetic.AnyCamera,
     height: float,
-    image: NDArray,
-    moves: Callable[[synthetic.AnyCamera, NDArray], NDArray] = synthetic.rigid_motion_basis,
+    image: F64,
+    moves: Callable[[synthetic.AnyCamera, F64], F64] = synthetic.rigid_motion_basis,
 ) -> TilePattern:
     """Information of every pixel, with motion resolved over 4 px.
 
@@ -37,7 +37,7 @@ def pixel_level(
     return prepare_pattern(motions, reference)
 
 
-def cramer_rao(pattern: TilePattern, touches: NDArray, noise: float) -> NDArray[np.float64]:
+def cramer_rao(pattern: TilePattern, touches: F64, noise: float) -> F64:
     """Smallest covariance of x, y, F of all touches that one frame allows.
 
     The camera's motions and the light (gain, offset) are unknown too. The reference is taken as

@@ -10,9 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dic import TileReference, Tiles, prepare_blocks, prepare_tiles
+from models.arrays import F64
 from models.forward.linear import Forward
 from models.inverse.levenberg_marquardt import covariance
 
@@ -31,20 +31,20 @@ class ExpectedErrors:
         Standard deviation; the same for all forces where theory is linear.
     """
 
-    touches: NDArray[np.float64]
-    place: NDArray[np.float64]
-    force: NDArray[np.float64]
+    touches: F64
+    place: F64
+    force: F64
 
     def scaled(self, factor: float) -> ExpectedErrors:
         """Multiply by a factor of the noise."""
         return ExpectedErrors(self.touches, factor * self.place, factor * self.force)
 
-    def force_for(self, error: float) -> NDArray[np.float64]:
+    def force_for(self, error: float) -> F64:
         """Smallest forces (n,), N, whose places are known to `error` mm by linear theory."""
         return self.place * self.touches[:, 2] / error
 
 
-def expected_errors(forward: Forward, touches: NDArray) -> ExpectedErrors:
+def expected_errors(forward: Forward, touches: F64) -> ExpectedErrors:
     """Say how well each touch is known that presses alone, by the Cramér-Rao bound.
 
     Parameters
@@ -62,7 +62,7 @@ def expected_errors(forward: Forward, touches: NDArray) -> ExpectedErrors:
     )
 
 
-def places_over_plate(size: tuple[float, float], across: int = 24) -> NDArray[np.float64]:
+def places_over_plate(size: tuple[float, float], across: int = 24) -> F64:
     """List the middles of equal cells, `across` along the longer side, (n, 2) mm, row after row."""
     columns, rows = shape_over(size, across)
     x, y = np.meshgrid(
@@ -77,7 +77,7 @@ def shape_over(size: tuple[float, float], across: int = 24) -> tuple[int, int]:
     return a, b
 
 
-def gradient_energy(image: NDArray, tile: int) -> float:
+def gradient_energy(image: F64, tile: int) -> float:
     """Measure the mean squared gradient of a pattern along one direction, grey levels² a px².
 
     What a gain and an offset of the light of each tile explain is not in it.

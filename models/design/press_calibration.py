@@ -18,6 +18,7 @@ from scipy.special import chdtrc
 
 import synthetic
 from dic import TileReference, prepare_blocks, tile_gradient, tile_sums
+from models.arrays import F64
 from models.design.shared_reference import SharedReference
 from models.forward.image_motion import ImageMotions
 
@@ -72,11 +73,11 @@ class PressCorrection:
 
     camera: synthetic.Camera
     softness: float
-    covariance: NDArray[np.float64]
+    covariance: F64
     p_value: float
 
     @property
-    def pose_covariance(self) -> NDArray[np.float64]:
+    def pose_covariance(self) -> F64:
         """Of a turn about the camera's axes and of the shift of the plate's origin, (6, 6)."""
         arm = self.camera.T_cam_plate[:3, 3] - _pivot(self.camera)
         towards = np.eye(6)
@@ -88,10 +89,10 @@ def correct_by_presses(
     camera: synthetic.Camera,
     look: Callable[[synthetic.Camera], ImageMotions],
     reference: TileReference,
-    images: Sequence[NDArray] | NDArray,
-    touches: NDArray,
+    images: Sequence[F64] | F64,
+    touches: F64,
     noise: tuple[float, float],
-    hidden: NDArray | None = None,
+    hidden: F64 | None = None,
     prior_sigma: PriorSigma | None = None,
 ) -> PressCorrection:
     """Correct camera and softness by images of known presses.
@@ -150,21 +151,21 @@ def correct_by_presses(
     )
 
 
-def _prior(camera: synthetic.Camera, prior_sigma: PriorSigma) -> NDArray[np.float64]:
+def _prior(camera: synthetic.Camera, prior_sigma: PriorSigma) -> F64:
     """Precision of the shared numbers, (8,)."""
     along = prior_sigma.shift * float(np.linalg.norm(camera.T_cam_plate[:3, 3]))
     spread = [prior_sigma.turn] * 3 + [along] * 3 + [prior_sigma.focal, prior_sigma.softness]
     return np.array(spread) ** -2.0
 
 
-def _known(prior: NDArray, prior_sigma: PriorSigma, system: SharedReference) -> NDArray[np.float64]:
+def _known(prior: F64, prior_sigma: PriorSigma, system: SharedReference) -> F64:
     """Precision of all numbers of a system beforehand, (M,)."""
     touch = np.array([prior_sigma.place, prior_sigma.place, prior_sigma.force]) ** -2.0
     alone = np.concatenate([touch, np.zeros(system.own - OWN)])
     return np.concatenate([prior, np.tile(alone, len(system.bases))])
 
 
-def _moved(camera: synthetic.Camera, numbers: NDArray) -> synthetic.Camera:
+def _moved(camera: synthetic.Camera, numbers: F64) -> synthetic.Camera:
     """Turn and shift the plate before a camera, about where its axis meets the plate."""
     turn = Rotation.from_rotvec(numbers[:3]).as_matrix()
     pivot = _pivot(camera)
@@ -174,14 +175,12 @@ def _moved(camera: synthetic.Camera, numbers: NDArray) -> synthetic.Camera:
     return replace(camera, T_cam_plate=pose, focal=camera.focal * float(np.exp(numbers[6])))
 
 
-def _pivot(camera: synthetic.Camera) -> NDArray[np.float64]:
+def _pivot(camera: synthetic.Camera) -> F64:
     """Where the camera's axis meets the plate, in the camera frame, mm."""
     return np.array([0.0, 0.0, camera.scale * camera.focal])
 
 
-def _flow(
-    motions: ImageMotions, touch: NDArray, soft: float, still: NDArray
-) -> NDArray[np.float64]:
+def _flow(motions: ImageMotions, touch: F64, soft: float, still: NDArray) -> F64:
     """Motion (T, 2) px of the tiles by a touch x, y, F on a plate softer by a factor exp(soft)."""
     fields = motions.modal_amplitudes(touch[None, :2], touch[2:] * np.exp(soft))
     return motions.flow(np.concatenate([fields, still]))
@@ -189,7 +188,7 @@ def _flow(
 
 def _bases(
     camera: synthetic.Camera, look: Callable[[synthetic.Camera], ImageMotions], touches: NDArray
-) -> NDArray[np.float64]:
+) -> F64:
     """How the tiles of each press move by what is unknown of it, (P, T, 2, 8 + k).
 
     First the 8 shared numbers, then the k of the press: its touch and R motions of the camera.

@@ -10,7 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from models.arrays import F64, I64, Mask
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,9 +29,9 @@ class SharedReference:
         Of a frame, and of the reference.
     """
 
-    bases: NDArray[np.float64]
+    bases: F64
     shared: int
-    visible: NDArray[np.bool_]
+    visible: Mask
     noise: tuple[float, float]
 
     @property
@@ -38,7 +39,7 @@ class SharedReference:
         """Numbers of each frame, k."""
         return self.bases.shape[3] - self.shared
 
-    def normal(self, hessian: NDArray) -> NDArray[np.float64]:
+    def normal(self, hessian: F64) -> F64:
         """Build the normal matrix of all M = shared + P k numbers from H of each tile (T, 2, 2)."""
         total = self._total()
         normal = -_product(total, hessian * self._correction()[:, None, None], total)
@@ -48,7 +49,7 @@ class SharedReference:
             normal[np.ix_(columns, columns)] += _product(basis, weighed, basis)
         return normal
 
-    def right(self, shown: NDArray) -> NDArray[np.float64]:
+    def right(self, shown: F64) -> F64:
         """Right-hand side (M,) of what the tiles of each frame show, (P, T, 2)."""
         seen = shown * self.visible[:, :, None]
         right = -np.einsum(
@@ -59,16 +60,16 @@ class SharedReference:
             right[self._columns(frame)] += part
         return right
 
-    def _correction(self) -> NDArray[np.float64]:
+    def _correction(self) -> F64:
         """Take b / (a + b P) / a of each tile, (T,)."""
         a, b = np.square(self.noise)
         return b / (a + b * self.visible.sum(axis=0)) / a
 
-    def _columns(self, frame: int) -> NDArray[np.int64]:
+    def _columns(self, frame: int) -> I64:
         first = self.shared + frame * self.own
         return np.concatenate([np.arange(self.shared), np.arange(first, first + self.own)])
 
-    def _total(self) -> NDArray[np.float64]:
+    def _total(self) -> F64:
         """Sum of the bases that are seen, each in its columns, (T, 2, M)."""
         total = np.zeros((*self.bases.shape[1:3], self.shared + len(self.bases) * self.own))
         for frame, (basis, seen) in enumerate(zip(self.bases, self.visible, strict=True)):
@@ -76,7 +77,7 @@ class SharedReference:
         return total
 
 
-def _product(left: NDArray, hessian: NDArray, right: NDArray) -> NDArray[np.float64]:
+def _product(left: F64, hessian: F64, right: F64) -> F64:
     """Sum leftᵀ H right over tiles, (T, 2, m) and (T, 2, n) → (m, n)."""
     weighed = np.einsum("tab,tbn->tan", hessian, right)
     count = 2 * len(hessian)

@@ -9,11 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg import solve_triangular
 
 import fe
 import synthetic
+from models.arrays import F64
 from models.forward.linear import LinearForward, modal
 from models.forward.simulator import read_modes
 
@@ -34,13 +35,13 @@ class CameraGauges:
 
     modes: fe.Modes
     gauges: synthetic.Gauges
-    of_modes: NDArray[np.float64]
+    of_modes: F64
 
-    def strain(self, xy: NDArray[np.float64]) -> NDArray[np.float64]:
+    def strain(self, xy: F64) -> F64:
         """Strain per newton of touches at places (N, 2) mm: (N, M, 3)."""
         return np.einsum("mck,nk->nmc", self.of_modes, self.modes.response(xy))
 
-    def root(self, image: ArrayLike, noise: float) -> NDArray[np.float64]:
+    def root(self, image: ArrayLike, noise: float) -> F64:
         """Lower root (3M, 3M) of the covariance of the strains.
 
         Parameters
@@ -54,7 +55,7 @@ class CameraGauges:
         root = np.linalg.cholesky(self.gauges.covariance(texture, noise))
         return np.asarray(root, dtype=np.float64)
 
-    def white(self, root: NDArray[np.float64]) -> WhiteGauges:
+    def white(self, root: F64) -> WhiteGauges:
         """Return the strains as a measurement of touches, their noise given by its root."""
         shown = self.of_modes.reshape(len(root), -1)
         towards, factor = np.linalg.qr(solve_triangular(root, shown, lower=True))
@@ -76,8 +77,8 @@ class WhiteGauges:
         Of the numbers.
     """
 
-    towards: NDArray[np.float64]
-    factor: NDArray[np.float64]
+    towards: F64
+    factor: F64
     forward: LinearForward
 
 

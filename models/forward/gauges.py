@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 import fe
+from models.arrays import F64, Mask
 from models.forward.linear import LinearForward, linear
 
 
@@ -56,7 +57,7 @@ def gauge_forward(
     return linear(influence.plate, influence.mesh, values, whitening, (count, 3))
 
 
-def _read_missing(missing: ArrayLike, count: int) -> NDArray[np.bool_]:
+def _read_missing(missing: ArrayLike, count: int) -> Mask:
     """Read which channels (M, 3) are missing."""
     given = missing if isinstance(missing, np.ndarray) else np.array(missing, dtype=object)
     if given.shape != (count, 3) or not all(
@@ -69,7 +70,7 @@ def _read_missing(missing: ArrayLike, count: int) -> NDArray[np.bool_]:
     return given.astype(np.bool_)
 
 
-def _read_noise(name: str, values: object) -> NDArray[np.float64]:
+def _read_noise(name: str, values: object) -> F64:
     """Read sigma or covariance of strain, of any shape."""
     try:
         given = np.asarray(values)
@@ -88,7 +89,7 @@ def _named(values: object) -> str:
     return f"a {type(values).__name__}"
 
 
-def _independent(sigma: NDArray, lost: NDArray) -> NDArray[np.float64]:
+def _independent(sigma: F64, lost: F64) -> F64:
     """1/σ of each channel, (3M, 1, 1)."""
     given = sigma[:, None] if sigma.ndim == 1 else sigma
     try:
@@ -104,7 +105,7 @@ def _independent(sigma: NDArray, lost: NDArray) -> NDArray[np.float64]:
     return np.where(lost, 0.0, 1.0 / spread).reshape(-1, 1, 1)
 
 
-def _correlated(covariance: NDArray, lost: NDArray) -> NDArray[np.float64]:
+def _correlated(covariance: F64, lost: F64) -> F64:
     """Whiten each gauge, (M, 3, 3), or all at once, (1, 3M, 3M)."""
     count = len(lost)
     if covariance.shape not in ((count, 3, 3), (3 * count, 3 * count)):

@@ -11,10 +11,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 import fe
 from fe import ReducedReadings, drift_at, hermite_gram
+from models.arrays import F64
 from models.checks import read_measured
 
 # A light touch has the shape of the response, but a finger's is what is looked for: N.
@@ -36,7 +37,7 @@ class LargeForward:
     """
 
     view: ReducedReadings
-    whitening: NDArray[np.float64]
+    whitening: F64
 
     @property
     def plate(self) -> fe.Plate:
@@ -57,13 +58,13 @@ class LargeForward:
     def _freedom(self) -> int:
         return int(self.whitening.any(axis=1).sum())
 
-    def response(self, xy: NDArray) -> NDArray[np.float64]:
+    def response(self, xy: F64) -> F64:
         """Measurement per N under a touch of `TYPICAL` N at each place, (n, 2) mm → (n, m)."""
         force = np.array([TYPICAL])
         read = [self.view.read(place[None], force).values.ravel() for place in np.asarray(xy)]
         return np.array(read).reshape(len(read), -1) @ self.whitening.T / TYPICAL
 
-    def read(self, touches: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def read(self, touches: F64) -> tuple[F64, F64]:
         """Measurement (m,) under touches x, y, F, (n, 3), and its exact derivatives (3n, m)."""
         if not len(touches):
             return np.zeros(len(self.whitening)), np.empty((0, len(self.whitening)))
@@ -71,11 +72,11 @@ class LargeForward:
         jacobian = self.whitening @ reading.jacobian.reshape(self.whitening.shape[1], -1)
         return self.whitening @ reading.values.ravel(), jacobian.T
 
-    def trust(self, touches: NDArray) -> fe.Trust:
+    def trust(self, touches: F64) -> fe.Trust:
         """Say whether the reduced plate is good for touches (n, 3), one or more."""
         return self.view.read(touches[:, :2], touches[:, 2]).result
 
-    def whiten(self, measured: ArrayLike) -> NDArray[np.float64]:
+    def whiten(self, measured: ArrayLike) -> F64:
         """Put readings (C / 3, 3) into units of their noise, (m,); what is missing may be NaN.
 
         Raises
@@ -133,15 +134,15 @@ class LargePlate:
         """Number U of fields in the plane."""
         return self.reduced.drifts.shape[-1]
 
-    def amplitudes(self, xy: NDArray, force: NDArray) -> NDArray[np.float64]:
+    def amplitudes(self, xy: F64, force: F64) -> F64:
         """Amplitudes of modes and of fields in the plane under touches, (K + U,)."""
         return self.view.read(xy, force).values.ravel()[: self._count]
 
-    def drift(self, places: NDArray) -> NDArray[np.float64]:
+    def drift(self, places: F64) -> F64:
         """Motion of the plate in its plane by a unit of each field, (N, 2) mm → (N, 2, U) mm."""
         return drift_at(self.reduced.mesh, self.reduced.drifts, places)
 
-    def forward(self, factor: NDArray) -> LargeForward:
+    def forward(self, factor: F64) -> LargeForward:
         """Forward model of amplitudes whitened by a factor (K + U, m)."""
         whitening = np.zeros((factor.shape[1], len(self.view.fixed)))
         whitening[:, : self._count] = factor.T

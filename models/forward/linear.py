@@ -11,9 +11,10 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 import fe
+from models.arrays import F64, Mask
 from models.checks import read_measured
 from models.forward.table import ForwardTable, plain_responses, read_touches, responses
 
@@ -36,15 +37,15 @@ class Forward(Protocol):
         """Error of the model itself, a fraction of what is measured."""
         ...
 
-    def whiten(self, measured: ArrayLike) -> NDArray[np.float64]:
+    def whiten(self, measured: ArrayLike) -> F64:
         """Put a measurement into units of its noise, (m,); what is missing may be NaN."""
         ...
 
-    def response(self, xy: NDArray) -> NDArray[np.float64]:
+    def response(self, xy: F64) -> F64:
         """Measurement per N under a light touch at each place, (n, 2) mm → (n, m)."""
         ...
 
-    def read(self, touches: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def read(self, touches: F64) -> tuple[F64, F64]:
         """Measurement (m,) under touches x, y, F, (n, 3), and its exact derivatives (3n, m)."""
         ...
 
@@ -77,19 +78,19 @@ class LinearForward:
     def _freedom(self) -> int:
         return int(self.table.whitening.any(axis=2).sum()) - len(self.table.aside)
 
-    def response(self, xy: NDArray) -> NDArray[np.float64]:
+    def response(self, xy: F64) -> F64:
         """See `Forward.response`; the same at any force."""
         return plain_responses(self.table, np.asarray(xy, dtype=np.float64))
 
-    def gradient(self, xy: NDArray) -> NDArray[np.float64]:
+    def gradient(self, xy: F64) -> F64:
         """Exact derivative of `response` in x and y, (n, 2) mm → (n, m, 2) per N per mm."""
         return responses(self.table, np.asarray(xy, dtype=np.float64))[:, 1:].transpose(0, 2, 1)
 
-    def read(self, touches: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def read(self, touches: F64) -> tuple[F64, F64]:
         """See `Forward.read`."""
         return read_touches(self.table, touches)
 
-    def whiten(self, measured: ArrayLike) -> NDArray[np.float64]:
+    def whiten(self, measured: ArrayLike) -> F64:
         """Measurement (M, c) in units of its noise, less what lies along patterns set aside, (m,).
 
         What is missing may be NaN; it comes out as 0.
@@ -111,7 +112,7 @@ class LinearForward:
         return white - (self.table.aside @ white) @ self.table.aside
 
     @cached_property
-    def _used(self) -> NDArray[np.bool_]:
+    def _used(self) -> Mask:
         """Channels (G, c) that are measured."""
         return np.asarray(self.table.whitening.any(axis=1), dtype=np.bool_)
 
@@ -119,7 +120,7 @@ class LinearForward:
     def _whole(self) -> bool:
         return bool(self._used.all())
 
-    def setting_aside(self, patterns: NDArray) -> LinearForward:
+    def setting_aside(self, patterns: F64) -> LinearForward:
         """Let patterns of unknown size lie over the measurement: bending of the base, say.
 
         Parameters
@@ -152,7 +153,7 @@ class LinearForward:
         aside = np.linalg.qr(columns)[0].T
         return replace(self, table=self.table._replace(aside=np.ascontiguousarray(aside)))
 
-    def weighted(self, weight: NDArray) -> LinearForward:
+    def weighted(self, weight: F64) -> LinearForward:
         """Trust each measurement by a factor (m,): 0 leaves it out."""
         groups, numbers, _ = self.table.whitening.shape
         whitening = self.table.whitening * weight.reshape(groups, numbers, 1)
@@ -165,8 +166,8 @@ class LinearForward:
 def linear(
     plate: fe.Plate,
     mesh: fe.Mesh,
-    values: NDArray,
-    whitening: NDArray,
+    values: F64,
+    whitening: F64,
     shape: tuple[int, ...] | None = None,
 ) -> LinearForward:
     """Forward model of channels that are functions of the place of a touch.
@@ -192,7 +193,7 @@ def linear(
     return LinearForward(plate, table, shape or (whitening.shape[0], whitening.shape[2]))
 
 
-def modal(modes: fe.Modes, factor: NDArray) -> LinearForward:
+def modal(modes: fe.Modes, factor: F64) -> LinearForward:
     """Forward model of a measurement that was reduced to one number a plate mode, and whitened.
 
     Parameters

@@ -8,10 +8,10 @@ pattern. So a new touch hides nothing, and a hand does at once.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
 from dic import TileReference, TileSums
+from models.arrays import F64, Mask
 
 LIMIT = 8.0  # standard deviations of χ² above its mean
 ROUGH = 0.05  # of the pattern, which moving it by interpolation may leave unexplained
@@ -20,7 +20,7 @@ VISIBLE = 0.75  # quantile of the gain that is that of the image: flat things ha
 UNKNOWNS = 4  # shift in x and y, gain, offset
 
 
-def hidden_tiles(reference: TileReference, sums: TileSums, noise: float) -> NDArray[np.bool_]:
+def hidden_tiles(reference: TileReference, sums: TileSums, noise: float) -> Mask:
     """Tiles (T,) that show something else, with those beside them, which it may reach into.
 
     What lies across a corner stays: of a hand over a tenth of the image that hides 11.0 % of the
@@ -54,9 +54,7 @@ def hidden_tiles(reference: TileReference, sums: TileSums, noise: float) -> NDAr
     return np.asarray(binary_dilation(grid), dtype=np.bool_).ravel()
 
 
-def _local(
-    hessian: NDArray, sums: TileSums, pixels: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def _local(hessian: F64, sums: TileSums, pixels: float) -> tuple[F64, F64, F64]:
     """Set up shift and gain of each tile, the offset eliminated, and its Σe².
 
     Returns
@@ -74,7 +72,7 @@ def _local(
     return normal + floor * np.eye(3), right, sums.ee - sums.e**2 / pixels
 
 
-def _inverse(matrices: NDArray) -> NDArray[np.float64]:
+def _inverse(matrices: F64) -> F64:
     """Invert matrices (T, 3, 3) by Cramer's rule: ten times as fast as one after the other."""
     a, b, c = matrices[:, 0], matrices[:, 1], matrices[:, 2]
     cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=2)

@@ -10,18 +10,18 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 import fe
 import synthetic
+from models.arrays import F64
 
-Simulator = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+Simulator = Callable[[F64], F64]
 """From touches (n, k, 3), mm, mm, N, to strain (n, M, 3): exx, eyy, exy of M gauges."""
 
 
 def superpose(
-    unit: Callable[[NDArray[np.float64]], NDArray[np.float64]],
-    before: NDArray[np.float64] | float = 0.0,
+    unit: Callable[[F64], F64],
+    before: F64 | float = 0.0,
 ) -> Simulator:
     """Return the simulator of linear theory: strains of single touches add, each times its force.
 
@@ -33,7 +33,7 @@ def superpose(
         (M, 3) float64, strain of the plate before any touch, where its base is bent.
     """
 
-    def strain(touches: NDArray[np.float64]) -> NDArray[np.float64]:
+    def strain(touches: F64) -> F64:
         single = unit(touches[..., :2].reshape(-1, 2))
         single = single.reshape(*touches.shape[:2], -1, 3)
         return before + np.einsum("nk,nkmc->nmc", touches[..., 2], single)
@@ -43,7 +43,7 @@ def superpose(
 
 def through_camera(
     modes: fe.Modes, camera: synthetic.AnyCamera, gauges: synthetic.Gauges
-) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+) -> Callable[[F64], F64]:
     """Return what DIC reads through a camera, without images, for `superpose`.
 
     Parameters
@@ -65,9 +65,7 @@ def through_camera(
     return lambda xy: np.einsum("mck,nk->nmc", read, modes.response(xy))
 
 
-def read_modes(
-    modes: fe.Modes, camera: synthetic.AnyCamera, gauges: synthetic.Gauges
-) -> NDArray[np.float64]:
+def read_modes(modes: fe.Modes, camera: synthetic.AnyCamera, gauges: synthetic.Gauges) -> F64:
     """Strains (M, 3, K) that DIC reads through a camera for a unit of each mode."""
     top = modes.plate.thickness / 2.0
     points = camera.on_plate(gauges.px, top)
@@ -93,15 +91,13 @@ def large_deflection(gauges: fe.ReducedReadings, radius: float = 0.0) -> Simulat
         By the simulator, for touches under which the reduced plate cannot be trusted.
     """
 
-    def strain(touches: NDArray[np.float64]) -> NDArray[np.float64]:
+    def strain(touches: F64) -> F64:
         return np.stack([_read(gauges, sample, radius) for sample in touches])
 
     return strain
 
 
-def _read(
-    gauges: fe.ReducedReadings, sample: NDArray[np.float64], radius: float
-) -> NDArray[np.float64]:
+def _read(gauges: fe.ReducedReadings, sample: F64, radius: float) -> F64:
     reading = gauges.read(sample[:, :2], sample[:, 2], radius)
     if reading.result is not fe.Trust.TRAINED:
         named = ", ".join(f"{force:g} N at ({x:g}, {y:g}) mm" for x, y, force in sample)

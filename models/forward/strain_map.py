@@ -11,12 +11,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import bsr_array, csr_array, kron
 
 import fe
 import synthetic
 from dic import DisplacementField, Status, TileBlocks, strain_operator
+from models.arrays import F32, F64, Mask
 from models.forward.linear import LinearForward, modal
 from models.forward.tile_pattern import TilePattern
 
@@ -41,22 +41,22 @@ class StrainMap:
 
     modes: fe.Modes
     operator: csr_array
-    sigma: NDArray[np.float64]
-    towards: NDArray[np.float32]
-    factor: NDArray[np.float64]
+    sigma: F64
+    towards: F32
+    factor: F64
 
     def forward(self, noise: float) -> LinearForward:
         """Forward model of `whiten`ed maps with a noise of `noise` grey levels."""
         return modal(self.modes, self.factor / noise)
 
-    def strain(self, field: DisplacementField) -> NDArray[np.float64]:
+    def strain(self, field: DisplacementField) -> F64:
         """Strain of a displacement field, (T, 3); NaN where there is none."""
         motion = np.column_stack([field.u, field.v])
         measured = (self.operator @ np.nan_to_num(motion).ravel()).reshape(-1, 3)
         measured[np.isinf(self.sigma[:, 0]) | self._lost(field)] = np.nan
         return measured
 
-    def whiten(self, strain: NDArray, noise: float) -> NDArray[np.float64] | None:
+    def whiten(self, strain: F64, noise: float) -> F64 | None:
         """Reduce a strain map to numbers with white noise; None if a strain is missing."""
         known = np.isfinite(self.sigma[:, 0])
         if not np.isfinite(strain[known]).all():
@@ -64,13 +64,13 @@ class StrainMap:
         seen = np.where(known[:, None], strain, 0.0).ravel().astype(np.float32)
         return (self.towards @ seen).astype(np.float64) / noise
 
-    def _lost(self, field: DisplacementField) -> NDArray[np.bool_]:
+    def _lost(self, field: DisplacementField) -> Mask:
         """Points whose strain window holds a displacement that was lost in this frame."""
         lost = np.repeat(field.status == Status.LOW_CORRELATION, 2).astype(np.float64)
         if not lost.any():
             return np.zeros(len(field.status), dtype=bool)
-        touched: NDArray[np.float64] = np.asarray(abs(self.operator) @ lost)
-        hit: NDArray[np.bool_] = (touched > 0).reshape(-1, 3)
+        touched: F64 = np.asarray(abs(self.operator) @ lost)
+        hit: Mask = (touched > 0).reshape(-1, 3)
         return np.asarray(hit.any(axis=1), dtype=np.bool_)
 
 
@@ -132,7 +132,7 @@ def _block_sum(blocks: TileBlocks) -> csr_array:
     return csr_array(inverse @ kron(kron(rows, columns), np.eye(2), format="csr"))
 
 
-def _diagonal(parts: NDArray) -> bsr_array:
+def _diagonal(parts: F64) -> bsr_array:
     """Block-diagonal matrix of (T, 2, 2) parts."""
     count = len(parts)
     return bsr_array((parts, np.arange(count), np.arange(count + 1)))

@@ -9,10 +9,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
 from fe import HERMITE_DERIVATIVES
+from models.arrays import F64
+from models.compiled import njit
 
 
 class ForwardTable(NamedTuple):
@@ -33,16 +33,16 @@ class ForwardTable(NamedTuple):
         Orthonormal rows: patterns of unknown size that may lie over the measurement.
     """
 
-    values: NDArray[np.float64]
-    x: NDArray[np.float64]
-    y: NDArray[np.float64]
-    units: NDArray[np.float64]
-    whitening: NDArray[np.float64]
-    aside: NDArray[np.float64]
+    values: F64
+    x: F64
+    y: F64
+    units: F64
+    whitening: F64
+    aside: F64
 
 
 @njit(cache=True, nogil=True)
-def responses(table: ForwardTable, places: NDArray) -> NDArray:
+def responses(table: ForwardTable, places: F64) -> F64:
     """Whitened response to 1 N at each place (n, 2), and its derivatives in x and y: (n, 3, m)."""
     groups, numbers, channels = table.whitening.shape
     raw = np.empty((3 * len(places), groups * channels))
@@ -53,7 +53,7 @@ def responses(table: ForwardTable, places: NDArray) -> NDArray:
 
 
 @njit(cache=True, nogil=True)
-def plain_responses(table: ForwardTable, places: NDArray) -> NDArray:
+def plain_responses(table: ForwardTable, places: F64) -> F64:
     """Whitened response to 1 N at each place (n, 2), without derivatives: (n, m)."""
     groups, _, channels = table.whitening.shape
     raw, read = np.empty((len(places), groups * channels)), np.empty((2, groups * channels))
@@ -63,7 +63,7 @@ def plain_responses(table: ForwardTable, places: NDArray) -> NDArray:
 
 
 @njit(cache=True, nogil=True)
-def read_touches(table: ForwardTable, touches: NDArray) -> tuple[NDArray, NDArray]:
+def read_touches(table: ForwardTable, touches: F64) -> tuple[F64, F64]:
     """Measurement (m,) under touches x, y, F, (n, 3), and its derivatives in them, (3 n, m)."""
     groups, _, channels = table.whitening.shape
     raw = np.empty((3 * len(touches), groups * channels))
@@ -75,7 +75,7 @@ def read_touches(table: ForwardTable, touches: NDArray) -> tuple[NDArray, NDArra
 
 
 @njit(cache=True, nogil=True)
-def _weights(place: float, nodes: NDArray, unit: float, weights: NDArray) -> int:
+def _weights(place: float, nodes: F64, unit: float, weights: F64) -> int:
     """Fill weights of value and slope (2, 4); return the first unknown that they stand for."""
     element = np.searchsorted(nodes, place, side="right") - 1
     element = int(min(max(element, 0), nodes.size - 2))
@@ -96,9 +96,9 @@ def _read_channels(
     x: float,
     y: float,
     force: float,
-    value: NDArray,
-    along_x: NDArray,
-    along_y: NDArray,
+    value: F64,
+    along_x: F64,
+    along_y: F64,
 ) -> None:
     """Fill value, and `force` times the slopes along x and y, of all channels at a place."""
     across, down = np.empty((2, 4)), np.empty((2, 4))
@@ -120,7 +120,7 @@ def _read_channels(
 
 
 @njit(cache=True, nogil=True)
-def _whiten(table: ForwardTable, raw: NDArray) -> NDArray:
+def _whiten(table: ForwardTable, raw: F64) -> F64:
     """Put readings of all channels (n, M c) into units of their noise, (n, m)."""
     groups, numbers, _ = table.whitening.shape
     if groups == 1:
@@ -134,7 +134,7 @@ def _whiten(table: ForwardTable, raw: NDArray) -> NDArray:
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _whiten_groups(whitening: NDArray, raw: NDArray, white: NDArray) -> None:
+def _whiten_groups(whitening: F64, raw: F64, white: F64) -> None:
     groups, numbers, channels = whitening.shape
     if numbers == channels == 1:
         for part in range(len(raw)):

@@ -9,8 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import BSpline
+
+from models.arrays import F64
 
 TILES_A_KNOT = 2
 
@@ -29,38 +30,38 @@ class TileSpline:
         Their derivatives.
     """
 
-    down: NDArray[np.float64]
-    across: NDArray[np.float64]
-    down_slope: NDArray[np.float64]
-    across_slope: NDArray[np.float64]
+    down: F64
+    across: F64
+    down_slope: F64
+    across_slope: F64
 
-    def over_tiles(self, coefficients: NDArray) -> NDArray[np.float64]:
+    def over_tiles(self, coefficients: F64) -> F64:
         """Values at the tiles, (m·n, k) → (T, k)."""
         return self._apply(self.down, self.across, coefficients)
 
-    def project(self, values: NDArray) -> NDArray[np.float64]:
+    def project(self, values: F64) -> F64:
         """Adjoint of `over_tiles`, (T, k) → (m·n, k)."""
         return self._apply(self.down.T, self.across.T, values)
 
-    def slopes(self, coefficients: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def slopes(self, coefficients: F64) -> tuple[F64, F64]:
         """Differentiate along x and y at the tiles, (m·n, k) → two (T, k), per tile."""
         return (
             self._apply(self.down, self.across_slope, coefficients),
             self._apply(self.down_slope, self.across, coefficients),
         )
 
-    def project_slopes(self, along_x: NDArray, along_y: NDArray) -> NDArray[np.float64]:
+    def project_slopes(self, along_x: F64, along_y: F64) -> F64:
         """Adjoint of `slopes`, two (T, k) → (m·n, k)."""
         return self._apply(self.down.T, self.across_slope.T, along_x) + self._apply(
             self.down_slope.T, self.across.T, along_y
         )
 
-    def fit(self, values: NDArray) -> NDArray[np.float64]:
+    def fit(self, values: F64) -> F64:
         """Coefficients that come closest to values at the tiles, (T, k) → (m·n, k)."""
         return self._apply(np.linalg.pinv(self.down), np.linalg.pinv(self.across), values)
 
     @staticmethod
-    def _apply(down: NDArray, across: NDArray, values: NDArray) -> NDArray[np.float64]:
+    def _apply(down: F64, across: F64, values: F64) -> F64:
         rows = down @ values.reshape(down.shape[1], -1)
         grid = across @ rows.reshape(len(down), across.shape[1], -1)
         return grid.reshape(-1, grid.shape[2])
@@ -72,7 +73,7 @@ def spread_over(shape: tuple[int, int]) -> TileSpline:
     return TileSpline(down, across, down_slope, across_slope)
 
 
-def _splines(count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _splines(count: int) -> tuple[F64, F64]:
     """Cubic B-splines at 0 … count - 1 and their derivatives, (count, number of splines) each."""
     degree = min(3, count - 1)
     spans = max(1, min(round((count - 1) / TILES_A_KNOT), count - degree))

@@ -6,10 +6,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from models.arrays import F32, F64
 from models.checks import check_integer
+from models.compiled import njit
 from models.forward.linear import Forward, LinearForward
 
 EDGE = 0.02  # of a side: closer to a clamped edge a touch leaves no trace
@@ -29,11 +30,11 @@ class CandidateGrid:
     """
 
     forward: Forward
-    xy: NDArray[np.float64]
-    response: NDArray[np.float64]
+    xy: F64
+    response: F64
 
     @cached_property
-    def bounds(self) -> NDArray[np.float64]:
+    def bounds(self) -> F64:
         """Smallest and largest x, y, F that a touch may take, (2, 3) mm, mm, N: forces push."""
         a, b = self.forward.plate.size
         low, high = 0.5 * EDGE, 1 - 0.5 * EDGE
@@ -44,11 +45,11 @@ class CandidateGrid:
         _ = self.bounds, self._single, self._energy
         return self
 
-    def within(self, touches: NDArray) -> bool:
+    def within(self, touches: F64) -> bool:
         """Whether all touches (n, 3) lie within the bounds, and none on a bound of its place."""
         return bool(_within(touches, self.bounds))
 
-    def best(self, residual: NDArray, tangent: NDArray) -> tuple[int, float, float]:
+    def best(self, residual: F64, tangent: F64) -> tuple[int, float, float]:
         """Candidate that explains most of a residual beside the touches already there.
 
         Parameters
@@ -67,7 +68,7 @@ class CandidateGrid:
         """
         return _best(self._single, self._energy, residual, tangent)
 
-    def best_pair(self, residual: NDArray, tangent: NDArray) -> tuple[list[int], NDArray]:
+    def best_pair(self, residual: F64, tangent: F64) -> tuple[list[int], F64]:
         """Two candidates that together explain most of a residual, by trying all pairs.
 
         Parameters
@@ -84,7 +85,7 @@ class CandidateGrid:
         i, j, *force = _best_pair(self.response, self._gram, residual, tangent)
         return [i, j], np.array(force)
 
-    def weighted(self, weight: NDArray) -> CandidateGrid:
+    def weighted(self, weight: F64) -> CandidateGrid:
         """Trust each measurement by a factor (m,), in a forward model that is linear."""
         if not isinstance(self.forward, LinearForward):
             raise TypeError("weights need a forward model that is linear in the forces")
@@ -92,16 +93,16 @@ class CandidateGrid:
         return replace(self, forward=forward, response=forward.response(self.xy))
 
     @cached_property
-    def _single(self) -> NDArray[np.float32]:
+    def _single(self) -> F32:
         """Responses to single precision: enough for one place to start from, in half the time."""
         return self.response.astype(np.float32)
 
     @cached_property
-    def _energy(self) -> NDArray[np.float64]:
+    def _energy(self) -> F64:
         return np.einsum("gm,gm->g", self.response, self.response)
 
     @cached_property
-    def _gram(self) -> NDArray[np.float64]:
+    def _gram(self) -> F64:
         return self.response @ self.response.T
 
 
@@ -130,7 +131,7 @@ def with_forward(candidates: CandidateGrid, forward: Forward) -> CandidateGrid:
 
 
 @njit(cache=True, nogil=True)
-def _within(touches: NDArray, bounds: NDArray) -> bool:
+def _within(touches: F64, bounds: F64) -> bool:
     for touch in touches:
         for k in range(2):
             if not bounds[0, k] < touch[k] < bounds[1, k]:
@@ -139,7 +140,7 @@ def _within(touches: NDArray, bounds: NDArray) -> bool:
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _orthonormal(tangent: NDArray) -> NDArray:
+def _orthonormal(tangent: F64) -> F64:
     """Orthonormal rows that span what k rows (k, m) span, by Gram and Schmidt, to rounding."""
     basis = tangent.copy()
     for k in range(len(basis)):
@@ -155,7 +156,7 @@ def _orthonormal(tangent: NDArray) -> NDArray:
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _dot(one: NDArray, other: NDArray) -> float:
+def _dot(one: F64, other: F64) -> float:
     """Product of two short rows, which a call of BLAS would take longer to begin."""
     total = 0.0 * one[0]
     for i in range(len(one)):
@@ -164,7 +165,7 @@ def _dot(one: NDArray, other: NDArray) -> float:
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _explained(row: NDArray, basis: NDArray) -> float:
+def _explained(row: F64, basis: F64) -> float:
     """Sum of squares of the part of a row (m,) in an orthonormal basis (k, m).
 
     Three of its rows, those of one touch, pass through the cache with the row.
@@ -183,9 +184,7 @@ def _explained(row: NDArray, basis: NDArray) -> float:
 
 
 @njit(cache=True, nogil=True)
-def _best(
-    response: NDArray, energy: NDArray, residual: NDArray, tangent: NDArray
-) -> tuple[int, float, float]:
+def _best(response: F64, energy: F64, residual: F64, tangent: NDArray) -> tuple[int, float, float]:
     basis = _orthonormal(tangent)
     outside = residual - (basis @ residual) @ basis
     along = response @ outside.astype(np.float32)
@@ -201,7 +200,7 @@ def _best(
 
 @njit(cache=True, nogil=True)
 def _best_pair(
-    response: NDArray, gram: NDArray, residual: NDArray, tangent: NDArray
+    response: F64, gram: F64, residual: F64, tangent: NDArray
 ) -> tuple[int, int, float, float]:
     along, left = response @ residual, gram.copy()
     if len(tangent):

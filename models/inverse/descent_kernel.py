@@ -6,10 +6,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numba.extending import overload
-from numpy.typing import NDArray
 
+from models.arrays import F64
+from models.compiled import njit
 from models.forward.linear import Forward
 from models.forward.table import read_touches
 from models.inverse.normal_equations import (
@@ -39,13 +39,13 @@ class Control(NamedTuple):
 
 def descend(
     model,
-    measured: NDArray,
-    touches: NDArray,
-    bounds: NDArray,
+    measured: F64,
+    touches: F64,
+    bounds: F64,
     prior: Prior,
     control: Control,
     relative_tolerance: float,
-) -> tuple[NDArray, NDArray, NDArray, float, bool, int, int]:
+) -> tuple[F64, F64, F64, float, bool, int, int]:
     """Run the loop; in the part of NumPy that numba compiles. `model` is a Forward or a table.
 
     Returns
@@ -102,7 +102,7 @@ def descend_table(table, measured, touches, bounds, prior, control, relative_tol
 
 
 @njit(cache=True, nogil=True)
-def _prior_cost(touches: NDArray, mean: NDArray, precision: NDArray) -> float:
+def _prior_cost(touches: F64, mean: F64, precision: F64) -> float:
     """Sum of squares by which touches (n, 3) lie off what is expected of them."""
     total = 0.0
     for touch in touches:
@@ -111,7 +111,7 @@ def _prior_cost(touches: NDArray, mean: NDArray, precision: NDArray) -> float:
     return total
 
 
-def _read(model: Forward, touches: NDArray) -> tuple[NDArray, NDArray]:
+def _read(model: Forward, touches: F64) -> tuple[F64, F64]:
     return model.read(touches)
 
 
@@ -122,7 +122,7 @@ def _compile_read(model, touches):
 
 
 @njit(cache=True, nogil=True)
-def inverse_fisher(jacobian: NDArray, precision: NDArray) -> NDArray:
+def inverse_fisher(jacobian: F64, precision: F64) -> F64:
     """Covariance (3n, 3n) of touches by a jacobian (3n, m) and the precision (3,) of a prior."""
     fisher = fisher_matrix(jacobian, precision)
     scale = np.empty(len(fisher))
@@ -137,7 +137,7 @@ def inverse_fisher(jacobian: NDArray, precision: NDArray) -> NDArray:
 
 
 @njit(cache=True, nogil=True)
-def weak_or_close(touches: NDArray, spread: NDArray) -> tuple[int, float, int, int, float]:
+def weak_or_close(touches: F64, spread: F64) -> tuple[int, float, int, int, float]:
     """Touch (of n, 3) that is least sure to be there, and two that are least sure to be two.
 
     Returns
@@ -170,7 +170,7 @@ def weak_or_close(touches: NDArray, spread: NDArray) -> tuple[int, float, int, i
 
 
 @njit(cache=True, nogil=True)
-def sort_touches(touches: NDArray, spread: NDArray) -> tuple[NDArray, NDArray]:
+def sort_touches(touches: F64, spread: F64) -> tuple[F64, F64]:
     """Sort touches (n, 3) and their covariance (3n, 3n) by x, then by y."""
     rows = np.arange(len(spread)).reshape(-1, 3)
     for end in range(1, len(touches)):

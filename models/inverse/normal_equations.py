@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from models.arrays import F64
+from models.compiled import njit
 
 # Smallest pivot in parts of its diagonal: what is less is rounding.
 ROUNDING = 1e-15
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def fisher_matrix(jacobian: NDArray, precision: NDArray) -> NDArray:
+def fisher_matrix(jacobian: F64, precision: F64) -> F64:
     """Fisher matrix (3n, 3n) of a whitened measurement, jacobian (3n, m), and of a prior (3,)."""
     fisher = np.empty((len(jacobian), len(jacobian)))
     for i in range(len(jacobian)):
@@ -26,8 +28,8 @@ def fisher_matrix(jacobian: NDArray, precision: NDArray) -> NDArray:
 
 @njit(cache=True, nogil=True)
 def assemble(
-    jacobian: NDArray, residual: NDArray, touches: NDArray, mean: NDArray, precision: NDArray
-) -> tuple[NDArray, NDArray]:
+    jacobian: F64, residual: F64, touches: F64, mean: F64, precision: NDArray
+) -> tuple[F64, F64]:
     """Fisher matrix (3n, 3n), and the slope (3n,) of -χ²/2, of touches (n, 3) with a prior."""
     slope = jacobian @ residual
     for i in range(len(slope)):
@@ -36,7 +38,7 @@ def assemble(
 
 
 @njit(cache=True, nogil=True)
-def active_bounds(touches: NDArray, slope: NDArray, bounds: NDArray) -> NDArray:
+def active_bounds(touches: F64, slope: F64, bounds: F64) -> F64:
     """Unknowns (3n,) that would leave their bounds: they would bend the step of all others."""
     held = np.empty(len(slope), dtype=np.bool_)
     for i in range(len(slope)):
@@ -48,7 +50,7 @@ def active_bounds(touches: NDArray, slope: NDArray, bounds: NDArray) -> NDArray:
 
 
 @njit(cache=True, nogil=True)
-def clipped_step(touches: NDArray, step: NDArray, bounds: NDArray) -> NDArray:
+def clipped_step(touches: F64, step: F64, bounds: F64) -> F64:
     """Touches (n, 3) after a step (3n,), as far as their bounds let them."""
     after = np.empty_like(touches)
     for i in range(len(touches)):
@@ -58,7 +60,7 @@ def clipped_step(touches: NDArray, step: NDArray, bounds: NDArray) -> NDArray:
 
 
 @njit(cache=True, nogil=True)
-def factorise(matrix: NDArray) -> float:
+def factorise(matrix: F64) -> float:
     """Put the lower Cholesky factor of a symmetric matrix (n, n) in its place.
 
     Returns
@@ -87,7 +89,7 @@ def factorise(matrix: NDArray) -> float:
 
 
 @njit(cache=True, nogil=True)
-def damped_step(normal: NDArray, slope: NDArray, held: NDArray, damping: float) -> NDArray:
+def damped_step(normal: F64, slope: F64, held: F64, damping: float) -> F64:
     """Solve (N + damping diag N) step = slope for the unknowns that are not held (n,)."""
     matrix, step = normal.copy(), slope.copy()
     for i in range(len(step)):
@@ -108,7 +110,7 @@ def damped_step(normal: NDArray, slope: NDArray, held: NDArray, damping: float) 
 
 
 @njit(cache=True, nogil=True)
-def inverse(matrix: NDArray, smallest: float) -> NDArray:
+def inverse(matrix: F64, smallest: float) -> F64:
     """Invert a symmetric matrix (n, n) of unit diagonal whose eigenvalues are not negative.
 
     Eigenvalues below `smallest` count as `smallest`, so that what is known of nothing stays finite.

@@ -11,9 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import chdtrc
 
+from models.arrays import F64
 from models.estimate import Estimate, Result
 from models.forward.camera_gauges import CameraGauges
 from models.forward.linear import Forward
@@ -46,14 +46,14 @@ class NetTouchEstimator:
     """
 
     net: Net
-    towards: NDArray[np.float64]
+    towards: F64
     forward: Forward
-    root: NDArray[np.float64]
-    places: NDArray[np.float64]
-    off: NDArray[np.float64]
+    root: F64
+    places: F64
+    off: F64
     steps: int = 0
 
-    def fit(self, strain: NDArray[np.float64]) -> Estimate:
+    def fit(self, strain: F64) -> Estimate:
         """Find the touch, or none, in strains (M, 3) without missing channels.
 
         Without solver steps χ² leaves out what a small move of the touch would explain: that is the
@@ -77,7 +77,7 @@ class NetTouchEstimator:
         residual = residual - np.linalg.lstsq(tangent.T, residual, rcond=None)[0] @ tangent
         return _estimate(touch, self._spread(flat, touch[0], tangent), residual)
 
-    def _spread(self, strain: NDArray, touch: NDArray, tangent: NDArray) -> NDArray[np.float64]:
+    def _spread(self, strain: F64, touch: F64, tangent: F64) -> F64:
         """Covariance of x, y, F, (3, 3): of the noise through the net, and of the net's error."""
         response, slopes = tangent[2], tangent[:2] / touch[2]
         power = response @ response
@@ -88,13 +88,13 @@ class NetTouchEstimator:
         shown, own = moved @ self.root, off @ self._off_near(touch[:2]).T
         return shown @ shown.T + own @ own.T / NEAR
 
-    def _off_near(self, place: NDArray) -> NDArray[np.float64]:
+    def _off_near(self, place: F64) -> F64:
         """Return what the net is off by at the measured places around one, (NEAR, 2) mm."""
         return self.off[np.argsort(np.sum((self.places - place) ** 2, axis=1))[:NEAR]]
 
 
 def prepare_net_estimator(
-    net: Net, seen: CameraGauges, root: NDArray[np.float64], places: NDArray, steps: int = 0
+    net: Net, seen: CameraGauges, root: F64, places: F64, steps: int = 0
 ) -> NetTouchEstimator:
     """Prepare a net for strains that a camera sees.
 
@@ -127,7 +127,7 @@ def prepare_net_estimator(
     )
 
 
-def jacobian(net: Net, strain: NDArray[np.float64]) -> NDArray[np.float64]:
+def jacobian(net: Net, strain: F64) -> F64:
     """Return how what a net reports moves with each strain of one sample (I,): (D, I).
 
     By differences: a step is a thousandth of the mean strain, far below where activations bend and
@@ -139,11 +139,11 @@ def jacobian(net: Net, strain: NDArray[np.float64]) -> NDArray[np.float64]:
     return (forth - back).T / (2.0 * step)
 
 
-def _square(residual: NDArray) -> float:
+def _square(residual: F64) -> float:
     return float(residual @ residual)
 
 
-def _estimate(touches: NDArray, spread: NDArray, residual: NDArray) -> Estimate:
+def _estimate(touches: F64, spread: F64, residual: F64) -> Estimate:
     chi2, freedom = _square(residual), max(len(residual) - touches.size, 1)
     return Estimate(
         xy=touches[:, :2],

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from models.arrays import F64
 from models.forward.linear import Forward
 
 
-def refine(
-    measured: NDArray[np.float64], forward: Forward, start: ArrayLike, steps: int = 2
-) -> NDArray[np.float64]:
+def refine(measured: F64, forward: Forward, start: ArrayLike, steps: int = 2) -> F64:
     """Take a few Gauss-Newton steps from touches that are nearly right.
 
     Each costs one reading of the forward model and no search, so the time is known beforehand.

@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from models.arrays import F64
+
 if TYPE_CHECKING:
     from torch import Tensor
 
@@ -26,7 +28,7 @@ if TYPE_CHECKING:
 _NEAR = 2.0
 
 
-def encode(targets: NDArray[np.float64], touches: int) -> NDArray[np.float64]:
+def encode(targets: F64, touches: int) -> F64:
     """Return the codes of samples.
 
     Parameters
@@ -53,7 +55,7 @@ def encode(targets: NDArray[np.float64], touches: int) -> NDArray[np.float64]:
     return np.column_stack([code, total[:, 0].real, _real(total[:, 1:])])
 
 
-def decode(codes: NDArray[np.float64], touches: int) -> NDArray[np.float64]:
+def decode(codes: F64, touches: int) -> F64:
     """Return the touches of codes, sorted by x, then y; the inverse of `encode`.
 
     Touches at one place share the sum of the magnitudes.
@@ -114,11 +116,11 @@ def _horner(value: Any, rest: Any, about: Any) -> Any:
     return value
 
 
-def _complex(columns: NDArray[np.float64]) -> NDArray[np.complex128]:
+def _complex(columns: F64) -> NDArray[np.complex128]:
     return np.ascontiguousarray(columns, dtype=np.float64).view(np.complex128)
 
 
-def _real(numbers: NDArray[np.complex128]) -> NDArray[np.float64]:
+def _real(numbers: NDArray[np.complex128]) -> F64:
     return np.ascontiguousarray(numbers).view(np.float64)
 
 
@@ -132,7 +134,7 @@ def _product(roots: NDArray[np.complex128]) -> NDArray[np.complex128]:
     return product
 
 
-def _residues(code: NDArray[np.float64], about: NDArray[np.complex128]) -> NDArray[np.float64]:
+def _residues(code: F64, about: NDArray[np.complex128]) -> F64:
     """Magnitudes (N, k) of q at the roots."""
     touches = about.shape[1]
     value = _horner(code[:, :1] + 0j * about, _complex(code[:, 1:]), about)

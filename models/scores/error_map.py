@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from models.arrays import F64, I64
 
 CELLS = 12  # along the longer side
 
@@ -25,14 +26,14 @@ class ErrorMap:
         Of the errors; NaN where there is none.
     """
 
-    x: NDArray[np.float64]
-    y: NDArray[np.float64]
-    count: NDArray[np.int64]
-    mean: NDArray[np.float64]
-    largest: NDArray[np.float64]
+    x: F64
+    y: F64
+    count: I64
+    mean: F64
+    largest: F64
 
 
-def error_map(xy: NDArray, error: NDArray, size: tuple[float, float]) -> ErrorMap:
+def error_map(xy: F64, error: F64, size: tuple[float, float]) -> ErrorMap:
     """Gather errors by where the true touches are.
 
     Parameters

@@ -7,12 +7,11 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 import fe
+from models.arrays import F64
 from models.estimate import Estimate
 
 
-def pair(
-    reported: NDArray[np.float64], true: NDArray[np.float64]
-) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def pair(reported: F64, true: F64) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Pair places reported (n, 2) with true ones (m, 2) so that the sum of distances is the least.
 
     Returns
@@ -23,9 +22,7 @@ def pair(
     return linear_sum_assignment(np.linalg.norm(reported[:, None] - true, axis=2))
 
 
-def match(
-    estimate: Estimate, truth: tuple[fe.Touch, ...]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def match(estimate: Estimate, truth: tuple[fe.Touch, ...]) -> tuple[F64, F64, F64]:
     """Errors of the touches that can be paired, the pairing of least total distance.
 
     Returns

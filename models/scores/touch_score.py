@@ -10,8 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from models.arrays import F64, Mask
 from models.estimate import Estimate
 from models.scores.matching import pair
 
@@ -67,13 +68,13 @@ class TouchPairs:
         Touches that were reported and not there.
     """
 
-    truth: NDArray[np.float64]
-    error: NDArray[np.float64]
-    sigma: NDArray[np.float64]
+    truth: F64
+    error: F64
+    sigma: F64
     false: int
 
     @property
-    def distance(self) -> NDArray[np.float64]:
+    def distance(self) -> F64:
         """How far each is off, (N,) mm."""
         return np.hypot(self.error[:, 0], self.error[:, 1])
 
@@ -105,7 +106,7 @@ def pair_touches(reported: Sequence[Estimate], truth: Sequence[ArrayLike]) -> To
 
 
 def score_touches(
-    pairs: TouchPairs, bound: NDArray[np.float64] | None = None
+    pairs: TouchPairs, bound: F64 | None = None
 ) -> tuple[TouchScore, list[TouchScore]]:
     """Return the score of all touches, and that of each band of forces where these differ.
 
@@ -125,7 +126,7 @@ def score_touches(
     return total, bands
 
 
-def _pair(reported: Estimate, truth: NDArray) -> NDArray[np.float64]:
+def _pair(reported: Estimate, truth: F64) -> F64:
     """Truth, error and σ of each true touch, (k, 3, 3)."""
     found = np.full((len(truth), 3, 3), np.nan)
     found[:, 0] = truth
@@ -135,9 +136,7 @@ def _pair(reported: Estimate, truth: NDArray) -> NDArray[np.float64]:
     return found
 
 
-def _score(
-    pairs: TouchPairs, chosen: NDArray[np.bool_], bound: NDArray | None, false: int
-) -> TouchScore:
+def _score(pairs: TouchPairs, chosen: Mask, bound: F64 | None, false: int) -> TouchScore:
     force, distance = pairs.truth[chosen, 2], pairs.distance[chosen]
     found = np.isfinite(distance)
     extent = (float(force.min()), float(force.max())) if len(force) else (0.0, 0.0)
