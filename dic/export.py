@@ -6,7 +6,6 @@ import os
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -80,15 +79,13 @@ def write_hdf5(path: str | Path, disp: DisplacementField, eps: StrainField) -> N
     Fields on a grid are (R, C) data sets, others (N,); units stand in the attribute `unit`, the
     parameters in the attributes of the file.
     """
-    import h5py  # pyright: ignore[reportMissingTypeStubs]
+    import h5py
 
     table = columns(disp, eps)
     shape = disp.grid.shape if disp.grid is not None else (len(disp.xy),)
     with aside(path) as draft, h5py.File(draft, "w") as file:
         for name, values in table.items():
-            data = cast("Any", file).create_dataset(
-                name, data=values.reshape(shape), compression="gzip"
-            )
+            data = file.create_dataset(name, data=values.reshape(shape), compression="gzip")
             data.attrs["unit"] = _unit(name)
         for name, value in _parameters(disp, eps).items():
             file.attrs[name] = value

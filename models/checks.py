@@ -19,7 +19,7 @@ def check_integer(name: str, value: object, smallest: int, remedy: str = "") -> 
     ValueError
         If it is none; `remedy` says what to use.
     """
-    whole = isinstance(value, Integral) and not isinstance(value, bool)
+    whole = not isinstance(value, bool) and isinstance(value, Integral)
     if not whole or int(cast(Integral, value)) < smallest:
         remedy = remedy or f"use {smallest}"
         raise ValueError(

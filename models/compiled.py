@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-import numba
+import numba.extending
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
@@ -12,3 +12,9 @@ def njit(**options: Any) -> Callable[[_Function], _Function]:
     """Compile a function as `numba.njit` does with these options, of the same type as it is."""
     compile_: Any = numba.njit  # pyright: ignore[reportUnknownMemberType]
     return compile_(**options)
+
+
+def overload(function: Callable[..., Any]) -> Callable[[_Function], _Function]:
+    """Say what compiled code calls in place of a function, as `numba.extending.overload` does."""
+    overload_: Any = numba.extending.overload  # pyright: ignore[reportUnknownMemberType]
+    return overload_(function)

@@ -9,14 +9,11 @@ from __future__ import annotations
 import logging
 import warnings
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from itertools import islice
-from typing import TYPE_CHECKING, Any, Protocol
-
-if TYPE_CHECKING:
-    from distributed import Client
+from typing import Any, Protocol
 
 # Waits for a scheduler to respond, and to come back where it was lost, s.
 _PATIENCE = 10
@@ -34,7 +31,7 @@ class Map(Protocol):
 
 
 @contextmanager
-def workers(address: str | None) -> Iterator[Map]:
+def workers(address: str | None) -> Generator[Map, None, None]:
     """Open the workers of a scheduler.
 
     Work on a worker that dies is done again on another: each item gives one result.
@@ -75,7 +72,7 @@ def workers(address: str | None) -> Iterator[Map]:
 
 
 def _spread(
-    client: Client, address: str, function: Callable[[Any], Any], items: Iterator[Any]
+    client: Any, address: str, function: Callable[[Any], Any], items: Iterator[Any]
 ) -> Iterator[Any]:
     """Keep a window of items on the workers; yield results from its front."""
     from distributed import CancelledError, KilledWorker
@@ -85,7 +82,7 @@ def _spread(
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Sending large graph")  # dask's word for it
             shared = client.submit(_itself, function, pure=False)
-        window = deque()
+        window: deque[Any] = deque()
         while True:
             threads: Any = client.nthreads()
             room = max(_AHEAD * max(sum(threads.values()), 1) - len(window), 0)

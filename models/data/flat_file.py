@@ -87,10 +87,9 @@ def locate(path: Path) -> tuple[dict[str, Any], dict[str, ArrayPlace]]:
     import h5py
 
     with h5py.File(path, "r") as file:
-        arrays = {str(name): item for name, item in file.items() if isinstance(item, h5py.Dataset)}
         places = {
-            name: ArrayPlace(item.id.get_offset(), item.shape, item.dtype)
-            for name, item in arrays.items()
-            if item.id.get_offset() is not None
+            name: ArrayPlace(offset, item.shape, item.dtype)
+            for name, item in file.items()
+            if isinstance(item, h5py.Dataset) and (offset := item.id.get_offset()) is not None
         }
         return dict(file.attrs), places

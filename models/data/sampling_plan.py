@@ -93,6 +93,8 @@ class SamplingPlan:
                 raise ValueError("random touches need a number of samples, got none; use 3000")
             case TouchLattice():
                 self._check_combinations()
+            case TouchBox():
+                pass
 
     def _check_combinations(self) -> None:
         available = self.combinations

@@ -8,12 +8,12 @@ at most and a file that is not whole says so.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -159,7 +159,7 @@ def _compute(plan: SamplingPlan, simulator: Simulator, block: int) -> tuple[F64,
 
 
 @contextmanager
-def _sentence(path: Path) -> Iterator[None]:
+def _sentence(path: Path) -> Generator[None, None, None]:
     """Turn what the system says inside into one sentence with the remedy."""
     try:
         yield
@@ -180,9 +180,9 @@ def _other_version(path: Path) -> ValueError:
 def _check_same(path: Path, wanted: Any, found: Any, name: str = "") -> None:
     """Refuse a file that was begun with other values, and name the first that differs."""
     if isinstance(wanted, dict) and isinstance(found, dict):
-        for key in sorted({*wanted, *found}):
-            inner = f"{name}.{key}".lstrip(".")
-            _check_same(path, wanted.get(key), found.get(key), inner)
+        one, other = cast("dict[str, Any]", wanted), cast("dict[str, Any]", found)
+        for key in sorted({*one, *other}):
+            _check_same(path, one.get(key), other.get(key), f"{name}.{key}".lstrip("."))
     elif wanted != found:
         raise ValueError(
             f"data set {path} was begun with {name} = {json.dumps(found)}, got "

@@ -12,13 +12,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 from scipy.special import chdtrc
 
 import synthetic
 from dic import TileReference, prepare_blocks, tile_gradient, tile_sums
-from models.arrays import F64
+from models.arrays import F64, AnyArray, Mask
 from models.design.shared_reference import SharedReference
 from models.forward.image_motion import ImageMotions
 
@@ -89,10 +88,10 @@ def correct_by_presses(
     camera: synthetic.Camera,
     look: Callable[[synthetic.Camera], ImageMotions],
     reference: TileReference,
-    images: Sequence[F64] | F64,
+    images: Sequence[AnyArray] | AnyArray,
     touches: F64,
     noise: tuple[float, float],
-    hidden: F64 | None = None,
+    hidden: Mask | None = None,
     prior_sigma: PriorSigma | None = None,
 ) -> PressCorrection:
     """Correct camera and softness by images of known presses.
@@ -125,7 +124,7 @@ def correct_by_presses(
         )
     prior_sigma, blocks = prior_sigma or PriorSigma(), prepare_blocks(reference, 1)
     prior = _prior(camera, prior_sigma)
-    nothing = np.zeros((len(touches), len(blocks.hessian)), dtype=bool)
+    nothing = np.zeros((len(touches), len(blocks.hessian)), dtype=np.bool_)
     visible = ~(nothing if hidden is None else hidden)
     system = SharedReference(_bases(camera, look, touches), SHARED, visible, noise)
     normal = system.normal(blocks.hessian) + np.diag(_known(prior, prior_sigma, system))
@@ -180,14 +179,14 @@ def _pivot(camera: synthetic.Camera) -> F64:
     return np.array([0.0, 0.0, camera.scale * camera.focal])
 
 
-def _flow(motions: ImageMotions, touch: F64, soft: float, still: NDArray) -> F64:
+def _flow(motions: ImageMotions, touch: F64, soft: float, still: F64) -> F64:
     """Motion (T, 2) px of the tiles by a touch x, y, F on a plate softer by a factor exp(soft)."""
     fields = motions.modal_amplitudes(touch[None, :2], touch[2:] * np.exp(soft))
     return motions.flow(np.concatenate([fields, still]))
 
 
 def _bases(
-    camera: synthetic.Camera, look: Callable[[synthetic.Camera], ImageMotions], touches: NDArray
+    camera: synthetic.Camera, look: Callable[[synthetic.Camera], ImageMotions], touches: F64
 ) -> F64:
     """How the tiles of each press move by what is unknown of it, (P, T, 2, 8 + k).
 
@@ -196,7 +195,7 @@ def _bases(
     here, *nudged = (look(_moved(camera, nudge)) for nudge in np.diag((0.0, *STEPS))[:-1, 1:])
     rigid = here.tile_basis()[:, :, here.fields :]
     still = np.zeros(rigid.shape[2])
-    found = []
+    found: list[F64] = []
     for touch in touches:
         flow = _flow(here, touch, 0.0, still)
         moved = [_flow(motions, touch, 0.0, still) for motions in nudged]

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 import fe
-from models.arrays import F64, Mask
+from models.arrays import F64, AnyArray, Mask
 from models.forward.linear import LinearForward, linear
 
 
@@ -44,7 +46,7 @@ def gauge_forward(
     if (sigma is None) == (covariance is None):
         raise ValueError("noise of strain must be given as sigma or as covariance; give one")
     count = len(influence.gauges)
-    lost = np.zeros((count, 3), dtype=bool)
+    lost = np.zeros((count, 3), dtype=np.bool_)
     if missing is not None:
         lost |= _read_missing(missing, count)
     if covariance is not None:
@@ -57,9 +59,9 @@ def gauge_forward(
     return linear(influence.plate, influence.mesh, values, whitening, (count, 3))
 
 
-def _read_missing(missing: ArrayLike, count: int) -> Mask:
+def _read_missing(missing: object, count: int) -> Mask:
     """Read which channels (M, 3) are missing."""
-    given = missing if isinstance(missing, np.ndarray) else np.array(missing, dtype=object)
+    given: AnyArray = np.array(missing, dtype=getattr(missing, "dtype", object))
     if given.shape != (count, 3) or not all(
         isinstance(lost, bool | np.bool_) for lost in given.flat
     ):
@@ -73,7 +75,7 @@ def _read_missing(missing: ArrayLike, count: int) -> Mask:
 def _read_noise(name: str, values: object) -> F64:
     """Read sigma or covariance of strain, of any shape."""
     try:
-        given = np.asarray(values)
+        given: AnyArray = np.asarray(values)
     except (TypeError, ValueError):
         raise ValueError(f"{name} of strain must be one array; give equal rows") from None
     if given.dtype.kind not in "fiu":
@@ -85,11 +87,12 @@ def _read_noise(name: str, values: object) -> F64:
 
 def _named(values: object) -> str:
     if isinstance(values, np.ndarray):
-        return f"{values.shape} {values.dtype}"
+        array = cast(AnyArray, values)
+        return f"{array.shape} {array.dtype}"
     return f"a {type(values).__name__}"
 
 
-def _independent(sigma: F64, lost: F64) -> F64:
+def _independent(sigma: F64, lost: Mask) -> F64:
     """1/σ of each channel, (3M, 1, 1)."""
     given = sigma[:, None] if sigma.ndim == 1 else sigma
     try:
@@ -105,7 +108,7 @@ def _independent(sigma: F64, lost: F64) -> F64:
     return np.where(lost, 0.0, 1.0 / spread).reshape(-1, 1, 1)
 
 
-def _correlated(covariance: F64, lost: F64) -> F64:
+def _correlated(covariance: F64, lost: Mask) -> F64:
     """Whiten each gauge, (M, 3, 3), or all at once, (1, 3M, 3M)."""
     count = len(lost)
     if covariance.shape not in ((count, 3, 3), (3 * count, 3 * count)):

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import BSpline
 
-from models.arrays import F64
+from models.arrays import F64, AnyArray
 
 TILES_A_KNOT = 2
 
@@ -61,7 +61,7 @@ class TileSpline:
         return self._apply(np.linalg.pinv(self.down), np.linalg.pinv(self.across), values)
 
     @staticmethod
-    def _apply(down: F64, across: F64, values: F64) -> F64:
+    def _apply(down: AnyArray, across: AnyArray, values: F64) -> F64:
         rows = down @ values.reshape(down.shape[1], -1)
         grid = across @ rows.reshape(len(down), across.shape[1], -1)
         return grid.reshape(-1, grid.shape[2])

@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from models.arrays import F32, F64
+from models.arrays import F32, F64, AnyArray
 from models.checks import check_integer
 from models.compiled import njit
 from models.forward.linear import Forward, LinearForward
@@ -156,7 +155,7 @@ def _orthonormal(tangent: F64) -> F64:
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _dot(one: F64, other: F64) -> float:
+def _dot(one: AnyArray, other: AnyArray) -> float:
     """Product of two short rows, which a call of BLAS would take longer to begin."""
     total = 0.0 * one[0]
     for i in range(len(one)):
@@ -165,7 +164,7 @@ def _dot(one: F64, other: F64) -> float:
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _explained(row: F64, basis: F64) -> float:
+def _explained(row: F32, basis: F32) -> float:
     """Sum of squares of the part of a row (m,) in an orthonormal basis (k, m).
 
     Three of its rows, those of one touch, pass through the cache with the row.
@@ -184,7 +183,7 @@ def _explained(row: F64, basis: F64) -> float:
 
 
 @njit(cache=True, nogil=True)
-def _best(response: F64, energy: F64, residual: F64, tangent: NDArray) -> tuple[int, float, float]:
+def _best(response: F32, energy: F64, residual: F64, tangent: F64) -> tuple[int, float, float]:
     basis = _orthonormal(tangent)
     outside = residual - (basis @ residual) @ basis
     along = response @ outside.astype(np.float32)
@@ -200,7 +199,7 @@ def _best(response: F64, energy: F64, residual: F64, tangent: NDArray) -> tuple[
 
 @njit(cache=True, nogil=True)
 def _best_pair(
-    response: F64, gram: F64, residual: F64, tangent: NDArray
+    response: F64, gram: F64, residual: F64, tangent: F64
 ) -> tuple[int, int, float, float]:
     along, left = response @ residual, gram.copy()
     if len(tangent):

@@ -1,17 +1,16 @@
-# pyright: basic
 """The loop of Levenberg and Marquardt, compiled for tables and plain for other forward models."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
-from numba.extending import overload
 
 from models.arrays import F64
-from models.compiled import njit
+from models.compiled import njit, overload
 from models.forward.linear import Forward
-from models.forward.table import read_touches
+from models.forward.table import ForwardTable, read_touches
 from models.inverse.normal_equations import (
     active_bounds,
     assemble,
@@ -38,7 +37,7 @@ class Control(NamedTuple):
 
 
 def descend(
-    model,
+    model: Any,
     measured: F64,
     touches: F64,
     bounds: F64,
@@ -92,7 +91,15 @@ _descend_table = njit(cache=True, nogil=True)(descend)
 
 
 @njit(cache=True, nogil=True)
-def descend_table(table, measured, touches, bounds, prior, control, relative_tolerance):
+def descend_table(
+    table: ForwardTable,
+    measured: F64,
+    touches: F64,
+    bounds: F64,
+    prior: Prior,
+    control: Control,
+    relative_tolerance: float,
+) -> tuple[F64, F64, F64, float, bool, int, int, F64]:
     """Descend and say how sure what is found is, in one call."""
     touches, residual, jacobian, cost, converged, steps, evaluations = _descend_table(
         table, measured, touches, bounds, prior, control, relative_tolerance
@@ -116,7 +123,7 @@ def _read(model: Forward, touches: F64) -> tuple[F64, F64]:
 
 
 @overload(_read)
-def _compile_read(model, touches):
+def _compile_read(model: Any, touches: Any) -> Callable[[Any, Any], Any]:
     """In compiled code the model is a `ForwardTable`."""
     return lambda model, touches: read_touches(model, touches)
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from models.arrays import F64
+from models.arrays import F64, Mask
 from models.compiled import njit
 
 # Smallest pivot in parts of its diagonal: what is less is rounding.
@@ -28,7 +27,7 @@ def fisher_matrix(jacobian: F64, precision: F64) -> F64:
 
 @njit(cache=True, nogil=True)
 def assemble(
-    jacobian: F64, residual: F64, touches: F64, mean: F64, precision: NDArray
+    jacobian: F64, residual: F64, touches: F64, mean: F64, precision: F64
 ) -> tuple[F64, F64]:
     """Fisher matrix (3n, 3n), and the slope (3n,) of -χ²/2, of touches (n, 3) with a prior."""
     slope = jacobian @ residual
@@ -38,7 +37,7 @@ def assemble(
 
 
 @njit(cache=True, nogil=True)
-def active_bounds(touches: F64, slope: F64, bounds: F64) -> F64:
+def active_bounds(touches: F64, slope: F64, bounds: F64) -> Mask:
     """Unknowns (3n,) that would leave their bounds: they would bend the step of all others."""
     held = np.empty(len(slope), dtype=np.bool_)
     for i in range(len(slope)):
@@ -89,7 +88,7 @@ def factorise(matrix: F64) -> float:
 
 
 @njit(cache=True, nogil=True)
-def damped_step(normal: F64, slope: F64, held: F64, damping: float) -> F64:
+def damped_step(normal: F64, slope: F64, held: Mask, damping: float) -> F64:
     """Solve (N + damping diag N) step = slope for the unknowns that are not held (n,)."""
     matrix, step = normal.copy(), slope.copy()
     for i in range(len(step)):

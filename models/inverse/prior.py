@@ -69,7 +69,7 @@ def prior(
 
 
 def _check_sigma(name: str, sigma: object, unit: str) -> None:
-    real = isinstance(sigma, Real) and not isinstance(sigma, bool)
+    real = not isinstance(sigma, bool) and isinstance(sigma, Real)
     if not real or not float(cast(float, sigma)) > SMALLEST:
         raise ValueError(
             f"sigma of the {name} expected must be positive, got {shown(sigma)} {unit}; leave the "

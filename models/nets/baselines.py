@@ -4,6 +4,10 @@ The paper gives neither sizes nor figures for them, only that they did worse. Bo
 size of its 2 x 32 net and learn by the same loss, equation 1.
 """
 
+# Torch states its types in part.
+# pyright: reportUnknownMemberType=false
+
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +20,7 @@ from models.nets.regression import Predictor
 if TYPE_CHECKING:
     from torch import Tensor
     from torch.nn import Module
+    from torch.optim import Optimizer
 
 # Neurons of the critic, and the weight of its verdict beside the distance, mm.
 _CRITIC = 32
@@ -91,9 +96,8 @@ def adversarial(
     )
     scale = scaling(training.strain)
     inputs, targets = _tensors(scale, training)
-    rates = {"lr": learning_rate, "fused": True}
-    teach = torch.optim.Adam(net.parameters(), **rates)
-    judge = torch.optim.Adam(critic.parameters(), **rates)
+    adam = partial(torch.optim.Adam, lr=learning_rate, fused=True)
+    teach, judge = adam(net.parameters()), adam(critic.parameters())
     softplus = nn.functional.softplus
 
     def verdict(places: "Tensor") -> "Tensor":
@@ -115,7 +119,7 @@ def _tensors(scale: Scaling, data: Dataset) -> tuple["Tensor", "Tensor"]:
     )
 
 
-def _step(optimizer, loss: "Tensor") -> None:
+def _step(optimizer: "Optimizer", loss: "Tensor") -> None:
     optimizer.zero_grad()
     loss.backward()
     optimizer.step()

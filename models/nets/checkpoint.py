@@ -8,8 +8,11 @@ import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import cast
 
 import numpy as np
+
+from models.arrays import AnyArray
 
 
 @dataclass(frozen=True)
@@ -88,8 +91,9 @@ def fingerprint(*parts: object) -> str:
     digest = hashlib.sha256()
     for part in parts:
         if isinstance(part, np.ndarray):
-            digest.update(f"{part.dtype.str} {part.shape}".encode())
-            digest.update(np.ascontiguousarray(part).tobytes())
+            array = cast(AnyArray, part)
+            digest.update(f"{array.dtype.str} {array.shape}".encode())
+            digest.update(np.ascontiguousarray(array).tobytes())
         else:
             digest.update(repr(part).encode())
     return digest.hexdigest()

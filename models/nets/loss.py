@@ -3,6 +3,9 @@
 The columns of targets are those of `dataset.flatten`: the places, then what else is reported.
 """
 
+# Torch states its types in part.
+# pyright: reportUnknownMemberType=false
+
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -24,7 +27,7 @@ def distance_loss(touches: int = 1) -> Loss:
 
     def loss(predicted: "Tensor", true: "Tensor") -> "Tensor":
         apart = (predicted - true)[:, : 2 * touches]
-        return apart.reshape(-1, 2).norm(dim=1).mean()
+        return apart.reshape(-1, 2).norm(dim=1).mean()  # pyright: ignore[reportUnknownVariableType]
 
     return loss
 

@@ -11,7 +11,7 @@ import numpy as np
 from models.nets.net import Net
 
 if TYPE_CHECKING:
-    from onnx import ModelProto
+    from onnx import ModelProto, NodeProto
 
 # Of the operators and of the file; runtimes refuse files newer than themselves.
 _OPSET = 18
@@ -67,14 +67,14 @@ def to_onnx(net: Net) -> ModelProto:
     model = helper.make_model(
         body, opset_imports=[helper.make_opsetid("", _OPSET)], ir_version=_FILE
     )
-    checker.check_model(model)
+    checker.check_model(model)  # pyright: ignore[reportUnknownMemberType]
     return model
 
 
 class _Graph:
     """Operators one after another, each named by its number."""
 
-    def __init__(self, nodes: list, constants: dict[str, np.ndarray]) -> None:
+    def __init__(self, nodes: list[NodeProto], constants: dict[str, np.ndarray]) -> None:
         self.nodes, self.constants = nodes, constants
 
     def apply(self, kind: str, *inputs: str | np.ndarray | float, name: str = "") -> str:

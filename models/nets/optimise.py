@@ -1,5 +1,8 @@
 """The steps of a training: Adam on batches, then L-BFGS in double precision, on torch tensors."""
 
+# Torch states its types in part.
+# pyright: reportUnknownMemberType=false
+
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import islice

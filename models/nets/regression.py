@@ -5,6 +5,7 @@ standardised first, as for a net; those that do not vary are left out.
 """
 
 from collections.abc import Callable
+from typing import cast
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
@@ -12,6 +13,7 @@ from scipy.optimize import minimize
 from scipy.spatial import KDTree
 from scipy.spatial.distance import cdist
 
+from models.arrays import F64
 from models.data.dataset import Dataset
 from models.nets.net import scale_strain, scaling
 
@@ -49,8 +51,8 @@ def ridge(training: Dataset) -> Predictor:
     def left_out(penalty: float) -> float:
         """Mean square of the errors at touches left out, from the hat matrix of all."""
         shrink = singular**2 / (singular**2 + penalty)
-        hat = np.einsum("ij,j,ij->i", left, shrink, left) + 1.0 / len(left)
-        error = training.targets - centre - left @ (shrink[:, None] * seen)
+        hat: F64 = np.einsum("ij,j,ij->i", left, shrink, left) + 1.0 / len(left)
+        error: F64 = training.targets - centre - left @ (shrink[:, None] * seen)
         return float(np.mean((error / (1.0 - hat)[:, None]) ** 2))
 
     penalty = min(singular[0] ** 2 * np.logspace(-14, 0, 57), key=left_out)
@@ -74,7 +76,7 @@ def gaussian_process(training: Dataset) -> Predictor:
 
     def condition(log_length: float) -> tuple[tuple[np.ndarray, bool], np.ndarray]:
         factor = cho_factor(kernel(square, log_length) + _JITTER * np.eye(len(square)), lower=True)
-        return factor, cho_solve(factor, targets)
+        return factor, cast(F64, cho_solve(factor, targets))
 
     def unlikely(log_length: np.ndarray) -> float:
         """Return minus the log likelihood, where the variance of the process is its best."""

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from models.arrays import AnyArray
 from models.nets.net import Net, NetOptions, Scaling
 from models.nets.train import Trained
 
@@ -126,7 +127,7 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
 
     try:
         with h5py.File(path, "r") as file:
-            arrays = {str(name): np.asarray(item) for name, item in file.items()}
+            arrays: dict[str, AnyArray] = {name: np.asarray(item) for name, item in file.items()}
             return dict(file.attrs), arrays
     except PermissionError as error:
         raise PermissionError(f"model file {path} cannot be read; check its permissions") from error

@@ -1,6 +1,6 @@
 """Training: a net from a data set by a recipe (torch lives here and in `models.nets.optimise`)."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
@@ -98,7 +98,7 @@ def train_net(
         layers = _tensors(start, live)
         fixed = task.tensors(training)
         stream = repeat(fixed) if batches is None else map(task.tensors, batches)
-        report = on_epoch or (lambda epoch, loss: None)
+        report = on_epoch or _nobody
         name = fingerprint(training.strain, training.targets, options, recipe, start[0][0])
         descent = Descent(layers, recipe, checkpoint, name)
         history = descend(descent, stream, task.tensors(validation), task, report)
@@ -107,6 +107,10 @@ def train_net(
     if checkpoint:
         checkpoint.clear()
     return Trained(Net(options, scale, task.arrays(layers)), history)
+
+
+def _nobody(epoch: int, loss: float) -> None:
+    """Take a report that nobody wants."""
 
 
 def _encoded(training: Dataset, options: NetOptions) -> Dataset:
@@ -119,7 +123,7 @@ def _encoded(training: Dataset, options: NetOptions) -> Dataset:
 def _outputs(training: Dataset, recipe: Recipe) -> Scaling:
     match recipe.outputs:
         case "raw":
-            columns = training.targets.shape[1]
+            columns: int = training.targets.shape[1]
             return Scaling(np.zeros(columns), np.ones(columns))
         case "scaled":
             return scaling(training.targets)
@@ -143,7 +147,7 @@ def _tensors(layers: Sequence[tuple[np.ndarray, np.ndarray]], live: np.ndarray) 
 
 
 @contextmanager
-def _one_thread() -> Iterator[None]:
+def _one_thread() -> Generator[None, None, None]:
     """Let torch work on one thread inside, and as before after."""
     import torch
 

@@ -120,7 +120,7 @@ def score_touches(
     total = _score(pairs, np.ones(len(force), dtype=bool), bound, pairs.false)
     if not len(force) or force.max() <= force.min() * (1.0 + 1e-9):
         return total, []
-    edges = np.geomspace(force.min(), force.max(), BANDS + 1)
+    edges: F64 = np.geomspace(float(force.min()), float(force.max()), BANDS + 1)
     band = np.clip(np.searchsorted(edges, force, side="right") - 1, 0, BANDS - 1)
     bands = [_score(pairs, band == number, bound, 0) for number in np.unique(band)]
     return total, bands

@@ -1,0 +1,1 @@
+ALLOC_TIME_EARLY: int
