@@ -69,13 +69,6 @@ def test_every_decision_is_in_the_list():
         assert f"]({record.name})" in listed, record.name
 
 
-def test_the_glossary_defines_each_word_once_in_order():
-    rows = (ROOT / "docs/glossary.md").read_text(encoding="utf-8").splitlines()
-    terms = [row.split("|")[1].strip() for row in rows if row.startswith("| ")][1:]
-    assert len(terms) > 60
-    assert terms == sorted(set(terms), key=str.casefold)
-
-
 NAME = re.compile(r"`((?:dic|fe|models|rig|synthetic)(?:\.\w+)+)(?:\(.*?\))?`")
 FILE = re.compile(r"(?:dic|fe|models|rig|synthetic|benchmarks|examples|tests)(?:/[a-z\d_-]+)+\.\w+")
 
