@@ -125,7 +125,11 @@ def _read(model: Forward, touches: F64) -> tuple[F64, F64]:
 @overload(_read)
 def _compile_read(model: Any, touches: Any) -> Callable[[Any, Any], Any]:
     """In compiled code the model is a `ForwardTable`."""
-    return lambda model, touches: read_touches(model, touches)
+
+    def read(model: Any, touches: Any) -> Any:  # of the same signature, or numba refuses it
+        return read_touches(model, touches)
+
+    return read
 
 
 @njit(cache=True, nogil=True)
