@@ -1,4 +1,4 @@
-"""How much of its linear answer a plate takes that also stretches."""
+"""How much of its linear solution a plate takes that also stretches."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import numpy as np
 
 
 def least_energy(work: float, bowed: float, mixed: float, stretching: float) -> float:
-    """Fraction t of the linear answer that has the least energy.
+    """Fraction t of the linear solution that has the least energy.
 
     The energy is W (t²/2 - t) + (A t² + 2 B t³ + C t⁴) / 2.
 
     Parameters
     ----------
     work : float
-        W of the force on the linear answer, N mm.
+        W of the force on the linear solution, N mm.
     bowed, mixed, stretching : float
         A, B and C, N mm: works of stress on strain of the stretch that is linear in the
         deflection (of a plate with a shape), of both, and of that which is square in it.

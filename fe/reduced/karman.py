@@ -132,7 +132,7 @@ class Karman:
         return Deflected(values, plane, residual, iterations), left
 
     def _first(self, loads: F64) -> F64:
-        """Linear answer times the part of it that has the least energy."""
+        """Linear solution times the part of it that has the least energy."""
         values = self.linear.solve(loads)
         bowed = self.membrane.bowing(values)
         strains = np.concatenate([bowed, self.membrane.stretching(values) - bowed], axis=-1)
