@@ -29,7 +29,7 @@ RETIRED = {
     r"knowledge": "prior, information",
     r"doubts?": "model error, sigma of a prior, uncertainty",
     r"chance(?=[\w(:=,)])|(?<=[._])chance": "p_value",
-    r"(?<!at_)(?:most|least)(?:_(?!common|energy|squares)\w+|(?=\s=\s|:\s(?:int|float)))": "max, min",
+    r"(?<!at_)(?:most|least)(?:_(?!common|energy|squares)\w+|(?= = |: int|: float))": "max, min",
     r"(?<=\w\.)(?:most|least)(?!\w)": "max, min",
     r"shares?(?= of\b|_| = |: float)|(?<=[._])share|(?<=\ba )share|(?<=\bthe )share": "fraction",
     r"(?<!\.)(?<!def )tell(?=\(| ?: \w|: [A-Z])": "progress, report",
