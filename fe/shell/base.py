@@ -87,11 +87,15 @@ def check_base(plate: Plate, base: Base) -> None:
     Raises
     ------
     ValueError
-        The west or the east edge is not clamped, the south or the north one is held, or the bend
-        folds the plate.
+        The west or the east edge is not clamped, the south or the north one is held, the plate
+        is not flat at rest, or the bend folds it.
     """
     if base.flat:
         return
+    if plate.shape is not None:
+        raise ValueError(
+            f"base bends and twists a flat plate, got one with {plate.shape}; leave one of them out"
+        )
     for name in ("west", "east"):
         edge = getattr(plate.sides, name)
         if edge.springs != (inf, inf, inf):

@@ -8,6 +8,7 @@ from fe.arrays import F64, I32, I64
 from fe.elements.hermite import hermite
 from fe.elements.line import Line
 from fe.elements.mesh import Mesh, on_elements
+from fe.elements.rise import rise
 from fe.plate.plate import Plate
 from fe.shell.kernel import Rule
 
@@ -21,7 +22,16 @@ def rule(plate: Plate, mesh: Mesh) -> Rule:
     membrane = young * thickness / (1.0 - plate.poisson**2)
     (x, weight_x), (y, weight_y) = (_quadrature(line) for line in mesh.lines)
     bending = membrane * thickness**2 / 12.0
-    return Rule(x, y, weight_x, weight_y, membrane, bending, plate.poisson)
+    rest = _rest(rise(plate, mesh)[:, :, 0], x, y)
+    return Rule(x, y, weight_x, weight_y, membrane, bending, plate.poisson, plate.tension, rest)
+
+
+def _rest(table: F64, x: F64, y: F64) -> F64:
+    """Read derivatives x, y, xx, yy, xy of a table at the points: (nx, ny, G, G, 5) float64."""
+    windows = np.lib.stride_tricks.sliding_window_view(table, (4, 4))[::2, ::2]
+    orders = ((1, 0), (0, 1), (2, 0), (0, 2), (1, 1))
+    parts = [np.einsum("egi,efij,fkj->efgk", x[:, :, p], windows, y[:, :, q]) for p, q in orders]
+    return np.stack(parts, axis=-1)
 
 
 def _quadrature(line: Line) -> tuple[F64, F64]:

@@ -11,7 +11,7 @@ from fe.arrays import F64
 from fe.elements.functional import derivative, recovered
 from fe.linear.linear import Face, height
 from fe.shell.band import cholesky
-from fe.shell.measure import ORDERS, derivatives, strain_variation, surface, turning
+from fe.shell.measure import ORDERS, strain_variation, surface, turning
 from fe.shell.state import ShellState
 
 
@@ -58,7 +58,7 @@ class ShellInfluence:
             Last axis d/dx, d/dy.
         """
         xy = self.state.plate.points(xy, "touch")
-        g = derivatives(self.state.mesh, self.state.values, xy, derivative)
+        g = self.state.place(xy, derivative)
         normal, turned = surface(g).normal, turning(g)
         parts = [
             self._along(turned[:, i], xy, 0, 0) + self._along(normal, xy, p, q)
@@ -104,9 +104,9 @@ def shell_influence(state: ShellState, gauges: ArrayLike, face: Face = "top") ->
         raise ValueError(
             "influence needs a stable equilibrium, got a state of residual "
             f"{state.stability.residual:.2g} and smallest eigenvalue "
-            f"{state.stability.eigenvalue:.2g} of the flat plate's; use a smaller load or base"
+            f"{state.stability.eigenvalue:.2g} of that at rest; use a smaller load or base"
         )
-    g = derivatives(mesh, state.values, gauges, recovered)
+    g = state.place(gauges, recovered)
     variation = strain_variation(g, height(state.plate, gauges, face))
     count = 3 * len(gauges)
     loads = np.zeros((*mesh.shape, 3, count))

@@ -11,7 +11,18 @@ import numpy as np
 
 from fe.arrays import F64, I64
 from fe.compiled import njit
-from fe.shell.point import basis, dot, geometric, law, material, scaled, strains, variations
+from fe.shell.point import (
+    basis,
+    dot,
+    geometric,
+    law,
+    material,
+    placed,
+    scaled,
+    strains,
+    total,
+    variations,
+)
 
 
 class Rule(NamedTuple):
@@ -27,6 +38,10 @@ class Rule(NamedTuple):
     bending : (nx, ny) float64, N mm
         E h³ / 12 (1 - ν²).
     poisson : float
+    tension : three of float, N/mm
+        At rest: Nxx, Nyy, Nxy.
+    rest : (nx, ny, G, G, 5) float64
+        Derivatives x, y, xx, yy, xy of the height at rest at the points.
     """
 
     x: F64
@@ -36,6 +51,8 @@ class Rule(NamedTuple):
     membrane: F64
     bending: F64
     poisson: float
+    tension: tuple[float, float, float]
+    rest: F64
 
 
 # Orders by x and y of the five derivatives.
@@ -47,7 +64,7 @@ _PAIR = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
 
 @njit(cache=True, nogil=True)
 def forces(values: F64, rule: Rule) -> tuple[float, F64, F64]:
-    """Strain energy and its gradient.
+    """Energy of strain and of tension on all strain, and its gradient.
 
     Parameters
     ----------
@@ -73,13 +90,17 @@ def forces(values: F64, rule: Rule) -> tuple[float, F64, F64]:
             for gx in range(points):
                 for gy in range(points):
                     weight = _shapes(rule, ex, ey, gx, gy, shapes)
-                    g = _derivatives(values, ex, ey, shapes)
+                    change = _derivatives(values, ex, ey, shapes)
+                    rest = rule.rest[ex, ey, gx, gy]
+                    g = placed(change, rest)
                     at = basis(g)
-                    strain, curvature = strains(g, at.n)
+                    strain, curvature = strains(change, rest, at.n)
                     stress = law(rule.membrane[ex, ey], rule.poisson, strain)
                     moment = law(rule.bending[ex, ey], rule.poisson, curvature)
                     energy += 0.5 * weight * dot(stress, strain)
                     energy += 0.5 * weight * dot(moment, curvature)
+                    energy += weight * dot(rule.tension, strain)
+                    stress = total(stress, rule.tension)
                     variations(g, at, stretch_rows, bend_rows)
                     _push(scaled(stress, weight), stretch_rows, shapes, element)
                     _push(scaled(moment, weight), bend_rows, shapes, element)
@@ -92,7 +113,7 @@ def forces(values: F64, rule: Rule) -> tuple[float, F64, F64]:
 
 @njit(cache=True, nogil=True)
 def stresses(values: F64, step: F64, rule: Rule) -> F64:
-    """Membrane forces at the points, linear in the step: those of E(U) + E'(U) step.
+    """Membrane forces at the points, linear in the step: tension and those of E(U) + E'(U) step.
 
     Returns
     -------
@@ -106,16 +127,18 @@ def stresses(values: F64, step: F64, rule: Rule) -> F64:
             for gx in range(points):
                 for gy in range(points):
                     _shapes(rule, ex, ey, gx, gy, shapes)
-                    g = _derivatives(values, ex, ey, shapes)
+                    change = _derivatives(values, ex, ey, shapes)
                     d = _derivatives(step, ex, ey, shapes)
-                    at = basis(g)
-                    strain, _ = strains(g, at.n)
+                    rest = rule.rest[ex, ey, gx, gy]
+                    at = basis(placed(change, rest))
+                    strain, _ = strains(change, rest, at.n)
                     ahead = (
                         strain[0] + dot(at.a1, d[0]),
                         strain[1] + dot(at.a2, d[1]),
                         strain[2] + dot(at.a1, d[1]) + dot(at.a2, d[0]),
                     )
                     stress = law(rule.membrane[ex, ey], rule.poisson, ahead)
+                    stress = total(stress, rule.tension)
                     for i in range(3):
                         out[ex, ey, gx, gy, i] = stress[i]
     return out
@@ -147,9 +170,11 @@ def tangent(values: F64, stress: F64, rule: Rule, starts: I64, data: F64) -> Non
             for gx in range(points):
                 for gy in range(points):
                     weight = _shapes(rule, ex, ey, gx, gy, shapes[gx, gy])
-                    g = _derivatives(values, ex, ey, shapes[gx, gy])
+                    change = _derivatives(values, ex, ey, shapes[gx, gy])
+                    rest = rule.rest[ex, ey, gx, gy]
+                    g = placed(change, rest)
                     at = basis(g)
-                    _, curvature = strains(g, at.n)
+                    _, curvature = strains(change, rest, at.n)
                     moment = law(rule.bending[ex, ey], rule.poisson, curvature)
                     variations(g, at, stretch_rows, bend_rows)
                     point[:] = 0.0

@@ -1,6 +1,7 @@
 """Geometry of the bent shell at points: normal, face, strain, and how they vary.
 
-Arrays `g` (K, 5, 3) hold the derivatives U,x U,y U,xx U,yy U,xy of the displacement at K points.
+Arrays `g` (K, 5, 3) hold the derivatives U,x U,y U,xx U,yy U,xy of the displacement from the plane
+at K points: from rest on, and of the plate at rest itself.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import numpy as np
 from fe.arrays import F64
 from fe.elements.functional import Functional
 from fe.elements.mesh import Mesh
+from fe.plate.plate import Plate
 
 ORDERS = ((1, 0), (0, 1), (2, 0), (0, 2), (1, 1))
 
@@ -48,6 +50,15 @@ class BentSurface(NamedTuple):
 def derivatives(mesh: Mesh, values: F64, xy: F64, reading: Reading) -> F64:
     """Five derivatives (K, 5, 3) of the displacement at points, read exactly or recovered."""
     return np.stack([reading(mesh, xy, p, q).of(values) for p, q in ORDERS], axis=1)
+
+
+def rest(plate: Plate, xy: F64) -> F64:
+    """Five derivatives (K, 5, 3) of the shape at rest at points (K, 2) mm."""
+    g = np.zeros((len(xy), len(ORDERS), 3))
+    if plate.shape is not None:
+        for d, (p, q) in enumerate(ORDERS):
+            g[:, d, 2] = plate.shape.at(plate.size, xy, p, q)
+    return g
 
 
 def surface(g: F64) -> BentSurface:

@@ -4,9 +4,12 @@ At a point the shell is known by five derivatives of its displacement U: U,x U,y
 here `g`, a tuple of five vectors. With tangents a_α = e_α + U,α, duals aᵅ and normal n, strain and
 curvature are
 
-    E_αβ = (e_α·U,β + U,α·e_β + U,α·U,β) / 2,    κ_αβ = n·U,αβ
+    E_αβ = (A_α·U,β + U,α·A_β + U,α·U,β) / 2,    κ_αβ = n·X,αβ - N·X0,αβ
 
-where no large numbers cancel: the reference is flat. Their variations follow from
+Here X = X0 + U, and X0 = (x, y, w0) is the surface at rest with tangents A_α and normal N; `rest`
+holds the five derivatives of w0, all 0 for a flat plate. It is shallow, so that its metric stands
+for that of the plane in the law and in areas. Nothing large cancels, for κ is
+n·U,αβ + (n_z - N_z) w0,αβ. Variations follow from
 δn = -(n·δa_α) aᵅ and δaᵅ = -(aᵅ·δa_β) aᵝ + aᵅᵝ (n·δa_β) n. Strains stand as (11, 22, 2·12), so that
 stress times strain is work. See Kiendl et al. (2009), doi 10.1016/j.cma.2009.08.013. Matrices of
 15 have the place 3 d + c for component c of derivative d.
@@ -65,7 +68,7 @@ def scaled(a, s):
 
 @njit(cache=True, nogil=True)
 def basis(g):
-    """Vectors of the surface with derivatives g."""
+    """Vectors of the surface with the derivatives `placed` of its place."""
     a1 = (1.0 + g[0][0], g[0][1], g[0][2])
     a2 = (g[1][0], 1.0 + g[1][1], g[1][2])
     c = cross(a1, a2)
@@ -75,15 +78,45 @@ def basis(g):
     return SurfaceBasis(a1, a2, dual1, dual2, n)
 
 
+@njit(cache=True, nogil=True, inline="always")
+def raised(a, height):
+    """Vector with a height added along z."""
+    return (a[0], a[1], a[2] + height)
+
+
 @njit(cache=True, nogil=True)
-def strains(g, n):
-    """Strains and curvatures (11, 22, 2·12)."""
-    strain = (
-        g[0][0] + 0.5 * dot(g[0], g[0]),
-        g[1][1] + 0.5 * dot(g[1], g[1]),
-        g[0][1] + g[1][0] + dot(g[0], g[1]),
+def placed(g, rest):
+    """Five derivatives of the place less those of the plane, of a displacement from rest."""
+    return (
+        raised(g[0], rest[0]),
+        raised(g[1], rest[1]),
+        raised(g[2], rest[2]),
+        raised(g[3], rest[3]),
+        raised(g[4], rest[4]),
     )
-    return strain, (dot(n, g[2]), dot(n, g[3]), 2.0 * dot(n, g[4]))
+
+
+@njit(cache=True, nogil=True)
+def strains(g, rest, n):
+    """Strains and changes of curvature (11, 22, 2·12) of a displacement from rest."""
+    strain = (
+        g[0][0] + rest[0] * g[0][2] + 0.5 * dot(g[0], g[0]),
+        g[1][1] + rest[1] * g[1][2] + 0.5 * dot(g[1], g[1]),
+        g[0][1] + g[1][0] + (rest[0] * g[1][2] + rest[1] * g[0][2]) + dot(g[0], g[1]),
+    )
+    tilt = n[2] - 1.0 / np.sqrt(1.0 + rest[0] * rest[0] + rest[1] * rest[1])
+    curvature = (
+        dot(n, g[2]) + tilt * rest[2],
+        dot(n, g[3]) + tilt * rest[3],
+        2.0 * (dot(n, g[4]) + tilt * rest[4]),
+    )
+    return strain, curvature
+
+
+@njit(cache=True, nogil=True, inline="always")
+def total(a, b):
+    """Sum of two vectors."""
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -98,7 +131,10 @@ def law(stiffness, poisson, strain):
 
 @njit(cache=True, nogil=True)
 def variations(g, at, stretch_rows, bend_rows):
-    """Set the derivatives (3, 15) of strains and of curvatures by the five derivatives of U."""
+    """Set the derivatives (3, 15) of strains and of curvatures by the five derivatives of U.
+
+    Here and in `geometric`, g are those of the place, see `placed`.
+    """
     for c in range(3):
         stretch_rows[0, c] = at.a1[c]
         stretch_rows[1, 3 + c] = at.a2[c]

@@ -24,7 +24,7 @@ class Problem(NamedTuple):
     load : (N,) float64, N
         Dead loads on all unknowns.
     reference_eigenvalue : float, N/mm³
-        Smallest eigenvalue of the flat plate, a measure for the mass to add.
+        Smallest eigenvalue of the plate at rest, a measure for the mass to add.
     """
 
     system: System

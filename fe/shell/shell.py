@@ -12,6 +12,7 @@ import numpy as np
 from fe.arrays import F64
 from fe.elements.functional import derivative
 from fe.elements.mesh import Mesh, grid, mesh_for
+from fe.linear.buckling import check_buckling
 from fe.linear.load import spread
 from fe.plate.plate import Plate, Touch
 from fe.shell.band import cholesky
@@ -60,24 +61,26 @@ class Shell:
 
     @cached_property
     def undeformed(self) -> ShellState:
-        """The flat plate."""
+        """The plate at rest."""
         zero = np.zeros((*self.mesh.shape, 3))
         stability = Stability(judge(True, 1.0, 0), 0.0, 0, 1.0, 0)
         return ShellState(self, Base(), zero, zero, stability)
 
     @cached_property
     def reference_eigenvalue(self) -> float:
-        """Smallest eigenvalue of the flat plate at rest, N/mm³.
+        """Smallest eigenvalue of the plate at rest, N/mm³.
 
         Raises
         ------
         ValueError
-            Springs or patches are so soft that the plate is not held but for rounding.
+            The plate buckles under its tension, or springs or patches are so soft that the plate
+            is not held but for rounding.
         """
         free = self.support(Base()).free
         tangent = free.T @ self.system.tangent(self.undeformed.values.ravel()) @ free
         factor = cholesky(tangent)
         if factor is None:
+            check_buckling(self.plate)
             raise ValueError(
                 "stiffness of the plate must hold it by more than rounding, got springs of "
                 f"{self.plate.sides} edges or patches too soft for it; hold the edges more firmly"

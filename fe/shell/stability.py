@@ -10,7 +10,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 from fe.shell.band import Band, Compressed
 
-# A stiffness against snapping that has fallen to this part of the flat plate's is called near.
+# A stiffness against snapping that has fallen to this part of that at rest is called near.
 NEAR = 0.02
 
 
@@ -41,8 +41,8 @@ class Stability:
     iterations : int
         Newton iterations on the way, all of them.
     eigenvalue : float
-        Smallest eigenvalue of the tangent against the mass, in parts of that of the flat plate at
-        rest: the square of the lowest natural frequency in parts of the flat one's. It does not
+        Smallest eigenvalue of the tangent against the mass, in parts of that of the plate at
+        rest: the square of the lowest natural frequency in parts of that at rest. It does not
         depend on the mesh; 1 at rest, 0 at a limit point or a branching; NaN where no equilibrium
         was found.
     escapes : int

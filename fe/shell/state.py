@@ -16,7 +16,7 @@ from fe.linear.linear import Face, height
 from fe.linear.load import spread
 from fe.plate.plate import Plate, Touch
 from fe.shell.base import Base
-from fe.shell.measure import Reading, derivatives, strain, surface
+from fe.shell.measure import Reading, derivatives, rest, strain, surface
 from fe.shell.stability import Stability
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class ShellState:
-    """A plate bent far.
+    """A plate bent far: its displacement, strain and stress are those from rest on.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class ShellState:
 
     def normal(self, xy: ArrayLike) -> F64:
         """Return the normals (K, 3) of the touched face at points (K, 2) mm of the flat plate."""
-        return surface(self._derivatives(self.plate.points(xy), derivative)).normal
+        return surface(self.place(self.plate.points(xy), derivative)).normal
 
     def displacement(self, xy: ArrayLike, face: Face = "top") -> F64:
         """Displacement of a face at points (K, 2) mm of the flat plate.
@@ -86,12 +86,12 @@ class ShellState:
         xy = self.plate.points(xy)
         z = height(self.plate, xy, face)[:, None]
         middle = derivative(self.mesh, xy).of(self.values)
-        return middle + z * (self.normal(xy) - [0.0, 0.0, 1.0])
+        return middle + z * (self.normal(xy) - surface(rest(self.plate, xy)).normal)
 
     def strain(self, xy: ArrayLike, face: Face = "top") -> F64:
         """Green-Lagrange strain of a face at points (K, 2) mm of the flat plate.
 
-        The strain of the `displacement` of that face, of stretch and of bending.
+        The strain of the `displacement` of that face from rest, of stretch and of bending.
 
         Returns
         -------
@@ -104,7 +104,8 @@ class ShellState:
             As for `displacement`.
         """
         xy = self.plate.points(xy)
-        return strain(self._derivatives(xy, recovered), height(self.plate, xy, face))
+        z = height(self.plate, xy, face)
+        return strain(self.place(xy, recovered), z) - strain(rest(self.plate, xy), z)
 
     def touch(self, touches: Sequence[Touch]) -> ShellState:
         """Press further: the state with these touches beside the loads that are there.
@@ -135,5 +136,6 @@ class ShellState:
         """
         return self.shell.loaded(self, self.mesh.table(loads, 3))
 
-    def _derivatives(self, xy: F64, reading: Reading) -> F64:
-        return derivatives(self.mesh, self.values, xy, reading)
+    def place(self, xy: F64, reading: Reading) -> F64:
+        """Read the derivatives of the place of the surface, less those of the plane: (K, 5, 3)."""
+        return rest(self.plate, xy) + derivatives(self.mesh, self.values, xy, reading)

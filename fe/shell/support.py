@@ -9,8 +9,10 @@ import numpy as np
 import scipy.sparse as sp
 
 from fe.arrays import F64, I64, Mask
-from fe.elements.hermite import hermite, hermite_gram
+from fe.elements.edge_gram import edge_gram
+from fe.elements.hermite import hermite
 from fe.elements.mesh import Mesh
+from fe.plate.edges import taper_of
 from fe.plate.plate import Plate
 
 
@@ -100,15 +102,20 @@ def springs(plate: Plate, mesh: Mesh) -> sp.csr_array:
     size = mesh.shape[0] * mesh.shape[1] * 3
     matrix = sp.csr_array((size, size))
     for axis, line in enumerate(mesh.lines):
-        along = hermite_gram(mesh.lines[1 - axis], 0, 0)
         for end, edge in enumerate(plate.sides.along(axis)):
-            deflection, rotation, membrane = (0 if isinf(s) else s for s in edge.springs)
-            for order, each in ((0, (membrane, membrane, deflection)), (1, (0, 0, rotation))):
+            deflection, rotation, membrane = zip(edge.springs, taper_of(edge), strict=True)
+            for order, component, (spring, taper) in (
+                (0, (1, 1, 0), membrane),
+                (0, (0, 0, 1), deflection),
+                (1, (0, 0, 1), rotation),
+            ):
+                if spring == 0 or isinf(spring):
+                    continue
                 start, weights = hermite(line.nodes[[-end]], line, order)
                 row = np.zeros((1, line.unknowns))
                 row[0, start[0] : start[0] + 4] = weights
-                across = sp.csr_array(row.T @ row)
+                across, along = sp.csr_array(row.T @ row), edge_gram(mesh.lines[1 - axis], taper)
                 pair = (across, along) if axis == 0 else (along, across)
-                if any(each):
-                    matrix = matrix + sp.kron(sp.kron(*pair), sp.diags_array(np.array(each, float)))
+                each = spring * np.array(component, float)
+                matrix = matrix + sp.kron(sp.kron(*pair), sp.diags_array(each))
     return sp.csr_array(matrix)

@@ -19,7 +19,10 @@ from fe.shell.support import springs
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """Strain energy of a plate and its elastic edges as a function of all unknowns.
+    """Energy of a plate and its elastic edges as a function of all unknowns, from rest.
+
+    At rest the tension is in balance with what holds the plate; what it does further is its work
+    on the strain less that of those forces.
 
     Attributes
     ----------
@@ -51,12 +54,17 @@ class System:
         along_x, along_y = (hermite_gram(line, 0, 0) for line in self.mesh.lines)
         return sp.csr_array(sp.kron(sp.kron(along_x, along_y), sp.eye_array(3)))
 
+    @cached_property
+    def at_rest(self) -> F64:
+        """Forces (N,) N of the tension on the plate at rest, which hold it there."""
+        return forces(np.zeros((*self.mesh.shape, 3)), self.rule)[1].ravel()
+
     def forces(self, values: F64) -> tuple[float, F64, F64]:
         """Energy in N mm, its gradient (N,) in N, and the size of what adds up to it (N,) in N."""
         energy, gradient, size = forces(self.table(values), self.rule)
         pull = self.springs @ values
-        energy += 0.5 * float(values @ pull)
-        return energy, gradient.ravel() + pull, size.ravel() + np.abs(pull)
+        energy += 0.5 * float(values @ pull) - float(values @ self.at_rest)
+        return energy, gradient.ravel() + pull - self.at_rest, size.ravel() + np.abs(pull)
 
     def stresses(self, values: F64, step: F64) -> F64:
         """Membrane forces at the points, linear in a step from the values."""
