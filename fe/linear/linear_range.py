@@ -14,7 +14,7 @@ import numpy as np
 from fe.arrays import F64
 from fe.elements.functional import derivative
 from fe.elements.mesh import Mesh, grid
-from fe.linear.least_energy import least_energy
+from fe.linear.energy_minimum import min_energy_fraction
 from fe.linear.linear import Linear, LinearState
 from fe.linear.membrane import Membrane, stretch
 from fe.linear.validity import LINEAR_TOLERANCE, LinearRange
@@ -61,7 +61,7 @@ def linear_range(plate: Plate, force: float) -> LinearRange:
     strains = np.concatenate([membrane.bowing(linear.values), stretch(slopes, slopes)], axis=-1)
     plane = membrane.relax(strains)
     (bowed, mixed), (_, stretching) = membrane.work(plane.stress, strains).tolist()
-    fraction = least_energy(force * depth, bowed, mixed, stretching)
+    fraction = min_energy_fraction(force * depth, bowed, mixed, stretching)
     drift = plane.values @ np.array([[fraction], [fraction**2]])
     error = max(abs(1.0 / fraction - 1.0), _strain_error(plate, linear, drift, fraction))
     ratio = fraction * depth / float(plate.material(place)[0][0])

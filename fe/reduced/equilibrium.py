@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fe.arrays import F32, F64, I64
+from fe.linear.energy_minimum import min_energy_fraction
 from fe.reduced.assembly import Assembled
 from fe.reduced.forms import Forms
 from fe.reduced.kernel import slopes, stretch
@@ -60,15 +61,16 @@ def balance(forms: Forms, assembled: Assembled, force: F64) -> Balance:
     """Find the balance under forces (T,) N by Newton's method, and its derivatives."""
     n, split = forms.fixed.shape[1], forms.stresses
     pushed = n + assembled.functions * np.arange(len(force))
-    point, converged = _descend(forms, assembled, force, pushed)
+    held = np.concatenate([forms.resting, pushed])
+    point, converged = _descend(forms, assembled, force, held)
     # First what changes at fixed weights, then the weights follow and keep the balance.
-    direct, out = _moved(assembled, point, pushed)
+    direct, out = _moved(assembled, point, held)
     out[:, 2::3] = point.hessian[:, pushed]
-    out[pushed] = 0.0
+    out[held] = 0.0
     out[pushed, 2 + 3 * np.arange(len(force))] = -1.0
     # The last step is solved beside them, and changes the stress along its slope.
     right = np.column_stack([out, point.gradient])
-    solved = np.asarray(np.linalg.solve(_held(point.hessian, pushed), -right), dtype=np.float64)
+    solved = np.asarray(np.linalg.solve(_held(point.hessian, held), -right), dtype=np.float64)
     weights_by, step = solved[:, :-1], solved[:, -1]
     weights, stress = point.weights + step, point.stress + point.slope @ step
     drift_slope = slopes(*_parts(forms, assembled, slice(1 + split, None)), weights)
@@ -77,34 +79,40 @@ def balance(forms: Forms, assembled: Assembled, force: F64) -> Balance:
     return Balance(weights, stress, 0.5 * drift_slope @ weights, *by, converged)
 
 
-def _descend(forms: Forms, assembled: Assembled, force: F64, pushed: I64) -> tuple[_Point, bool]:
+def _descend(forms: Forms, assembled: Assembled, force: F64, held: I64) -> tuple[_Point, bool]:
     """Point of balance, and whether it is one."""
-    bending = _bending(assembled, pushed)
+    bending = _bending(assembled, held)
     parts = _parts(forms, assembled, slice(1, 1 + forms.stresses))
+    pushed = held[len(forms.resting) :]
     size = np.linalg.norm(assembled.mixed[0][:, pushed - forms.fixed.shape[1]] @ force)
-    point = _at(parts, bending, pushed, _first(forms, assembled, pushed, force))
+    point = _at(parts, bending, held, _first(forms, assembled, pushed, force))
     for _ in range(_ITERATIONS):
         left = point.gradient
         if np.linalg.norm(left) <= _SETTLED * size:
-            return point, True
-        weights = point.weights - np.linalg.solve(_held(point.hessian, pushed), left)
-        point = _at(parts, bending, pushed, weights)
+            return point, _stable(forms, _held(point.hessian, held))
+        weights = point.weights - np.linalg.solve(_held(point.hessian, held), left)
+        point = _at(parts, bending, held, weights)
     return point, False
 
 
-def _at(parts: _Parts, bending: F64, pushed: I64, weights: F64) -> _Point:
+def _stable(forms: Forms, hessian: F64) -> bool:
+    """Whether the energy is least there; only a plate that is not flat at rest can do else."""
+    return not len(forms.resting) or float(np.linalg.eigvalsh(hessian)[0]) > 0.0
+
+
+def _at(parts: _Parts, bending: F64, held: I64, weights: F64) -> _Point:
     slope, stress, tense = stretch(*parts, weights)
     gradient = bending @ weights + stress @ slope
-    gradient[pushed] = 0.0
+    gradient[held] = 0.0
     return _Point(weights, stress, slope, gradient, bending + tense + slope.T @ slope)
 
 
-def _held(hessian: F64, pushed: I64) -> F64:
-    """Hessian that leaves the forces as they are."""
-    held = hessian.copy()
-    held[pushed] = held[:, pushed] = 0.0
-    held[pushed, pushed] = 1.0
-    return held
+def _held(hessian: F64, held: I64) -> F64:
+    """Hessian that leaves the forces, and the shape at rest, as they are."""
+    matrix = hessian.copy()
+    matrix[held] = matrix[:, held] = 0.0
+    matrix[held, held] = 1.0
+    return matrix
 
 
 def _parts(forms: Forms, assembled: Assembled, which: slice) -> _Parts:
@@ -112,32 +120,38 @@ def _parts(forms: Forms, assembled: Assembled, which: slice) -> _Parts:
     return forms.fixed[which], mixed, assembled.local[which]
 
 
-def _bending(assembled: Assembled, pushed: I64) -> F64:
+def _bending(assembled: Assembled, held: I64) -> F64:
     """Bending energy on (n + t) weights, without the forces, whose part balances the load."""
     mixed, local = assembled.mixed[0], assembled.local[0]
     n, t = mixed.shape
     matrix = np.eye(n + t)
     matrix[:n, n:], matrix[n:, :n], matrix[n:, n:] = mixed, mixed.T, local
-    matrix[pushed] = matrix[:, pushed] = 0.0
+    matrix[held] = matrix[:, held] = 0.0
     return matrix
 
 
 def _first(forms: Forms, assembled: Assembled, pushed: I64, force: F64) -> F64:
-    """Linear solution w times the t of least energy U (t²/2 - t) + S t⁴/2, on the fixed shapes."""
-    n = forms.fixed.shape[1]
+    """Linear solution w times the t of least energy, on the fixed shapes."""
+    n, stresses = forms.fixed.shape[1], slice(1, 1 + forms.stresses)
     linear = np.zeros(assembled.local.shape[1])
     linear[pushed - n] = force
     products = 0.5 * assembled.local @ linear @ linear
-    work, stretching = 2.0 * products[0], np.sum(products[1 : 1 + forms.stresses] ** 2)
-    fraction = 1.0
-    if work > 0 and stretching > 0:
-        # U (t - 1) + 2 S t³ = 0.
+    work, stretches = 2.0 * products[0], products[stresses]
+    stretching, fraction = float(stretches @ stretches), 1.0
+    if len(forms.resting):
+        bowed = assembled.mixed[stresses, forms.resting[0]] @ linear
+        mixed = float(bowed @ stretches)
+        fraction = min_energy_fraction(work, float(bowed @ bowed), mixed, stretching)
+    elif work > 0 and stretching > 0:
+        # U (t - 1) + 2 S t³ = 0, of least energy U (t²/2 - t) + S t⁴/2.
         p = np.sqrt(work / (6.0 * stretching))
         fraction = 2.0 * p * np.sinh(np.arcsinh(1.5 / p) / 3.0)
-    return np.concatenate([(fraction - 1.0) * (assembled.mixed[0] @ linear), linear])
+    fixed = (fraction - 1.0) * (assembled.mixed[0] @ linear)
+    fixed[forms.resting] = 1.0
+    return np.concatenate([fixed, linear])
 
 
-def _moved(assembled: Assembled, point: _Point, pushed: I64) -> tuple[F64, F64]:
+def _moved(assembled: Assembled, point: _Point, held: I64) -> tuple[F64, F64]:
     """Change with the places of touches, at fixed weights.
 
     Returns
@@ -153,9 +167,9 @@ def _moved(assembled: Assembled, point: _Point, pushed: I64) -> tuple[F64, F64]:
     moved = _slopes_by(assembled.mixed_by, assembled.local_by, q, tau)
     changes = 0.5 * moved[:, :, 1:] @ point.weights
     tense = tau.copy()
-    tense[pushed - n] = 0.0
+    tense[held[held >= n] - n] = 0.0
     bent = _slopes_by(assembled.mixed_by[:, :, 0], assembled.local_by[:, :, 0], q, tense)
-    bent[:, :, pushed] = 0.0
+    bent[:, :, held] = 0.0
     stressed = point.stress @ moved[:, :, 1 : 1 + stresses] + changes[..., :stresses] @ point.slope
     values = np.zeros((count - 1, touches, 3))
     values[..., :2] = np.moveaxis(changes, 2, 0)

@@ -2,7 +2,10 @@
 
 Form 0 is the bending energy (v, w) -> vᵀ K w. The next M give the stress: s_m = B_m(w, w) / 2 with
 B_m(v, w) = ∫ N^m_ab v,a w,b dA for the stresses N^m of the basis. The last U give the displacement
-in the plane the same way: the part of u along U_k is work of the force U_k, hence of a stress too.
+in the plane the same way: the part of u along U_k is work of the force U_k, so of a stress too.
+
+The shape of a plate that is not flat at rest is a fixed shape as well, the last one, of weight 1
+and without energy: B_m(w0, w0) is left out, and so s_m = ½ (B_m(w0 + w, w0 + w) - B_m(w0, w0)).
 """
 
 from __future__ import annotations
@@ -12,8 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fe.arrays import F32, F64
+from fe.arrays import F32, F64, I64
 from fe.elements.mesh import Mesh
+from fe.elements.rise import rise
 from fe.linear.membrane import pull, stretch
 from fe.reduced.basis import ReducedBasis, spread_out
 from fe.reduced.karman import Karman
@@ -44,6 +48,11 @@ class Forms:
     stresses: int
     fixed: F32
     moving: SplineTable
+
+    @property
+    def resting(self) -> I64:
+        """Which fixed shapes have no energy: that of the plate at rest, or none."""
+        return np.flatnonzero(np.diagonal(self.fixed[0]) == 0)
 
     @property
     def functions(self) -> int:
@@ -80,12 +89,8 @@ def forms(
 ) -> Forms:
     """Compute the forms of a plate for a basis."""
     karman, stresses = shapes.karman, _all_stresses(shapes.karman, basis)
-    n = basis.shapes.shape[2]
     left = _left(karman, basis.shapes, stresses)
-    flat = basis.shapes[karman.linear.free].reshape(-1, n)
-    fixed = (left.reshape(-1, left.shape[2]) @ flat).reshape(-1, n, n)
-    fixed = 0.5 * (fixed + fixed.swapaxes(1, 2))
-    fixed[0] = np.eye(n)
+    fixed = _fixed(karman, basis.shapes, left)
     weighed = karman.membrane.weigh(stresses)
     x, y = (_places(karman.mesh, axis) for axis in (0, 1))
     rows: list[F64] = []
@@ -109,14 +114,30 @@ def _all_stresses(karman: Karman, basis: ReducedBasis) -> F64:
     return np.concatenate([basis.stresses, -drifting], axis=-1)
 
 
-def _left(karman: Karman, fixed: F64, stresses: F64) -> F32:
+def _fixed(karman: Karman, shapes: F64, left: F32) -> F64:
+    """Forms of two fixed shapes, (F, n, n) float64."""
+    bent, n = shapes.shape[2], left.shape[1]
+    flat = shapes[karman.linear.free].reshape(-1, bent)
+    fixed = np.zeros((len(left), n, n))
+    found = (left.reshape(-1, left.shape[2]) @ flat).reshape(-1, n, bent)
+    fixed[:, :, :bent] = found
+    fixed[:, :bent, bent:] = found[:, bent:].swapaxes(1, 2)
+    fixed = 0.5 * (fixed + fixed.swapaxes(1, 2))
+    fixed[0, :bent, :bent] = np.eye(bent)
+    return fixed
+
+
+def _left(karman: Karman, shapes: F64, stresses: F64) -> F32:
     """Compute the loads that a deflection takes up as form f with fixed shape j, (F, n, N) float32.
 
     Single precision, for they are many and the reduced plate errs by more than 1e-4.
     """
-    free, gauss = karman.linear.free, karman.membrane.gauss
+    free, gauss, fixed = karman.linear.free, karman.membrane.gauss, shapes
+    bent = karman.bend(fixed)[free].reshape(-1, fixed.shape[2]).T
+    if karman.plate.shape is not None:
+        fixed = np.concatenate([fixed, rise(karman.plate, karman.mesh)], axis=2)
+        bent = np.concatenate([bent, np.zeros((1, bent.shape[1]))])
     n, slopes = fixed.shape[2], gauss.slopes(fixed)
-    bent = karman.bend(fixed)[free].reshape(-1, n).T
     left = np.empty((1 + stresses.shape[-1], *bent.shape), dtype=np.float32)
     left[0] = bent
     for f in range(stresses.shape[-1]):

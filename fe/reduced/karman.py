@@ -19,7 +19,7 @@ from fe.arrays import F64
 from fe.elements.factor import factor
 from fe.elements.mesh import Mesh
 from fe.linear.energy import rigidities, stiffness
-from fe.linear.least_energy import least_energy
+from fe.linear.energy_minimum import min_energy_fraction
 from fe.linear.linear import Linear
 from fe.linear.membrane import Membrane, Stretched, pull, stretch
 from fe.plate.plate import Plate
@@ -138,7 +138,9 @@ class Karman:
         strains = np.concatenate([bowed, self.membrane.stretching(values) - bowed], axis=-1)
         works = self.membrane.work(self.membrane.relax(strains).stress, strains)
         (linear, mixed), (_, stretching) = works.tolist()
-        return values * least_energy(float(np.vdot(values, loads)), linear, mixed, stretching)
+        return values * min_energy_fraction(
+            float(np.vdot(values, loads)), linear, mixed, stretching
+        )
 
     def _step(self, state: Deflected, left: F64, tolerance: float) -> F64:
         """Newton step from what is out of balance, to a part of it."""

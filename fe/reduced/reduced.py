@@ -56,7 +56,7 @@ class Reduced:
     forms : Forms
         Energy, stress and displacement in the plane as forms of the deflection.
     shapes : (2 nx + 2, 2 ny + 2, n) float64, mm
-        Fixed shapes of w.
+        Fixed shapes of w; the last is 0 for a plate that is not flat at rest, see `Forms`.
     stresses : (nx + 1, ny + 1, 3, M) float64, N/mm
         Stresses in the plane at the nodes.
     drifts : (2, 2 nx + 2, 2 ny + 2, U) float64
@@ -236,7 +236,10 @@ def reduced_plate(
     )
     nodal = np.einsum("ig,jh,cghm->ijcm", x, y, found.stresses, optimize=True)
     largest = float(np.linalg.norm(stretches, axis=0).max())
-    return Reduced(plate, mesh, forms(shapes, found), found.shapes, nodal, found.drifts, largest)
+    fitted = forms(shapes, found)
+    moved = np.zeros((*mesh.shape, fitted.fixed.shape[1]))
+    moved[:, :, : found.shapes.shape[2]] = found.shapes
+    return Reduced(plate, mesh, fitted, moved, nodal, found.drifts, largest)
 
 
 def _mesh(plate: Plate) -> Mesh:
