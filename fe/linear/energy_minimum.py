@@ -6,7 +6,7 @@ import numpy as np
 
 
 def min_energy_fraction(work: float, bowed: float, mixed: float, stretching: float) -> float:
-    """Fraction t of the linear solution that has the least energy.
+    """Find the fraction t of the linear solution that has the least energy.
 
     The energy is W (t²/2 - t) + (A t² + 2 B t³ + C t⁴) / 2.
 
