@@ -22,6 +22,8 @@ _ONE, _TWO = 160, 50
 _SOFTEST = 0.2
 # Residual at which a state is good enough to learn from; the reduced plate errs by 1e-3.
 _RESIDUAL = 1e-5
+# Part of the states that must be so good; of flat plates all are.
+_BALANCED = 0.9
 
 
 class Snapshots(NamedTuple):
@@ -95,19 +97,36 @@ def snapshots(
     touches: list[tuple[Touch, ...]],
     progress: Callable[[int, int], object] | None = None,
 ) -> Snapshots:
-    """Solve the whole plate under each set of touches."""
+    """Solve the whole plate under each set of touches.
+
+    Raises
+    ------
+    ValueError
+        Too few of them find a balance: a bowed plate that snaps through under the forces.
+    """
     count = len(touches)
     values = np.empty((*karman.mesh.shape, count))
     stress = np.empty((3, *karman.membrane.stiffness.shape, count))
     plane = np.empty((2, *karman.mesh.shape, count))
+    balanced = np.zeros(count, dtype=bool)
     for k, pressed in enumerate(touches):
         state = karman.solve(pressure(karman, pressed), _RESIDUAL)
         values[:, :, k] = state.values[:, :, 0]
         stress[..., k] = state.plane.stress[..., 0]
         plane[..., k] = state.plane.values[..., 0]
+        balanced[k] = state.residual <= _RESIDUAL
         if progress is not None:
             progress(k + 1, count)
-    return Snapshots(touches, values, stress, plane)
+    if balanced.mean() < _BALANCED:
+        raise ValueError(
+            f"reduced plate needs states in balance, got {balanced.sum()} of {count} up to "
+            f"{max(t.force for pressed in touches for t in pressed):.3g} N; reduce the plate for "
+            "a smaller force, or use the shell"
+        )
+    if balanced.all():
+        return Snapshots(touches, values, stress, plane)
+    kept = [pressed for pressed, there in zip(touches, balanced, strict=True) if there]
+    return Snapshots(kept, values[:, :, balanced], stress[..., balanced], plane[..., balanced])
 
 
 def pressure(karman: Karman, touches: tuple[Touch, ...]) -> F64:
