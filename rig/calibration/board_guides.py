@@ -126,7 +126,7 @@ class PoseGuide:
         """See `Guide`."""
         view = self.board.find(frame.image)
         if view is None:
-            self._views, self._says = [], "lay the board on the plate, in sight of the camera"
+            self._views, self._says = [], "lay the board on the plate, in view of the camera"
             return
         if self._views and _moved(view, self._views[-1]) > STILL:
             self._views, self._says = [], "leave the board alone"

@@ -18,7 +18,7 @@ def lead(
     guide: Guide,
     source: Source,
     show: Callable[[Content], object],
-    tell: Callable[[Progress, Frame], object],
+    progress: Callable[[Progress, Frame], object],
     dropped: Callable[[], Iterable[int]],
 ) -> Part:
     """Run a guide on a source until it has its result.
@@ -29,7 +29,7 @@ def lead(
     source : Source
     show : callable
         Takes what the projector is to show.
-    tell : callable
+    progress : callable
         Takes the progress after each frame, and the frame.
     dropped : callable
         Gives the views that the user took out since it was last called.
@@ -53,7 +53,7 @@ def lead(
         if frame:
             heard = monotonic()
             guide.add_frame(frame)
-            tell(guide.progress, frame)
+            progress(guide.progress, frame)
         elif monotonic() - heard > PATIENCE:
             raise OSError(f"no frame came for {PATIENCE:g} s; {source.status}")
     return part

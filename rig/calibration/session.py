@@ -23,7 +23,7 @@ from rig.calibration.store import parse
 from rig.live.alignment import FEWEST, Alignment, align
 from rig.live.bench import Bench, build_bench
 from rig.live.chain import Chain, FrameEstimate, at_rest, estimate_frame
-from rig.live.evidence import CHANCE
+from rig.live.evidence import SIGNIFICANCE
 from rig.live.view import marks
 from rig.recording.session import Session, reported
 from rig.system.arrays import F32, F64, AnyArray, Mask
@@ -55,7 +55,7 @@ class Learned:
         A factor of the force alone: a plate that is softer by a factor takes less for the same.
     score : HeldOutScore
         Of the presses held out.
-    chance : float
+    p_value : float
         By which a model that is right would be corrected by so much.
     """
 
@@ -63,12 +63,12 @@ class Learned:
     pose: Pose
     alignment: Alignment
     score: HeldOutScore
-    chance: float
+    p_value: float
 
     @property
     def helps(self) -> bool:
         """Whether the presses prove that the model was wrong, and those held out got no worse."""
-        return self.chance < CHANCE and self.score.helps
+        return self.p_value < SIGNIFICANCE and self.score.helps
 
 
 def presses(session: Session) -> list[Pressed]:

@@ -32,7 +32,7 @@ class CameraNoise:
     contrast : float, grey levels
         Standard deviation over the mean image: that of the speckle.
     clipped : float
-        Share of the pixels that are too bright or too dark to say anything.
+        Fraction of the pixels that are too bright or too dark to say anything.
     age : float, s
         Median age of a frame when it was given.
     """

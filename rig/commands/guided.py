@@ -11,7 +11,7 @@ from rig.calibration.guide import Guide, Progress
 from rig.calibration.store import Calibration, Part
 from rig.commands.output import console
 from rig.live.view import View, empty_snapshot, plate_view
-from rig.page.controls import UNITS, Desk, Wizard
+from rig.page.controls import UNITS, PageControls, Wizard
 from rig.projector.markers import fit_plate
 from rig.scene import Scene
 from rig.system.frame import Frame
@@ -86,7 +86,7 @@ class _Reporter:
             wizard = Wizard(self._what, progress, UNITS.get(self._what, "mm"))
             shot = empty_snapshot(frame, self._plate_size, self._view, progress.sentence)
             shown = replace(shot, strain_reason="the bench is being calibrated")
-            self._publisher.publish(shown, Desk(wizard=wizard))
+            self._publisher.publish(shown, PageControls(wizard=wizard))
 
     def dropped(self) -> Iterator[int]:
         """Give the views that were taken out on the page."""

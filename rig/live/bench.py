@@ -98,7 +98,7 @@ class Bench:
             raise ValueError(
                 f"images of {self.camera.size[0]} × {self.camera.size[1]} px cannot tell"
                 f" {len(self.motions.modes.stiffness)} modes of the plate apart; set"
-                " estimator.modes or dic.tile lower, and look whether the pattern is in sight"
+                " estimator.modes or dic.tile lower, and look whether the pattern is in view"
             ) from None
         if not self.strain:
             return chain, None

@@ -11,7 +11,7 @@ from scipy.special import fdtrc
 
 from rig.system.arrays import F64, Mask
 
-CHANCE = 0.002  # by which an unknown that is zero seems not to be
+SIGNIFICANCE = 0.002  # by which an unknown that is zero seems not to be
 FAR = 4.0  # robust standard deviations beyond which a press does not fit the others
 # Least scatter that is believed, over the stated variance, however many frames a press is the mean
 # of: errors of the reference, which all presses share, would look like a shift.
@@ -127,6 +127,6 @@ class Equations:
         for count in counts:
             fall = max(self.first(taken).chi2 - self.first(count).chi2, 0.0)
             ratio = fall / (count - taken) / self.scatter
-            if fdtrc(count - taken, self.freedom, ratio) < CHANCE:
+            if fdtrc(count - taken, self.freedom, ratio) < SIGNIFICANCE:
                 taken = count
         return taken

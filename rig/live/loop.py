@@ -30,8 +30,8 @@ ATTEMPTS = 30  # series of reference frames that are thrown away because somethi
 PACE = 60  # frames over which the running rate is measured
 
 
-Tell = Callable[[int, int, Snapshot], object]
-"""Called as ``tell(done, total, snapshot)`` while the loop gets ready."""
+Progress = Callable[[int, int, Snapshot], object]
+"""Called as ``progress(done, total, snapshot)`` while the loop gets ready."""
 
 
 def _nobody(done: int, total: int, snapshot: Snapshot) -> None:
@@ -94,12 +94,12 @@ class Loop:
             return None
         return (self.frames - 1) / (self._finished[-1] - self._first)
 
-    def get_ready(self, tell: Tell = _nobody) -> FrameProcessor:
+    def get_ready(self, progress: Progress = _nobody) -> FrameProcessor:
         """Take the reference and pass all that may come through the chain, so that nothing waits.
 
         Parameters
         ----------
-        tell : callable
+        progress : callable
             Takes how many steps are done, of how many, and what can be shown meanwhile.
 
         Raises
@@ -117,7 +117,7 @@ class Loop:
         def report(done: int, total: int, what: str) -> None:
             status = f"getting ready: {what} ({done} of {total})"
             snapshot = empty_snapshot(rest, self.bench.plate.size, self._view, status)
-            tell(done, total, replace(snapshot, fresh=False))
+            progress(done, total, replace(snapshot, fresh=False))
 
         self._follower = FrameProcessor(self.bench, reference, self.watch, self._clock, report)
         if self._recorder:

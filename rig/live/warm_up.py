@@ -73,10 +73,10 @@ def _pressed(chain: Chain, count: int, force: float) -> F32:
     """Press the plate at places round its middle."""
     pattern = chain.pattern
     turn = 2 * np.pi * (np.arange(count) + 0.3) / count
-    share = 0.5 + ROUND * np.column_stack([np.cos(turn), np.sin(turn)])
+    at = 0.5 + ROUND * np.column_stack([np.cos(turn), np.sin(turn)])
     amplitudes = pattern.still()
     amplitudes[: pattern.count] = pattern.motions.modal_amplitudes(
-        share * np.asarray(pattern.motions.modes.plate.size), np.full(count, force)
+        at * np.asarray(pattern.motions.modes.plate.size), np.full(count, force)
     )
     return _moved(chain.reference, pattern.motions.flow(amplitudes))
 

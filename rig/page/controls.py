@@ -60,7 +60,7 @@ class Wizard:
 
 
 @dataclass(frozen=True)
-class Desk:
+class PageControls:
     """Everything beside the frame.
 
     Attributes

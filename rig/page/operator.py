@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, get_args
 
 from rig.live.snapshot import Snapshot
-from rig.page.controls import UNITS, Desk, Measured, PageSetting, Recording
+from rig.page.controls import UNITS, Measured, PageControls, PageSetting, Recording
 from rig.projector.modes import Mode
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ class Operator:
         shown = self._show.marks(snapshot) if self._show else None
         if self._meter and shown is not None and (begun := self._switch.begun):
             self._meter.measure(snapshot, shown, begun.chain)
-        self._publisher.publish(snapshot, self._desk(), shown)
+        self._publisher.publish(snapshot, self._controls(), shown)
 
     def _set(self, wish: dict[str, Any]) -> None:
         if self._show and wish.get("key") == MODE and wish.get("value") in self._modes():
@@ -74,7 +74,7 @@ class Operator:
             return ()
         return tuple(mode for mode in get_args(Mode) if mode != "dark")
 
-    def _desk(self) -> Desk:
+    def _controls(self) -> PageControls:
         notes = [*self._notes]
         if self._show and self._show.trouble:
             notes.append(self._show.trouble)
@@ -85,7 +85,7 @@ class Operator:
         settings = ()
         if modes := self._modes():
             settings = (PageSetting(MODE, "Marks", self._show.mode if self._show else "", modes),)
-        return Desk(tuple(notes), self._recording(), settings, self._measured)
+        return PageControls(tuple(notes), self._recording(), settings, self._measured)
 
     def _recording(self) -> Recording:
         said = self._switch.summary()

@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.live.snapshot import Mark, Snapshot, StrainOverlay
-from rig.page.controls import Desk
+from rig.page.controls import PageControls
 from rig.projector.markers import Screen, draw_marks, project
 
 JPEG_QUALITY = 80
-NOTHING = Desk()
+NOTHING = PageControls()
 STEP = 128  # px: widths are rounded up to whole steps, so that pages of like width get the same
 BRIGHTENED = 3  # the projector is dim on purpose, and a page that is watched by day need not be
 
@@ -33,7 +33,7 @@ class Packet:
         What the loop published.
     screen : Screen or None
         The projector's image, where the scene has a projector.
-    desk : Desk
+    page_controls : PageControls
         What stands beside the frame.
     shown : tuple of Mark or None
         What the projector shows; None if that is the touches.
@@ -43,12 +43,12 @@ class Packet:
         self,
         snapshot: Snapshot,
         screen: Screen | None,
-        desk: Desk = NOTHING,
+        page_controls: PageControls = NOTHING,
         shown: tuple[Mark, ...] | None = None,
     ):
         self.snapshot = snapshot
         self.screen = screen
-        self.desk = desk
+        self.page_controls = page_controls
         self.shown = snapshot.touches if shown is None else shown
         self._images: dict[int, bytes] = {}
 
@@ -85,7 +85,8 @@ class Packet:
     @cached_property
     def _described(self) -> str:
         return json.dumps(
-            _plain(_describe(self.snapshot, self.screen) | asdict(self.desk)), allow_nan=False
+            _plain(_describe(self.snapshot, self.screen) | asdict(self.page_controls)),
+            allow_nan=False,
         )
 
     def _camera(self, across: str) -> bytes:

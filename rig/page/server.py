@@ -22,7 +22,7 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from rig.live.snapshot import Mark, Snapshot
-from rig.page.controls import Desk
+from rig.page.controls import PageControls
 from rig.page.packet import NOTHING, Packet
 from rig.projector.markers import Screen
 from rig.web.access import Access
@@ -68,10 +68,13 @@ class Publisher:
         return f"http://{socket.gethostname()}:{self.port}/?token={self._access.token}"
 
     def publish(
-        self, snapshot: Snapshot, desk: Desk = NOTHING, shown: tuple[Mark, ...] | None = None
+        self,
+        snapshot: Snapshot,
+        page_controls: PageControls = NOTHING,
+        shown: tuple[Mark, ...] | None = None,
     ) -> None:
         """Make this the newest snapshot; takes microseconds, whoever watches."""
-        self.packets.put(Packet(snapshot, self._screen, desk, shown))
+        self.packets.put(Packet(snapshot, self._screen, page_controls, shown))
 
     def ask(self, wish: Asked) -> None:
         """Note what a user asks for; the oldest is forgotten if nobody takes any."""

@@ -102,7 +102,7 @@ class Figure:
 
     @property
     def verdict(self) -> Verdict:
-        """What came of its bar; empty without one."""
+        """Outcome of its bar; empty without one."""
         if self.bar is None:
             return ""
         if self.value is None:

@@ -1,4 +1,4 @@
-"""The first picture of a report: error against run time, a panel a study."""
+"""The first plot of a report: error against run time, a panel a study."""
 
 # matplotlib leaves the types of its keywords open.
 # pyright: reportUnknownMemberType=false

@@ -1,4 +1,4 @@
-"""The page of a report: Markdown with pictures beside it, and the same as one HTML file."""
+"""The page of a report: Markdown with plots beside it, and the same as one HTML file."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from rig.report.runner import Outcome
 from rig.report.study import Section, Study, Topic
 from rig.report.verdicts import Verdicts, judged
 
-PICTURES = "pictures"
-FRONT = f"{PICTURES}/front.png"
+PLOTS = "plots"
+FRONT = f"{PLOTS}/front.png"
 TITLE = "Report: error against run time, stiff and extreme cases"
 STYLE = """
 body { max-width: 84rem; margin: 1.2rem auto; padding: 0 1rem; color: #222; background: #fff;
@@ -41,7 +41,7 @@ img { max-width: min(100%, 62rem) } code { font-size: 92% } blockquote { margin:
 
 @dataclass(frozen=True)
 class Result:
-    """A study, what came of it and what it found."""
+    """A study, its outcome and what it found."""
 
     study: Study
     outcome: Outcome
@@ -68,12 +68,12 @@ class Parts:
 
 
 def write(folder: Path, origin: Origin, parts: Parts) -> None:
-    """Write report.md, its pictures, and report.html, which holds all of it."""
-    (folder / PICTURES).mkdir(parents=True, exist_ok=True)
-    picture, count = _panels(parts.results, folder), _count(judged(parts.figures), origin)
+    """Write report.md, its plots, and report.html, which holds all of it."""
+    (folder / PLOTS).mkdir(parents=True, exist_ok=True)
+    opening, count = _panels(parts.results, folder), _count(judged(parts.figures), origin)
     rest = _text([*_overview(parts, origin), *_sections(parts, folder), *_open(parts.open_bars)])
-    (folder / "report.md").write_text(_text([f"# {TITLE}", count, picture, rest]), encoding="utf-8")
-    (folder / "report.html").write_text(_html(picture, count, rest, folder), encoding="utf-8")
+    (folder / "report.md").write_text(_text([f"# {TITLE}", count, opening, rest]), encoding="utf-8")
+    (folder / "report.html").write_text(_html(opening, count, rest, folder), encoding="utf-8")
 
 
 def _panels(results: Iterable[Result], folder: Path) -> str:
@@ -139,24 +139,24 @@ def _study(result: Result, folder: Path) -> list[str]:
         words = " ".join(result.outcome.words.split()) or "it said nothing"
         blocks.append(f"> **{result.outcome.state}**: `{words.replace('`', '')}`")
     for count, (title, figures) in enumerate(table.tables(result.figures).items()):
-        picture = f"{PICTURES}/{result.study.name}-{count + 1}.png"
-        blocks += [f"#### {title}", *_shown(figures, folder, picture)]
+        plot = f"{PLOTS}/{result.study.name}-{count + 1}.png"
+        blocks += [f"#### {title}", *_shown(figures, folder, plot)]
     return blocks
 
 
-def _shown(figures: list[Figure], folder: Path, picture: str) -> list[str]:
-    """Show a table as lines, as a picture, or as both."""
-    link = f"![{figures[0].table}]({picture})"
+def _shown(figures: list[Figure], folder: Path, plot: str) -> list[str]:
+    """Show a table as lines, as a plot, or as both."""
+    link = f"![{figures[0].table}]({plot})"
     if plate_map.is_map(figures):
-        plate_map.draw(figures, folder / picture)
+        plate_map.draw(figures, folder / plot)
         return [link]
     lines, trades = table.markdown(figures), pareto.trades(figures)
     if len(trades) > 1:
-        pareto.draw(figures, folder / picture)
+        pareto.draw(figures, folder / plot)
         best = " → ".join(trade.case for trade in pareto.front(trades))
         return [link, f"Not beaten in both: {best}.", lines]
     if len(crb.ratios(figures)) > 2:
-        crb.draw(figures, folder / picture)
+        crb.draw(figures, folder / plot)
         return [link, lines]
     return [lines]
 
@@ -177,7 +177,7 @@ def _text(blocks: Iterable[str]) -> str:
     return "\n\n".join(block.strip() for block in blocks if block.strip()) + "\n"
 
 
-def _html(picture: str, count: str, rest: str, folder: Path) -> str:
+def _html(opening: str, count: str, rest: str, folder: Path) -> str:
     """Return the page as one HTML file that needs no other."""
     from markdown_it import MarkdownIt
 
@@ -188,10 +188,10 @@ def _html(picture: str, count: str, rest: str, folder: Path) -> str:
         return f'src="data:image/png;base64,{data}"'
 
     body = (
-        f'<h1>{TITLE}</h1>\n<div class="front"><div>{render(picture)}</div>'
+        f'<h1>{TITLE}</h1>\n<div class="front"><div>{render(opening)}</div>'
         f"<div>{render(count)}</div></div>\n{render(rest)}"
     )
-    body = re.sub(rf'src="({PICTURES}/[a-z0-9-]+\.png)"', embedded, body)
+    body = re.sub(rf'src="({PLOTS}/[a-z0-9-]+\.png)"', embedded, body)
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'

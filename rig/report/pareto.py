@@ -1,4 +1,4 @@
-"""Error against run time: the picture, and the settings that no other one beats in both."""
+"""Error against run time: the plot, and the settings that no other one beats in both."""
 
 # matplotlib leaves the types of its keywords open.
 # pyright: reportUnknownMemberType=false

@@ -1,4 +1,4 @@
-"""Run a study in a process of its own and keep what came of it."""
+"""Run a study in a process of its own and keep its outcome."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ TAIL = 400  # characters of its last words
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a study.
+    """Outcome of a study.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class Place:
 
     @property
     def outcome(self) -> Path:
-        """What came of it, JSON."""
+        """Its outcome, JSON."""
         return self.folder / f"{self.name}.json"
 
 

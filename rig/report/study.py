@@ -38,7 +38,7 @@ class Study(BaseModel):
         What it needs beside this package, as `rig.report.needs` reads it; it is left out where that
         is not there. One that needs data gets the words ``--data FOLDER``.
     front : str
-        How the table begins that the page opens with, as a picture; empty for none.
+        How the table begins that the page opens with, as a plot; empty for none.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)

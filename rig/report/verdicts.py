@@ -9,7 +9,7 @@ from rig.report.figure import Figure
 
 
 class Verdicts(NamedTuple):
-    """Figures that have a bar, by what came of it."""
+    """Figures that have a bar, by outcome."""
 
     met: tuple[Figure, ...]
     missed: tuple[Figure, ...]

@@ -85,8 +85,8 @@ def open_loop(
 def _get_ready(loop: Loop, progress: Progress, preview: Callable[[Snapshot], object]) -> None:
     with progress("getting ready") as report:
 
-        def tell(done: int, total: int, snapshot: Snapshot) -> None:
+        def show(done: int, total: int, snapshot: Snapshot) -> None:
             report(done, total)
             preview(snapshot)
 
-        loop.get_ready(tell)
+        loop.get_ready(show)

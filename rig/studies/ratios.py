@@ -109,7 +109,7 @@ def seconds(work: Callable[[], object], repeats: int) -> float:
 def beside(
     name: str,
     times: tuple[float, float | None],
-    most: float,
+    longest: float,
     errors: tuple[float, float | None],
     unit: str,
 ) -> Iterator[Figure]:
@@ -118,7 +118,7 @@ def beside(
     return line(
         TABLE,
         name,
-        ratio=(theirs and ours / theirs, "", at_most(most)),
+        ratio=(theirs and ours / theirs, "", at_most(longest)),
         ours=(1e3 * ours, "ms"),
         theirs=(theirs and 1e3 * theirs, "ms"),
         our_error=(errors[0], unit),

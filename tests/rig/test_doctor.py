@@ -16,7 +16,7 @@ from rig.doctor.finding import FindingState
 from rig.usb import UsbDevice
 
 CAMERA = UsbDevice(
-    vendor=0x046D, product=0x0825, serial="E7", name="Eye", bus=1, address=3, ports=(2, 3),
+    vendor=0x046D, product=0x0825, serial="E7", name="Cam", bus=1, address=3, ports=(2, 3),
     camera=True, nodes=("/dev/video0",),
 )  # fmt: skip
 BOARD = UsbDevice(0x1209, 1, None, "Light", 1, 9, (4,), camera=False, nodes=())
@@ -127,7 +127,7 @@ def nodes(monkeypatch, tmp_path):
     """Draw two nodes of one camera: images, and metadata that are left out."""
     for node, index in (("video0", "0"), ("video1", "1")):
         (tmp_path / "sys" / node).mkdir(parents=True)
-        (tmp_path / "sys" / node / "name").write_text("Speckle Eye\n")
+        (tmp_path / "sys" / node / "name").write_text("Speckle Cam\n")
         (tmp_path / "sys" / node / "index").write_text(f"{index}\n")
         (tmp_path / node).touch()
     monkeypatch.setattr(devices, "VIDEO", tmp_path / "sys")
@@ -138,7 +138,7 @@ def nodes(monkeypatch, tmp_path):
 def test_a_camera_is_named_and_its_metadata_are_left_out(nodes):
     (finding,) = devices.check_cameras()
     assert finding.state is FindingState.GOOD
-    assert finding.text == f"{nodes}/video0 is Speckle Eye"
+    assert finding.text == f"{nodes}/video0 is Speckle Cam"
 
 
 def test_a_camera_that_another_program_has_open_is_said_with_its_name(nodes):
@@ -164,7 +164,7 @@ def test_a_camera_that_we_may_not_use_says_what_to_do(nodes, monkeypatch):
 
 def test_usb_devices_of_a_bench_are_listed_and_others_are_not(nodes):
     camera, board = devices.check_usb([CAMERA, MOUSE, BOARD])
-    assert camera.text == "Eye 046d:0825 at 1-2.3, serial number E7, /dev/video0"
+    assert camera.text == "Cam 046d:0825 at 1-2.3, serial number E7, /dev/video0"
     assert board.text == "Light 1209:0001 at 1-4"
     assert devices.check_usb([MOUSE]).__next__().state is FindingState.ABSENT
 

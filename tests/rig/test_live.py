@@ -131,18 +131,18 @@ def test_strain_tells_the_same_touch(rig):
     np.testing.assert_allclose(again.xy, found.xy, atol=0.1)
 
 
-def test_known_presses_mend_every_touch_and_leave_what_the_next_frame_starts_from(rig):
+def test_known_presses_correct_every_touch_and_leave_what_the_next_frame_starts_from(rig):
     sensed = estimate_frame(rig.chain, rig.twin.frame(20, PRESS), rig.state, rig.watch)
     sensed = replace(sensed, from_pattern=sensed.estimate)
     moved = Alignment(np.array([[1.0, 0.0, 3.0], [0.0, 1.0, -2.0]]), 1.1, 0.1, 0.01, 0.01, ())
     plain = with_strain(rig.strain, sensed, rig.watch)
-    mended = with_strain(rig.strain, sensed, rig.watch, moved)
+    corrected = with_strain(rig.strain, sensed, rig.watch, moved)
     for name in ("estimate", "from_strain", "from_pattern"):
-        before, after = getattr(plain, name), getattr(mended, name)
+        before, after = getattr(plain, name), getattr(corrected, name)
         np.testing.assert_allclose(after.xy, before.xy + np.array([3.0, -2.0]))
         np.testing.assert_allclose(after.force, 1.1 * before.force)
-    np.testing.assert_array_equal(mended.state.from_strain, plain.state.from_strain)
-    np.testing.assert_array_equal(mended.state.touches, plain.state.touches)
+    np.testing.assert_array_equal(corrected.state.from_strain, plain.state.from_strain)
+    np.testing.assert_array_equal(corrected.state.touches, plain.state.touches)
 
 
 def test_under_a_hand_there_is_no_strain_and_no_touch_from_it(rig):

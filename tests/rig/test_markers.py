@@ -1,4 +1,4 @@
-"""The projector's picture: a spot where the touch is, dim, soft, and as large as the force says."""
+"""The projector's image: a spot where the touch is, dim, soft, and as large as the force says."""
 
 import numpy as np
 import pytest
@@ -11,13 +11,13 @@ SIZE, PLATE = (641, 400), (254.0, 180.0)
 SCREEN = fit_plate(SIZE, PLATE)
 
 
-def centroid(picture):
-    light = picture[..., 1].astype(float)
+def centroid(image):
+    light = image[..., 1].astype(float)
     rows, columns = np.indices(light.shape)
     return np.array([(columns * light).sum(), (rows * light).sum()]) / light.sum()
 
 
-def test_the_plate_fills_the_picture_up_to_the_margin_with_y_upwards():
+def test_the_plate_fills_the_image_up_to_the_margin_with_y_upwards():
     corners = project(SCREEN.T_px_plate, np.array([[0.0, 0.0], PLATE]))
     assert corners[0, 1] > corners[1, 1]
     assert corners[0, 0] < corners[1, 0]
@@ -29,9 +29,9 @@ def test_the_plate_fills_the_picture_up_to_the_margin_with_y_upwards():
     st.floats(50, 200), st.floats(50, 130), st.floats(0.2, 3), st.floats(0.0, 4.0), st.floats(0, 3)
 )
 def test_the_light_of_a_mark_is_centred_on_its_touch(x, y, force, a, angle):
-    picture = draw_marks([Mark(x, y, force, (a, a / 2, angle))], SCREEN)
+    image = draw_marks([Mark(x, y, force, (a, a / 2, angle))], SCREEN)
     expected = project(SCREEN.T_px_plate, np.array([[x, y]]))[0]
-    assert np.abs(centroid(picture) - expected).max() < 0.25  # measured 0.1 px
+    assert np.abs(centroid(image) - expected).max() < 0.25  # measured 0.1 px
 
 
 @pytest.mark.parametrize("angle", [0.5, -0.9, 2.2])
@@ -48,22 +48,22 @@ def test_the_ring_is_turned_as_the_uncertainty_is(angle):
 
 def test_a_mark_follows_a_slanting_projector():
     slant = Screen(SIZE, np.array([[2.1, 0.2, 20], [-0.1, -1.9, 380], [4e-4, -2e-4, 1.0]]))
-    picture = draw_marks([Mark(140.0, 70.0, 0.3)], slant)
+    image = draw_marks([Mark(140.0, 70.0, 0.3)], slant)
     expected = project(slant.T_px_plate, np.array([[140.0, 70.0]]))[0]
-    assert np.abs(centroid(picture) - expected).max() < 0.5
+    assert np.abs(centroid(image) - expected).max() < 0.5
 
 
 def test_the_ground_is_black_and_nothing_is_brighter_than_a_quarter():
     marks = [Mark(60.0, 60.0, 4.0, (2, 1, 0)), Mark(64.0, 62.0, 2.0, (6, 3, 1))]
-    picture = draw_marks(marks, SCREEN)
-    assert picture.max() <= PEAK
-    assert not picture[:, -100:].any()
+    image = draw_marks(marks, SCREEN)
+    assert image.max() <= PEAK
+    assert not image[:, -100:].any()
     assert not draw_marks([], SCREEN).any()
 
 
 def test_no_edge_is_hard():
-    picture = draw_marks([Mark(127.0, 90.0, 2.0, (8.0, 4.0, 0.5))], SCREEN).astype(int)
-    steps = max(np.abs(np.diff(picture, axis=axis)).max() for axis in (0, 1))
+    image = draw_marks([Mark(127.0, 90.0, 2.0, (8.0, 4.0, 0.5))], SCREEN).astype(int)
+    steps = max(np.abs(np.diff(image, axis=axis)).max() for axis in (0, 1))
     assert steps <= 0.5 * PEAK
 
 
@@ -75,14 +75,14 @@ def test_more_force_gives_more_light():
 
 def test_the_ring_lies_at_two_sigma_along_its_own_axes():
     a, b, angle = 20.0, 10.0, 0.6
-    picture = draw_marks([Mark(127.0, 90.0, 0.1, (a, b, angle))], SCREEN)
+    image = draw_marks([Mark(127.0, 90.0, 0.1, (a, b, angle))], SCREEN)
     axis = np.array([np.cos(angle), np.sin(angle)])
     across = np.array([-np.sin(angle), np.cos(angle)])
     for direction, length in ((axis, 2 * a), (across, 2 * b)):
         along = np.linspace(0.7, 1.3, 241)
         places = (127.0, 90.0) + along[:, None] * length * direction
         columns, rows = np.rint(project(SCREEN.T_px_plate, places)).astype(int).T
-        light = picture[rows, columns, 0].astype(float)
+        light = image[rows, columns, 0].astype(float)
         assert (along * light).sum() / light.sum() == pytest.approx(1.0, abs=0.02)
 
 

@@ -57,14 +57,14 @@ def bench():
     return publisher, operator, show, window
 
 
-def desk(publisher):
-    return publisher.packets._newest.desk
+def page_controls(publisher):
+    return publisher.packets._newest.page_controls
 
 
-def test_notes_recording_settings_and_calibration_are_on_the_desk(bench):
+def test_notes_recording_settings_and_calibration_are_among_the_controls(bench):
     publisher, operator, _, _ = bench
     operator(draw_snapshot(1))
-    shown = desk(publisher)
+    shown = page_controls(publisher)
     assert shown.notes == ("it is old",)
     assert not shown.recording.running
     (setting,) = shown.settings
@@ -77,11 +77,11 @@ def test_the_button_starts_and_ends_a_recording(bench):
     publisher, operator, _, _ = bench
     publisher.ask({"do": "record"})
     operator(draw_snapshot(1))
-    assert desk(publisher).recording.running
-    assert desk(publisher).recording.frames == 3
+    assert page_controls(publisher).recording.running
+    assert page_controls(publisher).recording.frames == 3
     publisher.ask({"do": "record"})
     operator(draw_snapshot(2))
-    assert not desk(publisher).recording.running
+    assert not page_controls(publisher).recording.running
 
 
 def test_the_mode_of_the_marks_changes_while_the_loop_runs(bench):
@@ -110,7 +110,7 @@ def test_what_may_not_be_changed_stays(bench, wish):
     publisher.ask(wish)
     operator(draw_snapshot(1))
     assert show.mode == "beside"
-    assert not desk(publisher).recording.running
+    assert not page_controls(publisher).recording.running
 
 
 def test_touches_of_a_frame_that_is_too_old_are_not_shown(bench):
@@ -125,7 +125,7 @@ def test_a_projector_that_has_gone_is_noted(bench):
     publisher, operator, _, window = bench
     window.alive, window.status = False, "projector window on :0 has gone; it is opened again"
     operator(draw_snapshot(1))
-    assert window.status in desk(publisher).notes
+    assert window.status in page_controls(publisher).notes
 
 
 def test_a_mark_is_shown_where_the_mode_puts_it(bench):

@@ -148,7 +148,7 @@ KEYS = st.sampled_from(
     [
         *(f"{name}.{key}" for name in rig.Scene.model_fields for key in ("kind", "size", "force")),
         *rig.Scene.model_fields,
-        "touches.most",
+        "touches.max_touches",
         "plate.edges.west.kind",
         "plate.patches",
         "estimator.layers",

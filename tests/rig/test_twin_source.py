@@ -261,8 +261,8 @@ FEW = {"source.script": "random", "touches.force": [2.0, 4.0]}
 def test_however_slow_it_is_the_reference_is_untouched_and_then_touches_come(
     small, hurried, monkeypatch, seconds, series
 ):
-    restless = iter([True] * (series - 1) + [False])
-    monkeypatch.setattr("rig.live.loop.moved_during_reference", lambda images: next(restless))
+    moved = iter([True] * (series - 1) + [False])
+    monkeypatch.setattr("rig.live.loop.moved_during_reference", lambda images: next(moved))
     scene = small(FEW)
     source = hurried(scene, seconds)
     loop = Loop(build_bench(scene, lambda done, total: None), source)

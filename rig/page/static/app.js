@@ -3,7 +3,7 @@
 import { Limit, paintRamp } from "./colour.js";
 import { FrameView, component, inverse, strainAt, through } from "./frame_view.js";
 import { Chart } from "./chart.js";
-import { ask as wish, showDesk } from "./desk.js";
+import { ask as wish, showControls } from "./controls.js";
 import { show, showBar, showFigures, showSigns, showStages, showTouches } from "./panels.js";
 
 const RECONNECT = 1000, STALE = 1500, FIGURES = 125;  // ms
@@ -90,7 +90,7 @@ function showAll(now) {
   showSigns(frame);
   showTouches(frame);
   showStages(frame);
-  showDesk(frame);
+  showControls(frame);
   showBar(frame, choice);
   chart.draw();
   show("status", frame.status);

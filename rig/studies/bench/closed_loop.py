@@ -1,8 +1,8 @@
 """The closed loop: a plate is seen, touches are found and lit, and their light is seen again.
 
 Parts: loop. See `emulated`. Projector and latency are measured first, by the app itself in the same
-loop. Told are how far from each touch its mark lies on the plate at that moment, also by what the
-touch does; frames a second; how old what is shown is; memory.
+loop. Reported are how far from each touch its mark lies on the plate at that moment, also by what
+the touch does; frames a second; how old what is shown is; memory.
 """
 
 from __future__ import annotations

@@ -98,7 +98,7 @@ class Display:
         (self._folder / "Xvfb_screen0").unlink(missing_ok=True)
 
     def read(self) -> np.ndarray | None:
-        """Picture (H, W, 3) RGB; None without a display."""
+        """Image (H, W, 3) RGB; None without a display."""
         return None if self._pixels is None else cv2.cvtColor(self._pixels, cv2.COLOR_BGRA2RGB)
 
 
@@ -198,10 +198,10 @@ class Room(threading.Thread):
 
     def _expose(self, number: int, now: float) -> None:
         touches, moved = self._round[number % len(self._round)]
-        picture = self._display.read()
+        shown = self._display.read()
         light: F32 | np.float32 = np.float32(1.0)
-        if picture is not None and picture[::4, ::4].any():
-            light = self._light.on_camera(picture)
+        if shown is not None and shown[::4, ::4].any():
+            light = self._light.on_camera(shown)
         self._sensor.light, self._sensor.cover = light * np.float32(self.lamp), self.cover
         slot, size = 1 - self._memory[0], self._shape
         start = START + slot * size[0] * size[1]
@@ -211,14 +211,14 @@ class Room(threading.Thread):
         self._twin.warper.render(moved, sensor, rng, shift=self.shift, out=out)
         struct.pack_into("<d", self._memory, 8 + 8 * slot, now)
         self._memory[0] = slot
-        self.seen.append((now, touches, self._places_lit(picture, touches)))
+        self.seen.append((now, touches, self._places_lit(shown, touches)))
 
-    def _places_lit(self, picture: np.ndarray | None, touches) -> np.ndarray:
+    def _places_lit(self, shown: np.ndarray | None, touches) -> np.ndarray:
         """Middles of the light near each touch, (n, 2) mm."""
         places = np.full((len(touches), 2), np.nan)
-        if picture is None or not touches:
+        if shown is None or not touches:
             return places
-        thin = picture[::4, ::4, 1].astype(np.float64)
+        thin = shown[::4, ::4, 1].astype(np.float64)
         rows, columns = np.nonzero(thin)
         if not len(rows):
             return places
@@ -255,7 +255,7 @@ class Listener(threading.Thread):
 
 @contextmanager
 def emulated_camera(size: tuple[int, int], file: Path) -> Generator[Emulation]:
-    """Run the camera that sends the pictures of a file."""
+    """Run the camera that sends the images of a file."""
     script = ROOT / "tests/rig/emulation/camera.py"
     command = [WRAPPER, "/usr/bin/python3", script, *map(str, size), str(RATE)]
     with subprocess.Popen(

@@ -40,7 +40,7 @@ TABLE = "Faults"
 BACK, NONE = at_most(PATIENCE), at_most(0)
 
 
-def told(
+def measured(
     fault: str, sees: str, back: float | None, heard: list[dict[str, Any]], **more: Cell
 ) -> Iterator[Figure]:
     """Make the line of a fault: `back` in s, None where the touch never came back."""
@@ -91,7 +91,7 @@ class Bench:
             raise OSError(f"the touch was never found: {self.app.poll()}, {said}, {last}")
 
     def heard(self, since: float) -> list[dict[str, Any]]:
-        """Return what the app has told since a time."""
+        """Return what the app has reported since a time."""
         return [said for came, said in list(self.listener.heard) if came >= since]
 
     def back(self, since: float, patience: float = PATIENCE) -> float | None:
@@ -134,10 +134,10 @@ class Bench:
         back = self.back(undone)
         heard = self.heard(began)
         time.sleep(0.5)
-        yield from told(fault, sees or "nothing: the touch stays", back, heard)
+        yield from measured(fault, sees or "nothing: the touch stays", back, heard)
 
     def sees(self, since: float) -> str:
-        """Sum up what was told since a time, the usual left out."""
+        """Sum up what was reported since a time, the usual left out."""
         said = [one["status"] for one in self.heard(since)]
         other = [status for status in dict.fromkeys(said) if status not in USUAL]
         return "; ".join(f"“{status}”" for status in other[:2])
@@ -161,17 +161,17 @@ class Bench:
         heard = self.heard(began)
         gap = float(max(np.diff([said["captured"] for said in heard]), default=0.0))
         sees = "; ".join(f"“{note}”" for note in list(notes)[:2]) or "nothing on the page"
-        yield from told(fault, sees, back if lit else None, heard, longest_gap=(gap, "s"))
+        yield from measured(fault, sees, back if lit else None, heard, longest_gap=(gap, "s"))
 
 
 def good(said: dict[str, Any]) -> bool:
-    """Whether exactly the touch that presses is told."""
+    """Whether exactly the touch that presses is reported."""
     marks = said["touches"]
     return len(marks) == 1 and away(marks[0]) < NEAR
 
 
 def wrong(said: dict[str, Any]) -> bool:
-    """Whether a touch is told where nobody presses."""
+    """Whether a touch is reported where nobody presses."""
     marks = said["touches"]
     return len(marks) > 1 or any(away(mark) > FAR for mark in marks)
 

@@ -2,9 +2,9 @@
 
 Parts: faults. See `emulated`. One finger presses all the time; a fault happens, is undone, and the
 time counts from then until the touch is found again, three frames in a row within 8 mm. Any other
-touch that is told meanwhile is a false one. A disk that is full is a limit on the size of the app's
-files. The clock that jumps is the camera's; the loop itself reads the monotonic clock alone, which
-no setting of the date moves.
+touch that is reported meanwhile is a false one. A disk that is full is a limit on the size of the
+app's files. The clock that jumps is the camera's; the loop itself reads the monotonic clock alone,
+which no setting of the date moves.
 """
 
 from __future__ import annotations
@@ -172,7 +172,7 @@ def of_the_app(bench: Bench) -> Iterator[Figure]:
         TABLE,
         "kill -9 of the app while it records",
         what_the_user_sees=f"the command has ended; the file {cut or 'is whole'}",
-        kept=(kept, f"frames of {heard} told"),
+        kept=(kept, f"frames of {heard} reported"),
         left_behind=(0 if gone else 1, "windows", NONE),
     )
 

@@ -1,9 +1,9 @@
 """How long a frame takes from its capture to the touches, stage by stage, with the error.
 
 Parts: sparse (the pattern in 400 tiles of 49 px), pattern (tiles of 16 px) and strain (as shipped:
-the strain map of the same frames as well, whose error is then told). The camera has 1024² px; one
-finger of 1 to 3 N strokes over a plate of 2 mm. All frames are rendered beforehand, so that nothing
-else computes. Times are of the wall.
+the strain map of the same frames as well, whose error is then reported). The camera has 1024² px;
+one finger of 1 to 3 N strokes over a plate of 2 mm. All frames are rendered beforehand, so that
+nothing else computes. Times are of the wall.
 """
 
 import time

@@ -83,7 +83,7 @@ def modes() -> Iterator[Figure]:
             if mode == "on" and found.count == first.count == 1:
                 said = interference(chain, light, SENSOR_DARK, marks(first))
                 meter.append((said.shift, float(np.hypot(*(found.xy[0] - first.xy[0])))))
-    yield from told(errors)
+    yield from measured(errors)
     predicted, moved = np.array(meter).T
     yield from line(
         "Marks of the projector: what the meter predicts, mode on",
@@ -94,7 +94,7 @@ def modes() -> Iterator[Figure]:
     )
 
 
-def told(errors: dict[str, list[float]]) -> Iterator[Figure]:
+def measured(errors: dict[str, list[float]]) -> Iterator[Figure]:
     """Give a line to each mode, its error beside that without light."""
     base = rms(found(errors["none"]))
     for name, values in errors.items():

@@ -32,7 +32,7 @@ Way = Literal["pattern", "strain"]
 
 
 class Wandered(NamedTuple):
-    """What came of following a touch.
+    """Outcome of following a touch.
 
     Attributes
     ----------

@@ -41,13 +41,13 @@ def touches() -> Iterator[Figure]:
     for name, shift in (("as calibrated", (0.0, 0.0)), ("camera shifted by 0.3 px", (0.3, 0.0))):
         errors, limits = random_touches(bench, replace(twin, shift=shift), FRAMES)
         place = np.hypot(errors[:, 0], errors[:, 1])
-        found, least = rms(place), float(np.sqrt(np.mean(limits)))
+        found, bound = rms(place), float(np.sqrt(np.mean(limits)))
         yield from line(
             f"The shipped chain, {FRAMES} rendered frames of 2 to 4 N",
             name,
-            **{"÷_CRB": (found / least, "", OVER, FRAMES)},
+            **{"÷_CRB": (found / bound, "", OVER, FRAMES)},
             rms=(found, "mm"),
-            bound=(least, "mm"),
+            bound=(bound, "mm"),
             median=(float(np.median(place)), "mm", PLACE, FRAMES),
             force=(100 * float(np.median(np.abs(errors[:, 2]))), "%, median", OFF, FRAMES),
         )
@@ -73,15 +73,17 @@ def random_touches(bench: Bench, twin: Twin, count: int) -> tuple[F64, F64]:
         for _ in range(count)
     ]
     noise = float(np.sqrt(twin.sensor.noise**2 + 1 / 12))  # with the rounding to whole grey levels
-    bound, errors, limits = every_pixel(bench, twin), [], []
+    pattern = every_pixel(bench, twin)
+    errors: list[tuple[float, float, float]] = []
+    limits: list[float] = []
     found = estimates(bench, twin, [(touch,) for touch in drawn])
     for touch, estimate in zip(drawn, found, strict=True):
         if estimate.count != 1:
             raise SystemExit(f"{touch}: {estimate.count} touches found")
         x, y = estimate.xy[0]
         errors.append((x - touch.x, y - touch.y, estimate.force[0] / touch.force - 1))
-        least = models.cramer_rao(bound, np.array([[touch.x, touch.y, touch.force]]), noise)
-        limits.append(least[0, 0] + least[1, 1])
+        bound = models.cramer_rao(pattern, np.array([[touch.x, touch.y, touch.force]]), noise)
+        limits.append(bound[0, 0] + bound[1, 1])
     return np.array(errors), np.array(limits)
 
 

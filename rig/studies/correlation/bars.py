@@ -283,7 +283,7 @@ def spoilt_frames(plain: Image, moved: Image) -> Iterator[tuple[str, Image, Imag
 
 
 def spoilt() -> Iterator[Figure]:
-    """Error and share of valid points under bad light, and points that are wrong by over 5 σ.
+    """Error and fraction of valid points under bad light, and points that are wrong by over 5 σ.
 
     The limits of a valid point were chosen on other spots and other noise (seeds 6, 106 to 611).
     """

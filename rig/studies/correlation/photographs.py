@@ -46,7 +46,7 @@ def hole(data: Path) -> Iterator[Figure]:
 
 
 def rotation(data: Path) -> Iterator[Figure]:
-    """Compare with the affine motion that the field itself follows: the picture only turns."""
+    """Compare with the affine motion that the field itself follows: the image only turns."""
     first, second = (
         dic.read_image(data / "rotation" / f"rotation_{n}.tif") for n in ("000", "170")
     )

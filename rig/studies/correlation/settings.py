@@ -14,7 +14,7 @@ import dic
 import synthetic
 from rig.studies.correlation.peers import Peer, al_dic_field, pyramid, pyvale_field
 from rig.studies.study import cpu_seconds, rms
-from rig.system.arrays import F64, Grey
+from rig.system.arrays import F64, AnyArray, Grey
 from synthetic import closed_forms
 
 SIDE, SCALE, NOISE = 512, 0.25, 2.0  # px, mm per px, grey levels

@@ -35,13 +35,13 @@ def surfaces(any_load: bool = False) -> list[DeformableSurface]:
     parts = fe, plate, gauges, BEND, TWIST, BASES, TOUCHES, ELEMENTS
     kept = cache.fetch("deformable", parts, lambda: _strains(plate, gauges))
     ends = np.cumsum([0, BASES, BASES // 6, BASES // 6])
-    taught, watched, tested = (slice(first, last) for first, last in pairwise(ends))
+    trained, watched, tested = (slice(first, last) for first, last in pairwise(ends))
     rng = np.random.default_rng(1)
     loads = rng.uniform(RATIOS[0], RATIOS[-1], (ends[-1], TOUCHES, 1)) if any_load else 1.0
     loads = np.broadcast_to(one * loads, (ends[-1], TOUCHES, 1))
     forces = [one * ratio for ratio in RATIOS]
     return [
-        _surface(kept, taught, loads[taught]),
+        _surface(kept, trained, loads[trained]),
         _surface(kept, watched, loads[watched]),
         *(_surface(kept, tested, force) for force in forces),
     ]

@@ -36,14 +36,12 @@ FRAMES = 16  # averaged, of every press and of the reference
 def bench(effort: Effort) -> Samples:
     """One touch on the bench of the paper's validation."""
     scene = rig.load("paper-bench")
-    taught = training_plan(scene)
-    taught = replace(
-        taught, net=taught.net.model_copy(update={"epochs": effort.epochs(taught.net.epochs)})
-    )
-    sets, images = simulate_sets(taught, lambda done, total: None), _Images(scene)
-    epochs = taught.net.epochs
+    plan = training_plan(scene)
+    plan = replace(plan, net=plan.net.model_copy(update={"epochs": effort.epochs(plan.net.epochs)}))
+    sets, images = simulate_sets(plan, lambda done, total: None), _Images(scene)
+    epochs = plan.net.epochs
     for seed in range(effort.seeds):
-        again = replace(taught, net=taught.net.model_copy(update={"seed": seed}))
+        again = replace(plan, net=plan.net.model_copy(update={"seed": seed}))
         net = descend(again, sets, again.net.layers).net
         for what, data in (("without noise", part(sets.noise).pool), ("with noise", sets.test)):
             loss = errors(net, data).mean()

@@ -31,11 +31,11 @@ def deformable(effort: Effort) -> Samples:
         ).net
         twice = train_two_step(training, validation, (shallow, wide), recipe, rng)
         for ratio, test in zip(paper_base.RATIOS, tests, strict=True):
-            for name, paper, told in (
+            for name, paper, found in (
                 ("1 step, 64×4", "1.58", predict(once, test.loaded)[:, :2]),
                 ("2 steps", "0.48", predict_two_step(twice, test.before, test.loaded)),
             ):
-                value = position_error(test.xy, told).mean()
+                value = position_error(test.xy, found).mean()
                 what, bar = f"{name}, load {ratio:g} Δ0: loss", at_most(float(paper))
                 if ratio != 1.0:
                     paper, bar = "", None  # it learnt no other load
@@ -54,8 +54,8 @@ def change(effort: Effort) -> Samples:
         rng = np.random.default_rng(seed)
         nets = train_two_step(training, validation, options, recipe, rng)
         for ratio, test in zip(paper_base.RATIOS, tests, strict=True):
-            told = predict_two_step(nets, test.before, test.loaded)
+            found = predict_two_step(nets, test.before, test.loaded)
             what = f"2 steps on the change, load {ratio:g} Δ0: loss"
             of = "deformable, change of strain", what, "mm", "0.48" if ratio == 1.0 else ""
-            value = position_error(test.xy, told).mean()
+            value = position_error(test.xy, found).mean()
             yield Sample(*of, recipe.epochs, seed, value, at_most(0.48))

@@ -13,7 +13,7 @@ from rig.studies.paper.table import Sample
 # σ over the root mean square strain of a unit touch: of the test, and between which it is drawn in
 # training. An estimate moves with the noise in the same way at every level, best learnt from much.
 LEVELS = (0.01, 0.05, 0.1)
-TAUGHT = (0.01, 0.2)
+TRAINED = (0.01, 0.2)
 
 
 def bound(effort: Effort) -> Samples:
@@ -26,7 +26,7 @@ def bound(effort: Effort) -> Samples:
     gain = batches.gain(answer.gradient(pool.targets)).astype(np.float32)
     for seed in range(effort.seeds):
         rng = np.random.default_rng(seed)
-        stream = batches.estimated(pool, gain, (TAUGHT[0] * unit, TAUGHT[1] * unit), 512, rng)
+        stream = batches.estimated(pool, gain, (TRAINED[0] * unit, TRAINED[1] * unit), 512, rng)
         net = train_net(first, test, options, recipe, rng, batches=stream).net
         for level in LEVELS:
             sigma = level * unit
@@ -38,7 +38,7 @@ def bound(effort: Effort) -> Samples:
                 yield Sample(*of, recipe.epochs, seed, value, bar)
 
 
-def _over_bound(forward, told, seen):
+def _over_bound(forward, found_by_net, seen):
     """Root mean squares of a net and of solver steps after it, over that of the bound."""
     of_net, limit, known, stepped = np.empty((4, len(seen)))
     for n, (strain, true) in enumerate(zip(seen.strain, seen.targets, strict=True)):
@@ -46,9 +46,9 @@ def _over_bound(forward, told, seen):
         limit[n] = np.trace(np.linalg.inv(fisher @ fisher.T)[:2, :2])
         known[n] = np.trace(np.linalg.inv(fisher[:2] @ fisher[:2].T))
         measured = forward.whiten(strain.reshape(-1, 3).astype(float))
-        found = refine(measured, forward, np.array([[*told[n], 1.0]]))
+        found = refine(measured, forward, np.array([[*found_by_net[n], 1.0]]))
         stepped[n] = np.sum((found[0, :2] - true) ** 2)
-        of_net[n] = np.sum((told[n] - true) ** 2)
+        of_net[n] = np.sum((found_by_net[n] - true) ** 2)
     for what, square, least, bar in (
         ("net: RMS ÷ CRB, force unknown", of_net, limit, at_most(1.4)),
         ("net: RMS ÷ CRB, force known", of_net, known, None),

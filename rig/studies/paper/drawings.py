@@ -54,13 +54,13 @@ def curves(folder):
                 lines[found["line"]][float(found["x"])] = float(np.median(values))
         if not lines:
             continue
-        picture, axes = plt.subplots(figsize=(5, 4), layout="constrained")
+        figure, axes = plt.subplots(figsize=(5, 4), layout="constrained")
         for line, points in lines.items():
             x = sorted(points)
             axes.plot(x, [points[each] for each in x], "o-", label=legend.format(line))
         axes.set(xlabel=axis, ylabel="loss, mm", yscale="log", title=f"figure {name}")
         axes.legend()
-        picture.savefig(folder / f"figure-{name}.png", dpi=120)
+        figure.savefig(folder / f"figure-{name}.png", dpi=120)
 
 
 def training(folder):
@@ -68,30 +68,30 @@ def training(folder):
     lines = defaultdict(list)
     for row in read_curves():
         lines[row.line].append((row.epoch, row.training, row.validation))
-    picture, axes = plt.subplots(figsize=(5, 4), layout="constrained")
+    figure, axes = plt.subplots(figsize=(5, 4), layout="constrained")
     for (line, points), colour in zip(lines.items(), COLOURS, strict=False):
         epoch, *losses = np.transpose(points)
         for loss, style, name in zip(losses, ("--", "-"), ("training", "validation"), strict=True):
             axes.plot(epoch, loss, style, color=colour, label=f"{line}, {name}")
     axes.set(xlabel="epoch", ylabel="loss, mm", xscale="log", yscale="log", title="figure 4A")
     axes.legend(fontsize="small")
-    picture.savefig(folder / "figure-4A.png", dpi=120)
+    figure.savefig(folder / "figure-4A.png", dpi=120)
 
 
 def magnitudes(folder):
     """Draw how places and magnitudes share the loss by its weight k (figure 4C)."""
     found = defaultdict(dict)
-    for (system, told), figures in final().items():
+    for (system, case), figures in final().items():
         if system == "two magnitudes (4C)":
-            named = part(re.search(r"k ([\d.]+): (\w+)", told))
+            named = part(re.search(r"k ([\d.]+): (\w+)", case))
             found[named[2]][float(named[1])] = np.median([figure.value for figure in figures])
-    picture, axes = plt.subplots(figsize=(5, 4), layout="constrained")
+    figure, axes = plt.subplots(figsize=(5, 4), layout="constrained")
     for what, unit in (("position", "mm"), ("magnitude", "Δ0")):
         weights = sorted(found[what])
         axes.plot(weights, [found[what][each] for each in weights], "o-", label=f"{what}, {unit}")
     axes.set(xlabel="k", ylabel="error", xscale="log", title="figure 4C")
     axes.legend()
-    picture.savefig(folder / "figure-4C.png", dpi=120)
+    figure.savefig(folder / "figure-4C.png", dpi=120)
 
 
 def of_net(folder, path):
@@ -100,27 +100,27 @@ def of_net(folder, path):
     sets = simulate_sets(
         training_plan(rig.scene.Scene.model_validate(about["scene"])), lambda done, total: None
     )
-    told = predict(trained.net, sets.test.strain)
+    found = predict(trained.net, sets.test.strain)
     local = position_error(sets.validation.targets, predict(trained.net, sets.validation.strain))
-    picture, axes = plt.subplots(2, 2, figsize=(9, 8), layout="constrained")
+    figure, axes = plt.subplots(2, 2, figsize=(9, 8), layout="constrained")
     axes[0, 0].loglog(trained.history, label=["training", "validation"])
     axes[0, 0].set(xlabel="epoch", ylabel="loss, mm", title="2D: training")
     axes[0, 0].legend()
     x, y = sets.validation.targets.T
     shown = axes[0, 1].scatter(x, y, c=local, s=60, marker="s")
-    picture.colorbar(shown, ax=axes[0, 1], label="mm")
+    figure.colorbar(shown, ax=axes[0, 1], label="mm")
     axes[0, 1].set(xlabel="x, mm", ylabel="y, mm", title="2D: local validation loss", aspect=1)
     axes[1, 0].plot(*sets.test.targets[:100].T, "ro", fillstyle="none", label="true")
-    axes[1, 0].plot(*told[:100].T, "b.", label="predicted")
+    axes[1, 0].plot(*found[:100].T, "b.", label="predicted")
     axes[1, 0].set(xlabel="x, mm", ylabel="y, mm", title="3A: 100 random touches", aspect=1)
     axes[1, 0].legend()
-    axes[1, 1].hist(position_error(sets.test.targets, told), bins=60)
+    axes[1, 1].hist(position_error(sets.test.targets, found), bins=60)
     axes[1, 1].set(xlabel="loss, mm", ylabel="touches", title="3B: 3000 random touches")
-    picture.savefig(folder / "figures-2D-3A-3B.png", dpi=120)
+    figure.savefig(folder / "figures-2D-3A-3B.png", dpi=120)
 
 
 def main(folder: str, model: str | None = None) -> None:
-    """Write the pictures to a folder."""
+    """Write the plots to a folder."""
     place = Path(folder)
     place.mkdir(parents=True, exist_ok=True)
     curves(place)

@@ -2,7 +2,7 @@
 
 The plate of the paper under a camera, in perspective and telecentric. What the camera adds to the
 strain is linear in the force, so touches are simulated by thousands without an image; hundreds of
-images, correlated at the 72 gauges, say whether it is true. Pictures stand for 16 frames
+images, correlated at the 72 gauges, say whether it is true. Images stand for 16 frames
 averaged, with the noise that is left of 2 grey levels. The plate is that of its first 200 modes, in
 images and without.
 """
@@ -29,7 +29,7 @@ NOISE = 0.5  # grey levels of 8 bits, before rounding
 SUBSET = 51  # px
 MODES = 200
 FRAMES = 60  # images to learn from, and as many for the test
-SHARE = 0.02  # of a batch that comes from images, where some does
+FRACTION = 0.02  # of a batch that comes from images, where some does
 POOL, TESTED = 20000, 3000
 
 
@@ -53,26 +53,26 @@ def seen(effort: Effort) -> Samples:
     }
     recipe = Recipe(effort.epochs(6000), 2e-3, "cosine", "scaled", check=6000)
     for seed in range(effort.seeds):
-        for taught, view in views.items():
-            for name, images in ((taught, None), (f"{taught} and images", view.images)):
+        for trained, view in views.items():
+            for name, images in ((trained, None), (f"{trained} and images", view.images)):
                 net = _train(view, images, recipe, np.random.default_rng(seed))
                 for watched, other in views.items():
                     for source, test in (("", other.test), (" images", other.images_test)):
                         error = position_error(test.targets, predict(net, test.strain)).mean()
                         what = f"trained on {name}, tested on {watched}{source}: loss"
                         yield Sample(SYSTEM, what, "mm", "", recipe.epochs, seed, error)
-                what = f"trained on {name}, tested on {taught}: RMS ÷ CRB"
+                what = f"trained on {name}, tested on {trained}: RMS ÷ CRB"
                 square = np.mean((predict(net, view.test.strain) - view.test.targets) ** 2)
                 ratio = np.sqrt(2 * square) / view.limit
                 yield Sample(SYSTEM, what, "", "", recipe.epochs, seed, ratio)
 
 
 def _train(view: View, images: Dataset | None, recipe: Recipe, rng):
-    """Return a net that learns from a view, with a share of images among it if there are any."""
+    """Return a net that learns from a view, with a fraction of images among it if there are any."""
     stream = batches.noisy_batches(batches.shuffled_batches(view.pool, 512, rng), view.root, rng)
     if images is not None:
         stream = batches.mixed_batches(
-            stream, batches.shuffled_batches(images, round(512 * SHARE), rng)
+            stream, batches.shuffled_batches(images, round(512 * FRACTION), rng)
         )
     first = next(batches.noisy_batches(iter([view.pool]), view.root, rng))
     return train_net(

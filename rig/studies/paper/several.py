@@ -33,7 +33,7 @@ def three(effort: Effort) -> Samples:
 
 
 def unordered(effort: Effort) -> Samples:
-    """Two and three equal touches told without an order: a smooth net, fresh samples."""
+    """Two and three equal touches reported without an order: a smooth net, fresh samples."""
     for touches, whole in ((2, 10000), (3, 30000)):
         pool, first, test = several(touches)
         for seed in range(effort.seeds):
@@ -42,7 +42,7 @@ def unordered(effort: Effort) -> Samples:
             began = time.process_time()
             net, recipe = _smooth(first, test, touches, effort.epochs(whole), rng, stream)
             spent = time.process_time() - began
-            error = matched_error(_places(test.targets, touches), _told(net, test, touches))[0]
+            error = matched_error(_places(test.targets, touches), _predicted(net, test, touches))[0]
             of_three = touches == 3
             below = 100 * np.mean(error.mean(axis=1) < 0.8)
             for what, unit, paper, value, most in (
@@ -68,7 +68,7 @@ def _places(targets, touches):
     return targets[:, : 2 * touches].reshape(-1, touches, 2)
 
 
-def _told(net, test, touches):
+def _predicted(net, test, touches):
     return _places(predict(net, test.strain), touches)
 
 
@@ -171,7 +171,7 @@ def magnitudes(effort: Effort) -> Samples:
 
 
 def magnitudes_unordered(effort: Effort) -> Samples:
-    """Two touches of magnitudes 1 to 10 told without an order; touches and forces drawn anew."""
+    """Two touches of magnitudes 1 to 10 reported without order; touches and forces drawn anew."""
     pool, _, _ = several(2)
     scene = rig.load("paper-two-magnitudes", _RANDOM)
     answer = models.superpose(pressed("paper-two-magnitudes")[1].strain)
@@ -185,9 +185,9 @@ def magnitudes_unordered(effort: Effort) -> Samples:
         first = next(batches.superposed_batches(pool, 2, 4096, rng, largest))
         began, judge = time.process_time(), set_encoding.permutation_invariant_loss(2, k=1.0)
         net, recipe = _smooth(first, test, 2, effort.epochs(30000), rng, stream, judge)
-        spent, told = time.process_time() - began, predict(net, test.strain)
-        error, order = matched_error(_places(test.targets, 2), _places(told, 2))
-        force = np.take_along_axis(told[:, 4:], order, axis=1) - test.targets[:, 4:]
+        spent, found = time.process_time() - began, predict(net, test.strain)
+        error, order = matched_error(_places(test.targets, 2), _places(found, 2))
+        force = np.take_along_axis(found[:, 4:], order, axis=1) - test.targets[:, 4:]
         for what, unit, paper, value in (
             ("position loss of paired touches", "mm", "< 0.5", error.mean()),
             ("magnitude error", "Δ0", "< 0.4", np.abs(force).mean()),

@@ -116,8 +116,8 @@ def grouped(samples: Iterable[Sample]) -> dict[tuple[str, str], list[Sample]]:
 def final() -> dict[tuple[str, str], list[Sample]]:
     """Return the samples kept by system and quantity, those of the most epochs of each."""
     groups = grouped(read())
-    most = {group: max(sample.epochs for sample in groups[group]) for group in groups}
+    longest = {group: max(sample.epochs for sample in groups[group]) for group in groups}
     return {
-        group: [sample for sample in samples if sample.epochs == most[group]]
+        group: [sample for sample in samples if sample.epochs == longest[group]]
         for group, samples in groups.items()
     }

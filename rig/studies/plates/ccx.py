@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 import fe
 
-# Transverse shear modulus of `thin`, in parts of the real one. Its share of the deflection falls
+# Transverse shear modulus of `thin`, in parts of the real one. Its fraction of the deflection falls
 # with it; much stiffer, and the element locks: 100 doubles the error of coarse meshes.
 SHEAR = 10.0
 

@@ -36,7 +36,7 @@ SQUARES = {
     fe.Clamped(): {(0.5, 0.5): 0.005612024020, (0.25, 0.5): 0.003285543346},
     fe.Supported(): {(0.5, 0.5): 0.011600839772},
 }
-# Load, gauge (shares of the side) and D/P times w,xx w,yy w,xy there, clamped: double series.
+# Load, gauge (fractions of the side) and D/P times w,xx w,yy w,xy there, clamped: double series.
 CURVATURES = (
     ((0.50, 0.50), (0.05, 0.05), (0.0030847812, 0.0030847812, 0.0039477063)),
     ((0.50, 0.50), (0.50, 0.05), (-0.0030220542, 0.0920915285, 0.0)),

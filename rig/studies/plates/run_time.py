@@ -166,7 +166,7 @@ def compared(press: Press, force: float, true: list[fe.ShellState]) -> dict[str,
         "worst_of_the_presses": (100 * float(max(of_strain)), "%"),
         "deflection": (100 * float(np.median(of_w)), "%"),
         "deflection,_worst": (100 * float(max(of_w)), "%"),
-        "least_w/h": float(min(ratios)),
+        "min w/h": float(min(ratios)),
         "largest_w/h": float(max(ratios)),
     }
 

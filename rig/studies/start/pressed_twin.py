@@ -24,7 +24,7 @@ PLACES = ((0.31, 0.28), (0.66, 0.71), (0.27, 0.74), (0.72, 0.33))
 TOUCHES = {"touch": 1, "two": 2, "four": 4}
 FORCE = 2.5  # N, which changes by a half of it
 TURN, PAUSE = 3.0, 1.0  # s from one press to the next, and without a touch between
-SKIN, WIDE = 90, 0.3  # grey levels of the hand, and its width as a share of the image
+SKIN, WIDE = 90, 0.3  # grey levels of the hand, and its width as a fraction of the image
 SWEEP = 8.0  # s that it takes to go over the plate and come again
 
 

@@ -26,10 +26,10 @@ def case(
     seen : str
         What else is seen of its result.
     said : str
-        What the user is told.
+        What the user reads.
     """
     measured = {RIGHT: (value, unit, bar)}
-    return line(TABLE, name, reason=reason, **measured, seen=seen, what_the_user_is_told=said)
+    return line(TABLE, name, reason=reason, **measured, seen=seen, what_the_user_reads=said)
 
 
 def refused(name: str, reason: str, act: Callable[[], object]) -> Iterator[Figure]:

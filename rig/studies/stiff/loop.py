@@ -35,7 +35,7 @@ PRESS, NEAR = fe.Touch(80.0, 120.0, 2.5), fe.Touch(83.0, 120.0, 2.5)
 ARM = Occluder(np.array([(190.0, -20.0), (410.0, -20.0), (410.0, 340.0), (190.0, 340.0)]), 0.45)
 FRAMES = 12  # after the change; the last one counts
 SIGMAS = 5.0
-PLAIN = ("no touch", "one touch", "2 touches")  # sentences without a doubt
+PLAIN = ("no touch", "one touch", "2 touches")  # sentences that question nothing
 
 Change = Callable[[np.ndarray], np.ndarray]
 
@@ -108,7 +108,7 @@ def trace(processor: FrameProcessor, truth: np.ndarray) -> float:
 def compared(found: Estimate, truth: np.ndarray, trace: float) -> tuple[str, bool]:
     """Say what is right of an estimate, and whether all of it is.
 
-    What leaves no trace in the image need not be found, and two touches may be told as the one
+    What leaves no trace in the image need not be found, and two touches may be reported as the one
     that they are at this distance, with the force of both.
     """
     if found.count == 1 and len(truth) == 2:

@@ -2,7 +2,7 @@
 
 Parts: regressions, nets, solver, robust. The paper's 289 training touches; the test is 1000 random
 ones with a noise of 1 % of the strain of 1 N. The bound is Cramér and Rao's of the place with the
-force unknown; estimators that are taught one force know it, and can come below.
+force unknown; estimators that are trained on one force know it, and can come below.
 """
 
 import time

@@ -63,10 +63,10 @@ def judged(search: CandidateGrid, touches: ArrayLike, presses: int) -> dict[str,
         if estimate.count:
             apart = np.linalg.norm(estimate.xy[:, None] - true[:, :2], axis=2)
             errors.append(apart.min(axis=1).max())
-    shares = {name: (100 * count[name] / presses, "%") for name in VERDICTS[:-1]}
+    fractions = {name: (100 * count[name] / presses, "%") for name in VERDICTS[:-1]}
     return {
         "wrong": (100 * count["wrong"] / presses, "%", NONE_WRONG, presses),
-        **shares,
+        **fractions,
         "error": (float(np.median(errors)) if errors else None, "mm, median"),
     }
 

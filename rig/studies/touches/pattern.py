@@ -80,9 +80,9 @@ def sense(
     for _ in range(passes):
         sums = tile_sums(pattern.reference, image, pattern.motions.flow(motion))
         if masked:
-            sight = pattern.hiding(models.hidden_tiles(pattern.reference, sums, AGAINST))
-            if sight is not pattern:
-                pattern, search = sight, models.with_forward(search, sight.forward(AGAINST))
+            visible = pattern.hiding(models.hidden_tiles(pattern.reference, sums, AGAINST))
+            if visible is not pattern:
+                pattern, search = visible, models.with_forward(search, visible.forward(AGAINST))
         right = pattern.gradient(sums, motion)
         estimate = models.find(pattern.whiten(right, AGAINST), search, start=start, max_touches=3)
         start = np.column_stack([estimate.xy, estimate.force])
@@ -111,7 +111,7 @@ def small() -> Iterator[Figure]:
         "camera shifted by 0.3 px": (None, (0.3, 0.0), 1.15),
         f"hand over {palm.coverage((1024, 1024)).mean():.0%}": (palm, (0.0, 0.0), 1.3),
     }
-    for name, (hand, shift, most) in cases.items():
+    for name, (hand, shift, limit) in cases.items():
         seen = fine if hand is None else fine.hiding(_covers(hand, fine))
         rng, places, limits, force = np.random.default_rng(1), [], [], []
         while len(places) < SMALL:
@@ -124,14 +124,14 @@ def small() -> Iterator[Figure]:
             if estimate.count != 1:
                 raise SystemExit(f"{touch}: {estimate.count} touches found")
             place, error, true = match(estimate, (touch,))
-            least = models.cramer_rao(seen, np.array([[x, y, touch.force]]), NOISE)
+            bound = models.cramer_rao(seen, np.array([[x, y, touch.force]]), NOISE)
             places.append(place[:1])
-            limits.append(np.sqrt([(least[0, 0] + least[1, 1]) * (1 + 1 / FRAMES)]))
+            limits.append(np.sqrt([(bound[0, 0] + bound[1, 1]) * (1 + 1 / FRAMES)]))
             force.append(abs(error[0] / true[0]))
         yield from line(
-            "Whole pattern: against the bound of the pixels in sight",
+            "Whole pattern: against the bound of the pixels in view",
             name,
-            **over_bounds(places, limits, at_most(most)),
+            **over_bounds(places, limits, at_most(limit)),
             force=(100 * float(np.median(force)), "%, median"),
         )
 

@@ -32,7 +32,7 @@ from rig.studies.study import Cell, line, part, run
 from rig.system.arrays import F64, AnyArray
 from rig.system.timing import Stopwatch
 
-SOFTER, GAIN, PLACE = 1.1, 0.02, 0.5  # stiffness, gain as a share, place in mm
+SOFTER, GAIN, PLACE = 1.1, 0.02, 0.5  # stiffness, gain as a fraction, place in mm
 PRESSES, FRAMES, REFERENCE = 20, 8, 16
 DRAWS, FRESH = 4, 120
 WITHIN = at_most(1.2)  # of the error of a model that is right
@@ -45,7 +45,7 @@ SMALL = {
 
 
 def error(found: F64, true: F64) -> F64:
-    """RMS distance, mm, and RMS error of the force as a share."""
+    """RMS distance, mm, and RMS error of the force as a fraction."""
     away = np.square(found[:, :2] - true[:, :2]).sum(axis=1).mean()
     return np.sqrt([away, np.square(found[:, 2] / true[:, 2] - 1).mean()])
 

@@ -65,11 +65,11 @@ def over_bounds(errors: list[F64], bounds: list[F64], bar: Bar | None) -> dict[s
 
     The first weighs all scenes alike; in the second the few decide that hardly tell touches apart.
     """
-    off, least = np.array(errors), np.array(bounds)
+    off, limits = np.array(errors), np.array(bounds)
     return {
         "RMS": (rms(off.ravel()), "mm"),
-        "÷_CRB": (rms((off / least).ravel()), "", bar, len(off)),
-        "÷_CRB,_pooled": rms(off.ravel()) / rms(least.ravel()),
+        "÷_CRB": (rms((off / limits).ravel()), "", bar, len(off)),
+        "÷_CRB,_pooled": rms(off.ravel()) / rms(limits.ravel()),
     }
 
 
@@ -93,7 +93,7 @@ def exact() -> Iterator[Figure]:
 
 
 def noise() -> Iterator[Figure]:
-    """Root mean square of the places over the bound, and whether the covariance says so."""
+    """Root mean square of the places ÷ CRB, and whether the covariance says so."""
     inside = []
     for level in (0.001, 0.01, 0.05, 0.1):
         search = prepared(level)

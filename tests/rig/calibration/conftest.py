@@ -36,9 +36,9 @@ def places_seen(camera, height):
     """Places (H, W, FINE², 2) mm of the plane at a height that the parts of each pixel see."""
     R = camera.T_cam_plate[:3, :3]
     towards = np.column_stack([rays(), np.ones(len(rays()))]) @ R
-    eye = camera.position
-    along = (height - eye[2]) / towards[:, 2:]
-    return (eye[:2] + along * towards[:, :2]).reshape(SIZE[1], SIZE[0], FINE**2, 2)
+    centre = camera.position
+    along = (height - centre[2]) / towards[:, 2:]
+    return (centre[:2] + along * towards[:, :2]).reshape(SIZE[1], SIZE[0], FINE**2, 2)
 
 
 def look_up(image, px):

@@ -17,7 +17,7 @@ STANDS = [
 
 
 def render_board(room, camera, rng, board=BOARD, T=((1.0, 0, 10.0), (0, -1.0, 190.0)), height=0.0):
-    """Picture of a board that lies on a plane, its mm taken to the plane's by T."""
+    """Image of a board that lies on a plane, its mm taken to the plane's by T."""
     T = np.asarray(T)
     places = room.places_seen(camera, height)
     mm = (places - T[:, 2]) @ np.linalg.inv(T[:, :2]).T

@@ -88,12 +88,12 @@ def test_presses_that_are_held_out_are_scored(rng):
         found = np.array([1.01 * press.x - 2.0, press.y + 1.0, press.force / 1.1])
         found += rng.normal(0, (0.3, 0.3, 0.01))
         collector.taken.append(Taken(press, found, np.array([0.3, 0.3, 0.01]), 12))
-    mended, said = score(collector.taken)
+    corrected, said = score(collector.taken)
     assert said.held_out == 21
     assert said.helps
     assert said.place_before > 1.0 > 0.7 > said.place_after
     assert said.force_before > 0.08 > 0.02 > said.force_after
-    assert mended.gain == pytest.approx(1.1, rel=0.02)
+    assert corrected.gain == pytest.approx(1.1, rel=0.02)
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Known presses mend gains, places and stiffness: as good as a model that was right at once."""
+"""Known presses correct gains, places and stiffness: as good as a model that was right at once."""
 
 import numpy as np
 import pytest
@@ -104,20 +104,20 @@ def pressed(rng, count=20, noise=0.3):
 def test_an_alignment_takes_out_what_is_affine_and_states_what_is_left(rng):
     errors = []
     for _ in range(20):
-        mended = align(*pressed(rng))
+        corrected = align(*pressed(rng))
         fresh, again, _ = pressed(rng, 200)
         true = np.array([(press.x, press.y) for press in fresh])
-        places = again[:, :2] @ mended.matrix[:, :2].T + mended.matrix[:, 2]
-        errors.append(np.sqrt(np.mean(np.square(places - true).sum(1))) / mended.error)
-        assert mended.gain == pytest.approx(1.1, abs=4.5 * mended.sigma_gain)
-        assert not mended.slips or len(mended.slips) < 3
+        places = again[:, :2] @ corrected.matrix[:, :2].T + corrected.matrix[:, 2]
+        errors.append(np.sqrt(np.mean(np.square(places - true).sum(1))) / corrected.error)
+        assert corrected.gain == pytest.approx(1.1, abs=4.5 * corrected.sigma_gain)
+        assert not corrected.slips or len(corrected.slips) < 3
     assert np.mean(errors) == pytest.approx(1.0, abs=0.1)
 
 
 def uneven(rng, shift=(0.0, 0.0), gain=1.0, finger=0.0, common=0.0, count=20):
     """Presses on a bench without other faults; those near an edge are eight times less sure.
 
-    Errors of the reference are a share `common` of the noise and the same in all.
+    Errors of the reference are a fraction `common` of the noise and the same in all.
     """
     true = np.column_stack([rng.uniform((20, 20), (230, 180), (count, 2)), np.full(count, 2.0)])
     sigma = np.exp(rng.uniform(np.log(0.25), np.log(2.0), (count, 1))) * (1.0, 0.7, 0.05)
@@ -131,19 +131,21 @@ def uneven(rng, shift=(0.0, 0.0), gain=1.0, finger=0.0, common=0.0, count=20):
 @pytest.mark.parametrize(("finger", "common"), [(0.0, 0.0), (1.0, 0.0), (0.0, 0.24)])
 def test_a_bench_that_is_right_is_left_alone(rng, finger, common):
     drawn = [align(*uneven(rng, finger=finger, common=common)) for _ in range(200)]
-    assert np.mean([bool(mended.terms) for mended in drawn]) < 0.03  # of 4 tests at 0.2 % each
-    alone = next(mended for mended in drawn if not mended.terms)
+    assert (
+        np.mean([bool(corrected.terms) for corrected in drawn]) < 0.03
+    )  # of 4 tests at 0.2 % each
+    alone = next(corrected for corrected in drawn if not corrected.terms)
     np.testing.assert_array_equal(alone.matrix, np.eye(2, 3))
     assert alone.gain == 1.0
 
 
-def test_what_is_off_is_mended_with_no_more_terms_than_it_has(rng):
+def test_what_is_off_is_corrected_with_no_more_terms_than_it_has(rng):
     for _ in range(20):
-        mended = align(*uneven(rng, shift=(0.8, -0.5), gain=1.1))
-        assert mended.terms == ("shift", "force")
-        middle = mended.correct(np.array([[125.0, 100.0, 1.0]]))[0] - (125.0, 100.0, 0.0)
+        corrected = align(*uneven(rng, shift=(0.8, -0.5), gain=1.1))
+        assert corrected.terms == ("shift", "force")
+        middle = corrected.correct(np.array([[125.0, 100.0, 1.0]]))[0] - (125.0, 100.0, 0.0)
         np.testing.assert_allclose(middle[:2], (0.8, -0.5), atol=0.3)
-        assert middle[2] == pytest.approx(1.1, abs=4.5 * mended.sigma_gain)
+        assert middle[2] == pytest.approx(1.1, abs=4.5 * corrected.sigma_gain)
 
 
 def test_a_press_without_a_stated_noise_is_refused(rng):
@@ -155,23 +157,23 @@ def test_a_press_without_a_stated_noise_is_refused(rng):
 def test_a_slip_is_left_out_and_named(rng):
     presses, found, sigma = pressed(rng)
     found[7, :2] += (25.0, -10.0)
-    mended = align(presses, found, sigma)
-    assert 7 in mended.slips
-    assert mended.error < 0.7
+    corrected = align(presses, found, sigma)
+    assert 7 in corrected.slips
+    assert corrected.error < 0.7
 
 
 def test_an_alignment_of_an_estimate_turns_its_covariance_too(rng):
-    mended = align(*pressed(rng, noise=1e-9))
+    corrected = align(*pressed(rng, noise=1e-9))
     spread = np.diag([0.4, 0.1, 0.02]) ** 2
     estimate = models.Estimate(
         np.array([[50.0, 60.0]]), np.array([2.0]), spread, 1.0, 1, 0.5, models.Result.FOUND
     )
-    after = mended.apply(estimate)
+    after = corrected.apply(estimate)
     draws = rng.multivariate_normal([50.0, 60.0], spread[:2, :2], 4000)
-    mapped = draws @ mended.matrix[:, :2].T + mended.matrix[:, 2]
+    mapped = draws @ corrected.matrix[:, :2].T + corrected.matrix[:, 2]
     np.testing.assert_allclose(after.xy[0], mapped.mean(0), atol=0.05)
     np.testing.assert_allclose(after.covariance[:2, :2], np.cov(mapped.T), atol=0.01)
-    assert after.force[0] == pytest.approx(2.0 * mended.gain)
+    assert after.force[0] == pytest.approx(2.0 * corrected.gain)
 
 
 def test_presses_on_a_line_are_refused():

@@ -95,15 +95,15 @@ def test_what_is_kept_is_what_the_loop_takes(scene, rng, tmp_path):
     for number, press in enumerate(targets(scene)[COUNT:], start=2000):
         image = twin.frame(number, (press,))
         found = estimate_frame(chain, image, at_rest(chain), Stopwatch(lambda: 0.0))
-        mended = with_strain(None, found, Stopwatch(lambda: 0.0), bench.alignment)
-        errors.append(mended.estimate.force[0] / press.force - 1)
+        corrected = with_strain(None, found, Stopwatch(lambda: 0.0), bench.alignment)
+        errors.append(corrected.estimate.force[0] / press.force - 1)
     assert abs(np.median(errors)) < 0.02  # 0.13 as it was
 
 
 @pytest.mark.slow
 def test_a_bench_that_is_right_is_not_proven_wrong(scene, rng):
     learned = learn(recorded(scene, rng), quiet)
-    assert learned.chance > 0.003
+    assert learned.p_value > 0.003
     assert not learned.helps
 
 

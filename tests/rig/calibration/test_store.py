@@ -22,10 +22,10 @@ POSE = Pose(
     LENS.camera(synthetic.look_at((127, 120, 500), (127, 127, 0))), np.eye(6) * 1e-4, 0.1, 0.03
 )
 SCREEN = Screen((1280, 800), np.array([[3.0, 0.1, 250], [0.0, -3.1, 780], [1e-5, 0, 1]]))
-MENDED = Alignment(np.array([[1.01, 0, -0.5], [0, 0.99, 0.4]]), 1.1, 0.3, 0.02, 0.004, (3,))
+CORRECTED = Alignment(np.array([[1.01, 0, -0.5], [0, 0.99, 0.4]]), 1.1, 0.3, 0.02, 0.004, (3,))
 PARTS = (
     LENS, POSE, ProjectorLight(SCREEN, 0.5, 0.2, 0.9), Photon(0.03, 1.5, 1e-4, 0.01, 0.02),
-    Latency(0.05, 0.07, 1e-3, 20, 1), MENDED,
+    Latency(0.05, 0.07, 1e-3, 20, 1), CORRECTED,
 )  # fmt: skip
 
 
@@ -38,7 +38,7 @@ def test_every_part_comes_back_as_it_was(tmp_path):
     points = np.array([[10.0, 20.0, 1.0], [200.0, 150.0, 1.0]])
     np.testing.assert_array_equal(camera.project(points), POSE.camera.project(points))
     np.testing.assert_array_equal(kept.screen().T_px_plate, SCREEN.T_px_plate)
-    np.testing.assert_array_equal(kept.alignment().matrix, MENDED.matrix)
+    np.testing.assert_array_equal(kept.alignment().matrix, CORRECTED.matrix)
     assert kept.alignment().gain == 1.1
     assert (kept.noise.gain, kept.latency.median) == (0.03, 0.05)
     assert all(getattr(kept, name).error > 0 for name in type(kept).model_fields)
@@ -47,14 +47,14 @@ def test_every_part_comes_back_as_it_was(tmp_path):
 
 
 def test_a_calibration_grows_old(tmp_path):
-    kept = store.keep(tmp_path / "x.json", MENDED)
+    kept = store.keep(tmp_path / "x.json", CORRECTED)
     later = datetime.now(UTC) + timedelta(days=45)
     (said,) = kept.warnings(rig.load("twin"), later)
     assert said == "calibration of presses is 45 days old; repeat it"
 
 
 def test_presses_that_are_older_than_the_pose_are_doubted(tmp_path):
-    for part in (LENS, POSE, MENDED):
+    for part in (LENS, POSE, CORRECTED):
         kept = store.keep(tmp_path / "x.json", part)
     before = kept.pose.date - timedelta(hours=1)
     old = kept.model_copy(update={"presses": kept.presses.model_copy(update={"date": before})})

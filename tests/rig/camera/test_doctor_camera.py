@@ -16,7 +16,7 @@ main()
 def test_the_camera_is_found_held_and_measured(emulation):
     said = emulation.answer(DOCTOR)
     texts = {finding["text"]: finding["state"] for finding in said["findings"]}
-    assert texts["/dev/video0 is Speckle Eye"] == "good"
+    assert texts["/dev/video0 is Speckle Cam"] == "good"
     assert texts["exposure is held at 0.025 s"] == "good"
     assert texts["focus is held at 30"] == "good"
     assert said["noise"]["frames"] == 20

@@ -26,7 +26,7 @@ def test_its_socket_leads_to_its_device_node_and_a_replug_is_seen(emulation):
     with emulation.client(WATCHING) as client:
         (camera,) = json.loads(client.stdout.readline())
         assert (camera["vendor"], camera["product"]) == (0x1209, 2)
-        assert (camera["name"], camera["serial"]) == ("Speckle Eye", "E7")
+        assert (camera["name"], camera["serial"]) == ("Speckle Cam", "E7")
         assert (camera["bus"], camera["ports"]) == (1, [4])
         assert camera["camera"]
         assert camera["nodes"] == ["/dev/video0"]

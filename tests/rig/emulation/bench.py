@@ -1,4 +1,4 @@
-"""What the emulated devices have in common: how they are described, asked and told what to do.
+"""What the emulated devices have in common: how they are described, asked and ordered what to do.
 
 Run by Debian's Python, which has the bindings of umockdev; so nothing here is of this project.
 """
@@ -82,7 +82,7 @@ def handler(letter, answer):
     return made
 
 
-def tell(line):
+def send(line):
     sys.stdout.write(line + "\n")
     sys.stdout.flush()
 
@@ -103,9 +103,9 @@ def run(testbed, obey):
         if not words:
             loop.quit()
         for word in words:
-            tell(obey(word))
+            send(obey(word))
         return bool(words)
 
     GLib.unix_fd_add_full(0, 0, GLib.IOCondition.IN | GLib.IOCondition.HUP, on_words)
-    tell(testbed.get_root_dir())
+    send(testbed.get_root_dir())
     loop.run()

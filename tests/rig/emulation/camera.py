@@ -6,7 +6,7 @@ It prints the folder that clients must be given as UMOCKDEV_DIR, then obeys word
 answers each with "done". Pixel (x, y) of frame n is (x + 3 y + 7 n) mod 256; a camera that is given
 a JPEG file sends nothing else, and after "show:FOLDER" it sends the files *.raw there in turn.
 After "clock:SECONDS" its time stamps are so much ahead; after "watch:FILE" it sends what another
-program takes there, as soon as it is whole: the first byte says which of the two pictures that
+program takes there, as soon as it is whole: the first byte says which of the two images that
 follow from byte 4096 on, and the doubles from byte 8 on when each of them was exposed.
 """
 
@@ -37,11 +37,11 @@ if COMPRESSED:
 TAPE = (
     usb_tape(
         SOCKET, "bus/usb/001/002", descriptors(0x1209, 2, VIDEO_CLASS, 1),
-        {"devpath": "4", "product": "Speckle Eye", "serial": "E7"},
+        {"devpath": "4", "product": "Speckle Cam", "serial": "E7"},
     )
     + f"P: {INTERFACE}\nE: DEVTYPE=usb_interface\nE: DRIVER=uvcvideo\nE: SUBSYSTEM=usb\n\n"
     + f"P: {PLACE}\nN: video0=00\nE: DEVNAME={NODE}\nE: MAJOR=81\nE: MINOR=0\n"
-    "E: SUBSYSTEM=video4linux\nE: ID_V4L_CAPABILITIES=:capture:\nA: name=Speckle Eye\\n\n"
+    "E: SUBSYSTEM=video4linux\nE: ID_V4L_CAPABILITIES=:capture:\nA: name=Speckle Cam\\n\n"
     "A: index=0\\n\nA: dev=81:0\\n\n\n"
 )  # fmt: skip
 INTEGER, SWITCH, MENU = 1, 2, 3
@@ -54,7 +54,7 @@ OWNERS = {EXPOSURE: (EXPOSURE_BY, 1), WHITE: (WHITE_BY, 0), FOCUS: (FOCUS_BY, 0)
 
 
 def controls():
-    """Type, name, least, most, step and value of each."""
+    """Type, name, low, high, step and value of each."""
     return {
         WHITE_BY: [SWITCH, b"White Balance, Automatic", 0, 1, 1, 1],
         GAIN: [INTEGER, b"Gain", 0, 255, 1, 16],
@@ -70,7 +70,7 @@ def text(characters, size):
     return characters.ljust(size, b"\0")
 
 
-def picture(number, bytes_a_pixel):
+def image(number, bytes_a_pixel):
     if COMPRESSED:
         return COMPRESSED
     row = bytes(range(256)) * (WIDTH // 256 + 2)
@@ -93,7 +93,7 @@ class EmulatedCamera:
         self.skip = 0
         self.shown = []
         self.watched = None
-        self.taken = 0.0  # s: when the last watched picture was exposed
+        self.taken = 0.0  # s: when the last watched image was exposed
         self.ahead = 0.0  # s, of its clock
         self.plug()
         self.answers = {
@@ -138,7 +138,7 @@ class EmulatedCamera:
         return True
 
     def send(self, taken):
-        """Give a picture, exposed at `taken`, to whoever waits for one."""
+        """Give a image, exposed at `taken`, to whoever waits for one."""
         if not self.streaming or self.frozen or self.gone:
             return
         self.number += 1
@@ -146,19 +146,19 @@ class EmulatedCamera:
             self.skip -= 1
         elif self.empty:
             index = self.empty.pop(0)
-            os.pwrite(self.memory, self.picture(), index * ROOM)
+            os.pwrite(self.memory, self.image(), index * ROOM)
             self.full.append((index, self.number, taken + self.ahead))
             if self.waiting:
                 waiting, self.waiting = self.waiting, None
                 waiting.answer(self.dequeue_buffer(waiting))
 
-    def picture(self):
+    def image(self):
         if self.watched:
             start = 4096 + self.watched[0] * WIDTH * HEIGHT
             return self.watched[start : start + WIDTH * HEIGHT]
         if self.shown:
             return self.shown[self.number % len(self.shown)]
-        return picture(self.number, self.format[2])
+        return image(self.number, self.format[2])
 
     def answer(self, request):
         if self.gone:
@@ -169,7 +169,7 @@ class EmulatedCamera:
 
     def capabilities(self, request):
         can = 0x04200001  # capture, streaming
-        names = text(b"uvcvideo", 16) + text(b"Speckle Eye", 32) + text(b"usb-0000:00:14.0-4", 32)
+        names = text(b"uvcvideo", 16) + text(b"Speckle Cam", 32) + text(b"usb-0000:00:14.0-4", 32)
         request.put(0, names + struct.pack("<III", 0x060000, can | 0x80000000, can))
         return 0
 
@@ -190,7 +190,7 @@ class EmulatedCamera:
         return 0
 
     def length(self):
-        """Bytes of a picture."""
+        """Bytes of a image."""
         return len(COMPRESSED) or WIDTH * HEIGHT * self.format[2]
 
     def set_format(self, request):
@@ -226,7 +226,7 @@ class EmulatedCamera:
         request.put(0, struct.pack("<i", 0))
         return 0
 
-    # pictures
+    # images
 
     def request_buffers(self, request):
         count, kind, memory = request.words(3)
@@ -288,8 +288,8 @@ class EmulatedCamera:
         name = self.named(request.words(1)[0])
         if name is None:
             return errno.EINVAL
-        kind, label, least, most, step, value = self.controls[name]
-        numbers = struct.pack("<iiiiI", least, most, step, value, 0)
+        kind, label, low, high, step, value = self.controls[name]
+        numbers = struct.pack("<iiiiI", low, high, step, value, 0)
         request.put(0, struct.pack("<II", name, kind) + text(label, 32) + numbers)
         return 0
 
@@ -297,8 +297,8 @@ class EmulatedCamera:
         name = self.named(request.words(1)[0])
         if name is None:
             return errno.EINVAL
-        kind, label, least, most, step, value = self.controls[name]
-        numbers = struct.pack("<qqQqIIII", least, most, step, value, 0, 4, 1, 0)
+        kind, label, low, high, step, value = self.controls[name]
+        numbers = struct.pack("<qqQqIIII", low, high, step, value, 0, 4, 1, 0)
         request.put(0, struct.pack("<II", name, kind) + text(label, 32) + numbers)
         return 0
 
@@ -325,8 +325,8 @@ class EmulatedCamera:
         owner, free = OWNERS.get(name, (name, self.controls[name][-1]))
         if self.controls[owner][-1] != free:
             return errno.EACCES  # the automatic that owns it is on
-        least, most = self.controls[name][2:4]
-        if not least <= value <= most:
+        low, high = self.controls[name][2:4]
+        if not low <= value <= high:
             return errno.ERANGE
         self.controls[name][-1] = value
         return 0

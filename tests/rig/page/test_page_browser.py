@@ -15,7 +15,7 @@ from playwright.sync_api import expect, sync_playwright
 from rig.calibration.guide import Progress
 from rig.live.snapshot import Mark
 from rig.page import serve
-from rig.page.controls import Desk, Measured, PageSetting, Recording, Wizard
+from rig.page.controls import Measured, PageControls, PageSetting, Recording, Wizard
 from rig.projector.markers import fit_plate
 from rig.web.access import Access
 
@@ -238,28 +238,28 @@ def test_a_status_is_text_and_never_markup(page, snapshot):
         expect(page.locator("#status")).to_have_text("<img src=x onerror=alert(1)>")
 
 
-DESK = Desk(
+CONTROLS_SHOWN = PageControls(
     ("the disk is nearly full",),
     Recording(False, "nothing is recorded", 0, 0),
     (PageSetting("projector.mode", "Marks", "beside", ("on", "beside")),),
     (Measured("pose", 3, 0.081, "mm"), Measured("latency", 0, 0.0021, "s")),
 )
-GUIDED = Desk(
+GUIDED = PageControls(
     wizard=Wizard("camera", Progress("hold it still", 6, 10, 0.083, ((4, "80 corners"),)), "mm")
 )
 
 
-def with_desk(publisher, snapshot, desk):
+def with_controls(publisher, snapshot, page_controls):
     """Publish one frame again and again, and what stands beside it."""
-    return feed(Beside(publisher, desk), still(snapshot))
+    return feed(Beside(publisher, page_controls), still(snapshot))
 
 
 class Beside:
-    def __init__(self, publisher, desk):
-        self._publisher, self._desk = publisher, desk
+    def __init__(self, publisher, page_controls):
+        self._publisher, self._controls = publisher, page_controls
 
     def publish(self, snapshot):
-        self._publisher.publish(snapshot, self._desk)
+        self._publisher.publish(snapshot, self._controls)
 
 
 def wait_for_wish(publisher):
@@ -271,7 +271,7 @@ def wait_for_wish(publisher):
 
 
 def test_notes_settings_and_calibration_are_shown_and_what_is_chosen_is_asked_for(page, snapshot):
-    with serve(0) as publisher, with_desk(publisher, snapshot, DESK):
+    with serve(0) as publisher, with_controls(publisher, snapshot, CONTROLS_SHOWN):
         open_live(page, publisher)
         expect(page.locator("#notes")).to_have_text("the disk is nearly full")
         expect(page.locator("#calibration tr").first).to_contain_text("3 days old± 0.081 mm")
@@ -287,7 +287,7 @@ def test_notes_settings_and_calibration_are_shown_and_what_is_chosen_is_asked_fo
 
 
 def test_the_wizard_says_what_to_do_and_a_view_can_be_dropped(page, snapshot):
-    with serve(0) as publisher, with_desk(publisher, snapshot, GUIDED):
+    with serve(0) as publisher, with_controls(publisher, snapshot, GUIDED):
         open_live(page, publisher)
         expect(page.locator("#wizard-say")).to_have_text("hold it still")
         expect(page.locator("#wizard")).to_contain_text("6 of 10 · error 0.083 mm")
@@ -296,7 +296,10 @@ def test_the_wizard_says_what_to_do_and_a_view_can_be_dropped(page, snapshot):
 
 
 def test_who_may_only_look_finds_the_controls_off(browser, snapshot):
-    with serve(0, access=Access("token")) as publisher, with_desk(publisher, snapshot, DESK):
+    with (
+        serve(0, access=Access("token")) as publisher,
+        with_controls(publisher, snapshot, CONTROLS_SHOWN),
+    ):
         context = browser.new_context()
         page = context.new_page()
         name = f"http://bench.localhost:{publisher.port}"  # resolves here, and is no own name

@@ -17,7 +17,7 @@ from websockets.sync.client import connect
 
 from rig.calibration.guide import Progress
 from rig.page import serve
-from rig.page.controls import Desk, Recording, Wizard
+from rig.page.controls import PageControls, Recording, Wizard
 from rig.projector.markers import fit_plate
 from rig.web.access import Access, is_own
 
@@ -314,9 +314,9 @@ def test_this_machine_may_act(snapshot):
 
 def test_notes_settings_and_wizard_go_with_the_frame(snapshot):
     wizard = Wizard("camera", Progress("hold still", 3, 10, 0.08, ((0, "80 corners"),)), "mm")
-    desk = Desk(("a note",), Recording(True, "recording", 7, 0), (), (), wizard)
+    page_controls = PageControls(("a note",), Recording(True, "recording", 7, 0), (), (), wizard)
     with serve(0) as publisher, stream(publisher) as client:
-        publisher.publish(snapshot(1), desk)
+        publisher.publish(snapshot(1), page_controls)
         header, _ = ask(client)
     assert header["notes"] == ["a note"]
     assert header["recording"]["frames"] == 7

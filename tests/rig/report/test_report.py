@@ -134,9 +134,9 @@ def test_the_page_opens_with_the_count_of_bars_the_misses_and_the_machine(home, 
     assert "**Bars: 0 met, 1 missed, 1 not measured.**" in opening
     assert "| Before: a, width | 3 mm | ≤ 2 mm |" in opening
     assert "2026-01-02" in opening
-    assert "](pictures/front.png)" in opening
+    assert "](plots/front.png)" in opening
     assert "| nothing found | ≤ 2 mm |" in rest
-    assert (tmp_path / "out/pictures/front.png").stat().st_size > 5000
+    assert (tmp_path / "out/plots/front.png").stat().st_size > 5000
 
 
 def test_the_report_names_versions_and_scenes(home, tmp_path):
@@ -178,7 +178,7 @@ def test_what_an_effort_leaves_out_is_named(home, tmp_path):
     assert "Left out of it: Meshes; Endless." in (tmp_path / "out/report.md").read_text()
 
 
-def test_a_table_with_time_and_error_gives_a_picture_and_its_pareto_front(home, tmp_path):
+def test_a_table_with_time_and_error_gives_a_plot_and_its_pareto_front(home, tmp_path):
     built(home, tmp_path / "out", names=["meshes"])
     assert (tmp_path / "out/pictures/meshes-1.png").stat().st_size > 5000
     assert "coarse → fine (default)" in (tmp_path / "out/report.md").read_text()

@@ -33,7 +33,7 @@ class Source:
 
 @pytest.fixture
 def scene(small):
-    return small({"touches.most": 1})
+    return small({"touches.max_touches": 1})
 
 
 @pytest.fixture

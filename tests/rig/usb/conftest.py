@@ -160,7 +160,7 @@ class Webcam(Toy):
         terminal = bytes([18, 0x24, 2, self.TERMINAL, 1, 2, 0, 0, *(0,) * 6, 3, 0x2A, 0, 2])
         processing = bytes([11, 0x24, 5, self.PROCESSING, self.TERMINAL, 0, 0, 2, 0x40, 0x12, 0])
         interfaces = ((0x0E, 1, header + terminal + processing), (0x0E, 2, b""))
-        super().__init__(name="Eye", interfaces=interfaces, **options)
+        super().__init__(name="Cam", interfaces=interfaces, **options)
         self.driver = {0, 1}
         self.controls = {
             (7, 2): [1, 8], (7, 4): [4, 250], (7, 6): [2, 30], (7, 8): [1, 1],

@@ -10,7 +10,7 @@ def system(tmp_path):
     """Describe the camera at 1-2.3 as the kernel does, which has another name for it."""
     place = tmp_path / "1-2.3"
     place.mkdir()
-    (place / "product").write_text("Speckle Eye\n")
+    (place / "product").write_text("Speckle Cam\n")
     for node in ("video4linux/video2", "video4linux/video3", "tty/ttyACM0"):
         (tmp_path / "1-2.3:1.0" / node).mkdir(parents=True)
     return tmp_path
@@ -19,7 +19,7 @@ def system(tmp_path):
 def test_devices_are_listed_with_numbers_names_place_and_nodes(make_bus, webcam, light, system):
     camera, board = list_devices(make_bus(light, webcam), system)
     assert camera.code == "1209:0001"
-    assert (camera.name, camera.serial) == ("Speckle Eye", "E7")
+    assert (camera.name, camera.serial) == ("Speckle Cam", "E7")
     assert camera.place == "1-2.3"
     assert camera.camera
     assert camera.nodes == ("/dev/ttyACM0", "/dev/video2", "/dev/video3")

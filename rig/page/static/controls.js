@@ -18,13 +18,13 @@ export function ask(wish) {
   return fetch("ask", { method: "POST", body: JSON.stringify(wish) });
 }
 
-export function showDesk(frame) {
+export function showControls(frame) {
   showNotes(frame.notes);
   showRecording(frame);
   showSettings(frame);
   showCalibration(frame.calibration);
   showWizard(frame);
-  find("desk").hidden = !frame.settings.length && !frame.calibration.length;
+  find("controls").hidden = !frame.settings.length && !frame.calibration.length;
 }
 
 function showNotes(notes) {
