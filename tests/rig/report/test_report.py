@@ -180,7 +180,7 @@ def test_what_an_effort_leaves_out_is_named(home, tmp_path):
 
 def test_a_table_with_time_and_error_gives_a_plot_and_its_pareto_front(home, tmp_path):
     built(home, tmp_path / "out", names=["meshes"])
-    assert (tmp_path / "out/pictures/meshes-1.png").stat().st_size > 5000
+    assert (tmp_path / "out/plots/meshes-1.png").stat().st_size > 5000
     assert "coarse → fine (default)" in (tmp_path / "out/report.md").read_text()
 
 
