@@ -1,7 +1,7 @@
 """How well a bench will know touches, before it is built.
 
 A speckle pattern enters the Cramér-Rao bound through one number, its mean squared gradient: it is
-alike all over the plate, and its grain is small against what touches do. So a patch of it tells
+alike all over the plate, and its grain is small against what touches do. So a patch of it shows
 all, and no image of the whole plate is needed.
 """
 

@@ -58,9 +58,9 @@ class CameraGauges:
     def white(self, root: F64) -> WhiteGauges:
         """Return the strains as a measurement of touches, their noise given by its root."""
         shown = self.of_modes.reshape(len(root), -1)
-        towards, factor = np.linalg.qr(solve_triangular(root, shown, lower=True))
-        back = solve_triangular(root, towards, lower=True, trans=1).T
-        return WhiteGauges(back, factor.T, modal(self.modes, factor.T))
+        basis, factor = np.linalg.qr(solve_triangular(root, shown, lower=True))
+        whitening = solve_triangular(root, basis, lower=True, trans=1).T
+        return WhiteGauges(whitening, factor.T, modal(self.modes, factor.T))
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +69,7 @@ class WhiteGauges:
 
     Attributes
     ----------
-    towards : (m, 3M) float64
+    whitening : (m, 3M) float64
         From strains to numbers.
     factor : (K, m) float64
         Numbers by a unit of each mode.
@@ -77,7 +77,7 @@ class WhiteGauges:
         Of the numbers.
     """
 
-    towards: F64
+    whitening: F64
     factor: F64
     forward: LinearForward
 

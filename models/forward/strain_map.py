@@ -33,7 +33,7 @@ class StrainMap:
         From displacements to strain.
     sigma : (T, 3) float64
         Standard deviation of exx, eyy, exy for a noise of 1 grey level; infinite without strain.
-    towards : (K, 3T) float32
+    whitening : (K, 3T) float32
         From strain to K whitened numbers, for a noise of 1 grey level.
     factor : (K, K) float64
         Whitened response to a unit of each mode.
@@ -42,7 +42,7 @@ class StrainMap:
     modes: fe.Modes
     operator: csr_array
     sigma: F64
-    towards: F32
+    whitening: F32
     factor: F64
 
     def forward(self, noise: float) -> LinearForward:
@@ -62,7 +62,7 @@ class StrainMap:
         if not np.isfinite(strain[known]).all():
             return None
         seen = np.where(known[:, None], strain, 0.0).ravel().astype(np.float32)
-        return (self.towards @ seen).astype(np.float64) / noise
+        return (self.whitening @ seen).astype(np.float64) / noise
 
     def _lost(self, field: DisplacementField) -> Mask:
         """Points whose strain window holds a displacement that was lost in this frame."""
@@ -107,7 +107,7 @@ def prepare_strain_map(
         modes=pattern.motions.modes,
         operator=operator,
         sigma=np.where(sigma > 0, sigma, np.inf),
-        towards=(without_scale @ unmix @ (shown * weight[:, None]).T).astype(np.float32),
+        whitening=(without_scale @ unmix @ (shown * weight[:, None]).T).astype(np.float32),
         factor=np.asarray((without_scale @ response[:, :-1]).T, dtype=np.float64),
     )
 

@@ -69,7 +69,7 @@ def convolutional(
 def adversarial(
     training: Dataset, epochs: int, seed: int, learning_rate: float = 1e-3
 ) -> Predictor:
-    """Train a 2 x 32 net against a critic that tells its places from true ones.
+    """Train a 2 x 32 net against a critic that separates its places from true ones.
 
     A conditional adversarial pair (Mirza and Osindero 2014): the critic sees the strains too. The
     net takes the distance to the true place and the critic's verdict together as its loss.

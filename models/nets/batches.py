@@ -86,7 +86,7 @@ def estimated(
     size: int,
     rng: np.random.Generator,
 ) -> Iterator[Dataset]:
-    """Add noise to single touches, and tell what least squares would make of each.
+    """Add noise to single touches, with what least squares would make of each.
 
     Noise n moves the estimate of least squares by G n to first order, see `gain`. A net that is
     reported x + G n in place of x learns that estimate, which reaches the bound, and not first to

@@ -35,11 +35,11 @@ class NetOptions:
     inputs
         "standard" subtracts the mean of each strain and divides by its deviation. "asinh" before
         takes the inverse hyperbolic sine, which spreads the many small strains: those of a touch
-        far from a gauge are a hundredth of those of a near one, and tell as much of its place.
+        far from a gauge are a hundredth of those of a near one, and say as much of its place.
         "relative" before divides the strains of a sample by their norm, so that a net of places
         does not see how hard a touch presses.
     poles
-        Touches of a sample where the net tells them without an order, by `set_encoding`; 0 where
+        Touches of a sample where the net reports them without an order, by `set_encoding`; 0 where
         its outputs are the targets as they stand.
 
     Raises

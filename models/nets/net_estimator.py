@@ -33,24 +33,24 @@ class NetTouchEstimator:
     Attributes
     ----------
     net : Net
-    towards : (m, 3M) float64
+    whitening : (m, 3M) float64
         From the strains to numbers with white noise.
     forward : Forward
         Of these numbers.
     root : (3M, 3M) float64
         Of the covariance of the strains.
-    places, off : (N, 2) float64, mm
+    places, bias : (N, 2) float64, mm
         Touches without noise, and what the net is off by there.
     steps : int
         Steps of the solver that follow what the net reports.
     """
 
     net: Net
-    towards: F64
+    whitening: F64
     forward: Forward
     root: F64
     places: F64
-    off: F64
+    bias: F64
     steps: int = 0
 
     def fit(self, strain: F64) -> Estimate:
@@ -60,7 +60,7 @@ class NetTouchEstimator:
         net's error, which the covariance holds.
         """
         flat, forward = strain.ravel(), self.forward
-        measured = self.towards @ flat
+        measured = self.whitening @ flat
         place = np.clip(predict(self.net, flat)[:1], 0.0, forward.plate.size)
         response = forward.response(place)[0]
         power = float(response @ response)  # 0 on an edge that is held
@@ -84,17 +84,17 @@ class NetTouchEstimator:
         softer = -touch[2] * (slopes @ response) / power  # N per mm, by the place being off
         off = np.vstack([np.eye(2), softer])
         moved = off @ jacobian(self.net, strain)
-        moved[2] += response @ self.towards / power
-        shown, own = moved @ self.root, off @ self._off_near(touch[:2]).T
+        moved[2] += response @ self.whitening / power
+        shown, own = moved @ self.root, off @ self._bias_near(touch[:2]).T
         return shown @ shown.T + own @ own.T / NEAR
 
-    def _off_near(self, place: F64) -> F64:
+    def _bias_near(self, place: F64) -> F64:
         """Return what the net is off by at the measured places around one, (NEAR, 2) mm."""
-        return self.off[np.argsort(np.sum((self.places - place) ** 2, axis=1))[:NEAR]]
+        return self.bias[np.argsort(np.sum((self.places - place) ** 2, axis=1))[:NEAR]]
 
 
 def prepare_net_estimator(
-    net: Net, seen: CameraGauges, root: F64, places: F64, steps: int = 0
+    net: Net, readings: CameraGauges, root: F64, places: F64, steps: int = 0
 ) -> NetTouchEstimator:
     """Prepare a net for strains that a camera sees.
 
@@ -102,7 +102,7 @@ def prepare_net_estimator(
     ----------
     net : Net
         Of one place, trained on these gauges.
-    seen : CameraGauges
+    readings : CameraGauges
     root : (3M, 3M) float64
         Of the covariance of the strains.
     places : (N, 2) float64, mm
@@ -115,15 +115,15 @@ def prepare_net_estimator(
     ValueError
         If the net was trained on other gauges, or reports something else than one place.
     """
-    reported = predict(net, seen.strain(places).reshape(len(places), -1))
+    reported = predict(net, readings.strain(places).reshape(len(places), -1))
     if reported.shape[1] != 2:
         raise ValueError(
             f"net must report x and y of one touch, got {reported.shape[1]} numbers; train one"
             " without [dataset]"
         )
-    white = seen.white(root)
+    white = readings.white(root)
     return NetTouchEstimator(
-        net, white.towards, white.forward, root, places, reported - places, steps
+        net, white.whitening, white.forward, root, places, reported - places, steps
     )
 
 

@@ -45,14 +45,14 @@ def to_onnx(net: Net) -> ModelProto:
     Raises
     ------
     ValueError
-        When onnx is not installed, or the net tells touches without an order.
+        When onnx is not installed, or the net reports touches without an order.
     """
     if find_spec("onnx") is None:
         raise ValueError("onnx is not installed and the export needs it; run 'pip install onnx'")
     if net.options.poles:
         raise ValueError(
-            "a net that tells touches without an order cannot be exported, ONNX finds no roots of "
-            "polynomials; train one with poles = 0"
+            "a net that reports touches without an order cannot be exported, ONNX finds no roots "
+            "of polynomials; train one with poles = 0"
         )
     from onnx import TensorProto, checker, helper, numpy_helper
 

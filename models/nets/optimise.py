@@ -121,7 +121,7 @@ class Descent:
                 self.adam.state[tensor] = moments
 
 
-def descend(
+def run_adam(
     descent: Descent,
     stream: Iterator["Pairs"],
     validation: "Pairs",
@@ -155,7 +155,7 @@ def descend(
     return np.array(descent.history)
 
 
-def finish(layers: "Layers", training: Dataset, task: TrainingTask, max_steps: int) -> "Layers":
+def run_lbfgs(layers: "Layers", training: Dataset, task: TrainingTask, max_steps: int) -> "Layers":
     """Go on in double precision, by L-BFGS on the mean square of scaled errors."""
     import torch
 

@@ -1,7 +1,7 @@
-"""Several touches as a net tells them without an order: the poles of a rational function.
+"""Several touches as a net reports them without an order: the poles of a rational function.
 
-Touches have no order, and columns do: wherever two touches change places in the list, what a net
-is to tell jumps, and it cannot. With places as complex numbers z = x + iy and u = z - c about their
+Touches have no order, and columns do: wherever two touches change places in the list, the target
+jumps, and a net cannot. With places as complex numbers z = x + iy and u = z - c about their
 centroid c, the function
 
     q(u) / p(u) = Σ m / (u - u_i),    p(u) = Π (u - u_i) = u^k + p_2 u^(k-2) + … + p_k,

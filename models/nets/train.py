@@ -13,7 +13,7 @@ from models.data.dataset import Dataset
 from models.nets.checkpoint import Checkpoint, fingerprint
 from models.nets.loss import distance_loss
 from models.nets.net import Net, NetOptions, Scaling, initial, scaling
-from models.nets.optimise import Descent, TrainingTask, descend, finish
+from models.nets.optimise import Descent, TrainingTask, run_adam, run_lbfgs
 from models.nets.recipe import Recipe
 from models.nets.set_encoding import encode, permutation_invariant_loss
 
@@ -66,7 +66,7 @@ def train_net(
     options
         Architecture.
     recipe
-        Epochs, learning rate, finish.
+        Epochs, learning rate, steps of L-BFGS.
     rng
         Source of the initial weights.
     on_epoch
@@ -101,9 +101,9 @@ def train_net(
         report = on_epoch or _nobody
         name = fingerprint(training.strain, training.targets, options, recipe, start[0][0])
         descent = Descent(layers, recipe, checkpoint, name)
-        history = descend(descent, stream, task.tensors(validation), task, report)
-        if recipe.finish:
-            layers = finish(layers, encoded, task, recipe.finish)
+        history = run_adam(descent, stream, task.tensors(validation), task, report)
+        if recipe.lbfgs_steps:
+            layers = run_lbfgs(layers, encoded, task, recipe.lbfgs_steps)
     if checkpoint:
         checkpoint.clear()
     return Trained(Net(options, scale, task.arrays(layers)), history)

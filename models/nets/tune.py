@@ -37,7 +37,7 @@ class NetCandidate:
 
 
 def tune_net(
-    judge: Callable[[tuple[int, ...]], float],
+    objective: Callable[[tuple[int, ...]], float],
     trials: int,
     storage: str | None = None,
     name: str = "touchplate",
@@ -52,7 +52,7 @@ def tune_net(
 
     Parameters
     ----------
-    judge
+    objective
         Trains a net with these hidden layers and returns its validation loss.
     trials
         Architectures in all.
@@ -65,7 +65,7 @@ def tune_net(
     on_trial
         Called with the number of trials done and the latest one.
     each
-        What judges the architectures, from `models.workers`; the data base is written here.
+        What evaluates the architectures, from `models.workers`; the data base is written here.
 
     Returns
     -------
@@ -89,7 +89,7 @@ def tune_net(
             asked.append(study.ask())
             yield _draw(asked[-1])
 
-    for loss in each(judge, fresh()):
+    for loss in each(objective, fresh()):
         study.tell(asked.popleft(), loss)
         done = _candidates(study)
         if on_trial:

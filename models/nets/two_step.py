@@ -1,7 +1,7 @@
 """A touch on a deformable surface in two steps, section 2.3 of the paper (its figure 5B).
 
-The first net tells bend and twist of the base from the strain before the touch; the second tells
-the place from the strain under the touch together with what the first has reported.
+The first net estimates bend and twist of the base from the strain before the touch; the second
+estimates the place from the strain under the touch together with what the first has reported.
 """
 
 from dataclasses import dataclass
@@ -76,7 +76,7 @@ def train_two_step(
     rng: np.random.Generator,
     size: int = 512,
 ) -> TwoStep:
-    """Train both nets, the second on what the first tells and not on the true base.
+    """Train both nets, the second on what the first reports and not on the true base.
 
     Parameters
     ----------

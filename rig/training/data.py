@@ -117,7 +117,7 @@ def _noisy(
         rendered = render_gauges(plan.view, report)
         plate, root = rendered.seen, rendered.root.astype(np.float32)
         white = rendered.seen.white(rendered.root)
-        towards, forward = white.towards, white.forward
+        towards, forward = white.whitening, white.forward
         if training.rendered_images:
             seen = random_places(plan.plate.size, training.margin, training.rendered_images, rng)
             touches = np.column_stack([seen, _draw(training, len(seen), rng)])

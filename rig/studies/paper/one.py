@@ -61,7 +61,7 @@ def without(effort: Effort) -> Samples:
         ("ReLU", replace(BEST_NET, activation="relu"), BEST),
         ("tanh", replace(BEST_NET, activation="tanh"), BEST),
         ("no asinh", replace(BEST_NET, inputs="standard"), BEST),
-        ("no finish", BEST_NET, replace(BEST, finish=0)),
+        ("no finish", BEST_NET, replace(BEST, lbfgs_steps=0)),
     ):
         for seed in range(effort.seeds):
             rng = np.random.default_rng(seed)

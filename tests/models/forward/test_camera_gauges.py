@@ -41,11 +41,11 @@ def test_white_numbers_hold_touches_and_noise_as_the_strains_do(seen, image):
     root = seen.root(image, 2.0)
     white = seen.white(root)
     np.testing.assert_allclose(
-        white.towards @ root @ root.T @ white.towards.T, np.eye(12), atol=1e-9
+        white.whitening @ root @ root.T @ white.whitening.T, np.eye(12), atol=1e-9
     )
     strain = 2.5 * seen.strain(np.array([[50.0, 40.0]]))[0].ravel()
     predicted, _ = white.forward.read(np.array([[50.0, 40.0, 2.5]]))
-    np.testing.assert_allclose(white.towards @ strain, predicted, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(white.whitening @ strain, predicted, rtol=1e-6, atol=1e-9)
     exact = strain @ np.linalg.solve(root @ root.T, strain)
     assert predicted @ predicted == pytest.approx(exact, rel=1e-6)
 

@@ -128,7 +128,7 @@ def test_a_finish_brings_the_codes_of_touches_nearer():
     pairs = next(superposed_batches(pool, 2, 200, np.random.default_rng(0)))
     errors = []
     for steps in (0, 200):
-        recipe = Recipe(100, 5e-3, "cosine", "scaled", finish=steps)
+        recipe = Recipe(100, 5e-3, "cosine", "scaled", lbfgs_steps=steps)
         options = NetOptions((8,), "silu", poles=2)
         net = train_net(pairs, pairs, options, recipe, np.random.default_rng(0)).net
         reported = predict(net, pairs.strain)
