@@ -127,14 +127,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--only", default="", help="run entries whose file or room holds this text")
     parser.add_argument("--out", type=Path, default=ROOT / "results" / "mutants.csv")
-    asked = parser.parse_args()
-    mutants = [m for m in read(Path(__file__).parent / "mutants") if asked.only in m.room + m.file]
-    asked.out.parent.mkdir(parents=True, exist_ok=True)
-    verdicts = known(asked.out)
+    given = parser.parse_args()
+    mutants = [m for m in read(Path(__file__).parent / "mutants") if given.only in m.room + m.file]
+    given.out.parent.mkdir(parents=True, exist_ok=True)
+    verdicts = known(given.out)
     for number, mutant in enumerate(mutants, 1):
         if (state := mutant.state()) not in verdicts:
             verdicts[state] = is_noticed(mutant)
-            _append(asked.out, mutant, state, verdicts[state])
+            _append(given.out, mutant, state, verdicts[state])
         said = "noticed" if verdicts[state] else "NOT NOTICED"
         print(
             f"{number}/{len(mutants)} {mutant.file}: {mutant.new.strip()[:60]!r}: {said}",

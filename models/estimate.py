@@ -61,7 +61,7 @@ class Estimate:
         Probability of a larger `chi2` if model and noise are right.
     result : Result
     stats : SolverStats
-        Steps of the solver; none where none was asked.
+        Steps of the solver; none where it was not run.
     """
 
     xy: F64

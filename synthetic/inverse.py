@@ -26,7 +26,7 @@ _RIM = 2
 
 @dataclass(frozen=True, eq=False)
 class Inverse:
-    """A displaced plate before a camera, ready to be asked what a pixel sees.
+    """A displaced plate before a camera, ready to say what a pixel sees.
 
     Attributes
     ----------

@@ -31,7 +31,7 @@ def gained(
     ----------
     reference, image : (H, W), grey levels
     xy, moved : (N, 2), px
-        The points before and after; NaN where nothing is asked.
+        The points before and after; NaN where there is none.
     half : int, px
 
     Returns
@@ -39,14 +39,16 @@ def gained(
     list of ((N,) float64, Status)
         Fraction of the subset, 0…1, and DARK or SATURATED.
     """
-    asked = np.flatnonzero(np.isfinite(moved).all(axis=1))
-    if not len(asked):
+    finite = np.flatnonzero(np.isfinite(moved).all(axis=1))
+    if not len(finite):
         return []
     found: list[tuple[F64, Status]] = []
     for level, name in levels(image):
-        more = _count(image, level, moved[asked], half) - _count(reference, level, xy[asked], half)
+        more = _count(image, level, moved[finite], half) - _count(
+            reference, level, xy[finite], half
+        )
         fraction = np.zeros(len(xy))
-        fraction[asked] = np.maximum(more, 0) / (2 * half + 1) ** 2
+        fraction[finite] = np.maximum(more, 0) / (2 * half + 1) ** 2
         found.append((fraction, name))
     return found
 

@@ -82,15 +82,15 @@ def tune_net(
         raise ValueError(f"number of trials must be at least 1, got {trials}; use 50")
     study = _study(storage, name, seed)
 
-    asked: deque[optuna.Trial] = deque()
+    running: deque[optuna.Trial] = deque()
 
     def fresh() -> Iterator[tuple[int, ...]]:
-        while len(_candidates(study)) + len(asked) < trials:
-            asked.append(study.ask())
-            yield _draw(asked[-1])
+        while len(_candidates(study)) + len(running) < trials:
+            running.append(study.ask())
+            yield _draw(running[-1])
 
     for loss in each(objective, fresh()):
-        study.tell(asked.popleft(), loss)
+        study.tell(running.popleft(), loss)
         done = _candidates(study)
         if on_trial:
             on_trial(len(done), done[-1])
