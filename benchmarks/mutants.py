@@ -131,8 +131,9 @@ def main() -> None:
     mutants = [m for m in read(Path(__file__).parent / "mutants") if given.only in m.room + m.file]
     given.out.parent.mkdir(parents=True, exist_ok=True)
     verdicts = known(given.out)
-    for number, mutant in enumerate(mutants, 1):
-        if (state := mutant.state()) not in verdicts:
+    states = [mutant.state() for mutant in mutants]  # of now, whatever is changed meanwhile
+    for number, (mutant, state) in enumerate(zip(mutants, states, strict=True), 1):
+        if state not in verdicts:
             verdicts[state] = is_noticed(mutant)
             _append(given.out, mutant, state, verdicts[state])
         said = "noticed" if verdicts[state] else "NOT NOTICED"
@@ -140,7 +141,7 @@ def main() -> None:
             f"{number}/{len(mutants)} {mutant.file}: {mutant.new.strip()[:60]!r}: {said}",
             flush=True,
         )
-    noticed = sum(verdicts[mutant.state()] for mutant in mutants)
+    noticed = sum(verdicts[state] for state in states)
     print(f"{noticed} of {len(mutants)} noticed; bar {BAR:.0%}")
     sys.exit(noticed < BAR * len(mutants))
 

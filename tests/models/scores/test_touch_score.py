@@ -25,9 +25,10 @@ def test_touches_are_paired_so_that_distances_are_minimal():
 
 def test_misses_and_false_touches_are_counted():
     truth = [np.array([[1.0, 2.0, 1.0], [50.0, 60.0, 2.0]]), np.empty((0, 3)), np.empty((0, 3))]
-    pairs = pair_touches([reported([[1, 2, 1]]), reported([[5, 5, 1]]), reported([])], truth)
+    nowhere = reported([[5, 5, 1], [70, 9, 2]])
+    pairs = pair_touches([reported([[1, 2, 1]]), nowhere, reported([])], truth)
     total, _ = score_touches(pairs)
-    assert (total.touches, total.misses, total.false) == (2, 1, 1)
+    assert (total.touches, total.misses, total.false) == (2, 1, 2)
     assert total.max == 0.0
 
 
