@@ -1,0 +1,75 @@
+"""What a plate on a bench may have that its description does not say: thirty numbers, 0 if nothing.
+
+ln young and ln thickness scale the whole plate; the thickness may differ from side to side; the
+plate may be in tension and not flat while nothing presses; each edge may give in rotation and in
+the plane, by the same everywhere or by more at one end.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fe.arrays import F64
+
+SIDES = ("west", "east", "south", "north")
+SHAPES = ("sag", "sag_x", "sag_y", "sag_xx", "sag_xy", "sag_yy")
+THICKNESSES = ("thickness_x", "thickness_y", "thickness_xy")
+TENSIONS = ("tension_xx", "tension_yy", "tension_xy")
+
+
+class Parameter(NamedTuple):
+    """One number of the bench.
+
+    Attributes
+    ----------
+    name : str
+    unit : str
+        "1" for a natural logarithm or a fraction.
+    """
+
+    name: str
+    unit: str
+
+
+def _edges(kind: str, unit: str) -> tuple[Parameter, ...]:
+    names = [f"{kind}_{side}{end}" for side in SIDES for end in ("", "_slope")]
+    return tuple(Parameter(name, unit) for name in names)
+
+
+PARAMETERS: tuple[Parameter, ...] = (
+    Parameter("young", "1"),
+    Parameter("thickness", "1"),
+    *(Parameter(name, "1") for name in THICKNESSES),
+    *(Parameter(name, "N/mm") for name in TENSIONS),
+    *(Parameter(name, "mm") for name in SHAPES),
+    *_edges("rotation", "1/N"),
+    *_edges("membrane", "mm²/N"),
+)
+"""All numbers, in the order of every array of them."""
+
+NAMES = tuple(parameter.name for parameter in PARAMETERS)
+
+YOUNG, THICKNESS = 0, 1
+GRADED = slice(2, 5)
+TENSION = slice(5, 8)
+SHAPE = slice(8, 14)
+ROTATION = slice(14, 22)
+MEMBRANE = slice(22, 30)
+
+
+def values_of(**given: float) -> F64:
+    """Numbers (30,) of a bench from those that are not 0, by name.
+
+    Raises
+    ------
+    ValueError
+        A name is none of `NAMES`.
+    """
+    values = np.zeros(len(NAMES))
+    for name, value in given.items():
+        if name not in NAMES:
+            raise ValueError(f"no bench has a {name!r}; use one of {', '.join(NAMES)}")
+        values[NAMES.index(name)] = value
+    return values
