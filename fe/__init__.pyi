@@ -35,6 +35,18 @@ from .linear.validity import (
     LinearRange as LinearRange,
     as_percent as as_percent,
 )
+from .modal.bench import (
+    BenchPlate as BenchPlate,
+    Pressed as Pressed,
+)
+from .modal.parameters import (
+    BENCH_PARAMETERS as BENCH_PARAMETERS,
+    bench_values as bench_values,
+)
+from .modal.plate import (
+    ModalPlate as ModalPlate,
+    modal_plate as modal_plate,
+)
 from .output.plot import draw as draw
 from .output.vtu import write_vtu as write_vtu
 from .plate.edges import (

@@ -65,6 +65,11 @@ class Modes:
         object.__setattr__(self, "stiffness", stiffness)
         object.__setattr__(self, "values", self.mesh.table(self.values, len(stiffness)))
 
+    @property
+    def count(self) -> int:
+        """Number of modes."""
+        return len(self.stiffness)
+
     def value(self, xy: ArrayLike) -> F64:
         """Modes at points (K, 2) mm: (K, count) float64, 1/mm."""
         return self._derivative(self.plate.points(xy), 0, 0)

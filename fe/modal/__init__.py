@@ -1,1 +1,1 @@
-"""The plate as it is on its bench, in a hundred vibration modes and in what its description lacks."""
+"""The plate as it is on its bench: in vibration modes, with what its description lacks."""

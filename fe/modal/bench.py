@@ -1,4 +1,4 @@
-"""States of a plate on one bench: Newton's method in modes, exact derivatives by touch and bench."""
+"""States of a plate on one bench, by Newton's method, and their derivatives by touch and bench."""
 
 from __future__ import annotations
 

@@ -7,8 +7,6 @@ the plane, by the same everywhere or by more at one end.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from fe.arrays import F64
@@ -19,37 +17,23 @@ THICKNESSES = ("thickness_x", "thickness_y", "thickness_xy")
 TENSIONS = ("tension_xx", "tension_yy", "tension_xy")
 
 
-class Parameter(NamedTuple):
-    """One number of the bench.
-
-    Attributes
-    ----------
-    name : str
-    unit : str
-        "1" for a natural logarithm or a fraction.
-    """
-
-    name: str
-    unit: str
+def _edges(kind: str, unit: str) -> tuple[tuple[str, str], ...]:
+    return tuple((f"{kind}_{side}{end}", unit) for side in SIDES for end in ("", "_slope"))
 
 
-def _edges(kind: str, unit: str) -> tuple[Parameter, ...]:
-    names = [f"{kind}_{side}{end}" for side in SIDES for end in ("", "_slope")]
-    return tuple(Parameter(name, unit) for name in names)
-
-
-PARAMETERS: tuple[Parameter, ...] = (
-    Parameter("young", "1"),
-    Parameter("thickness", "1"),
-    *(Parameter(name, "1") for name in THICKNESSES),
-    *(Parameter(name, "N/mm") for name in TENSIONS),
-    *(Parameter(name, "mm") for name in SHAPES),
+BENCH_PARAMETERS: tuple[tuple[str, str], ...] = (
+    ("young", "1"),
+    ("thickness", "1"),
+    *((name, "1") for name in THICKNESSES),
+    *((name, "N/mm") for name in TENSIONS),
+    *((name, "mm") for name in SHAPES),
     *_edges("rotation", "1/N"),
     *_edges("membrane", "mm²/N"),
 )
-"""All numbers, in the order of every array of them."""
+"""Name and unit of every number, in the order of all arrays of them; "1" stands for a natural
+logarithm or a fraction."""
 
-NAMES = tuple(parameter.name for parameter in PARAMETERS)
+NAMES = tuple(name for name, _ in BENCH_PARAMETERS)
 
 YOUNG, THICKNESS = 0, 1
 GRADED = slice(2, 5)
@@ -59,7 +43,7 @@ ROTATION = slice(14, 22)
 MEMBRANE = slice(22, 30)
 
 
-def values_of(**given: float) -> F64:
+def bench_values(**given: float) -> F64:
     """Numbers (30,) of a bench from those that are not 0, by name.
 
     Raises

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from fe.arrays import F64
+from fe.elements.functional import derivative
 from fe.elements.gauss import Gauss, dense
 from fe.elements.mesh import Mesh, grid
 from fe.elements.storage import restore, store
@@ -88,6 +89,15 @@ class ModalPlate:
     easing: F64
     giving: F64
     slipping: F64
+
+    def value(self, xy: F64) -> F64:
+        """Functions of the deflection at points (N, 2) mm: (N, n)."""
+        return derivative(self.mesh, xy).of(self.values)
+
+    def slope(self, xy: F64) -> F64:
+        """Their slopes along x and y: (N, n, 2)."""
+        slopes = [derivative(self.mesh, xy, *order).of(self.values) for order in ((1, 0), (0, 1))]
+        return np.stack(slopes, axis=2)
 
     @property
     def turns(self) -> int:

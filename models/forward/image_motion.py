@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 import fe
 import synthetic
 from dic import Tiles
-from models.forward.large import LargePlate
+from models.forward.linear import Forward
 from models.forward.tile_spline import TileSpline, spread_over
 
 SKIRT = 3
@@ -23,15 +24,72 @@ pixel some tiles into the plate.
 """
 
 
+Field = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+"""What k fields do to pixels: (N, 2) px → (N, 2, k)."""
+
+
+class Deflections(Protocol):
+    """Functions that carry the deflection of a plate."""
+
+    @property
+    def plate(self) -> fe.Plate:
+        """The plate."""
+        ...
+
+    @property
+    def count(self) -> int:
+        """How many functions there are, K."""
+        ...
+
+    def value(self, xy: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Functions at points (N, 2) mm: (N, K)."""
+        ...
+
+    def slope(self, xy: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Their slopes along x and y: (N, K, 2)."""
+        ...
+
+    def response(self, xy: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Amplitudes per N under a light touch at each place, (n, 2) mm → (n, K)."""
+        ...
+
+
+class LargeFields(Protocol):
+    """What knows the amplitudes of a plate under large touches."""
+
+    @property
+    def drifts(self) -> int:
+        """Number U of fields in the plane."""
+        ...
+
+    def drift(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Motion in the plane by a unit of each field, (N, 2) mm → (N, 2, U) mm."""
+        ...
+
+    def amplitudes(
+        self, xy: NDArray[np.float64], force: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Amplitudes of all fields under touches (n, 2) mm and (n,) N, (K + U,)."""
+        ...
+
+    def forward(self, factor: NDArray[np.float64]) -> Forward:
+        """Forward model of amplitudes whitened by a factor (K + U, m)."""
+        ...
+
+
+class InPlane(Deflections, LargeFields, Protocol):
+    """Fields of both kinds in one."""
+
+
 @dataclass(frozen=True, eq=False)
 class ImageMotions:
     """How the image of every tile moves with the plate and the camera, whatever is on it.
 
     Attributes
     ----------
-    modes : fe.Modes
+    modes : Deflections
         Modes of the plate.
-    large : LargePlate or None
+    large : LargeFields or None
         Where touches are large: what knows their K amplitudes, of modes and of motion in the plane.
         Without it these are amplitudes of modes, linear in the force.
     tiles : Tiles
@@ -44,8 +102,8 @@ class ImageMotions:
         Coefficients of how much nearer to the camera the plate comes, a fraction of its distance.
     """
 
-    modes: fe.Modes
-    large: LargePlate | None
+    modes: Deflections
+    large: LargeFields | None
     tiles: Tiles
     spread: TileSpline
     basis: NDArray[np.float32]
@@ -54,15 +112,15 @@ class ImageMotions:
     @property
     def fields(self) -> int:
         """Number K of fields of the plate."""
-        return len(self.modes.stiffness) + (0 if self.large is None else self.large.drifts)
+        return self.modes.count + (0 if self.large is None else self.large.drifts)
 
     def modal_amplitudes(self, xy: NDArray, force: NDArray) -> NDArray[np.float64]:
         """Amplitudes of the fields of the plate under touches (n, 2) mm and (n,) N, (K,)."""
         if not len(force):
             return np.zeros(self.fields)
-        if self.large is None:
-            return force @ self.modes.response(xy)
-        return self.large.amplitudes(xy, force)
+        if self.large is not None:
+            return self.large.amplitudes(xy, force)
+        return force @ self.modes.response(xy)
 
     def flow(self, amplitudes: NDArray) -> NDArray[np.float64]:
         """Motion of what each tile sees for given amplitudes (K + R,), (T, 2) px.
@@ -108,40 +166,57 @@ class ImageMotions:
 
 
 def prepare_motions(
-    modes: fe.Modes,
+    modes: Deflections,
     camera: synthetic.AnyCamera,
     height: float,
     tiles: Tiles,
-    large: LargePlate | None = None,
+    large: LargeFields | None = None,
     moves: Callable[[synthetic.AnyCamera, NDArray], NDArray] = synthetic.rigid_motion_basis,
 ) -> ImageMotions:
     """See motions of the plate and of the camera on every tile, as means over the tile.
 
     Parameters
     ----------
-    modes : fe.Modes
+    modes : Deflections
         Enough of them carry a touch's field: 200 to 0.2 %.
     camera : synthetic.AnyCamera
     height : float, mm
         Height of the seen face over the plate's middle plane.
     tiles : Tiles
-    large : LargePlate, optional
+    large : LargeFields, optional
         For touches that are large; its modes must be the ones given.
     moves : callable
         ImageMotions of the camera: from camera and pixels (N, 2) to (N, 2, R) px a unit of each;
         `with_tilts` where it may tilt as well.
     """
     spread, skirt = spread_over(tiles.shape), float(SKIRT * tiles.size)
-    seen = [_tile_mean(tiles, lambda px: _modes_seen(modes, camera, height, px, skirt))]
-    if large is not None:
-        seen.append(_tile_mean(tiles, lambda px: _drifts_seen(large, camera, height, px, skirt)))
-    seen.append(_tile_mean(tiles, lambda px: moves(camera, px)))
-    motions = np.concatenate(seen, axis=2)
+    seen = plate_motions(modes, camera, height, tiles, large, _tile_mean)
+    motions = np.concatenate([seen, _tile_mean(tiles, lambda px: moves(camera, px))], axis=2)
     coefficients = spread.fit(motions.reshape(len(motions), -1))
     basis = coefficients.reshape(-1, motions.shape[2]).astype(np.float32)
     nearer = np.zeros((len(basis) // 2, motions.shape[2]), dtype=np.float32)
-    nearer[:, : len(modes.stiffness)] = spread.fit(_nearer(modes, camera, height, tiles.xy, skirt))
+    nearer[:, : modes.count] = spread.fit(_nearer(modes, camera, height, tiles.xy, skirt))
     return ImageMotions(modes, large, tiles, spread, basis, nearer)
+
+
+def plate_motions(
+    modes: Deflections,
+    camera: synthetic.AnyCamera,
+    height: float,
+    tiles: Tiles,
+    large: LargeFields | None,
+    take: Callable[[Tiles, Field], NDArray[np.float64]],
+) -> NDArray[np.float64]:
+    """Motion of every tile by a unit of every field of the plate, (T, 2, K + U) px.
+
+    `take` says what a tile has of a field: its mean, or the value in its middle.
+    """
+    skirt = float(SKIRT * tiles.size)
+    seen = take(tiles, lambda px: _modes_seen(modes, camera, height, px, skirt))
+    if large is None:
+        return seen
+    drifts = take(tiles, lambda px: _drifts_seen(large, modes.plate, camera, height, px, skirt))
+    return np.concatenate([seen, drifts], axis=2)
 
 
 def with_tilts(camera: synthetic.AnyCamera, px: NDArray) -> NDArray[np.float64]:
@@ -160,11 +235,11 @@ def with_tilts(camera: synthetic.AnyCamera, px: NDArray) -> NDArray[np.float64]:
 
 
 def _modes_seen(
-    modes: fe.Modes, camera: synthetic.AnyCamera, height: float, px: NDArray, skirt: float
+    modes: Deflections, camera: synthetic.AnyCamera, height: float, px: NDArray, skirt: float
 ) -> NDArray[np.float64]:
     """Image motion of every mode at pixels, (N, 2, K) px; zero beside the plate and its skirt."""
     inside, places = _near_plate(modes.plate, camera, height, px, skirt)
-    seen = np.zeros((len(px), 2, len(modes.stiffness)))
+    seen = np.zeros((len(px), 2, modes.count))
     at = camera.project(np.column_stack([places, np.full(len(places), height)]))
     seen[inside] = synthetic.image_motion_basis(
         camera, at, modes.value(places), modes.slope(places), height
@@ -173,10 +248,15 @@ def _modes_seen(
 
 
 def _drifts_seen(
-    large: LargePlate, camera: synthetic.AnyCamera, height: float, px: NDArray, skirt: float
+    large: LargeFields,
+    plate: fe.Plate,
+    camera: synthetic.AnyCamera,
+    height: float,
+    px: NDArray,
+    skirt: float,
 ) -> NDArray[np.float64]:
     """Image motion of every field in the plane at pixels, (N, 2, U) px."""
-    inside, places = _near_plate(large.modes.plate, camera, height, px, skirt)
+    inside, places = _near_plate(plate, camera, height, px, skirt)
     seen = np.zeros((len(px), 2, large.drifts))
     along = camera.jacobian(np.column_stack([places, np.full(len(places), height)]))[:, :, :2]
     seen[inside] = along @ large.drift(places)
@@ -187,7 +267,7 @@ def _nearer(
     modes: fe.Modes, camera: synthetic.AnyCamera, height: float, px: NDArray, skirt: float
 ) -> NDArray[np.float64]:
     """Fraction of its distance by which every mode brings the plate nearer at pixels, (N, K)."""
-    nearer = np.zeros((len(px), len(modes.stiffness)))
+    nearer = np.zeros((len(px), modes.count))
     if isinstance(camera, synthetic.Camera):
         inside, places = _near_plate(modes.plate, camera, height, px, skirt)
         pose = camera.T_cam_plate
@@ -206,9 +286,12 @@ def _near_plate(
     return near, nearest[near]
 
 
-def _tile_mean(
-    tiles: Tiles, field: Callable[[NDArray], NDArray[np.float64]]
-) -> NDArray[np.float64]:
+def at_middles(tiles: Tiles, field: Field) -> NDArray[np.float64]:
+    """Field in the middle of each tile, (T, 2, k)."""
+    return field(tiles.xy)
+
+
+def _tile_mean(tiles: Tiles, field: Field) -> NDArray[np.float64]:
     """Mean of a field over each tile by 2 x 2 Gauss points, (T, 2, k)."""
     step = 0.5 * tiles.size / np.sqrt(3.0)
     corners = [(-step, -step), (step, -step), (-step, step), (step, step)]

@@ -11,11 +11,13 @@ small touches the fields are plate modes, linear in the force; under large ones 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
+import fe
 from dic import TileReference, Tiles, TileSums
 from models.estimate import Estimate
 from models.forward.image_motion import (
@@ -80,7 +82,7 @@ class TilePattern:
         large = self.motions.large
         if large is not None:
             return large.forward(self.factor / noise)
-        return modal(self.motions.modes, self.factor / noise)
+        return modal(cast(fe.Modes, self.motions.modes), self.factor / noise)
 
     def hiding(self, hidden: NDArray) -> TilePattern:
         """Leave out tiles (T,): what they said is taken out of the normal matrix.

@@ -1,0 +1,177 @@
+"""The whole pattern, or gauges, on a bench whose parameters are known only so well.
+
+Plate, edges and camera have forty numbers beside what a scene says. The forward model is exact in
+them and gives its derivatives by them, so that they can be found from touches, and so that what is
+not known of them enters the uncertainty of every touch.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+import fe
+from models.arrays import F64
+from models.checks import read_measured
+from models.forward.camera_change import CAMERA, Seen
+
+BENCH: tuple[tuple[str, str], ...] = (*fe.BENCH_PARAMETERS, *CAMERA)
+"""Name and unit of every number of a bench: of the plate and its edges, then of the camera."""
+
+_PLATE = len(fe.BENCH_PARAMETERS)
+_LIGHT = 0.3  # N: a touch whose shape is that of the linear plate
+
+
+@dataclass(frozen=True, eq=False)
+class BenchFields:
+    """Amplitudes of a plate on a bench, as the camera that is described would see them.
+
+    Attributes
+    ----------
+    bench : fe.BenchPlate
+    seen : Seen, optional
+        What the camera sees otherwise; the plate as it is where it is left out.
+    camera : (9,) float64
+        Numbers of the camera, about which `seen` was made.
+    """
+
+    bench: fe.BenchPlate
+    seen: Seen | None = None
+    camera: F64 = field(default_factory=lambda: np.zeros(len(CAMERA)))
+
+    @property
+    def plate(self) -> fe.Plate:
+        """The plate as it is described."""
+        return self.bench.modal.plate
+
+    @property
+    def count(self) -> int:
+        """Number of functions of the deflection."""
+        return len(self.bench.modal.stiffness)
+
+    @property
+    def drifts(self) -> int:
+        """Number of fields in the plane."""
+        return self.bench.modal.drifts.shape[-1]
+
+    @property
+    def values(self) -> F64:
+        """All numbers of the bench, (39,); see `BENCH`."""
+        return np.concatenate([self.bench.values, self.camera])
+
+    def value(self, xy: F64) -> F64:
+        """Functions of the deflection at points (N, 2) mm: (N, K)."""
+        return self.bench.modal.value(xy)
+
+    def slope(self, xy: F64) -> F64:
+        """Their slopes along x and y: (N, K, 2)."""
+        return self.bench.modal.slope(xy)
+
+    def drift(self, places: F64) -> F64:
+        """Motion in the plane by a unit of each field, (N, 2) mm → (N, 2, U) mm."""
+        return fe.drift_at(self.bench.modal.mesh, self.bench.modal.drifts, places)
+
+    def response(self, xy: F64) -> F64:
+        """Amplitudes per N of all functions under a light touch at each place, (n, K)."""
+        pressed = [self.amplitudes(place[None], np.array([_LIGHT])) for place in np.asarray(xy)]
+        return np.array(pressed)[:, : self.count] / _LIGHT
+
+    def amplitudes(self, xy: F64, force: F64) -> F64:
+        """Amplitudes seen under touches (n, 2) mm and (n,) N, (K + U,)."""
+        if not len(force):
+            return np.zeros(self.count + self.drifts)
+        values = self.bench.press(np.column_stack([xy, force])).values
+        return values if self.seen is None else self.seen.matrix @ values
+
+    def forward(self, factor: F64) -> BenchForward:
+        """Forward model of amplitudes whitened by a factor (K + U, m)."""
+        return BenchForward(self, np.ascontiguousarray(factor.T))
+
+
+@dataclass(frozen=True, eq=False)
+class BenchForward:
+    """What is measured of a plate on its bench, in units of the noise.
+
+    Attributes
+    ----------
+    fields : BenchFields
+    whitening : (m, K + U) float64
+        From the amplitudes that are seen; rows of zeros for what is missing.
+    """
+
+    fields: BenchFields
+    whitening: F64
+    _near: dict[int, fe.Pressed] = field(default_factory=dict[int, "fe.Pressed"], repr=False)
+
+    @property
+    def plate(self) -> fe.Plate:
+        """The plate that is touched."""
+        return self.fields.plate
+
+    @property
+    def model_error(self) -> float:
+        """None beside what is not known of the bench."""
+        return 0.0
+
+    @property
+    def freedom(self) -> int:
+        """Numbers that were measured."""
+        return self._freedom
+
+    @cached_property
+    def _freedom(self) -> int:
+        return int(self.whitening.any(axis=1).sum())
+
+    @cached_property
+    def _reading(self) -> F64:
+        """From the amplitudes of the plate to what is measured, (m, K + U)."""
+        seen = self.fields.seen
+        return self.whitening if seen is None else self.whitening @ seen.matrix
+
+    def whiten(self, measured: ArrayLike) -> F64:
+        """Return what the pattern has whitened already, (m,)."""
+        return read_measured(measured, (len(self.whitening),))
+
+    def response(self, xy: F64) -> F64:
+        """See `Forward.response`."""
+        touches = [np.array([[x, y, _LIGHT]]) for x, y in np.asarray(xy)]
+        pressed = np.array([self.fields.bench.press(touch).values for touch in touches])
+        return pressed @ self._reading.T / _LIGHT
+
+    def read(self, touches: F64) -> tuple[F64, F64]:
+        """See `Forward.read`."""
+        if not len(touches):
+            return np.zeros(len(self.whitening)), np.empty((0, len(self.whitening)))
+        state = self.state(touches)
+        return self._reading @ state.values, (self._reading @ state.jacobian()).T
+
+    def by_bench(self, touches: F64) -> F64:
+        """Derivatives of the measurement by every number of the bench, (39, m)."""
+        derivatives = np.zeros((len(BENCH), len(self.whitening)))
+        if not len(touches):
+            return derivatives
+        state = self.state(touches)
+        derivatives[:_PLATE] = (self._reading @ state.by_parameters()).T
+        if self.fields.seen is not None:
+            seen = self.fields.seen.derivatives @ state.values
+            derivatives[_PLATE:] = seen @ self.whitening.T
+        return derivatives
+
+    def state(self, touches: F64) -> fe.Pressed:
+        """State of the plate under touches (n, 3); the last one is where the next begins."""
+        near = self._near.get(len(touches))
+        if near is not None and np.array_equal(near.touches, touches):
+            return near
+        state = self.fields.bench.press(touches, near)
+        if not state.converged:
+            state = self.fields.bench.press(touches)
+        self._near[len(touches)] = state
+        return state
+
+    def on(self, values: F64, seen: Seen | None) -> BenchForward:
+        """Return the same measurement on another bench, (39,), through what its camera sees."""
+        bench = fe.BenchPlate(self.fields.bench.modal, values[:_PLATE])
+        return replace(self, fields=BenchFields(bench, seen, values[_PLATE:]), _near={})

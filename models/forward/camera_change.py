@@ -1,0 +1,119 @@
+"""How a plate looks to a camera that stands, looks and bends rays a little otherwise than said."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+import synthetic
+from models.arrays import F64
+from models.forward.image_motion import ImageMotions, InPlane, at_middles, plate_motions
+
+CAMERA = (
+    ("turn_x", "rad"),
+    ("turn_y", "rad"),
+    ("turn_z", "rad"),
+    ("shift_x", "mm"),
+    ("shift_y", "mm"),
+    ("shift_z", "mm"),
+    ("focal", "1"),
+    ("k1", "1"),
+    ("k2", "1"),
+)
+"""Numbers of a camera and their units: the plate's turn and shift under it about the middle of the
+plate, ln of the focal length, distortion beside that of the description."""
+
+# Of derivatives by difference: the error of second order is 1e-4 of them, rounding less.
+_STEPS = np.array([1e-3, 1e-3, 1e-3, 0.2, 0.2, 0.2, 1e-3, 3e-3, 3e-3])
+
+
+class Seen(NamedTuple):
+    """Amplitudes of K fields that the camera described would see, by those of the plate.
+
+    Attributes
+    ----------
+    matrix : (K, K) float64
+    derivatives : (9, K, K) float64
+        By each number of the camera.
+    """
+
+    matrix: F64
+    derivatives: F64
+
+
+@dataclass(frozen=True, eq=False)
+class CameraChange:
+    """A camera as it is described, and what it sees of a plate where it is otherwise.
+
+    Attributes
+    ----------
+    motions : ImageMotions
+        Through the camera described.
+    fields : InPlane
+        Those of the plate, transverse and in the plane.
+    camera : synthetic.Camera
+    height : float, mm
+        Height of the seen face over the plate's middle plane.
+    """
+
+    motions: ImageMotions
+    fields: InPlane
+    camera: synthetic.Camera
+    height: float
+
+    def at(self, values: F64) -> Seen:
+        """Amplitudes seen by a camera whose numbers are `values` (9,), and their derivatives.
+
+        The motion of the tiles by each field is resolved into the motions described, those of the
+        camera with them: what resembles a shift of the camera is taken for one.
+        """
+        inverse = self._inverse()
+        derivatives: list[F64] = []
+        for k, step in enumerate(_STEPS):
+            change = np.zeros(len(_STEPS))
+            change[k] = step
+            ahead, behind = (self._motion(values + sign * change) for sign in (1.0, -1.0))
+            derivatives.append(inverse @ (ahead - behind) / (2.0 * step))
+        return Seen(inverse @ self._motion(values), np.stack(derivatives))
+
+    def _inverse(self) -> F64:
+        known = self.motions.fields
+        camera = self.motions.tile_basis().reshape(-1, self.motions.basis.shape[1])[:, known:]
+        basis = np.concatenate([self._motion(np.zeros(len(_STEPS))), camera], axis=1)
+        return np.linalg.pinv(basis)[:known]
+
+    def _motion(self, values: F64) -> F64:
+        """Motion of the middles of tiles by each field, smooth, (2T, K) px."""
+        camera, tiles = varied(self.camera, self._middle, values), self.motions.tiles
+        fields, spread = self.fields, self.motions.spread
+        seen = plate_motions(fields, camera, self.height, tiles, fields, at_middles)
+        smooth = spread.over_tiles(spread.fit(seen.reshape(len(seen), -1)))
+        return smooth.reshape(-1, seen.shape[2])
+
+    @property
+    def _middle(self) -> tuple[float, float, float]:
+        a, b = self.fields.plate.size
+        return 0.5 * a, 0.5 * b, 0.0
+
+
+def varied(
+    camera: synthetic.Camera, middle: tuple[float, float, float], values: F64
+) -> synthetic.Camera:
+    """Return a camera whose numbers differ by `values` (9,), see `CAMERA`.
+
+    Parameters
+    ----------
+    camera : synthetic.Camera
+    middle : tuple of float, mm
+        Point of the plate about which it turns.
+    values : (9,) float64
+    """
+    pose = synthetic.rotated(camera.T_cam_plate, values[:3], middle).copy()
+    pose[:3, 3] += pose[:3, :3] @ values[3:6]
+    lens = camera.distortion or synthetic.Distortion()
+    bent = replace(lens, k1=lens.k1 + float(values[7]), k2=lens.k2 + float(values[8]))
+    return replace(
+        camera, focal=camera.focal * float(np.exp(values[6])), T_cam_plate=pose, distortion=bent
+    )
