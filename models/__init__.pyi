@@ -1,5 +1,19 @@
 """Public names of `models`: the one list, read by type checkers and by the lazy loader."""
 
+from .bench.bench import (
+    Bench as Bench,
+    HeldOut as HeldOut,
+    bench_before as bench_before,
+    prior_sigma as prior_sigma,
+)
+from .bench.identify import (
+    Press as Press,
+    identify as identify,
+)
+from .bench.marginal import (
+    MarginalForward as MarginalForward,
+    marginal as marginal,
+)
 from .data.dataset import (
     Dataset as Dataset,
     StrainInfluence as StrainInfluence,
@@ -46,6 +60,17 @@ from .estimate import (
     Estimate as Estimate,
     Result as Result,
     SolverStats as SolverStats,
+)
+from .forward.bench_forward import (
+    BENCH as BENCH,
+    BenchFields as BenchFields,
+    BenchForward as BenchForward,
+)
+from .forward.camera_change import (
+    CAMERA as CAMERA,
+    CameraChange as CameraChange,
+    Seen as Seen,
+    varied as varied,
 )
 from .forward.camera_gauges import (
     CameraGauges as CameraGauges,

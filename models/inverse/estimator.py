@@ -13,14 +13,16 @@ from numpy.typing import ArrayLike
 
 import fe
 from models.arrays import F64
+from models.bench.bench import Bench
 from models.checks import check_integer, read_array
 from models.estimate import Estimate
 from models.forward.gauges import gauge_forward
 from models.forward.linear import Forward
 from models.inverse.candidates import CandidateGrid, prepare_candidates
 from models.inverse.levenberg_marquardt import LevenbergMarquardt
+from models.inverse.marginal_search import find_on_bench
 from models.inverse.prior import FLAT, Prior
-from models.inverse.solver import STANDARD, find
+from models.inverse.solver import STANDARD, check_measured, find, read_start
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +37,9 @@ class Estimator:
     prior : Prior
         What is known of every touch beforehand.
     solver : LevenbergMarquardt
+    bench : Bench, optional
+        What is known of the bench, where the forward model is a `BenchForward`: it enters count,
+        touches and covariance.
     grid : CandidateGrid, optional
         Candidates of this forward model, where they are known already.
     candidates : CandidateGrid
@@ -51,6 +56,7 @@ class Estimator:
     max_touches: int = 4
     prior: Prior = FLAT
     solver: LevenbergMarquardt = STANDARD
+    bench: Bench | None = None
     grid: InitVar[CandidateGrid | None] = None
     candidates: CandidateGrid = field(init=False)
 
@@ -98,6 +104,17 @@ class Estimator:
             If the measurement does not fit the forward model, it or the start is not finite, the
             start is not x, y, F of touches, or a count is negative.
         """
+        if self.bench is not None:
+            return find_on_bench(
+                check_measured(measured, self.candidates),
+                self.candidates,
+                self.bench,
+                start=read_start(() if start is None else start),
+                count=count,
+                max_touches=self.max_touches,
+                prior=self.prior,
+                solver=self.solver,
+            )
         return find(
             measured,
             self.candidates,

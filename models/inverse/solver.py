@@ -36,6 +36,7 @@ def find(
     max_touches: int = 4,
     prior: Prior = FLAT,
     solver: LevenbergMarquardt = STANDARD,
+    sure: float = SURE,
 ) -> Estimate:
     """Find touches from a whitened measurement.
 
@@ -54,6 +55,8 @@ def find(
     prior : Prior
         What is known of every touch beforehand.
     solver : LevenbergMarquardt
+    sure : float
+        Standard deviations by which the force of a touch must be known to be one.
 
     Returns
     -------
@@ -71,15 +74,15 @@ def find(
     limit = touch_limit(count, max_touches)
     measured = check_measured(measured, candidates)
     problem = CountProblem(measured, candidates, prior, solver, limit, count is not None)
-    begun = _read_start(start)[:limit]
+    begun = read_start(start)[:limit]
     fit = problem.fit(begun)
     if not len(begun) or not problem.explained(fit):
         fit = search_count(problem, fit)
     needed = pruned(problem, fit)
     idle = len(fit.touches) - len(needed.touches)
     if count is None or not idle:
-        return _describe(problem, needed, needed=True)
-    return _describe(problem, fit, needed=False)
+        return _describe(problem, needed, sure, needed=True)
+    return _describe(problem, fit, sure, needed=False)
 
 
 def touch_limit(count: int | None, max_touches: int) -> int:
@@ -104,8 +107,8 @@ def check_measured(measured: F64, candidates: CandidateGrid) -> F64:
     return measured
 
 
-def _read_start(start: ArrayLike) -> F64:
-    """Touches (n, 3) to start from."""
+def read_start(start: ArrayLike) -> F64:
+    """Return touches (n, 3) to start from; see `find`."""
     touches = _as_numbers(start)
     if touches.size and (touches.ndim not in (1, 2) or touches.shape[-1] != 3):
         raise ValueError(
@@ -130,7 +133,7 @@ def _as_numbers(start: ArrayLike) -> F64:
     return np.array(given, dtype=np.float64)
 
 
-def _describe(problem: CountProblem, fit: Fit, *, needed: bool) -> Estimate:
+def _describe(problem: CountProblem, fit: Fit, sure: float, *, needed: bool) -> Estimate:
     touches, spread = sort_touches(fit.touches, fit.covariance)
     freedom = problem.freedom(fit)
     sound = needed and fit.converged and problem.candidates.within(touches)
@@ -141,15 +144,15 @@ def _describe(problem: CountProblem, fit: Fit, *, needed: bool) -> Estimate:
         chi2=fit.chi2,
         dof=freedom,
         p_value=float(chdtrc(freedom, fit.chi2)),
-        result=_judge(touches, spread, sound),
+        result=_judge(touches, spread, sure, sound=sound),
         stats=problem.stats(fit),
     )
 
 
-def _judge(touches: F64, spread: F64, sound: bool) -> Result:
+def _judge(touches: F64, spread: F64, sure: float, *, sound: bool) -> Result:
     if not len(touches):
         return Result.NO_TOUCH
     _, evidence, _, _, apart = weak_or_close(touches, spread)
-    if sound and evidence >= SURE**2 and apart >= APART**2:
+    if sound and evidence >= sure**2 and apart >= APART**2:
         return Result.FOUND
     return Result.UNRESOLVABLE

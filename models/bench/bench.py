@@ -1,0 +1,153 @@
+"""What is known of a bench: its numbers, their covariance, and how well the model fits at best."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import sqrt
+
+import numpy as np
+
+import fe
+from models.arrays import F64, Mask
+from models.forward.bench_forward import BENCH
+
+NAMES = tuple(name for name, _ in BENCH)
+UNITS = dict(BENCH)
+
+# Error of the model beside its numbers, as a fraction of what a touch moves: 120 modes for the
+# plate were right to it against the whole plate up to 4 N, given all numbers.
+DISCREPANCY = 0.01
+_KNOWN = 0.5  # of the prior's σ, above which presses have told nothing of a number
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Errors of known presses, each left out of the bench that finds it.
+
+    Attributes
+    ----------
+    place : float, mm
+        RMS distance.
+    force : float
+        RMS error as a fraction of the force; NaN where no force was known.
+    count : int
+        Presses of known place.
+    """
+
+    place: float
+    force: float
+    count: int
+
+
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """Numbers of a bench and how sure they are.
+
+    Attributes
+    ----------
+    values : (39,) float64
+        In the order of `BENCH`.
+    covariance : (39, 39) float64
+    discrepancy : float
+        Error of the model beside them, a fraction of what a touch moves.
+    prior : (39,) float64
+        Standard deviations before any press.
+    held_out : HeldOut, optional
+        None before presses.
+    doubted : tuple of int
+        Presses whose place or force does not agree with the others.
+    """
+
+    values: F64
+    covariance: F64
+    discrepancy: float
+    prior: F64
+    held_out: HeldOut | None = None
+    doubted: tuple[int, ...] = field(default=())
+
+    @property
+    def sigma(self) -> F64:
+        """Standard deviation of each number, (39,)."""
+        return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+
+    @property
+    def known(self) -> Mask:
+        """Which numbers the presses have told, (39,)."""
+        return self.sigma < _KNOWN * self.prior
+
+    @property
+    def undetermined(self) -> tuple[str, ...]:
+        """Names of the numbers that the presses cannot tell."""
+        return tuple(name for name, known in zip(NAMES, self.known, strict=True) if not known)
+
+    def __getitem__(self, name: str) -> tuple[float, float]:
+        """Value and standard deviation of a number by its name."""
+        index = NAMES.index(name)
+        return float(self.values[index]), float(self.sigma[index])
+
+
+def bench_before(plate: fe.Plate, **sigma: float) -> Bench:
+    """State what is known of a bench before any press.
+
+    Parameters
+    ----------
+    plate : fe.Plate
+    sigma : float
+        Standard deviations by name, in place of those of a usual bench, see `prior_sigma`.
+
+    Raises
+    ------
+    ValueError
+        A name is none of `BENCH`, or a standard deviation is not positive or 0.
+    """
+    prior = prior_sigma(plate)
+    for name, value in sigma.items():
+        if name not in NAMES:
+            raise ValueError(f"no bench has a {name!r}; use one of {', '.join(NAMES)}")
+        if not 0 <= value < np.inf:
+            raise ValueError(
+                f"sigma of {name} must be 0 or more, got {value:g} {UNITS[name]}; give what may be"
+            )
+        prior[NAMES.index(name)] = value
+    return Bench(np.zeros(len(NAMES)), np.diag(prior**2), DISCREPANCY, prior)
+
+
+def prior_sigma(plate: fe.Plate) -> F64:
+    """Standard deviations (39,) of a bench that was built with care and measured with a ruler.
+
+    Compliances are in parts of the plate's own, tension is that of half a kelvin of PVC.
+    """
+    side = sqrt(plate.area)
+    stiff = plate.young * plate.thickness
+    turning, stretching = 0.01 * side / plate.rigidity, 0.15 * side / stiff
+    tension = 3.5e-5 * stiff / (1.0 - plate.poisson)
+    usual: dict[str, float] = {
+        "young": 0.1,
+        "thickness": 0.03,
+        "thickness_x": 0.02,
+        "thickness_y": 0.02,
+        "thickness_xy": 0.01,
+        "tension_xx": tension,
+        "tension_yy": tension,
+        "tension_xy": 0.3 * tension,
+        "sag": 0.15,
+        "sag_x": 0.1,
+        "sag_y": 0.1,
+        "sag_xx": 0.1,
+        "sag_xy": 0.1,
+        "sag_yy": 0.1,
+        "turn_x": 0.01,
+        "turn_y": 0.01,
+        "turn_z": 0.01,
+        "shift_x": 1.5,
+        "shift_y": 1.5,
+        "shift_z": 2.0,
+        "focal": 0.01,
+        "k1": 0.04,
+        "k2": 0.04,
+    }
+    for name in NAMES:
+        if name.startswith(("rotation", "membrane")):
+            whole = turning if name.startswith("rotation") else stretching
+            usual[name] = 0.5 * whole if name.endswith("slope") else whole
+    return np.array([usual[name] for name in NAMES])

@@ -1,0 +1,359 @@
+"""The bench from presses: one joint least squares over its numbers and every touch.
+
+Each press moves the plate; its place and force are known to some part, or not at all. What all
+presses share is the bench: with the touches eliminated press by press (Schur complement), damped
+Gauss-Newton steps from the prior find its numbers. The scatter of a press holds what the one before
+left in the plate and the model's own error, which the residuals of all presses tell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
+
+from models.arrays import F64, Mask
+from models.bench.bench import NAMES, Bench, HeldOut
+from models.bench.marginal import own_error
+from models.checks import read_array
+from models.forward.bench_forward import BenchForward
+from models.forward.camera_change import CameraChange
+
+MEMORY = 0.05
+"""Fraction of a touch that the plate may still show under the next."""
+
+_TURNS = 3
+_STEPS = 12
+_SETTLED = 0.02  # fall of χ² below which a turn has ended
+_DISCREPANCIES = np.geomspace(2e-4, 5e-2, 25)
+_DOUBT = 4.0  # standard deviations by which a press may miss its place or force
+_PLATE = len(NAMES) - 9
+
+
+@dataclass(frozen=True, eq=False)
+class Press:
+    """One press on the plate, as it was measured.
+
+    Attributes
+    ----------
+    measured : (m,) float64
+        Whitened by the forward model: mean of frames.
+    touch : (3,) float64, mm, mm, N
+        x, y, F where they are known; where not, any start near by.
+    sigma : (3,) float64, mm, mm, N
+        Their standard deviations; infinite where unknown.
+    noise : float
+        Standard deviation of `measured`: 1 for one frame, 1/√n for the mean of n.
+    """
+
+    measured: F64
+    touch: F64
+    sigma: F64
+    noise: float = 1.0
+
+    def __post_init__(self) -> None:
+        size = (3,)
+        touch = read_array("touch of a press", self.touch, "x, y, F", size)
+        sigma = read_array("sigma of a press", self.sigma, "of x, y, F", size)
+        if not np.isfinite(touch).all() or not (sigma > 0).all():
+            raise ValueError(
+                f"a press must have a finite start and positive σ, got {touch} and {sigma}; write"
+                " inf for the σ of what is not known"
+            )
+        if not 0 < self.noise <= 1:
+            raise ValueError(f"noise of a press must lie in 0 to 1, got {self.noise:g}; use 1/√n")
+
+
+class _Term(NamedTuple):
+    """What one press adds to the normal equations."""
+
+    chi2: float
+    bench: F64  # (P, P)
+    mixed: F64  # (P, 3)
+    own: F64  # (3, 3)
+    towards: F64  # (P,)
+    towards_own: F64  # (3,)
+    residual: F64  # (m,)
+
+
+@dataclass(frozen=True, eq=False)
+class _Problem:
+    presses: tuple[Press, ...]
+    prior: Bench
+    free: Mask
+    scales: F64
+    look: CameraChange | None
+    size: F64  # (2,) of the plate
+    sigmas: F64  # (N, 3) of the labels, wider where they are doubted
+    factors: list[F64] = field(default_factory=list[F64])
+
+
+class _State(NamedTuple):
+    values: F64  # (39,)
+    touches: F64  # (N, 3)
+
+
+def identify(
+    forward: BenchForward,
+    presses: Sequence[Press],
+    prior: Bench,
+    look: CameraChange | None = None,
+    free: Sequence[str] = NAMES,
+    progress: Callable[[int, int], object] | None = None,
+) -> Bench:
+    """Find the bench that presses show.
+
+    Parameters
+    ----------
+    forward : BenchForward
+        On the bench that is described.
+    presses : sequence of Press
+        In the order in which they were made.
+    prior : Bench
+        What is known beforehand.
+    look : CameraChange, optional
+        Where the numbers of the camera are to be found too.
+    free : sequence of str
+        Names of the numbers to find; the others stay as the prior has them.
+    progress : callable, optional
+        Called with the turns done and their number.
+
+    Returns
+    -------
+    Bench
+        Laplace's approximation: the most likely numbers and their covariance.
+
+    Raises
+    ------
+    ValueError
+        There is no press, or a name is none of `BENCH`.
+    """
+    problem = _problem(presses, prior, look, free, np.array(forward.plate.size))
+    state = _State(prior.values.copy(), np.array([press.touch for press in presses]))
+    bench, terms = prior, []
+    for turn in range(_TURNS):
+        on = _on(forward, state.values, look)
+        problem = replace(problem, factors=_factors(problem, on, bench, state))
+        state, terms = _descend(problem, on, state)
+        on = on.on(state.values, on.fields.seen) if look is None else _on(on, state.values, look)
+        bench = replace(bench, discrepancy=_discrepancy(problem, on, state))
+        problem = replace(problem, sigmas=_doubted(problem, terms, state))
+        if progress is not None:
+            progress(turn + 1, _TURNS)
+    return _described(problem, bench, state, terms)
+
+
+def _problem(
+    presses: Sequence[Press],
+    prior: Bench,
+    look: CameraChange | None,
+    free: Sequence[str],
+    size: F64,
+) -> _Problem:
+    if not presses:
+        raise ValueError("a bench needs presses, got none; press the plate at known places")
+    unknown = set(free) - set(NAMES)
+    if unknown:
+        raise ValueError(f"no bench has a {min(unknown)!r}; use one of {', '.join(NAMES)}")
+    chosen = np.array([name in free for name in NAMES]) & (prior.sigma > 0)
+    if look is None:
+        chosen[_PLATE:] = False
+    sigmas = np.array([press.sigma for press in presses])
+    return _Problem(tuple(presses), prior, chosen, prior.sigma[chosen], look, size, sigmas)
+
+
+def _on(forward: BenchForward, values: F64, look: CameraChange | None) -> BenchForward:
+    return forward.on(values, None if look is None else look.at(values[_PLATE:]))
+
+
+def _factors(problem: _Problem, on: BenchForward, bench: Bench, state: _State) -> list[F64]:
+    """Cholesky factors of the scatter of each press: noise, memory, the model's own error."""
+    factors: list[F64] = []
+    before = np.zeros(len(on.whitening))
+    for press, touch in zip(problem.presses, state.touches, strict=True):
+        there = touch[None]
+        own = bench.discrepancy**2 * own_error(on, there)
+        scattered = press.noise**2 * np.eye(len(own)) + own + MEMORY**2 * np.outer(before, before)
+        factors.append(np.linalg.cholesky(scattered))
+        before = on.read(there)[0]
+    return factors
+
+
+def _descend(problem: _Problem, on: BenchForward, state: _State) -> tuple[_State, list[_Term]]:
+    """Gauss-Newton steps, damped where they fail."""
+    terms, cost = _terms(problem, on, state)
+    damping = 1e-3
+    for _ in range(_STEPS):
+        trial = _stepped(problem, state, terms, damping)
+        found, trial_cost = _terms(problem, on, trial)
+        if trial_cost > cost:
+            damping *= 10.0
+            if damping > 1e6:
+                break
+            continue
+        fall, state, terms, cost = cost - trial_cost, trial, found, trial_cost
+        damping *= 0.1
+        if fall < _SETTLED:
+            break
+    return state, terms
+
+
+def _terms(problem: _Problem, on: BenchForward, state: _State) -> tuple[list[_Term], float]:
+    """Normal equations of all presses, and χ² with the priors."""
+    bench = _moved(on, state.values)
+    terms = [
+        _term(problem, bench, factor, press, touch)
+        for factor, press, touch in zip(
+            problem.factors, problem.presses, state.touches, strict=True
+        )
+    ]
+    labels = (state.touches - [press.touch for press in problem.presses]) / problem.sigmas
+    beside = (state.values - problem.prior.values)[problem.free] / problem.scales
+    cost = sum(term.chi2 for term in terms) + float(np.sum(labels**2) + beside @ beside)
+    return terms, cost
+
+
+def _moved(on: BenchForward, values: F64) -> BenchForward:
+    """Return the forward model on a bench near by, its camera to first order."""
+    seen, camera = on.fields.seen, values[_PLATE:] - on.fields.camera
+    if seen is not None:
+        seen = seen._replace(matrix=seen.matrix + np.tensordot(camera, seen.derivatives, 1))
+    return on.on(values, seen)
+
+
+def _term(problem: _Problem, on: BenchForward, factor: F64, press: Press, touch: F64) -> _Term:
+    predicted, own = on.read(touch[None])
+    shared = on.by_bench(touch[None])[problem.free] * problem.scales[:, None]
+    rows = np.concatenate([(press.measured - predicted)[None], own, shared]).T
+    white = _solve_lower(factor, rows)
+    residual, own, shared = white[:, 0], white[:, 1:4], white[:, 4:]
+    return _Term(
+        chi2=float(residual @ residual),
+        bench=shared.T @ shared,
+        mixed=shared.T @ own,
+        own=own.T @ own,
+        towards=shared.T @ residual,
+        towards_own=own.T @ residual,
+        residual=press.measured - predicted,
+    )
+
+
+def _solve_lower(factor: F64, rows: F64) -> F64:
+    white = solve_triangular(factor, rows, lower=True, check_finite=False)
+    return np.asarray(white, dtype=np.float64)
+
+
+def _stepped(problem: _Problem, state: _State, terms: list[_Term], damping: float) -> _State:
+    """State after a step of the damped normal equations, touches eliminated."""
+    normal, slope, blocks = _reduced(problem, state, terms, damping)
+    step = cho_solve(cho_factor(normal), slope)
+    values = state.values.copy()
+    values[problem.free] += problem.scales * step
+    touches = state.touches.copy()
+    for i, (inverse, towards) in enumerate(blocks):
+        touches[i] += inverse @ (towards - terms[i].mixed.T @ step)
+    return _State(values, _inside(touches, problem.size))
+
+
+def _inside(touches: F64, size: F64) -> F64:
+    """Touches on the plate that push."""
+    places = np.clip(touches[:, :2], 0.01 * size, 0.99 * size)
+    return np.column_stack([places, np.maximum(touches[:, 2], 1e-3)])
+
+
+def _reduced(
+    problem: _Problem, state: _State, terms: list[_Term], damping: float
+) -> tuple[F64, F64, list[tuple[F64, F64]]]:
+    """Normal matrix and slope of the bench, and the inverse block and slope of each touch."""
+    normal = np.eye(len(problem.scales)) * (1.0 + damping)
+    slope = -(state.values - problem.prior.values)[problem.free] / problem.scales
+    blocks: list[tuple[F64, F64]] = []
+    for term, touch, press, sigma in zip(
+        terms, state.touches, problem.presses, problem.sigmas, strict=True
+    ):
+        towards = term.towards_own + (press.touch - touch) / sigma**2
+        own = term.own + np.diag(sigma**-2.0)
+        inverse = np.linalg.inv(own + damping * np.diag(np.diag(own)))
+        along = term.mixed @ inverse
+        normal += term.bench - along @ term.mixed.T
+        slope += term.towards - along @ towards
+        blocks.append((inverse, towards))
+    return normal, slope, blocks
+
+
+def _discrepancy(problem: _Problem, on: BenchForward, state: _State) -> float:
+    """Error of the model, as a fraction, under which the residuals are likeliest."""
+    likelihood = np.zeros(len(_DISCREPANCIES))
+    before = np.zeros(len(on.whitening))
+    for press, touch in zip(problem.presses, state.touches, strict=True):
+        there = touch[None]
+        predicted, own = on.read(there)[0], own_error(on, there)
+        fixed = press.noise**2 * np.eye(len(own)) + MEMORY**2 * np.outer(before, before)
+        residual, before = press.measured - predicted, predicted
+        for k, size in enumerate(_DISCREPANCIES):
+            lower = np.linalg.cholesky(fixed + size**2 * own)
+            white = _solve_lower(lower, residual)
+            likelihood[k] -= 0.5 * float(white @ white) + float(np.log(np.diag(lower)).sum())
+    return float(_DISCREPANCIES[np.argmax(likelihood)])
+
+
+def _doubted(problem: _Problem, terms: list[_Term], state: _State) -> F64:
+    """Widen the σ of places and forces that what was measured contradicts, (N, 3)."""
+    sigmas = np.array([press.sigma for press in problem.presses])
+    for i, (term, touch, press) in enumerate(
+        zip(terms, state.touches, problem.presses, strict=True)
+    ):
+        spread = np.linalg.inv(term.own)
+        off = touch + spread @ term.towards_own - press.touch
+        for part in (slice(0, 2), slice(2, 3)):
+            expected = np.sqrt(np.diag(spread)[part] + sigmas[i, part] ** 2)
+            far = float(np.max(np.abs(off[part]) / expected))
+            sigmas[i, part] *= max(1.0, far / _DOUBT) ** 2
+    return sigmas
+
+
+def _described(problem: _Problem, bench: Bench, state: _State, terms: list[_Term]) -> Bench:
+    normal, _, _ = _reduced(problem, state, terms, 0.0)
+    covariance = problem.prior.covariance.copy()
+    index = np.flatnonzero(problem.free)
+    found = problem.scales[:, None] * np.linalg.inv(normal) * problem.scales
+    covariance[index] = covariance[:, index] = 0.0
+    covariance[np.ix_(index, index)] = found
+    given = np.array([press.sigma for press in problem.presses])
+    doubted = np.flatnonzero((problem.sigmas > given).any(axis=1))
+    return replace(
+        bench,
+        values=state.values,
+        covariance=covariance,
+        held_out=_held_out(problem, state, terms),
+        doubted=tuple(int(i) for i in doubted),
+    )
+
+
+def _held_out(problem: _Problem, state: _State, terms: list[_Term]) -> HeldOut | None:
+    """Errors of presses that are taken out of the bench, to first order."""
+    normal, slope, blocks = _reduced(problem, state, terms, 0.0)
+    places: list[float] = []
+    forces: list[float] = []
+    for i, (term, press) in enumerate(zip(terms, problem.presses, strict=True)):
+        inverse, towards = blocks[i]
+        along = term.mixed @ inverse
+        others = normal - (term.bench - along @ term.mixed.T)
+        slope_of_others = slope - (term.towards - along @ towards)
+        joint = np.block([[others + term.bench, term.mixed], [term.mixed.T, term.own]])
+        right = np.concatenate([slope_of_others + term.towards, term.towards_own])
+        off = state.touches[i] + np.linalg.solve(joint, right)[-3:] - press.touch
+        if np.isfinite(problem.sigmas[i, :2]).all():
+            places.append(float(np.hypot(*off[:2])))
+        if np.isfinite(problem.sigmas[i, 2]):
+            forces.append(float(off[2] / press.touch[2]))
+    if not places:
+        return None
+    return HeldOut(_rms(places), _rms(forces) if forces else float("nan"), len(places))
+
+
+def _rms(values: list[float]) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))

@@ -1,0 +1,103 @@
+"""Touches in the noise of the image and in all that is not known of the bench.
+
+Where the bench is known as N(θ, C), a measurement scatters about that of the most likely bench by
+1 + J C Jᵀ and the model's own error: whitened by it, a touch must bring more than the bench
+explains, and its covariance holds both.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.linalg import solve_triangular
+
+import fe
+from models.arrays import F64
+from models.bench.bench import Bench
+from models.forward.bench_forward import BenchForward
+
+_NEAR = 8  # modes to each side over which the size of an amplitude is taken
+
+
+@dataclass(frozen=True, eq=False)
+class MarginalForward:
+    """A bench's forward model in units of noise and of what is not known, about some touches.
+
+    Attributes
+    ----------
+    forward : BenchForward
+    whitening : (m, m) float64
+        From units of the noise.
+    """
+
+    forward: BenchForward
+    whitening: F64
+
+    @property
+    def plate(self) -> fe.Plate:
+        """The plate that is touched."""
+        return self.forward.plate
+
+    @property
+    def model_error(self) -> float:
+        """None beside what is whitened."""
+        return 0.0
+
+    @property
+    def freedom(self) -> int:
+        """Numbers that were measured."""
+        return self.forward.freedom
+
+    def whiten(self, measured: ArrayLike) -> F64:
+        """Put a measurement in units of its noise into those of all that is not known, (m,)."""
+        return self.whitening @ self.forward.whiten(measured)
+
+    def response(self, xy: F64) -> F64:
+        """See `Forward.response`."""
+        return self.forward.response(xy) @ self.whitening.T
+
+    def read(self, touches: F64) -> tuple[F64, F64]:
+        """See `Forward.read`."""
+        values, jacobian = self.forward.read(touches)
+        return self.whitening @ values, jacobian @ self.whitening.T
+
+
+def marginal(forward: BenchForward, bench: Bench, touches: F64) -> MarginalForward:
+    """Whiten a forward model by noise and bench as they are under some touches (n, 3)."""
+    lower = np.linalg.cholesky(scatter(forward, bench, touches))
+    whitening = solve_triangular(lower, np.eye(len(lower)), lower=True, check_finite=False)
+    return MarginalForward(forward, np.asarray(whitening, dtype=np.float64))
+
+
+def scatter(forward: BenchForward, bench: Bench, touches: F64) -> F64:
+    """Covariance of a measurement by noise, bench and the model's own error, (m, m)."""
+    scattered = np.eye(len(forward.whitening))
+    if not len(touches):
+        return scattered
+    derivatives = forward.by_bench(touches)
+    return (
+        scattered
+        + derivatives.T @ (bench.covariance @ derivatives)
+        + bench.discrepancy**2 * own_error(forward, touches)
+    )
+
+
+def own_error(forward: BenchForward, touches: F64) -> F64:
+    """Covariance (m, m) of amplitudes that err by their own size, each for itself."""
+    values = np.abs(forward.state(touches).values)
+    count = forward.fields.bench.modal.count
+    sizes = np.empty_like(values)
+    sizes[:count] = _about(values[:count])
+    for group in (slice(count, forward.fields.count), slice(forward.fields.count, None)):
+        sizes[group] = np.sqrt(np.mean(values[group] ** 2)) if values[group].size else 0.0
+    spread = forward.whitening * sizes
+    return spread @ spread.T
+
+
+def _about(values: F64) -> F64:
+    """RMS of each value and those about it."""
+    weights = np.ones(2 * _NEAR + 1)
+    total = np.convolve(values**2, weights, mode="same")
+    return np.sqrt(total / np.convolve(np.ones(len(values)), weights, mode="same"))

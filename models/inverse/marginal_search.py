@@ -1,0 +1,90 @@
+"""Touches where the bench is known only so well: found one by one, each in the doubt of the last.
+
+What is not known of a bench grows with the touches themselves. So the measurement is whitened
+anew, about the touches found so far, before it is asked for one more.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from models.arrays import F64
+from models.bench.bench import Bench
+from models.bench.marginal import marginal
+from models.estimate import Estimate, Result
+from models.forward.bench_forward import BenchForward
+from models.inverse.candidates import CandidateGrid
+from models.inverse.levenberg_marquardt import LevenbergMarquardt
+from models.inverse.prior import FLAT, Prior
+from models.inverse.solver import STANDARD, find
+
+# Of a standard deviation: touches that moved by less were whitened well enough.
+_MOVED = 0.5
+_ROUNDS = 4
+# Standard deviations by which a force is known to be one: here they hold the bench as well.
+_SURE = 3.0
+
+
+def find_on_bench(
+    measured: F64,
+    candidates: CandidateGrid,
+    bench: Bench,
+    *,
+    start: F64,
+    count: int | None = None,
+    max_touches: int = 4,
+    prior: Prior = FLAT,
+    solver: LevenbergMarquardt = STANDARD,
+) -> Estimate:
+    """Find touches from a measurement in units of its noise; see `find`.
+
+    Parameters
+    ----------
+    measured : (m,) float64
+    candidates : CandidateGrid
+        Of a `BenchForward`.
+    bench : Bench
+    start, count, max_touches, prior, solver
+        As for `find`.
+    """
+    forward = candidates.forward
+    if not isinstance(forward, BenchForward):
+        raise TypeError("a bench needs the forward model of a bench")
+    limit = max_touches if count is None else count
+    about = touches = start[:limit]
+    estimate = _nothing(measured)
+    for _ in range(_ROUNDS + limit):
+        there = marginal(forward, bench, about)
+        most = min(len(touches) + 1, limit)
+        estimate = find(
+            there.whitening @ measured,
+            replace(candidates, forward=there, response=candidates.response @ there.whitening.T),
+            start=touches,
+            count=None if count is None else most,
+            max_touches=most,
+            prior=prior,
+            solver=solver,
+            sure=_SURE,
+        )
+        found = np.column_stack([estimate.xy, estimate.force])
+        alike = len(found) == len(touches)
+        if alike and _near(about, found, estimate.covariance):
+            break
+        # What is not known about a touch grows with it, and draws it back: half-way lies between.
+        about = 0.5 * (about + found) if alike else found
+        touches = found
+    return estimate
+
+
+def _near(before: F64, after: F64, covariance: F64) -> bool:
+    """Whether touches moved by less than they are sure."""
+    sigma = np.sqrt(np.diag(covariance)).reshape(-1, 3)
+    return bool((np.abs(after - before) <= _MOVED * sigma).all())
+
+
+def _nothing(measured: F64) -> Estimate:
+    chi2 = float(measured @ measured)
+    none = np.empty((0, 2))
+    return Estimate(none, np.empty(0), np.empty((0, 0)), chi2, 1, 1.0, Result.NO_TOUCH)
