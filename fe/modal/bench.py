@@ -76,20 +76,20 @@ class Pressed:
         return self.bench.tangent(self.stress, (pulls + shaped)[: len(self.stress)])
 
     def jacobian(self) -> F64:
-        """Derivatives of `values` by x1, y1, F1, x2, …: (n + U, 3T)."""
-        x, y, force = self.touches.T
+        """Compute derivatives of `values` by x1, y1, F1, x2, …: (n + U, 3T)."""
+        force = self.touches[:, 2]
         slopes = self.bench.at(self.touches, 1, 0), self.bench.at(self.touches, 0, 1)
         along_x, along_y = (-force[:, None] * slope for slope in slopes)
         pushes = np.stack([along_x, along_y, -self.bench.at(self.touches)], axis=1)
-        loads = pushes.reshape(3 * len(x), -1).T
+        loads = pushes.reshape(3 * len(force), -1).T
         return self._moved(self.bench.released(loads), np.zeros((len(self.stress), len(loads.T))))
 
     def by_parameters(self) -> F64:
-        """Derivatives of `values` by the parameters of the bench: (n + U, 30)."""
+        """Compute derivatives of `values` by the parameters of the bench: (n + U, 30)."""
         return self.bench.by_parameters(self)
 
     def _moved(self, loads: F64, strains: F64) -> F64:
-        """Changes of `values` by loads (n, P) and by stresses that come of themselves (M, P)."""
+        """Compute changes of `values` by loads (n, P) and by stresses that come of themselves (M, P)."""
         factors, gained = self._exact
         bench, stresses = self.bench, len(self.stress)
         pulls, shaped = self._pulls
@@ -167,7 +167,7 @@ class BenchPlate:
         return self.values[kind] + self.modal.described[kind]
 
     def at(self, touches: F64, p: int = 0, q: int = 0) -> F64:
-        """Derivatives of the functions where touches press, (T, n)."""
+        """Compute derivatives of the functions where touches press, (T, n)."""
         return derivative(self.modal.mesh, touches[:, :2], p, q).of(self.modal.values)
 
     def released(self, forces: F64) -> F64:
@@ -203,7 +203,7 @@ class BenchPlate:
         return Pressed(self, touches, amplitudes, stress, bool(size <= _BALANCED), tangent)
 
     def _scaled(self, forces: F64) -> F64:
-        """Forces in units of the square root of energy, by the stiffness of each function."""
+        """Put forces into units of the square root of energy, by the stiffness of each function."""
         return forces / self._roots
 
     @cached_property
@@ -259,7 +259,7 @@ class BenchPlate:
         return pulls, self._shaped
 
     def _balance(self, amplitudes: F64, loads: F64) -> tuple[F64, F64, F64]:
-        """What is out of balance (n,), released; stress (M,) and its pulls (M, c)."""
+        """Compute what is out of balance (n,), released; stress (M,) and its pulls (M, c)."""
         pulls, shaped = self.pulls(amplitudes)
         part, count = amplitudes[self.taking_part], len(self.stretch_compliance)
         stress = self._stiffening @ (0.5 * pulls[:count] @ part + shaped[:count] @ part)

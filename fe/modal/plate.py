@@ -24,7 +24,7 @@ from fe.elements.storage import restore, store
 from fe.linear.energy import rigidities
 from fe.linear.membrane import Membrane
 from fe.modal.parameters import NAMES
-from fe.modal.stresses import Stresses, grading, stresses
+from fe.modal.stresses import grading, stresses
 from fe.modal.transverse import Transverse, held_polynomials, transverse
 from fe.plate.checks import whole
 from fe.plate.plate import Plate
@@ -183,7 +183,7 @@ def modal_plate(plate: Plate, count: int = _MODES, mesh: Mesh | None = None) -> 
 
 
 def _taking_part(functions: Transverse) -> F64:
-    """Indices of the functions that stretch the plate."""
+    """Return indices of the functions that stretch the plate."""
     total = functions.values.shape[2]
     first = np.arange(min(_STRETCHING, functions.count))
     return np.concatenate([first, np.arange(functions.count, total)])

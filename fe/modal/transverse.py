@@ -56,7 +56,7 @@ class Transverse:
     giving: F64
 
     def at(self, xy: F64, p: int = 0, q: int = 0) -> F64:
-        """Derivatives of order p by x and q by y at points (N, 2) mm: (N, K + J)."""
+        """Compute derivatives of order p by x and q by y at points (N, 2) mm: (N, K + J)."""
         return derivative(self.mesh, xy, p, q).of(self.values)
 
 

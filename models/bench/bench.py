@@ -17,7 +17,7 @@ UNITS = dict(BENCH)
 # Error of the model beside its numbers, as a fraction of what a touch moves: 120 modes for the
 # plate were right to it against the whole plate up to 4 N, given all numbers.
 DISCREPANCY = 0.01
-_KNOWN = 0.5  # of the prior's σ, above which presses have told nothing of a number
+_KNOWN = 0.5  # of the prior's σ, above which presses do not determine a number
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class Bench:
 
     @property
     def known(self) -> Mask:
-        """Which numbers the presses have told, (39,)."""
+        """Which numbers the presses determine, (39,)."""
         return self.sigma < _KNOWN * self.prior
 
     @property
@@ -113,7 +113,7 @@ def bench_before(plate: fe.Plate, **sigma: float) -> Bench:
 
 
 def prior_sigma(plate: fe.Plate) -> F64:
-    """Standard deviations (39,) of a bench that was built with care and measured with a ruler.
+    """Return standard deviations (39,) of a bench that was built with care and measured with a ruler.
 
     Compliances are in parts of the plate's own, tension is that of half a kelvin of PVC.
     """

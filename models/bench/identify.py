@@ -47,12 +47,15 @@ class Press:
         Their standard deviations; infinite where unknown.
     noise : float
         Standard deviation of `measured`: 1 for one frame, 1/√n for the mean of n.
+    whitening : (m, K + U) float64, optional
+        Where a part of the pattern was hidden: that of the others, see `BenchForward`.
     """
 
     measured: F64
     touch: F64
     sigma: F64
     noise: float = 1.0
+    whitening: F64 | None = None
 
     def __post_init__(self) -> None:
         size = (3,)
@@ -172,13 +175,14 @@ def _on(forward: BenchForward, values: F64, look: CameraChange | None) -> BenchF
 def _factors(problem: _Problem, on: BenchForward, bench: Bench, state: _State) -> list[F64]:
     """Cholesky factors of the scatter of each press: noise, memory, the model's own error."""
     factors: list[F64] = []
-    before = np.zeros(len(on.whitening))
+    before = np.zeros(on.whitening.shape[1])
     for press, touch in zip(problem.presses, state.touches, strict=True):
-        there = touch[None]
-        own = bench.discrepancy**2 * own_error(on, there)
-        scattered = press.noise**2 * np.eye(len(own)) + own + MEMORY**2 * np.outer(before, before)
+        seen = _through(on, press)
+        own = bench.discrepancy**2 * own_error(seen, touch[None])
+        left = seen.whitening @ before
+        scattered = press.noise**2 * np.eye(len(own)) + own + MEMORY**2 * np.outer(left, left)
         factors.append(np.linalg.cholesky(scattered))
-        before = on.read(there)[0]
+        before = on.fields.seen_of(seen.state(touch[None]))
     return factors
 
 
@@ -202,7 +206,7 @@ def _descend(problem: _Problem, on: BenchForward, state: _State) -> tuple[_State
 
 
 def _terms(problem: _Problem, on: BenchForward, state: _State) -> tuple[list[_Term], float]:
-    """Normal equations of all presses, and χ² with the priors."""
+    """Build normal equations of all presses, and χ² with the priors."""
     bench = _moved(on, state.values)
     terms = [
         _term(problem, bench, factor, press, touch)
@@ -225,6 +229,7 @@ def _moved(on: BenchForward, values: F64) -> BenchForward:
 
 
 def _term(problem: _Problem, on: BenchForward, factor: F64, press: Press, touch: F64) -> _Term:
+    on = _through(on, press)
     predicted, own = on.read(touch[None])
     shared = on.by_bench(touch[None])[problem.free] * problem.scales[:, None]
     rows = np.concatenate([(press.measured - predicted)[None], own, shared]).T
@@ -239,6 +244,11 @@ def _term(problem: _Problem, on: BenchForward, factor: F64, press: Press, touch:
         towards_own=own.T @ residual,
         residual=press.measured - predicted,
     )
+
+
+def _through(on: BenchForward, press: Press) -> BenchForward:
+    """Return the forward model of a press, by the part of the pattern that it showed."""
+    return on if press.whitening is None else replace(on, whitening=press.whitening)
 
 
 def _solve_lower(factor: F64, rows: F64) -> F64:
@@ -267,7 +277,7 @@ def _inside(touches: F64, size: F64) -> F64:
 def _reduced(
     problem: _Problem, state: _State, terms: list[_Term], damping: float
 ) -> tuple[F64, F64, list[tuple[F64, F64]]]:
-    """Normal matrix and slope of the bench, and the inverse block and slope of each touch."""
+    """Build normal matrix and slope of the bench, and the inverse block and slope of each touch."""
     normal = np.eye(len(problem.scales)) * (1.0 + damping)
     slope = -(state.values - problem.prior.values)[problem.free] / problem.scales
     blocks: list[tuple[F64, F64]] = []
@@ -287,12 +297,13 @@ def _reduced(
 def _discrepancy(problem: _Problem, on: BenchForward, state: _State) -> float:
     """Error of the model, as a fraction, under which the residuals are likeliest."""
     likelihood = np.zeros(len(_DISCREPANCIES))
-    before = np.zeros(len(on.whitening))
+    before = np.zeros(on.whitening.shape[1])
     for press, touch in zip(problem.presses, state.touches, strict=True):
-        there = touch[None]
-        predicted, own = on.read(there)[0], own_error(on, there)
-        fixed = press.noise**2 * np.eye(len(own)) + MEMORY**2 * np.outer(before, before)
-        residual, before = press.measured - predicted, predicted
+        there, seen = touch[None], _through(on, press)
+        own, left = own_error(seen, there), seen.whitening @ before
+        fixed = press.noise**2 * np.eye(len(own)) + MEMORY**2 * np.outer(left, left)
+        residual = press.measured - seen.read(there)[0]
+        before = on.fields.seen_of(seen.state(there))
         for k, size in enumerate(_DISCREPANCIES):
             lower = np.linalg.cholesky(fixed + size**2 * own)
             white = _solve_lower(lower, residual)

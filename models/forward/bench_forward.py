@@ -83,7 +83,11 @@ class BenchFields:
         """Amplitudes seen under touches (n, 2) mm and (n,) N, (K + U,)."""
         if not len(force):
             return np.zeros(self.count + self.drifts)
-        values = self.bench.press(np.column_stack([xy, force])).values
+        return self.seen_of(self.bench.press(np.column_stack([xy, force])))
+
+    def seen_of(self, state: fe.Pressed) -> F64:
+        """Amplitudes seen of a state of the plate, (K + U,)."""
+        values = state.values
         return values if self.seen is None else self.seen.matrix @ values
 
     def forward(self, factor: F64) -> BenchForward:
@@ -149,7 +153,7 @@ class BenchForward:
         return self._reading @ state.values, (self._reading @ state.jacobian()).T
 
     def by_bench(self, touches: F64) -> F64:
-        """Derivatives of the measurement by every number of the bench, (39, m)."""
+        """Compute derivatives of the measurement by every number of the bench, (39, m)."""
         derivatives = np.zeros((len(BENCH), len(self.whitening)))
         if not len(touches):
             return derivatives

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from pydantic import Field, ValidationError
 
+import models
 import synthetic
 from rig.calibration.latency import Latency
 from rig.calibration.lens import Lens
@@ -24,7 +25,7 @@ from rig.scene.source import DeviceSection
 
 AGE = timedelta(days=30)  # after which a bench has been bumped at least once
 Row = tuple[float, ...]
-Part = Lens | Pose | ProjectorLight | Photon | Latency | Alignment
+Part = Lens | Pose | ProjectorLight | Photon | Latency | Alignment | models.Bench
 """What can be calibrated."""
 
 
@@ -85,6 +86,17 @@ class PressesEntry(Entry):
     error_force: float = Field(description="RMS of the force that is left, as a fraction")
 
 
+class BenchEntry(Entry):
+    """What presses tell of plate, edges and camera."""
+
+    names: tuple[str, ...] = Field(description="of the numbers, in their order")
+    values: Row = Field(description="most likely, in the units of the glossary")
+    covariance: tuple[Row, ...] = Field(description="theirs")
+    prior: Row = Field(description="standard deviations before any press")
+    discrepancy: float = Field(ge=0, lt=1, description="error of the model beside them, a fraction")
+    error_force: float = Field(description="RMS of held-out forces, as a fraction")
+
+
 class Calibration(Section):
     """A bench as it was measured; a part that was not is None."""
 
@@ -94,6 +106,7 @@ class Calibration(Section):
     noise: NoiseEntry | None = None
     latency: LatencyEntry | None = None
     presses: PressesEntry | None = None
+    bench: BenchEntry | None = None
 
     def camera(self) -> synthetic.Camera | None:
         """Return the camera over the plate; None unless lens and pose are known."""
@@ -137,6 +150,28 @@ class Calibration(Section):
             return None
         matrix = np.array(part.matrix)
         return Alignment(matrix, part.gain, part.error, part.error_force, part.sigma_gain, ())
+
+    def known_bench(self) -> models.Bench | None:
+        """Return what presses tell of the bench; None without any.
+
+        Raises
+        ------
+        ValueError
+            If the numbers are not those of today.
+        """
+        part = self.bench
+        if part is None:
+            return None
+        names, count = tuple(name for name, _ in models.BENCH), len(models.BENCH)
+        covariance = np.array(part.covariance)
+        shapes = len(part.values), len(part.prior), *covariance.shape
+        if part.names != names or shapes != (count,) * 4 or not np.isfinite(covariance).all():
+            raise ValueError(
+                f"calibration of the bench has other numbers than the {count} of today; run"
+                " `touchplate calibrate bench` again"
+            )
+        values, prior = np.array(part.values), np.array(part.prior)
+        return models.Bench(values, covariance, part.discrepancy, prior)
 
     def warnings(self, scene: Scene, now: datetime) -> list[str]:
         """Say in a sentence each what is old or made for another bench."""
@@ -212,6 +247,19 @@ def entry_of(part: Part, now: datetime) -> dict[str, Entry]:
         case Latency():
             latency = LatencyEntry(date=now, error=part.sigma, median=part.median, p95=part.p95)
             return {"latency": latency}
+        case models.Bench():
+            held = part.held_out or models.HeldOut(float("nan"), float("nan"), 0)
+            bench = BenchEntry(
+                date=now,
+                error=held.place,
+                error_force=held.force,
+                names=tuple(name for name, _ in models.BENCH),
+                values=tuple(part.values.tolist()),
+                covariance=_rows(part.covariance),
+                prior=tuple(part.prior.tolist()),
+                discrepancy=part.discrepancy,
+            )
+            return {"bench": bench}
         case Alignment():
             presses = PressesEntry(
                 date=now,

@@ -152,6 +152,37 @@ def noise(
 
 
 @calibrate.command()
+def bench(
+    scene: Name,
+    presses: Annotated[
+        Path,
+        typer.Option(metavar="LIST.csv", help="press,first_frame,last_frame,x_mm,y_mm,force_n"),
+    ],
+    images: Annotated[Path, typer.Option(help="Folder of images, the first ones untouched.")],
+    free: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Find only these numbers.")
+    ] = None,
+    settings: Settings = None,
+    as_json: Json = False,
+) -> None:
+    """Find how plate, edges and camera really are, from presses of which some is known.
+
+    Places and forces may be left empty; one known weight sets the newton.
+    """
+    from rig.calibration import bench_presses, store
+    from rig.commands.bench_table import described, table
+    from rig.commands.output import progress
+
+    kept = _bench("bench", scene, settings)
+    listed, names = bench_presses.read_list(presses), tuple(free or ())
+    given = kept.scene, kept.known, listed, images, names, progress
+    found = bench_presses.identify_bench(*given)
+    store.keep(kept.path, found)
+    said = described(found, [one.press for one in listed]) | {"path": str(kept.path)}
+    emit(table(said), said, as_json)
+
+
+@calibrate.command()
 def stripes(
     scene: Name,
     images: Annotated[Path, typer.Option(help="Folder for them.")] = Path(),

@@ -36,6 +36,9 @@ def run(
     record: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Keep the session in a new file *.h5.")
     ] = None,
+    touches: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write every touch to a new file *.csv.")
+    ] = None,
     settings: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override the scene.")
     ] = None,
@@ -49,7 +52,7 @@ def run(
     import rig
 
     loaded = rig.load(scene, rig.scene.parse_overrides(settings or []))
-    live(loaded, known(scene, loaded), frames, headless, record, as_json)
+    live(loaded, known(scene, loaded), frames, headless, record, as_json, touches)
 
 
 def known(name: str, scene: Scene) -> Calibration:
@@ -69,12 +72,17 @@ def live(
     headless: bool,
     record: Path | None,
     as_json: bool,
+    touches: Path | None = None,
 ) -> None:
     """Run the loop of a scene; the body of `run` and `record`."""
     loop = None
     try:
         with ExitStack() as open_parts, interruptible():
             loop, sinks = start(scene, calibration, headless, record, open_parts)
+            if touches:
+                from rig.out.touches_csv import open_touches
+
+                sinks.append(open_parts.enter_context(open_touches(touches)))
             _follow(loop, sinks, frames)
     except KeyboardInterrupt:
         if loop is None or not loop.frames:

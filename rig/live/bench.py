@@ -11,10 +11,11 @@ import numpy as np
 import fe
 import synthetic
 from dic import lay_tiles
-from models import ImageMotions, prepare_motions
+from models import ImageMotions, bench_before, prepare_motions
 from rig.live.alignment import Alignment
 from rig.live.baseline import ReferenceFrame
 from rig.live.chain import Chain, StrainChain, prepare_chain, prepare_strain
+from rig.live.known_bench import on_bench
 from rig.plates.cached import plate_modes, reduced
 from rig.scene import Scene
 from rig.scene.bench import CameraSection
@@ -23,6 +24,7 @@ from rig.scene.sensing import DicSection, NetEstimator, PatternEstimator, Strain
 from rig.scene.theory import Theory, choose, largest_force
 
 if TYPE_CHECKING:
+    import models
     from models import LargePlate
     from rig.calibration.store import Calibration
     from rig.live.net_chain import NetChain, NetPlan
@@ -57,6 +59,8 @@ class Bench:
         What known presses correct in every estimate.
     net : NetPlan or None
         The net that estimates the touches, where the scene has one.
+    known : models.Bench or None
+        What is known of plate, edges and camera, where they are not just as the scene says.
     """
 
     plate: fe.Plate
@@ -70,6 +74,7 @@ class Bench:
     theory: Theory
     alignment: Alignment | None = None
     net: NetPlan | None = None
+    known: models.Bench | None = None
 
     @property
     def reference_frames(self) -> int:
@@ -93,11 +98,11 @@ class Bench:
                 f" [{width}, {height}]"
             )
         try:
-            chain = prepare_chain(reference, self.motions, self.max_touches)
+            chain = prepare_chain(reference, self.motions, self.max_touches, self.known)
         except np.linalg.LinAlgError:
             raise ValueError(
                 f"images of {self.camera.size[0]} × {self.camera.size[1]} px cannot tell"
-                f" {len(self.motions.modes.stiffness)} modes of the plate apart; set"
+                f" {self.motions.modes.count} modes of the plate apart; set"
                 " estimator.modes or dic.tile lower, and look whether the pattern is in view"
             ) from None
         if not self.strain:
@@ -162,19 +167,27 @@ def build_bench(
         view = camera.build(plate)
     height, tiles = flat.thickness / 2, lay_tiles((view.size[1], view.size[0]), dic.tile)
     count = estimator.modes if isinstance(estimator, PatternEstimator) else MODES
-    modes, large = _fields(flat, count, theory, report)
+    known = calibration.known_bench() if calibration else None
+    if known is None and isinstance(estimator, PatternEstimator) and estimator.bench == "usual":
+        known = bench_before(flat)
+    if known is not None:
+        motions = on_bench(known, flat, view, tiles, report)
+    else:
+        modes, large = _fields(flat, count, theory, report)
+        motions = prepare_motions(modes, view, height, tiles, large)
     return Bench(
         plate=flat,
         camera=view,
         height=height,
-        motions=prepare_motions(modes, view, height, tiles, large),
+        motions=motions,
         dic=dic,
         max_touches=scene.touches.max_touches if scene.touches else 1,
         min_force=scene.touches.force[0] if scene.touches else 0.0,
         strain=scene.comparison is not None,
         theory=theory,
-        alignment=calibration.alignment() if calibration else None,
+        alignment=calibration.alignment() if calibration and known is None else None,
         net=_net(scene, theory),
+        known=known,
     )
 
 

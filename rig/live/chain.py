@@ -17,6 +17,7 @@ from dic import (
     tile_sums,
 )
 from models import (
+    Bench,
     Estimate,
     Estimator,
     ImageMotions,
@@ -76,12 +77,17 @@ class Chain:
         return self.masked_models.estimator
 
 
-def prepare_chain(reference: ReferenceFrame, motions: ImageMotions, max_touches: int) -> Chain:
-    """Prepare the chain for a reference."""
+def prepare_chain(
+    reference: ReferenceFrame,
+    motions: ImageMotions,
+    max_touches: int,
+    known: Bench | None = None,
+) -> Chain:
+    """Prepare the chain for a reference, on a bench of which so much is known."""
     tile_reference, noise = prepare_tiles(reference.image, motions.tiles.size), reference.noise
     tiles = prepare_blocks(tile_reference, 1)
     pattern = prepare_pattern(motions, without_gain_offset(tiles))
-    estimator = Estimator(pattern.forward(noise), max_touches=max_touches)
+    estimator = Estimator(pattern.forward(noise), max_touches=max_touches, bench=known)
     return Chain(tile_reference, tiles, MaskedModels(pattern, estimator, noise), noise)
 
 

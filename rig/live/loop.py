@@ -194,6 +194,7 @@ class Loop:
             strain_reason="no frames come",
             fresh=False,
             signs=(),
+            estimate=None,
             events=follower.miss(self._clock()),
         )
 
@@ -271,6 +272,7 @@ class Loop:
             strain_reason="" if shown else "the scene names no [comparison] by strain",
             events=result.events,
             signs=signs(follower.chain, frame_estimate),
+            estimate=frame_estimate.estimate,
         )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
+    from models import Estimate
     from rig.live.tracks import Event
 
 
@@ -138,6 +139,8 @@ class Snapshot:
         What appeared, moved and left in this frame.
     signs : tuple of Sign
         How good the frame is; none where no touch was looked for.
+    estimate : models.Estimate or None
+        What `touches` are drawn from; None where no touch was looked for.
     """
 
     sequence: int
@@ -164,6 +167,7 @@ class Snapshot:
     fresh: bool = True
     events: tuple[Event, ...] = ()
     signs: tuple[Sign, ...] = ()
+    estimate: Estimate | None = None
 
     @property
     def time(self) -> float:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models import Estimate, LargeForward, Result
+from models import BenchForward, Estimate, LargeForward, Result
 from rig.live.baseline import ReferenceFrame, drift_weight, is_consistent
 from rig.live.bench import Bench
 from rig.live.chain import (
@@ -135,7 +135,7 @@ class FrameProcessor:
     def _caution(self, frame_estimate: FrameEstimate) -> str:
         """Say what is wrong with the theory under these touches; empty where it holds."""
         touches, forward = frame_estimate.state.touches, self.chain.estimator.forward
-        if not len(touches):
+        if not len(touches) or isinstance(forward, BenchForward):
             return ""
         if isinstance(forward, LargeForward):
             from fe import Trust

@@ -41,3 +41,15 @@ def reduced(plate: fe.Plate, force: float, report: Report) -> fe.Reduced:
         return fe.reduced_plate(plate, force=force, progress=report).arrays()
 
     return fe.Reduced.from_arrays(cache.fetch("reduced", (fe, plate, force), compute))
+
+
+def modal(plate: fe.Plate, report: Report) -> fe.ModalPlate:
+    """Return the plate in modes, for a bench whose numbers are not all known."""
+
+    def compute() -> cache.Arrays:
+        report(0, 1)
+        arrays = fe.modal_plate(plate).arrays()
+        report(1, 1)
+        return arrays
+
+    return fe.ModalPlate.from_arrays(cache.fetch("modal", (fe, plate), compute))

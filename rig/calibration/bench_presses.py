@@ -1,0 +1,209 @@
+"""Presses on the plate, out of images and a list of them: what they tell of the bench."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import inf, isfinite, sqrt
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+import models
+import synthetic
+from dic import tile_sums
+from models import hidden_tiles
+from rig.calibration.steps import SUFFIXES
+from rig.calibration.store import Calibration
+from rig.live.baseline import average_reference
+from rig.live.bench import Bench, build_bench
+from rig.live.chain import Chain
+from rig.live.illumination import sums_without_gain_offset
+from rig.scene import Scene
+from rig.scene.sensing import PatternEstimator
+from rig.system.arrays import F32, F64
+
+PLACE, FORCE = 0.3, 0.02
+"""Standard deviations of a place, mm, and of a force, as a fraction, that a list states."""
+
+COLUMNS = ("press", "first_frame", "last_frame", "x_mm", "y_mm", "force_n")
+_PASSES = 4
+_START = 1.5  # N, where the force of a press is not known
+
+
+@dataclass(frozen=True)
+class Listed:
+    """One press of a list: its frames, and what is known of place and force.
+
+    Attributes
+    ----------
+    press : str
+    frames : tuple of int
+        First and last, counted from 0 over all images.
+    place : tuple of float or None, mm
+    force : float or None, N
+    """
+
+    press: str
+    frames: tuple[int, int]
+    place: tuple[float, float] | None
+    force: float | None
+
+
+def read_list(path: Path) -> list[Listed]:
+    """Read a list of presses; place and force may be empty.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    ValueError
+        If a column or a number is missing, with its line.
+    """
+    with path.open(newline="", encoding="utf-8-sig") as file:
+        rows = csv.DictReader(file)
+        missing = [name for name in COLUMNS if name not in (rows.fieldnames or ())]
+        if missing:
+            raise ValueError(
+                f"'{path}' lacks the column {missing[0]}; its first line must hold"
+                f" {','.join(COLUMNS)}"
+            )
+        found = [_listed(row, f"'{path}' line {number}") for number, row in enumerate(rows, 2)]
+    if not found:
+        raise ValueError(f"'{path}' lists no press; write a line for each")
+    return found
+
+
+def _listed(row: dict[str, str], where: str) -> Listed:
+    first, last = (_number(row, name, where) for name in ("first_frame", "last_frame"))
+    x, y, force = (_number(row, name, where) for name in ("x_mm", "y_mm", "force_n"))
+    if first is None or last is None or not 0 <= first <= last:
+        raise ValueError(f"{where}: frames must run from first_frame to last_frame, both given")
+    if (x is None) != (y is None):
+        raise ValueError(f"{where}: x_mm and y_mm must both be given, or neither")
+    if force is not None and not force > 0:
+        raise ValueError(f"{where}: force_n must be positive, got {force:g} N; leave it empty")
+    place = None if x is None or y is None else (x, y)
+    return Listed(row["press"], (int(first), int(last)), place, force)
+
+
+def _number(row: dict[str, str], name: str, where: str) -> float | None:
+    text = (row[name] or "").strip()
+    if not text:
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        value = inf
+    if not isfinite(value):
+        raise ValueError(f"{where}: {name} must be a number or empty, got '{text}'")
+    return value
+
+
+def identify_bench(
+    scene: Scene,
+    known: Calibration,
+    listed: list[Listed],
+    folder: Path,
+    free: tuple[str, ...],
+    report: Callable[[int, int], None],
+) -> models.Bench:
+    """Find the bench of a scene from listed presses and the images of a folder.
+
+    Raises
+    ------
+    OSError
+        If an image is missing.
+    ValueError
+        If the scene cannot run live or its camera is no pinhole, the images are too few, or no
+        touch is found where one is listed.
+    """
+    bench = _usual(scene, known, report)
+    paths = _images(folder, max(one.frames[1] for one in listed))
+    reference = average_reference([_read(path) for path in paths[: bench.reference_frames]])
+    chain = bench.prepare(reference)[0]
+    forward = chain.pattern.forward(chain.noise)
+    if not isinstance(forward, models.BenchForward) or bench.known is None:
+        raise ValueError(f"scene '{scene.title}' has no estimator of kind 'pattern'; give it one")
+    presses = [_press(chain, bench, one, paths) for one in listed]
+    fields = models.BenchFields(forward.fields.bench)
+    look = models.CameraChange(bench.motions, fields, _pinhole(bench, scene), bench.height)
+    names = free or tuple(name for name, _ in models.BENCH)
+    return models.identify(forward, presses, bench.known, look, names, report)
+
+
+def _usual(scene: Scene, known: Calibration, report: Callable[[int, int], None]) -> Bench:
+    """Build the bench before these presses."""
+    estimator = scene.estimator
+    if not isinstance(estimator, PatternEstimator):
+        raise ValueError(
+            f"scene '{scene.title}' estimates no touches from the whole pattern; set"
+            " estimator.kind to 'pattern'"
+        )
+    usual = estimator.model_copy(update={"bench": "usual"})
+    before = known.model_copy(update={"bench": None, "presses": None})
+    built = build_bench(scene.model_copy(update={"estimator": usual}), report, before)
+    return replace(built, strain=False, max_touches=1)
+
+
+def _pinhole(bench: Bench, scene: Scene) -> synthetic.Camera:
+    if not isinstance(bench.camera, synthetic.Camera):
+        raise ValueError(
+            f"scene '{scene.title}' has a camera of kind '{bench.camera.kind}', and the numbers"
+            " of a bench are those of a pinhole camera; set camera.kind to 'pinhole'"
+        )
+    return bench.camera
+
+
+def _images(folder: Path, last: int) -> list[Path]:
+    if not folder.is_dir():
+        raise OSError(f"folder '{folder}' of images does not exist; check the path")
+    paths = sorted(path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES)
+    if last >= len(paths):
+        raise OSError(f"folder '{folder}' holds {len(paths)} images, and the list names {last}")
+    return paths
+
+
+def _read(path: Path) -> F32:
+    image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+    if image is None:
+        raise OSError(f"image '{path}' cannot be read; write it again as PNG or TIFF")
+    return np.asarray(image, dtype=np.float32)
+
+
+def _press(chain: Chain, bench: Bench, one: Listed, paths: list[Path]) -> models.Press:
+    """Measure a press in the mean of its frames."""
+    first, last = one.frames
+    images = [_read(path) for path in paths[first : last + 1]]
+    image = np.asarray(np.mean(images, axis=0), dtype=np.float32)
+    start = None if one.place is None else np.array([[*one.place, one.force or _START]])
+    touch, measured, whitening = _measured(chain, image, start, one.press)
+    if one.place is not None:
+        touch[:2] = one.place
+    if one.force is not None:
+        touch[2] = one.force
+    along = inf if one.place is None else PLACE
+    sigma = np.array([along, along, inf if one.force is None else FORCE * one.force])
+    still = 1.0 / bench.reference_frames
+    noise = sqrt((1.0 / len(images) + still) / (1.0 + still))
+    return models.Press(measured, touch, sigma, min(noise, 1.0), whitening)
+
+
+def _measured(chain: Chain, image: F32, start: F64 | None, name: str) -> tuple[F64, F64, F64]:
+    """Touch (3,), whitened measurement and its whitening, the reference moved to the image."""
+    moved, touches = chain.pattern.still(), start
+    touch, measured, pattern = np.zeros(0), np.zeros(0), chain.pattern
+    for _ in range(_PASSES):
+        sums = tile_sums(chain.reference, image, chain.pattern.motions.flow(moved))
+        hidden = hidden_tiles(chain.reference, sums, chain.noise)
+        pattern, estimator = chain.masked_models.for_mask(hidden)
+        right = pattern.gradient(sums_without_gain_offset(chain.tiles, sums), moved)
+        measured = pattern.whiten(right, chain.noise)
+        estimate = estimator.fit_whitened(measured, touches, count=1)
+        touches = np.column_stack([estimate.xy, estimate.force])
+        moved, touch = pattern.amplitudes(estimate, right), touches.ravel()
+    if touch.size != 3 or not touch[2] > 0:
+        raise ValueError(f"no touch is found in the images of press {name}; press harder")
+    return touch, measured, np.ascontiguousarray(pattern.factor.T) / chain.noise

@@ -1,0 +1,53 @@
+"""What presses tell of a bench, as a table and as data."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    import models
+
+
+def described(bench: models.Bench, presses: list[str]) -> dict[str, Any]:
+    """Return every number with its prior, value, σ and whether the presses determine it."""
+    from models import BENCH
+
+    rows = zip(BENCH, bench.prior, bench.values, bench.sigma, bench.known, strict=True)
+    held = bench.held_out
+    return {
+        "parameters": [
+            {
+                "name": name,
+                "unit": unit,
+                "prior_sigma": float(prior),
+                "value": float(value),
+                "sigma": float(sigma),
+                "determined": bool(known),
+            }
+            for (name, unit), prior, value, sigma, known in rows
+        ],
+        "discrepancy": bench.discrepancy,
+        "held_out": None
+        if held is None
+        else {"place_mm": held.place, "force_fraction": held.force, "presses": held.count},
+        "doubted": [presses[index] for index in bench.doubted],
+    }
+
+
+def table(said: dict[str, Any]) -> Table:
+    """Draw the table of what `described` gave."""
+    from rich.table import Table
+
+    held = said["held_out"]
+    title = f"bench, in {said['path']}"
+    if held:
+        title += f"; held-out presses {held['place_mm']:.2f} mm, force {held['force_fraction']:.1%}"
+    drawn = Table("number", "unit", "prior σ", "value", "σ", "determined", title=title)
+    for row in said["parameters"]:
+        numbers = (f"{row[name]:.3g}" for name in ("prior_sigma", "value", "sigma"))
+        drawn.add_row(row["name"], row["unit"], *numbers, "yes" if row["determined"] else "no")
+    if said["doubted"]:
+        drawn.caption = f"do not agree with the others: press {', '.join(said['doubted'])}"
+    return drawn

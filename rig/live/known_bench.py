@@ -1,0 +1,35 @@
+"""Image motions of a bench of which more is known, or less, than a scene says."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import fe
+import models
+import synthetic
+from dic import Tiles
+from rig.plates.cached import modal
+
+
+def on_bench(
+    known: models.Bench,
+    plate: fe.Plate,
+    camera: synthetic.AnyCamera,
+    tiles: Tiles,
+    report: Callable[[int, int], None],
+) -> models.ImageMotions:
+    """Prepare the motions of a plate whose bench is `known`, through the camera described.
+
+    What the camera sees otherwise is taken in where it is a pinhole, and its tilts are free.
+    """
+    height, plate_numbers = plate.thickness / 2, len(known.values) - len(models.CAMERA)
+    bench = fe.BenchPlate(modal(plate, report), known.values[:plate_numbers])
+    fields = models.BenchFields(bench)
+    motions = models.prepare_motions(fields, camera, height, tiles, fields, models.with_tilts)
+    if not isinstance(camera, synthetic.Camera):
+        return motions
+    values = known.values[plate_numbers:]
+    seen = models.CameraChange(motions, fields, camera, height).at(values)
+    through = models.BenchFields(bench, seen, values)
+    return replace(motions, modes=through, large=through)
