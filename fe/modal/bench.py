@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 
-from fe.arrays import F64
+from fe.arrays import F64, I64
 from fe.elements.functional import derivative
 from fe.modal.parameters import (
     GRADED,
@@ -31,6 +31,23 @@ _SLOW = 0.2
 
 
 @dataclass(frozen=True, eq=False)
+class Tangent:
+    """Factors of the stiffness of a state.
+
+    Attributes
+    ----------
+    factors : tuple
+        Of SciPy's `lu_factor`.
+    """
+
+    factors: Any
+
+    def solve(self, right: F64) -> F64:
+        """Solve for right-hand sides (n,) or (n, C)."""
+        return np.asarray(lu_solve(self.factors, right, check_finite=False), dtype=np.float64)
+
+
+@dataclass(frozen=True, eq=False)
 class Pressed:
     """A state of the plate under touches, as amplitudes of n functions and U drifts.
 
@@ -45,8 +62,8 @@ class Pressed:
         Of the stresses in the plane.
     converged : bool
         Whether forces are in balance.
-    tangent : tuple
-        Factors of the stiffness somewhere near this state.
+    tangent : Tangent or None
+        Somewhere near this state.
     """
 
     bench: BenchPlate
@@ -54,26 +71,25 @@ class Pressed:
     amplitudes: F64
     stress: F64
     converged: bool
-    tangent: Any
+    tangent: Tangent | None
 
     @property
     def values(self) -> F64:
         """Amplitudes of the n functions and the U drifts, (n + U,)."""
-        pulls, shaped = self._pulls
-        stresses = len(self.stress)
-        part = self.amplitudes[self.bench.taking_part]
-        drift = 0.5 * pulls[stresses:] @ part + shaped[stresses:] @ part
+        pulls, shaped = self.bench.drifting(self.amplitudes)
+        drift = (0.5 * pulls + shaped) @ self.amplitudes[self.bench.taking_part]
         return np.concatenate([self.amplitudes, drift + self.bench.slipping @ self.stress])
 
     @cached_property
-    def _pulls(self) -> tuple[F64, F64]:
-        return self.bench.pulls(self.amplitudes)
+    def along(self) -> F64:
+        """Pull of each stress on each function that stretches, (M, c)."""
+        by_plate, by_shape = self.bench.pulling(self.amplitudes)
+        return by_plate + by_shape
 
     @cached_property
-    def _exact(self) -> tuple[Any, F64]:
+    def exact(self) -> tuple[Tangent, F64]:
         """Factors of the tangent at this very state, and stresses by the functions, (M, c)."""
-        pulls, shaped = self._pulls
-        return self.bench.tangent(self.stress, (pulls + shaped)[: len(self.stress)])
+        return self.bench.tangent(self.stress, self.along)
 
     def jacobian(self) -> F64:
         """Compute derivatives of `values` by x1, y1, F1, x2, …: (n + U, 3T)."""
@@ -82,25 +98,21 @@ class Pressed:
         along_x, along_y = (-force[:, None] * slope for slope in slopes)
         pushes = np.stack([along_x, along_y, -self.bench.at(self.touches)], axis=1)
         loads = pushes.reshape(3 * len(force), -1).T
-        return self._moved(self.bench.released(loads), np.zeros((len(self.stress), len(loads.T))))
+        return self.moved(self.bench.released(loads), np.zeros((len(self.stress), len(loads.T))))
 
     def by_parameters(self) -> F64:
         """Compute derivatives of `values` by the parameters of the bench: (n + U, 30)."""
         return self.bench.by_parameters(self)
 
-    def _moved(self, loads: F64, strains: F64) -> F64:
-        """Compute changes of `values` by loads (n, P) and by stresses that come of themselves (M, P)."""
-        factors, gained = self._exact
-        bench, stresses = self.bench, len(self.stress)
-        pulls, shaped = self._pulls
-        along = (pulls + shaped)[:stresses]
-        loads = loads.copy()
+    def moved(self, loads: F64, strains: F64) -> F64:
+        """Compute changes of `values` by loads (n, P) and by stresses of themselves (M, P)."""
+        (tangent, gained), bench = self.exact, self.bench
         forces = np.zeros_like(loads)
-        forces[bench.taking_part] = along.T @ strains
-        loads -= bench.released(forces)
-        moved = lu_solve(factors, loads, check_finite=False)
+        forces[bench.taking_part] = self.along.T @ strains
+        moved = tangent.solve(loads - bench.released(forces))
         part = moved[bench.taking_part]
-        drift = (pulls + shaped)[stresses:] @ part + bench.slipping @ (gained @ part + strains)
+        pulls, shaped = bench.drifting(self.amplitudes)
+        drift = (pulls + shaped) @ part + bench.slipping @ (gained @ part + strains)
         return np.concatenate([moved, drift])
 
 
@@ -119,11 +131,11 @@ class BenchPlate:
     values: F64
 
     @cached_property
-    def taking_part(self) -> F64:
+    def taking_part(self) -> I64:
         """Indices (c,) of the functions that stretch the plate."""
         total, part = len(self.modal.stiffness), self.modal.tense.shape[1]
-        first = np.arange(part - self.modal.turns)
-        return np.concatenate([first, np.arange(self.modal.count, total)])
+        every = np.arange(total, dtype=np.int64)
+        return np.concatenate([every[: part - self.modal.turns], every[self.modal.count :]])
 
     @cached_property
     def slipping(self) -> F64:
@@ -161,7 +173,7 @@ class BenchPlate:
     @cached_property
     def _stiffening(self) -> F64:
         """Stresses by what stretches, (M, M)."""
-        return np.linalg.inv(self.stretch_compliance)
+        return np.asarray(np.linalg.inv(self.stretch_compliance), dtype=np.float64)
 
     def _compliances(self, kind: slice) -> F64:
         return self.values[kind] + self.modal.described[kind]
@@ -186,25 +198,21 @@ class BenchPlate:
         """
         loads = self.at(touches).T @ -touches[:, 2]
         state = self._near(touches) if start is None else self._moved_on(start, touches)
-        tangent, last = state.tangent, np.inf
-        amplitudes, stress = state.amplitudes, state.stress
-        scale = float(np.linalg.norm(self._scaled(loads))) + 1e-300
-        for step in range(_STEPS):
+        tangent, amplitudes, stress = state.tangent, state.amplitudes, state.stress
+        scale, last, size = self._size(loads) + 1e-300, np.inf, np.inf
+        for _ in range(_STEPS):
             left, stress, along = self._balance(amplitudes, loads)
-            size = float(np.linalg.norm(self._scaled(left))) / scale
+            last, size = size, self._size(left) / scale
             if size <= _BALANCED or not np.isfinite(size):
                 break
             if size > _SLOW * last or tangent is None:
                 tangent = self.tangent(stress, along)[0]
-            last = size
-            amplitudes = amplitudes - lu_solve(tangent, left, check_finite=False)
-            if step == _STEPS - 1:
-                size = np.inf
+            amplitudes = amplitudes - tangent.solve(left)
         return Pressed(self, touches, amplitudes, stress, bool(size <= _BALANCED), tangent)
 
-    def _scaled(self, forces: F64) -> F64:
-        """Put forces into units of the square root of energy, by the stiffness of each function."""
-        return forces / self._roots
+    def _size(self, forces: F64) -> float:
+        """Size of forces, each in units of the root of the stiffness of its function."""
+        return float(np.linalg.norm(forces / self._roots))
 
     @cached_property
     def _roots(self) -> F64:
@@ -213,65 +221,62 @@ class BenchPlate:
     def _near(self, touches: F64) -> Pressed:
         """Linear answer, cut back as much as the stretching demands."""
         loads = self.at(touches).T @ -touches[:, 2]
-        amplitudes = lu_solve(self._at_rest, self.released(loads), check_finite=False)
-        pulls, shaped = self.pulls(amplitudes)
-        part, count = amplitudes[self.taking_part], len(self.stretch_compliance)
-        square, line = 0.5 * pulls[:count] @ part, shaped[:count] @ part
+        amplitudes = self._at_rest.solve(self.released(loads))
+        pulls, shaped = self.pulling(amplitudes)
+        part = amplitudes[self.taking_part]
+        square, line = 0.5 * pulls @ part, shaped @ part
         work, solve = float(loads @ amplitudes), self._stiffening
-        # Least energy along the line t a: work (t - 1) + 2 s² t³ + 3 s l t² + l² t = 0.
-        roots = np.roots(
-            [
-                2.0 * square @ solve @ square,
-                3.0 * square @ solve @ line,
-                work + line @ solve @ line,
-                -work,
-            ]
-        )
+        # Least energy along the line t a: work (t - 1) + 3 s l t² + 2 s² t³ = 0.
+        cubic, squared = 2.0 * square @ solve @ square, 3.0 * square @ solve @ line
+        roots = np.roots(np.array([float(cubic), float(squared), work, -work]))
         real = roots[np.abs(roots.imag) < 1e-9].real
         factor = float(real[np.argmin(np.abs(real - 0.5))]) if len(real) else 1.0
-        return Pressed(self, touches, factor * amplitudes, np.zeros(count), False, None)
+        return Pressed(self, touches, factor * amplitudes, np.zeros(len(pulls)), False, None)
 
     def _moved_on(self, start: Pressed, touches: F64) -> Pressed:
         """State by the derivatives of one near by; by itself where there are other touches."""
         amplitudes, tangent = start.amplitudes, start.tangent
         if start.bench is not self:
             tangent = None
-        elif start.touches.shape == touches.shape and "_exact" in start.__dict__:
+        elif start.touches.shape == touches.shape and "exact" in start.__dict__:
             change = self.at(touches).T @ -touches[:, 2]
             change = change - self.at(start.touches).T @ -start.touches[:, 2]
-            amplitudes = amplitudes + lu_solve(
-                start._exact[0], self.released(change), check_finite=False
-            )
-            tangent = start._exact[0]
+            amplitudes = amplitudes + start.exact[0].solve(self.released(change))
+            tangent = start.exact[0]
         return Pressed(self, touches, amplitudes, start.stress, False, tangent)
 
     @cached_property
-    def _at_rest(self) -> Any:
+    def _at_rest(self) -> Tangent:
         """Factors of the tangent at rest."""
         shaped = self._shaped[: len(self.stretch_compliance)]
         return self.tangent(np.zeros(len(shaped)), shaped)[0]
 
-    def pulls(self, amplitudes: F64) -> tuple[F64, F64]:
-        """Pull of each stress and drift on each function, (M + U, c), by w and by the shape."""
-        products = self.modal.stretching
-        part = amplitudes[self.taking_part]
+    def pulling(self, amplitudes: F64) -> tuple[F64, F64]:
+        """Pull of each stress on each function, two (M, c), by w and by the shape."""
+        return self._products(amplitudes, slice(None, len(self.stretch_compliance)))
+
+    def drifting(self, amplitudes: F64) -> tuple[F64, F64]:
+        """Forms of each drift and each function, two (U, c), by w and by the shape."""
+        return self._products(amplitudes, slice(len(self.stretch_compliance), None))
+
+    def _products(self, amplitudes: F64, rows: slice) -> tuple[F64, F64]:
+        products, part = self.modal.stretching[rows], amplitudes[self.taking_part]
         pulls = (products.reshape(-1, len(part)) @ part).reshape(products.shape[:2])
-        return pulls, self._shaped
+        return pulls, self._shaped[rows]
 
     def _balance(self, amplitudes: F64, loads: F64) -> tuple[F64, F64, F64]:
         """Compute what is out of balance (n,), released; stress (M,) and its pulls (M, c)."""
-        pulls, shaped = self.pulls(amplitudes)
-        part, count = amplitudes[self.taking_part], len(self.stretch_compliance)
-        stress = self._stiffening @ (0.5 * pulls[:count] @ part + shaped[:count] @ part)
-        along = (pulls + shaped)[:count]
+        pulls, shaped = self.pulling(amplitudes)
+        part, along = amplitudes[self.taking_part], pulls + shaped
+        stress = self._stiffening @ ((0.5 * pulls + shaped) @ part)
         forces = self.stiffness @ amplitudes - loads
         forces[self.taking_part] += along.T @ stress
         left = self.released(forces)
         left[self.modal.count :] += amplitudes[self.modal.count :]
         return left, stress, along
 
-    def tangent(self, stress: F64, along: F64) -> tuple[Any, F64]:
-        """Factors of the released tangent stiffness (n, n), and stresses by functions (M, c)."""
+    def tangent(self, stress: F64, along: F64) -> tuple[Tangent, F64]:
+        """Factor the released tangent stiffness (n, n), and stresses by functions (M, c)."""
         count = len(stress)
         products = self.modal.stretching[:count]
         gained = self._stiffening @ along
@@ -281,7 +286,7 @@ class BenchPlate:
         matrix = self.released(matrix)
         turned = np.arange(self.modal.count, len(matrix))
         matrix[turned, turned] += 1.0
-        return lu_factor(matrix, overwrite_a=True, check_finite=False), gained
+        return Tangent(lu_factor(matrix, overwrite_a=True, check_finite=False)), gained
 
     def _add(self, matrix: F64, part: F64) -> None:
         """Add a product of the functions that stretch to one of all."""
@@ -292,8 +297,7 @@ class BenchPlate:
         modal, a, stress = self.modal, state.amplitudes, state.stress
         count, names = len(stress), len(NAMES)
         part = a[self.taking_part]
-        pulls, shaped = state._pulls
-        along = (pulls + shaped)[:count]
+        along = state.along
         loads = np.zeros((len(a), names))  # change of the forces that the plate holds against
         strains = np.zeros((count, names))  # change of what stretches, at the same deflection
         drifts = np.zeros((len(modal.slipping[0]), names))
@@ -316,6 +320,6 @@ class BenchPlate:
         forces = self.stiffness @ a - self.at(state.touches).T @ -state.touches[:, 2]
         forces[self.taking_part] += along.T @ stress
         left[modal.count :, ROTATION] -= (modal.turning @ forces[modal.count :]).T
-        moved = state._moved(left, self._stiffening @ strains)
+        moved = state.moved(left, self._stiffening @ strains)
         moved[len(a) :] += drifts
         return moved

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from fe.arrays import F64
+from fe.arrays import F64, I64
 from fe.elements.functional import derivative
 from fe.elements.gauss import Gauss, dense
 from fe.elements.mesh import Mesh, grid
@@ -182,11 +182,11 @@ def modal_plate(plate: Plate, count: int = _MODES, mesh: Mesh | None = None) -> 
     )
 
 
-def _taking_part(functions: Transverse) -> F64:
+def _taking_part(functions: Transverse) -> I64:
     """Return indices of the functions that stretch the plate."""
     total = functions.values.shape[2]
-    first = np.arange(min(_STRETCHING, functions.count))
-    return np.concatenate([first, np.arange(functions.count, total)])
+    every = np.arange(total, dtype=np.int64)
+    return np.concatenate([every[: min(_STRETCHING, functions.count)], every[functions.count :]])
 
 
 def _shapes(plate: Plate, mesh: Mesh) -> F64:
@@ -205,8 +205,8 @@ def _rising(gauss: Gauss) -> F64:
     x, y = (
         2.0 * axis.places / (axis.places[0] + axis.places[-1]) - 1.0 for axis in (gauss.x, gauss.y)
     )
-    one = np.ones_like
-    return np.stack([np.outer(x, one(y)), np.outer(one(x), y), np.outer(x, y)])
+    even_x, even_y = np.ones(len(x)), np.ones(len(y))
+    return np.stack([np.multiply.outer(a, b) for a, b in ((x, even_y), (even_x, y), (x, y))])
 
 
 def _graded(functions: Transverse, gauss: Gauss, rising: F64) -> F64:

@@ -137,12 +137,12 @@ def held_polynomials(line: Line, ends: tuple[Edge, Edge], count: int) -> F64:
 def _compliance(line: Line, waves: F64) -> F64:
     """Turn of each wave by a unit moment on each, (2, waves, waves): even, and rising along s."""
     even, rising = (waves.T @ (gram @ waves) for gram in (moments(line, 0), moments(line, 1)))
-    inverse = np.linalg.inv(even)
+    inverse = np.asarray(np.linalg.inv(even), dtype=np.float64)
     return np.stack([inverse, inverse @ rising @ inverse])
 
 
 def moments(line: Line, power: int) -> F64:
-    """Integrals ∫ sᵖ f g of the functions of a line, s from -1 to 1 along it: (2 n + 2, 2 n + 2)."""
+    """Integrals ∫ sᵖ f g of functions of a line, s from -1 to 1 along it: (2 n + 2, 2 n + 2)."""
     t, weight = np.polynomial.legendre.leggauss(5)
     lengths = np.diff(line.nodes)[:, None]
     places = (line.nodes[:-1, None] + 0.5 * lengths * (t + 1.0)).ravel()
@@ -159,6 +159,6 @@ def _bending(held: Plate, mesh: Mesh, turned: F64) -> F64:
 
 
 def mass(mesh: Mesh, values: F64) -> F64:
-    """Loads ∫ f u dA for every f, of functions u: (2 nx + 2, 2 ny + 2, C) both."""
+    """Compute loads ∫ f u dA for every f, of functions u: (2 nx + 2, 2 ny + 2, C) both."""
     along_x, along_y = (hermite_gram(line, 0, 0).toarray() for line in mesh.lines)
     return along_y @ np.tensordot(along_x, values, 1)

@@ -113,7 +113,7 @@ def bench_before(plate: fe.Plate, **sigma: float) -> Bench:
 
 
 def prior_sigma(plate: fe.Plate) -> F64:
-    """Return standard deviations (39,) of a bench that was built with care and measured with a ruler.
+    """Return standard deviations (39,) of a bench built with care and measured with a ruler.
 
     Compliances are in parts of the plate's own, tension is that of half a kelvin of PVC.
     """

@@ -181,7 +181,7 @@ def _factors(problem: _Problem, on: BenchForward, bench: Bench, state: _State) -
         own = bench.discrepancy**2 * own_error(seen, touch[None])
         left = seen.whitening @ before
         scattered = press.noise**2 * np.eye(len(own)) + own + MEMORY**2 * np.outer(left, left)
-        factors.append(np.linalg.cholesky(scattered))
+        factors.append(np.asarray(np.linalg.cholesky(scattered), dtype=np.float64))
         before = on.fields.seen_of(seen.state(touch[None]))
     return factors
 
@@ -286,7 +286,8 @@ def _reduced(
     ):
         towards = term.towards_own + (press.touch - touch) / sigma**2
         own = term.own + np.diag(sigma**-2.0)
-        inverse = np.linalg.inv(own + damping * np.diag(np.diag(own)))
+        damped = own + damping * np.diag(np.diag(own))
+        inverse = np.asarray(np.linalg.inv(damped), dtype=np.float64)
         along = term.mixed @ inverse
         normal += term.bench - along @ term.mixed.T
         slope += term.towards - along @ towards

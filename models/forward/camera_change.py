@@ -82,7 +82,7 @@ class CameraChange:
         known = self.motions.fields
         camera = self.motions.tile_basis().reshape(-1, self.motions.basis.shape[1])[:, known:]
         basis = np.concatenate([self._motion(np.zeros(len(_STEPS))), camera], axis=1)
-        return np.linalg.pinv(basis)[:known]
+        return np.asarray(np.linalg.pinv(basis)[:known], dtype=np.float64)
 
     def _motion(self, values: F64) -> F64:
         """Motion of the middles of tiles by each field, smooth, (2T, K) px."""

@@ -264,7 +264,7 @@ def _drifts_seen(
 
 
 def _nearer(
-    modes: fe.Modes, camera: synthetic.AnyCamera, height: float, px: NDArray, skirt: float
+    modes: Deflections, camera: synthetic.AnyCamera, height: float, px: NDArray, skirt: float
 ) -> NDArray[np.float64]:
     """Fraction of its distance by which every mode brings the plate nearer at pixels, (N, K)."""
     nearer = np.zeros((len(px), modes.count))
