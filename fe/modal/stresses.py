@@ -26,7 +26,7 @@ _STRESSES, _DRIFTS = 90, 36
 # Compliance of the edges to learn from, in parts of that of the plate across: many times, and some,
 # of what a clamp has.
 _COMPLIANCES = (0.3, 0.1)
-_PRESSED = (6, 4)  # places to learn from, along the longer side and the other
+_PRESSED = (6, 3)  # places to learn from, along the longer side and the other
 _MIXED = 2  # mixtures of shapes under each of them
 
 
@@ -84,11 +84,10 @@ def _pressed(functions: Transverse) -> tuple[F64, F64]:
 
 
 def _stretching(rigid: Membrane, touched: F64, turned: F64, shapes: F64) -> F64:
-    """Strains (3, gx, gy, C) of deflections alone, each with the next, and over mixed shapes."""
-    slopes = rigid.gauss.slopes(np.concatenate([touched, turned], axis=2))
-    following = np.roll(slopes[0], 1, axis=2), np.roll(slopes[1], 1, axis=2)
-    parts = [stretch(slopes, slopes), stretch(slopes, following)]
-    pressed = rigid.gauss.slopes(touched)
+    """Strains (3, gx, gy, C) of deflections, touches with the next and over mixed shapes."""
+    pressed, turning = rigid.gauss.slopes(touched), rigid.gauss.slopes(turned)
+    following = np.roll(pressed[0], 1, axis=2), np.roll(pressed[1], 1, axis=2)
+    parts = [stretch(pressed, pressed), stretch(pressed, following), stretch(turning, turning)]
     mixtures = np.random.default_rng(0).standard_normal(
         (_MIXED, shapes.shape[2], len(pressed[0].T))
     )

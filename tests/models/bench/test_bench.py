@@ -1,0 +1,147 @@
+"""What is known of a bench: before presses, from them, and in the σ of a touch.
+
+The plate is the modal plate itself here, so that bias and scatter are those of the inference; the
+slow tests press another plate and look at its images.
+"""
+
+import numpy as np
+import pytest
+
+import fe
+import models
+
+PLATE = fe.Plate((150.0, 110.0), 1.0, 3000.0, 0.38)
+NAMES = [name for name, _ in models.BENCH]
+NOISE = 2e-3  # of an amplitude, mm²
+PLACES = [(x, y) for x in (35.0, 75.0, 115.0) for y in (30.0, 55.0, 80.0)]
+
+
+@pytest.fixture(scope="module")
+def forward():
+    modal = fe.modal_plate(PLATE, 50, fe.grid(PLATE, 20))
+    fields = models.BenchFields(fe.BenchPlate(modal, fe.bench_values()))
+    count = fields.count + fields.drifts
+    return models.BenchForward(fields, np.eye(count) / NOISE)
+
+
+@pytest.fixture(scope="module")
+def true():
+    """Numbers of a bench drawn from its prior, edges that only give."""
+    prior = models.prior_sigma(PLATE)[: len(fe.BENCH_PARAMETERS)]
+    drawn = np.random.default_rng(4).normal(0.0, prior)
+    giving = [name.startswith(("rotation", "membrane")) for name, _ in fe.BENCH_PARAMETERS]
+    drawn[giving] = np.abs(drawn[giving])
+    return np.concatenate([drawn, np.zeros(len(models.CAMERA))])
+
+
+def measure(forward, true, touches, rng):
+    values = forward.on(true, None).read(np.asarray(touches, dtype=float))[0]
+    return values + rng.standard_normal(len(values))
+
+
+def presses(forward, true, places=PLACES, sigma=(0.1, 0.1, 0.01), seed=1):
+    rng = np.random.default_rng(seed)
+    made = []
+    for x, y in places:
+        touch = np.array([x, y, rng.uniform(1.0, 4.0)])
+        label = touch + rng.normal(0.0, sigma)
+        made.append(models.Press(measure(forward, true, [touch], rng), label, np.array(sigma)))
+    return made
+
+
+@pytest.fixture(scope="module")
+def identified(forward, true):
+    return models.identify(forward, presses(forward, true), models.bench_before(PLATE))
+
+
+def test_numbers_are_found_within_their_sigma(identified, true):
+    plate = slice(len(fe.BENCH_PARAMETERS))
+    off = (identified.values - true)[plate] / identified.sigma[plate]
+    assert np.sqrt(np.mean(off**2)) < 1.5
+    assert np.abs(off).max() < 4.0
+
+
+def test_presses_determine_some_numbers_and_name_the_others(identified):
+    assert {"young", "sag"} <= set(NAMES) - set(identified.undetermined)
+    assert set(models.BENCH[30:][k][0] for k in range(9)) <= set(identified.undetermined)
+    assert (identified.sigma <= identified.prior * (1 + 1e-9)).all()
+
+
+def test_held_out_presses_are_found_to_their_labels(identified):
+    assert identified.held_out.count == len(PLACES)
+    assert identified.held_out.place < 0.6
+    assert identified.held_out.force < 0.03
+
+
+def test_a_mislabelled_press_is_doubted(forward, true, identified):
+    given = presses(forward, true)
+    given[4] = models.Press(given[4].measured, given[4].touch + [30.0, 0.0, 0.0], given[4].sigma)
+    found = models.identify(forward, given, models.bench_before(PLATE))
+    assert found.doubted == (4,)
+    off = (found.values - true)[:2] / found.sigma[:2]
+    assert np.abs(off).max() < 5.0
+
+
+def test_places_need_not_be_known(forward, true):
+    given = [
+        models.Press(one.measured, one.touch + [3.0, -2.0, 0.0], np.array([np.inf, np.inf, 0.02]))
+        for one in presses(forward, true)
+    ]
+    found = models.identify(forward, given, models.bench_before(PLATE))
+    assert found.held_out is None
+    # Stiffness is what all forces share.
+    stiffness = found.values[0] + 3 * found.values[1]
+    assert abs(stiffness - (true[0] + 3 * true[1])) < 0.08
+
+
+def test_touches_on_an_unknown_bench_scatter_as_stated(forward):
+    prior = models.bench_before(PLATE)
+    estimator = models.Estimator(forward, bench=prior, max_touches=3)
+    rng, squares, counts = np.random.default_rng(7), [], []
+    for _ in range(12):
+        touch = np.array([rng.uniform(25, 125), rng.uniform(25, 85), rng.uniform(1, 3)])
+        bench = rng.normal(0.0, 0.5 * prior.prior)
+        bench[14:30] = np.abs(bench[14:30])
+        bench[30:] = 0.0
+        estimate = estimator.fit_whitened(measure(forward, bench, [touch], rng))
+        counts.append(estimate.count)
+        if estimate.count == 1:
+            off = np.append(estimate.xy[0] - touch[:2], estimate.force[0] - touch[2])
+            squares.append(off @ np.linalg.solve(estimate.covariance, off) / 3)
+    assert counts.count(1) >= 11
+    assert np.mean(squares) < 2.0
+
+
+def test_nothing_on_an_unknown_bench_is_no_touch(forward):
+    estimator = models.Estimator(forward, bench=models.bench_before(PLATE))
+    noise = np.random.default_rng(3).standard_normal(len(forward.whitening))
+    assert estimator.fit_whitened(noise).result is models.Result.NO_TOUCH
+
+
+def test_a_bench_known_exactly_changes_nothing(forward):
+    exact = models.bench_before(PLATE, **dict.fromkeys(NAMES, 0.0))
+    known = models.Bench(exact.values, exact.covariance, 0.0, exact.prior)
+    touch = [(60.0, 40.0, 2.0)]
+    measured = measure(forward, exact.values, touch, np.random.default_rng(5))
+    with_bench = models.Estimator(forward, bench=known, max_touches=2).fit_whitened(measured)
+    without = models.Estimator(forward, max_touches=2).fit_whitened(measured)
+    assert np.allclose(with_bench.xy, without.xy, atol=1e-3)
+    assert np.allclose(with_bench.covariance, without.covariance, rtol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("sigma", "says"),
+    [({"sagging": 1.0}, "no bench has a 'sagging'"), ({"sag": -1.0}, "sigma of sag must be 0")],
+)
+def test_priors_that_make_no_sense_are_refused(sigma, says):
+    with pytest.raises(ValueError, match=says):
+        models.bench_before(PLATE, **sigma)
+
+
+def test_presses_that_make_no_sense_are_refused(forward):
+    with pytest.raises(ValueError, match="a bench needs presses, got none"):
+        models.identify(forward, [], models.bench_before(PLATE))
+    with pytest.raises(ValueError, match="finite start and positive σ"):
+        models.Press(np.zeros(3), np.array([1.0, 2.0, np.nan]), np.ones(3))
+    with pytest.raises(ValueError, match="noise of a press must lie in 0 to 1"):
+        models.Press(np.zeros(3), np.ones(3), np.ones(3), noise=2.0)
