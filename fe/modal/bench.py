@@ -219,7 +219,7 @@ class BenchPlate:
         return np.sqrt(np.abs(np.diag(self.modal.stiffness)))
 
     def _near(self, touches: F64) -> Pressed:
-        """Linear answer, cut back as much as the stretching demands."""
+        """Linear solution, cut back as much as the stretching demands."""
         loads = self.at(touches).T @ -touches[:, 2]
         amplitudes = self._at_rest.solve(self.released(loads))
         pulls, shaped = self.pulling(amplitudes)

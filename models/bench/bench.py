@@ -54,7 +54,7 @@ class Bench:
         Standard deviations before any press.
     held_out : HeldOut, optional
         None before presses.
-    doubted : tuple of int
+    outliers : tuple of int
         Presses whose place or force does not agree with the others.
     """
 
@@ -63,7 +63,7 @@ class Bench:
     discrepancy: float
     prior: F64
     held_out: HeldOut | None = None
-    doubted: tuple[int, ...] = field(default=())
+    outliers: tuple[int, ...] = field(default=())
 
     @property
     def sigma(self) -> F64:

@@ -29,7 +29,7 @@ _TURNS = 3
 _STEPS = 12
 _SETTLED = 0.02  # fall of χ² below which a turn has ended
 _DISCREPANCIES = np.geomspace(2e-4, 5e-2, 25)
-_DOUBT = 4.0  # standard deviations by which a press may miss its place or force
+_OUTLIER = 4.0  # standard deviations by which a press may miss its place or force
 _PLATE = len(NAMES) - 9
 
 
@@ -90,7 +90,7 @@ class _Problem:
     scales: F64
     look: CameraChange | None
     size: F64  # (2,) of the plate
-    sigmas: F64  # (N, 3) of the labels, wider where they are doubted
+    sigmas: F64  # (N, 3) of the labels, wider for outliers
     factors: list[F64] = field(default_factory=list[F64])
 
 
@@ -143,7 +143,7 @@ def identify(
         state, terms = _descend(problem, on, state)
         on = on.on(state.values, on.fields.seen) if look is None else _on(on, state.values, look)
         bench = replace(bench, discrepancy=_discrepancy(problem, on, state))
-        problem = replace(problem, sigmas=_doubted(problem, terms, state))
+        problem = replace(problem, sigmas=_widened(problem, terms, state))
         if progress is not None:
             progress(turn + 1, _TURNS)
     return _described(problem, bench, state, terms)
@@ -312,7 +312,7 @@ def _discrepancy(problem: _Problem, on: BenchForward, state: _State) -> float:
     return float(_DISCREPANCIES[np.argmax(likelihood)])
 
 
-def _doubted(problem: _Problem, terms: list[_Term], state: _State) -> F64:
+def _widened(problem: _Problem, terms: list[_Term], state: _State) -> F64:
     """Widen the σ of places and forces that what was measured contradicts, (N, 3)."""
     sigmas = np.array([press.sigma for press in problem.presses])
     for i, (term, touch, press) in enumerate(
@@ -323,7 +323,7 @@ def _doubted(problem: _Problem, terms: list[_Term], state: _State) -> F64:
         for part in (slice(0, 2), slice(2, 3)):
             expected = np.sqrt(np.diag(spread)[part] + sigmas[i, part] ** 2)
             far = float(np.max(np.abs(off[part]) / expected))
-            sigmas[i, part] *= max(1.0, far / _DOUBT) ** 2
+            sigmas[i, part] *= max(1.0, far / _OUTLIER) ** 2
     return sigmas
 
 
@@ -335,13 +335,13 @@ def _described(problem: _Problem, bench: Bench, state: _State, terms: list[_Term
     covariance[index] = covariance[:, index] = 0.0
     covariance[np.ix_(index, index)] = found
     given = np.array([press.sigma for press in problem.presses])
-    doubted = np.flatnonzero((problem.sigmas > given).any(axis=1))
+    outliers = np.flatnonzero((problem.sigmas > given).any(axis=1))
     return replace(
         bench,
         values=state.values,
         covariance=covariance,
         held_out=_held_out(problem, state, terms),
-        doubted=tuple(int(i) for i in doubted),
+        outliers=tuple(int(i) for i in outliers),
     )
 
 

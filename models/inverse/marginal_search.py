@@ -1,4 +1,4 @@
-"""Touches where the bench is known only so well: found one by one, each in the doubt of the last.
+"""Touches where the bench is not known exactly: found one by one, each in the scatter of the last.
 
 What is not known of a bench grows with the touches themselves. So the measurement is whitened
 anew, about the touches found so far, before it is asked for one more.
@@ -57,13 +57,13 @@ def find_on_bench(
     estimate = _nothing(measured)
     for _ in range(_ROUNDS + limit):
         there = marginal(forward, bench, about)
-        most = min(len(touches) + 1, limit)
+        room = min(len(touches) + 1, limit)
         estimate = find(
             there.whitening @ measured,
             replace(candidates, forward=there, response=candidates.response @ there.whitening.T),
             start=touches,
-            count=None if count is None else most,
-            max_touches=most,
+            count=None if count is None else room,
+            max_touches=room,
             prior=prior,
             solver=solver,
             sure=_SURE,

@@ -32,7 +32,7 @@ def described(bench: models.Bench, presses: list[str]) -> dict[str, Any]:
         "held_out": None
         if held is None
         else {"place_mm": held.place, "force_fraction": held.force, "presses": held.count},
-        "doubted": [presses[index] for index in bench.doubted],
+        "outliers": [presses[index] for index in bench.outliers],
     }
 
 
@@ -48,6 +48,6 @@ def table(said: dict[str, Any]) -> Table:
     for row in said["parameters"]:
         numbers = (f"{row[name]:.3g}" for name in ("prior_sigma", "value", "sigma"))
         drawn.add_row(row["name"], row["unit"], *numbers, "yes" if row["determined"] else "no")
-    if said["doubted"]:
-        drawn.caption = f"do not agree with the others: press {', '.join(said['doubted'])}"
+    if said["outliers"]:
+        drawn.caption = f"do not agree with the others: press {', '.join(said['outliers'])}"
     return drawn

@@ -137,7 +137,7 @@ def test_a_state_near_by_leads_to_the_same_one(modal):
     bench = fe.BenchPlate(modal, UNEVEN)
     near = bench.press(TOUCHES)
     near.jacobian()
-    moved = TOUCHES + [0.4, -0.3, 0.2]
+    moved = TOUCHES + np.array([0.4, -0.3, 0.2])
     assert np.allclose(bench.press(moved, near).values, bench.press(moved).values, rtol=1e-6)
 
 

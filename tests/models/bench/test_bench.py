@@ -73,18 +73,22 @@ def test_held_out_presses_are_found_to_their_labels(identified):
     assert identified.held_out.force < 0.03
 
 
-def test_a_mislabelled_press_is_doubted(forward, true, identified):
+def test_a_mislabelled_press_is_widened(forward, true, identified):
     given = presses(forward, true)
-    given[4] = models.Press(given[4].measured, given[4].touch + [30.0, 0.0, 0.0], given[4].sigma)
+    given[4] = models.Press(
+        given[4].measured, given[4].touch + np.array([30.0, 0.0, 0.0]), given[4].sigma
+    )
     found = models.identify(forward, given, models.bench_before(PLATE))
-    assert found.doubted == (4,)
+    assert found.outliers == (4,)
     off = (found.values - true)[:2] / found.sigma[:2]
     assert np.abs(off).max() < 5.0
 
 
 def test_places_need_not_be_known(forward, true):
     given = [
-        models.Press(one.measured, one.touch + [3.0, -2.0, 0.0], np.array([np.inf, np.inf, 0.02]))
+        models.Press(
+            one.measured, one.touch + np.array([3.0, -2.0, 0.0]), np.array([np.inf, np.inf, 0.02])
+        )
         for one in presses(forward, true)
     ]
     found = models.identify(forward, given, models.bench_before(PLATE))
