@@ -10,7 +10,7 @@ import os
 import shutil
 import subprocess
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -55,7 +55,11 @@ def clamped(xy: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class Fields:
-    """Displacement (N, 3), mm, and strain exx, eyy, exy (N, 3) at nodes xyz (N, 3), mm."""
+    """Displacement (N, 3), mm, and strain exx, eyy, exy (N, 3) at nodes xyz (N, 3), mm.
+
+    Of a plate with a shape the nodes are named by their foot on the plane and their height over
+    the middle surface.
+    """
 
     xyz: NDArray[np.float64]
     displacement: NDArray[np.float64]
@@ -104,10 +108,13 @@ def deck(
     material: str,
     edge: Held,
     nonlinear: bool,
+    expansion: float,
 ) -> str:
-    """Return the input of CalculiX: one step a load, each from the flat plate."""
+    """Return the input of CalculiX: one step a load, each from the plate at rest."""
     grid = Grid(plate.size, counts)
-    nodes = [f"{k}, {x}, {y}, 0" for k, (x, y) in enumerate(grid.xy, 1)]
+    height = np.zeros(len(grid.xy)) if plate.shape is None else plate.shape.at(plate.size, grid.xy)
+    places = np.column_stack([grid.xy, height])
+    nodes = [f"{k}, {x}, {y}, {z:.9f}" for k, (x, y, z) in enumerate(places.tolist(), 1)]
     numbered = enumerate(grid.elements + 1, 1)
     elements = [", ".join(map(str, (k, *corners))) for k, corners in numbered]
     held = [
@@ -117,10 +124,17 @@ def deck(
     ]
     lines = ["*NODE, NSET=ALL", *nodes, "*ELEMENT, TYPE=S8R, ELSET=PLATE", *elements]
     lines += ["*MATERIAL, NAME=SHEET", *MATERIALS[material](plate)]
+    warm: list[str] = []
+    if expansion:
+        # So much for one degree, from none to one.
+        lines += ["*EXPANSION, ZERO=0", f"{expansion}"]
+        warm = ["*TEMPERATURE", "ALL, 1"]
     lines += ["*SHELL SECTION, ELSET=PLATE, MATERIAL=SHEET", f"{plate.thickness}"]
+    if expansion:
+        lines += ["*INITIAL CONDITIONS, TYPE=TEMPERATURE", "ALL, 0"]
     for touches in loads:
         lines += ["*STEP, NLGEOM" if nonlinear else "*STEP", "*STATIC, SOLVER=SPOOLES"]
-        lines += ["*BOUNDARY", *held, "*CLOAD, OP=NEW"]
+        lines += ["*BOUNDARY", *held, *warm, "*CLOAD, OP=NEW"]
         lines += [f"{grid.node(t.x, t.y) + 1}, 3, {-t.force}" for t in touches]
         lines += ["*NODE FILE, OUTPUT=3D, FREQUENCY=9999", "U"]
         lines += ["*EL FILE, OUTPUT=3D, FREQUENCY=9999", "E", "*END STEP"]
@@ -171,8 +185,12 @@ def solve(
     material: str = "thin",
     edge: Held = clamped,
     nonlinear: bool = False,
+    expansion: float = 0.0,
 ) -> list[Fields]:
     """Solve a plate with CalculiX in a folder; return the fields of each load.
+
+    Its shape is that of the plate. Its tension is not: the plate expands by a part `expansion` of
+    its length as it grows warmer than its frame, in a nonlinear step.
 
     Raises
     ------
@@ -182,7 +200,7 @@ def solve(
     path = program()
     if path is None:
         raise OSError("CalculiX is not installed; `make system-deps` installs it")
-    text = deck(plate, counts, loads, material, edge, nonlinear)
+    text = deck(plate, counts, loads, material, edge, nonlinear, expansion)
     (folder / "plate.inp").write_text(text, encoding="ascii")
     ended = subprocess.run(
         [path, "plate"],
@@ -195,4 +213,14 @@ def solve(
     fields = read(folder / "plate.frd") if "Job finished" in ended.stdout else []
     if len(fields) != len(loads):
         raise OSError(f"CalculiX did not finish: {ended.stdout[-400:]}{ended.stderr[-400:]}")
-    return fields
+    return [replace(each, xyz=flattened(plate, each.xyz)) for each in fields]
+
+
+def flattened(plate: fe.Plate, xyz: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Foot x, y and height over the middle surface of nodes (N, 3) mm along its normals."""
+    if plate.shape is None:
+        return xyz
+    xy, z = xyz[:, :2], xyz[:, 2] - plate.shape.at(plate.size, xyz[:, :2])
+    slope = np.stack([plate.shape.at(plate.size, xy, p, 1 - p) for p in (1, 0)], axis=1)
+    foot = xy + z[:, None] * slope
+    return np.column_stack([foot, xyz[:, 2] - plate.shape.at(plate.size, foot)])
