@@ -1,12 +1,13 @@
 """The plate in its own plane: Hooke's law, free and held edges, and springs against a bar."""
 
 import dataclasses
-from math import inf
+from math import inf, log
 
 import numpy as np
 import pytest
 
 import fe
+from fe.elements.functional import derivative
 from fe.linear.membrane import Membrane
 from fe.reduced.large_state import middle_strain
 
@@ -70,3 +71,25 @@ def test_strain_of_the_middle_follows_from_its_stress_by_hookes_law():
     truth = np.array([exx, eyy, exy]) / (E * H)
     found = middle_strain(PLATE, mesh, stress, xy)[:, :, 0]
     np.testing.assert_allclose(found, [truth, truth], rtol=1e-9)
+
+
+@pytest.mark.parametrize("taper", [0.5, -0.8])
+def test_a_stiff_plate_on_uneven_springs_moves_as_a_body(taper):
+    """Pulled along x by 1 N at a height y it moves by α + β y, held along the west edge."""
+    k, (a, b), y = 20.0, PLATE.size, 42.0
+    west = fe.Elastic(inf, inf, membrane=k, taper=(0.0, 0.0, taper))
+    edges = fe.Edges(west, fe.Free(), fe.Free(), fe.Free())
+    stone = dataclasses.replace(PLATE, young=1e9, edges=edges)
+    membrane = Membrane(stone, fe.Mesh(PLATE.size, (8, 6)))
+    loads = np.zeros((2, *membrane.mesh.shape, 1))
+    at, one = np.array([[a, y]]), np.ones(1)
+    derivative(membrane.mesh, at).add_to(loads[0], one, np.zeros(1, dtype=int))
+    moved = derivative(membrane.mesh, at).of(membrane.solve(loads)[0])[0, 0]
+    # ∫ k yⁿ / (1 + taper s) dy with y = b (1 + s) / 2, from those of sⁿ.
+    zero = log((1 + taper) / (1 - taper)) / taper
+    first = (2 - zero) / taper
+    second = -first / taper
+    moments = [zero, zero + first, zero + 2 * first + second]
+    held = [k * b / 2 * (b / 2) ** n * moment for n, moment in enumerate(moments)]
+    alpha, beta = np.linalg.solve([held[:2], held[1:]], [1.0, y])
+    assert moved == pytest.approx(alpha + beta * y, rel=1e-4)
