@@ -15,7 +15,7 @@ from fe.plate.checks import array, number, short
 class Shape:
     """Height of the middle surface at rest, before any touch, over the plane z = 0.
 
-    w0 = sag sin²(πx/a) sin²(πy/b) + Σ modes[i][j] P_i(2x/a - 1) P_j(2y/b - 1), with Legendre's
+    w0 = sag sin²(πx/a) sin²(πy/b) + Σ c_ij P_i(2x/a - 1) P_j(2y/b - 1), with Legendre's
     polynomials P. The first is the bow of a plate whose clamped edges lie in one plane; products
     of P of degree 2 and more bow and warp the edges as well, those of degree 1 tilt the plate.
 
@@ -24,7 +24,7 @@ class Shape:
     sag : float
         Height in the middle of the plate, mm along +z, out of the touched face.
     modes : tuple of tuple of float
-        Coefficients, row i along x and column j along y, mm along +z.
+        Coefficients c_ij, row i along x and column j along y, mm along +z.
 
     Raises
     ------
@@ -41,7 +41,7 @@ class Shape:
         if table.size and table.ndim != 2:
             raise ValueError(
                 f"modes of a shape must be rows of coefficients in mm, got {short(self.modes)}; "
-                "give modes[i][j] of P_i along x and P_j along y"
+                "give one row for each polynomial along x"
             )
         if not (isfinite(sag) and np.isfinite(table).all()):
             raise ValueError(
