@@ -13,7 +13,7 @@ HISTORY = (
     "CHANGELOG.md",
     "docs/decisions",
     "rig/scene/renamed.py",  # keys of older releases
-    "tests/rig/test_renamed_keys.py",
+    "tests/rig/scene/test_renamed_keys.py",
     "tests/test_vocabulary.py",
 )
 

@@ -90,7 +90,7 @@ def whole_frames(arrays: Mapping[str, h5py.Dataset], size: int) -> int:
 def _lies_within(array: h5py.Dataset, index: int, size: int) -> bool:
     """Whether the chunk of a frame is there."""
     try:
-        first = (index, *[0] * (cast(int, array.ndim) - 1))
+        first = (index, *[0] * (array.ndim - 1))
         chunk = cast(Any, array.id).get_chunk_info_by_coord(first)
     except (OSError, RuntimeError, ValueError):  # what says where it lies is itself cut off
         return False

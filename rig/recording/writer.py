@@ -8,7 +8,7 @@ import zlib
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -71,7 +71,7 @@ class Writer:
                 self._flush()
             array.resize(self.frames + 1, axis=0)
             if name in IMAGES:
-                start = (self.frames, *[0] * (cast(int, array.ndim) - 1))
+                start = (self.frames, *[0] * (array.ndim - 1))
                 array.id.write_direct_chunk(start, _deflate(rows[name]))
             else:
                 array[self.frames] = rows[name]

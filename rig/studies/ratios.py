@@ -62,7 +62,9 @@ def solver() -> Iterator[Figure]:
     forward = models.gauge_forward(INFLUENCE, STRAIN_NOISE)
     search = models.prepare_candidates(forward)
     for count in (1, 4):
-        rng, spent, errors = np.random.default_rng(count), ([], []), ([], [])
+        rng = np.random.default_rng(count)
+        spent: tuple[list[float], list[float]] = ([], [])
+        errors: tuple[list[float], list[float]] = ([], [])
         for scene in range(SCENES):
             touches = draw(rng, count)
             exact = forward.read(touches)[0]
@@ -73,7 +75,8 @@ def solver() -> Iterator[Figure]:
                 found = solve(white, start, search)
                 if scene >= 5:
                     spent[k].append(time.perf_counter() - began)
-                    errors[k].append(np.linalg.norm(found[:, :2] - touches[:, :2], axis=1).max())
+                    off = np.linalg.norm(found[:, :2] - touches[:, :2], axis=1)
+                    errors[k].append(float(off.max()))
         mine, theirs = (float(np.median(part)) for part in spent)
         off, other = (float(np.median(part)) for part in errors)
         name = f"{count} touches tracked, 72 gauges: scipy.optimize.least_squares"

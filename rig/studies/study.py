@@ -89,7 +89,7 @@ def cpu_seconds(work: Callable[[], object], times: int = 1) -> float:
 
 def cpu_times(work: Callable[[], object], times: int) -> list[float]:
     """CPU time of each of some runs, s."""
-    taken = []
+    taken: list[float] = []
     for _ in range(times):
         began = time.process_time()
         work()

@@ -95,7 +95,7 @@ def calibrate(scene: Path, room: Room, camera: Emulation) -> Iterator[Figure]:
 def follow(
     scene: Path, room: Room, camera: Emulation, listener: Listener, seconds: float
 ) -> Iterator[Figure]:
-    """Run the app while the tour of touches goes round, and tell the figures."""
+    """Run the app while the tour of touches goes round, and yield the figures."""
     app = touchplate(camera, "run", scene, "--json")
     listener.start()
     while not listener.heard:
@@ -104,7 +104,8 @@ def follow(
         time.sleep(0.1)
     time.sleep(2.0)
     room.begin(script.tour((254.0, 254.0)), script.TOUR_LENGTH)
-    begun, memory = time.monotonic(), []
+    begun = time.monotonic()
+    memory: list[tuple[float, int]] = []
     room.late = 0
     while time.monotonic() - begun < seconds and app.poll() is None:
         memory.append((time.monotonic() - begun, resident(app.pid)))
@@ -126,7 +127,7 @@ def follow(
 
 
 def of_the_marks(room: Room, listener: Listener, begun: float, seconds: float) -> Iterator[Figure]:
-    """Tell where marks were lit."""
+    """Yield where marks were lit."""
     frames = [one for one in room.seen if begun + 2 < one[0] < begun + seconds]
     phases = by_phase(frames)
     every = np.concatenate([np.array(gaps) for gaps in phases.values()])
@@ -138,7 +139,7 @@ def of_the_marks(room: Room, listener: Listener, begun: float, seconds: float) -
 
 
 def of_the_app(figures: dict[str, Any], listener: Listener, begun: float) -> Iterator[Figure]:
-    """Tell how fast the app was."""
+    """Yield how fast the app was."""
     ages = np.array([came - said["captured"] for came, said in listener.heard if came > begun])
     rate = figures["fps"], "frames/s", at_least(30.0)
     yield from line(TABLE, "rate", measured=rate, dropped=(figures["dropped"], "frames"))
@@ -156,7 +157,8 @@ def of_the_app(figures: dict[str, Any], listener: Listener, begun: float) -> Ite
 
 def by_phase(frames: list[Exposed]) -> dict[str, list[float]]:
     """Distances of marks from touches of 0.5 N or more, mm, by what the touches do."""
-    times, found = np.array([one[0] for one in frames]), defaultdict(list)
+    times = np.array([one[0] for one in frames])
+    found: defaultdict[str, list[float]] = defaultdict(list)
     for now, touches, lit in frames:
         middle, early = (frames[np.searchsorted(times, now - age)][1] for age in (SPAN / 2, SPAN))
         for index, touch in enumerate(touches):

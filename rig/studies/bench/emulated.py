@@ -20,7 +20,7 @@ from collections import deque
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, cast
+from typing import IO, Any, cast
 
 import cv2
 import numpy as np
@@ -37,6 +37,7 @@ from rig.live.view import plate_view
 from rig.plates.plate_solver import solve_plate
 from rig.projector.light_map import prepare_light_map
 from rig.projector.markers import Screen, project
+from rig.scene import Scene
 from rig.sources.twin import build_twin
 from rig.studies.study import part
 from rig.system.arrays import F32, AnyArray
@@ -146,7 +147,7 @@ class Room(threading.Thread):
         their marks fell, NaN where none did.
     """
 
-    def __init__(self, scene, display: Display, file: Path, T_true: np.ndarray):
+    def __init__(self, scene: Scene, display: Display, file: Path, T_true: np.ndarray):
         super().__init__(name="room", daemon=True)
         self._twin, self._display = build_twin(scene), display
         self._sensor, self._screen = Lit(self._twin.sensor), Screen(PROJECTOR, T_true)
@@ -213,7 +214,7 @@ class Room(threading.Thread):
         self._memory[0] = slot
         self.seen.append((now, touches, self._places_lit(shown, touches)))
 
-    def _places_lit(self, shown: np.ndarray | None, touches) -> np.ndarray:
+    def _places_lit(self, shown: AnyArray | None, touches: tuple[fe.Touch, ...]) -> np.ndarray:
         """Middles of the light near each touch, (n, 2) mm."""
         places = np.full((len(touches), 2), np.nan)
         if shown is None or not touches:
@@ -240,7 +241,7 @@ class Listener(threading.Thread):
     def __init__(self, port: int):
         super().__init__(name="listener", daemon=True)
         self._port = port
-        self.heard: deque[tuple[float, dict]] = deque(maxlen=36000)
+        self.heard: deque[tuple[float, dict[str, Any]]] = deque(maxlen=36000)
 
     def run(self) -> None:
         """Connect, again and again, until the process ends."""

@@ -81,7 +81,7 @@ class Bench:
         )
         self._parts.callback(self.app.kill)
         self.listener.start()
-        wait(lambda: self.listener.heard or self.app.poll() is not None, 120)
+        wait(lambda: bool(self.listener.heard) or self.app.poll() is not None, 120)
         if self.app.poll() is not None:
             raise OSError((self.folder / "errors").read_text())
         self.room.begin(lambda seconds: (TOUCH,), 1 / RATE)

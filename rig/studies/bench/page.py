@@ -11,6 +11,7 @@ import os
 import threading
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from shutil import which
 
@@ -47,7 +48,7 @@ def snapshots(size: int) -> list[Snapshot]:
     T = fit_plate((size, size), PLATE, 0.02).T_px_plate
     corners = np.array([[0.0, 0.0], [PLATE[0], 0.0], PLATE, [0.0, PLATE[1]]])
     at = np.arange(16.0, size - 16, 16)
-    shots = []
+    shots: list[Snapshot] = []
     for number in range(int(RATE)):
         image = np.clip(128 + 45 * coarse + rng.normal(0, 2, coarse.shape), 0, 255)
         exx, eyy, exy = rng.normal(0, 2e-5, (3, len(at), len(at))).astype(np.float32)
@@ -67,8 +68,7 @@ def feed(publisher: Publisher, shots: list[Snapshot], end: threading.Event) -> N
         if end.wait(max(0.0, start + number / RATE - time.monotonic())):
             return
         shot = shots[number % len(shots)]
-        fields = {name: getattr(shot, name) for name in shot.__dataclass_fields__}
-        publisher.publish(Snapshot(**fields | {"sequence": number, "captured": time.monotonic()}))
+        publisher.publish(replace(shot, sequence=number, captured=time.monotonic()))
 
 
 def cpu_of(thread: str) -> float:

@@ -66,7 +66,9 @@ def modes() -> Iterator[Figure]:
     screen = fit_plate(PROJECTOR, bench.plate.size)
     view = plate_view(bench.plate, bench.camera, bench.height)
     seen = prepare_light_map(screen, view.T_px_plate, bench.camera.size, STRENGTH, SENSOR_DARK)
-    rng, errors, meter = np.random.default_rng(3), defaultdict(list), []
+    rng = np.random.default_rng(3)
+    errors: defaultdict[str, list[float]] = defaultdict(list)
+    meter: list[tuple[float, float]] = []
     for index in range(TOUCHES):
         x, y = rng.uniform(25, np.array(bench.plate.size) - 25)
         touch = fe.Touch(float(x), float(y), float(rng.uniform(0.5, 4.0)))

@@ -139,12 +139,14 @@ def shifts() -> Iterator[Figure]:
         return synthetic.render(pattern, replace(camera, centre=centre), None, None, None)
 
     plain = image(0.0)
-    clean, biases, scatters = dic.prepare(plain), [], []
+    clean = dic.prepare(plain)
+    biases: list[float] = []
+    scatters: list[float] = []
     for shift in np.arange(11) / 10:
         moved = image(shift)
-        biases.append(np.nanmean(dic.correlate(clean, moved).u) - shift)
+        biases.append(float(np.nanmean(dic.correlate(clean, moved).u) - shift))
         first, second = (sensor.capture(seen / 255.0, rng) for seen in (plain, moved))
-        scatters.append(np.nanstd(dic.correlate(dic.prepare(first), second).u))
+        scatters.append(float(np.nanstd(dic.correlate(dic.prepare(first), second).u)))
     span, noise = (sensor.white - sensor.black) * sensor.top, np.sqrt(sensor.noise**2 + 1 / 12)
     floor, scatter = floor_of(span / 255.0 * plain, float(noise)), float(np.median(scatters))
     yield from line(
@@ -159,14 +161,15 @@ def shifts() -> Iterator[Figure]:
 def floor_of(image: F64, noise: float) -> float:
     """√2 σ / √SSSIG at subset 21, order 1, with the full 6 x 6 Hessian, px."""
     fx, fy = spline_gradient(spline_coefficients(image))
-    half, step, variances = 10, 25, []
+    half, step = 10, 25
+    variances: list[float] = []
     eta, xi = np.mgrid[-half : half + 1, -half : half + 1]
     shape = np.stack([np.ones_like(xi), xi, eta]).reshape(3, -1)
     for row in range(40, image.shape[0] - 40, step):
         for column in range(40, image.shape[1] - 40, step):
             window = np.s_[row - half : row + half + 1, column - half : column + half + 1]
             columns = np.concatenate([fx[window].ravel() * shape, fy[window].ravel() * shape])
-            variances.append(np.linalg.inv(columns @ columns.T)[0, 0])
+            variances.append(float(np.linalg.inv(columns @ columns.T)[0, 0]))
     return float(noise * np.sqrt(2 * np.mean(variances)))
 
 

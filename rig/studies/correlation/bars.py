@@ -20,6 +20,7 @@ from rig.report.figure import Bar, Figure, at_least, at_most
 from rig.studies.correlation.images import displacement, eight_bit, speckle
 from rig.studies.correlation.peers import pyramid, pyvale_field
 from rig.studies.study import cpu_times, line, rms, run
+from rig.system.arrays import F64, AnyArray
 
 SIDE, WIDE = 512, 1024  # px
 NOISE = 2.0  # grey levels
@@ -36,7 +37,8 @@ Image = NDArray[Any]
 def bias() -> Iterator[Figure]:
     """Rigid shifts of 0 to 1 px on images of 8 bit, subset 21, order 1."""
     rng, plain = np.random.default_rng(1), speckle(SIDE)
-    clean, noisy = [], []
+    clean: list[AnyArray] = []
+    noisy: list[AnyArray] = []
     for shift in SHIFTS:
         moved = speckle(SIDE, (shift, shift / 2))
         for off, noise, draws in ((clean, 0.0, 1), (noisy, NOISE, 4)):
@@ -76,7 +78,7 @@ def _noise(subset: int, order: int) -> Iterator[Figure]:
     plain, moved = speckle(SIDE), speckle(SIDE, SHIFT)
     moving = np.linalg.inv(dic.prepare(plain, subset, order=order).inverse)[:, :-2, :-2]
     floor = NOISE * np.sqrt(2 * np.linalg.inv(moving)[:, 0, 0].mean())
-    fields = []
+    fields: list[dic.DisplacementField] = []
     for _ in range(DRAWS):
         first, second = (eight_bit(image, NOISE, rng) for image in (plain, moved))
         reference = dic.prepare(first, subset, order=order)
@@ -96,7 +98,8 @@ def _of_strain(
     fields: list[dic.DisplacementField], near: NDArray[np.bool_] | slice = slice(None)
 ) -> dict[str, tuple[float, str, Bar, int]]:
     """Predicted over sampled σ of each strain."""
-    strains, cells = [dic.strain(field) for field in fields], {}
+    strains = [dic.strain(field) for field in fields]
+    cells: dict[str, tuple[float, str, Bar, int]] = {}
     for k, part in enumerate(("exx", "eyy", "exy")):
         values = [getattr(e, part)[near] for e in strains]
         scatter, predicted = _spread(values, [e.sigma[near, k] for e in strains])
@@ -119,7 +122,8 @@ def edges() -> Iterator[Figure]:
     rng = np.random.default_rng(7)
     plain, moved = speckle(SIDE), speckle(SIDE, SHIFT)
     y, x = np.mgrid[:SIDE, :SIDE] - SIDE / 2
-    roi, fields = np.hypot(x, y) > 60, []
+    roi = np.hypot(x, y) > 60
+    fields: list[dic.DisplacementField] = []
     for _ in range(EDGE_DRAWS):
         first, second = (eight_bit(image, NOISE, rng) for image in (plain, moved))
         fields.append(dic.correlate(dic.prepare(first, roi=roi), second))
@@ -193,7 +197,8 @@ def tracker() -> Iterator[Figure]:
 
 def _tracker_bias(plain: Image, places: NDArray[np.float64]) -> tuple[float, float]:
     """Largest bias of ours and of PyrLK, px, without noise."""
-    reference, found = dic.prepare(eight_bit(plain), 31, points=places), ([], [])
+    reference = dic.prepare(eight_bit(plain), 31, points=places)
+    found: tuple[list[F64], list[F64]] = ([], [])
     for shift in SHIFTS[1:-1:2]:
         true = shift, shift / 2
         frame = eight_bit(speckle(WIDE, true))
@@ -222,13 +227,18 @@ def threads() -> Iterator[Figure]:
     rng = np.random.default_rng(5)
     first, second = (eight_bit(speckle(SIDE, s), NOISE, rng) for s in ((0.0, 0.0), SHIFT))
     reference = dic.prepare(first)
-    last, wall = dic.correlate(reference, second), {}
+    last = dic.correlate(reference, second)
+    wall: dict[int, float] = {}
+
+    def correlate(_: int) -> dic.DisplacementField:
+        return dic.correlate(reference, second, guess=last)
+
     for count in (1, 2):
         with ThreadPoolExecutor(count) as pool:
-            times = []
+            times: list[float] = []
             for _ in range(5):
                 start = time.perf_counter()
-                list(pool.map(lambda _: dic.correlate(reference, second, guess=last), range(8)))
+                list(pool.map(correlate, range(8)))
                 times.append(time.perf_counter() - start)
             wall[count] = min(times)
     yield from line(
@@ -241,7 +251,8 @@ def threads() -> Iterator[Figure]:
 
 def stretch() -> Iterator[Figure]:
     """Half again as long along x, as much narrower along y, in ten steps."""
-    reference, frames = dic.prepare(eight_bit(speckle(SIDE))), []
+    reference = dic.prepare(eight_bit(speckle(SIDE)))
+    frames: list[Image] = []
     for k in range(1, 11):
         longer = 1 + 0.05 * k, 1 / (1 + 0.05 * k)
         frames.append(eight_bit(speckle(SIDE, (0.7 * k, -0.4 * k), longer)))

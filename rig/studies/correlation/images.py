@@ -32,8 +32,8 @@ def speckle(
     edges, wide = np.arange(side + 1) - 0.5, SPOT * scale
     image = np.full((side, side), 128.0)
     for some in np.array_split(np.argsort(centres[:, 1]), side // 3):
-        below = np.searchsorted(edges, centres[some, 1].min() - 5 * wide[1]) - 1
-        above = np.searchsorted(edges, centres[some, 1].max() + 5 * wide[1]) + 1
+        below = int(np.searchsorted(edges, centres[some, 1].min() - 5 * wide[1])) - 1
+        above = int(np.searchsorted(edges, centres[some, 1].max() + 5 * wide[1])) + 1
         rows = slice(max(below, 0), max(min(above, side), 0))
         along, down = (
             np.diff(erf((edges[:, None] - centres[some, a]) / (np.sqrt(2) * wide[a])), axis=0)

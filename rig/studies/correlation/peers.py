@@ -3,7 +3,9 @@
 import tempfile
 import time
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -36,10 +38,10 @@ def pyvale_field(first: AnyArray, second: AnyArray, order: int, repeats: int = 3
     None where it is not installed.
     """
     try:
-        import pyvale.dic as peer  # pyright: ignore[reportMissingImports]
+        peer: Any = import_module("pyvale.dic")
     except ImportError:
         return None
-    times = []
+    times: list[float] = []
     with tempfile.TemporaryDirectory() as folder:
         for _ in range(repeats):
             start = time.process_time()
@@ -67,10 +69,8 @@ def al_dic_field(first: AnyArray, second: AnyArray) -> Peer | None:
     None where it is not installed.
     """
     try:
-        import al_dic as peer  # pyright: ignore[reportMissingImports]
-        from al_dic.core.data_structures import (  # pyright: ignore[reportMissingImports]
-            GridxyROIRange,
-        )
+        peer: Any = import_module("al_dic")
+        structures: Any = import_module("al_dic.core.data_structures")
     except ImportError:
         return None
     height, width = first.shape
@@ -80,7 +80,9 @@ def al_dic_field(first: AnyArray, second: AnyArray) -> Peer | None:
         winsize_min=4,
         use_global_step=False,
         img_size=first.shape,
-        gridxy_roi_range=GridxyROIRange((EDGE, width - 1 - EDGE), (EDGE, height - 1 - EDGE)),
+        gridxy_roi_range=structures.GridxyROIRange(
+            (EDGE, width - 1 - EDGE), (EDGE, height - 1 - EDGE)
+        ),
     )
     pair, masks = [first / 255.0, second / 255.0], [np.ones(first.shape)] * 2
     peer.run_aldic(options, pair, masks, compute_strain=False)  # compiles

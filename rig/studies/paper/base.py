@@ -5,6 +5,7 @@ Bases whose equilibrium is not plainly stable are left out: there a touch snaps 
 strain is no function of bend and twist.
 """
 
+from collections.abc import Mapping
 from itertools import pairwise
 
 import numpy as np
@@ -15,6 +16,7 @@ from fe import Base, Mesh, Shell, Verdict
 from models.nets.two_step import DeformableSurface
 from rig.studies.study import part
 from rig.system import cache
+from rig.system.arrays import F64
 
 RATIOS = (0.5, 0.75, 1.0, 1.25, 1.5)
 BEND = (1.0, 4.0)  # mm
@@ -47,10 +49,10 @@ def surfaces(any_load: bool = False) -> list[DeformableSurface]:
     ]
 
 
-def _strains(plate, gauges):
+def _strains(plate: fe.Plate, gauges: F64) -> dict[str, F64]:
     """Bases (B, 2), places (B, K, 2), strain of bases (B, I) and of touches of 1 N (B, K, I)."""
     shell, rng = Shell(plate, Mesh(plate.size, (ELEMENTS, ELEMENTS))), np.random.default_rng(0)
-    kept = {"bases": [], "places": [], "before": [], "touch": []}
+    kept: dict[str, list[F64]] = {"bases": [], "places": [], "before": [], "touch": []}
     while len(kept["bases"]) < BASES + 2 * (BASES // 6):
         base = rng.uniform((BEND[0], TWIST[0]), (BEND[1], TWIST[1]))
         places = rng.uniform(10.0, 90.0, (TOUCHES, 2))
@@ -64,7 +66,7 @@ def _strains(plate, gauges):
     return {name: np.array(parts) for name, parts in kept.items()}
 
 
-def _surface(kept, rows, force):
+def _surface(kept: Mapping[str, F64], rows: slice, force: F64 | float) -> DeformableSurface:
     before = np.repeat(kept["before"][rows], TOUCHES, axis=0)
     touch = (force * kept["touch"][rows]).reshape(len(before), -1)
     return DeformableSurface(

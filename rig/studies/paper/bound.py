@@ -1,14 +1,17 @@
 """A net trained with noise, and solver steps after it, beside the bound on both."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 import models
 from models import NetOptions, Recipe, predict, train_net
 from models.nets import batches
 from models.nets.refine import refine
-from rig.report.figure import at_most
+from rig.report.figure import Bar, at_most
 from rig.studies.paper.sets import Effort, Samples, pressed, several
 from rig.studies.paper.table import Sample
+from rig.system.arrays import F64
 
 # σ over the root mean square strain of a unit touch: of the test, and between which it is drawn in
 # training. An estimate moves with the noise in the same way at every level, best learnt from much.
@@ -32,14 +35,16 @@ def bound(effort: Effort) -> Samples:
             sigma = level * unit
             seen = next(batches.noisy_batches(iter([test]), sigma, rng))
             forward = models.gauge_forward(answer, sigma)
-            for what, value, bar in _over_bound(forward, predict(net, seen.strain), seen):
+            for what, value, bar in _over_crb(forward, predict(net, seen.strain), seen):
                 what = f"noise {level:.0%}: {what}"
                 of = "trained with noise", what, "", ""
                 yield Sample(*of, recipe.epochs, seed, value, bar)
 
 
-def _over_bound(forward, found_by_net, seen):
-    """Root mean squares of a net and of solver steps after it, over that of the bound."""
+def _over_crb(
+    forward: models.Forward, found_by_net: F64, seen: models.Dataset
+) -> Iterator[tuple[str, float, Bar | None]]:
+    """Root mean squares of a net and of solver steps after it, ÷ CRB."""
     of_net, limit, known, stepped = np.empty((4, len(seen)))
     for n, (strain, true) in enumerate(zip(seen.strain, seen.targets, strict=True)):
         fisher = forward.read(np.array([[*true, 1.0]]))[1]
@@ -49,9 +54,9 @@ def _over_bound(forward, found_by_net, seen):
         found = refine(measured, forward, np.array([[*found_by_net[n], 1.0]]))
         stepped[n] = np.sum((found[0, :2] - true) ** 2)
         of_net[n] = np.sum((found_by_net[n] - true) ** 2)
-    for what, square, least, bar in (
+    for what, square, limits, bar in (
         ("net: RMS ÷ CRB, force unknown", of_net, limit, at_most(1.4)),
         ("net: RMS ÷ CRB, force known", of_net, known, None),
         ("net and 2 solver steps: RMS ÷ CRB, force unknown", stepped, limit, at_most(1.02)),
     ):
-        yield what, float(np.sqrt(np.mean(square) / np.mean(least))), bar
+        yield what, float(np.sqrt(np.mean(square) / np.mean(limits))), bar

@@ -4,6 +4,9 @@ Usage: ``python -m rig.studies.paper.drawings FOLDER [MODEL]``; ``touchplate tra
 (results/paper-one/model.h5), without which figures 2D, 3A and 3B are left out.
 """
 
+# matplotlib leaves the types of its keywords open.
+# pyright: reportUnknownMemberType=false
+
 import re
 import sys
 from collections import defaultdict
@@ -44,10 +47,10 @@ CURVES = {
 COLOURS = "tab:blue", "tab:orange", "tab:green"
 
 
-def curves(folder):
+def curves(folder: Path) -> None:
     """Draw the figures that are curves of a loss."""
     for name, (system, pattern, legend, axis) in CURVES.items():
-        lines = defaultdict(dict)
+        lines: defaultdict[str, dict[float, float]] = defaultdict(dict)
         for (begun, what), figures in final().items():
             if begun.startswith(system) and (found := re.search(pattern, what)):
                 values = [figure.value for figure in figures]
@@ -63,9 +66,9 @@ def curves(folder):
         figure.savefig(folder / f"figure-{name}.png", dpi=120)
 
 
-def training(folder):
+def training(folder: Path) -> None:
     """Draw how the losses of three touches fell (figure 4A), from the curves kept."""
-    lines = defaultdict(list)
+    lines: defaultdict[str, list[tuple[float, float, float]]] = defaultdict(list)
     for row in read_curves():
         lines[row.line].append((row.epoch, row.training, row.validation))
     figure, axes = plt.subplots(figsize=(5, 4), layout="constrained")
@@ -78,13 +81,15 @@ def training(folder):
     figure.savefig(folder / "figure-4A.png", dpi=120)
 
 
-def magnitudes(folder):
+def magnitudes(folder: Path) -> None:
     """Draw how places and magnitudes share the loss by its weight k (figure 4C)."""
-    found = defaultdict(dict)
+    found: defaultdict[str, dict[float, float]] = defaultdict(dict)
     for (system, case), figures in final().items():
         if system == "two magnitudes (4C)":
             named = part(re.search(r"k ([\d.]+): (\w+)", case))
-            found[named[2]][float(named[1])] = np.median([figure.value for figure in figures])
+            found[named[2]][float(named[1])] = float(
+                np.median([figure.value for figure in figures])
+            )
     figure, axes = plt.subplots(figsize=(5, 4), layout="constrained")
     for what, unit in (("position", "mm"), ("magnitude", "Δ0")):
         weights = sorted(found[what])
@@ -94,7 +99,7 @@ def magnitudes(folder):
     figure.savefig(folder / "figure-4C.png", dpi=120)
 
 
-def of_net(folder, path):
+def of_net(folder: Path, path: Path) -> None:
     """Draw the training, the places and the histogram of one net."""
     trained, about = store.load_net(path)
     sets = simulate_sets(

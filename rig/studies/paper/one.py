@@ -1,6 +1,7 @@
 """One touch: the paper's net, the best recipe, regressions, noise and spacing."""
 
 import time
+from collections.abc import Iterable
 from dataclasses import replace
 from itertools import product
 
@@ -10,9 +11,11 @@ from models import NetOptions, Recipe, position_error, train_net, tune_net
 from models.data import dataset
 from models.nets import baselines, regression
 from models.nets.recipe import BEST, BEST_NET
+from models.nets.regression import Predictor
 from rig.report.figure import at_least, at_most
 from rig.studies.paper.sets import Effort, Samples, errors, sets
 from rig.studies.paper.table import Sample
+from rig.training.data import TrainingSets
 
 
 def one(effort: Effort) -> Samples:
@@ -90,7 +93,9 @@ def other(effort: Effort) -> Samples:
             yield from _tested(f"{fit.__name__} net", "worse", epochs, seed, predictor, data)
 
 
-def _tested(name, paper, epochs, seed, predictor, data) -> Samples:
+def _tested(
+    name: str, paper: str, epochs: int, seed: int, predictor: Predictor, data: TrainingSets
+) -> Samples:
     tested = position_error(data.test.targets, predictor(data.test.strain))
     system, mean, largest = f"one touch, {name}", tested.mean(), tested.max()
     yield Sample(system, "3000 random: loss", "mm", paper, epochs, seed, mean)
@@ -117,7 +122,7 @@ def noise(effort: Effort) -> Samples:
 
 def spacing(effort: Effort) -> Samples:
     """Loss by the spacing of gauges and of training touches (figure 3D)."""
-    yield from _spaced(product((10, 5, 2), repeat=2), effort)
+    yield from _spaced(product((10, 5, 2), (10, 5, 2)), effort)
 
 
 def finest(effort: Effort) -> Samples:
@@ -125,7 +130,7 @@ def finest(effort: Effort) -> Samples:
     yield from _spaced([(1, 1)], effort)
 
 
-def _spaced(pairs, effort: Effort) -> Samples:
+def _spaced(pairs: Iterable[tuple[int, int]], effort: Effort) -> Samples:
     recipe = Recipe(effort.epochs(30000))
     for apart, touches in pairs:
         data = sets(f"gauges.spacing={apart} mm", f"training.spacing={touches} mm")
@@ -142,10 +147,10 @@ def search(effort: Effort) -> Samples:
     """Fifty nets of random layers (Table S1), and the smallest of the table."""
     data, recipe = sets(), Recipe(effort.epochs(30000))
 
-    def judge(layers):
+    def judge(layers: tuple[int, ...]) -> float:
         rng = np.random.default_rng(0)
         net = train_net(data.training, data.validation, NetOptions(layers), recipe, rng).net
-        return errors(net, data.validation).mean()
+        return float(errors(net, data.validation).mean())
 
     for seed in range(effort.seeds):
         losses = [candidate.loss for candidate in tune_net(judge, 50, seed=seed)]

@@ -7,7 +7,8 @@ averaged, with the noise that is left of 2 grey levels. The plate is that of its
 images and without.
 """
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -15,13 +16,14 @@ import dic
 import fe
 import rig
 import synthetic
-from models import Dataset, NetOptions, Recipe, position_error, predict, train_net
+from models import Dataset, Net, NetOptions, Recipe, position_error, predict, train_net
 from models.data import dataset, gauge_layout
 from models.forward.simulator import through_camera
 from models.nets import batches
 from rig.studies.paper.sets import Effort, Samples
 from rig.studies.paper.table import Sample
 from rig.studies.study import part
+from rig.system.arrays import F64, AnyArray
 
 SYSTEM = "seen by a camera"
 FORCE = 1.0  # N
@@ -67,7 +69,7 @@ def seen(effort: Effort) -> Samples:
                 yield Sample(SYSTEM, what, "", "", recipe.epochs, seed, ratio)
 
 
-def _train(view: View, images: Dataset | None, recipe: Recipe, rng):
+def _train(view: View, images: Dataset | None, recipe: Recipe, rng: np.random.Generator) -> Net:
     """Return a net that learns from a view, with a fraction of images among it if there are any."""
     stream = batches.noisy_batches(batches.shuffled_batches(view.pool, 512, rng), view.root, rng)
     if images is not None:
@@ -87,7 +89,7 @@ def _view(plate: fe.Plate, camera: synthetic.AnyCamera) -> View:
     gauges = synthetic.strain_gauges(px, SUBSET, window=1)
     unit = through_camera(modes, camera, gauges)
 
-    def read(places):
+    def read(places: F64) -> F64:
         return FORCE * unit(places).reshape(len(places), -1)
 
     def touched(number: int) -> Dataset:
@@ -114,29 +116,36 @@ def _view(plate: fe.Plate, camera: synthetic.AnyCamera) -> View:
         root,
         of_images(),
         of_images(),
-        _limit(lambda places: np.linalg.solve(root, read(places).T).T, test.targets),
+        _limit(lambda places: cast(F64, np.linalg.solve(root, read(places).T).T), test.targets),
     )
 
 
-def _limit(white, places):
+def _limit(white: Callable[[F64], F64], places: F64) -> float:
     """Bound on places, root mean square in mm, from the strains over their noise at places."""
     step = 1e-3 * np.eye(2)  # mm
     slopes = [(white(places + h) - white(places - h)) / 2e-3 for h in step]
     jacobian = np.stack([white(places) / FORCE, *slopes], axis=1)
     covariance = np.linalg.inv(jacobian @ jacobian.transpose(0, 2, 1))
-    return np.sqrt(np.mean(covariance[:, 1, 1] + covariance[:, 2, 2]))
+    return float(np.sqrt(np.mean(covariance[:, 1, 1] + covariance[:, 2, 2])))
 
 
-def _correlator(warper, modes, sensor, px, top, rng):
+def _correlator(
+    warper: synthetic.Warper,
+    modes: fe.Modes,
+    sensor: synthetic.Sensor,
+    px: F64,
+    top: float,
+    rng: np.random.Generator,
+) -> Callable[[F64], F64]:
     """Return a function from places (N, 2) to the strains (N, I) that DIC finds in images."""
     value, slope = modes.value(warper.points), modes.slope(warper.points)
 
-    def image(q):
+    def image(q: F64) -> AnyArray:
         moved = np.column_stack([-top * (slope[..., 0] @ q), -top * (slope[..., 1] @ q), value @ q])
         return warper.render(moved, sensor, rng)
 
-    def read(places):
-        found = []
+    def read(places: F64) -> F64:
+        found: list[F64] = []
         for q in FORCE * modes.response(places):
             reference = dic.prepare(image(0.0 * q), SUBSET, points=px)
             field = dic.strain(dic.correlate(reference, image(q)))

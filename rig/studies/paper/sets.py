@@ -6,14 +6,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+import fe
 import rig
-from models import position_error, predict
+from models import Dataset, Net, position_error, predict
 from models.data import dataset
 from models.nets import batches
 from rig.plates.cached import influence
 from rig.studies.paper.table import Sample
 from rig.studies.study import part
-from rig.training.data import simulate_sets
+from rig.system.arrays import F64
+from rig.training.data import TrainingSets, simulate_sets
 from rig.training.plan import training_plan
 
 STREAMED = 20000  # unit touches that several are drawn from
@@ -34,13 +36,13 @@ class Effort(NamedTuple):
 
 
 @cache
-def sets(*settings: str):
+def sets(*settings: str) -> TrainingSets:
     """Training, validation and test touches of paper-one, changed by key=value."""
     scene = rig.load("paper-one", dict(setting.split("=") for setting in settings))
     return simulate_sets(training_plan(scene), lambda done, total: None)
 
 
-def pressed(name: str):
+def pressed(name: str) -> tuple[fe.Plate, fe.Influence]:
     """Return the plate of a scene, and what a touch on it does to its gauges."""
     scene = rig.load(name)
     plate, gauges = part(scene.plate), part(scene.gauges)
@@ -49,7 +51,7 @@ def pressed(name: str):
 
 
 @cache
-def several(touches: int):
+def several(touches: int) -> tuple[Dataset, Dataset, Dataset]:
     """Return a pool of unit touches, samples of several to scale by, and others for the test."""
     plate, answer = pressed({1: "paper-one", 2: "paper-two", 3: "paper-three"}[touches])
     rng = np.random.default_rng(1)
@@ -64,6 +66,6 @@ def several(touches: int):
     return pools[0], first, test
 
 
-def errors(net, data):
+def errors(net: Net, data: Dataset) -> F64:
     """Distance of every touch of a data set of single touches, mm."""
     return position_error(data.targets, predict(net, data.strain))

@@ -1,18 +1,22 @@
 """Several touches: equal ones, ordered and not, doubled samples, and those with magnitudes."""
 
 import time
+from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
 
 import models
 import rig
-from models import NetOptions, Recipe, matched_error, predict, train_net
+from models import Dataset, Net, NetOptions, Recipe, matched_error, predict, train_net
 from models.data import dataset
 from models.nets import batches, loss, set_encoding
+from models.nets.loss import Loss
 from rig.report.figure import at_most
+from rig.scene import Scene
 from rig.studies.paper.sets import TESTED, Effort, Samples, pressed, several
 from rig.studies.paper.table import Sample, store_curve
 from rig.studies.study import part
+from rig.system.arrays import F64, AnyArray
 
 LOOKS = 40
 """At the losses on the way, for figure 4A."""
@@ -42,9 +46,10 @@ def unordered(effort: Effort) -> Samples:
             began = time.process_time()
             net, recipe = _smooth(first, test, touches, effort.epochs(whole), rng, stream)
             spent = time.process_time() - began
-            error = matched_error(_places(test.targets, touches), _predicted(net, test, touches))[0]
+            found = _predicted(net, test, touches)
+            error: F64 = matched_error(_places(test.targets, touches), found)[0]
             of_three = touches == 3
-            below = 100 * np.mean(error.mean(axis=1) < 0.8)
+            below = 100 * float(np.mean(error.mean(axis=1) < 0.8))
             for what, unit, paper, value, most in (
                 ("loss of paired touches", "mm", "0.43", error.mean(), 0.43),
                 ("median", "mm", "", np.median(error), None),
@@ -57,22 +62,32 @@ def unordered(effort: Effort) -> Samples:
                 yield Sample(*of, recipe.epochs, seed, value, bar)
 
 
-def _smooth(first, test, touches, epochs, rng, stream, judge=None):
-    """Return a net that tells touches as poles, and its recipe."""
+def _smooth(
+    first: Dataset,
+    test: Dataset,
+    touches: int,
+    epochs: int,
+    rng: np.random.Generator,
+    stream: Iterator[Dataset],
+    judge: Loss | None = None,
+) -> tuple[Net, Recipe]:
+    """Return a net that gives touches as poles, and its recipe."""
     options = NetOptions((256,) * 4, "silu", "asinh", poles=touches)
     recipe = Recipe(epochs, 2e-3, "cosine", "scaled", check=epochs)
     return train_net(first, test, options, recipe, rng, loss=judge, batches=stream).net, recipe
 
 
-def _places(targets, touches):
+def _places(targets: AnyArray, touches: int) -> AnyArray:
     return targets[:, : 2 * touches].reshape(-1, touches, 2)
 
 
-def _predicted(net, test, touches):
+def _predicted(net: Net, test: Dataset, touches: int) -> AnyArray:
     return _places(predict(net, test.strain), touches)
 
 
-def _equal(touches: int, steps, paper: str, effort: Effort) -> Samples:
+def _equal(
+    touches: int, steps: Mapping[tuple[int, ...], int], paper: str, effort: Effort
+) -> Samples:
     """Nets of the paper's three sizes on touches of equal force, streamed."""
     pool, first, test = several(touches)
     for layers, whole in steps.items():
@@ -91,18 +106,20 @@ def _equal(touches: int, steps, paper: str, effort: Effort) -> Samples:
             )
 
 
-def _pressed(system, name, paper, recipe, seed, net, test) -> Samples:
+def _pressed(
+    system: str, name: str, paper: str, recipe: Recipe, seed: int, net: Net, test: Dataset
+) -> Samples:
     touches = test.targets.shape[1] // 2
     true = test.targets.reshape(-1, touches, 2)
     predicted = predict(net, test.strain).reshape(-1, touches, 2)
     sorted_loss = np.linalg.norm(predicted - true, axis=2).mean()
-    matched = matched_error(true, predicted)[0].mean(axis=1)
+    matched: F64 = matched_error(true, predicted)[0].mean(axis=1)
     largest, three = name == "8×256", touches == 3
     for what, value in (("loss", sorted_loss), ("loss of paired touches", matched.mean())):
         bar = at_most(1.2 * 0.43) if three and largest and value is sorted_loss else None
         of = system, f"{name}: {what}", "mm", paper if largest else ""
         yield Sample(*of, recipe.epochs, seed, value, bar)
-    below = 100 * np.mean(matched < 0.8)
+    below = 100 * float(np.mean(matched < 0.8))
     of = system, f"{name}: below 0.8 mm", "%", "100" if three and largest else ""
     yield Sample(*of, recipe.epochs, seed, below)
 
@@ -112,7 +129,7 @@ def doubled(effort: Effort) -> Samples:
     pool, first, test = several(2)
     recipe = Recipe(effort.epochs(20000), 1e-3, "cosine", "scaled", check=20000)
 
-    def both_ways(stream, rng):
+    def both_ways(stream: Iterator[Dataset], rng: np.random.Generator) -> Iterator[Dataset]:
         for batch in stream:
             swap = rng.random(len(batch)) < 0.5
             turned = np.where(swap[:, None], np.roll(batch.targets, 2, axis=1), batch.targets)
@@ -197,10 +214,11 @@ def magnitudes_unordered(effort: Effort) -> Samples:
             yield Sample(*of, recipe.epochs, seed, value)
 
 
-def _samples(scene, answer):
+def _samples(scene: Scene, answer: Callable[[AnyArray], AnyArray]) -> Dataset:
     """All samples of a scene's data set, as a net learns them."""
-    plan = scene.dataset.build(scene.plate)
+    drawn = part(scene.dataset)
+    plan = drawn.build(part(scene.plate))
     parts = [plan.block(number) for number in range(plan.blocks)]
     touches = np.concatenate(parts)
     strain = np.concatenate([answer(part).astype(np.float32) for part in parts])
-    return dataset.flatten_samples(strain, touches, scene.dataset.force)
+    return dataset.flatten_samples(strain, touches, drawn.force)

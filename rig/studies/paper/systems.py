@@ -23,7 +23,7 @@ from rig.studies.paper.several import (
     two,
     unordered,
 )
-from rig.studies.paper.table import store
+from rig.studies.paper.table import Sample, store
 
 SYSTEMS = {
     "one": one,
@@ -58,7 +58,7 @@ def main(*arguments: str) -> None:
     asked = parser.parse_args(arguments)
     effort = Effort(asked.seeds, asked.cut)
     for name in asked.systems or SYSTEMS:
-        samples = []
+        samples: list[Sample] = []
         for sample in SYSTEMS[name](effort):
             print(f"{sample.system:32s} {sample.what:60s} {sample.value:9.3f}", flush=True)
             samples.append(sample)

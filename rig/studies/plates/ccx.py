@@ -143,7 +143,8 @@ def deck(
 
 def read(path: Path) -> list[Fields]:
     """Return the fields of each step from a file of results of fixed columns."""
-    blocks, name, rows = [], "", []
+    blocks: list[tuple[str, NDArray[np.float64]]] = []
+    name, rows = "", list[str]()
     for line in path.read_text(encoding="ascii").splitlines():
         if line.startswith(" -1"):
             rows.append(line)

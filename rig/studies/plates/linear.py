@@ -22,6 +22,7 @@ from rig.report.figure import Figure, at_least, at_most
 from rig.studies.plates.levy import levy
 from rig.studies.start import child
 from rig.studies.study import Cell, line, run
+from rig.system.arrays import F64
 
 PAPER = fe.Plate((100.0, 100.0), thickness=1.0, young=3000.0, poisson=0.3)
 # Loads of the paper, 289 in steps of 5 mm. Plate and rings are symmetric in both middle lines and
@@ -176,13 +177,14 @@ def rates() -> Iterator[Figure]:
         coarse, fine = (np.linalg.norm(value - values[-1]) for value in values[:2])
         return float(np.log2(coarse / fine))
 
-    for name, read, least in (
+    kinds: tuple[tuple[str, Callable[[fe.LinearState], F64], float | None], ...] = (
         ("deflection, away from the touch", lambda s: s.deflection(far), 3.6),
         ("deflection, under it", lambda s: s.deflection([(50.0, 50.0)]), 1.9),
         ("strain, recovered", lambda s: s.strain(far), 3.4),
         ("strain, second derivative of the element", plain_strain(far), None),
-    ):
-        bar = None if least is None else at_least(least)
+    )
+    for name, read, power in kinds:
+        bar = None if power is None else at_least(power)
         yield from line("Powers of the element size", name, power=(rate(read), "", bar))
 
 

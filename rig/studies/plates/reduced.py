@@ -60,7 +60,7 @@ def scenes(states: int) -> list[list[fe.Touch]]:
     for k in range(states - len(worst)):
         x, y = rng.uniform(near, far, 2)
         single.append([fe.Touch(x, y, FORCES[k % len(FORCES)])])
-    pairs = []
+    pairs: list[list[fe.Touch]] = []
     for k in range(states // 4):
         (x0, y0), (x1, y1) = rng.uniform(near, far, (2, 2))
         force = FORCES[2 + k % 4]
@@ -124,7 +124,7 @@ def cost(name: str, reduced: fe.Reduced) -> Iterator[Figure]:
     gauges, rng = reduced.gauges(ring()), np.random.default_rng(2)
     for count in (1, 2):
         for force in (0.5, 5.0):
-            taken = []
+            taken: list[float] = []
             for _ in range(TIMES + 2):
                 xy = rng.uniform(INSIDE, SIDE - INSIDE, (count, 2))
                 read = partial(gauges.read, xy, np.full(count, force))

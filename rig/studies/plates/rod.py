@@ -1,5 +1,7 @@
 """Narrow shells and the rods that they are: end shear, end moment, pressure."""
 
+from typing import Any
+
 import numpy as np
 from scipy.integrate import quad, solve_bvp
 
@@ -8,6 +10,7 @@ from fe import Shell, hermite_gram
 from fe.shell.newton import equilibrium
 from fe.shell.problem import Problem
 from fe.shell.support import UNMOVED, Motion, Support, support
+from rig.system.arrays import F64
 
 WIDTH, HEIGHT, YOUNG = 1.0, 0.1, 1.2e6
 STIFFNESS = YOUNG * WIDTH * HEIGHT**3 / 12
@@ -17,14 +20,14 @@ STRIP_SIZE, STRIP_YOUNG, STRIP_STRAIN = (100.0, 10.0), 3000.0, 3e-6
 FREE = fe.Free()
 
 
-def sheared_rod():
+def sheared_rod() -> tuple[float, float]:
     """End displacement (u, w) of a clamped rod under a dead end force along z.
 
     It stretches by λ and turns by θ, with energy EA (λ² - 1)² / 8 + EI (λ θ')² / 2 per length.
     """
     axial = YOUNG * WIDTH * HEIGHT
 
-    def slopes(_, state):
+    def slopes(s: F64, state: F64) -> F64:
         angle, moment = state[2], state[3]
         # Along the rod acts EA (λ² - 1) λ / 2 + EI λ θ'², with the moment EI λ² θ'.
         stretch = np.ones_like(angle)
@@ -35,7 +38,7 @@ def sheared_rod():
         along, up = stretch * np.cos(angle), stretch * np.sin(angle)
         return np.stack([along, up, moment / (STIFFNESS * stretch**2), -SHEAR * along])
 
-    def ends(left, right):
+    def ends(left: F64, right: F64) -> F64:
         return np.array([left[0], left[1], left[2], right[3]])
 
     s = np.linspace(0, SHEAR_LENGTH, 101)
@@ -43,10 +46,10 @@ def sheared_rod():
     solution = solve_bvp(slopes, ends, s, guess, tol=1e-10, max_nodes=20000)
     if not solution.success:
         raise ArithmeticError(f"the rod was not solved: {solution.message}")
-    return solution.y[0, -1] - SHEAR_LENGTH, solution.y[1, -1]
+    return float(solution.y[0, -1]) - SHEAR_LENGTH, float(solution.y[1, -1])
 
 
-def sheared_shell():
+def sheared_shell() -> tuple[fe.ShellState, F64]:
     """State of the cantilever as a shell, and the displacement of its end."""
     size = (SHEAR_LENGTH, WIDTH)
     plate = fe.Plate(size, HEIGHT, YOUNG, 0.0, fe.Edges(fe.Clamped(), FREE, FREE, FREE))
@@ -57,7 +60,7 @@ def sheared_shell():
     return state, state.displacement([[SHEAR_LENGTH, WIDTH / 2]], face="middle")[0]
 
 
-def ring():
+def ring() -> tuple[F64, float]:
     """Displacement (7, 3) of the end of a cantilever turned by a full circle, and its moment."""
     turned = fe.Elastic(deflection=0.0, rotation=np.inf, membrane=0.0)
     edges = fe.Edges(fe.Clamped(), turned, FREE, FREE)
@@ -76,19 +79,19 @@ def ring():
     return shell.system.table(values)[-2, 0::2], moment
 
 
-def _about_y(angle):
+def _about_y(angle: float) -> Motion:
     c, s = np.cos(angle), np.sin(angle)
     return Motion(np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]]), np.zeros(3))
 
 
-def _in_the_plane(held):
+def _in_the_plane(held: Support) -> Support:
     """Hold the displacement along y as well: a ring that may leave its plane does so."""
     along_y = np.arange(held.free.shape[0]) % 3 == 1
     moving = abs(held.free[along_y]).sum(axis=0) == 0
     return Support(held.lift, held.free[:, moving])
 
 
-def strip(thickness):
+def strip(thickness: float) -> tuple[float, float]:
     """Pressure (MPa) that stretches a supported strip by STRIP_STRAIN, and its deflection (mm).
 
     D w'''' - S w'' = q with the tension S from the mean of w'² / 2: Timoshenko &
@@ -97,17 +100,21 @@ def strip(thickness):
     tension, half = STRIP_YOUNG * thickness * STRIP_STRAIN, STRIP_SIZE[0] / 2
     k = np.sqrt(12 * STRIP_STRAIN) / thickness
 
-    def slope(x):  # times S / q; sinh(kx) / cosh(kl) without large numbers
+    def slope(x: float) -> float:  # times S / q; sinh(kx) / cosh(kl) without large numbers
         rise = np.exp(k * (x - half)) - np.exp(-k * (x + half))
         return x - rise / (k * (1 + np.exp(-2 * k * half)))
 
-    parts = {"points": [max(0.0, half - 5 / k)], "limit": 200, "epsrel": 1e-11}
-    mean = quad(lambda x: 0.5 * slope(x) ** 2, 0, half, **parts)[0] / half
+    parts: dict[str, Any] = {"points": [max(0.0, half - 5 / k)], "limit": 200, "epsrel": 1e-11}
+
+    def square(x: float) -> float:
+        return 0.5 * slope(x) ** 2
+
+    mean = float(quad(square, 0, half, **parts)[0]) / half
     pressure = tension * np.sqrt(STRIP_STRAIN / mean)
     return pressure, pressure / tension * quad(slope, 0, half, **parts)[0]
 
 
-def pressed_shell(thickness, pressure):
+def pressed_shell(thickness: float, pressure: float) -> fe.ShellState:
     """State of the strip as a shell."""
     sides = fe.Edges(fe.Supported(), fe.Supported(), FREE, FREE)
     plate = fe.Plate(STRIP_SIZE, thickness, STRIP_YOUNG, 0.0, sides)
@@ -117,6 +124,6 @@ def pressed_shell(thickness, pressure):
     return shell.undeformed.load(loads)
 
 
-def _even(line):
+def _even(line: Any) -> F64:
     """Work of an even load of 1 per length on the unknowns of a line."""
     return hermite_gram(line, 0, 0) @ np.tile([1.0, 0.0], line.unknowns // 2)

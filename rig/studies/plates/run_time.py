@@ -150,16 +150,19 @@ def theories() -> Iterator[Figure]:
 
 def compared(press: Press, force: float, true: list[fe.ShellState]) -> dict[str, Cell]:
     """Time of one press, errors of ring strain and deflection, and the ratio w/h."""
-    ratios, of_w, of_strain, spent = [], [], [], []
+    ratios: list[float] = []
+    of_w: list[float] = []
+    of_strain: list[float] = []
+    spent: list[float] = []
     for place, fine in zip(PRESSES, true, strict=True):
         began = time.process_time()
         state = press(place, force)
         strain = state.strain(GAUGES)
         spent.append(time.process_time() - began)
         deep, right = fine.deflection([place])[0], fine.strain(GAUGES)
-        ratios.append(-deep / PVC.thickness)
-        of_w.append(abs(state.deflection([place])[0] / deep - 1))
-        of_strain.append(np.linalg.norm(strain - right) / np.linalg.norm(right))
+        ratios.append(float(-deep / PVC.thickness))
+        of_w.append(float(abs(state.deflection([place])[0] / deep - 1)))
+        of_strain.append(float(np.linalg.norm(strain - right) / np.linalg.norm(right)))
     return {
         "time": (1e3 * float(np.median(spent)), "ms"),
         "error": (100 * float(np.median(of_strain)), "% of the ring's strain"),

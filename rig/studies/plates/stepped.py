@@ -16,20 +16,24 @@ def stepped(thickness: float, young: float = 3000.0) -> fe.Plate:
     return fe.Plate(SIZE, 1.0, 3000.0, 0.0, EDGES, (patch,))
 
 
-def line_load(x, count=41):
+def line_load(x: float, count: int = 41) -> list[fe.Touch]:
     """1 N over the whole width at x, as the trapezoid rule over elements of 1 mm."""
     weights = np.ones(count)
     weights[[0, -1]] = 0.5
     places = np.linspace(0.0, 40.0, count)
-    return [fe.Touch(x, y, w / 40.0) for y, w in zip(places, weights, strict=True)]
+    return [fe.Touch(x, float(y), float(w) / 40.0) for y, w in zip(places, weights, strict=True)]
 
 
-def cantilever(plate, x):
+def cantilever(plate: fe.Plate, x: float) -> float:
     """Deflection of the stepped cantilever under 1 N at its tip, by integrating M / EI."""
     rigid = [3000.0 * 40.0 / 12, plate.patches[0].young * plate.patches[0].thickness ** 3 * 40 / 12]
     (length, _), s = plate.size, STEP
 
-    def one(lo, hi, ei):  # slope and deflection gained over a piece, from curvature (L - x) / EI
+    def one(
+        lo: float, hi: float, ei: float
+    ) -> tuple[
+        float, float
+    ]:  # slope and deflection gained over a piece, from curvature (L - x) / EI
         slope = (length * (hi - lo) - (hi**2 - lo**2) / 2) / ei
         sag = (length * (hi - lo) ** 2 / 2 - (hi**3 / 6 - lo**2 * hi / 2 + lo**3 / 3)) / ei
         return slope, sag

@@ -16,6 +16,7 @@ import fe
 import synthetic
 from rig.report.figure import Bar, Figure, at_most
 from rig.studies.study import cpu_seconds, line, rms, run
+from rig.system.arrays import AnyArray
 from synthetic.inverse import invert
 from synthetic.points import at_height
 
@@ -109,7 +110,8 @@ def exact(displacement: Displacement, samples: int = 4) -> Array:
 def sizes(image: Array, error: Array) -> tuple[float, float, float]:
     """Scatter in grey levels; by least squares on tiles of 21 px the worst and the mean in px."""
     down, along = np.gradient(image)
-    slopes, found = np.stack([along, down], axis=-1), []
+    slopes = np.stack([along, down], axis=-1)
+    found: list[AnyArray] = []
     for top, left in np.ndindex(*(np.array(image.shape) // 21)):
         tile = np.s_[21 * top : 21 * top + 21, 21 * left : 21 * left + 21]
         if image[tile].std() > 40:

@@ -5,7 +5,7 @@ Modules are *needless* that are heavy and that neither the command nor the packa
 """
 
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Set
 from functools import partial
 
 import numpy as np
@@ -29,15 +29,16 @@ def commands() -> Iterator[Figure]:
         for path, shift in zip(pair, ((0.0, 0.0), (0.4, 0.2)), strict=True):
             Image.fromarray(eight_bit(speckle(512, shift))).save(path)
         two = *pair, "--out", folder, "--force"
-        for name, most, needed, words in (
+        starts: tuple[tuple[str, float, Set[str], tuple[str, ...]], ...] = (
             ("touchplate --help", 0.3, frozenset(), ("--help",)),
             ("touchplate show twin", 1.0, {"pydantic"}, ("show", "twin")),
             ("touchplate show paper-one", 1.0, {"pydantic"}, ("show", "paper-one")),
             ("touchplate correlate, 512²", 2.0, CORRELATES, ("correlate", *two)),
             ("touchplate doctor", 1.0, {"pydantic", "usb"}, ("doctor",)),
-        ):
+        )
+        for name, limit, needed, words in starts:
             start = partial(child.command, *words)
-            yield from started("Start of a command", name, start, needed, at_most(most))
+            yield from started("Start of a command", name, start, needed, at_most(limit))
 
 
 def packages() -> Iterator[Figure]:

@@ -15,6 +15,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from rig.cli import THREADS
 from rig.report.figure import Figure, at_most
@@ -65,7 +66,7 @@ def _dropped(name: str, case: str, kernels: str) -> Iterator[Figure]:
     )
 
 
-def _run(case: str, kernels: str, frames: int) -> tuple[dict, float, float]:
+def _run(case: str, kernels: str, frames: int) -> tuple[dict[str, Any], float, float]:
     """Run the command on a case; what it says, how long it took, and the load at its end."""
     words = ["run", "twin", f"--frames={frames}", "--headless", "--json"]
     words += [SHIFT] if case == "jump" else []

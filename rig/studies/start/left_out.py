@@ -43,7 +43,7 @@ def costs() -> Iterator[Figure]:
     text = (Path(rig.__file__).parent / "scenes" / "twin.toml").read_text(encoding="utf-8")
     without = text.replace('[comparison]\nkind = "strain"\n', "")
     with tempfile.TemporaryDirectory() as folder:
-        ways = {
+        ways: dict[str, tuple[str, list[str]]] = {
             "touches from the pattern, nothing else": (without, ["--headless"]),
             "as shipped, without page": (text, ["--headless"]),
             "as shipped (default)": (text.replace("port = 8765", "port = 0"), []),

@@ -18,6 +18,7 @@ from rig.live.tracker import FrameProcessor
 from rig.report.figure import Figure
 from rig.sources.twin import Twin, build_twin
 from rig.studies.stiff.case import NOT_WRONG, case
+from rig.system.arrays import AnyArray
 from rig.system.frame import Frame
 from rig.system.timing import Stopwatch
 from synthetic import Occluder
@@ -46,7 +47,7 @@ def loop() -> Iterator[Figure]:
     twin, bench = build_twin(scene), build_bench(scene, lambda done, total: None)
     rng = np.random.default_rng(3)
     strange = rng.uniform(50, 200, (320, 384))
-    for name, change in (
+    changes: tuple[tuple[str, Callable[[AnyArray], AnyArray]], ...] = (
         ("nothing wrong", lambda image: image),
         ("light down to 60 %", lambda image: 0.6 * image),
         ("light down to 20 %", lambda image: 0.2 * image),
@@ -56,7 +57,8 @@ def loop() -> Iterator[Figure]:
         ("everything covered", lambda image: strange),
         ("black image", lambda image: 0.0 * image),
         ("noise of 20 grey levels", lambda image: image + rng.normal(0.0, 20.0, image.shape)),
-    ):
+    )
+    for name, change in changes:
         yield from pressed(f"loop, {name}", bench, twin, (PRESS,), change)
         yield from pressed(f"loop, {name}, no touch", bench, twin, (), change)
     for name, touches in (

@@ -46,10 +46,11 @@ def case() -> Case:
     data, answer, rng = sets(), pressed("paper-one")[1], np.random.default_rng(7)
     places, exact = data.test.targets[:TEST], data.test.strain[:TEST].astype(np.float64)
     sigma = NOISE * float(np.sqrt(np.mean(data.training.strain**2)))
-    forward, variances = models.gauge_forward(answer, sigma), []
+    forward = models.gauge_forward(answer, sigma)
+    variances: list[float] = []
     for place in places:
         jacobian = forward.read(np.array([[*place, 1.0]]))[1]
-        variances.append(np.trace(np.linalg.inv(jacobian @ jacobian.T)[:2, :2]))
+        variances.append(float(np.trace(np.linalg.inv(jacobian @ jacobian.T)[:2, :2])))
     noisy = exact + sigma * rng.normal(size=exact.shape)
     return Case(noisy, exact, places, sigma, float(np.sqrt(np.mean(variances))))
 

@@ -21,6 +21,7 @@ from models import CandidateGrid, Estimate
 from rig.report.figure import Figure, at_most
 from rig.studies.study import Cell, line, run
 from rig.studies.touches.strain import INFLUENCE, UNIT, Touches, measured, prepared
+from rig.system.arrays import F64
 
 SIGMAS, DOUBTFUL, ROUNDING = 5.0, 1e-4, 1e-3
 NONE_WRONG = at_most(0)
@@ -54,15 +55,16 @@ def _is_middle(estimate: Estimate, touches: Touches) -> bool:
 
 
 def judged(search: CandidateGrid, touches: ArrayLike, presses: int) -> dict[str, Cell]:
-    """Judge noisy measurements of touches; count each verdict, and tell the usual error."""
+    """Judge noisy measurements of touches; count each verdict, and give the usual error."""
     true = np.asarray(touches, dtype=float)
-    rng, count, errors = np.random.default_rng(0), Counter[Verdict](), []
+    rng, count = np.random.default_rng(0), Counter[Verdict]()
+    errors: list[float] = []
     for _ in range(presses):
         estimate = models.find(measured(search.forward, true, rng), search)
         count[verdict(estimate, true)] += 1
         if estimate.count:
             apart = np.linalg.norm(estimate.xy[:, None] - true[:, :2], axis=2)
-            errors.append(apart.min(axis=1).max())
+            errors.append(float(apart.min(axis=1).max()))
     fractions = {name: (100 * count[name] / presses, "%") for name in VERDICTS[:-1]}
     return {
         "wrong": (100 * count["wrong"] / presses, "%", NONE_WRONG, presses),
@@ -113,7 +115,7 @@ def float32(pairs: int = PAIRS) -> Iterator[Figure]:
         worst = 0.0
         for _ in range(pairs):
             touches = np.column_stack([rng.uniform(15, 85, (2, 2)), rng.uniform(1, 10, 2)])
-            strain = np.einsum("n,nmc->mc", touches[:, 2], INFLUENCE.strain(touches[:, :2]))
+            strain: F64 = np.einsum("n,nmc->mc", touches[:, 2], INFLUENCE.strain(touches[:, :2]))
             strain += rng.normal(0, noise * UNIT, strain.shape)
             double, single = (
                 models.solve(strain.astype(kind), INFLUENCE, noise * UNIT, count=2)

@@ -113,7 +113,10 @@ def small() -> Iterator[Figure]:
     }
     for name, (hand, shift, limit) in cases.items():
         seen = fine if hand is None else fine.hiding(_covers(hand, fine))
-        rng, places, limits, force = np.random.default_rng(1), [], [], []
+        rng = np.random.default_rng(1)
+        places: list[F64] = []
+        limits: list[F64] = []
+        force: list[float] = []
         while len(places) < SMALL:
             x, y = rng.uniform(INSET, 254.0 - INSET, 2)
             touch = fe.Touch(x, y, rng.uniform(2.0, 4.0))
@@ -194,13 +197,14 @@ def large(clamped: str) -> Iterator[Figure]:
     bench = stand(1.0, 1024, EDGES[clamped])
     plate = models.large_plate(fe.reduced_plate(bench.plate), MODES)
     see = partial(models.prepare_motions, plate.modes, bench.camera, 0.5, bench.reference.tiles)
-    ways = {}
+    ways: dict[str, tuple[TilePattern, CandidateGrid]] = {}
     for name, motions in (("reduced plate", see(plate)), ("linear", see())):
         pattern = models.prepare_pattern(motions, bench.reference)
         ways[name] = pattern, models.prepare_candidates(pattern.forward(AGAINST))
     mesh = fe.grid(bench.plate, 40)
     for number, far, late in ((1, 0.3, 20.0), (2, 0.6, 60.0)):
-        rng, found = np.random.default_rng(number), {name: [] for name in ways}
+        rng = np.random.default_rng(number)
+        found: dict[str, list[tuple[float, float, bool, float]]] = {name: [] for name in ways}
         for _ in range(LARGE):
             touches = _pressed(rng, number)
             truth = tuple(fe.Touch(*touch) for touch in touches.tolist())
@@ -212,7 +216,8 @@ def large(clamped: str) -> Iterator[Figure]:
                 estimate, spent = timed(work)
                 place, force, true = match(estimate, truth)
                 right = estimate.count == number
-                found[name].append((np.median(place), np.median(abs(force / true)), right, spent))
+                off = float(np.median(place)), float(np.median(abs(force / true)))
+                found[name].append((*off, right, spent))
         for name, figures in found.items():
             place, force, right, spent = np.array(figures).T
             bars = [at_most(most) for most in (far, 1.5, late)]

@@ -10,6 +10,7 @@ beside that of a model which is right.
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -38,7 +39,7 @@ DRAWS, FRESH = 4, 120
 WITHIN = at_most(1.2)  # of the error of a model that is right
 SIGMA = 0.5e-6  # strain of a gauge; a press of 2 N gives 20 µε on the plate below
 PLATE = fe.Plate((120.0, 90.0), 1.0, 3000.0, 0.3, fe.Clamped())
-SMALL = {
+SMALL: dict[str, Any] = {
     "plate.size": [254, 203], "camera.pixels": [512, 416], "pattern.diameter": 2.6,
     "dic.tile": 8, "estimator.modes": 100,
 }  # fmt: skip
@@ -109,7 +110,7 @@ def pattern(rng: np.random.Generator, off: float = 1.0) -> Iterator[F64]:
     """
     scene = rig.load("twin", SMALL)
     twin, tile = build_twin(scene), part(scene.dic).tile
-    plate, view, modes = twin.solver.plate, twin.warper.camera, int(SMALL["estimator.modes"])
+    plate, view, modes = twin.solver.plate, twin.warper.camera, SMALL["estimator.modes"]
     if not isinstance(view, synthetic.Camera):
         raise TypeError("the twin must have a pinhole camera")
     pose = view.T_cam_plate.copy()

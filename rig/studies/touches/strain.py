@@ -94,11 +94,13 @@ def exact() -> Iterator[Figure]:
 
 def noise() -> Iterator[Figure]:
     """Root mean square of the places ÷ CRB, and whether the covariance says so."""
-    inside = []
+    inside: list[F64] = []
     for level in (0.001, 0.01, 0.05, 0.1):
         search = prepared(level)
         for count in (1, 2, 3, 4):
-            rng, places, limits = np.random.default_rng(count), [], []
+            rng = np.random.default_rng(count)
+            places: list[F64] = []
+            limits: list[F64] = []
             while len(places) < SCENES:
                 touches = draw(rng, count)
                 limit = bound(search.forward, touches)
@@ -159,7 +161,8 @@ def robust() -> Iterator[Figure]:
     """Make a fifth of the channels false by 30 σ; leave out a side of the ring."""
     search = prepared(0.01)
     for number in (1, 2, 3):
-        rng, right, counted, spent = np.random.default_rng(number), 0, 0, []
+        rng, right, counted = np.random.default_rng(number), 0, 0
+        spent: list[float] = []
         for _ in range(HARD):
             touches = draw(rng, number)
             white = measured(search.forward, touches, rng)
@@ -202,7 +205,9 @@ def time() -> Iterator[Figure]:
     """Time of a frame, median over scenes."""
     search = prepared(0.01)
     for number, cold_bar, tracked_bar in ((1, 0.2, 0.05), (4, 1.0, 0.1)):
-        rng, cold, tracked = np.random.default_rng(number), [], []
+        rng = np.random.default_rng(number)
+        cold: list[float] = []
+        tracked: list[float] = []
         for _ in range(SCENES + 20):
             touches = draw(rng, number)
             white = measured(search.forward, touches, rng)

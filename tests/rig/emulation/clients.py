@@ -6,6 +6,7 @@ import subprocess
 import sys
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 HERE = Path(__file__).parent
 WRAPPER = "/usr/bin/umockdev-wrapper"
@@ -16,17 +17,17 @@ SECONDS = 30
 class Emulation:
     """An emulated device: say words to it, and start clients that see it."""
 
-    def __init__(self, process):
+    def __init__(self, process: Any) -> None:
         self._process = process
-        self.folder = process.stdout.readline().strip()
+        self.folder: str = process.stdout.readline().strip()
 
-    def ask(self, word):
+    def ask(self, word: str) -> str:
         """Say a word; gives the line that answers it."""
         self._process.stdin.write(word + "\n")
         self._process.stdin.flush()
         return self._process.stdout.readline().strip()
 
-    def say(self, word):
+    def say(self, word: str) -> None:
         assert self.ask(word) == "done"
 
     def client(self, script, stderr=None):
