@@ -88,7 +88,7 @@ def presses(session: Session) -> list[Pressed]:
     for index in range(session.frames):
         taken = collector.add_frame(marks(reported(session.row(index))), float(times[index]))
         if taken:
-            first = int(np.searchsorted(times, times[index] - HOLD / 2))
+            first = int(times.searchsorted(float(times[index]) - HOLD / 2))
             frames = cast(AnyArray, images[first : index + 1]).astype(np.float32)
             found.append(Pressed(taken, np.asarray(frames.mean(axis=0), dtype=np.float32)))
     return found

@@ -182,7 +182,7 @@ def missed(frames: list[Exposed], came: float, said: dict[str, Any]) -> list[flo
     """Distances of the touches found in a frame from those that were there, mm."""
     times = np.array([one[0] for one in frames])
     # The stamp has whole microseconds.
-    before = frames[max(int(np.searchsorted(times, said["captured"] + 1e-3)) - 1, 0)][1]
+    before = frames[max(int(np.searchsorted(times, float(said["captured"]) + 1e-3)) - 1, 0)][1]
     marks = said["touches"]
     if said["captured"] < times[0] or len(before) != len(marks):
         return []

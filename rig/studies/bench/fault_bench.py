@@ -6,6 +6,7 @@ import json
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from itertools import pairwise
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -159,7 +160,7 @@ class Bench:
         notes |= dict.fromkeys(note for note in self.notes() if "projector" in note)
         time.sleep(1.0)
         heard = self.heard(began)
-        gap = float(max(np.diff([said["captured"] for said in heard]), default=0.0))
+        gap = float(max((b["captured"] - a["captured"] for a, b in pairwise(heard)), default=0.0))
         sees = "; ".join(f"“{note}”" for note in list(notes)[:2]) or "nothing on the page"
         yield from measured(fault, sees, back if lit else None, heard, longest_gap=(gap, "s"))
 

@@ -20,7 +20,7 @@ from rig.report.figure import Bar, Figure, at_least, at_most
 from rig.studies.correlation.images import displacement, eight_bit, speckle
 from rig.studies.correlation.peers import pyramid, pyvale_field
 from rig.studies.study import cpu_times, line, rms, run
-from rig.system.arrays import F64, AnyArray
+from rig.system.arrays import AnyArray
 
 SIDE, WIDE = 512, 1024  # px
 NOISE = 2.0  # grey levels
@@ -198,7 +198,7 @@ def tracker() -> Iterator[Figure]:
 def _tracker_bias(plain: Image, places: NDArray[np.float64]) -> tuple[float, float]:
     """Largest bias of ours and of PyrLK, px, without noise."""
     reference = dic.prepare(eight_bit(plain), 31, points=places)
-    found: tuple[list[F64], list[F64]] = ([], [])
+    found: tuple[list[AnyArray], list[AnyArray]] = ([], [])
     for shift in SHIFTS[1:-1:2]:
         true = shift, shift / 2
         frame = eight_bit(speckle(WIDE, true))

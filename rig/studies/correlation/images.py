@@ -1,10 +1,13 @@
 """Images whose motion is known: spots, moved and stretched in closed form."""
 
 from collections.abc import Sequence
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erf
+
+from rig.system.arrays import F64
 
 SPOT = 4.2 / np.sqrt(8 * np.log(2))  # px, standard deviation of a spot 4.2 px wide at half height
 CONTRAST = 56.0  # grey levels, standard deviation of the image
@@ -29,18 +32,25 @@ def speckle(
     centres = rng.uniform(-margin, side + margin, (count, 2))
     centres = middle + np.asarray(shift) + scale * (centres - middle)
     heights = rng.choice([-1.0, 1.0], count) * contrast / np.sqrt(np.pi * SPOT**2 * DENSITY)
-    edges, wide = np.arange(side + 1) - 0.5, SPOT * scale
+    edges, wide = cast(F64, np.arange(side + 1) - 0.5), SPOT * scale
     image = np.full((side, side), 128.0)
     for some in np.array_split(np.argsort(centres[:, 1]), side // 3):
-        below = int(np.searchsorted(edges, centres[some, 1].min() - 5 * wide[1])) - 1
-        above = int(np.searchsorted(edges, centres[some, 1].max() + 5 * wide[1])) + 1
+        below = int(edges.searchsorted(float(centres[some, 1].min() - 5 * wide[1]))) - 1
+        above = int(edges.searchsorted(float(centres[some, 1].max() + 5 * wide[1]))) + 1
         rows = slice(max(below, 0), max(min(above, side), 0))
         along, down = (
-            np.diff(erf((edges[:, None] - centres[some, a]) / (np.sqrt(2) * wide[a])), axis=0)
+            cast(
+                F64,
+                np.diff(erf((edges[:, None] - centres[some, a]) / (np.sqrt(2) * wide[a])), axis=0),
+            )
             for a in (0, 1)
         )
         image[rows] += (down[rows] * heights[some]) @ along.T * (np.pi / 2 * wide.prod())
     return image
+
+
+def _over_pixels(edges: F64) -> F64:
+    return np.diff(cast(F64, erf(edges)), axis=0)
 
 
 def eight_bit(

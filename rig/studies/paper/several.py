@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator, Mapping
+from typing import cast
 
 import numpy as np
 
@@ -47,9 +48,9 @@ def unordered(effort: Effort) -> Samples:
             net, recipe = _smooth(first, test, touches, effort.epochs(whole), rng, stream)
             spent = time.process_time() - began
             found = _predicted(net, test, touches)
-            error: F64 = matched_error(_places(test.targets, touches), found)[0]
+            error = matched_error(_places(test.targets, touches), found)[0]
             of_three = touches == 3
-            below = 100 * float(np.mean(error.mean(axis=1) < 0.8))
+            below = 100 * float(np.mean(cast(F64, error.mean(axis=1)) < 0.8))
             for what, unit, paper, value, most in (
                 ("loss of paired touches", "mm", "0.43", error.mean(), 0.43),
                 ("median", "mm", "", np.median(error), None),

@@ -1,6 +1,6 @@
 """Narrow shells and the rods that they are: end shear, end moment, pressure."""
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from scipy.integrate import quad, solve_bvp
@@ -109,9 +109,11 @@ def strip(thickness: float) -> tuple[float, float]:
     def square(x: float) -> float:
         return 0.5 * slope(x) ** 2
 
-    mean = float(quad(square, 0, half, **parts)[0]) / half
+    mean = cast(float, quad(square, 0, half, **parts)[0]) / half
     pressure = tension * np.sqrt(STRIP_STRAIN / mean)
-    return pressure, pressure / tension * quad(slope, 0, half, **parts)[0]
+    return float(pressure), float(pressure) / tension * cast(
+        float, quad(slope, 0, half, **parts)[0]
+    )
 
 
 def pressed_shell(thickness: float, pressure: float) -> fe.ShellState:

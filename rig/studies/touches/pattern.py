@@ -219,7 +219,7 @@ def large(clamped: str) -> Iterator[Figure]:
                 off = float(np.median(place)), float(np.median(abs(force / true)))
                 found[name].append((*off, right, spent))
         for name, figures in found.items():
-            place, force, right, spent = np.array(figures).T
+            place, force, right, spent = np.array(figures, dtype=np.float64).T
             bars = [at_most(most) for most in (far, 1.5, late)]
             if name == "linear":
                 bars = [None] * 3  # stands beside, and is not for such touches
