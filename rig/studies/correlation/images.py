@@ -39,10 +39,7 @@ def speckle(
         above = int(edges.searchsorted(float(centres[some, 1].max() + 5 * wide[1]))) + 1
         rows = slice(max(below, 0), max(min(above, side), 0))
         along, down = (
-            cast(
-                F64,
-                np.diff(erf((edges[:, None] - centres[some, a]) / (np.sqrt(2) * wide[a])), axis=0),
-            )
+            _over_pixels((edges[:, None] - centres[some, a]) / (np.sqrt(2) * wide[a]))
             for a in (0, 1)
         )
         image[rows] += (down[rows] * heights[some]) @ along.T * (np.pi / 2 * wide.prod())
