@@ -29,7 +29,7 @@ def shape(*terms):
     for height, i, j in terms:
         x, y = held(i), held(j)
         table[: len(x), : len(y)] += height * np.multiply.outer(x, y)
-    return fe.Shape(modes=table.tolist())
+    return fe.Shape(modes=tuple(map(tuple, table.tolist())))
 
 
 def giving(rotation, membrane):

@@ -48,3 +48,25 @@ def test_strain_and_displacement_are_those_of_the_shell(edges):
         of_motion = np.abs(found.displacement(at) - moved).max() / np.abs(moved).max()
         assert of_strain < 0.04
         assert of_motion < 0.005
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+def test_a_bowed_plate_colder_than_its_frame_bends_as_the_shell_does():
+    """Measured: 1.0 % of the strain and 5e-4 of the displacement."""
+    even = 3000.0 * 1e-4 / (1 - 0.38)
+    plate = fe.Plate(
+        (SIDE, 200.0), 1.0, 3000.0, 0.38, tension=(even, even, 0.0), shape=fe.Shape(0.5)
+    )
+    reduced = fe.reduced_plate(plate, fe.grid(plate, 28))
+    shell, at = fe.Shell(plate, fe.grid(plate, 36)), np.array([[60.0, 90.0], [127.0, 120.0]])
+    gauges = np.array([[5.0, 60.0], [120.0, 5.0], [249.0, 130.0], [60.0, 195.0], [80.0, 50.0]])
+    for touches in ([fe.Touch(127.0, 107.0, 5.0)], [fe.Touch(51.0, 143.0, 1.0)]):
+        true, found = shell.undeformed.touch(touches), reduced.solve(touches)
+        assert true.stability.verdict is fe.Verdict.STABLE
+        assert found.result is fe.Trust.TRAINED
+        strain, moved = true.strain(gauges), true.displacement(at)
+        of_strain = np.linalg.norm(found.strain(gauges) - strain) / np.linalg.norm(strain)
+        of_motion = np.abs(found.displacement(at) - moved).max() / np.abs(moved).max()
+        assert of_strain < 0.04
+        assert of_motion < 0.005
