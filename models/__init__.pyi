@@ -1,7 +1,7 @@
 """Public names of `models`: the one list, read by type checkers and by the lazy loader."""
 
 from .bench.bench import (
-    Bench as Bench,
+    BenchEstimate as BenchEstimate,
     HeldOut as HeldOut,
     bench_before as bench_before,
     prior_sigma as prior_sigma,

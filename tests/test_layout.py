@@ -83,6 +83,20 @@ def test_a_script_that_hides_no_package_imports_all(tmp_path):
     subprocess.run([sys.executable, script], check=True)
 
 
+def test_a_class_of_one_package_has_a_name_of_its_own():
+    homes: dict[str, set[str]] = {}
+    for name in PACKAGES:
+        for path in (ROOT / name).rglob("*.py"):
+            if path.is_relative_to(
+                ROOT / "rig" / "studies"
+            ):  # programs, each with words of its own
+                continue
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                    homes.setdefault(node.name, set()).add(name)
+    assert {name: where for name, where in homes.items() if len(where) > 1} == {}
+
+
 def test_tests_are_no_packages():
     assert not list((ROOT / "tests").rglob("__init__.py"))
 

@@ -14,7 +14,7 @@ from fe.arrays import F64
 from fe.elements.hermite import hermite_gram
 from fe.elements.mesh import Mesh
 from fe.reduced.karman import Karman
-from fe.reduced.training import Parts, Snapshots
+from fe.reduced.training import SnapshotParts, Snapshots
 
 # Shapes of w from linear solutions, which couple one touch to another, and from what touches leave;
 # stresses; displacements in the plane. A quarter more stresses and a tenth more shapes lower errors
@@ -40,12 +40,12 @@ class ReducedBasis(NamedTuple):
     drifts: F64
 
 
-def basis(karman: Karman, states: Snapshots, parts: Parts) -> ReducedBasis:
+def basis(karman: Karman, states: Snapshots, parts: SnapshotParts) -> ReducedBasis:
     """Find the basis of some states and of the parts of their deflections."""
     return ReducedBasis(_shapes(karman, parts), _stresses(karman, states), _drifts(karman, states))
 
 
-def _shapes(karman: Karman, parts: Parts) -> F64:
+def _shapes(karman: Karman, parts: SnapshotParts) -> F64:
     stiffness, free = karman.stiffness, karman.linear.free
     linear = parts.linear @ leading(parts.linear.T @ (stiffness @ parts.linear), _LINEAR)
     rest = parts.rest - linear @ (linear.T @ (stiffness @ parts.rest))

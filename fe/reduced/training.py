@@ -46,7 +46,7 @@ class Snapshots(NamedTuple):
     plane: F64
 
 
-class Parts(NamedTuple):
+class SnapshotParts(NamedTuple):
     """Deflections that make up S states with R touches in all, free unknowns.
 
     Attributes
@@ -138,7 +138,7 @@ def pressure(karman: Karman, touches: tuple[Touch, ...]) -> F64:
     return loads
 
 
-def split(shapes: TouchShapes, states: Snapshots) -> Parts:
+def split(shapes: TouchShapes, states: Snapshots) -> SnapshotParts:
     """Take from the states what the shapes that move with the touches hold of them.
 
     That is the linear part, and of the tense shapes as much as brings the bending energy of the
@@ -159,4 +159,4 @@ def split(shapes: TouchShapes, states: Snapshots) -> Parts:
         bent = stiffness @ tense
         left = left - tense @ np.linalg.lstsq(tense.T @ bent, bent.T @ left, rcond=1e-10)[0]
         rest.append(left / size)
-    return Parts(np.concatenate(linear, axis=1), np.stack(rest, axis=1))
+    return SnapshotParts(np.concatenate(linear, axis=1), np.stack(rest, axis=1))

@@ -40,7 +40,7 @@ class HeldOut:
 
 
 @dataclass(frozen=True, eq=False)
-class Bench:
+class BenchEstimate:
     """Numbers of a bench and how sure they are.
 
     Attributes
@@ -86,7 +86,7 @@ class Bench:
         return float(self.values[index]), float(self.sigma[index])
 
 
-def bench_before(plate: fe.Plate, **sigma: float) -> Bench:
+def bench_before(plate: fe.Plate, **sigma: float) -> BenchEstimate:
     """State what is known of a bench before any press.
 
     Parameters
@@ -109,7 +109,7 @@ def bench_before(plate: fe.Plate, **sigma: float) -> Bench:
                 f"sigma of {name} must be 0 or more, got {value:g} {UNITS[name]}; give what may be"
             )
         prior[NAMES.index(name)] = value
-    return Bench(np.zeros(len(NAMES)), np.diag(prior**2), DISCREPANCY, prior)
+    return BenchEstimate(np.zeros(len(NAMES)), np.diag(prior**2), DISCREPANCY, prior)
 
 
 def prior_sigma(plate: fe.Plate) -> F64:

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
 from models.arrays import F64, Mask
-from models.bench.bench import NAMES, Bench, HeldOut
+from models.bench.bench import NAMES, BenchEstimate, HeldOut
 from models.bench.marginal import own_error
 from models.checks import read_array
 from models.forward.bench_forward import BenchForward
@@ -85,7 +85,7 @@ class _Term(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class _Problem:
     presses: tuple[Press, ...]
-    prior: Bench
+    prior: BenchEstimate
     free: Mask
     scales: F64
     look: CameraChange | None
@@ -102,11 +102,11 @@ class _State(NamedTuple):
 def identify(
     forward: BenchForward,
     presses: Sequence[Press],
-    prior: Bench,
+    prior: BenchEstimate,
     look: CameraChange | None = None,
     free: Sequence[str] = NAMES,
     progress: Callable[[int, int], object] | None = None,
-) -> Bench:
+) -> BenchEstimate:
     """Find the bench that presses show.
 
     Parameters
@@ -115,7 +115,7 @@ def identify(
         On the bench that is described.
     presses : sequence of Press
         In the order in which they were made.
-    prior : Bench
+    prior : BenchEstimate
         What is known beforehand.
     look : CameraChange, optional
         Where the numbers of the camera are to be found too.
@@ -126,7 +126,7 @@ def identify(
 
     Returns
     -------
-    Bench
+    BenchEstimate
         Laplace's approximation: the most likely numbers and their covariance.
 
     Raises
@@ -151,7 +151,7 @@ def identify(
 
 def _problem(
     presses: Sequence[Press],
-    prior: Bench,
+    prior: BenchEstimate,
     look: CameraChange | None,
     free: Sequence[str],
     size: F64,
@@ -172,7 +172,7 @@ def _on(forward: BenchForward, values: F64, look: CameraChange | None) -> BenchF
     return forward.on(values, None if look is None else look.at(values[_PLATE:]))
 
 
-def _factors(problem: _Problem, on: BenchForward, bench: Bench, state: _State) -> list[F64]:
+def _factors(problem: _Problem, on: BenchForward, bench: BenchEstimate, state: _State) -> list[F64]:
     """Cholesky factors of the scatter of each press: noise, memory, the model's own error."""
     factors: list[F64] = []
     before = np.zeros(on.whitening.shape[1])
@@ -327,7 +327,9 @@ def _widened(problem: _Problem, terms: list[_Term], state: _State) -> F64:
     return sigmas
 
 
-def _described(problem: _Problem, bench: Bench, state: _State, terms: list[_Term]) -> Bench:
+def _described(
+    problem: _Problem, bench: BenchEstimate, state: _State, terms: list[_Term]
+) -> BenchEstimate:
     normal, _, _ = _reduced(problem, state, terms, 0.0)
     covariance = problem.prior.covariance.copy()
     index = np.flatnonzero(problem.free)

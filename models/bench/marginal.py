@@ -15,7 +15,7 @@ from scipy.linalg import solve_triangular
 
 import fe
 from models.arrays import F64
-from models.bench.bench import Bench
+from models.bench.bench import BenchEstimate
 from models.forward.bench_forward import BenchForward
 
 _NEAR = 8  # modes to each side over which the size of an amplitude is taken
@@ -64,14 +64,14 @@ class MarginalForward:
         return self.whitening @ values, jacobian @ self.whitening.T
 
 
-def marginal(forward: BenchForward, bench: Bench, touches: F64) -> MarginalForward:
+def marginal(forward: BenchForward, bench: BenchEstimate, touches: F64) -> MarginalForward:
     """Whiten a forward model by noise and bench as they are under some touches (n, 3)."""
     lower = np.linalg.cholesky(scatter(forward, bench, touches))
     whitening = solve_triangular(lower, np.eye(len(lower)), lower=True, check_finite=False)
     return MarginalForward(forward, np.asarray(whitening, dtype=np.float64))
 
 
-def scatter(forward: BenchForward, bench: Bench, touches: F64) -> F64:
+def scatter(forward: BenchForward, bench: BenchEstimate, touches: F64) -> F64:
     """Covariance of a measurement by noise, bench and the model's own error, (m, m)."""
     scattered = np.eye(len(forward.whitening))
     if not len(touches):

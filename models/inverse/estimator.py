@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 import fe
 from models.arrays import F64
-from models.bench.bench import Bench
+from models.bench.bench import BenchEstimate
 from models.checks import check_integer, read_array
 from models.estimate import Estimate
 from models.forward.gauges import gauge_forward
@@ -37,7 +37,7 @@ class Estimator:
     prior : Prior
         What is known of every touch beforehand.
     solver : LevenbergMarquardt
-    bench : Bench, optional
+    bench : BenchEstimate, optional
         What is known of the bench, where the forward model is a `BenchForward`: it enters count,
         touches and covariance.
     grid : CandidateGrid, optional
@@ -56,7 +56,7 @@ class Estimator:
     max_touches: int = 4
     prior: Prior = FLAT
     solver: LevenbergMarquardt = STANDARD
-    bench: Bench | None = None
+    bench: BenchEstimate | None = None
     grid: InitVar[CandidateGrid | None] = None
     candidates: CandidateGrid = field(init=False)
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from models.arrays import F64
-from models.bench.bench import Bench
+from models.bench.bench import BenchEstimate
 from models.bench.marginal import marginal
 from models.estimate import Estimate, Result
 from models.forward.bench_forward import BenchForward
@@ -30,7 +30,7 @@ _SURE = 3.0
 def find_on_bench(
     measured: F64,
     candidates: CandidateGrid,
-    bench: Bench,
+    bench: BenchEstimate,
     *,
     start: F64,
     count: int | None = None,
@@ -45,7 +45,7 @@ def find_on_bench(
     measured : (m,) float64
     candidates : CandidateGrid
         Of a `BenchForward`.
-    bench : Bench
+    bench : BenchEstimate
     start, count, max_touches, prior, solver
         As for `find`.
     """

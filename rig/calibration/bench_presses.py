@@ -109,7 +109,7 @@ def identify_bench(
     folder: Path,
     free: tuple[str, ...],
     report: Callable[[int, int], None],
-) -> models.Bench:
+) -> models.BenchEstimate:
     """Find the bench of a scene from listed presses and the images of a folder.
 
     Raises

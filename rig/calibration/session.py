@@ -31,7 +31,7 @@ from rig.system.timing import Stopwatch
 
 
 @dataclass(frozen=True, eq=False)
-class Pressed:
+class PressedFrames:
     """A known press, and the mean image (H, W) of the frames in which it stood still."""
 
     taken: Taken
@@ -71,7 +71,7 @@ class Learned:
         return self.p_value < SIGNIFICANCE and self.score.helps
 
 
-def presses(session: Session) -> list[Pressed]:
+def presses(session: Session) -> list[PressedFrames]:
     """Find the presses that were asked for in a recording.
 
     Raises
@@ -82,7 +82,7 @@ def presses(session: Session) -> list[Pressed]:
         If the file is damaged.
     """
     collector = Collector(targets(session.scene), REQUESTED)
-    found: list[Pressed] = []
+    found: list[PressedFrames] = []
     times: F64 = session.column("frames/captured")
     images = session.arrays["frames/image"]
     for index in range(session.frames):
@@ -90,7 +90,7 @@ def presses(session: Session) -> list[Pressed]:
         if taken:
             first = int(times.searchsorted(float(times[index]) - HOLD / 2))
             frames = cast(AnyArray, images[first : index + 1]).astype(np.float32)
-            found.append(Pressed(taken, np.asarray(frames.mean(axis=0), dtype=np.float32)))
+            found.append(PressedFrames(taken, np.asarray(frames.mean(axis=0), dtype=np.float32)))
     return found
 
 
@@ -142,14 +142,14 @@ def _chain(bench: Bench, session: Session) -> Chain:
     return bench.prepare(session.reference)[0]
 
 
-def _noise(pressed: list[Pressed], one: float, reference: int) -> tuple[float, float]:
+def _noise(pressed: list[PressedFrames], one: float, reference: int) -> tuple[float, float]:
     """Noise of the mean images and of the reference, if a frame less the reference has `one`."""
     frames = float(np.median([each.taken.frames for each in pressed]))
     frame = one / float(np.sqrt(1 + 1 / reference))
     return frame / float(np.sqrt(frames)), frame / float(np.sqrt(reference))
 
 
-def _without_slips(found: list[Pressed]) -> list[Pressed]:
+def _without_slips(found: list[PressedFrames]) -> list[PressedFrames]:
     if len(found) < FEWEST:
         raise ValueError(
             f"the recording shows {len(found)} known presses and {FEWEST} are needed; record some"
@@ -168,7 +168,7 @@ def _look(bench: Bench) -> Callable[[synthetic.Camera], ImageMotions]:
     )
 
 
-def _sense(chain: Chain, pressed: Pressed) -> FrameEstimate:
+def _sense(chain: Chain, pressed: PressedFrames) -> FrameEstimate:
     """Find the one touch of a press.
 
     Raises

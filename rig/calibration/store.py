@@ -25,7 +25,7 @@ from rig.scene.source import DeviceSection
 
 AGE = timedelta(days=30)  # after which a bench has been bumped at least once
 Row = tuple[float, ...]
-Part = Lens | Pose | ProjectorLight | Photon | Latency | Alignment | models.Bench
+Part = Lens | Pose | ProjectorLight | Photon | Latency | Alignment | models.BenchEstimate
 """What can be calibrated."""
 
 
@@ -151,7 +151,7 @@ class Calibration(Section):
         matrix = np.array(part.matrix)
         return Alignment(matrix, part.gain, part.error, part.error_force, part.sigma_gain, ())
 
-    def known_bench(self) -> models.Bench | None:
+    def known_bench(self) -> models.BenchEstimate | None:
         """Return what presses tell of the bench; None without any.
 
         Raises
@@ -171,7 +171,7 @@ class Calibration(Section):
                 " `touchplate calibrate bench` again"
             )
         values, prior = np.array(part.values), np.array(part.prior)
-        return models.Bench(values, covariance, part.discrepancy, prior)
+        return models.BenchEstimate(values, covariance, part.discrepancy, prior)
 
     def warnings(self, scene: Scene, now: datetime) -> list[str]:
         """Say in a sentence each what is old or made for another bench."""
@@ -247,7 +247,7 @@ def entry_of(part: Part, now: datetime) -> dict[str, Entry]:
         case Latency():
             latency = LatencyEntry(date=now, error=part.sigma, median=part.median, p95=part.p95)
             return {"latency": latency}
-        case models.Bench():
+        case models.BenchEstimate():
             held = part.held_out or models.HeldOut(float("nan"), float("nan"), 0)
             bench = BenchEntry(
                 date=now,

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     import models
 
 
-def described(bench: models.Bench, presses: list[str]) -> dict[str, Any]:
+def described(bench: models.BenchEstimate, presses: list[str]) -> dict[str, Any]:
     """Return every number with its prior, value, σ and whether the presses determine it."""
     from models import BENCH
 

@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class PressCorrection:
+class LearnedPresses:
     """What presses correct: a sentence for people and figures for machines."""
 
     sentence: str
     figures: dict[str, Any]
 
 
-def learn_from(name: str, scene: Scene, path: Path) -> PressCorrection:
+def learn_from(name: str, scene: Scene, path: Path) -> LearnedPresses:
     """Correct the forward model of a scene by the known presses of a recording.
 
     What helps on the presses held out is kept beside the scene, as a calibration.
@@ -57,7 +57,7 @@ def learn_from(name: str, scene: Scene, path: Path) -> PressCorrection:
         for part in (learned.lens, learned.pose, learned.alignment):
             store.keep(store.beside(name), part)
     figures = {"softness": 1 / learned.alignment.gain, "focal_px": learned.lens.focal, "kept": kept}
-    return PressCorrection(
+    return LearnedPresses(
         f"{score.held_out} presses held out: {score.place_before:.2f} → {score.place_after:.2f} mm,"
         f" force {100 * score.force_before:.1f} → {100 * score.force_after:.1f} %; {said}",
         asdict(score) | figures,

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from rig.report.compare import Change
     from rig.report.figure import Figure
-    from rig.report.page import Result
+    from rig.report.page import StudyResult
     from rig.report.study import Study
 
 
@@ -61,7 +61,7 @@ def _announce(study: Study, count: int, total: int) -> None:
     console().print(f"{count + 1}/{total} {study.title}")
 
 
-def _data(results: list[Result], changed: list[Change], out: Path) -> dict[str, Any]:
+def _data(results: list[StudyResult], changed: list[Change], out: Path) -> dict[str, Any]:
     from rig.report.verdicts import judged
 
     verdicts = judged(figure for result in results for figure in result.figures)
@@ -92,7 +92,7 @@ def _plain(figure: Figure) -> dict[str, Any]:
     return {name: getattr(figure, name) for name in names} | {"bar": bar}
 
 
-def _shown(results: list[Result], changed: list[Change], out: Path) -> Table:
+def _shown(results: list[StudyResult], changed: list[Change], out: Path) -> Table:
     from rich.box import SIMPLE
     from rich.table import Table
 

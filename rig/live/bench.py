@@ -59,7 +59,7 @@ class Bench:
         What known presses correct in every estimate.
     net : NetPlan or None
         The net that estimates the touches, where the scene has one.
-    known : models.Bench or None
+    known : models.BenchEstimate or None
         What is known of plate, edges and camera, where they are not just as the scene says.
     """
 
@@ -74,7 +74,7 @@ class Bench:
     theory: Theory
     alignment: Alignment | None = None
     net: NetPlan | None = None
-    known: models.Bench | None = None
+    known: models.BenchEstimate | None = None
 
     @property
     def reference_frames(self) -> int:

@@ -17,7 +17,7 @@ from dic import (
     tile_sums,
 )
 from models import (
-    Bench,
+    BenchEstimate,
     Estimate,
     Estimator,
     ImageMotions,
@@ -81,7 +81,7 @@ def prepare_chain(
     reference: ReferenceFrame,
     motions: ImageMotions,
     max_touches: int,
-    known: Bench | None = None,
+    known: BenchEstimate | None = None,
 ) -> Chain:
     """Prepare the chain for a reference, on a bench of which so much is known."""
     tile_reference, noise = prepare_tiles(reference.image, motions.tiles.size), reference.noise

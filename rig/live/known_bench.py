@@ -13,7 +13,7 @@ from rig.plates.cached import modal
 
 
 def on_bench(
-    known: models.Bench,
+    known: models.BenchEstimate,
     plate: fe.Plate,
     camera: synthetic.AnyCamera,
     tiles: Tiles,

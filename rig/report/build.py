@@ -39,7 +39,9 @@ class Order:
     data: Path | None = None
 
 
-def build(contents: Contents, order: Order, announce: Announce, now: datetime) -> list[page.Result]:
+def build(
+    contents: Contents, order: Order, announce: Announce, now: datetime
+) -> list[page.StudyResult]:
     """Run the studies that are asked for, and write the page.
 
     A study that ended well with this code and this effort is not run again, so that a report that
@@ -56,7 +58,7 @@ def build(contents: Contents, order: Order, announce: Announce, now: datetime) -
     chosen = [study for study in asked if study.words(order.effort) is not False]
     left = tuple(study.title for study in known if study not in chosen)
     code = code_hash(contents.home)
-    results: dict[str, page.Result] = {}
+    results: dict[str, page.StudyResult] = {}
     for count, study in enumerate(chosen):
         announce(study, count, len(chosen))
         results[study.name] = _result(study, contents, order, code)
@@ -67,12 +69,12 @@ def build(contents: Contents, order: Order, announce: Announce, now: datetime) -
     page.write(
         order.folder,
         Origin(order.effort, left, now),
-        page.Parts(tuple(part for part in parts if part[1]), contents.open_bars),
+        page.PageParts(tuple(part for part in parts if part[1]), contents.open_bars),
     )
     return list(results.values())
 
 
-def _result(study: Study, contents: Contents, order: Order, code: str) -> page.Result:
+def _result(study: Study, contents: Contents, order: Order, code: str) -> page.StudyResult:
     words = (*contents.program(study), *_words(study, order))
     identity = key("study", (words, code))
     place = Place(order.folder / RAW, study.name)
@@ -82,7 +84,7 @@ def _result(study: Study, contents: Contents, order: Order, code: str) -> page.R
     if outcome is None:
         limit = None if order.effort == "full" else study.limit
         outcome = runner.run(words, place, identity, limit)
-    return page.Result(study, outcome, runner.figures(place))
+    return page.StudyResult(study, outcome, runner.figures(place))
 
 
 def _words(study: Study, order: Order) -> tuple[str, ...]:

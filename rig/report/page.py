@@ -40,7 +40,7 @@ img { max-width: min(100%, 62rem) } code { font-size: 92% } blockquote { margin:
 
 
 @dataclass(frozen=True)
-class Result:
+class StudyResult:
     """A study, its outcome and what it found."""
 
     study: Study
@@ -49,14 +49,14 @@ class Result:
 
 
 @dataclass(frozen=True)
-class Parts:
+class PageParts:
     """What a page is made of: results by section, and the bars that no study measures."""
 
-    sections: tuple[tuple[Section, tuple[Result, ...]], ...]
+    sections: tuple[tuple[Section, tuple[StudyResult, ...]], ...]
     open_bars: tuple[Topic, ...] = ()
 
     @property
-    def results(self) -> tuple[Result, ...]:
+    def results(self) -> tuple[StudyResult, ...]:
         """All results, in their order."""
         return tuple(result for _, results in self.sections for result in results)
 
@@ -67,7 +67,7 @@ class Parts:
         return tuple(chain(*measured, *(topic.figures for topic in self.open_bars)))
 
 
-def write(folder: Path, origin: Origin, parts: Parts) -> None:
+def write(folder: Path, origin: Origin, parts: PageParts) -> None:
     """Write report.md, its plots, and report.html, which holds all of it."""
     (folder / PLOTS).mkdir(parents=True, exist_ok=True)
     opening, count = _panels(parts.results, folder), _count(judged(parts.figures), origin)
@@ -76,7 +76,7 @@ def write(folder: Path, origin: Origin, parts: Parts) -> None:
     (folder / "report.html").write_text(_html(opening, count, rest, folder), encoding="utf-8")
 
 
-def _panels(results: Iterable[Result], folder: Path) -> str:
+def _panels(results: Iterable[StudyResult], folder: Path) -> str:
     """Draw what the page opens with; return its link, or nothing without such a table."""
     panels: list[front.Panel] = []
     for result in results:
@@ -104,7 +104,7 @@ def _count(verdicts: Verdicts, origin: Origin) -> str:
     return _text([*blocks, origin.built])
 
 
-def _overview(parts: Parts, origin: Origin) -> list[str]:
+def _overview(parts: PageParts, origin: Origin) -> list[str]:
     """List what ran, and the bars of each."""
     lines = [
         "| study | outcome | met | missed | not measured | wall time | CPU time |",
@@ -122,7 +122,7 @@ def _state(outcome: Outcome) -> str:
     return f"left out: {outcome.words}" if left_out else outcome.state
 
 
-def _sections(parts: Parts, folder: Path) -> list[str]:
+def _sections(parts: PageParts, folder: Path) -> list[str]:
     blocks: list[str] = []
     for section, results in parts.sections:
         blocks += [f"## {section.title}", section.text]
@@ -131,7 +131,7 @@ def _sections(parts: Parts, folder: Path) -> list[str]:
     return blocks
 
 
-def _study(result: Result, folder: Path) -> list[str]:
+def _study(result: StudyResult, folder: Path) -> list[str]:
     blocks = [f"### {result.study.title}", result.study.text]
     if result.outcome.state == "left out":
         blocks.append(f"> **{_state(result.outcome)}**")

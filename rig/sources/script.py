@@ -25,7 +25,7 @@ def at_rest(time: float) -> bool:
 
 
 @dataclass(frozen=True)
-class Press:
+class ScriptedPress:
     """One finger: appears, moves along a path while it presses, and leaves.
 
     Attributes
@@ -59,12 +59,12 @@ class Press:
 
 
 TOUR = (
-    Press(1.5, 3.0, ((0.50, 0.50),), (2.0, 2.0)),
-    Press(5.0, 5.0, ((0.20, 0.25), (0.80, 0.30), (0.75, 0.80), (0.25, 0.70)), (1.0, 3.0)),
-    Press(10.5, 3.0, ((0.30, 0.65),), (0.5, 4.0)),
-    Press(14.0, 6.0, ((0.25, 0.30), (0.30, 0.75)), (2.5, 1.5)),
-    Press(15.0, 4.0, ((0.75, 0.70), (0.70, 0.30)), (1.5, 3.0)),
-    Press(21.0, 3.0, ((0.85, 0.15),), (4.0, 4.0)),
+    ScriptedPress(1.5, 3.0, ((0.50, 0.50),), (2.0, 2.0)),
+    ScriptedPress(5.0, 5.0, ((0.20, 0.25), (0.80, 0.30), (0.75, 0.80), (0.25, 0.70)), (1.0, 3.0)),
+    ScriptedPress(10.5, 3.0, ((0.30, 0.65),), (0.5, 4.0)),
+    ScriptedPress(14.0, 6.0, ((0.25, 0.30), (0.30, 0.75)), (2.5, 1.5)),
+    ScriptedPress(15.0, 4.0, ((0.75, 0.70), (0.70, 0.30)), (1.5, 3.0)),
+    ScriptedPress(21.0, 3.0, ((0.85, 0.15),), (4.0, 4.0)),
 )
 TOUR_LENGTH = 25.0  # s; then it starts again
 

@@ -36,7 +36,7 @@ MANUAL_MODE = 1
 
 
 @dataclass(frozen=True)
-class Control:
+class UvcControl:
     """A control: whether the processing unit has it (else the camera), selector and bytes."""
 
     processing: bool
@@ -45,22 +45,22 @@ class Control:
 
 
 VALUES = {
-    Knob.EXPOSURE: Control(False, 0x04, 4),
-    Knob.GAIN: Control(True, 0x04, 2),
-    Knob.FOCUS: Control(False, 0x06, 2),
-    Knob.WHITE_BALANCE: Control(True, 0x0A, 2),
+    Knob.EXPOSURE: UvcControl(False, 0x04, 4),
+    Knob.GAIN: UvcControl(True, 0x04, 2),
+    Knob.FOCUS: UvcControl(False, 0x06, 2),
+    Knob.WHITE_BALANCE: UvcControl(True, 0x0A, 2),
 }
 AUTOMATICS = {
-    Knob.EXPOSURE: (Control(False, 0x02, 1), MANUAL_MODE),
-    Knob.FOCUS: (Control(False, 0x08, 1), 0),
-    Knob.WHITE_BALANCE: (Control(True, 0x0B, 1), 0),
+    Knob.EXPOSURE: (UvcControl(False, 0x02, 1), MANUAL_MODE),
+    Knob.FOCUS: (UvcControl(False, 0x08, 1), 0),
+    Knob.WHITE_BALANCE: (UvcControl(True, 0x0B, 1), 0),
 }
 """Control that sets each knob by itself, and its value when it does not."""
 STEPS = {Knob.EXPOSURE: 1e-4}  # s
 
 
 @contextmanager
-def open_uvc(device: UsbDevice, backend: IBackend | None = None) -> Generator[Panel[Control]]:
+def open_uvc(device: UsbDevice, backend: IBackend | None = None) -> Generator[Panel[UvcControl]]:
     """Take a camera from its driver and give its controls; the driver has it back afterwards.
 
     Raises
@@ -87,19 +87,19 @@ def open_uvc(device: UsbDevice, backend: IBackend | None = None) -> Generator[Pa
             _give_back(found, number)
 
 
-def _panel(device: Opened, interface: int, camera: int, processing: int) -> Panel[Control]:
-    def address(control: Control) -> tuple[int, int]:
+def _panel(device: Opened, interface: int, camera: int, processing: int) -> Panel[UvcControl]:
+    def address(control: UvcControl) -> tuple[int, int]:
         unit = processing if control.processing else camera
         return control.selector << 8, unit << 8 | interface  # wValue, wIndex
 
-    def get(control: Control) -> int | None:
+    def get(control: UvcControl) -> int | None:
         try:
             answer = device.ctrl_transfer(IN, GET, *address(control), control.size, PATIENCE)
         except usb.core.USBError:  # it stalls what it does not have
             return None
         return int.from_bytes(bytes(answer), "little")
 
-    def put(control: Control, value: float) -> bool:
+    def put(control: UvcControl, value: float) -> bool:
         try:
             data = round(value).to_bytes(control.size, "little")
             device.ctrl_transfer(OUT, SET, *address(control), data, PATIENCE)

@@ -124,7 +124,7 @@ def test_nothing_on_an_unknown_bench_is_no_touch(forward):
 
 def test_a_bench_known_exactly_changes_nothing(forward):
     exact = models.bench_before(PLATE, **dict.fromkeys(NAMES, 0.0))
-    known = models.Bench(exact.values, exact.covariance, 0.0, exact.prior)
+    known = models.BenchEstimate(exact.values, exact.covariance, 0.0, exact.prior)
     touch = [(60.0, 40.0, 2.0)]
     measured = measure(forward, exact.values, touch, np.random.default_rng(5))
     with_bench = models.Estimator(forward, bench=known, max_touches=2).fit_whitened(measured)

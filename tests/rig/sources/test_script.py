@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from rig.sources import script
-from rig.sources.script import RAMP, STILL, TOUR_LENGTH, Press
+from rig.sources.script import RAMP, STILL, TOUR_LENGTH, ScriptedPress
 
 SIZE = (254.0, 203.0)
 SCRIPTS = {
@@ -66,7 +66,7 @@ def _numbers(touches):
 
 
 def test_a_press_reaches_its_force_after_the_ramp_and_follows_its_path():
-    press = Press(2.0, 4.0, ((0.2, 0.2), (0.8, 0.2), (0.8, 0.6)), (1.0, 3.0))
+    press = ScriptedPress(2.0, 4.0, ((0.2, 0.2), (0.8, 0.2), (0.8, 0.6)), (1.0, 3.0))
     assert press.at(2.0, SIZE) is None
     assert press.at(6.0, SIZE) is None
     middle = press.at(4.0, SIZE)
