@@ -175,8 +175,9 @@ def bench(
 
     kept = _bench("bench", scene, settings)
     listed, names = bench_presses.read_list(presses), tuple(free or ())
-    given = kept.scene, kept.known, listed, images, names, progress
-    found = bench_presses.identify_bench(*given)
+    with progress("plate modes") as report:
+        given = kept.scene, kept.known, listed, images, names, report
+        found = bench_presses.identify_bench(*given)
     store.keep(kept.path, found)
     said = described(found, [one.press for one in listed]) | {"path": str(kept.path)}
     emit(table(said), said, as_json)

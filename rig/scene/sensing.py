@@ -37,7 +37,7 @@ class PatternEstimator(Section):
     kind: Literal["pattern"] = Field(description="what touches are estimated from")
     modes: Count = Field(200, ge=10, le=2000, description="vibration modes that carry the field")
     bench: Literal["exact", "usual"] = Field(
-        "exact",
+        default="exact",
         description="plate, edges and camera are just as the scene says, or as they usually are in"
         " a lab: what is not known of them then enters every σ",
     )

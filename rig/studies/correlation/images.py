@@ -47,7 +47,7 @@ def speckle(
 
 
 def _over_pixels(edges: F64) -> F64:
-    return np.diff(cast(F64, erf(edges)), axis=0)
+    return np.diff(erf(edges), axis=0)
 
 
 def eight_bit(

@@ -4,6 +4,7 @@ import time
 
 import numpy as np
 import pytest
+from skimage.registration import phase_cross_correlation
 
 import fe
 from rig.live import chain as live, visibility
@@ -121,6 +122,16 @@ def test_a_jump_is_seen_to_tenths_of_a_pixel_also_behind_a_hand(small, watch):
     np.testing.assert_allclose(found, (4.6, -3.3), atol=0.35)
     found = live.estimate_frame(rig.chain, image, rig.state, rig.watch)
     assert (found.unusable_reason, found.estimate.count) == ("", 0)
+
+
+@pytest.mark.parametrize("shift", [(4.6, -3.3), (-11.2, 6.7)])
+def test_a_jump_is_what_an_independent_phase_correlation_finds(small, watch, shift):
+    rig = Rig(small({"source.shift": list(shift)}), watch)
+    image, still = rig.twin.frame(40, ()), rig.chain.reference.image
+    found = visibility.coarse_shift(rig.chain.reference, image)
+    back, _, _ = phase_cross_correlation(still, image.astype(float), upsample_factor=20)
+    np.testing.assert_allclose(found, -back[::-1], atol=0.35)
+    np.testing.assert_allclose(found, shift, atol=0.35)
 
 
 def test_a_shadow_is_no_touch(rig):
