@@ -23,11 +23,11 @@ _TYPES = {"f8": "Float64", "i8": "Int64", "u1": "UInt8"}
 def write_vtu(path: str | Path, state: PlateState, touches: Sequence[Touch] = ()) -> None:
     """Write the touched face in its bent shape, its strain and its touches.
 
-    The face is a grid of quadrilaterals on the nodes of the mesh, at z = half the thickness plus
-    the displacement; a touch is a vertex on it. Data of the points: `displacement` (3), mm;
-    `exx`, `eyy`, `exy` of the touched face, `exy` the tensor component; `thickness`, mm; `force`, N
-    into the plate, and `radius`, mm, both 0 but at touches. Warping by `displacement` with a factor
-    k - 1 shows the bending k times; k = 0 is the flat plate.
+    The face is a grid of quadrilaterals on the nodes of the mesh, at z = half the thickness over
+    the shape at rest, plus the displacement; a touch is a vertex on it. Data of the points:
+    `displacement` (3), mm; `exx`, `eyy`, `exy` of the touched face, `exy` the tensor component;
+    `thickness`, mm; `force`, N into the plate, and `radius`, mm, both 0 but at touches. Warping by
+    `displacement` with a factor k - 1 shows the bending k times; k = 0 is the plate at rest.
 
     Parameters
     ----------
@@ -46,7 +46,8 @@ def write_vtu(path: str | Path, state: PlateState, touches: Sequence[Touch] = ()
     """
     path = writable(path, (".vtu",))
     surface = sample(state, touches)
-    points = np.column_stack([surface.xy, 0.5 * surface.thickness]) + surface.displacement
+    height = state.plate.rise(surface.xy) + 0.5 * surface.thickness
+    points = np.column_stack([surface.xy, height]) + surface.displacement
     connectivity, sizes = _cells(surface)
     order = f"{sys.byteorder.capitalize()}Endian"
     kind = {"type": "UnstructuredGrid", "version": "1.0"}

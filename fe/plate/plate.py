@@ -220,6 +220,11 @@ class Plate:
             thickness[here], young[here] = patch.thickness, patch.young
         return thickness, young
 
+    def rise(self, xy: ArrayLike) -> F64:
+        """Height of the middle surface at rest at points (K, 2) mm: (K,) float64, mm along +z."""
+        places = _places(xy, "point")
+        return np.zeros(len(places)) if self.shape is None else self.shape.at(self.size, places)
+
     def points(self, xy: ArrayLike, name: str = "point") -> F64:
         """Return points as an array after checking that they lie on the plate.
 

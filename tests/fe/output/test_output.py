@@ -64,6 +64,15 @@ def test_every_point_of_the_file_has_displacement_and_strain_of_its_place(vtu, s
     np.testing.assert_allclose(strain, state.strain(xy), atol=1e-13)
 
 
+def test_a_bowed_plate_is_written_from_its_shape_at_rest(tmp_path):
+    bowed = fe.Plate((90.0, 60.0), 1.0, 3000.0, 0.38, shape=fe.Shape(0.4))
+    touch = fe.Touch(45.0, 30.0, 0.5)
+    write_vtu(tmp_path / "bowed.vtu", solve(bowed, [touch], mesh=fe.grid(bowed, 12)), [touch])
+    at_rest = flat(read(tmp_path / "bowed.vtu"))
+    assert at_rest[:, 2] == pytest.approx(0.5 + bowed.rise(at_rest[:, :2]), abs=1e-12)
+    assert at_rest[-1, 2] == pytest.approx(0.9)
+
+
 def test_meshio_reads_it_too(vtu, state, tmp_path):
     write_vtu(tmp_path / "again.vtu", state, TOUCHES)
     found = meshio.read(tmp_path / "again.vtu")

@@ -23,6 +23,8 @@ def changed(**changes):
 def test_a_sag_is_the_height_of_the_middle_and_leaves_edges_level():
     shape, at = fe.Shape(0.3), np.array([[60.0, 40.0], [0.0, 33.0], [71.0, 80.0]])
     assert shape.at(SIZE, at) == pytest.approx([0.3, 0.0, 0.0], abs=1e-15)
+    assert changed(shape=shape).rise(at) == pytest.approx([0.3, 0.0, 0.0], abs=1e-15)
+    assert PLATE.rise(at).tolist() == [0.0, 0.0, 0.0]
     for p, q in ((1, 0), (0, 1)):
         assert shape.at(SIZE, at, p, q) == pytest.approx(0.0, abs=1e-15)
 
