@@ -124,7 +124,7 @@ class BenchPlate:
     ----------
     modal : ModalPlate
     values : (30,) float64
-        See `fe.modal.parameters`; how edges give beside what the description says.
+        See `fe.modal.parameters`: how it differs from its description.
     """
 
     modal: ModalPlate
@@ -140,7 +140,7 @@ class BenchPlate:
     @cached_property
     def slipping(self) -> F64:
         """Drifts by stresses, (U, M)."""
-        return np.tensordot(self._compliances(MEMBRANE), self.modal.slipping, 1)
+        return np.tensordot(self._whole(MEMBRANE), self.modal.slipping, 1)
 
     @cached_property
     def stiffness(self) -> F64:
@@ -148,18 +148,18 @@ class BenchPlate:
         modal = self.modal
         matrix = modal.stiffness + np.tensordot(self.values[GRADED], modal.graded, 1)
         matrix = matrix * np.exp(self.values[YOUNG] + 3.0 * self.values[THICKNESS])
-        self._add(matrix, np.tensordot(self.values[TENSION], modal.tense, 1))
+        self._add(matrix, np.tensordot(self._whole(TENSION), modal.tense, 1))
         return matrix
 
     @cached_property
     def _giving(self) -> F64:
         """Turns by moments, (J, J)."""
-        return np.tensordot(self._compliances(ROTATION), self.modal.turning, 1)
+        return np.tensordot(self._whole(ROTATION), self.modal.turning, 1)
 
     @cached_property
     def _shaped(self) -> F64:
         """Products of the stresses and drifts with the shape at rest, (M + U, c)."""
-        return np.tensordot(self.values[SHAPE], self.modal.shaped, 1)
+        return np.tensordot(self._whole(SHAPE), self.modal.shaped, 1)
 
     @cached_property
     def stretch_compliance(self) -> F64:
@@ -167,7 +167,7 @@ class BenchPlate:
         modal = self.modal
         soft = np.exp(-self.values[YOUNG] - self.values[THICKNESS])
         easing = np.tensordot(self.values[GRADED], modal.easing, 1)
-        giving = np.tensordot(self._compliances(MEMBRANE), modal.giving, 1)
+        giving = np.tensordot(self._whole(MEMBRANE), modal.giving, 1)
         return soft * (np.eye(len(easing)) - easing) + giving
 
     @cached_property
@@ -175,7 +175,8 @@ class BenchPlate:
         """Stresses by what stretches, (M, M)."""
         return np.asarray(np.linalg.inv(self.stretch_compliance), dtype=np.float64)
 
-    def _compliances(self, kind: slice) -> F64:
+    def _whole(self, kind: slice) -> F64:
+        """Numbers of a kind, those of the description included."""
         return self.values[kind] + self.modal.described[kind]
 
     def at(self, touches: F64, p: int = 0, q: int = 0) -> F64:
@@ -304,7 +305,7 @@ class BenchPlate:
         bending = np.exp(self.values[YOUNG] + 3.0 * self.values[THICKNESS])
         bent = bending * (modal.stiffness + np.tensordot(self.values[GRADED], modal.graded, 1)) @ a
         soft = np.exp(-self.values[YOUNG] - self.values[THICKNESS])
-        giving = np.tensordot(self._compliances(MEMBRANE), modal.giving, 1)
+        giving = np.tensordot(self._whole(MEMBRANE), modal.giving, 1)
         eased = (self.stretch_compliance - giving) @ stress
         for which, power in ((YOUNG, 1.0), (THICKNESS, 3.0)):
             loads[:, which], strains[:, which] = power * bent, eased

@@ -12,22 +12,27 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.polynomial import Legendre
 
 from fe.arrays import F64, I64
 from fe.elements.functional import derivative
 from fe.elements.gauss import Gauss, dense
+from fe.elements.line import Line
 from fe.elements.mesh import Mesh, grid
 from fe.elements.storage import restore, store
 from fe.linear.energy import rigidities
 from fe.linear.membrane import Membrane
-from fe.modal.parameters import NAMES
+from fe.modal.parameters import NAMES, SHAPE, SIDES, TENSION
 from fe.modal.stresses import grading, stresses
 from fe.modal.transverse import Transverse, held_polynomials, transverse
 from fe.plate.checks import whole
+from fe.plate.edges import Edge, taper_of
 from fe.plate.plate import Plate
+from fe.plate.shape import Shape
 
 _ELEMENTS = 40  # along the longer side
 _MODES = 120
@@ -104,16 +109,23 @@ class ModalPlate:
         """Number of turns of the edges, J."""
         return self.turning.shape[1]
 
-    @property
+    @cached_property
     def described(self) -> F64:
-        """Parameters (30,) that the description gives: how its edges give."""
+        """Parameters (30,) that the description gives: tension, shape and how its edges give.
+
+        A shape is the nearest one that vanishes where edges hold.
+        """
         values = np.zeros(len(NAMES))
-        for side in ("west", "east", "south", "north"):
-            springs = getattr(self.plate.sides, side).springs
+        values[TENSION] = self.plate.tension
+        if self.plate.shape is not None:
+            values[SHAPE] = _nearest(self.plate, self.mesh, self.plate.shape)
+        for side in SIDES:
+            edge = getattr(self.plate.sides, side)
             for kind in ("rotation", "membrane"):
-                spring = getattr(springs, kind)
+                spring, taper = (getattr(part, kind) for part in (edge.springs, taper_of(edge)))
                 if spring > 0:
                     values[NAMES.index(f"{kind}_{side}")] = 1.0 / spring
+                    values[NAMES.index(f"{kind}_{side}_slope")] = taper / spring
         return values
 
     def arrays(self) -> dict[str, np.ndarray]:
@@ -194,10 +206,29 @@ def _shapes(plate: Plate, mesh: Mesh) -> F64:
 
     The first is 1 mm high in the middle.
     """
-    x, y = (
-        held_polynomials(line, plate.sides.along(axis), 3) for axis, line in enumerate(mesh.lines)
-    )
+    x, y = (_along(line, plate.sides.along(axis)) for axis, line in enumerate(mesh.lines))
     return np.stack([np.outer(x[:, i], y[:, j]) for i, j in _ORDERS], axis=2)
+
+
+def _along(line: Line, ends: tuple[Edge, Edge]) -> F64:
+    """Shapes of orders 0 to 2 along a line: (2 n + 2, 3), Legendre's times a bow between clamps."""
+    if not all(edge.springs.deflection > 0 for edge in ends):
+        return held_polynomials(line, ends, 3)
+    s, scale = 2.0 * line.nodes / line.nodes[-1] - 1.0, 2.0 / line.nodes[-1] * line.unit
+    bow, rise = 0.5 + 0.5 * np.cos(np.pi * s), -0.5 * np.pi * np.sin(np.pi * s)
+    unknowns = np.empty((line.unknowns, 3))
+    for order in range(3):
+        shape = Legendre.basis(order)
+        unknowns[::2, order] = bow * shape(s)
+        unknowns[1::2, order] = (rise * shape(s) + bow * shape.deriv()(s)) * scale
+    return unknowns
+
+
+def _nearest(plate: Plate, mesh: Mesh, shape: Shape) -> F64:
+    """Amplitudes (6,) of the shapes that come nearest to one at the nodes."""
+    functions = _shapes(plate, mesh)[::2, ::2].reshape(-1, len(_ORDERS))
+    wanted = shape.on_grid(plate.size, *mesh.nodes).ravel()
+    return np.asarray(np.linalg.lstsq(functions, wanted, rcond=None)[0], dtype=np.float64)
 
 
 def _rising(gauss: Gauss) -> F64:

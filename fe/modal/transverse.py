@@ -73,9 +73,9 @@ def transverse(plate: Plate, mesh: Mesh, count: int) -> Transverse:
 
 
 def rigidly_held(plate: Plate) -> Plate:
-    """Return the plate whose edges are rigid wherever a spring of rotation or membrane is."""
+    """Return the flat, untense plate that is rigid wherever a spring of rotation or membrane is."""
     sides = {side: _rigid(getattr(plate.sides, side)) for side in SIDES}
-    return replace(plate, edges=Edges(**sides))
+    return replace(plate, edges=Edges(**sides), tension=(0.0, 0.0, 0.0), shape=None)
 
 
 def _rigid(edge: Edge) -> Edge:

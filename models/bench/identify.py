@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
+import fe
 from models.arrays import F64, Mask
 from models.bench.bench import NAMES, BenchEstimate, HeldOut
 from models.bench.marginal import own_error
@@ -28,6 +29,7 @@ MEMORY = 0.05
 _TURNS = 3
 _STEPS = 12
 _SETTLED = 0.02  # fall of χ² below which a turn has ended
+_DAMPING = 1e-3  # to begin with, in parts of the diagonal
 _DISCREPANCIES = np.geomspace(2e-4, 5e-2, 25)
 _OUTLIER = 4.0  # standard deviations by which a press may miss its place or force
 _PLATE = len(NAMES) - 9
@@ -79,7 +81,7 @@ class _Term(NamedTuple):
     own: F64  # (3, 3)
     towards: F64  # (P,)
     towards_own: F64  # (3,)
-    residual: F64  # (m,)
+    state: fe.Pressed
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,11 +138,11 @@ def identify(
     """
     problem = _problem(presses, prior, look, free, np.array(forward.plate.size))
     state = _State(prior.values.copy(), np.array([press.touch for press in presses]))
-    bench, terms = prior, []
+    bench, terms = prior, list[_Term]()
     for turn in range(_TURNS):
         on = _on(forward, state.values, look)
         problem = replace(problem, factors=_factors(problem, on, bench, state))
-        state, terms = _descend(problem, on, state)
+        state, terms = _descend(problem, on, state, terms)
         on = on.on(state.values, on.fields.seen) if look is None else _on(on, state.values, look)
         bench = replace(bench, discrepancy=_discrepancy(problem, on, state))
         problem = replace(problem, sigmas=_widened(problem, terms, state))
@@ -186,34 +188,33 @@ def _factors(problem: _Problem, on: BenchForward, bench: BenchEstimate, state: _
     return factors
 
 
-def _descend(problem: _Problem, on: BenchForward, state: _State) -> tuple[_State, list[_Term]]:
+def _descend(
+    problem: _Problem, on: BenchForward, state: _State, near: list[_Term]
+) -> tuple[_State, list[_Term]]:
     """Gauss-Newton steps, damped where they fail."""
-    terms, cost = _terms(problem, on, state)
-    damping = 1e-3
+    terms, cost = _terms(problem, on, state, near)
+    damping = _DAMPING
     for _ in range(_STEPS):
         trial = _stepped(problem, state, terms, damping)
-        found, trial_cost = _terms(problem, on, trial)
+        found, trial_cost = _terms(problem, on, trial, terms)
         if trial_cost > cost:
             damping *= 10.0
-            if damping > 1e6:
-                break
             continue
         fall, state, terms, cost = cost - trial_cost, trial, found, trial_cost
-        damping *= 0.1
-        if fall < _SETTLED:
+        if fall < _SETTLED and damping <= _DAMPING:
             break
+        damping *= 0.1
     return state, terms
 
 
-def _terms(problem: _Problem, on: BenchForward, state: _State) -> tuple[list[_Term], float]:
-    """Build normal equations of all presses, and χ² with the priors."""
+def _terms(
+    problem: _Problem, on: BenchForward, state: _State, near: list[_Term]
+) -> tuple[list[_Term], float]:
+    """Build normal equations of all presses, and χ² with the priors; `near` are those before."""
     bench = _moved(on, state.values)
-    terms = [
-        _term(problem, bench, factor, press, touch)
-        for factor, press, touch in zip(
-            problem.factors, problem.presses, state.touches, strict=True
-        )
-    ]
+    starts = [bench.near(term.state) for term in near] or [bench] * len(problem.presses)
+    given = zip(starts, problem.factors, problem.presses, state.touches, strict=True)
+    terms = [_term(problem, *each) for each in given]
     labels = (state.touches - [press.touch for press in problem.presses]) / problem.sigmas
     beside = (state.values - problem.prior.values)[problem.free] / problem.scales
     cost = sum(term.chi2 for term in terms) + float(np.sum(labels**2) + beside @ beside)
@@ -242,7 +243,7 @@ def _term(problem: _Problem, on: BenchForward, factor: F64, press: Press, touch:
         own=own.T @ own,
         towards=shared.T @ residual,
         towards_own=own.T @ residual,
-        residual=press.measured - predicted,
+        state=on.state(touch[None]),
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -69,7 +70,7 @@ class CameraChange:
         The motion of the tiles by each field is resolved into the motions described, those of the
         camera with them: what resembles a shift of the camera is taken for one.
         """
-        inverse = self._inverse()
+        inverse = self._inverse
         derivatives: list[F64] = []
         for k, step in enumerate(_STEPS):
             change = np.zeros(len(_STEPS))
@@ -78,6 +79,7 @@ class CameraChange:
             derivatives.append(inverse @ (ahead - behind) / (2.0 * step))
         return Seen(inverse @ self._motion(values), np.stack(derivatives))
 
+    @cached_property
     def _inverse(self) -> F64:
         known = self.motions.fields
         camera = self.motions.tile_basis().reshape(-1, self.motions.basis.shape[1])[:, known:]

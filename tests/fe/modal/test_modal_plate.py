@@ -86,8 +86,9 @@ def test_a_light_touch_bends_it_as_the_linear_plate(modal):
             ),
         ),
         ({"tension_xx": 0.5, "tension_yy": -0.2}, replace(PLATE, tension=(0.5, -0.2, 0.0))),
+        ({"sag": 0.3}, replace(PLATE, shape=fe.Shape(sag=0.3))),
     ],
-    ids=["as described", "softer and thicker", "slipping", "turning", "tense"],
+    ids=["as described", "softer and thicker", "slipping", "turning", "tense", "bowed"],
 )
 def test_it_bends_as_the_whole_plate_does(modal, values, plate):
     xy, touches = places(), [(55.0, 70.0, 8.0)]
@@ -96,12 +97,19 @@ def test_it_bends_as_the_whole_plate_does(modal, values, plate):
     assert off(deflection(modal, fe.bench_values(**values), touches, xy), true) < 0.015
 
 
-def test_edges_that_a_description_gives_are_the_same_numbers(modal):
-    soft = replace(PLATE, edges=fe.Elastic(inf, 400.0, 100.0))
+def test_what_a_description_gives_are_the_same_numbers(modal):
+    soft = replace(
+        PLATE,
+        edges=fe.Elastic(inf, 400.0, 100.0, taper=0.2),
+        tension=(0.4, -0.1, 0.05),
+        shape=fe.Shape(sag=-0.2),
+    )
     assert rigidly_held(soft) == rigidly_held(PLATE)  # so that all products are the same
     sides = ("west", "east", "south", "north")
     numbers = {f"rotation_{side}": 1 / 400.0 for side in sides}
     numbers |= {f"membrane_{side}": 0.01 for side in sides}
+    numbers |= {f"{name}_slope": 0.2 * value for name, value in numbers.items()}
+    numbers |= {"tension_xx": 0.4, "tension_yy": -0.1, "tension_xy": 0.05, "sag": -0.2}
     xy, touches = places(), [(60.0, 40.0, 7.0)]
     found = deflection(replace(modal, plate=soft), fe.bench_values(), touches, xy)
     assert off(found, deflection(modal, fe.bench_values(**numbers), touches, xy)) < 1e-9
