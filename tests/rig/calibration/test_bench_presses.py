@@ -1,0 +1,71 @@
+"""Lists of presses, and the bench that is kept of them."""
+
+from datetime import UTC, datetime
+
+import numpy as np
+import pytest
+
+import models
+from rig.calibration.bench_presses import Listed, read_list
+from rig.calibration.store import Calibration, entry_of, keep, read_calibration
+
+HEAD = "press,first_frame,last_frame,x_mm,y_mm,force_n\n"
+
+
+def listed(tmp_path, text):
+    path = tmp_path / "presses.csv"
+    path.write_text(text, encoding="utf-8")
+    return read_list(path)
+
+
+def test_a_list_says_what_is_known(tmp_path):
+    found = listed(tmp_path, HEAD + "a,16,20,60.5,45,2\nb,30,34,,,1.5\nc,40,40,,,\n")
+    assert found == [
+        Listed("a", (16, 20), (60.5, 45.0), 2.0),
+        Listed("b", (30, 34), None, 1.5),
+        Listed("c", (40, 40), None, None),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("press,first_frame\n", "lacks the column last_frame"),
+        (HEAD, "lists no press"),
+        (HEAD + "a,20,16,,,\n", "line 2: frames must run from first_frame to last_frame"),
+        (HEAD + "a,,16,,,\n", "line 2: frames must run"),
+        (HEAD + "a,1,2,,,\nb,3,4,50,,1\n", "line 3: x_mm and y_mm must both be given"),
+        (HEAD + "a,1,2,5,5,-1\n", "line 2: force_n must be positive, got -1 N"),
+        (HEAD + "a,1,2,x,5,1\n", "line 2: x_mm must be a number or empty, got 'x'"),
+        (HEAD + "a,1,2,nan,5,1\n", "line 2: x_mm must be a number or empty, got 'nan'"),
+    ],
+)
+def test_a_list_that_says_too_little_is_refused(tmp_path, text, says):
+    with pytest.raises(ValueError, match=says):
+        listed(tmp_path, text)
+
+
+def bench():
+    rng, count = np.random.default_rng(1), len(models.BENCH)
+    spread = rng.standard_normal((count, count))
+    held = models.HeldOut(0.21, 0.004, 9)
+    values, prior = rng.standard_normal(count), rng.uniform(1, 2, count)
+    return models.Bench(values, spread @ spread.T, 0.004, prior, held)
+
+
+def test_a_calibration_holds_the_bench(tmp_path):
+    made = bench()
+    keep(tmp_path / "my.calibration.json", made)
+    kept = read_calibration(tmp_path / "my.calibration.json")
+    assert (kept.bench.error, kept.bench.error_force) == (0.21, 0.004)
+    again = kept.known_bench()
+    for name in ("values", "covariance", "prior", "discrepancy"):
+        assert np.array_equal(getattr(again, name), getattr(made, name))
+
+
+def test_a_bench_of_other_numbers_is_refused():
+    entry = entry_of(bench(), datetime.now(UTC))["bench"]
+    fewer = entry.model_copy(update={"names": entry.names[:-1]})
+    with pytest.raises(ValueError, match=r"other numbers than the 39 of today; run"):
+        Calibration(bench=fewer).known_bench()
+    assert Calibration().known_bench() is None
