@@ -60,6 +60,8 @@ class Pressed:
         Of the functions of the deflection.
     stress : (M,) float64
         Of the stresses in the plane.
+    along : (M, c) float64
+        Pull of each stress on each function that stretches.
     converged : bool
         Whether forces are in balance.
     tangent : Tangent or None
@@ -70,21 +72,21 @@ class Pressed:
     touches: F64
     amplitudes: F64
     stress: F64
+    along: F64
     converged: bool
     tangent: Tangent | None
 
     @property
     def values(self) -> F64:
         """Amplitudes of the n functions and the U drifts, (n + U,)."""
-        pulls, shaped = self.bench.drifting(self.amplitudes)
+        pulls, shaped = self.drifting
         drift = (0.5 * pulls + shaped) @ self.amplitudes[self.bench.taking_part]
         return np.concatenate([self.amplitudes, drift + self.bench.slipping @ self.stress])
 
     @cached_property
-    def along(self) -> F64:
-        """Pull of each stress on each function that stretches, (M, c)."""
-        by_plate, by_shape = self.bench.pulling(self.amplitudes)
-        return by_plate + by_shape
+    def drifting(self) -> tuple[F64, F64]:
+        """Forms of each drift and each function, two (U, c), by w and by the shape."""
+        return self.bench.drifting(self.amplitudes)
 
     @cached_property
     def exact(self) -> tuple[Tangent, F64]:
@@ -111,7 +113,7 @@ class Pressed:
         forces[bench.taking_part] = self.along.T @ strains
         moved = tangent.solve(loads - bench.released(forces))
         part = moved[bench.taking_part]
-        pulls, shaped = bench.drifting(self.amplitudes)
+        pulls, shaped = self.drifting
         drift = (pulls + shaped) @ part + bench.slipping @ (gained @ part + strains)
         return np.concatenate([moved, drift])
 
@@ -200,6 +202,7 @@ class BenchPlate:
         loads = self.at(touches).T @ -touches[:, 2]
         state = self._near(touches) if start is None else self._moved_on(start, touches)
         tangent, amplitudes, stress = state.tangent, state.amplitudes, state.stress
+        along = state.along
         scale, last, size = self._size(loads) + 1e-300, np.inf, np.inf
         for _ in range(_STEPS):
             left, stress, along = self._balance(amplitudes, loads)
@@ -209,7 +212,7 @@ class BenchPlate:
             if size > _SLOW * last or tangent is None:
                 tangent = self.tangent(stress, along)[0]
             amplitudes = amplitudes - tangent.solve(left)
-        return Pressed(self, touches, amplitudes, stress, bool(size <= _BALANCED), tangent)
+        return Pressed(self, touches, amplitudes, stress, along, bool(size <= _BALANCED), tangent)
 
     def _size(self, forces: F64) -> float:
         """Size of forces, each in units of the root of the stiffness of its function."""
@@ -232,7 +235,7 @@ class BenchPlate:
         roots = np.roots(np.array([float(cubic), float(squared), work, -work]))
         real = roots[np.abs(roots.imag) < 1e-9].real
         factor = float(real[np.argmin(np.abs(real - 0.5))]) if len(real) else 1.0
-        return Pressed(self, touches, factor * amplitudes, np.zeros(len(pulls)), False, None)
+        return Pressed(self, touches, factor * amplitudes, np.zeros(len(pulls)), pulls, False, None)
 
     def _moved_on(self, start: Pressed, touches: F64) -> Pressed:
         """State by the derivatives of one near by; by itself where there are other touches."""
@@ -244,7 +247,7 @@ class BenchPlate:
             change = change - self.at(start.touches).T @ -start.touches[:, 2]
             amplitudes = amplitudes + start.exact[0].solve(self.released(change))
             tangent = start.exact[0]
-        return Pressed(self, touches, amplitudes, start.stress, False, tangent)
+        return Pressed(self, touches, amplitudes, start.stress, start.along, False, tangent)
 
     @cached_property
     def _at_rest(self) -> Tangent:
