@@ -50,7 +50,7 @@ def bench():
     spread = rng.standard_normal((count, count))
     held = models.HeldOut(0.21, 0.004, 9)
     values, prior = rng.standard_normal(count), rng.uniform(1, 2, count)
-    return models.Bench(values, spread @ spread.T, 0.004, prior, held)
+    return models.BenchEstimate(values, spread @ spread.T, 0.004, prior, held)
 
 
 def test_a_calibration_holds_the_bench(tmp_path):
