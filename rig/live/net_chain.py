@@ -26,6 +26,7 @@ from models import (
 )
 from rig.live.baseline import ReferenceFrame
 from rig.live.chain import NO_ESTIMATE, Chain, FrameEstimate
+from rig.live.known_bench import exact_modes
 from rig.scene import Scene
 from rig.scene.bench import LatticeSection, RingSection
 from rig.scene.plate import PlateSection
@@ -165,10 +166,11 @@ def prepare_net(
     Raises
     ------
     ValueError
-        If a gauge leaves the image or stands where there is no pattern.
+        If a gauge leaves the image or stands where there is no pattern, or the bench is not known
+        as it is; see `exact_modes`.
     """
     motions = chain.pattern.motions
-    readings = prepare_camera_gauges(motions.modes, camera, plan.gauges, plan.subset)
+    readings = prepare_camera_gauges(exact_modes(motions), camera, plan.gauges, plan.subset)
     gauges = dic.prepare(reference.image, plan.subset, points=readings.gauges.xy)
     blind = np.count_nonzero(gauges.status != dic.Status.OK)
     if blind:
