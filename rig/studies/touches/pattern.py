@@ -219,7 +219,8 @@ def large(clamped: str) -> Iterator[Figure]:
                 off = float(np.median(place)), float(np.median(abs(force / true)))
                 found[name].append((*off, right, spent))
         for name, figures in found.items():
-            place, force, right, spent = np.array(figures, dtype=np.float64).T
+            columns: list[F64] = list(np.array(figures, dtype=np.float64).T)
+            place, force, right, taken = columns
             bars = [at_most(most) for most in (far, 1.5, late)]
             if name == "linear":
                 bars = [None] * 3  # stands beside, and is not for such touches
@@ -229,7 +230,7 @@ def large(clamped: str) -> Iterator[Figure]:
                 place=(float(np.median(place)), "mm, median", bars[0], LARGE),
                 force=(100 * float(np.median(force)), "%, median", bars[1], LARGE),
                 count_right=(100 * float(np.mean(right)), "%"),
-                time=(float(np.median(spent)), "ms", bars[2], LARGE),
+                time=(float(np.median(taken)), "ms", bars[2], LARGE),
             )
 
 
