@@ -307,7 +307,8 @@ def _discrepancy(problem: _Problem, on: BenchForward, state: _State) -> float:
         residual = press.measured - seen.read(there)[0]
         before = on.fields.seen_of(seen.state(there))
         for k, size in enumerate(_DISCREPANCIES):
-            lower = np.linalg.cholesky(fixed + size**2 * own)
+            spread: F64 = fixed + float(size) ** 2 * own
+            lower = np.linalg.cholesky(spread)
             white = _solve_lower(lower, residual)
             likelihood[k] -= 0.5 * float(white @ white) + float(np.log(np.diag(lower)).sum())
     return float(_DISCREPANCIES[np.argmax(likelihood)])

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import Protocol, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 import fe
 import synthetic
 from dic import Tiles
+from models.arrays import F32, F64, Mask
 from models.forward.linear import Forward
 from models.forward.tile_spline import TileSpline, spread_over
 
@@ -24,7 +24,7 @@ pixel some tiles into the plate.
 """
 
 
-Field = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+Field = Callable[[F64], F64]
 """What k fields do to pixels: (N, 2) px → (N, 2, k)."""
 
 
@@ -41,15 +41,15 @@ class Deflections(Protocol):
         """How many functions there are, K."""
         ...
 
-    def value(self, xy: NDArray[np.float64]) -> NDArray[np.float64]:
+    def value(self, xy: F64) -> F64:
         """Functions at points (N, 2) mm: (N, K)."""
         ...
 
-    def slope(self, xy: NDArray[np.float64]) -> NDArray[np.float64]:
+    def slope(self, xy: F64) -> F64:
         """Their slopes along x and y: (N, K, 2)."""
         ...
 
-    def response(self, xy: NDArray[np.float64]) -> NDArray[np.float64]:
+    def response(self, xy: F64) -> F64:
         """Amplitudes per N under a light touch at each place, (n, 2) mm → (n, K)."""
         ...
 
@@ -62,17 +62,15 @@ class LargeFields(Protocol):
         """Number U of fields in the plane."""
         ...
 
-    def drift(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
+    def drift(self, places: F64) -> F64:
         """Motion in the plane by a unit of each field, (N, 2) mm → (N, 2, U) mm."""
         ...
 
-    def amplitudes(
-        self, xy: NDArray[np.float64], force: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
+    def amplitudes(self, xy: F64, force: F64) -> F64:
         """Amplitudes of all fields under touches (n, 2) mm and (n,) N, (K + U,)."""
         ...
 
-    def forward(self, factor: NDArray[np.float64]) -> Forward:
+    def forward(self, factor: F64) -> Forward:
         """Forward model of amplitudes whitened by a factor (K + U, m)."""
         ...
 
@@ -106,15 +104,20 @@ class ImageMotions:
     large: LargeFields | None
     tiles: Tiles
     spread: TileSpline
-    basis: NDArray[np.float32]
-    nearer: NDArray[np.float32]
+    basis: F32
+    nearer: F32
+
+    @property
+    def plate_modes(self) -> fe.Modes:
+        """Vibration modes of the plate, where the deflection is carried by no other functions."""
+        return cast(fe.Modes, self.modes)
 
     @property
     def fields(self) -> int:
         """Number K of fields of the plate."""
         return self.modes.count + (0 if self.large is None else self.large.drifts)
 
-    def modal_amplitudes(self, xy: NDArray, force: NDArray) -> NDArray[np.float64]:
+    def modal_amplitudes(self, xy: F64, force: F64) -> F64:
         """Amplitudes of the fields of the plate under touches (n, 2) mm and (n,) N, (K,)."""
         if not len(force):
             return np.zeros(self.fields)
@@ -122,7 +125,7 @@ class ImageMotions:
             return self.large.amplitudes(xy, force)
         return force @ self.modes.response(xy)
 
-    def flow(self, amplitudes: NDArray) -> NDArray[np.float64]:
+    def flow(self, amplitudes: F64) -> F64:
         """Motion of what each tile sees for given amplitudes (K + R,), (T, 2) px.
 
         The field u is that of material points where they were; a tile at x sees the point that
@@ -137,15 +140,15 @@ class ImageMotions:
         return u - (along_x * u[:, :1] + along_y * u[:, 1:]) / self.tiles.size
 
     @cached_property
-    def on_tiles(self) -> NDArray[np.float32]:
+    def on_tiles(self) -> F32:
         """What `tile_basis` returns, kept, at half the size: for a partly hidden pattern."""
         return self.tile_basis().astype(np.float32)
 
-    def max_motion(self, amplitudes: NDArray) -> float:
+    def max_motion(self, amplitudes: F64) -> float:
         """Bound of the motion of any tile for given amplitudes, px: the largest coefficient."""
         return float(np.abs(self._coefficients(amplitudes)).max())
 
-    def project(self, gradient: NDArray, flow: NDArray) -> NDArray[np.float32]:
+    def project(self, gradient: F64, flow: F64) -> F32:
         """Sum over the tiles what each says of each amplitude, at a flow: (T, 2) → (K + R,).
 
         The adjoint of a small change of `flow`, but for the turn of u by its own gradient (1e-3).
@@ -155,13 +158,13 @@ class ImageMotions:
         total = self.spread.project(gradient) - self.spread.project_slopes(along_x, along_y)
         return total.ravel().astype(np.float32) @ self.basis
 
-    def tile_basis(self) -> NDArray[np.float64]:
+    def tile_basis(self) -> F64:
         """Motion of every tile by a unit of every mode and rigid motion, (T, 2, K + R) px."""
         count = self.basis.shape[1]
         wide = self.basis.astype(np.float64).reshape(-1, 2 * count)
         return self.spread.over_tiles(wide).reshape(-1, 2, count)
 
-    def _coefficients(self, amplitudes: NDArray) -> NDArray[np.float32]:
+    def _coefficients(self, amplitudes: F64) -> F32:
         return self.basis @ amplitudes.astype(np.float32)
 
 
@@ -171,7 +174,7 @@ def prepare_motions(
     height: float,
     tiles: Tiles,
     large: LargeFields | None = None,
-    moves: Callable[[synthetic.AnyCamera, NDArray], NDArray] = synthetic.rigid_motion_basis,
+    moves: Callable[[synthetic.AnyCamera, F64], F64] = synthetic.rigid_motion_basis,
 ) -> ImageMotions:
     """See motions of the plate and of the camera on every tile, as means over the tile.
 
@@ -205,8 +208,8 @@ def plate_motions(
     height: float,
     tiles: Tiles,
     large: LargeFields | None,
-    take: Callable[[Tiles, Field], NDArray[np.float64]],
-) -> NDArray[np.float64]:
+    take: Callable[[Tiles, Field], F64],
+) -> F64:
     """Motion of every tile by a unit of every field of the plate, (T, 2, K + U) px.
 
     `take` says what a tile has of a field: its mean, or the value in its middle.
@@ -219,7 +222,7 @@ def plate_motions(
     return np.concatenate([seen, drifts], axis=2)
 
 
-def with_tilts(camera: synthetic.AnyCamera, px: NDArray) -> NDArray[np.float64]:
+def with_tilts(camera: synthetic.AnyCamera, px: F64) -> F64:
     """Image motion by shift, turn and scale, and by the two tilts of a pinhole, (N, 2, R) px.
 
     A camera that tilts by θ sees a ray (x, y) move by f θ (x², x y), beside a shift; so does a
@@ -235,8 +238,8 @@ def with_tilts(camera: synthetic.AnyCamera, px: NDArray) -> NDArray[np.float64]:
 
 
 def _modes_seen(
-    modes: Deflections, camera: synthetic.AnyCamera, height: float, px: NDArray, skirt: float
-) -> NDArray[np.float64]:
+    modes: Deflections, camera: synthetic.AnyCamera, height: float, px: F64, skirt: float
+) -> F64:
     """Image motion of every mode at pixels, (N, 2, K) px; zero beside the plate and its skirt."""
     inside, places = _near_plate(modes.plate, camera, height, px, skirt)
     seen = np.zeros((len(px), 2, modes.count))
@@ -252,9 +255,9 @@ def _drifts_seen(
     plate: fe.Plate,
     camera: synthetic.AnyCamera,
     height: float,
-    px: NDArray,
+    px: F64,
     skirt: float,
-) -> NDArray[np.float64]:
+) -> F64:
     """Image motion of every field in the plane at pixels, (N, 2, U) px."""
     inside, places = _near_plate(plate, camera, height, px, skirt)
     seen = np.zeros((len(px), 2, large.drifts))
@@ -264,8 +267,8 @@ def _drifts_seen(
 
 
 def _nearer(
-    modes: Deflections, camera: synthetic.AnyCamera, height: float, px: NDArray, skirt: float
-) -> NDArray[np.float64]:
+    modes: Deflections, camera: synthetic.AnyCamera, height: float, px: F64, skirt: float
+) -> F64:
     """Fraction of its distance by which every mode brings the plate nearer at pixels, (N, K)."""
     nearer = np.zeros((len(px), modes.count))
     if isinstance(camera, synthetic.Camera):
@@ -277,8 +280,8 @@ def _nearer(
 
 
 def _near_plate(
-    plate: fe.Plate, camera: synthetic.AnyCamera, height: float, px: NDArray, skirt: float
-) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
+    plate: fe.Plate, camera: synthetic.AnyCamera, height: float, px: F64, skirt: float
+) -> tuple[Mask, F64]:
     """Which pixels (N,) are within `skirt` px of the plate, and its points nearest to them, mm."""
     nearest = np.clip(camera.on_plate(px, height), 0.0, np.asarray(plate.size))
     seen = camera.project(np.column_stack([nearest, np.full(len(nearest), height)]))
@@ -286,12 +289,12 @@ def _near_plate(
     return near, nearest[near]
 
 
-def at_middles(tiles: Tiles, field: Field) -> NDArray[np.float64]:
+def at_middles(tiles: Tiles, field: Field) -> F64:
     """Field in the middle of each tile, (T, 2, k)."""
     return field(tiles.xy)
 
 
-def _tile_mean(tiles: Tiles, field: Field) -> NDArray[np.float64]:
+def _tile_mean(tiles: Tiles, field: Field) -> F64:
     """Mean of a field over each tile by 2 x 2 Gauss points, (T, 2, k)."""
     step = 0.5 * tiles.size / np.sqrt(3.0)
     corners = [(-step, -step), (step, -step), (-step, step), (step, step)]

@@ -104,7 +104,7 @@ def prepare_strain_map(
     response = unmix @ (shown.T @ shown)
     without_scale = np.linalg.qr(response[:, -1:], mode="complete")[0][:, 1:].T
     return StrainMap(
-        modes=pattern.motions.modes,
+        modes=pattern.motions.plate_modes,
         operator=operator,
         sigma=np.where(sigma > 0, sigma, np.inf),
         whitening=(without_scale @ unmix @ (shown * weight[:, None]).T).astype(np.float32),

@@ -11,14 +11,12 @@ small touches the fields are plate modes, linear in the force; under large ones 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-import fe
 from dic import TileReference, Tiles, TileSums
+from models.arrays import F32, F64, Mask
 from models.estimate import Estimate
 from models.forward.image_motion import (
     ImageMotions as ImageMotions,
@@ -56,11 +54,11 @@ class TilePattern:
 
     motions: ImageMotions
     reference: TileReference
-    whole: NDArray[np.float64]
-    hidden: NDArray[np.bool_]
-    normal: NDArray[np.float64]
-    elimination: NDArray[np.float64]
-    factor: NDArray[np.float64]
+    whole: F64
+    hidden: Mask
+    normal: F64
+    elimination: F64
+    factor: F64
 
     @property
     def count(self) -> int:
@@ -82,9 +80,9 @@ class TilePattern:
         large = self.motions.large
         if large is not None:
             return large.forward(self.factor / noise)
-        return modal(cast(fe.Modes, self.motions.modes), self.factor / noise)
+        return modal(self.motions.plate_modes, self.factor / noise)
 
-    def hiding(self, hidden: NDArray) -> TilePattern:
+    def hiding(self, hidden: Mask) -> TilePattern:
         """Leave out tiles (T,): what they said is taken out of the normal matrix.
 
         That costs in proportion to the hidden tiles, or to the visible ones if they are fewer.
@@ -118,7 +116,7 @@ class TilePattern:
                 f"{self.count} fields of the plate apart; clear the view"
             ) from None
 
-    def gradient(self, sums: TileSums, moved: NDArray) -> NDArray[np.float64]:
+    def gradient(self, sums: TileSums, moved: F64) -> F64:
         """Right-hand side of the normal equations for all that moved, (K + R + 2,).
 
         Parameters
@@ -133,12 +131,12 @@ class TilePattern:
         left_over = np.concatenate([towards, [sums.ef @ visible, sums.e @ visible]])
         return left_over + self.normal[:, : len(moved)] @ moved
 
-    def whiten(self, right: NDArray, noise: float) -> NDArray[np.float64]:
+    def whiten(self, right: F64, noise: float) -> F64:
         """Reduce a right-hand side to K numbers with white noise of variance 1."""
         modal = right[: self.count] - self.elimination @ right[self.count :]
         return solve_triangular(self.factor, modal, lower=True, check_finite=False) / noise
 
-    def amplitudes(self, estimate: Estimate, right: NDArray) -> NDArray[np.float64]:
+    def amplitudes(self, estimate: Estimate, right: F64) -> F64:
         """Amplitudes of modes and rigid motions that an estimate implies, (K + R,).
 
         With the touches known, what is left of the right-hand side is the motion of the camera.
@@ -148,7 +146,7 @@ class TilePattern:
         nuisance = np.linalg.solve(self.normal[self.count :, self.count :], rest)
         return np.concatenate([modal, np.asarray(nuisance[:-LIGHT], dtype=np.float64)])
 
-    def still(self) -> NDArray[np.float64]:
+    def still(self) -> F64:
         """Amplitudes of a plate and a camera that did not move, (K + R,)."""
         return np.zeros(len(self.normal) - LIGHT)
 
@@ -173,9 +171,9 @@ def prepare_pattern(motions: ImageMotions, reference: TileReference) -> TilePatt
 def _reduced(
     motions: ImageMotions,
     reference: TileReference,
-    whole: NDArray,
-    hidden: NDArray,
-    normal: NDArray,
+    whole: F64,
+    hidden: Mask,
+    normal: F64,
 ) -> TilePattern:
     """Eliminate camera and light."""
     count = motions.fields
@@ -191,7 +189,7 @@ def noise_from_sums(sums: TileSums, tiles: Tiles) -> float:
     return float(np.sqrt(np.median(sums.ee)) / tiles.size)
 
 
-def _normal(hessian: NDArray, light: NDArray, basis: NDArray, size: int) -> NDArray[np.float64]:
+def _normal(hessian: F64, light: F64, basis: F32 | F64, size: int) -> F64:
     """Build the normal matrix of motions (T, 2, k), gain and offset over T tiles, (k + 2, k + 2).
 
     As precise as the motions are given.
