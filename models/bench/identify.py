@@ -16,7 +16,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
 import fe
-from models.arrays import F64, Mask
+from models.arrays import F64, AnyArray, Mask
 from models.bench.bench import NAMES, BenchEstimate, HeldOut
 from models.bench.marginal import own_error
 from models.checks import read_array
@@ -252,7 +252,7 @@ def _through(on: BenchForward, press: Press) -> BenchForward:
     return on if press.whitening is None else replace(on, whitening=press.whitening)
 
 
-def _solve_lower(factor: F64, rows: F64) -> F64:
+def _solve_lower(factor: AnyArray, rows: F64) -> F64:
     white = solve_triangular(factor, rows, lower=True, check_finite=False)
     return np.asarray(white, dtype=np.float64)
 
