@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol, cast
+from typing import Protocol
 
 import numpy as np
 
@@ -109,8 +109,19 @@ class ImageMotions:
 
     @property
     def plate_modes(self) -> fe.Modes:
-        """Vibration modes of the plate, where the deflection is carried by no other functions."""
-        return cast(fe.Modes, self.modes)
+        """The modes, for what is linear in the force.
+
+        Raises
+        ------
+        ValueError
+            The plate stands on a bench whose numbers are not those described.
+        """
+        if not isinstance(self.modes, fe.Modes):
+            raise ValueError(
+                "these motions are those of a bench that differs from its description, and modes of"
+                " the plate are asked for; set estimator.bench to 'exact'"
+            )
+        return self.modes
 
     @property
     def fields(self) -> int:

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import bsr_array, csr_array, kron
 
-import fe
 import synthetic
 from dic import DisplacementField, Status, TileBlocks, strain_operator
 from models.arrays import F32, F64, Mask
+from models.forward.image_motion import ImageMotions
 from models.forward.linear import LinearForward, modal
 from models.forward.tile_pattern import TilePattern
 
@@ -27,8 +27,8 @@ class StrainMap:
 
     Attributes
     ----------
-    modes : fe.Modes
-        K modes of the plate.
+    motions : ImageMotions
+        Of K fields of the plate.
     operator : (3T, 2T) csr_array, per px
         From displacements to strain.
     sigma : (T, 3) float64
@@ -39,7 +39,7 @@ class StrainMap:
         Whitened response to a unit of each mode.
     """
 
-    modes: fe.Modes
+    motions: ImageMotions
     operator: csr_array
     sigma: F64
     whitening: F32
@@ -47,7 +47,7 @@ class StrainMap:
 
     def forward(self, noise: float) -> LinearForward:
         """Forward model of `whiten`ed maps with a noise of `noise` grey levels."""
-        return modal(self.modes, self.factor / noise)
+        return modal(self.motions.plate_modes, self.factor / noise)
 
     def strain(self, field: DisplacementField) -> F64:
         """Strain of a displacement field, (T, 3); NaN where there is none."""
@@ -104,7 +104,7 @@ def prepare_strain_map(
     response = unmix @ (shown.T @ shown)
     without_scale = np.linalg.qr(response[:, -1:], mode="complete")[0][:, 1:].T
     return StrainMap(
-        modes=pattern.motions.plate_modes,
+        motions=pattern.motions,
         operator=operator,
         sigma=np.where(sigma > 0, sigma, np.inf),
         whitening=(without_scale @ unmix @ (shown * weight[:, None]).T).astype(np.float32),

@@ -33,19 +33,3 @@ def on_bench(
     seen = models.CameraChange(motions, fields, camera, height).at(values)
     through = models.BenchFields(bench, seen, values)
     return replace(motions, modes=through, large=through)
-
-
-def exact_modes(motions: models.ImageMotions) -> fe.Modes:
-    """Return the modes of a plate that is just as its scene says.
-
-    Raises
-    ------
-    ValueError
-        If something of its bench is not known.
-    """
-    if not isinstance(motions.modes, fe.Modes):
-        raise ValueError(
-            "this asks for a plate that is just as the scene says, and of this bench something is"
-            " not known; set estimator.bench to 'exact'"
-        )
-    return motions.modes

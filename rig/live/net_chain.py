@@ -26,7 +26,6 @@ from models import (
 )
 from rig.live.baseline import ReferenceFrame
 from rig.live.chain import NO_ESTIMATE, Chain, FrameEstimate
-from rig.live.known_bench import exact_modes
 from rig.scene import Scene
 from rig.scene.bench import LatticeSection, RingSection
 from rig.scene.plate import PlateSection
@@ -167,10 +166,10 @@ def prepare_net(
     ------
     ValueError
         If a gauge leaves the image or stands where there is no pattern, or the bench is not known
-        as it is; see `exact_modes`.
+        as it is; see `ImageMotions.plate_modes`.
     """
     motions = chain.pattern.motions
-    readings = prepare_camera_gauges(exact_modes(motions), camera, plan.gauges, plan.subset)
+    readings = prepare_camera_gauges(motions.plate_modes, camera, plan.gauges, plan.subset)
     gauges = dic.prepare(reference.image, plan.subset, points=readings.gauges.xy)
     blind = np.count_nonzero(gauges.status != dic.Status.OK)
     if blind:

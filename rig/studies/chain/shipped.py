@@ -20,7 +20,6 @@ from models import Estimate, TilePattern
 from rig.live import chain as live
 from rig.live.baseline import average_reference
 from rig.live.bench import Bench, build_bench
-from rig.live.known_bench import exact_modes
 from rig.report.figure import Figure, at_least, at_most
 from rig.sources.twin import Twin, build_twin
 from rig.studies.start import child
@@ -92,7 +91,7 @@ def every_pixel(bench: Bench, twin: Twin) -> TilePattern:
     """Use every pixel of the image at rest."""
     rest = twin.warper.render(np.zeros((len(twin.warper.points), 3)), None, None)
     span = (twin.sensor.white - twin.sensor.black) * twin.sensor.top / 255.0
-    return models.pixel_level(exact_modes(bench.motions), bench.camera, bench.height, span * rest)
+    return models.pixel_level(bench.motions.plate_modes, bench.camera, bench.height, span * rest)
 
 
 def estimates(

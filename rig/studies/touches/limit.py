@@ -19,7 +19,6 @@ from models.forward.linear import modal
 from rig.live import chain as live
 from rig.live.baseline import average_reference
 from rig.live.bench import Bench, build_bench
-from rig.live.known_bench import exact_modes
 from rig.report.figure import Figure
 from rig.report.plate_map import at
 from rig.sources.twin import Twin, build_twin
@@ -145,7 +144,7 @@ def ways() -> Iterator[Figure]:
 def every_pixel() -> Forward:
     """Use every pixel."""
     bench, _, still, noise = case()
-    pattern = models.pixel_level(exact_modes(bench.motions), bench.camera, bench.height, still)
+    pattern = models.pixel_level(bench.motions.plate_modes, bench.camera, bench.height, still)
     return pattern.forward(noise)
 
 
@@ -174,7 +173,7 @@ def chain(size: int) -> live.Chain:
 def by_gauges(gauges: synthetic.Gauges) -> Forward:
     """Use displacement or strain at places, with its full covariance, rigid motion left free."""
     bench, _, still, noise = case()
-    modes, camera = exact_modes(bench.motions), bench.camera
+    modes, camera = bench.motions.plate_modes, bench.camera
     points = camera.on_plate(gauges.px, bench.height)
     seen = synthetic.image_motion_basis(
         camera, gauges.px, modes.value(points), modes.slope(points), bench.height
