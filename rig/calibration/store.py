@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from datetime import UTC, datetime, timedelta
+from math import isfinite
 from pathlib import Path
 
 import numpy as np
@@ -29,12 +30,17 @@ Part = Lens | Pose | ProjectorLight | Photon | Latency | Alignment | models.Benc
 """What can be calibrated."""
 
 
-class Entry(Section):
+class Dated(Section):
     """What every part of a calibration says of itself."""
 
     date: datetime = Field(description="when it was made, UTC")
-    error: float = Field(description="what it leaves, mm; s for the latency, a fraction for noise")
     residual: float = Field(default=0.0, description="RMS of its fit, px; a fraction for noise")
+
+
+class Entry(Dated):
+    """A part whose error is known."""
+
+    error: float = Field(description="what it leaves, mm; s for the latency, a fraction for noise")
 
 
 class LensEntry(Entry):
@@ -86,15 +92,19 @@ class PressesEntry(Entry):
     error_force: float = Field(description="RMS of the force that is left, as a fraction")
 
 
-class BenchEntry(Entry):
-    """What presses tell of plate, edges and camera."""
+class BenchEntry(Dated):
+    """What presses say of plate, edges and camera."""
+
+    error: float | None = Field(default=None, description="RMS of held-out places, mm")
 
     names: tuple[str, ...] = Field(description="of the numbers, in their order")
     values: Row = Field(description="most likely, in the units of the glossary")
     covariance: tuple[Row, ...] = Field(description="theirs")
     prior: Row = Field(description="standard deviations before any press")
     discrepancy: float = Field(ge=0, lt=1, description="error of the model beside them, a fraction")
-    error_force: float = Field(description="RMS of held-out forces, as a fraction")
+    error_force: float | None = Field(
+        default=None, description="RMS of held-out forces, as a fraction"
+    )
 
 
 class Calibration(Section):
@@ -177,7 +187,7 @@ class Calibration(Section):
         """Say in a sentence each what is old or made for another bench."""
         found: list[str] = []
         for name in type(self).model_fields:
-            entry: Entry | None = getattr(self, name)
+            entry: Dated | None = getattr(self, name)
             if entry and now - entry.date > AGE:
                 days = (now - entry.date).days
                 found.append(f"calibration of {name} is {days} days old; repeat it")
@@ -199,7 +209,7 @@ def _other(name: str, made: tuple[int, int], what: str, there: tuple[int, int]) 
     )
 
 
-def entry_of(part: Part, now: datetime) -> dict[str, Entry]:
+def entry_of(part: Part, now: datetime) -> dict[str, Dated]:
     """Return the entry of a new result, by the name of its part, for `Calibration`."""
     match part:
         case Lens():
@@ -248,11 +258,11 @@ def entry_of(part: Part, now: datetime) -> dict[str, Entry]:
             latency = LatencyEntry(date=now, error=part.sigma, median=part.median, p95=part.p95)
             return {"latency": latency}
         case models.BenchEstimate():
-            held = part.held_out or models.HeldOut(float("nan"), float("nan"), 0)
+            held = part.held_out
             bench = BenchEntry(
                 date=now,
-                error=held.place,
-                error_force=held.force,
+                error=held.place if held else None,
+                error_force=held.force if held and isfinite(held.force) else None,
                 names=tuple(name for name, _ in models.BENCH),
                 values=tuple(part.values.tolist()),
                 covariance=_rows(part.covariance),

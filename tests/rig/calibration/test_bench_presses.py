@@ -1,5 +1,6 @@
 """Lists of presses, and the bench that is kept of them."""
 
+from dataclasses import replace
 from datetime import UTC, datetime
 
 import numpy as np
@@ -61,6 +62,13 @@ def test_a_calibration_holds_the_bench(tmp_path):
     again = kept.known_bench()
     for name in ("values", "covariance", "prior", "discrepancy"):
         assert np.array_equal(getattr(again, name), getattr(made, name))
+
+
+def test_a_bench_of_presses_at_unknown_places_is_kept_without_an_error(tmp_path):
+    keep(tmp_path / "my.calibration.json", replace(bench(), held_out=None))
+    kept = read_calibration(tmp_path / "my.calibration.json")
+    assert (kept.bench.error, kept.bench.error_force) == (None, None)
+    assert np.array_equal(kept.known_bench().values, bench().values)
 
 
 def test_a_bench_of_other_numbers_is_refused():

@@ -5,6 +5,7 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 import pytest
 
+import models
 import rig
 import synthetic
 from rig.calibration import store
@@ -23,9 +24,17 @@ POSE = Pose(
 )
 SCREEN = Screen((1280, 800), np.array([[3.0, 0.1, 250], [0.0, -3.1, 780], [1e-5, 0, 1]]))
 CORRECTED = Alignment(np.array([[1.01, 0, -0.5], [0, 0.99, 0.4]]), 1.1, 0.3, 0.02, 0.004, (3,))
+NUMBERS = len(models.BENCH)
+BENCH = models.BenchEstimate(
+    np.linspace(-1, 1, NUMBERS),
+    np.diag(np.linspace(1, 2, NUMBERS)),
+    0.004,
+    np.full(NUMBERS, 3.0),
+    models.HeldOut(0.2, 0.005, 9),
+)
 PARTS = (
     LENS, POSE, ProjectorLight(SCREEN, 0.5, 0.2, 0.9), Photon(0.03, 1.5, 1e-4, 0.01, 0.02),
-    Latency(0.05, 0.07, 1e-3, 20, 1), CORRECTED,
+    Latency(0.05, 0.07, 1e-3, 20, 1), CORRECTED, BENCH,
 )  # fmt: skip
 
 
@@ -40,6 +49,7 @@ def test_every_part_comes_back_as_it_was(tmp_path):
     np.testing.assert_array_equal(kept.screen().T_px_plate, SCREEN.T_px_plate)
     np.testing.assert_array_equal(kept.alignment().matrix, CORRECTED.matrix)
     assert kept.alignment().gain == 1.1
+    np.testing.assert_array_equal(kept.known_bench().covariance, BENCH.covariance)
     assert (kept.noise.gain, kept.latency.median) == (0.03, 0.05)
     assert all(getattr(kept, name).error > 0 for name in type(kept).model_fields)
     assert kept.warnings(rig.load("twin"), datetime.now(UTC)) == []
