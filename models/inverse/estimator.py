@@ -16,6 +16,7 @@ from models.arrays import F64
 from models.bench.bench import BenchEstimate
 from models.checks import check_integer, read_array
 from models.estimate import Estimate
+from models.forward.bench_forward import BenchForward
 from models.forward.gauges import gauge_forward
 from models.forward.linear import Forward
 from models.inverse.candidates import CandidateGrid, prepare_candidates
@@ -48,7 +49,8 @@ class Estimator:
     Raises
     ------
     ValueError
-        If `max_touches` is no whole number of 0 or more.
+        If `max_touches` is no whole number of 0 or more, the candidates are those of another
+        forward model, or a bench is given for a forward model that has none.
     """
 
     forward: Forward
@@ -64,6 +66,15 @@ class Estimator:
         """Prepare the candidates."""
         check_integer("max_touches", self.max_touches, 0, "use 4")
         candidates = prepare_candidates(self.forward) if grid is None else grid
+        if candidates.forward is not self.forward:
+            raise ValueError(
+                "candidates are those of another forward model; ask with_forward(grid, forward)"
+            )
+        if self.bench is not None and not isinstance(self.forward, BenchForward):
+            raise ValueError(
+                f"a bench needs the forward model of a bench, got a {type(self.forward).__name__};"
+                " prepare its motions with BenchFields"
+            )
         object.__setattr__(self, "candidates", candidates.prepare())
 
     def fit(
@@ -104,10 +115,11 @@ class Estimator:
             If the measurement does not fit the forward model, it or the start is not finite, the
             start is not x, y, F of touches, or a count is negative.
         """
-        if self.bench is not None:
+        if self.bench is not None and isinstance(self.forward, BenchForward):
             return find_on_bench(
                 check_measured(measured, self.candidates),
                 self.candidates,
+                self.forward,
                 self.bench,
                 start=read_start(() if start is None else start),
                 count=count,

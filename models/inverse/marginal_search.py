@@ -23,13 +23,12 @@ from models.inverse.solver import STANDARD, find
 # Of a standard deviation: touches that moved by less were whitened well enough.
 _MOVED = 0.5
 _ROUNDS = 4
-# Standard deviations by which a force is known to be one: here they hold the bench as well.
-_SURE = 3.0
 
 
 def find_on_bench(
     measured: F64,
     candidates: CandidateGrid,
+    forward: BenchForward,
     bench: BenchEstimate,
     *,
     start: F64,
@@ -44,47 +43,44 @@ def find_on_bench(
     ----------
     measured : (m,) float64
     candidates : CandidateGrid
-        Of a `BenchForward`.
+        Of `forward`.
+    forward : BenchForward
     bench : BenchEstimate
     start, count, max_touches, prior, solver
         As for `find`.
+
+    Returns
+    -------
+    Estimate
+        UNRESOLVABLE also where the touches do not come to rest in the scatter about themselves.
     """
-    forward = candidates.forward
-    if not isinstance(forward, BenchForward):
-        raise TypeError("a bench needs the forward model of a bench")
     limit = max_touches if count is None else count
-    about = touches = start[:limit]
-    estimate = _nothing(measured)
-    for _ in range(_ROUNDS + limit):
-        there = marginal(forward, bench, about)
-        room = min(len(touches) + 1, limit)
-        estimate = find(
+
+    def fit(about: F64, touches: F64) -> Estimate:
+        there, allowed = marginal(forward, bench, about), min(len(touches) + 1, limit)
+        return find(
             there.whitening @ measured,
             replace(candidates, forward=there, response=candidates.response @ there.whitening.T),
             start=touches,
-            count=None if count is None else room,
-            max_touches=room,
+            count=None if count is None else allowed,
+            max_touches=allowed,
             prior=prior,
             solver=solver,
-            sure=_SURE,
         )
+
+    about = touches = start[:limit]
+    for _ in range(_ROUNDS + limit):
+        estimate = fit(about, touches)
         found = np.column_stack([estimate.xy, estimate.force])
         alike = len(found) == len(touches)
         if alike and _near(about, found, estimate.covariance):
-            break
+            return estimate
         # What is not known about a touch grows with it, and draws it back: half-way lies between.
-        about = 0.5 * (about + found) if alike else found
-        touches = found
-    return estimate
+        about, touches = 0.5 * (about + found) if alike else found, found
+    return replace(fit(about, touches), result=Result.UNRESOLVABLE)
 
 
 def _near(before: F64, after: F64, covariance: F64) -> bool:
     """Whether touches moved by less than they are sure."""
     sigma = np.sqrt(np.diag(covariance)).reshape(-1, 3)
     return bool((np.abs(after - before) <= _MOVED * sigma).all())
-
-
-def _nothing(measured: F64) -> Estimate:
-    chi2 = float(measured @ measured)
-    none = np.empty((0, 2))
-    return Estimate(none, np.empty(0), np.empty((0, 0)), chi2, 1, 1.0, Result.NO_TOUCH)

@@ -36,7 +36,6 @@ def find(
     max_touches: int = 4,
     prior: Prior = FLAT,
     solver: LevenbergMarquardt = STANDARD,
-    sure: float = SURE,
 ) -> Estimate:
     """Find touches from a whitened measurement.
 
@@ -55,8 +54,6 @@ def find(
     prior : Prior
         What is known of every touch beforehand.
     solver : LevenbergMarquardt
-    sure : float
-        Standard deviations by which the force of a touch must be known to be one.
 
     Returns
     -------
@@ -81,8 +78,8 @@ def find(
     needed = pruned(problem, fit)
     idle = len(fit.touches) - len(needed.touches)
     if count is None or not idle:
-        return _describe(problem, needed, sure, needed=True)
-    return _describe(problem, fit, sure, needed=False)
+        return _describe(problem, needed, needed=True)
+    return _describe(problem, fit, needed=False)
 
 
 def touch_limit(count: int | None, max_touches: int) -> int:
@@ -133,7 +130,7 @@ def _as_numbers(start: ArrayLike) -> F64:
     return np.array(given, dtype=np.float64)
 
 
-def _describe(problem: CountProblem, fit: Fit, sure: float, *, needed: bool) -> Estimate:
+def _describe(problem: CountProblem, fit: Fit, *, needed: bool) -> Estimate:
     touches, spread = sort_touches(fit.touches, fit.covariance)
     freedom = problem.freedom(fit)
     sound = needed and fit.converged and problem.candidates.within(touches)
@@ -144,15 +141,15 @@ def _describe(problem: CountProblem, fit: Fit, sure: float, *, needed: bool) -> 
         chi2=fit.chi2,
         dof=freedom,
         p_value=float(chdtrc(freedom, fit.chi2)),
-        result=_judge(touches, spread, sure, sound=sound),
+        result=_judge(touches, spread, sound),
         stats=problem.stats(fit),
     )
 
 
-def _judge(touches: F64, spread: F64, sure: float, *, sound: bool) -> Result:
+def _judge(touches: F64, spread: F64, sound: bool) -> Result:
     if not len(touches):
         return Result.NO_TOUCH
     _, evidence, _, _, apart = weak_or_close(touches, spread)
-    if sound and evidence >= sure**2 and apart >= APART**2:
+    if sound and evidence >= SURE**2 and apart >= APART**2:
         return Result.FOUND
     return Result.UNRESOLVABLE

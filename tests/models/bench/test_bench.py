@@ -1,7 +1,7 @@
 """What is known of a bench: before presses, from them, and in the σ of a touch.
 
-The plate is the modal plate itself here, so that bias and scatter are those of the inference; the
-slow tests press another plate and look at its images.
+The plate is the modal plate itself here: these tests hold the inference, and prove nothing about
+plates. What the modal plate is worth stands in tests/fe/modal.
 """
 
 import numpy as np
@@ -140,6 +140,15 @@ def test_a_bench_known_exactly_changes_nothing(forward):
 def test_priors_that_make_no_sense_are_refused(sigma, says):
     with pytest.raises(ValueError, match=says):
         models.bench_before(PLATE, **sigma)
+
+
+def test_a_bench_for_a_model_without_one_is_refused(forward):
+    gauges = models.gauge_forward(fe.influence(PLATE, [(40.0, 50.0), (90.0, 60.0)]), 1e-6)
+    with pytest.raises(ValueError, match="a bench needs the forward model of a bench, got a Lin"):
+        models.Estimator(gauges, bench=models.bench_before(PLATE))
+    candidates = models.prepare_candidates(gauges, 5)
+    with pytest.raises(ValueError, match="candidates are those of another forward model"):
+        models.Estimator(forward, grid=candidates)
 
 
 def test_presses_that_make_no_sense_are_refused(forward):
