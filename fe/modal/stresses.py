@@ -17,10 +17,10 @@ from fe.arrays import F64
 from fe.elements.mesh import Mesh
 from fe.linear.membrane import Membrane, stretch
 from fe.modal.parameters import SIDES
-from fe.modal.transverse import Transverse, mass, moments
+from fe.modal.transverse import Transverse, moments
 from fe.plate.edges import Edges, Springs, edge_of
 from fe.plate.plate import Plate
-from fe.reduced.basis import leading
+from fe.reduced.basis import balanced, spread_out
 
 _STRESSES, _DRIFTS = 90, 36
 # Compliance of the edges to learn from, in parts of that of the plate across: many times, and some,
@@ -62,7 +62,7 @@ def stresses(functions: Transverse, shapes: F64) -> Stresses:
     stress, plane = _learned(rigid, strain)
     basis = _stress_basis(rigid, stress)
     drifts = _drift_basis(functions.mesh, plane)
-    forces = np.stack([mass(functions.mesh, component) for component in drifts])
+    forces = np.stack([spread_out(functions.mesh, component) for component in drifts])
     reading = rigid.stress(rigid.strain(rigid.solve(forces)))
     own, acting = reactions(rigid, basis), reactions(rigid, reading) - forces
     giving, slipping = _edge_work(functions.mesh, own, own), _edge_work(functions.mesh, acting, own)
@@ -128,11 +128,7 @@ def _stress_basis(rigid: Membrane, stress: F64) -> F64:
     """Combine stresses into few that are orthonormal in energy, each of the same weight."""
     strain = _strain_of(rigid, stress)
     energy = rigid.work(stress, strain)
-    scale = 1.0 / np.sqrt(np.diag(energy))
-    mixture = scale[:, None] * leading(
-        0.5 * scale[:, None] * (energy + energy.T) * scale, _STRESSES
-    )
-    return stress @ mixture
+    return stress @ balanced(0.5 * (energy + energy.T), _STRESSES)
 
 
 def _strain_of(rigid: Membrane, stress: F64) -> F64:
@@ -148,11 +144,9 @@ def grading(rigid: Membrane, stress: F64, weight: F64) -> F64:
 
 
 def _drift_basis(mesh: Mesh, plane: F64) -> F64:
-    forces = np.stack([mass(mesh, component) for component in plane])
-    count = plane.shape[-1]
-    gram = plane.reshape(-1, count).T @ forces.reshape(-1, count)
-    scale = 1.0 / np.sqrt(np.diag(gram))
-    return plane @ (scale[:, None] * leading(scale[:, None] * gram * scale, _DRIFTS))
+    forces = np.stack([spread_out(mesh, component) for component in plane])
+    gram = np.tensordot(plane, forces, ((0, 1, 2), (0, 1, 2)))
+    return plane @ balanced(gram, _DRIFTS)
 
 
 def reactions(rigid: Membrane, stress: F64) -> F64:

@@ -16,7 +16,6 @@ from numpy.polynomial import Legendre, Polynomial
 from fe.arrays import F64
 from fe.elements.functional import derivative
 from fe.elements.gauss import dense
-from fe.elements.hermite import hermite_gram
 from fe.elements.line import Line
 from fe.elements.mesh import Mesh
 from fe.linear.energy import Free, free, stiffness
@@ -156,9 +155,3 @@ def _bending(held: Plate, mesh: Mesh, turned: F64) -> F64:
     kept = loosened(held, mesh)
     flat = turned[np.ix_(*kept)].reshape(-1, turned.shape[2])
     return flat.T @ (stiffness(held, mesh, kept) @ flat)
-
-
-def mass(mesh: Mesh, values: F64) -> F64:
-    """Compute loads ∫ f u dA for every f, of functions u: (2 nx + 2, 2 ny + 2, C) both."""
-    along_x, along_y = (hermite_gram(line, 0, 0).toarray() for line in mesh.lines)
-    return along_y @ np.tensordot(along_x, values, 1)

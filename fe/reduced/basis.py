@@ -58,13 +58,13 @@ def _shapes(karman: Karman, parts: SnapshotParts) -> F64:
 
 def _stresses(karman: Karman, states: Snapshots) -> F64:
     energy = karman.membrane.work(states.stress, karman.membrane.stretching(states.values))
-    return states.stress @ _balanced(0.5 * (energy + energy.T), _STRESSES)
+    return states.stress @ balanced(0.5 * (energy + energy.T), _STRESSES)
 
 
 def _drifts(karman: Karman, states: Snapshots) -> F64:
     forces = np.stack([spread_out(karman.mesh, component) for component in states.plane])
     product = np.tensordot(states.plane, forces, ((0, 1, 2), (0, 1, 2)))
-    return states.plane @ _balanced(product, _DRIFTS)
+    return states.plane @ balanced(product, _DRIFTS)
 
 
 def spread_out(mesh: Mesh, values: F64) -> F64:
@@ -73,7 +73,7 @@ def spread_out(mesh: Mesh, values: F64) -> F64:
     return along_y @ np.tensordot(along_x, values, 1)
 
 
-def _balanced(product: F64, count: int) -> F64:
+def balanced(product: F64, count: int) -> F64:
     """Like `leading`, with every state of the same weight."""
     scale = 1.0 / np.sqrt(np.diag(product))
     return scale[:, None] * leading(scale[:, None] * product * scale, count)

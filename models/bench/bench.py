@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
@@ -54,6 +54,8 @@ class BenchEstimate:
         Standard deviations before any press.
     held_out : HeldOut, optional
         None before presses.
+    converged : bool
+        Whether the descent of `identify` ended by itself.
     outliers : tuple of int
         Presses whose place or force does not agree with the others.
     """
@@ -63,7 +65,8 @@ class BenchEstimate:
     discrepancy: float
     prior: F64
     held_out: HeldOut | None = None
-    outliers: tuple[int, ...] = field(default=())
+    converged: bool = True
+    outliers: tuple[int, ...] = ()
 
     @property
     def sigma(self) -> F64:

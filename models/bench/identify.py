@@ -32,7 +32,7 @@ _SETTLED = 0.02  # fall of χ² below which a turn has ended
 _DAMPING = 1e-3  # to begin with, in parts of the diagonal
 _DISCREPANCIES = np.geomspace(2e-4, 5e-2, 25)
 _OUTLIER = 4.0  # standard deviations by which a press may miss its place or force
-_PLATE = len(NAMES) - 9
+_PLATE = len(fe.BENCH_PARAMETERS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +90,6 @@ class _Problem:
     prior: BenchEstimate
     free: Mask
     scales: F64
-    look: CameraChange | None
     size: F64  # (2,) of the plate
     sigmas: F64  # (N, 3) of the labels, wider for outliers
     factors: list[F64] = field(default_factory=list[F64])
@@ -141,8 +140,10 @@ def identify(
     bench, terms = prior, list[_Term]()
     for turn in range(_TURNS):
         on = _on(forward, state.values, look)
-        problem = replace(problem, factors=_factors(problem, on, bench, state))
-        state, terms = _descend(problem, on, state, terms)
+        factors = [each.factor(bench.discrepancy) for each in _scatters(problem, on, state)]
+        problem = replace(problem, factors=factors)
+        state, terms, converged = _descend(problem, on, state, terms)
+        bench = replace(bench, converged=converged)
         on = on.on(state.values, on.fields.seen) if look is None else _on(on, state.values, look)
         bench = replace(bench, discrepancy=_discrepancy(problem, on, state))
         problem = replace(problem, sigmas=_widened(problem, terms, state))
@@ -167,31 +168,42 @@ def _problem(
     if look is None:
         chosen[_PLATE:] = False
     sigmas = np.array([press.sigma for press in presses])
-    return _Problem(tuple(presses), prior, chosen, prior.sigma[chosen], look, size, sigmas)
+    return _Problem(tuple(presses), prior, chosen, prior.sigma[chosen], size, sigmas)
 
 
 def _on(forward: BenchForward, values: F64, look: CameraChange | None) -> BenchForward:
     return forward.on(values, None if look is None else look.at(values[_PLATE:]))
 
 
-def _factors(problem: _Problem, on: BenchForward, bench: BenchEstimate, state: _State) -> list[F64]:
-    """Cholesky factors of the scatter of each press: noise, memory, the model's own error."""
-    factors: list[F64] = []
+class _Scatter(NamedTuple):
+    """What a press scatters by: noise and memory, and by each unit of the model's own error."""
+
+    fixed: F64  # (m, m)
+    own: F64  # (m, m)
+
+    def factor(self, discrepancy: float) -> F64:
+        """Lower Cholesky factor for an error of the model."""
+        spread = self.fixed + discrepancy**2 * self.own
+        return np.asarray(np.linalg.cholesky(spread), dtype=np.float64)
+
+
+def _scatters(problem: _Problem, on: BenchForward, state: _State) -> list[_Scatter]:
+    """Scatter of each press; the one before it may not have left the plate."""
+    scatters: list[_Scatter] = []
     before = np.zeros(on.whitening.shape[1])
     for press, touch in zip(problem.presses, state.touches, strict=True):
         seen = _through(on, press)
-        own = bench.discrepancy**2 * own_error(seen, touch[None])
-        left = seen.whitening @ before
-        scattered = press.noise**2 * np.eye(len(own)) + own + MEMORY**2 * np.outer(left, left)
-        factors.append(np.asarray(np.linalg.cholesky(scattered), dtype=np.float64))
+        own, left = own_error(seen, touch[None]), seen.whitening @ before
+        fixed = press.noise**2 * np.eye(len(own)) + MEMORY**2 * np.outer(left, left)
+        scatters.append(_Scatter(fixed, own))
         before = on.fields.seen_of(seen.state(touch[None]))
-    return factors
+    return scatters
 
 
 def _descend(
     problem: _Problem, on: BenchForward, state: _State, near: list[_Term]
-) -> tuple[_State, list[_Term]]:
-    """Gauss-Newton steps, damped where they fail."""
+) -> tuple[_State, list[_Term], bool]:
+    """Gauss-Newton steps, damped where they fail; and whether the last one brought nothing more."""
     terms, cost = _terms(problem, on, state, near)
     damping = _DAMPING
     for _ in range(_STEPS):
@@ -202,9 +214,9 @@ def _descend(
             continue
         fall, state, terms, cost = cost - trial_cost, trial, found, trial_cost
         if fall < _SETTLED and damping <= _DAMPING:
-            break
+            return state, terms, True
         damping *= 0.1
-    return state, terms
+    return state, terms, False
 
 
 def _terms(
@@ -299,16 +311,11 @@ def _reduced(
 def _discrepancy(problem: _Problem, on: BenchForward, state: _State) -> float:
     """Error of the model, as a fraction, under which the residuals are likeliest."""
     likelihood = np.zeros(len(_DISCREPANCIES))
-    before = np.zeros(on.whitening.shape[1])
-    for press, touch in zip(problem.presses, state.touches, strict=True):
-        there, seen = touch[None], _through(on, press)
-        own, left = own_error(seen, there), seen.whitening @ before
-        fixed = press.noise**2 * np.eye(len(own)) + MEMORY**2 * np.outer(left, left)
-        residual = press.measured - seen.read(there)[0]
-        before = on.fields.seen_of(seen.state(there))
+    scatters = _scatters(problem, on, state)
+    for press, touch, scatter in zip(problem.presses, state.touches, scatters, strict=True):
+        residual = press.measured - _through(on, press).read(touch[None])[0]
         for k, size in enumerate(_DISCREPANCIES):
-            spread: F64 = fixed + float(size) ** 2 * own
-            lower = np.linalg.cholesky(spread)
+            lower = scatter.factor(float(size))
             white = _solve_lower(lower, residual)
             likelihood[k] -= 0.5 * float(white @ white) + float(np.log(np.diag(lower)).sum())
     return float(_DISCREPANCIES[np.argmax(likelihood)])

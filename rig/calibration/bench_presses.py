@@ -8,15 +8,14 @@ from dataclasses import dataclass, replace
 from math import inf, isfinite, sqrt
 from pathlib import Path
 
-import cv2
 import numpy as np
 
 import models
 import synthetic
 from dic import tile_sums
 from models import hidden_tiles
-from rig.calibration.steps import SUFFIXES
 from rig.calibration.store import Calibration
+from rig.camera.files import image_paths, read_grey
 from rig.live.baseline import average_reference
 from rig.live.bench import Bench, build_bench
 from rig.live.chain import Chain
@@ -122,7 +121,7 @@ def identify_bench(
     """
     bench = _usual(scene, known, report)
     paths = _images(folder, max(one.frames[1] for one in listed))
-    reference = average_reference([_read(path) for path in paths[: bench.reference_frames]])
+    reference = average_reference([read_grey(path) for path in paths[: bench.reference_frames]])
     chain = bench.prepare(reference)[0]
     forward = chain.pattern.forward(chain.noise)
     if not isinstance(forward, models.BenchForward) or bench.known is None:
@@ -158,25 +157,20 @@ def _pinhole(bench: Bench, scene: Scene) -> synthetic.Camera:
 
 
 def _images(folder: Path, last: int) -> list[Path]:
-    if not folder.is_dir():
-        raise OSError(f"folder '{folder}' of images does not exist; check the path")
-    paths = sorted(path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES)
+    """Return the images in the order in which `run` takes them."""
+    paths = image_paths(folder)
     if last >= len(paths):
-        raise OSError(f"folder '{folder}' holds {len(paths)} images, and the list names {last}")
+        raise OSError(
+            f"folder '{folder}' holds {len(paths)} images, counted from 0, and the list names"
+            f" frame {last}; correct the list"
+        )
     return paths
-
-
-def _read(path: Path) -> F32:
-    image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-    if image is None:
-        raise OSError(f"image '{path}' cannot be read; write it again as PNG or TIFF")
-    return np.asarray(image, dtype=np.float32)
 
 
 def _press(chain: Chain, bench: Bench, one: Listed, paths: list[Path]) -> models.Press:
     """Measure a press in the mean of its frames."""
     first, last = one.frames
-    images = [_read(path) for path in paths[first : last + 1]]
+    images = [read_grey(path) for path in paths[first : last + 1]]
     image = np.asarray(np.mean(images, axis=0), dtype=np.float32)
     start = None if one.place is None else np.array([[*one.place, one.force or _START]])
     touch, measured, whitening = _measured(chain, image, start, one.press)

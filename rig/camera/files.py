@@ -87,13 +87,24 @@ def open_folder(folder: str | Path, rate: float | None = None) -> ImageSequence:
         If the rate is not positive.
     """
     _check_rate(rate)
+    return ImageSequence(str(folder), map(read_grey, image_paths(folder)), rate)
+
+
+def image_paths(folder: str | Path) -> list[Path]:
+    """Return the images of a folder, in the order of the numbers in their names.
+
+    Raises
+    ------
+    OSError
+        If there is no such folder, or no image in it.
+    """
     folder = Path(folder)
     if not folder.is_dir():
         raise OSError(f"folder {folder} does not exist; check the path")
     paths = sorted((p for p in folder.iterdir() if p.suffix.lower() in SUFFIXES), key=_in_order)
     if not paths:
         raise OSError(f"folder {folder} holds no images; PNG, TIFF, BMP and JPEG are read")
-    return ImageSequence(str(folder), map(_read_grey, paths), rate)
+    return paths
 
 
 def open_video(path: str | Path, rate: float | None = None) -> ImageSequence:
@@ -135,7 +146,8 @@ def _in_order(path: Path) -> list[str | int]:
     return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", path.name)]
 
 
-def _read_grey(path: Path) -> NDArray[np.uint8]:
+def read_grey(path: Path) -> NDArray[np.uint8]:
+    """Read an image of 8 bit, (H, W) uint8; an OSError says why it is none."""
     try:
         image = dic.read_image(path)
     except ValueError as error:  # in colour, say

@@ -32,6 +32,7 @@ def described(bench: models.BenchEstimate, presses: list[str]) -> dict[str, Any]
         "held_out": None
         if held is None
         else {"place_mm": held.place, "force_fraction": held.force, "presses": held.count},
+        "converged": bench.converged,
         "outliers": [presses[index] for index in bench.outliers],
     }
 
@@ -48,6 +49,12 @@ def table(said: dict[str, Any]) -> Table:
     for row in said["parameters"]:
         numbers = (f"{row[name]:.3g}" for name in ("prior_sigma", "value", "sigma"))
         drawn.add_row(row["name"], row["unit"], *numbers, "yes" if row["determined"] else "no")
+    cautions: list[str] = []
+    if not said["converged"]:
+        cautions.append(
+            "the descent did not end by itself: these numbers are not yet the likeliest"
+        )
     if said["outliers"]:
-        drawn.caption = f"do not agree with the others: press {', '.join(said['outliers'])}"
+        cautions.append(f"do not agree with the others: press {', '.join(said['outliers'])}")
+    drawn.caption = "; ".join(cautions) or None
     return drawn

@@ -23,7 +23,7 @@ def on_bench(
 
     What the camera sees otherwise is taken in where it is a pinhole, and its tilts are free.
     """
-    height, plate_numbers = plate.thickness / 2, len(known.values) - len(models.CAMERA)
+    height, plate_numbers = plate.thickness / 2, len(fe.BENCH_PARAMETERS)
     bench = fe.BenchPlate(modal(plate, report), known.values[:plate_numbers])
     fields = models.BenchFields(bench)
     motions = models.prepare_motions(fields, camera, height, tiles, fields, models.with_tilts)
