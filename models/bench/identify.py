@@ -291,7 +291,7 @@ def _reduced(
     problem: _Problem, state: _State, terms: list[_Term], damping: float
 ) -> tuple[F64, F64, list[tuple[F64, F64]]]:
     """Build normal matrix and slope of the bench, and the inverse block and slope of each touch."""
-    normal = np.eye(len(problem.scales)) * (1.0 + damping)
+    normal = np.eye(len(problem.scales))
     slope = -(state.values - problem.prior.values)[problem.free] / problem.scales
     blocks: list[tuple[F64, F64]] = []
     for term, touch, press, sigma in zip(
@@ -305,7 +305,7 @@ def _reduced(
         normal += term.bench - along @ term.mixed.T
         slope += term.towards - along @ towards
         blocks.append((inverse, towards))
-    return normal, slope, blocks
+    return normal + damping * np.diag(np.diag(normal)), slope, blocks
 
 
 def _discrepancy(problem: _Problem, on: BenchForward, state: _State) -> float:
