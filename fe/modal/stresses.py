@@ -22,11 +22,11 @@ from fe.plate.edges import Edges, Springs, edge_of
 from fe.plate.plate import Plate
 from fe.reduced.basis import balanced, spread_out
 
-_STRESSES, _DRIFTS = 90, 36
+_STRESSES, _DRIFTS = 90, 110
 # Compliance of the edges to learn from, in parts of that of the plate across: many times, and some,
 # of what a clamp has.
 _COMPLIANCES = (0.3, 0.1)
-_PRESSED = (6, 3)  # places to learn from, along the longer side and the other
+_PRESSED = (9, 6)  # places to learn from, along the longer side and the other
 _MIXED = 2  # mixtures of shapes under each of them
 
 

@@ -92,7 +92,7 @@ def own_error(forward: BenchForward, touches: F64) -> F64:
     sizes[:count] = _about(values[:count])
     for group in (slice(count, forward.fields.count), slice(forward.fields.count, None)):
         sizes[group] = np.sqrt(np.mean(values[group] ** 2)) if values[group].size else 0.0
-    spread = forward.whitening * sizes
+    spread = forward.reading * sizes
     return spread @ spread.T
 
 

@@ -21,6 +21,10 @@ from models.forward.camera_change import CAMERA, Seen
 BENCH: tuple[tuple[str, str], ...] = (*fe.BENCH_PARAMETERS, *CAMERA)
 """Name and unit of every number of a bench: of the plate and its edges, then of the camera."""
 
+MEASURED_DRIFTS = 36
+"""Fields in the plane that a pattern resolves. A plate moves by many more, each a little; what they
+add to the motion is taken for those and for the modes, as the images will take it."""
+
 _PLATE = len(fe.BENCH_PARAMETERS)
 _LIGHT = 0.3  # N: a touch whose shape is that of the linear plate
 
@@ -33,14 +37,17 @@ class BenchFields:
     ----------
     bench : fe.BenchPlate
     seen : Seen, optional
-        What the camera sees otherwise; the plate as it is where it is left out.
+        What the camera makes of them; where it is left out, it tells all fields apart.
     camera : (9,) float64
         Numbers of the camera, about which `seen` was made.
+    resolved : int
+        Fields in the plane that are measured, where there are as many.
     """
 
     bench: fe.BenchPlate
     seen: Seen | None = None
     camera: F64 = field(default_factory=lambda: np.zeros(len(CAMERA)))
+    resolved: int = MEASURED_DRIFTS
 
     @property
     def plate(self) -> fe.Plate:
@@ -54,8 +61,13 @@ class BenchFields:
 
     @property
     def drifts(self) -> int:
-        """Number of fields in the plane."""
-        return self.bench.modal.drifts.shape[-1]
+        """Number of fields in the plane that are measured, U."""
+        return min(self.resolved, self.bench.modal.drifts.shape[-1])
+
+    @property
+    def whole(self) -> BenchFields:
+        """The same with all fields in the plane."""
+        return replace(self, seen=None, resolved=self.bench.modal.drifts.shape[-1])
 
     @property
     def values(self) -> F64:
@@ -72,7 +84,8 @@ class BenchFields:
 
     def drift(self, places: F64) -> F64:
         """Motion in the plane by a unit of each field, (N, 2) mm → (N, 2, U) mm."""
-        return fe.drift_at(self.bench.modal.mesh, self.bench.modal.drifts, places)
+        modal = self.bench.modal
+        return fe.drift_at(modal.mesh, modal.drifts[..., : self.drifts], places)
 
     def response(self, xy: F64) -> F64:
         """Amplitudes per N of all functions under a light touch at each place, (n, K)."""
@@ -87,8 +100,15 @@ class BenchFields:
 
     def seen_of(self, state: fe.Pressed) -> F64:
         """Amplitudes seen of a state of the plate, (K + U,)."""
-        values = state.values
-        return values if self.seen is None else self.seen.matrix @ values
+        return self.seeing @ state.values
+
+    @cached_property
+    def seeing(self) -> F64:
+        """Amplitudes measured by those of the plate, (K + U, K + all drifts)."""
+        if self.seen is not None:
+            return self.seen.matrix
+        modal = self.bench.modal
+        return np.eye(self.count + self.drifts, self.count + modal.drifts.shape[-1])
 
     def forward(self, factor: F64) -> BenchForward:
         """Forward model of amplitudes whitened by a factor (K + U, m)."""
@@ -130,10 +150,9 @@ class BenchForward:
         return int(self.whitening.any(axis=1).sum())
 
     @cached_property
-    def _reading(self) -> F64:
-        """From the amplitudes of the plate to what is measured, (m, K + U)."""
-        seen = self.fields.seen
-        return self.whitening if seen is None else self.whitening @ seen.matrix
+    def reading(self) -> F64:
+        """From the amplitudes of the plate to what is measured, (m, K + all drifts)."""
+        return self.whitening @ self.fields.seeing
 
     def whiten(self, measured: ArrayLike) -> F64:
         """Return what the pattern has whitened already, (m,)."""
@@ -143,14 +162,14 @@ class BenchForward:
         """See `Forward.response`."""
         touches = [np.array([[x, y, _LIGHT]]) for x, y in np.asarray(xy)]
         pressed = np.array([self.fields.bench.press(touch).values for touch in touches])
-        return pressed @ self._reading.T / _LIGHT
+        return pressed @ self.reading.T / _LIGHT
 
     def read(self, touches: F64) -> tuple[F64, F64]:
         """See `Forward.read`."""
         if not len(touches):
             return np.zeros(len(self.whitening)), np.empty((0, len(self.whitening)))
         state = self.state(touches)
-        return self._reading @ state.values, (self._reading @ state.jacobian()).T
+        return self.reading @ state.values, (self.reading @ state.jacobian()).T
 
     def by_bench(self, touches: F64) -> F64:
         """Compute derivatives of the measurement by every number of the bench, (39, m)."""
@@ -158,7 +177,7 @@ class BenchForward:
         if not len(touches):
             return derivatives
         state = self.state(touches)
-        derivatives[:_PLATE] = (self._reading @ state.by_parameters()).T
+        derivatives[:_PLATE] = (self.reading @ state.by_parameters()).T
         if self.fields.seen is not None:
             seen = self.fields.seen.derivatives @ state.values
             derivatives[_PLATE:] = seen @ self.whitening.T
@@ -170,6 +189,7 @@ class BenchForward:
         bench = self.fields.bench
         if near is not None and near.bench is bench and np.array_equal(near.touches, touches):
             return near
+        touches = touches.copy()  # kept with the state, and the caller may go on writing
         state = bench.press(touches, near)
         if not state.converged:
             state = bench.press(touches)

@@ -31,12 +31,12 @@ _STEPS = np.array([1e-3, 1e-3, 1e-3, 0.2, 0.2, 0.2, 1e-3, 3e-3, 3e-3])
 
 
 class Seen(NamedTuple):
-    """Amplitudes of K fields that the camera described would see, by those of the plate.
+    """Amplitudes of K measured fields, as the camera described would see them, by all of the plate.
 
     Attributes
     ----------
-    matrix : (K, K) float64
-    derivatives : (9, K, K) float64
+    matrix : (K, A) float64
+    derivatives : (9, K, A) float64
         By each number of the camera.
     """
 
@@ -51,45 +51,55 @@ class CameraChange:
     Attributes
     ----------
     motions : ImageMotions
-        Through the camera described.
+        Of the measured fields, through the camera described.
     fields : InPlane
-        Those of the plate, transverse and in the plane.
-    camera : synthetic.Camera
+        All A of the plate, the measured ones first.
+    camera : synthetic.AnyCamera
     height : float, mm
         Height of the seen face over the plate's middle plane.
     """
 
     motions: ImageMotions
     fields: InPlane
-    camera: synthetic.Camera
+    camera: synthetic.AnyCamera
     height: float
 
     def at(self, values: F64) -> Seen:
         """Amplitudes seen by a camera whose numbers are `values` (9,), and their derivatives.
 
         The motion of the tiles by each field is resolved into the motions described, those of the
-        camera with them: what resembles a shift of the camera is taken for one.
+        camera with them: what resembles a shift of the camera is taken for one. Only a pinhole has
+        such numbers.
         """
         inverse = self._inverse
+        if not isinstance(self.camera, synthetic.Camera):
+            matrix = inverse @ self._motion(self.camera)
+            return Seen(matrix, np.zeros((len(_STEPS), *matrix.shape)))
+        matrix = inverse @ self._motion(self._varied(self.camera, values))
         derivatives: list[F64] = []
         for k, step in enumerate(_STEPS):
             change = np.zeros(len(_STEPS))
             change[k] = step
-            ahead, behind = (self._motion(values + sign * change) for sign in (1.0, -1.0))
+            ahead, behind = (
+                self._motion(self._varied(self.camera, values + sign * change))
+                for sign in (1.0, -1.0)
+            )
             derivatives.append(inverse @ (ahead - behind) / (2.0 * step))
-        return Seen(inverse @ self._motion(values), np.stack(derivatives))
+        return Seen(matrix, np.stack(derivatives))
+
+    def _varied(self, camera: synthetic.Camera, values: F64) -> synthetic.Camera:
+        return varied(camera, self._middle, values)
 
     @cached_property
     def _inverse(self) -> F64:
         known = self.motions.fields
         camera = self.motions.tile_basis().reshape(-1, self.motions.basis.shape[1])[:, known:]
-        basis = np.concatenate([self._motion(np.zeros(len(_STEPS))), camera], axis=1)
+        basis = np.concatenate([self._motion(self.camera)[:, :known], camera], axis=1)
         return np.asarray(np.linalg.pinv(basis)[:known], dtype=np.float64)
 
-    def _motion(self, values: F64) -> F64:
-        """Motion of the middles of tiles by each field, smooth, (2T, K) px."""
-        camera, tiles = varied(self.camera, self._middle, values), self.motions.tiles
-        fields, spread = self.fields, self.motions.spread
+    def _motion(self, camera: synthetic.AnyCamera) -> F64:
+        """Motion of the middles of tiles by each field, smooth, (2T, A) px."""
+        tiles, fields, spread = self.motions.tiles, self.fields, self.motions.spread
         seen = plate_motions(fields, camera, self.height, tiles, fields, at_middles)
         smooth = spread.over_tiles(spread.fit(seen.reshape(len(seen), -1)))
         return smooth.reshape(-1, seen.shape[2])

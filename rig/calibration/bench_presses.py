@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 
 import models
-import synthetic
 from dic import tile_sums
 from models import hidden_tiles
 from rig.calibration.store import Calibration
@@ -116,8 +115,8 @@ def identify_bench(
     OSError
         If an image is missing.
     ValueError
-        If the scene cannot run live or its camera is no pinhole, the images are too few, or no
-        touch is found where one is listed.
+        If the scene cannot run live, the images are too few, or no touch is found where one is
+        listed.
     """
     bench = _usual(scene, known, report)
     paths = _images(folder, max(one.frames[1] for one in listed))
@@ -128,7 +127,7 @@ def identify_bench(
         raise ValueError(f"scene '{scene.title}' has no estimator of kind 'pattern'; give it one")
     presses = [_press(chain, bench, one, paths) for one in listed]
     fields = models.BenchFields(forward.fields.bench)
-    look = models.CameraChange(bench.motions, fields, _pinhole(bench, scene), bench.height)
+    look = models.CameraChange(bench.motions, fields.whole, bench.camera, bench.height)
     names = free or tuple(name for name, _ in models.BENCH)
     return models.identify(forward, presses, bench.known, look, names, report)
 
@@ -145,15 +144,6 @@ def _usual(scene: Scene, known: Calibration, report: Callable[[int, int], None])
     before = known.model_copy(update={"bench": None, "presses": None})
     built = build_bench(scene.model_copy(update={"estimator": usual}), report, before)
     return replace(built, strain=False, max_touches=1)
-
-
-def _pinhole(bench: Bench, scene: Scene) -> synthetic.Camera:
-    if not isinstance(bench.camera, synthetic.Camera):
-        raise ValueError(
-            f"scene '{scene.title}' has a camera of kind '{bench.camera.kind}', and the numbers"
-            " of a bench are those of a pinhole camera; set camera.kind to 'pinhole'"
-        )
-    return bench.camera
 
 
 def _images(folder: Path, last: int) -> list[Path]:

@@ -21,15 +21,13 @@ def on_bench(
 ) -> models.ImageMotions:
     """Prepare the motions of a plate whose bench is `known`, through the camera described.
 
-    What the camera sees otherwise is taken in where it is a pinhole, and its tilts are free.
+    What the camera sees otherwise is taken in, and its tilts are free.
     """
     height, plate_numbers = plate.thickness / 2, len(fe.BENCH_PARAMETERS)
     bench = fe.BenchPlate(modal(plate, report), known.values[:plate_numbers])
     fields = models.BenchFields(bench)
     motions = models.prepare_motions(fields, camera, height, tiles, fields, models.with_tilts)
-    if not isinstance(camera, synthetic.Camera):
-        return motions
     values = known.values[plate_numbers:]
-    seen = models.CameraChange(motions, fields, camera, height).at(values)
+    seen = models.CameraChange(motions, fields.whole, camera, height).at(values)
     through = models.BenchFields(bench, seen, values)
     return replace(motions, modes=through, large=through)
