@@ -22,7 +22,7 @@ from fe.plate.edges import Edges, Springs, edge_of
 from fe.plate.plate import Plate
 from fe.reduced.basis import balanced, spread_out
 
-_STRESSES, _DRIFTS = 90, 110
+_STRESSES, _DRIFTS = 110, 180
 # Compliance of the edges to learn from, in parts of that of the plate across: many times, and some,
 # of what a clamp has.
 _COMPLIANCES = (0.3, 0.1)

@@ -179,11 +179,11 @@ class _Scatter(NamedTuple):
     """What a press scatters by: noise and memory, and by each unit of the model's own error."""
 
     fixed: F64  # (m, m)
-    own: F64  # (m, m)
+    own: float
 
     def factor(self, discrepancy: float) -> F64:
         """Lower Cholesky factor for an error of the model."""
-        spread = self.fixed + discrepancy**2 * self.own
+        spread = self.fixed + discrepancy**2 * self.own * np.eye(len(self.fixed))
         return np.asarray(np.linalg.cholesky(spread), dtype=np.float64)
 
 
@@ -193,9 +193,9 @@ def _scatters(problem: _Problem, on: BenchForward, state: _State) -> list[_Scatt
     before = np.zeros(on.whitening.shape[1])
     for press, touch in zip(problem.presses, state.touches, strict=True):
         seen = _through(on, press)
-        own, left = own_error(seen, touch[None]), seen.whitening @ before
-        fixed = press.noise**2 * np.eye(len(own)) + MEMORY**2 * np.outer(left, left)
-        scatters.append(_Scatter(fixed, own))
+        left = seen.whitening @ before
+        fixed = press.noise**2 * np.eye(len(left)) + MEMORY**2 * np.outer(left, left)
+        scatters.append(_Scatter(fixed, own_error(seen.read(touch[None])[0])))
         before = on.fields.seen_of(seen.state(touch[None]))
     return scatters
 

@@ -18,8 +18,6 @@ from models.arrays import F64
 from models.bench.bench import BenchEstimate
 from models.forward.bench_forward import BenchForward
 
-_NEAR = 8  # modes to each side over which the size of an amplitude is taken
-
 
 @dataclass(frozen=True, eq=False)
 class MarginalForward:
@@ -73,31 +71,18 @@ def marginal(forward: BenchForward, bench: BenchEstimate, touches: F64) -> Margi
 
 def scatter(forward: BenchForward, bench: BenchEstimate, touches: F64) -> F64:
     """Covariance of a measurement by noise, bench and the model's own error, (m, m)."""
-    scattered = np.eye(len(forward.whitening))
+    even = np.eye(len(forward.whitening))
     if not len(touches):
-        return scattered
-    derivatives = forward.by_bench(touches)
-    return (
-        scattered
-        + derivatives.T @ (bench.covariance @ derivatives)
-        + bench.discrepancy**2 * own_error(forward, touches)
-    )
+        return even
+    derivatives, seen = forward.by_bench(touches), forward.read(touches)[0]
+    own = 1.0 + bench.discrepancy**2 * own_error(seen)
+    return own * even + derivatives.T @ (bench.covariance @ derivatives)
 
 
-def own_error(forward: BenchForward, touches: F64) -> F64:
-    """Covariance (m, m) of amplitudes that err by their own size, each for itself."""
-    values = np.abs(forward.state(touches).values)
-    count = forward.fields.bench.modal.count
-    sizes = np.empty_like(values)
-    sizes[:count] = _about(values[:count])
-    for group in (slice(count, forward.fields.count), slice(forward.fields.count, None)):
-        sizes[group] = np.sqrt(np.mean(values[group] ** 2)) if values[group].size else 0.0
-    spread = forward.reading * sizes
-    return spread @ spread.T
+def own_error(seen: F64) -> float:
+    """Variance of each measured number by a model that errs by as much as it predicts, `seen` (m,).
 
-
-def _about(values: F64) -> F64:
-    """RMS of each value and those about it."""
-    weights = np.ones(2 * _NEAR + 1)
-    total = np.convolve(values**2, weights, mode="same")
-    return np.sqrt(total / np.convolve(np.ones(len(values)), weights, mode="same"))
+    Fields that are left out of a plate move all of the image a little, and in no direction that is
+    known: the error lies evenly over what is measured.
+    """
+    return float(seen @ seen) / len(seen)

@@ -61,18 +61,18 @@ def find_robust(
             break
         touches, cost = larger, after
     residual = measured - _explained(candidates, touches)
-    believed = (np.abs(residual) <= TUKEY * _scale(residual)).astype(np.float64)
+    believed = (np.abs(residual) <= TUKEY * spread(residual)).astype(np.float64)
     trusting = candidates.weighted(believed)
     return find(measured * believed, trusting, start=touches, count=count, max_touches=max_touches)
 
 
 def _reweighted(measured: F64, candidates: CandidateGrid, touches: F64, number: int) -> F64:
     """Touches (number, 3) of the least robust cost that is reached from fewer."""
-    for law in (_huber, _tukey):
+    for law in (huber, tukey):
         weight = np.zeros(len(measured))
         for _ in range(ROUNDS):
             residual = measured - _explained(candidates, touches)
-            scale = _scale(residual)
+            scale = spread(residual)
             before, weight = weight, law(residual / scale)
             if np.abs(weight - before).max() < STILL:
                 break
@@ -88,7 +88,7 @@ def _explained(candidates: CandidateGrid, touches: F64) -> F64:
     return candidates.forward.read(touches)[0]
 
 
-def _scale(residual: F64) -> float:
+def spread(residual: F64) -> float:
     """Spread of the honest part of a residual; 1 at least, as its noise is known."""
     return max(1.0, NORMAL * float(np.median(np.abs(residual))))
 
@@ -99,9 +99,11 @@ def _honest(residual: F64) -> float:
     return float(squares[: round(HONEST * len(squares))].sum())
 
 
-def _huber(residual: F64) -> F64:
+def huber(residual: F64) -> F64:
+    """Weights of residuals in units of their spread, which bound what each has to say."""
     return np.minimum(1.0, HUBER / np.maximum(np.abs(residual), HUBER))
 
 
-def _tukey(residual: F64) -> F64:
+def tukey(residual: F64) -> F64:
+    """Weights of residuals in units of their spread, zero for those far away."""
     return np.square(np.maximum(1.0 - np.square(residual / TUKEY), 0.0))

@@ -59,6 +59,19 @@ def test_gain_and_offset_of_the_light_do_not_matter(blocks, pattern, gain, offse
     np.testing.assert_allclose(lit.zncc, plain.zncc, atol=1e-4)
 
 
+def test_sigma_is_the_scatter_of_a_few_frames(blocks, pattern):
+    rng, noise, shift = np.random.default_rng(6), 2.0, (0.3, -0.2)
+    frame, flow = pattern.draw(shift), np.tile(shift, (len(blocks.status), 1))
+    noisy = [frame + rng.normal(0, noise, frame.shape) for _ in range(12)]
+    fields = [
+        dic.tile_displacement(blocks, tile_sums(blocks.reference, each, flow), noise)
+        for each in noisy
+    ]
+    scatter = np.std([[field.u, field.v] for field in fields], axis=0, ddof=1)
+    stated = np.array([fields[0].sigma_u, fields[0].sigma_v])
+    assert np.sqrt(np.mean((scatter / stated) ** 2, axis=1)) == pytest.approx([1, 1], abs=0.15)
+
+
 @pytest.mark.slow
 def test_sigma_is_what_sampling_finds(blocks, pattern):
     rng, noise = np.random.default_rng(5), 2.0

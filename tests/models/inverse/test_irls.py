@@ -6,6 +6,7 @@ import pytest
 import fe
 import models
 from models import Result
+from models.inverse.irls import HUBER, TUKEY, huber, spread, tukey
 
 PLATE = fe.Plate((150.0, 100.0), 1.0, 3000.0, 0.38)
 X, Y = np.linspace(7.5, 142.5, 18), np.linspace(7.5, 92.5, 12)
@@ -68,3 +69,18 @@ def test_an_ordinary_fit_is_led_astray_where_the_robust_fit_is_not():
 def test_a_measurement_that_does_not_fit_is_refused():
     with pytest.raises(ValueError, match=r"^measurement must have shape .* got \(7,\)"):
         models.find_robust(np.zeros(7), SEARCH)
+
+
+def test_spread_is_that_of_the_honest_part_and_never_below_the_noise():
+    rng = np.random.default_rng(8)
+    residual = 3.0 * rng.standard_normal(4001)
+    residual[:200] *= 100.0
+    assert spread(residual) == pytest.approx(3.0, rel=0.1)
+    assert spread(0.1 * residual) == 1.0
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_weights_fall_as_theirs_who_proposed_them(sign):
+    at = sign * np.array([0.0, 0.5, 1.0, 2.0])
+    np.testing.assert_allclose(huber(at * HUBER), [1.0, 1.0, 1.0, 0.5])
+    np.testing.assert_allclose(tukey(at * TUKEY), [1.0, 0.5625, 0.0, 0.0])
