@@ -9,6 +9,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from threadpoolctl import threadpool_limits  # pyright: ignore[reportMissingTypeStubs]
+
 from rig.calibration.store import Calibration, calibration_beside, calibration_warnings
 from rig.scene import Scene, load
 from rig.sources.open_loop import Report, open_loop
@@ -112,6 +114,8 @@ def _frames(
     opened: Callable[[Loop], object],
 ) -> Generator[Snapshot, None, None]:
     with ExitStack() as parts:
+        # The solves of a frame are small: threads of BLAS make them ten times as slow.
+        parts.enter_context(threadpool_limits(1, "blas"))
         with interruptible():
             loop = parts.enter_context(_open(scene, calibration, record))
         opened(loop)
