@@ -30,6 +30,9 @@ _TURNS = 3
 _STEPS = 12
 _SETTLED = 0.02  # fall of χ² below which a turn has ended
 _DAMPING = 1e-3  # to begin with, in parts of the diagonal
+# Error of the model in the first turn: so wide that only the large features of the presses count,
+# and the descent does not end in a valley beside the right one.
+_COARSE = 0.1
 _DISCREPANCIES = np.geomspace(2e-4, 5e-2, 25)
 _OUTLIER = 4.0  # standard deviations by which a press may miss its place or force
 _PLATE = len(fe.BENCH_PARAMETERS)
@@ -137,7 +140,7 @@ def identify(
     """
     problem = _problem(presses, prior, look, free, np.array(forward.plate.size))
     state = _State(prior.values.copy(), np.array([press.touch for press in presses]))
-    bench, terms = prior, list[_Term]()
+    bench, terms = replace(prior, discrepancy=_COARSE), list[_Term]()
     for turn in range(_TURNS):
         on = _on(forward, state.values, look)
         factors = [each.factor(bench.discrepancy) for each in _scatters(problem, on, state)]
