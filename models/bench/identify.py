@@ -141,13 +141,13 @@ def identify(
     problem = _problem(presses, prior, look, free, np.array(forward.plate.size))
     state = _State(prior.values.copy(), np.array([press.touch for press in presses]))
     bench, terms = replace(prior, discrepancy=_COARSE), list[_Term]()
+    on = _on(forward, state.values, look)
     for turn in range(_TURNS):
-        on = _on(forward, state.values, look)
         factors = [each.factor(bench.discrepancy) for each in _scatters(problem, on, state)]
         problem = replace(problem, factors=factors)
         state, terms, converged = _descend(problem, on, state, terms)
         bench = replace(bench, converged=converged)
-        on = on.on(state.values, on.fields.seen) if look is None else _on(on, state.values, look)
+        on = _on(on, state.values, look)
         bench = replace(bench, discrepancy=_discrepancy(problem, on, state))
         problem = replace(problem, sigmas=_widened(problem, terms, state))
         if progress is not None:
@@ -175,7 +175,7 @@ def _problem(
 
 
 def _on(forward: BenchForward, values: F64, look: CameraChange | None) -> BenchForward:
-    return forward.on(values, None if look is None else look.at(values[_PLATE:]))
+    return forward.on(values, forward.fields.seen if look is None else look.at(values[_PLATE:]))
 
 
 class _Scatter(NamedTuple):

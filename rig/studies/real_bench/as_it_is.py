@@ -1,0 +1,149 @@
+"""Touches on a bench that is not as its scene says, before and after presses.
+
+Parts: few (each thing that is wrong alone, and all together, 40 touches), each, all (200 touches),
+twenty (all together, 20 presses), ordinary (all together, 30 touches of which nothing is known but
+one weight of 2 N). Truth is the whole plate of von Kármán on its own mesh of 40
+elements with edges that give, photographed at 1024² with a noise of 2 grey levels; the estimator
+has the scene and presses of 12 frames, whose list errs by 0.2 mm and 0.3 %. Inside 1 and 2 σ: x, y
+and F each, of touches that are FOUND.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+import models
+import rig
+from rig.calibration import bench_presses, store
+from rig.calibration.store import Calibration, read_calibration
+from rig.report.figure import Bar, Figure, at_most
+from rig.studies.real_bench.departure import ALL, DEPARTURES, RealBench
+from rig.studies.real_bench.score import Score, score
+from rig.studies.real_bench.session import (
+    Touched,
+    write_ordinary,
+    write_presses,
+    write_scene,
+    write_touches,
+)
+from rig.studies.real_bench.truth import Truth
+from rig.studies.study import Cell, line, run
+
+TABLE = "The bench as it is"
+MANY, FEW = 200, 40
+SEED = 3
+TOGETHER_NAME = "all wrong together"
+INSIDE = Bar(60.0, 76.0), Bar(90.0, 100.0)
+ONE = at_most(0.25), at_most(0.6), at_most(1.0)
+TOGETHER = at_most(0.4), at_most(1.0), at_most(1.5)
+TWENTY = at_most(0.25), at_most(0.6), at_most(1.0)
+UNKNOWN = at_most(0.5), at_most(1.0), at_most(2.0)
+SECONDS = {9: at_most(20.0), 20: at_most(40.0)}
+Bars = tuple[Bar | None, Bar | None, Bar | None]
+NONE: Bars = (None, None, None)
+
+
+def each(touches: int) -> Iterator[Figure]:
+    """Score one thing after the other."""
+    for name, bench in DEPARTURES.items():
+        yield from departure(bench, name, touches, 9, ONE)
+
+
+def few() -> Iterator[Figure]:
+    """Score everything with few touches."""
+    yield from departure(ALL, TOGETHER_NAME, FEW, 9, TOGETHER)
+    yield from each(FEW)
+
+
+def departure(
+    bench: RealBench, name: str, touches: int, presses: int, bars: Bars
+) -> Iterator[Figure]:
+    """Score touches on a bench as it is, before and after presses."""
+    with tempfile.TemporaryDirectory() as place:
+        folder, truth = Path(place), Truth(bench, SEED)
+        made = write_touches(truth, folder / "touches", touches)
+        scene = write_scene(folder, folder / "touches")
+        yield from scored(f"{name}, nominal scene", scene, Calibration(), made, NONE)
+        listed = write_presses(truth, folder / "presses", presses)
+        case = f"{name}, after {presses} presses"
+        yield from after(case, scene, listed, made, bars, SECONDS[presses])
+
+
+def ordinary() -> Iterator[Figure]:
+    """Score touches on a bench that touches of unknown place and force have shown."""
+    with tempfile.TemporaryDirectory() as place:
+        folder, truth = Path(place), Truth(ALL, SEED)
+        made = write_touches(truth, folder / "touches", MANY)
+        scene = write_scene(folder, folder / "touches")
+        listed = write_ordinary(truth, folder / "presses", 30)
+        case = f"{TOGETHER_NAME}, 30 ordinary touches and a weight"
+        yield from after(case, scene, listed, made, UNKNOWN, None)
+
+
+def after(
+    case: str, scene: Path, listed: Path, made: list[Touched], bars: Bars, seconds: Bar | None
+) -> Iterator[Figure]:
+    """Score touches on a bench that presses have shown."""
+    began = time.process_time()
+    found = identified(scene, listed, listed.with_suffix(""))
+    spent = time.process_time() - began
+    yield from line(TABLE, case, identification=(spent, "CPU s", seconds))
+    yield from scored(case, scene, kept(found, scene.parent), made, bars)
+
+
+def identified(scene: Path, listed: Path, images: Path) -> models.BenchEstimate:
+    """Find the bench as ``touchplate calibrate bench`` does."""
+    presses = bench_presses.read_list(listed)
+    return bench_presses.identify_bench(
+        rig.load(scene), Calibration(), presses, images, (), lambda done, total: None
+    )
+
+
+def kept(found: models.BenchEstimate, folder: Path) -> Calibration:
+    """Keep a bench in a file and read it again."""
+    path = folder / "calibration.toml"
+    store.keep(path, found)
+    return read_calibration(path)
+
+
+def scored(
+    case: str, scene: Path, known: Calibration, made: list[Touched], bars: Bars
+) -> Iterator[Figure]:
+    """Figures of one run."""
+    yield from line(TABLE, case, **_cells(score(scene, known, made), bars))
+
+
+def _cells(seen: Score, bars: Bars) -> dict[str, Cell]:
+    count, inside = len(seen.place), np.abs(seen.within)
+    touched = count + seen.missed
+    one, two = (100.0 * float(np.mean(inside < limit)) for limit in (1.0, 2.0))
+    return {
+        "place, median": (float(np.median(seen.place)), "mm", bars[0], count),
+        "place, p95": (float(np.quantile(seen.place, 0.95)), "mm", bars[1], count),
+        "force": (100.0 * float(np.median(np.abs(seen.force))), "%", bars[2], count),
+        "inside 1 σ": (one, "%", INSIDE[0], len(inside)),
+        "inside 2 σ": (two, "%", INSIDE[1], len(inside)),
+        "not sure": (100.0 * (1.0 - len(inside) / max(count, 1)), "%", None, count),
+        "frames with a phantom": (100.0 * seen.phantoms / touched, "%", at_most(1.0), touched),
+        "missed": (100.0 * seen.missed / touched, "%", None, touched),
+        "false touches": (seen.false, "", at_most(0.0), seen.alone),
+        "frame": (1e3 * seen.seconds, "CPU ms"),
+    }
+
+
+PARTS = {
+    "few": few,
+    "each": partial(each, MANY),
+    "all": partial(departure, ALL, TOGETHER_NAME, MANY, 9, TOGETHER),
+    "ordinary": ordinary,
+    "twenty": partial(departure, ALL, TOGETHER_NAME, MANY, 20, TWENTY),
+}
+
+if __name__ == "__main__":
+    run(PARTS, __doc__)

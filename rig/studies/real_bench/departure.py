@@ -1,0 +1,115 @@
+"""Benches that differ from their scene, one thing at a time and all together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import inf, radians
+
+import fe
+
+SCENE = """
+title = "A bench that is not quite as it is said"
+
+[plate]
+size = ["254 mm", "254 mm"]
+thickness = "1 mm"
+young = "3 GPa"
+poisson = 0.38
+edges.kind = "clamped"
+
+[touches]
+max_touches = 2
+force = ["0.5 N", "4 N"]
+
+[camera]
+kind = "pinhole"
+pixels = [1024, 1024]
+stand_off = "500 mm"
+rate = "30 fps"
+
+[source]
+kind = "folder"
+path = "{folder}"
+
+[dic]
+tile = 16
+subset = 49
+window = 5
+reference_frames = 16
+
+[estimator]
+kind = "pattern"
+bench = "usual"
+"""
+"""What is said of every one of them."""
+
+SAID = fe.Plate((254.0, 254.0), 1.0, 3000.0, 0.38)
+_HEAT = SAID.young * SAID.thickness * 7e-5 / (1.0 - SAID.poisson)  # N/mm for each kelvin, PVC
+
+
+@dataclass(frozen=True)
+class RealBench:
+    """What a bench really is.
+
+    Attributes
+    ----------
+    plate : fe.Plate
+    camera : tuple of 9 float
+        See `models.CAMERA`.
+    moved : tuple of 9 float
+        Change of the camera after the reference was taken.
+    leftover : float
+        Fraction of the last touch that the plate still shows.
+    """
+
+    plate: fe.Plate = SAID
+    camera: tuple[float, ...] = (0.0,) * 9
+    moved: tuple[float, ...] = (0.0,) * 9
+    leftover: float = 0.0
+
+
+def _held(*sides: tuple[float, float]) -> fe.Plate:
+    """Return the plate with edges that give: springs of rotation and in the plane for each."""
+    return replace(SAID, edges=fe.Edges(*(fe.Elastic(inf, *each) for each in sides)))
+
+
+def _heated(kelvin: float) -> fe.Plate:
+    return replace(SAID, tension=(-_HEAT * kelvin, -_HEAT * kelvin, 0.0))
+
+
+_RIGID = (inf, inf)
+_GIVING = ((2000.0, 60.0), (1500.0, 80.0), (3000.0, 50.0), (1800.0, 70.0))
+_POSE = (radians(0.6), radians(-0.7), 0.0, 1.1, -0.8, 1.5, 0.006, -0.03, 0.0)
+
+ALL = RealBench(
+    replace(
+        _held(*_GIVING),
+        young=2760.0,
+        thickness=0.97,
+        shape=fe.Shape(sag=0.2),
+        tension=(0.06, 0.1, 0.0),
+    ),
+    camera=_POSE,
+)
+"""Everything at once, but for what changes while it is used."""
+
+DEPARTURES: dict[str, RealBench] = {
+    "nothing": RealBench(),
+    "young -10 %": RealBench(replace(SAID, young=2700.0)),
+    "thickness -3 %": RealBench(replace(SAID, thickness=0.97)),
+    "clamps that give": RealBench(_held(*_GIVING)),
+    "one soft clamp": RealBench(_held((400.0, 25.0), _RIGID, _RIGID, _RIGID)),
+    "sag 0.05 mm": RealBench(replace(SAID, shape=fe.Shape(sag=0.05))),
+    "sag 0.3 mm": RealBench(replace(SAID, shape=fe.Shape(sag=0.3))),
+    "0.1 K warmer": RealBench(_heated(0.1)),
+    "0.5 K warmer": RealBench(_heated(0.5)),
+    "half of it 5 % thicker": RealBench(
+        replace(SAID, patches=(fe.Patch((127.0, 254.0), (0.0, 254.0), 1.05, SAID.young),))
+    ),
+    "creep 5 %": RealBench(leftover=0.05),
+    "pose 1°, 2 mm": RealBench(camera=(radians(1.0), 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0)),
+    "focal length +2 %": RealBench(camera=(0.0,) * 6 + (0.02, 0.0, 0.0)),
+    "k1 -0.08": RealBench(camera=(0.0,) * 7 + (-0.08, 0.0)),
+    "camera drifts by 1 px": RealBench(moved=(2e-4, 0.0, 0.0, 0.25, 0.0, 0.0, 0.0, 0.0, 0.0)),
+}
+"""Each thing alone, by its name."""

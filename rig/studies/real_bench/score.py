@@ -1,0 +1,98 @@
+"""How right the touches of a run are, and how honest their σ."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+import rig
+from models import Estimate
+from rig.calibration.store import Calibration
+from rig.studies.real_bench.session import Touched
+from rig.system.arrays import F64
+
+
+@dataclass(frozen=True)
+class Score:
+    """Figures of a run.
+
+    Attributes
+    ----------
+    place : (n,) float64, mm
+        Distance of each touch that was found.
+    force : (n,) float64
+        Error as a fraction.
+    within : (n, 3) float64
+        Errors of x, y and F over their σ, of those that are said to be known.
+    missed, phantoms : int
+        Frames in which a touch was not found, or one too many was.
+    false : int
+        Touches found on the plate alone.
+    alone : int
+        Frames of the plate alone.
+    seconds : float
+        Of one frame, median.
+    """
+
+    place: F64
+    force: F64
+    within: F64
+    missed: int
+    phantoms: int
+    false: int
+    alone: int
+    seconds: float
+
+
+def score(scene: Path, known: Calibration, made: list[Touched]) -> Score:
+    """Run a scene over its images and compare what is found with what was made."""
+    found, taken = _run(scene, known)
+    pairs = [(found[one.sequence], one.touch) for one in made if one.sequence in found]
+    touched = [(estimate, touch) for estimate, touch in pairs if touch is not None]
+    alone = [estimate for estimate, touch in pairs if touch is None]
+    hit = [_nearest(estimate, touch) for estimate, touch in touched if estimate.count]
+    sure = [
+        within
+        for (_, _, within), (estimate, _) in zip(hit, _with_touch(touched), strict=True)
+        if estimate.result.name == "FOUND"
+    ]
+    return Score(
+        place=np.array([place for place, _, _ in hit]),
+        force=np.array([force for _, force, _ in hit]),
+        within=np.array(sure).reshape(-1, 3),
+        missed=sum(estimate.count == 0 for estimate, _ in touched),
+        phantoms=sum(estimate.count > 1 for estimate, _ in touched),
+        false=sum(estimate.count for estimate in alone),
+        alone=len(alone),
+        seconds=float(np.median(taken)),
+    )
+
+
+def _with_touch(touched: list[tuple[Estimate, F64]]) -> Iterator[tuple[Estimate, F64]]:
+    return (pair for pair in touched if pair[0].count)
+
+
+def _run(scene: Path, known: Calibration) -> tuple[dict[int, Estimate], list[float]]:
+    found: dict[int, Estimate] = {}
+    taken: list[float] = []
+    began = time.thread_time()
+    for frame in rig.run(rig.load(scene), calibration=known):
+        if frame.fresh and frame.estimate is not None:
+            found[frame.sequence] = frame.estimate
+        taken.append(time.thread_time() - began)
+        began = time.thread_time()
+    return found, taken[1:]
+
+
+def _nearest(estimate: Estimate, touch: F64) -> tuple[float, float, F64]:
+    """Distance and error of force of the touch that lies nearest, and errors over σ."""
+    away = np.hypot(*(estimate.xy - touch[:2]).T)
+    best = int(np.argmin(away))
+    found = np.array([*estimate.xy[best], estimate.force[best]])
+    part = slice(3 * best, 3 * best + 3)
+    sigma = np.sqrt(np.diag(estimate.covariance)[part])
+    return float(away[best]), float(found[2] / touch[2] - 1.0), (found - touch) / sigma

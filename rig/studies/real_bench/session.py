@@ -1,0 +1,117 @@
+"""What a lab does on a bench: presses of known force, then touches; as folders of images."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+import fe
+from rig.calibration.bench_presses import COLUMNS
+from rig.studies.real_bench.departure import SAID, SCENE
+from rig.studies.real_bench.truth import Truth
+from rig.system.arrays import F64, Grey
+
+REFERENCES = 16
+FRAMES = 12  # of a press
+FORCES = (1.0, 2.0, 4.0)
+EVERY = 5  # touches, after which the plate is left alone for a frame
+_LABEL = np.array([0.2, 0.2, 0.003])  # mm, mm, fraction by which a list of presses errs
+_MARGIN = 25.0  # mm
+
+
+@dataclass(frozen=True)
+class Touched:
+    """A frame of the session and what touched the plate in it.
+
+    Attributes
+    ----------
+    sequence : int
+    touch : (3,) float64 or None, mm, mm, N
+    """
+
+    sequence: int
+    touch: F64 | None
+
+
+def write_presses(truth: Truth, folder: Path, count: int) -> Path:
+    """Write images of the plate at rest and under `count` known presses, and the list of these."""
+    rng, sides = np.random.default_rng((truth.seed, 1)), np.array(SAID.size)
+    fractions = np.array([(x, y) for y in (1, 3, 5) for x in (1, 3, 5)]) / 6.0
+    more = rng.uniform(0.1, 0.9, (max(count - len(fractions), 0), 2))
+    places = sides * (0.1 + 0.8 * np.concatenate([fractions, more])[:count])
+    forces = np.resize(FORCES, count)
+    presses = np.column_stack([places, forces])
+    labels = presses + rng.normal(0.0, _LABEL, presses.shape) * [(1.0, 1.0, f) for f in forces]
+    return _write_presses(truth, folder, presses, [tuple(label) for label in labels.tolist()])
+
+
+def write_ordinary(truth: Truth, folder: Path, count: int) -> Path:
+    """Write `count` touches of which nothing is known, and a weight of 2 N somewhere."""
+    rng, sides = np.random.default_rng((truth.seed, 3)), np.array(SAID.size)
+    places = rng.uniform(_MARGIN, sides - _MARGIN, (count + 1, 2))
+    forces = np.append(rng.uniform(0.5, 4.0, count), 2.0)
+    labels = [("", "", "")] * count + [("", "", 2.0)]
+    return _write_presses(truth, folder, np.column_stack([places, forces]), labels)
+
+
+def _write_presses(
+    truth: Truth, folder: Path, presses: F64, labels: Sequence[tuple[object, ...]]
+) -> Path:
+    """Write images at rest and of each press (x, y, F), and the list as the labels have it."""
+    images, rows, before = _references(truth), list[tuple[object, ...]](), None
+    for press, ((x, y, force), label) in enumerate(zip(presses.tolist(), labels, strict=True)):
+        touches, first = (fe.Touch(x, y, force),), len(images)
+        images += [truth.photograph(touches, before, first + k) for k in range(FRAMES)]
+        rows.append((press, first, first + FRAMES - 1, *label))
+        before = truth.left(touches)
+    _write(folder, images)
+    path = folder.with_suffix(".csv")
+    with path.open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([COLUMNS, *rows])
+    return path
+
+
+def write_touches(truth: Truth, folder: Path, count: int) -> list[Touched]:
+    """Write images of the plate under one touch after the other, and of it alone in between."""
+    rng, sides = np.random.default_rng((truth.seed, 2)), np.array(SAID.size)
+    images, made, before = _references(truth), list[Touched](), None
+    for one in range(count):
+        place, force = rng.uniform(_MARGIN, sides - _MARGIN), float(rng.uniform(0.5, 4.0))
+        touches = (fe.Touch(float(place[0]), float(place[1]), force),)
+        made.append(Touched(len(images), np.array([*place, force])))
+        images.append(truth.photograph(touches, before, 10_000 + len(images)))
+        before = truth.left(touches)
+        if one % EVERY == EVERY - 1:
+            made.append(Touched(len(images), None))
+            images.append(truth.photograph((), before, 10_000 + len(images)))
+    _write(folder, images)
+    return made
+
+
+def write_scene(folder: Path, images: Path) -> Path:
+    """Write the scene that reads the images of a folder."""
+    path = folder / "scene.toml"
+    path.write_text(SCENE.format(folder=images), encoding="utf-8")
+    return path
+
+
+def _references(truth: Truth) -> list[Grey]:
+    return [truth.reference(number) for number in range(REFERENCES)]
+
+
+def _write(folder: Path, images: list[Grey]) -> None:
+    folder.mkdir(parents=True)
+    for path, image in zip(_paths(folder), images, strict=False):
+        Image.fromarray(image).save(path, compress_level=1)
+
+
+def _paths(folder: Path) -> Iterator[Path]:
+    number = 0
+    while True:
+        yield folder / f"{number:06d}.png"
+        number += 1

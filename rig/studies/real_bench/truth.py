@@ -1,0 +1,97 @@
+"""Images of a bench as it is: the whole plate of von Kármán on its own mesh, photographed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+import fe
+import synthetic
+from fe.elements.functional import derivative
+from fe.elements.rise import rise
+from fe.reduced.karman import Karman
+from fe.reduced.training import pressure
+from models.forward.camera_change import varied
+from rig.studies.real_bench.departure import SAID, RealBench
+from rig.system.arrays import F64, Grey
+
+_ELEMENTS = 40
+_PIXELS = (1024, 1024)
+_SENSOR = synthetic.Sensor(noise=2.0, bits=8)
+_MIDDLE = (127.0, 127.0, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """A bench that can be photographed.
+
+    Attributes
+    ----------
+    bench : RealBench
+    seed : int
+        Of pattern and noise.
+    """
+
+    bench: RealBench
+    seed: int
+
+    @cached_property
+    def karman(self) -> Karman:
+        """The plate."""
+        return Karman(self.bench.plate, fe.grid(self.bench.plate, _ELEMENTS))
+
+    @cached_property
+    def at_rest(self) -> synthetic.Warper:
+        """The pattern as the camera sees it while the reference is taken."""
+        return self._seen(np.array(self.bench.camera))
+
+    @cached_property
+    def later(self) -> synthetic.Warper:
+        """The pattern as the camera sees it afterwards."""
+        if not any(self.bench.moved):
+            return self.at_rest
+        return self._seen(np.add(self.bench.camera, self.bench.moved))
+
+    def _seen(self, numbers: F64) -> synthetic.Warper:
+        camera = varied(synthetic.pinhole_above(SAID.size, 500.0, _PIXELS), _MIDDLE, numbers)
+        pattern = synthetic.speckle(
+            size=SAID.size, diameter=1.6, density=0.5, softness=0.75, seed=self.seed
+        )
+        return synthetic.prepare_warp(pattern, camera, SAID.thickness / 2)
+
+    def reference(self, number: int) -> Grey:
+        """Photograph the untouched plate."""
+        moved = self.displacement(self.at_rest.points, ())
+        return self.at_rest.render(moved, _SENSOR, np.random.default_rng((self.seed, number)))
+
+    def photograph(self, touches: tuple[fe.Touch, ...], before: F64 | None, number: int) -> Grey:
+        """Photograph the touched plate; `before` is what moved it last, (K, 3) mm."""
+        moved = self.displacement(self.later.points, touches)
+        if before is not None:
+            moved = moved + self.bench.leftover * before
+        return self.later.render(moved, _SENSOR, np.random.default_rng((self.seed, number)))
+
+    def left(self, touches: tuple[fe.Touch, ...]) -> F64 | None:
+        """Compute what touches move, where the plate keeps a part of it."""
+        if not self.bench.leftover:
+            return None
+        points = self.later.points
+        return self.displacement(points, touches) - self.displacement(points, ())
+
+    def displacement(self, points: F64, touches: tuple[fe.Touch, ...]) -> F64:
+        """Displacement of points of the seen face from a flat plate, (K, 3) mm."""
+        karman, moved = self.karman, np.zeros((len(points), 3))
+        raised = rise(karman.plate, karman.mesh)
+        if touches:
+            state = karman.solve(pressure(karman, touches))
+            raised = raised + state.values
+            for axis, along in enumerate(state.plane.values):
+                moved[:, axis] = derivative(karman.mesh, points).of(along)[:, 0]
+        if np.any(raised):
+            height = 0.5 * self.bench.plate.thickness
+            moved[:, 2] = derivative(karman.mesh, points).of(raised)[:, 0]
+            moved[:, 0] -= height * derivative(karman.mesh, points, 1, 0).of(raised)[:, 0]
+            moved[:, 1] -= height * derivative(karman.mesh, points, 0, 1).of(raised)[:, 0]
+        return moved
