@@ -14,9 +14,9 @@ import fe
 from models import gauges_inside_edges, gauges_on_edges
 from rig.report.figure import Figure, at_most
 from rig.studies.plates import ccx
+from rig.studies.plates.paper import PAPER
 from rig.studies.study import line, run
 
-PAPER = fe.Plate((100.0, 100.0), 1.0, 3000.0, 0.3)
 TOP = PAPER.thickness / 2
 RINGS = {
     "on the edges": gauges_on_edges(PAPER.size),

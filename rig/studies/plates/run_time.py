@@ -16,7 +16,7 @@ from fe.elements.functional import derivative
 from fe.linear.energy import stiffness
 from models import gauges_inside_edges, gauges_on_edges
 from rig.report.figure import Figure
-from rig.studies.stiff.plates import PAPER
+from rig.studies.plates.paper import PAPER
 from rig.studies.study import Cell, cpu_seconds, line, run
 from rig.system.arrays import F64
 

@@ -8,10 +8,10 @@ import numpy as np
 import fe
 from rig.report.figure import Figure, at_least, at_most
 from rig.studies.plates.levy import levy
+from rig.studies.plates.paper import PAPER
 from rig.studies.plates.stepped import cantilever, line_load, stepped
 from rig.studies.stiff.case import NOT_WRONG, case
 
-PAPER = fe.Plate((100.0, 100.0), thickness=1.0, young=3000.0, poisson=0.3)
 S = fe.Supported()
 DIGITS = at_least(4.0)  # that must be right
 ELEMENTS = 80  # along a side; the default has 120, and takes three times as long
