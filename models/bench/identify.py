@@ -152,7 +152,7 @@ def identify(
         problem = replace(problem, sigmas=_widened(problem, terms, state))
         if progress is not None:
             progress(turn + 1, _TURNS)
-    return _described(problem, bench, state, terms)
+    return _described(problem, on, bench, state, terms)
 
 
 def _problem(
@@ -246,11 +246,7 @@ def _moved(on: BenchForward, values: F64) -> BenchForward:
 
 def _term(problem: _Problem, on: BenchForward, factor: F64, press: Press, touch: F64) -> _Term:
     on = _through(on, press)
-    predicted, own = on.read(touch[None])
-    shared = on.by_bench(touch[None])[problem.free] * problem.scales[:, None]
-    rows = np.concatenate([(press.measured - predicted)[None], own, shared]).T
-    white = _solve_lower(factor, rows)
-    residual, own, shared = white[:, 0], white[:, 1:4], white[:, 4:]
+    residual, own, shared = _white(problem, on, factor, press, touch)
     return _Term(
         chi2=float(residual @ residual),
         bench=shared.T @ shared,
@@ -260,6 +256,17 @@ def _term(problem: _Problem, on: BenchForward, factor: F64, press: Press, touch:
         towards_own=own.T @ residual,
         state=on.state(touch[None]),
     )
+
+
+def _white(
+    problem: _Problem, on: BenchForward, factor: F64, press: Press, touch: F64
+) -> tuple[F64, F64, F64]:
+    """Whiten the residual (m,) of a press, its derivatives by the touch (m, 3) and bench (m, P)."""
+    predicted, own = on.read(touch[None])
+    shared = on.by_bench(touch[None])[problem.free] * problem.scales[:, None]
+    rows = np.concatenate([(press.measured - predicted)[None], own, shared]).T
+    white = _solve_lower(factor, rows)
+    return white[:, 0], white[:, 1:4], white[:, 4:]
 
 
 def _through(on: BenchForward, press: Press) -> BenchForward:
@@ -340,13 +347,15 @@ def _widened(problem: _Problem, terms: list[_Term], state: _State) -> F64:
 
 
 def _described(
-    problem: _Problem, bench: BenchEstimate, state: _State, terms: list[_Term]
+    problem: _Problem, on: BenchForward, bench: BenchEstimate, state: _State, terms: list[_Term]
 ) -> BenchEstimate:
     normal, _, _ = _reduced(problem, state, terms, 0.0)
+    inverse = np.asarray(np.linalg.inv(normal), dtype=np.float64)
+    moved = bench.discrepancy * inverse @ _led_astray(problem, on, state, terms)
     covariance = problem.prior.covariance.copy()
     index = np.flatnonzero(problem.free)
-    found = problem.scales[:, None] * np.linalg.inv(normal) * problem.scales
     covariance[index] = covariance[:, index] = 0.0
+    found = problem.scales[:, None] * (inverse + moved @ moved.T) * problem.scales
     covariance[np.ix_(index, index)] = found
     given = np.array([press.sigma for press in problem.presses])
     outliers = np.flatnonzero((problem.sigmas > given).any(axis=1))
@@ -357,6 +366,23 @@ def _described(
         held_out=_held_out(problem, state, terms),
         outliers=tuple(int(i) for i in outliers),
     )
+
+
+def _led_astray(problem: _Problem, on: BenchForward, state: _State, terms: list[_Term]) -> F64:
+    """Slope of the bench (P, m) by a unit of an error of the model that all presses share.
+
+    What a model leaves out it leaves out of every press: such an error does not average as noise
+    does, and moves the bench as far as the presses are alike.
+    """
+    total = np.zeros((len(problem.scales), len(on.whitening)))
+    given = zip(terms, problem.factors, problem.presses, state.touches, problem.sigmas, strict=True)
+    for term, factor, press, touch, sigma in given:
+        seen = _through(on, press)
+        _, own, shared = _white(problem, seen, factor, press, touch)
+        along = np.linalg.solve(term.own + np.diag(sigma**-2.0), term.mixed.T)
+        size = np.sqrt(own_error(seen.read(touch[None])[0]))
+        total += size * (shared - own @ along).T @ _solve_lower(factor, np.eye(len(factor)))
+    return total
 
 
 def _held_out(problem: _Problem, state: _State, terms: list[_Term]) -> HeldOut | None:

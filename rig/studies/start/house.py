@@ -1,8 +1,8 @@
 """The order of the code itself: rooms, names, types, and the bugs that its tests notice.
 
 Parts: rooms (folders and imports), words (tests of names and vocabulary), types (strict pyright
-outside of compiled kernels), quick (`touchplate report --quick` of a wheel in an empty folder), bugs
-(`benchmarks/mutants.py`, an hour on one core). All but the last take minutes.
+outside of compiled kernels), quick (`touchplate report --quick` of a wheel in an empty folder),
+bugs (`benchmarks/mutants.py`, an hour on one core). All but the last take minutes.
 """
 
 import os
