@@ -8,10 +8,10 @@ import pytest
 ROOT = Path(__file__).parents[1]
 FOLDERS = ("dic", "fe", "models", "synthetic", "rig", "benchmarks", "examples", "tests", "docs")
 SUFFIXES = {".py", ".pyi", ".toml", ".md", ".yml", ".csv", ".js", ".html", ".css"}
-NOT_YET = ("docs/report",)
 HISTORY = (
     "CHANGELOG.md",
     "docs/decisions",
+    "docs/report",  # figures of the last full report, in the words that were found then
     "rig/scene/renamed.py",  # keys of older releases
     "tests/rig/scene/test_renamed_keys.py",
     "tests/test_vocabulary.py",
@@ -60,7 +60,7 @@ def written():
     """Every text of the tree that people write."""
     inside = (path for folder in FOLDERS for path in (ROOT / folder).rglob("*"))
     texts = (path for path in (*ROOT.glob("*"), *inside) if path.suffix in SUFFIXES)
-    return sorted(path for path in texts if not lies_in(path, NOT_YET + HISTORY))
+    return sorted(path for path in texts if not lies_in(path, HISTORY))
 
 
 @pytest.mark.parametrize("path", written(), ids=lambda path: str(path.relative_to(ROOT)))
