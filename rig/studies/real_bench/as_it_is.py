@@ -58,6 +58,7 @@ def each(touches: int) -> Iterator[Figure]:
 def few() -> Iterator[Figure]:
     """Score everything with few touches."""
     yield from departure(ALL, TOGETHER_NAME, FEW, 9, TOGETHER)
+    yield from ordinary(FEW)
     yield from each(FEW)
 
 
@@ -75,11 +76,11 @@ def departure(
         yield from after(case, scene, listed, made, bars, SECONDS[presses])
 
 
-def ordinary() -> Iterator[Figure]:
+def ordinary(touches: int) -> Iterator[Figure]:
     """Score touches on a bench that touches of unknown place and force have shown."""
     with tempfile.TemporaryDirectory() as place:
         folder, truth = Path(place), Truth(ALL, SEED)
-        made = write_touches(truth, folder / "touches", MANY)
+        made = write_touches(truth, folder / "touches", touches)
         scene = write_scene(folder, folder / "touches")
         listed = write_ordinary(truth, folder / "presses", 30)
         case = f"{TOGETHER_NAME}, 30 ordinary touches and a weight"
@@ -141,7 +142,7 @@ PARTS = {
     "few": few,
     "each": partial(each, MANY),
     "all": partial(departure, ALL, TOGETHER_NAME, MANY, 9, TOGETHER),
-    "ordinary": ordinary,
+    "ordinary": partial(ordinary, MANY),
     "twenty": partial(departure, ALL, TOGETHER_NAME, MANY, 20, TWENTY),
 }
 
