@@ -17,8 +17,9 @@ from rig.calibration.store import Calibration
 from rig.camera.files import image_paths, read_grey
 from rig.live.baseline import average_reference
 from rig.live.bench import Bench, build_bench
-from rig.live.chain import Chain
+from rig.live.chain import STRANGE, Chain
 from rig.live.illumination import sums_without_gain_offset
+from rig.live.visibility import coarse_shift
 from rig.scene import Scene
 from rig.scene.sensing import PatternEstimator
 from rig.system.arrays import F32, F64
@@ -177,7 +178,7 @@ def _press(chain: Chain, bench: Bench, one: Listed, paths: list[Path]) -> models
 
 def _measured(chain: Chain, image: F32, start: F64 | None, name: str) -> tuple[F64, F64, F64]:
     """Touch (3,), whitened measurement and its whitening, the reference moved to the image."""
-    moved, touches = chain.pattern.still(), start
+    moved, touches = _camera_moved(chain, image), start
     touch, measured, pattern = np.zeros(0), np.zeros(0), chain.pattern
     for _ in range(_PASSES):
         sums = tile_sums(chain.reference, image, chain.pattern.motions.flow(moved))
@@ -191,3 +192,12 @@ def _measured(chain: Chain, image: F32, start: F64 | None, name: str) -> tuple[F
     if touch.size != 3 or not touch[2] > 0:
         raise ValueError(f"no touch is found in the images of press {name}; press harder")
     return touch, measured, np.ascontiguousarray(pattern.factor.T) / chain.noise
+
+
+def _camera_moved(chain: Chain, image: F32) -> F64:
+    """Amplitudes of a camera that may have jumped since the reference, and of a plate at rest."""
+    still = chain.pattern.still()
+    sums = tile_sums(chain.reference, image, chain.pattern.motions.flow(still))
+    if hidden_tiles(chain.reference, sums, chain.noise).mean() > STRANGE:
+        still[chain.pattern.count :][:2] = coarse_shift(chain.reference, image)
+    return still
