@@ -8,10 +8,10 @@ import pytest
 ROOT = Path(__file__).parents[1]
 FOLDERS = ("dic", "fe", "models", "synthetic", "rig", "benchmarks", "examples", "tests", "docs")
 SUFFIXES = {".py", ".pyi", ".toml", ".md", ".yml", ".csv", ".js", ".html", ".css"}
+NOT_YET = pytest.mark.xfail(reason="its words are those of the last full report")
 HISTORY = (
     "CHANGELOG.md",
     "docs/decisions",
-    "docs/report",  # figures of the last full report, in the words that were found then
     "rig/scene/renamed.py",  # keys of older releases
     "tests/rig/scene/test_renamed_keys.py",
     "tests/test_vocabulary.py",
@@ -60,10 +60,12 @@ def written():
     """Every text of the tree that people write."""
     inside = (path for folder in FOLDERS for path in (ROOT / folder).rglob("*"))
     texts = (path for path in (*ROOT.glob("*"), *inside) if path.suffix in SUFFIXES)
-    return sorted(path for path in texts if not lies_in(path, HISTORY))
+    for path in sorted(path for path in texts if not lies_in(path, HISTORY)):
+        marks = NOT_YET if lies_in(path, ("docs/report",)) else ()
+        yield pytest.param(path, marks=marks, id=str(path.relative_to(ROOT)))
 
 
-@pytest.mark.parametrize("path", written(), ids=lambda path: str(path.relative_to(ROOT)))
+@pytest.mark.parametrize("path", written())
 def test_retired_words_are_gone(path):
     text = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", path.read_text(encoding="utf-8"))
     words = RETIRED | (RETIRED_WHERE_NOTHING_IS_SERVED if lies_in(path, COMPUTING) else {})
