@@ -65,7 +65,7 @@ def written():
         yield pytest.param(path, marks=marks, id=str(path.relative_to(ROOT)))
 
 
-@pytest.mark.parametrize("path", written())
+@pytest.mark.parametrize("path", list(written()))
 def test_retired_words_are_gone(path):
     text = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", path.read_text(encoding="utf-8"))
     words = RETIRED | (RETIRED_WHERE_NOTHING_IS_SERVED if lies_in(path, COMPUTING) else {})
