@@ -114,7 +114,7 @@ def _frames(
     opened: Callable[[Loop], object],
 ) -> Generator[Snapshot, None, None]:
     with ExitStack() as parts:
-        # The solves of a frame are small: threads of BLAS make them ten times as slow.
+        # The solves of a frame are small: threads of BLAS make them slower, not faster.
         parts.enter_context(threadpool_limits(1, "blas"))
         with interruptible():
             loop = parts.enter_context(_open(scene, calibration, record))

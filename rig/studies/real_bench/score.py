@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 import rig
-from models import Estimate
+from models import Estimate, Result
 from rig.calibration.store import Calibration
 from rig.studies.real_bench.session import Touched
 from rig.system.arrays import F64
@@ -29,7 +28,8 @@ class Score:
     within : (n, 3) float64
         Errors of x, y and F over their σ, of those that are said to be known.
     missed, phantoms : int
-        Frames in which a touch was not found, or one too many was.
+        Frames in which a touch was not found, those that were given up among them, or one too many
+        was.
     false : int
         Touches found on the plate alone.
     alone : int
@@ -51,29 +51,21 @@ class Score:
 def score(scene: Path, known: Calibration, made: list[Touched]) -> Score:
     """Run a scene over its images and compare what is found with what was made."""
     found, taken = _run(scene, known)
-    pairs = [(found[one.sequence], one.touch) for one in made if one.sequence in found]
-    touched = [(estimate, touch) for estimate, touch in pairs if touch is not None]
-    alone = [estimate for estimate, touch in pairs if touch is None]
-    hit = [_nearest(estimate, touch) for estimate, touch in touched if estimate.count]
-    sure = [
-        within
-        for (_, _, within), (estimate, _) in zip(hit, _with_touch(touched), strict=True)
-        if estimate.result.name == "FOUND"
-    ]
+    touches = {one.sequence: one.touch for one in made if one.touch is not None}
+    touched = [(found[k], touch) for k, touch in touches.items() if k in found and found[k].count]
+    hit = [_nearest(estimate, touch) for estimate, touch in touched]
+    sure = [_nearest(*pair)[2] for pair in touched if pair[0].result is Result.FOUND]
+    alone = [found[k] for k in found.keys() & {one.sequence for one in made if one.touch is None}]
     return Score(
         place=np.array([place for place, _, _ in hit]),
         force=np.array([force for _, force, _ in hit]),
         within=np.array(sure).reshape(-1, 3),
-        missed=sum(estimate.count == 0 for estimate, _ in touched),
+        missed=len(touches) - len(touched),
         phantoms=sum(estimate.count > 1 for estimate, _ in touched),
         false=sum(estimate.count for estimate in alone),
         alone=len(alone),
         seconds=float(np.median(taken)),
     )
-
-
-def _with_touch(touched: list[tuple[Estimate, F64]]) -> Iterator[tuple[Estimate, F64]]:
-    return (pair for pair in touched if pair[0].count)
 
 
 def _run(scene: Path, known: Calibration) -> tuple[dict[int, Estimate], list[float]]:

@@ -59,7 +59,7 @@ class Truth:
         pattern = synthetic.speckle(
             size=SAID.size, diameter=1.6, density=0.5, softness=0.75, seed=self.seed
         )
-        return synthetic.prepare_warp(pattern, camera, SAID.thickness / 2)
+        return synthetic.prepare_warp(pattern, camera, self.bench.plate.thickness / 2)
 
     def reference(self, number: int) -> Grey:
         """Photograph the untouched plate."""
