@@ -6,14 +6,12 @@ from .bench.bench import (
     bench_before as bench_before,
     prior_sigma as prior_sigma,
 )
-from .bench.identify import (
-    Press as Press,
-    identify as identify,
-)
+from .bench.identify import identify as identify
 from .bench.marginal import (
     MarginalForward as MarginalForward,
     marginal as marginal,
 )
+from .bench.press import Press as Press
 from .data.dataset import (
     Dataset as Dataset,
     StrainInfluence as StrainInfluence,

@@ -19,7 +19,7 @@ import fe
 from models.arrays import F64, AnyArray, Mask
 from models.bench.bench import NAMES, BenchEstimate, HeldOut
 from models.bench.marginal import own_error
-from models.checks import read_array
+from models.bench.press import Press
 from models.forward.bench_forward import BenchForward
 from models.forward.camera_change import CameraChange
 
@@ -36,43 +36,6 @@ _COARSE = 0.1
 _DISCREPANCIES = np.geomspace(2e-4, 5e-2, 25)
 _OUTLIER = 4.0  # standard deviations by which a press may miss its place or force
 _PLATE = len(fe.BENCH_PARAMETERS)
-
-
-@dataclass(frozen=True, eq=False)
-class Press:
-    """One press on the plate, as it was measured.
-
-    Attributes
-    ----------
-    measured : (m,) float64
-        Whitened by the forward model: mean of frames.
-    touch : (3,) float64, mm, mm, N
-        x, y, F where they are known; where not, any start near by.
-    sigma : (3,) float64, mm, mm, N
-        Their standard deviations; infinite where unknown.
-    noise : float
-        Standard deviation of `measured`: 1 for one frame, 1/√n for the mean of n.
-    whitening : (m, K + U) float64, optional
-        Where a part of the pattern was hidden: that of the others, see `BenchForward`.
-    """
-
-    measured: F64
-    touch: F64
-    sigma: F64
-    noise: float = 1.0
-    whitening: F64 | None = None
-
-    def __post_init__(self) -> None:
-        size = (3,)
-        touch = read_array("touch of a press", self.touch, "x, y, F", size)
-        sigma = read_array("sigma of a press", self.sigma, "of x, y, F", size)
-        if not np.isfinite(touch).all() or not (sigma > 0).all():
-            raise ValueError(
-                f"a press must have a finite start and positive σ, got {touch} and {sigma}; write"
-                " inf for the σ of what is not known"
-            )
-        if not 0 < self.noise <= 1:
-            raise ValueError(f"noise of a press must lie in 0 to 1, got {self.noise:g}; use 1/√n")
 
 
 class _Term(NamedTuple):
