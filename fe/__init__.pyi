@@ -39,14 +39,12 @@ from .modal.bench import (
     BenchPlate as BenchPlate,
     Pressed as Pressed,
 )
+from .modal.build import modal_plate as modal_plate
 from .modal.parameters import (
     BENCH_PARAMETERS as BENCH_PARAMETERS,
     bench_values as bench_values,
 )
-from .modal.plate import (
-    ModalPlate as ModalPlate,
-    modal_plate as modal_plate,
-)
+from .modal.plate import ModalPlate as ModalPlate
 from .output.plot import draw as draw
 from .output.vtu import write_vtu as write_vtu
 from .plate.edges import (

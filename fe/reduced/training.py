@@ -64,14 +64,14 @@ class SnapshotParts(NamedTuple):
 
 def sample(plate: Plate, force: float) -> list[tuple[Touch, ...]]:
     """Spread single touches and pairs evenly over the plate and over forces up to the largest."""
-    one, two = _evenly(_ONE, 3), _evenly(_TWO, 6).reshape(-1, 2, 3)
+    one, two = evenly(_ONE, 3), evenly(_TWO, 6).reshape(-1, 2, 3)
     return [
         *((_touch(plate, force, part),) for part in one),
         *((_touch(plate, force, a), _touch(plate, force, b)) for a, b in two),
     ]
 
 
-def _evenly(count: int, dimensions: int) -> F64:
+def evenly(count: int, dimensions: int) -> F64:
     """Points (count, dimensions) that fill the unit cube evenly, always the same ones.
 
     The k-th is k times a vector of powers of the root of g^(d + 1) = g + 1, modulo 1: for one

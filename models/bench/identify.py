@@ -20,7 +20,7 @@ from models.arrays import F64, AnyArray, Mask
 from models.bench.bench import NAMES, BenchEstimate, HeldOut
 from models.bench.marginal import own_error
 from models.bench.press import Press
-from models.forward.bench_forward import BenchForward
+from models.forward.bench_forward import THICKNESS, BenchForward
 from models.forward.camera_change import CameraChange
 
 MEMORY = 0.05
@@ -138,7 +138,9 @@ def _problem(
 
 
 def _on(forward: BenchForward, values: F64, look: CameraChange | None) -> BenchForward:
-    return forward.on(values, forward.fields.seen if look is None else look.at(values[_PLATE:]))
+    if look is None:
+        return forward.on(values, forward.fields.seen)
+    return forward.on(values, look.at(values[_PLATE:], float(values[THICKNESS])))
 
 
 class _Scatter(NamedTuple):
@@ -201,9 +203,10 @@ def _terms(
 
 def _moved(on: BenchForward, values: F64) -> BenchForward:
     """Return the forward model on a bench near by, its camera to first order."""
-    seen, camera = on.fields.seen, values[_PLATE:] - on.fields.camera
+    seen, change = on.fields.seen, values - on.fields.values
     if seen is not None:
-        seen = seen._replace(matrix=seen.matrix + np.tensordot(camera, seen.derivatives, 1))
+        matrix = seen.matrix + np.tensordot(change[_PLATE:], seen.derivatives, 1)
+        seen = seen._replace(matrix=matrix + change[THICKNESS] * seen.by_thickness)
     return on.on(values, seen)
 
 

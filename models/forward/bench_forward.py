@@ -25,6 +25,8 @@ MEASURED_DRIFTS = 36
 """Fields in the plane that a pattern resolves. A plate moves by many more, each a little; what they
 add to the motion is taken for those and for the modes, as the images will take it."""
 
+THICKNESS = [name for name, _ in BENCH].index("thickness")
+
 _PLATE = len(fe.BENCH_PARAMETERS)
 _LIGHT = 0.3  # N: a touch whose shape is that of the linear plate
 
@@ -179,8 +181,9 @@ class BenchForward:
         state = self.state(touches)
         derivatives[:_PLATE] = (self.reading @ state.by_parameters()).T
         if self.fields.seen is not None:
-            seen = self.fields.seen.derivatives @ state.values
-            derivatives[_PLATE:] = seen @ self.whitening.T
+            seen = self.fields.seen
+            derivatives[_PLATE:] = (seen.derivatives @ state.values) @ self.whitening.T
+            derivatives[THICKNESS] += self.whitening @ (seen.by_thickness @ state.values)
         return derivatives
 
     def state(self, touches: F64) -> fe.Pressed:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import exp
 from typing import NamedTuple
 
 import numpy as np
@@ -28,6 +29,7 @@ plate, ln of the focal length, distortion beside that of the description."""
 
 # Of derivatives by difference: the error of second order is 1e-4 of them, rounding less.
 _STEPS = np.array([1e-3, 1e-3, 1e-3, 0.2, 0.2, 0.2, 1e-3, 3e-3, 3e-3])
+_THICKER = 0.01
 
 
 class Seen(NamedTuple):
@@ -38,10 +40,13 @@ class Seen(NamedTuple):
     matrix : (K, A) float64
     derivatives : (9, K, A) float64
         By each number of the camera.
+    by_thickness : (K, A) float64
+        By ln thickness: the seen face moves by the slope times half of it.
     """
 
     matrix: F64
     derivatives: F64
+    by_thickness: F64
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,43 +69,51 @@ class CameraChange:
     camera: synthetic.AnyCamera
     height: float
 
-    def at(self, values: F64) -> Seen:
+    def at(self, values: F64, thicker: float = 0.0) -> Seen:
         """Amplitudes seen by a camera whose numbers are `values` (9,), and their derivatives.
 
-        The motion of the tiles by each field is resolved into the motions described, those of the
-        camera with them: what resembles a shift of the camera is taken for one. Only a pinhole has
-        such numbers.
+        The plate is thicker by a factor, of which `thicker` is the logarithm. The motion of the
+        tiles by each field is resolved into the motions described, those of the camera with them:
+        what resembles a shift of the camera is taken for one. Only a pinhole has such numbers.
         """
-        inverse = self._inverse
-        if not isinstance(self.camera, synthetic.Camera):
-            matrix = inverse @ self._motion(self.camera)
-            return Seen(matrix, np.zeros((len(_STEPS), *matrix.shape)))
-        matrix = inverse @ self._motion(self._varied(self.camera, values))
-        derivatives: list[F64] = []
-        for k, step in enumerate(_STEPS):
-            change = np.zeros(len(_STEPS))
-            change[k] = step
-            ahead, behind = (
-                self._motion(self._varied(self.camera, values + sign * change))
-                for sign in (1.0, -1.0)
-            )
-            derivatives.append(inverse @ (ahead - behind) / (2.0 * step))
-        return Seen(matrix, np.stack(derivatives))
+        camera, height = self.camera, self.height * exp(thicker)
+        if isinstance(camera, synthetic.Camera):
+            camera = varied(camera, self._middle, values)
+        matrix = self._seen(camera, height)
+        raised, lowered = (
+            self._seen(camera, height * exp(sign * _THICKER)) for sign in (1.0, -1.0)
+        )
+        by_thickness = (raised - lowered) / (2.0 * _THICKER)
+        return Seen(matrix, self._derivatives(values, height, matrix), by_thickness)
 
-    def _varied(self, camera: synthetic.Camera, values: F64) -> synthetic.Camera:
-        return varied(camera, self._middle, values)
+    def _derivatives(self, values: F64, height: float, matrix: F64) -> F64:
+        """Differentiate the amplitudes by each number of a pinhole, (9, K, A)."""
+        derivatives = np.zeros((len(_STEPS), *matrix.shape))
+        if isinstance(self.camera, synthetic.Camera):
+            for k, step in enumerate(np.diag(_STEPS)):
+                ahead, behind = (
+                    self._seen(varied(self.camera, self._middle, values + change), height)
+                    for change in (step, -step)
+                )
+                derivatives[k] = (ahead - behind) / (2.0 * _STEPS[k])
+        return derivatives
+
+    def _seen(self, camera: synthetic.AnyCamera, height: float) -> F64:
+        """Amplitudes (K, A) that a camera sees."""
+        return self._inverse @ self._motion(camera, height)
 
     @cached_property
     def _inverse(self) -> F64:
         known = self.motions.fields
         camera = self.motions.tile_basis().reshape(-1, self.motions.basis.shape[1])[:, known:]
-        basis = np.concatenate([self._motion(self.camera)[:, :known], camera], axis=1)
+        plate = self._motion(self.camera, self.height)[:, :known]
+        basis = np.concatenate([plate, camera], axis=1)
         return np.asarray(np.linalg.pinv(basis)[:known], dtype=np.float64)
 
-    def _motion(self, camera: synthetic.AnyCamera) -> F64:
+    def _motion(self, camera: synthetic.AnyCamera, height: float) -> F64:
         """Motion of the middles of tiles by each field, smooth, (2T, A) px."""
         tiles, fields, spread = self.motions.tiles, self.fields, self.motions.spread
-        seen = plate_motions(fields, camera, self.height, tiles, fields, at_middles)
+        seen = plate_motions(fields, camera, height, tiles, fields, at_middles)
         smooth = spread.over_tiles(spread.fit(seen.reshape(len(seen), -1)))
         return smooth.reshape(-1, seen.shape[2])
 

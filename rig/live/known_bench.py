@@ -27,7 +27,7 @@ def on_bench(
     bench = fe.BenchPlate(modal(plate, report), known.values[:plate_numbers])
     fields = models.BenchFields(bench)
     motions = models.prepare_motions(fields, camera, height, tiles, fields, models.with_tilts)
-    values = known.values[plate_numbers:]
-    seen = models.CameraChange(motions, fields.whole, camera, height).at(values)
+    values, thicker = known.values[plate_numbers:], known["thickness"][0]
+    seen = models.CameraChange(motions, fields.whole, camera, height).at(values, thicker)
     through = models.BenchFields(bench, seen, values)
     return replace(motions, modes=through, large=through)

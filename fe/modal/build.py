@@ -1,0 +1,136 @@
+"""Build a modal plate: its functions, what they learn from, and their products."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fe.arrays import F64, I64
+from fe.elements.gauss import Gauss, dense
+from fe.elements.mesh import Mesh, grid
+from fe.linear.energy import rigidities
+from fe.linear.membrane import Membrane
+from fe.modal.plate import ModalPlate
+from fe.modal.shapes import shapes
+from fe.modal.stresses import Stresses, grading, stresses
+from fe.modal.training import drawn, light
+from fe.modal.transverse import Transverse, transverse
+from fe.plate.checks import whole
+from fe.plate.plate import Plate
+
+_ELEMENTS = 40  # along the longer side
+_MODES = 160
+# Modes beyond these bend, but stretch the plate too little to count.
+_STRETCHING = 110
+_STRESSES, _DRIFTS = 110, 160
+_COARSE = 60, 1  # stresses and drifts of the plate whose states are learned from
+
+
+def modal_plate(plate: Plate, count: int = _MODES, mesh: Mesh | None = None) -> ModalPlate:
+    """Compute the products for a plate; half a minute.
+
+    Parameters
+    ----------
+    plate : Plate
+    count : int
+        Number of modes.
+    mesh : Mesh, optional
+        `grid(plate, 40)` if left out.
+
+    Raises
+    ------
+    ValueError
+        The mesh cannot carry that many modes.
+    """
+    mesh = grid(plate, _ELEMENTS) if mesh is None else mesh
+    functions, forms = transverse(plate, mesh, whole(count, "number of modes")), shapes(plate, mesh)
+    coarse = stresses(functions, light(functions, forms), *_COARSE)
+    near = _assembled(plate, functions, forms, coarse)
+    learned = stresses(functions, drawn(functions, forms, near), _STRESSES, _DRIFTS)
+    return _assembled(plate, functions, forms, learned)
+
+
+def _assembled(plate: Plate, functions: Transverse, forms: F64, plane: Stresses) -> ModalPlate:
+    """Multiply all functions of a plate with one another."""
+    rigid = Membrane(functions.held, functions.mesh)
+    taking_part = _taking_part(functions)
+    slopes, rising = rigid.gauss.slopes(functions.values[..., taking_part]), _rising(rigid.gauss)
+    uniform = np.eye(3)[:, None, None, :] * np.ones((1, *rigid.stiffness.shape, 1))
+    all_stresses = np.concatenate([plane.stress, -plane.reading], axis=3)
+    return ModalPlate(
+        plate=plate,
+        mesh=functions.mesh,
+        count=functions.count,
+        values=functions.values,
+        drifts=plane.drifts,
+        stiffness=functions.stiffness,
+        graded=_graded(functions, rigid.gauss, rising),
+        turning=functions.giving,
+        tense=_products(rigid.gauss, uniform, slopes, slopes),
+        stretching=_products(rigid.gauss, all_stresses, slopes, slopes),
+        shaped=_over_shapes(rigid.gauss, all_stresses, slopes, forms),
+        easing=np.stack([grading(rigid, plane.stress, weight) for weight in rising]),
+        giving=plane.giving,
+        slipping=plane.slipping,
+    )
+
+
+def _taking_part(functions: Transverse) -> I64:
+    """Return indices of the functions that stretch the plate."""
+    total = functions.values.shape[2]
+    every = np.arange(total, dtype=np.int64)
+    return np.concatenate([every[: min(_STRETCHING, functions.count)], every[functions.count :]])
+
+
+def _rising(gauss: Gauss) -> F64:
+    """Functions x, y and x y from -1 to 1 over the plate at its Gauss points, (3, gx, gy)."""
+    x, y = (
+        2.0 * axis.places / (axis.places[0] + axis.places[-1]) - 1.0 for axis in (gauss.x, gauss.y)
+    )
+    even_x, even_y = np.ones(len(x)), np.ones(len(y))
+    return np.stack([np.multiply.outer(a, b) for a, b in ((x, even_y), (even_x, y), (x, y))])
+
+
+def _graded(functions: Transverse, gauss: Gauss, rising: F64) -> F64:
+    """Bending energy, times 3, of thicknesses that rise: (3, n, n)."""
+    (xx, yy, xy), nu = _curvatures(functions, gauss), functions.held.poisson
+    rigidity = rigidities(functions.held, functions.mesh)
+    points = len(gauss.x.places) // functions.mesh.counts[0]
+    rigidity = rigidity.repeat(points, axis=0).repeat(points, axis=1)
+    found: list[F64] = []
+    for rise in rising:
+        weight = (3.0 * rise * rigidity * gauss.weights).reshape(-1, 1)
+        mixed = xx.T @ (weight * (xx + nu * yy)) + yy.T @ (weight * (yy + nu * xx))
+        found.append(mixed + 2.0 * (1.0 - nu) * xy.T @ (weight * xy))
+    return np.stack(found)
+
+
+def _curvatures(functions: Transverse, gauss: Gauss) -> tuple[F64, F64, F64]:
+    """Second derivatives xx, yy, xy at all Gauss points, three (gx gy, n)."""
+    (x, y), values = functions.mesh.lines, functions.values
+    n = values.shape[2]
+
+    def derived(along: F64, across: F64) -> F64:
+        return (across @ np.tensordot(along, values, 1)).reshape(-1, n)
+
+    bent_x, bent_y = dense(gauss.x.places, x, 2), dense(gauss.y.places, y, 2)
+    return (
+        derived(bent_x, gauss.y.value),
+        derived(gauss.x.value, bent_y),
+        derived(gauss.x.slope, gauss.y.slope),
+    )
+
+
+def _products(gauss: Gauss, stress: F64, left: tuple[F64, F64], right: tuple[F64, F64]) -> F64:
+    """Integrals ∫ N_ab f,a g,b dA of stresses (3, gx, gy, M) with pairs of functions: (M, L, R)."""
+    lx, ly, rx, ry = (part.reshape(-1, part.shape[2]) for part in (*left, *right))
+    area = gauss.weights.reshape(-1, 1)
+    found = np.empty((stress.shape[3], lx.shape[1], rx.shape[1]))
+    for m, (xx, yy, xy) in enumerate(np.moveaxis(stress, 3, 0).reshape(stress.shape[3], 3, -1, 1)):
+        found[m] = lx.T @ (area * (xx * rx + xy * ry)) + ly.T @ (area * (xy * rx + yy * ry))
+    return found
+
+
+def _over_shapes(gauss: Gauss, stress: F64, slopes: tuple[F64, F64], forms: F64) -> F64:
+    """Products of stresses with shapes and functions, (S, M, c)."""
+    found = _products(gauss, stress, gauss.slopes(forms), slopes)
+    return np.ascontiguousarray(found.swapaxes(0, 1))

@@ -1,0 +1,84 @@
+"""What a camera sees that stands or bends rays otherwise than said, and of a thicker plate."""
+
+import numpy as np
+import pytest
+
+import fe
+import models
+import synthetic
+from dic import lay_tiles
+
+PLATE = fe.Plate((150.0, 110.0), 1.0, 3000.0, 0.38)
+HEIGHT = 0.5  # mm
+CAMERA = synthetic.pinhole_above(PLATE.size, 300.0, (120, 90))
+MOVED = np.array([0.004, -0.003, 0.002, 0.5, -0.4, 0.8, 0.004, -0.02, 0.01])
+STEPS = np.array([1e-3, 1e-3, 1e-3, 0.1, 0.1, 0.1, 1e-3, 3e-3, 3e-3])
+
+
+@pytest.fixture(scope="module")
+def look():
+    modal = fe.modal_plate(PLATE, 24, fe.grid(PLATE, 12))
+    fields = models.BenchFields(fe.BenchPlate(modal, fe.bench_values()))
+    tiles = lay_tiles((90, 120), 6)
+    motions = models.prepare_motions(fields, CAMERA, HEIGHT, tiles, fields, models.with_tilts)
+    return models.CameraChange(motions, fields.whole, CAMERA, HEIGHT)
+
+
+@pytest.fixture(scope="module")
+def seen(look):
+    return look.at(MOVED)
+
+
+@pytest.fixture(scope="module")
+def pressed(look):
+    """Amplitudes of the plate under a touch."""
+    return look.fields.bench.press(np.array([[60.0, 50.0, 2.0]])).values
+
+
+def image_motion(look, amplitudes, camera, height):
+    """Motion of the tiles' middles of the plate, by projection before and after, px."""
+    xy = camera.on_plate(look.motions.tiles.xy, height)
+    on = ((xy > 12.0) & (xy < np.array(PLATE.size) - 12.0)).all(axis=1)
+    fields, count = look.fields, look.fields.count
+    slope = fields.slope(xy[on])
+    along = -height * np.einsum("nkd,k->nd", slope, amplitudes[:count])
+    along += fields.drift(xy[on]) @ amplitudes[count:]
+    rest = np.column_stack([xy[on], np.full(on.sum(), height)])
+    after = rest + np.column_stack([along, fields.value(xy[on]) @ amplitudes[:count]])
+    return on, camera.project(after) - camera.project(rest)
+
+
+@pytest.mark.parametrize("thicker", [0.0, 0.05])
+def test_it_is_what_projection_of_the_moved_plate_gives(look, pressed, thicker):
+    small = 1e-3 * pressed  # so that the motion is linear
+    camera = models.forward.camera_change.varied(CAMERA, (75.0, 55.0, 0.0), MOVED)
+    on, true = image_motion(look, small, camera, HEIGHT * np.exp(thicker))
+    found, basis = look.at(MOVED, thicker).matrix @ small, look.motions.tile_basis()
+    rigid = basis[on][:, :, len(found) :].reshape(-1, basis.shape[2] - len(found))
+    found = basis[on][:, :, : len(found)] @ found
+    # A shift of the camera is no amplitude of the plate: what looks like one stands aside.
+    left = (true - found).ravel()
+    left -= rigid @ np.linalg.lstsq(rigid, left, rcond=None)[0]
+    assert np.sqrt(np.mean(left**2)) < 0.02 * np.sqrt(np.mean(true**2))
+
+
+@pytest.mark.parametrize("k", [0, 2, 5, 6, 7])
+def test_derivatives_by_the_camera(look, seen, pressed, k):
+    change = np.zeros(len(MOVED))
+    change[k] = STEPS[k]
+    ahead, behind = (look.at(MOVED + sign * change).matrix @ pressed for sign in (1.0, -1.0))
+    numeric = (ahead - behind) / (2.0 * STEPS[k])
+    exact = seen.derivatives[k] @ pressed
+    assert np.abs(numeric - exact).max() < 1e-3 * np.abs(numeric).max()
+
+
+def test_derivative_by_the_thickness(look, seen, pressed):
+    ahead, behind = (look.at(MOVED, step).matrix @ pressed for step in (0.005, -0.005))
+    numeric = (ahead - behind) / 0.01
+    exact = seen.by_thickness @ pressed
+    assert np.abs(numeric - exact).max() < 1e-3 * np.abs(numeric).max()
+
+
+def test_a_camera_as_described_sees_the_fields_that_are_measured(look):
+    matrix = look.at(np.zeros(len(MOVED))).matrix
+    np.testing.assert_allclose(matrix[:, : len(matrix)], np.eye(len(matrix)), atol=1e-6)
