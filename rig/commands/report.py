@@ -40,7 +40,8 @@ def report(
 ) -> None:
     """Run the studies and write one page, as HTML and Markdown, and all figures as CSV.
 
-    Started again after an interruption it goes on with the studies that are left. A study that
+    Started again after an interruption it goes on with the studies that are left. Where studies
+    are named, the others stay on the page as the folder keeps them, each with its day. A study that
     fails stands in the report as failed, one that needs what is not there as left out.
     """
     from rig.report.build import Order, build

@@ -28,7 +28,7 @@ class Order:
     folder : Path
         Where it is written.
     names : tuple of str
-        Studies to run; all of the effort if none is named.
+        Studies to run, beside those that the folder keeps; all of the effort if none is named.
     data : Path or None
         Folder of the images of others that some studies need.
     """
@@ -45,7 +45,8 @@ def build(
     """Run the studies that are asked for, and write the page.
 
     A study that ended well with this code and this effort is not run again, so that a report that
-    was interrupted goes on where it stopped. One that needs what is not there is left out.
+    was interrupted goes on where it stopped. One that needs what is not there is left out. Where
+    some are named, the page keeps the others as they were found, each with its day.
 
     Raises
     ------
@@ -56,12 +57,12 @@ def build(
     _require_known(names, known)
     asked = [study for study in known if not names or study.name in names]
     chosen = [study for study in asked if study.words(order.effort) is not False]
-    left = tuple(study.title for study in known if study not in chosen)
     code = code_hash(contents.home)
-    results: dict[str, page.StudyResult] = {}
+    results = _kept(known, order) if names else {}
     for count, study in enumerate(chosen):
         announce(study, count, len(chosen))
-        results[study.name] = _result(study, contents, order, code)
+        results[study.name] = _result(study, contents, order, code, now)
+    left = tuple(study.title for study in known if study.name not in results)
     parts = [
         (section, tuple(results[study.name] for study in section.studies if study.name in results))
         for section in contents.sections
@@ -74,7 +75,20 @@ def build(
     return list(results.values())
 
 
-def _result(study: Study, contents: Contents, order: Order, code: str) -> page.StudyResult:
+def _kept(known: tuple[Study, ...], order: Order) -> dict[str, page.StudyResult]:
+    """Return what the folder keeps of earlier runs, by name."""
+    places = {study.name: Place(order.folder / RAW, study.name) for study in known}
+    outcomes = ((study, runner.stored(places[study.name])) for study in known)
+    return {
+        study.name: page.StudyResult(study, outcome, runner.figures(places[study.name]))
+        for study, outcome in outcomes
+        if outcome
+    }
+
+
+def _result(
+    study: Study, contents: Contents, order: Order, code: str, now: datetime
+) -> page.StudyResult:
     words = (*contents.program(study), *_words(study, order))
     identity = key("study", (words, code))
     place = Place(order.folder / RAW, study.name)
@@ -83,7 +97,7 @@ def _result(study: Study, contents: Contents, order: Order, code: str) -> page.S
         outcome = runner.leave_out(place, identity, needs.sentence(lacking))
     if outcome is None:
         limit = None if order.effort == "full" else study.limit
-        outcome = runner.run(words, place, identity, limit)
+        outcome = runner.run(words, place, identity, limit, now)
     return page.StudyResult(study, outcome, runner.figures(place))
 
 

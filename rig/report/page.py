@@ -107,13 +107,14 @@ def _count(verdicts: Verdicts, origin: Origin) -> str:
 def _overview(parts: PageParts, origin: Origin) -> list[str]:
     """List what ran, and the bars of each."""
     lines = [
-        "| study | outcome | met | missed | not measured | wall time | CPU time |",
-        "| --- | --- | --- | --- | --- | --- | --- |",
+        "| study | outcome | day | met | missed | not measured | wall time | CPU time |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for study, outcome, figures in ((r.study, r.outcome, r.figures) for r in parts.results):
         bars = " | ".join(str(len(part) or "") for part in judged(figures))
         times = f"{outcome.seconds:.0f} s | {outcome.cpu:.0f} s"
-        lines.append(f"| {study.title} | {_state(outcome)} | {bars} | {times} |")
+        state = f"{_state(outcome)} | {outcome.date}"
+        lines.append(f"| {study.title} | {state} | {bars} | {times} |")
     return ["## What ran", "\n".join(lines), origin.particulars]
 
 

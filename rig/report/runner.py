@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from dataclasses import asdict, dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import Literal
 
@@ -31,6 +32,8 @@ class Outcome:
         Wall time and CPU time.
     words : str
         Its last words where it did not end well, or what it needs.
+    date : str
+        Day on which it ran, "2026-11-23"; empty where an older release kept it.
     """
 
     key: str
@@ -38,6 +41,7 @@ class Outcome:
     seconds: float
     cpu: float
     words: str = ""
+    date: str = ""
 
 
 @dataclass(frozen=True)
@@ -58,7 +62,9 @@ class Place:
         return self.folder / f"{self.name}.json"
 
 
-def run(words: tuple[str, ...], place: Place, key: str, limit: float | None) -> Outcome:
+def run(
+    words: tuple[str, ...], place: Place, key: str, limit: float | None, now: datetime
+) -> Outcome:
     """Run a program and keep figures and outcome at their place; `limit` is in s, None for none.
 
     `words` are what Python is called with: a file, or options and a module, and what follows.
@@ -79,7 +85,8 @@ def run(words: tuple[str, ...], place: Place, key: str, limit: float | None) -> 
     except subprocess.TimeoutExpired:
         state, said = "stopped", f"stopped after {limit:.0f} s"
     last = said.strip()[-TAIL:] if state != "done" else ""
-    return _keep(place, Outcome(key, state, time.monotonic() - began, _children() - before, last))
+    wall, cpu, date = time.monotonic() - began, _children() - before, f"{now:%Y-%m-%d}"
+    return _keep(place, Outcome(key, state, wall, cpu, last, date))
 
 
 def leave_out(place: Place, key: str, why: str) -> Outcome:
@@ -101,10 +108,15 @@ def _keep(place: Place, outcome: Outcome) -> Outcome:
 
 def kept(place: Place, key: str) -> Outcome | None:
     """Return the outcome that is kept, where it is of the same key and ended well."""
+    outcome = stored(place)
+    return outcome if outcome and outcome.key == key and outcome.state == "done" else None
+
+
+def stored(place: Place) -> Outcome | None:
+    """Return the outcome that is kept, of whatever code and effort; None where there is none."""
     if not place.outcome.exists():
         return None
-    outcome = Outcome(**json.loads(place.outcome.read_text(encoding="utf-8")))
-    return outcome if outcome.key == key and outcome.state == "done" else None
+    return Outcome(**json.loads(place.outcome.read_text(encoding="utf-8")))
 
 
 def figures(place: Place) -> tuple[Figure, ...]:

@@ -163,6 +163,19 @@ def test_a_study_that_ended_well_is_not_run_again_until_the_code_changes(home, t
     assert (home / "count").read_text() == "xx"
 
 
+def test_studies_that_are_named_join_those_of_earlier_days(home, tmp_path):
+    built(home, tmp_path / "out", names=["meshes"])
+    (home / "good.py").write_text(GOOD + "\n# changed\n")
+    order = Order("quick", tmp_path / "out", ("endless",))
+    build(read_contents(home), order, lambda *said: None, datetime(2026, 1, 5))
+    text = (tmp_path / "out/report.md").read_text()
+    assert "| Meshes | done | 2026-01-02 |" in text
+    assert "| Endless | done | 2026-01-05 |" in text
+    assert "coarse → fine (default)" in text
+    assert "Left out of it: Broken." in text
+    assert (home / "count").read_text() == "x", "what is not named is not run again"
+
+
 def test_the_words_of_the_effort_reach_the_study(home, tmp_path):
     (result,) = built(home, tmp_path / "out", "quick", ["endless"])
     assert result.outcome.state == "done"
