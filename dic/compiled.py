@@ -7,6 +7,8 @@ from typing import Any, Literal, ParamSpec, TypeVar, cast
 
 import numba
 
+from dic.kernel_file import sealed
+
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -22,4 +24,5 @@ def njit(
     """Compile a function as `numba.njit` does; it is called as it was written."""
     options = {"cache": cache, "nogil": nogil, "fastmath": fastmath}
     library = cast("Any", numba)
-    return library.njit(error_model=error_model, inline=inline, **options)
+    compile_ = library.njit(error_model=error_model, inline=inline, **options)
+    return lambda function: sealed(compile_(function))

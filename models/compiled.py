@@ -5,13 +5,15 @@ from typing import Any, TypeVar
 
 import numba.extending
 
+from models.kernel_file import sealed
+
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 def njit(**options: Any) -> Callable[[_Function], _Function]:
     """Compile a function as `numba.njit` does with these options, of the same type as it is."""
     compile_: Any = numba.njit  # pyright: ignore[reportUnknownMemberType]
-    return compile_(**options)
+    return lambda function: sealed(compile_(**options)(function))
 
 
 def overload(function: Callable[..., Any]) -> Callable[[_Function], _Function]:

@@ -1,14 +1,16 @@
 """What is slow to compute is kept on disk, found again by its content.
 
-An entry is one uncompressed ``.npz`` file. Its name is the SHA-256 of everything the result
-depends on; its members carry a CRC-32, which is checked while they are read. It is written aside
-and renamed, so that two processes at work on one entry, or a killed one, leave a whole file.
+An entry is one uncompressed ``.npz`` file with its own SHA-256 behind it, which is checked before
+anything of it is read; one that is damaged is computed again. Its name is the SHA-256 of everything
+the result depends on. It is written aside and renamed, so that two processes at work on one entry,
+or a killed one, leave a whole file.
 """
 
 import hashlib
+import io
 import os
 import tempfile
-import zipfile
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
@@ -19,14 +21,21 @@ import numpy as np
 
 from rig.system.arrays import AnyArray
 
-FORMAT = 1
+FORMAT = 2
 """Version of the files' format; part of every key."""
+
+SEAL = hashlib.sha256().digest_size
+"""Bytes of the checksum at the end of a file."""
 
 Arrays = dict[str, np.ndarray]
 
 
 class CacheError(OSError):
     """A cache that cannot be read or written; its text is one sentence with the remedy."""
+
+
+class CacheWarning(UserWarning):
+    """A cache that had to be put right."""
 
 
 def folder() -> Path:
@@ -37,7 +46,7 @@ def folder() -> Path:
 
 
 def fetch(kind: str, parts: Any, compute: Callable[[], Arrays]) -> Arrays:
-    """Return arrays from the cache, computed and stored where they are not there yet.
+    """Return arrays from the cache, computed and stored where they are not there or damaged.
 
     Parameters
     ----------
@@ -53,14 +62,24 @@ def fetch(kind: str, parts: Any, compute: Callable[[], Arrays]) -> Arrays:
     Raises
     ------
     CacheError
-        If the stored file is damaged, or the folder cannot be written. The folder is tried before
-        `compute` is called.
+        If the stored file may not be read, or the folder cannot be written. The folder is tried
+        before `compute` is called.
     TypeError
         If a part is of a type that has no content to be found by.
+
+    Warns
+    -----
+    CacheWarning
+        If the stored file is damaged and so computed again.
     """
     path = folder() / kind / f"{key(kind, parts)}.npz"
     if path.exists():
-        return _read(path)
+        stored = _read(path)
+        if stored is not None:
+            return stored
+        warnings.warn(
+            CacheWarning(f"cache file {path} was damaged and is computed again"), stacklevel=2
+        )
     _prepare(path.parent)
     arrays = compute()
     _write(path, arrays)
@@ -108,16 +127,19 @@ def _source(module: ModuleType) -> list[tuple[str, str]]:
     return [(path.name, path.read_text(encoding="utf-8")) for path in files]
 
 
-def _read(path: Path) -> Arrays:
+def _read(path: Path) -> Arrays | None:
+    """Arrays of a file; None where it is not as it was written."""
     try:
-        with np.load(path, allow_pickle=False) as stored:
-            return {name: stored[name] for name in stored.files}
-    except PermissionError as error:
-        raise CacheError(f"cache file {path} cannot be read; check its permissions") from error
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile, KeyError) as error:
+        sealed = path.read_bytes()
+    except OSError as error:
         raise CacheError(
-            f"cache file {path} is damaged ({_reason(error)}); delete it and run again"
+            f"cache file {path} cannot be read ({_reason(error)}); check its permissions and disk"
         ) from error
+    content = memoryview(sealed)[:-SEAL]
+    if hashlib.sha256(content).digest() != sealed[-SEAL:]:
+        return None
+    with np.load(io.BytesIO(content), allow_pickle=False) as stored:
+        return {name: stored[name] for name in stored.files}
 
 
 def _prepare(home: Path) -> None:
@@ -132,8 +154,10 @@ def _prepare(home: Path) -> None:
 def _write(path: Path, arrays: Arrays) -> None:
     aside = path.with_name(f"{path.stem}.{os.getpid()}.partial")
     try:
-        with aside.open("wb") as file:
+        with aside.open("w+b") as file:
             np.savez(file, allow_pickle=False, **arrays)
+            file.seek(0)
+            file.write(hashlib.file_digest(file, "sha256").digest())
         aside.replace(path)
     except OSError as error:
         raise _unwritable(path.parent, error) from error
@@ -148,5 +172,5 @@ def _unwritable(home: Path, error: OSError) -> CacheError:
     )
 
 
-def _reason(error: Exception) -> str:
-    return getattr(error, "strerror", None) or " ".join(str(error).split()) or "unreadable"
+def _reason(error: OSError) -> str:
+    return error.strerror or " ".join(str(error).split()) or "unreadable"
