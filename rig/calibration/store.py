@@ -8,10 +8,21 @@ from math import isfinite
 from pathlib import Path
 
 import numpy as np
-from pydantic import Field, ValidationError
+from pydantic import ValidationError
 
 import models
 import synthetic
+from rig.calibration.entries import (
+    BenchEntry,
+    Dated,
+    LatencyEntry,
+    LensEntry,
+    NoiseEntry,
+    PoseEntry,
+    PressesEntry,
+    ProjectorEntry,
+    Row,
+)
 from rig.calibration.latency import Latency
 from rig.calibration.lens import Lens
 from rig.calibration.photon import Photon
@@ -21,90 +32,14 @@ from rig.live.alignment import Alignment
 from rig.projector.light_map import LightMap, prepare_light_map
 from rig.projector.markers import Screen
 from rig.scene import Scene
+from rig.scene.refusal import sentence
 from rig.scene.section import Section
 from rig.scene.source import DeviceSection
 
 AGE = timedelta(days=30)  # after which a bench has been bumped at least once
-Row = tuple[float, ...]
+CLOCKS = timedelta(days=1)  # by which those of two machines may differ
 Part = Lens | Pose | ProjectorLight | Photon | Latency | Alignment | models.BenchEstimate
 """What can be calibrated."""
-
-
-class Dated(Section):
-    """What every part of a calibration says of itself."""
-
-    date: datetime = Field(description="when it was made, UTC")
-    residual: float = Field(default=0.0, description="RMS of its fit, px; a fraction for noise")
-
-
-class Entry(Dated):
-    """A part whose error is known."""
-
-    error: float = Field(description="what it leaves, mm; s for the latency, a fraction for noise")
-
-
-class LensEntry(Entry):
-    """A lens."""
-
-    size: tuple[int, int] = Field(description="width and height, px")
-    focal: float = Field(description="focal length, px")
-    sigma_focal: float = Field(description="its standard deviation, px")
-    centre: tuple[float, float] = Field(description="principal point, px")
-    distortion: Row = Field(description="k1, k2, p1, p2, k3")
-
-
-class PoseEntry(Entry):
-    """Where the plate lies before the camera; it holds for its lens alone."""
-
-    T_cam_plate: tuple[Row, ...] = Field(description="from plate to camera, 4 × 4, mm")
-    covariance: tuple[Row, ...] = Field(description="of turn, rad, and shift, mm, 6 × 6")
-
-
-class ProjectorEntry(Entry):
-    """Where the projector's light falls."""
-
-    size: tuple[int, int] = Field(description="width and height, px")
-    T_px_plate: tuple[Row, ...] = Field(description="from the touched face, mm, to px, 3 × 3")
-    strength: float = Field(0.0, ge=0, description="its white over the light of the room")
-    black: float = Field(0.0, description="grey level without any light")
-
-
-class NoiseEntry(Entry):
-    """Noise of the camera."""
-
-    gain: float = Field(description="grey levels per electron")
-    read: float = Field(description="standard deviation in the dark, grey levels")
-
-
-class LatencyEntry(Entry):
-    """Delay from a command to the first frame that shows it."""
-
-    median: float = Field(description="s")
-    p95: float = Field(description="s")
-
-
-class PressesEntry(Entry):
-    """What known presses correct."""
-
-    matrix: tuple[Row, ...] = Field(description="affine map of places, 2 × 3, mm")
-    gain: float = Field(description="true over estimated force")
-    sigma_gain: float = Field(description="its standard deviation")
-    error_force: float = Field(description="RMS of the force that is left, as a fraction")
-
-
-class BenchEntry(Dated):
-    """What presses say of plate, edges and camera."""
-
-    error: float | None = Field(default=None, description="RMS of held-out places, mm")
-
-    names: tuple[str, ...] = Field(description="of the numbers, in their order")
-    values: Row = Field(description="most likely, in the units of the glossary")
-    covariance: tuple[Row, ...] = Field(description="theirs")
-    prior: Row = Field(description="standard deviations before any press")
-    discrepancy: float = Field(ge=0, lt=1, description="error of the model beside them, a fraction")
-    error_force: float | None = Field(
-        default=None, description="RMS of held-out forces, as a fraction"
-    )
 
 
 class Calibration(Section):
@@ -175,7 +110,7 @@ class Calibration(Section):
         names, count = tuple(name for name, _ in models.BENCH), len(models.BENCH)
         covariance = np.array(part.covariance)
         shapes = len(part.values), len(part.prior), *covariance.shape
-        if part.names != names or shapes != (count,) * 4 or not np.isfinite(covariance).all():
+        if part.names != names or shapes != (count,) * 4:
             raise ValueError(
                 f"calibration of the bench has other numbers than the {count} of today; run"
                 " `touchplate calibrate bench` again"
@@ -191,6 +126,9 @@ class Calibration(Section):
             if entry and now - entry.date > AGE:
                 days = (now - entry.date).days
                 found.append(f"calibration of {name} is {days} days old; repeat it")
+            if entry and entry.date - now > CLOCKS:
+                days = (entry.date - now).days
+                found.append(f"calibration of {name} is of a day {days} days ahead; set the clock")
         if self.lens and scene.camera and self.lens.size != scene.camera.pixels:
             found.append(_other("lens", self.lens.size, "camera", scene.camera.pixels))
         if self.projector and scene.projector and self.projector.size != scene.projector.size:
@@ -323,22 +261,31 @@ def read_calibration(path: Path) -> Calibration:
     """
     if not path.exists():
         return Calibration()
-    return parse(path.read_text(encoding="utf-8"), f"'{path}'")
+    try:
+        return parse(path.read_text(encoding="utf-8"), f"'{path}'")
+    except UnicodeDecodeError as error:
+        raise ValueError(
+            f"calibration '{path}' is no text in UTF-8; delete the file and calibrate again"
+        ) from error
 
 
 def parse(text: str, name: str) -> Calibration:
     """Read a calibration from JSON; an empty text is an empty one."""
-    if not text:
+    if not text:  # as recordings hold it that were made without
         return Calibration()
     try:
         return Calibration.model_validate_json(text)
     except ValidationError as error:
-        first = error.errors()[0]
-        place = ".".join(str(part) for part in first["loc"]) or "the text"
         raise ValueError(
-            f"calibration {name} is damaged at {place} ({first['msg']}); delete it and calibrate"
-            " again"
+            f"calibration {name} is damaged: {_what_is_wrong(error)}, or delete the file and"
+            " calibrate again"
         ) from error
+
+
+def _what_is_wrong(error: ValidationError) -> str:
+    if error.errors()[0]["type"] == "json_invalid":
+        return "it is no JSON; correct it there"
+    return sentence(error, Calibration)
 
 
 def keep(path: Path, part: Part) -> Calibration:
@@ -346,8 +293,11 @@ def keep(path: Path, part: Part) -> Calibration:
     now = datetime.now(UTC).replace(microsecond=0)
     calibration = read_calibration(path).model_copy(update=entry_of(part, now))
     aside = path.with_name(f"{path.name}.{os.getpid()}.partial")
-    aside.write_text(calibration.model_dump_json(indent=2, exclude_none=True), encoding="utf-8")
-    aside.replace(path)
+    try:
+        aside.write_text(calibration.model_dump_json(indent=2, exclude_none=True), encoding="utf-8")
+        aside.replace(path)
+    finally:
+        aside.unlink(missing_ok=True)
     return calibration
 
 

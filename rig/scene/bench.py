@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, field_validator
 
-from rig.scene.quantity import Count, Grey, Length, Rate, Ratio, odd
+from rig.scene.quantity import LARGEST_SIDE, Count, Grey, Length, Rate, Ratio, odd
 from rig.scene.section import Section
 
 if TYPE_CHECKING:
@@ -16,13 +16,14 @@ if TYPE_CHECKING:
     from rig.scene.plate import PlateSection
 
 
+Side = Annotated[Count, Field(ge=64, le=LARGEST_SIDE)]
+
+
 class CameraSection(Section):
     """A camera over the middle of the plate, looking at the touched face."""
 
     kind: Literal["pinhole", "telecentric"] = Field("pinhole", description="projection")
-    pixels: tuple[Annotated[Count, Field(ge=64)], Annotated[Count, Field(ge=64)]] = Field(
-        description="width and height of the image, px"
-    )
+    pixels: tuple[Side, Side] = Field(description="width and height of the image, px")
     stand_off: Length = Field(gt=0, description="distance from the plate, mm")
     margin: Ratio = Field(
         0.02, ge=0, lt=0.5, description="fraction of the image left free on each side"
@@ -74,7 +75,7 @@ class GaugesSection(Section):
     """What all arrangements of gauges have in common."""
 
     spacing: Length = Field(5.0, gt=0, description="distance of neighbours, mm")
-    subset: Annotated[Count, Field(ge=5)] | None = Field(
+    subset: Annotated[Count, Field(ge=5, le=999)] | None = Field(
         None,
         description="side of the subset by which DIC reads a gauge through [camera], px, odd"
         " [the strain of the face itself is read]",

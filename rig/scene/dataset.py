@@ -26,7 +26,9 @@ class DatasetSection(Section):
     places: Literal["grid", "between", "random"] = Field("grid", description="where they press")
     spacing: Length = Field(5.0, gt=0, description="distance of neighbours on the grid, mm")
     margin: Length = Field(10.0, ge=0, description="distance kept from the edges, mm")
-    midpoint_side: Count = Field(14, ge=2, description="places a side between those of the grid")
+    midpoint_side: Count = Field(
+        14, ge=2, le=1000, description="places a side between those of the grid"
+    )
     force: Force = Field(1.0, gt=0, description="the smallest force, N")
     magnitudes: Count = Field(1, ge=1, description="the largest force in units of the smallest")
     samples: Count | None = Field(

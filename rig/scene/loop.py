@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from rig.scene.quantity import Count
+from rig.scene.quantity import LARGEST_SIDE, Count
 from rig.scene.section import Section
 
 
@@ -22,13 +22,14 @@ class Page(Section):
     )
 
 
+Side = Annotated[Count, Field(ge=1, le=LARGEST_SIDE)]
+
+
 class ProjectorSection(Section):
     """The window that shows the touches on the plate."""
 
     display: str = Field(":0", min_length=1, description="name of the X display")
-    size: tuple[Annotated[Count, Field(ge=1)], Annotated[Count, Field(ge=1)]] = Field(
-        (1280, 800), description="width and height of its image, px"
-    )
+    size: tuple[Side, Side] = Field((1280, 800), description="width and height of its image, px")
     full_screen: bool = Field(True, strict=True, description="whether it fills the display")
     mode: Literal["on", "beside", "outside", "dark"] = Field(
         "on",

@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from rig.scene.quantity import Angle, Count, Force, Length, LineStiffness, Ratio, Stress
+from rig.scene.quantity import (
+    Angle,
+    AngularStiffness,
+    Count,
+    Force,
+    Length,
+    LineStiffness,
+    Ratio,
+    Stress,
+)
 from rig.scene.section import Section
 
 if TYPE_CHECKING:
@@ -81,7 +90,7 @@ class ElasticSection(UniformSection):
     deflection: LineStiffness = Field(
         ge=0, allow_inf_nan=True, description="force along z per length and deflection, N/mm²"
     )
-    rotation: Force = Field(
+    rotation: AngularStiffness = Field(
         ge=0, allow_inf_nan=True, description="moment per length and rad across the edge, N"
     )
     membrane: LineStiffness = Field(

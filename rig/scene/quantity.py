@@ -2,10 +2,10 @@
 
 import re
 from dataclasses import dataclass
-from math import degrees
+from math import degrees, inf, isfinite
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
 UNITS: dict[str, dict[str, float]] = {
@@ -28,16 +28,40 @@ _WRITTEN = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*?)
 
 @dataclass(frozen=True)
 class Quantity:
-    """Reads a number in `unit`, or a text such as "2 cm", and gives the number in `unit`."""
+    """Reads a number in `unit`, or a text such as "2 cm", and gives the number in `unit`.
+
+    Attributes
+    ----------
+    unit : str
+    largest, smallest : float
+        Beyond these sizes no bench has such a quantity: a slip of the pen, or a damaged file. Zero
+        and infinity are left to the type of the field.
+    """
 
     unit: str
+    largest: float = inf
+    smallest: float = 0.0
 
     def __call__(self, value: Any) -> Any:
-        """Return the number in `unit`; what is no text is left to the type of the field."""
+        """Return the number in `unit`; what is neither text nor number is left to the field."""
         if isinstance(value, bool):
             raise self._refusal()
-        if not isinstance(value, str):
-            return value
+        number = self._number(value) if isinstance(value, str) else value
+        return self._of_usual_size(number) if isinstance(number, int | float) else number
+
+    def _of_usual_size(self, number: float) -> float:
+        if isinstance(number, float) and not isfinite(number):
+            return number
+        if abs(number) > self.largest:
+            raise self._other_size(f"at most {self.largest:g} {self.unit}")
+        if 0 < abs(number) < self.smallest:
+            raise self._other_size(f"0 or at least {self.smallest:g} {self.unit}")
+        return number
+
+    def _other_size(self, wanted: str) -> PydanticCustomError:
+        return PydanticCustomError("quantity", "give {wanted}", {"wanted": wanted.strip()})
+
+    def _number(self, value: str) -> float:
         written = _WRITTEN.fullmatch(value)
         if written is None:
             raise self._refusal()
@@ -60,18 +84,33 @@ class Quantity:
         return PydanticCustomError("quantity", "give {wanted}", {"wanted": self.wanted()})
 
 
-Length = Annotated[float, BeforeValidator(Quantity("mm"))]
-Stress = Annotated[float, BeforeValidator(Quantity("MPa"))]
-Force = Annotated[float, BeforeValidator(Quantity("N"))]
-LineStiffness = Annotated[float, BeforeValidator(Quantity("N/mm²"))]
-Angle = Annotated[float, BeforeValidator(Quantity("deg"))]
-Time = Annotated[float, BeforeValidator(Quantity("s"))]
-Kelvin = Annotated[float, BeforeValidator(Quantity("K"))]
-Rate = Annotated[float, BeforeValidator(Quantity("fps"))]
-Pixels = Annotated[float, BeforeValidator(Quantity("px"))]
-Grey = Annotated[float, BeforeValidator(Quantity("grey levels"))]
-Ratio = Annotated[float, BeforeValidator(Quantity(""))]
-Count = Annotated[int, Field(strict=True)]
+Length = Annotated[float, BeforeValidator(Quantity("mm", 1e6, 1e-6))]
+Stress = Annotated[float, BeforeValidator(Quantity("MPa", 1e8, 1e-6))]
+Force = Annotated[float, BeforeValidator(Quantity("N", 1e6, 1e-9))]
+LineStiffness = Annotated[float, BeforeValidator(Quantity("N/mm²", 1e12))]
+"""That of a rigid support is infinite."""
+AngularStiffness = Annotated[float, BeforeValidator(Quantity("N", 1e12))]
+"""Moment per length and rad; that of a rigid support is infinite."""
+Angle = Annotated[float, BeforeValidator(Quantity("deg", 360.0))]
+Time = Annotated[float, BeforeValidator(Quantity("s", 1e6, 1e-9))]
+Kelvin = Annotated[float, BeforeValidator(Quantity("K", 1e5))]
+Rate = Annotated[float, BeforeValidator(Quantity("fps", 1e5, 1e-4))]
+Pixels = Annotated[float, BeforeValidator(Quantity("px", 1e5))]
+Grey = Annotated[float, BeforeValidator(Quantity("grey levels", 65535.0))]
+Ratio = Annotated[float, BeforeValidator(Quantity("", 1e6))]
+LARGEST_SIDE = 20_000
+"""Of an image, px."""
+
+
+def _countable(value: int) -> int:
+    """Refuse a number of which no machine has so many."""
+    if abs(value) > MANY:
+        raise PydanticCustomError("count", "give at most {most}", {"most": f"{MANY:g}"})
+    return value
+
+
+MANY = 10**12
+Count = Annotated[int, Field(strict=True), AfterValidator(_countable)]
 
 
 def odd(value: int) -> int:

@@ -29,6 +29,8 @@ WANTED = {
 }
 """What to give instead, by the type of error that pydantic names."""
 
+LONGEST = 60  # characters of a value that are repeated
+
 
 class SceneError(ValueError):
     """A scene that cannot be used; its text is one sentence for the user."""
@@ -101,7 +103,8 @@ def _name(path: Sequence[int | str]) -> str:
 def _value(value: Any, field: FieldInfo | None) -> str:
     if isinstance(value, int | float) and not isinstance(value, bool):
         return f"{value:g} {_unit(field)}".rstrip()
-    return repr(value)
+    text = repr(value)
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
 
 
 def _quantity(field: FieldInfo | None) -> Quantity | None:

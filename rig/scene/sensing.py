@@ -15,10 +15,17 @@ class DicSection(Section):
 
     tile: Count = Field(16, ge=4, le=64, description="side of the tiles whose sums are kept, px")
     subset: Count = Field(
-        49, ge=5, description="side of the window that gives one displacement of the map, px, odd"
+        49,
+        ge=5,
+        le=999,
+        description="side of the window that gives one displacement of the map, px, odd",
     )
-    window: Count = Field(5, ge=3, description="side of the strain window, displacements, odd")
-    reference_frames: Count = Field(16, ge=2, description="frames averaged into the reference")
+    window: Count = Field(
+        5, ge=3, le=99, description="side of the strain window, displacements, odd"
+    )
+    reference_frames: Count = Field(
+        16, ge=2, le=10_000, description="frames averaged into the reference"
+    )
 
     @field_validator("subset", "window")
     @classmethod
@@ -53,7 +60,7 @@ class NetEstimator(Section):
     """Touches from the strain of the gauges by a trained net."""
 
     kind: Literal["net"] = Field(description="what touches are estimated from")
-    layers: tuple[Annotated[Count, Field(ge=1)], ...] = Field(
+    layers: tuple[Annotated[Count, Field(ge=1, le=100_000)], ...] = Field(
         (32, 32), min_length=1, description="widths of the hidden layers"
     )
     activation: Literal["relu", "tanh", "silu"] = Field("relu", description="activation")
@@ -101,7 +108,9 @@ class TrainingSection(Section):
 
     spacing: Length = Field(5.0, gt=0, description="distance between training touches, mm")
     margin: Length = Field(10.0, ge=0, description="distance kept from the edges, mm")
-    validation_side: Count = Field(14, ge=2, description="places a side of the validation grid")
+    validation_side: Count = Field(
+        14, ge=2, le=1000, description="places a side of the validation grid"
+    )
     test_samples: Count = Field(3000, ge=1, description="random touches of the test set")
     test_seed: Count = Field(1, ge=0, description="seed of the test set")
     samples: Annotated[Count, Field(ge=1)] | None = Field(
@@ -115,7 +124,10 @@ class TrainingSection(Section):
         0.0, ge=0, description="noise of gauges on the face over the mean strain of a touch of 1 N"
     )
     averaged_frames: Count = Field(
-        1, ge=1, description="frames that one strain is averaged over, where DIC reads the gauges"
+        1,
+        ge=1,
+        le=10**6,
+        description="frames that one strain is averaged over, where DIC reads the gauges",
     )
     rendered_images: Count = Field(
         0, ge=0, description="rendered images among what is learnt from, correlated at the gauges"

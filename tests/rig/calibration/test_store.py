@@ -1,5 +1,6 @@
 """Calibrations on disk: what was measured comes back, what is old or of another bench is said."""
 
+import json
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
@@ -87,8 +88,62 @@ def test_nothing_there_is_an_empty_calibration_and_rubbish_is_refused(tmp_path):
     with pytest.raises(ValueError, match="run `touchplate calibrate camera` first"):
         empty.known_lens()
     path.write_text('{"lens": {"focal": 3}}')
-    with pytest.raises(ValueError, match="is damaged at lens"):
+    with pytest.raises(ValueError, match=r"is damaged: lens\.date is missing; add it"):
         store.read_calibration(path)
+    path.write_text('{"lens": ')
+    with pytest.raises(ValueError, match="is damaged: it is no JSON; correct it there, or delete"):
+        store.read_calibration(path)
+    path.write_bytes(b"\xff\xfe")
+    with pytest.raises(ValueError, match="no text in UTF-8; delete the file and calibrate again"):
+        store.read_calibration(path)
+
+
+def part_of(numbers, place):
+    *names, last = place
+    for name in names:
+        numbers = numbers[name]
+    return numbers, last
+
+
+MIRRORED = [[-1.0, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 500], [0, 0, 0, 1]]
+DAMAGED = {
+    ("presses", "gain"): (-1, 0, 1e300, "1.1", None, True),
+    ("presses", "matrix"): ([[1.0, 0, 0]], [[1, 0], [0, 1]], [[-1, 0, 0], [0, 1, 0]], [], 3.0),
+    ("noise", "gain"): (-0.1, 0, 1e300),
+    ("noise", "read"): (-1.0, 1e300),
+    ("latency", "median"): (-5, 1e5),
+    ("lens", "focal"): (-2000.0, 0, 1e300),
+    ("lens", "size"): ([0, 10], [-5, 5], [1024], [1024.5, 1024], [10**9, 10]),
+    ("lens", "distortion"): ([0.0] * 4, [0.0] * 6),
+    ("lens", "date"): ("2026-01-01T00:00:00", "0001-01-01T00:00:00Z", "yesterday", 1e300),
+    ("pose", "T_cam_plate"): (np.eye(3).tolist(), MIRRORED, (2 * np.eye(4)).tolist()),
+    ("pose", "covariance"): ((-np.eye(6)).tolist(), np.eye(5).tolist()),
+    ("projector", "T_px_plate"): (np.zeros((3, 3)).tolist(), np.ones((3, 3)).tolist()),
+    ("projector", "strength"): (-1, 1e300),
+    ("bench", "prior"): ([1.0], [-1.0] * NUMBERS),
+    ("bench", "covariance"): (np.eye(NUMBERS - 1).tolist(), (-np.eye(NUMBERS)).tolist()),
+}
+
+
+@pytest.mark.parametrize("place", DAMAGED, ids=".".join)
+def test_a_number_that_no_bench_has_is_refused_in_one_sentence(tmp_path, place):
+    path = tmp_path / "x.json"
+    for part in PARTS:
+        store.keep(path, part)
+    for value in DAMAGED[place]:
+        numbers = json.loads(path.read_text())
+        owner, last = part_of(numbers, place)
+        owner[last] = value
+        with pytest.raises(ValueError, match=rf"in the test is damaged: {place[0]}\.") as refusal:
+            store.parse(json.dumps(numbers), "in the test")
+        assert len(str(refusal.value)) < 300
+        assert "\n" not in str(refusal.value)
+
+
+def test_a_clock_that_was_wrong_is_said(tmp_path):
+    kept = store.keep(tmp_path / "x.json", CORRECTED)
+    (said,) = kept.warnings(rig.load("twin"), datetime.now(UTC) - timedelta(days=9))
+    assert said == "calibration of presses is of a day 8 days ahead; set the clock"
 
 
 def test_a_calibration_lies_beside_its_scene(tmp_path):
