@@ -82,25 +82,33 @@ def load_net(path: str | Path) -> tuple[Trained, dict[str, Any]]:
     PermissionError
         When it may not be read.
     ValueError
-        When the file is damaged, of another version or something else.
+        When the file is damaged, of another version or something else, or holds numbers that
+        make no net.
     """
     path = Path(path)
     if not path.is_file():
         raise FileNotFoundError(f"model file {path} does not exist; train the model first")
     head, arrays = _read(path)
-    if head.get("format") != FORMAT:
+    if str(head.get("format")) != FORMAT:
         raise ValueError(f"model file {path} holds something else; give a file written by training")
-    if head.get("version") != VERSION:
+    if str(head.get("version")) != str(VERSION):
         raise ValueError(
             f"model file {path} has version {head.get('version')}, this release reads {VERSION}; "
             "train the model again"
         )
     text = str(head.get("options"))
-    if head.get("checksum") != _checksum(arrays, text):
+    if str(head.get("checksum")) != _checksum(arrays, text):
         raise ValueError(f"model file {path} is damaged; delete it and train the model again")
-    options = json.loads(text)
-    named = options["net"] | {"layers": tuple(options["net"]["layers"])}
-    return _from_arrays(arrays, NetOptions(**named)), options["about"]
+    try:
+        options = json.loads(text)
+        named = options["net"] | {"layers": tuple(options["net"]["layers"])}
+        trained = _from_arrays(arrays, NetOptions(**named))
+        return _sound(trained), options["about"]
+    except (KeyError, TypeError, ValueError) as error:
+        said = " ".join(str(error).split())
+        raise ValueError(
+            f"model file {path} holds no net that can be run ({said}); train the model again"
+        ) from error
 
 
 def _write(path: Path, arrays: Mapping[str, np.ndarray], text: str) -> None:
@@ -135,6 +143,24 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         raise ValueError(
             f"model file {path} is damaged or no HDF5 file; train the model again"
         ) from error
+
+
+def _sound(trained: Trained) -> Trained:
+    """Return what was read, if its layers fit each other and every number is of use."""
+    scaling, count = trained.net.scaling, trained.net.scaling.centre.size
+    expected = [(scaling.centre, (count,)), (scaling.scale, (count,))]
+    for weights, biases in trained.net.layers:
+        expected += [(weights, (count, biases.size)), (biases, (biases.size,))]
+        count = biases.size
+    for array, shape in expected:
+        if array.shape != shape or array.dtype.kind != "f":
+            raise ValueError(f"an array of {array.dtype} {array.shape} where {shape} must be")
+        if not np.isfinite(array).all():
+            raise ValueError("weights that are not finite: its training has diverged")
+    knee = scaling.knee
+    if scaling.scale.min(initial=1.0) <= 0 or (knee is not None and not 0 < knee < np.inf):
+        raise ValueError("a scale of its inputs that is not positive")
+    return trained
 
 
 def _checksum(arrays: Mapping[str, np.ndarray], text: str) -> str:

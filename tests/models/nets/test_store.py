@@ -110,6 +110,31 @@ def test_changed_weights_or_options_do_not_pass(path):
             load_net(path)
 
 
+def zero_scale(net):
+    return Net(net.options, Scaling(net.scaling.centre, 0 * net.scaling.scale), net.layers)
+
+
+def diverged(net):
+    (weights, biases), *others = net.layers
+    return Net(net.options, net.scaling, ((np.nan * weights, biases), *others))
+
+
+def of_another_shape(net):
+    (weights, biases), *others = net.layers
+    return Net(net.options, net.scaling, ((weights.T, biases), *others))
+
+
+def without_a_layer(net):
+    return Net(net.options, net.scaling, net.layers[:1])
+
+
+@pytest.mark.parametrize("change", [zero_scale, diverged, of_another_shape, without_a_layer])
+def test_a_whole_file_that_holds_no_net_is_refused(path, change):
+    save_net(path, Trained(change(some_net().net), np.zeros((1, 2))), ABOUT)
+    with pytest.raises(ValueError, match=r"holds no net that can be run \(.*\); train the model"):
+        load_net(path)
+
+
 def _swap_activation(file):
     file.attrs["options"] = file.attrs["options"].replace("silu", "tanh")
 
