@@ -83,7 +83,7 @@ def presses(session: Session) -> list[PressedFrames]:
     """
     collector = Collector(targets(session.scene), REQUESTED)
     found: list[PressedFrames] = []
-    times: F64 = session.column("frames/captured")
+    times: F64 = session.columns()["frames/captured"]
     images = session.arrays["frames/image"]
     for index in range(session.frames):
         taken = collector.add_frame(marks(reported(session.row(index))), float(times[index]))

@@ -67,7 +67,7 @@ def to_vtu(session: Session, folder: Path, report: Report) -> list[Path]:
 def to_video(session: Session, folder: Path, report: Report) -> list[Path]:
     """Write the images as a video without loss, at the mean rate of the session."""
     path = folder / "session.avi"
-    captured = session.column("frames/captured")
+    captured = session.columns()["frames/captured"]
     seconds = float(captured[-1] - captured[0]) if len(captured) > 1 else 0.0
     rate = (len(captured) - 1) / seconds if seconds > 0 else 30.0
     height, width = session.reference.image.shape

@@ -17,14 +17,17 @@
 /start/rest            (N, K) float64
 /start/touches         (N, n, 3) float64
 /start/from_strain     (N, n, 3) float64
+/frames/check          (N,) uint32            CRC-32 of a frame's numbers, all but the large arrays
 =====================  =====================  =====================================================
 
-Rows of touches that are not there are NaN. Attributes of the file: `format`, `version`, `started`
-(UTC), `scene` and `calibration` (JSON).
+Rows of touches that are not there are NaN. The large arrays (image, sums, strain) carry the
+checksum of their compression; the reference has the attribute `check`, its CRC-32. Attributes of
+the file: `format`, `version`, `started` (UTC), `scene` and `calibration` (JSON).
 """
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Mapping
 
 import numpy as np
@@ -38,6 +41,9 @@ FORMAT, VERSION = "touchplate session", 1
 FINGERS = 10
 IMAGES = ("frames/image", "frames/sums", "frames/strain")
 """Large arrays, compressed frame by frame."""
+
+CHECK = "frames/check"
+"""Of what is small: a changed byte there would be seen by nobody."""
 
 LAST = "frames/sequence"
 """Written after all others: as many frames are whole as it has numbers."""
@@ -70,7 +76,7 @@ def shapes(chain: Chain, strain: bool) -> Shapes:
             "frames/strain": ((*tiles, 3), "f4"),
             "touches/from_strain": (touches, "f8"),
         }
-    return found | {LAST: ((), "i8")}
+    return found | {CHECK: ((), "u4"), LAST: ((), "i8")}
 
 
 def rows(record: FrameRecord, layout: Shapes) -> dict[str, AnyArray]:
@@ -94,7 +100,17 @@ def rows(record: FrameRecord, layout: Shapes) -> dict[str, AnyArray]:
         "start/from_strain": record.before.from_strain,
         LAST: frame.sequence,
     }
-    return {name: _fill(found[name], *layout[name]) for name in layout}
+    filled = {name: _fill(found[name], *layout[name]) for name in layout if name != CHECK}
+    return {name: frame_check(filled) if name == CHECK else filled[name] for name in layout}
+
+
+def frame_check(row: Mapping[str, AnyArray]) -> AnyArray:
+    """CRC-32 of the small arrays of a frame, () uint32."""
+    check = 0
+    for name in sorted(row):
+        if name not in (*IMAGES, CHECK):
+            check = zlib.crc32(np.ascontiguousarray(row[name]).data, check)
+    return np.asarray(check, dtype=np.uint32)
 
 
 def places(estimate: Estimate | None) -> F64:

@@ -20,7 +20,7 @@ class Playback:
     def __init__(self, session: Session):
         self._session = session
         self._next = 0
-        self._captured = session.column("frames/captured") if session.frames else np.empty(0)
+        self._captured = session.columns()["frames/captured"] if session.frames else np.empty(0)
         self._ahead: float | None = None  # of the clock of then, s
         self.status = f"recording '{session.path}' gives no frames"
 

@@ -11,18 +11,32 @@ from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
+from pydantic import ValidationError
 
 import fe
 from models import Estimate, Result
 from rig.live.baseline import ReferenceFrame
-from rig.recording.layout import FORMAT, LAST, VERSION, there
+from rig.recording.layout import FORMAT, IMAGES, LAST, VERSION, there
+from rig.recording.soundness import first_wrong, read_reference, wrong_layout, wrong_numbers
 from rig.recording.truncated import Padded, missing, whole_frames
 from rig.scene import Scene
-from rig.system.arrays import F32, F64, AnyArray
+from rig.scene.refusal import sentence
+from rig.system.arrays import F64, AnyArray
 from rig.system.frame import Frame
 
 if TYPE_CHECKING:
     import h5py
+
+
+DAMAGE = (
+    OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError, IndexError,
+    MemoryError, OverflowError,
+)  # fmt: skip
+"""What HDF5 and h5py raise on damaged files."""
+
+
+class _RefusalError(Exception):
+    """A recording that can be read and not used, in a sentence."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,16 +73,37 @@ class Session:
             If that part of the file is damaged.
         """
         try:
-            return {name: array[index] for name, array in self.arrays.items()}
-        except (OSError, ValueError, IndexError) as error:
-            raise OSError(
-                f"frame {index} of recording '{self.path}' is damaged ({_reason(error)}); use the"
-                " frames before it"
-            ) from error
+            row = {name: array[index] for name, array in self.arrays.items()}
+        except DAMAGE as error:
+            raise self._damaged(index, _reason(error)) from error
+        if said := wrong_numbers(row):
+            raise self._damaged(index, said)
+        return row
 
-    def column(self, name: str) -> AnyArray:
-        """One array of all whole frames."""
-        return cast(AnyArray, self.arrays[name][: self.frames])
+    def columns(self) -> dict[str, AnyArray]:
+        """All arrays of all whole frames but the large ones.
+
+        Raises
+        ------
+        OSError
+            If one of them is damaged.
+        """
+        small = [name for name in self.arrays if name not in IMAGES]
+        try:
+            found = {name: np.asarray(self.arrays[name][: self.frames]) for name in small}
+        except DAMAGE as error:
+            raise OSError(
+                f"recording '{self.path}' is damaged ({_reason(error)}); use another copy of it"
+            ) from error
+        if wrong := first_wrong(found):
+            raise self._damaged(*wrong)
+        return found
+
+    def _damaged(self, index: int, reason: str) -> OSError:
+        return OSError(
+            f"frame {index} of recording '{self.path}' is damaged ({reason}); use the frames"
+            " before it"
+        )
 
 
 def frame(row: Mapping[str, AnyArray]) -> Frame:
@@ -96,8 +131,7 @@ def reported_touches(session: Session, min_force: float) -> tuple[list[Estimate]
 
     Frames in which something presses less than `min_force` N are left out.
     """
-    names = "frames/truth", "frames/truth_known", "touches/place", "touches/covariance"
-    columns = {name: session.column(name) for name in names}
+    columns = session.columns()
     found: list[Estimate] = []
     pressed: list[F64] = []
     for index in np.flatnonzero(columns["frames/truth_known"]):
@@ -131,20 +165,21 @@ def open_session(path: Path) -> Generator[Session]:
             else:
                 file = h5py.File(path, "r", libver="latest", swmr=_is_open(path))
             stack.enter_context(file)
-        except OSError as error:
+        except DAMAGE as error:
             raise _unreadable(path, error) from error
         try:
             session = _read(path, file, lost)
-        except (OSError, RuntimeError, KeyError) as error:
-            if lost:
-                raise _unreadable(path, error) from error
-            raise
+        except _RefusalError as refusal:
+            raise OSError(str(refusal)) from refusal
+        except DAMAGE as error:
+            raise _unreadable(path, error) from error
         yield session
 
 
 def _unreadable(path: Path, error: Exception) -> OSError:
     return OSError(
-        f"recording '{path}' cannot be read ({_reason(error)}); it is cut off or no recording"
+        f"recording '{path}' cannot be read ({_reason(error)}); it is damaged, cut off or no"
+        " recording"
     )
 
 
@@ -160,10 +195,12 @@ def _is_open(path: Path) -> bool:
 
 
 def _read(path: Path, file: h5py.File, lost: int) -> Session:
-    if cast(object, file.attrs.get("format")) != FORMAT:
-        raise OSError(f"'{path}' is no recording of touchplate; give one that `record` has written")
-    if file.attrs["version"] != VERSION:
-        raise OSError(
+    if str(file.attrs.get("format")) != FORMAT:
+        raise _RefusalError(
+            f"'{path}' is no recording of touchplate; give one that `record` has written"
+        )
+    if str(file.attrs["version"]) != str(VERSION):
+        raise _RefusalError(
             f"recording '{path}' has version {file.attrs['version']} and this program reads"
             f" {VERSION}; use the program that wrote it"
         )
@@ -174,20 +211,30 @@ def _read(path: Path, file: h5py.File, lost: int) -> Session:
             arrays[name] = cast("h5py.Dataset", item)
 
     file.visititems(collect)
-    stored = arrays.pop("reference")
-    noise = float(np.asarray(stored.attrs["noise"], dtype=np.float64))
+    reference, wrong = read_reference(arrays.pop("reference"))
+    if wrong := wrong or wrong_layout(arrays, reference.image.shape):
+        raise _RefusalError(f"recording '{path}' is damaged: {wrong}; use another copy of it")
     said = min(len(array) for array in arrays.values())
     frames = whole_frames(arrays, path.stat().st_size) if lost else said
     cut = f"recording '{path}' lacks its end: {frames} of {said} frames are whole" if lost else ""
     return Session(
         path=path,
-        scene=Scene.model_validate_json(cast(str, file.attrs["scene"])),
+        scene=_scene(path, str(file.attrs["scene"])),
         calibration=cast(str, file.attrs.get("calibration", "")),
-        reference=ReferenceFrame(cast(F32, stored[()]), noise),
+        reference=reference,
         frames=frames,
         arrays=arrays,
         cut=cut,
     )
+
+
+def _scene(path: Path, text: str) -> Scene:
+    try:
+        return Scene.model_validate_json(text)
+    except ValidationError as error:
+        raise _RefusalError(
+            f"recording '{path}' holds a scene that cannot be used: {sentence(error, Scene)}"
+        ) from error
 
 
 def _reason(error: Exception) -> str:

@@ -52,6 +52,7 @@ class Writer:
         self._file.attrs.update({"format": FORMAT, "version": VERSION, **texts})
         stored = self._file.create_dataset("reference", data=reference.image)
         stored.attrs["noise"] = reference.noise
+        stored.attrs["check"] = zlib.crc32(np.ascontiguousarray(reference.image).data)
         self._arrays = {name: _create(self._file, name, *layout[name]) for name in layout}
         self._file.swmr_mode = True
         self._raw = path.open("r+b", buffering=0)

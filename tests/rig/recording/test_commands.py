@@ -48,8 +48,8 @@ def test_a_recorded_run_is_replayed_bit_for_bit_and_exported(recorded, tmp_path)
 
 def _check(path, folder):
     with open_session(path) as session:
-        images = session.column("frames/image")
-        found = np.isfinite(session.column("touches/place")[..., 0]).sum()
+        images = session.arrays["frames/image"][: session.frames]
+        found = np.isfinite(session.columns()["touches/place"][..., 0]).sum()
     for index, image in enumerate(images):
         kept = cv2.imread(str(folder / "tiff" / f"frame-{index:06d}.tiff"), cv2.IMREAD_UNCHANGED)
         np.testing.assert_array_equal(kept, image)

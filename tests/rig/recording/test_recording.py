@@ -108,14 +108,21 @@ import numpy as np
 from rig.recording.layout import LAST
 from rig.recording.writer import Writer
 from rig.live.baseline import ReferenceFrame
-layout = {"frames/image": ((60, 80), "u1"), "touches/place": ((2, 3), "f8"), LAST: ((), "i8")}
+layout = {
+    "frames/image": ((60, 80), "u1"), "frames/captured": ((), "f8"),
+    "frames/truth": ((10, 4), "f8"), "frames/truth_known": ((), "u1"),
+    "touches/place": ((2, 3), "f8"), "touches/covariance": ((2, 3, 3), "f8"),
+    "touches/identity": ((2,), "i8"), "start/motion": ((3,), "f8"), "start/rest": ((3,), "f8"),
+    "start/touches": ((2, 3), "f8"), "start/from_strain": ((2, 3), "f8"), LAST: ((), "i8"),
+}
+still = {name: np.zeros(shape, kind) for name, (shape, kind) in layout.items()}
 scene = '{"title": "a test"}'
 zero = ReferenceFrame(np.ones((60, 80), np.float32), 2.0)
 writer = Writer(Path(sys.argv[1]), {"scene": scene}, zero, layout)
 rng = np.random.default_rng(0)
 for k in range(100000):
     try:
-        writer.append({"frames/image": rng.integers(0, 255, (60, 80), np.uint8) | (k % 2),
+        writer.append({**still, "frames/image": rng.integers(0, 255, (60, 80), np.uint8) | (k % 2),
                        "touches/place": np.full((2, 3), float(k)), LAST: np.asarray(k)})
     except OSError as error:
         writer.abandon()

@@ -1,0 +1,102 @@
+"""Whether what a recording holds can be: its arrays, their shapes, and the numbers of each frame.
+
+A disk, a cable or another program may have changed a byte. A checksum is compared where there is
+one; numbers are looked at besides, since other programs can write recordings too.
+"""
+
+# h5py has no types.
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
+from __future__ import annotations
+
+import zlib
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+
+from rig.live.baseline import ReferenceFrame
+from rig.recording.layout import CHECK, LAST, frame_check
+from rig.system.arrays import F32, AnyArray
+
+if TYPE_CHECKING:
+    import h5py
+
+LARGE = 1e12  # of any place, force or time: beyond it a number is damaged
+WHITE = 65535.0  # grey levels
+NEEDED: Mapping[str, tuple[str, tuple[int, ...]]] = {
+    "frames/image": ("u", (0, 0)),
+    "frames/captured": ("f", ()),
+    "frames/truth": ("f", (0, 4)),
+    "frames/truth_known": ("u", ()),
+    "touches/place": ("f", (0, 3)),
+    "touches/covariance": ("f", (0, 3, 3)),
+    "touches/identity": ("i", (0,)),
+    "start/motion": ("f", (0,)),
+    "start/rest": ("f", (0,)),
+    "start/touches": ("f", (0, 3)),
+    "start/from_strain": ("f", (0, 3)),
+    LAST: ("i", ()),
+}
+"""Kind of number and shape of a frame's part; 0 for any length."""
+
+ALWAYS = ("frames/captured", "start/motion", "start/rest")
+"""Numbers that are there in every frame; others are NaN where a touch is not."""
+
+BOUNDED = (*ALWAYS, "frames/truth", "touches/place", "start/touches", "start/from_strain")
+
+
+def wrong_layout(arrays: Mapping[str, h5py.Dataset], reference: tuple[int, ...]) -> str:
+    """Say what is wrong with the arrays of a file; empty where nothing is."""
+    for name, (kind, shape) in NEEDED.items():
+        array = arrays.get(name)
+        if array is None:
+            return f"{name} is missing"
+        fits = len(array.shape) == 1 + len(shape) and all(
+            want in (0, there) for want, there in zip(shape, array.shape[1:], strict=False)
+        )
+        if not fits or array.dtype.kind != kind:
+            return f"{name} is {array.dtype} {array.shape}"
+    if arrays["frames/image"].shape[1:] != reference:
+        return f"images are {arrays['frames/image'].shape[1:]} and the reference is {reference}"
+    return ""
+
+
+def read_reference(stored: h5py.Dataset) -> tuple[ReferenceFrame, str]:
+    """Read the reference; the text says what is wrong with it, and is empty where nothing is."""
+    image = cast(F32, np.asarray(stored[()]))
+    noise = float(np.asarray(stored.attrs["noise"], dtype=np.float64))
+    said = ""
+    if image.ndim != 2 or image.dtype != np.float32 or not image.size:
+        said = f"reference is {image.dtype} {image.shape}"
+    elif "check" in stored.attrs and _crc(image) != int(np.asarray(stored.attrs["check"])):
+        said = "the checksum of the reference is another"
+    elif not (np.isfinite(image).all() and image.min() >= -WHITE and image.max() <= WHITE):
+        said = "grey levels of the reference are none"
+    elif not 0 <= noise <= WHITE:
+        said = f"noise is {noise:g} grey levels"
+    return ReferenceFrame(image, noise), said
+
+
+def wrong_numbers(row: Mapping[str, AnyArray]) -> str:
+    """Say what is wrong with the numbers of a frame; empty where nothing is."""
+    if CHECK in row and int(row[CHECK]) != int(frame_check(row)):
+        return "its checksum is another"
+    for name in BOUNDED:
+        numbers = np.asarray(row.get(name, 0.0))
+        absent = np.isnan(numbers)
+        if (np.abs(numbers[~absent]) > LARGE).any() or (name in ALWAYS and absent.any()):
+            return f"{name} holds a number that cannot be"
+    return ""
+
+
+def first_wrong(columns: Mapping[str, AnyArray]) -> tuple[int, str] | None:
+    """First frame of which the numbers are wrong, and what is; None where none is."""
+    for index in range(min(len(column) for column in columns.values())):
+        said = wrong_numbers({name: column[index] for name, column in columns.items()})
+        if said:
+            return index, said
+    return None
+
+
+def _crc(image: AnyArray) -> int:
+    return zlib.crc32(np.ascontiguousarray(image).data)
