@@ -138,6 +138,7 @@ from .nets.loss import (
 from .nets.net import (
     Net as Net,
     NetOptions as NetOptions,
+    Scaling as Scaling,
     predict as predict,
 )
 from .nets.net_estimator import (

@@ -5,6 +5,8 @@ traceback, and a changed byte in machine code may end in worse. The same file li
 that compiles, since these do not know each other.
 """
 
+# Numba has no types.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
 from __future__ import annotations
 
 import hashlib
@@ -20,11 +22,13 @@ SEAL = hashlib.sha256().digest_size  # bytes behind those of Numba, which does n
 _Files: Any = caching.IndexDataCacheFile
 
 
-class KernelFile(_Files):
+class _KernelFile(_Files):
     """Index and code of one kernel on disk; what is not just as it was written counts as absent."""
 
     def _load_index(self) -> Any:
-        return super()._load_index() if _is_whole(self._index_path) else {}
+        if not _is_whole(self._index_path):
+            return {}
+        return super()._load_index()
 
     def _load_data(self, name: str) -> Any:
         if not _is_whole(self._data_path(name)):
@@ -40,10 +44,10 @@ class KernelFile(_Files):
 
 
 def sealed(dispatcher: Any) -> Any:
-    """Let a compiled function keep its code in a `KernelFile`, if it keeps it at all."""
-    cache = getattr(dispatcher, "_cache", None)
+    """Let a compiled function keep its code in a `_KernelFile`, if it keeps it at all."""
+    cache: Any = getattr(dispatcher, "_cache", None)
     if hasattr(cache, "_cache_file"):
-        cache._cache_file.__class__ = KernelFile
+        cache._cache_file.__class__ = _KernelFile
     return dispatcher
 
 

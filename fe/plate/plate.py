@@ -91,7 +91,8 @@ class Patch:
             object.__setattr__(self, name, (low, high))
             if not low < high:
                 raise ValueError(
-                    f"patch must run from a smaller to a larger {name}, got {low:g} to {high:g} mm"
+                    f"patch must run from a smaller to a larger {name}, got {low:g} to {high:g} mm;"
+                    " exchange them"
                 )
         thickness = positive(self.thickness, "patch thickness", "mm")
         young = positive(self.young, "Young's modulus of a patch", "MPa")
@@ -171,7 +172,7 @@ class Plate:
             if low < 0 or high > side:
                 raise ValueError(
                     f"patch must lie on the plate, {name} from 0 to {side:g} mm, "
-                    f"got {low:g} to {high:g} mm"
+                    f"got {low:g} to {high:g} mm; move it or make it smaller"
                 )
 
     def _check_shape(self, shape: object) -> None:

@@ -17,6 +17,7 @@ from models.nets.train import Trained
 
 FORMAT = "touchplate net"
 VERSION = 1
+LARGEST = 1e9  # of a weight or a scale; NaN is not below it either
 
 
 def save_net(path: str | Path, trained: Trained, about: Mapping[str, Any]) -> None:
@@ -116,8 +117,10 @@ def _write(path: Path, arrays: Mapping[str, np.ndarray], text: str) -> None:
 
     # The latest format of HDF5 sums its own structure too, so that damage there is seen.
     with h5py.File(path, "w", libver="latest") as file:
-        file.attrs.update(format=FORMAT, version=VERSION, checksum=_checksum(arrays, text))
-        file.attrs["options"] = text
+        file.attrs["version"] = VERSION
+        texts = {"format": FORMAT, "checksum": _checksum(arrays, text), "options": text}
+        for name, said in texts.items():  # of fixed length: others lie where HDF5 sums nothing up
+            file.attrs[name] = np.bytes_(said.encode(errors="surrogateescape"))
         for name, array in arrays.items():
             file[name] = array
 
@@ -136,7 +139,7 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     try:
         with h5py.File(path, "r") as file:
             arrays: dict[str, AnyArray] = {name: np.asarray(item) for name, item in file.items()}
-            return dict(file.attrs), arrays
+            return {name: _plain(value) for name, value in file.attrs.items()}, arrays
     except PermissionError as error:
         raise PermissionError(f"model file {path} cannot be read; check its permissions") from error
     except (OSError, RuntimeError, KeyError, TypeError, ValueError) as error:
@@ -155,12 +158,19 @@ def _sound(trained: Trained) -> Trained:
     for array, shape in expected:
         if array.shape != shape or array.dtype.kind != "f":
             raise ValueError(f"an array of {array.dtype} {array.shape} where {shape} must be")
-        if not np.isfinite(array).all():
-            raise ValueError("weights that are not finite: its training has diverged")
+        if not (np.abs(array) < LARGEST).all():
+            raise ValueError(f"weights beyond {LARGEST:g}: its training has diverged")
     knee = scaling.knee
     if scaling.scale.min(initial=1.0) <= 0 or (knee is not None and not 0 < knee < np.inf):
         raise ValueError("a scale of its inputs that is not positive")
     return trained
+
+
+def _plain(attribute: object) -> object:
+    """Text of an attribute, whether its length is fixed or not; anything else as it is."""
+    if isinstance(attribute, bytes):
+        return attribute.decode(errors="surrogateescape")
+    return attribute
 
 
 def _checksum(arrays: Mapping[str, np.ndarray], text: str) -> str:

@@ -112,7 +112,7 @@ class LensEntry(Entry):
     """A lens."""
 
     size: tuple[Side, Side] = Field(description="width and height, px")
-    focal: float = Field(gt=0, le=1e7, description="focal length, px")
+    focal: float = Field(ge=1, le=1e7, description="focal length, px")
     sigma_focal: Spread = Field(description="its standard deviation, px")
     centre: tuple[Number, Number] = Field(description="principal point, px")
     distortion: tuple[Number, Number, Number, Number, Number] = Field(

@@ -195,7 +195,7 @@ def _is_open(path: Path) -> bool:
 
 
 def _read(path: Path, file: h5py.File, lost: int) -> Session:
-    if str(file.attrs.get("format")) != FORMAT:
+    if _text(file, "format") != FORMAT:
         raise _RefusalError(
             f"'{path}' is no recording of touchplate; give one that `record` has written"
         )
@@ -219,13 +219,19 @@ def _read(path: Path, file: h5py.File, lost: int) -> Session:
     cut = f"recording '{path}' lacks its end: {frames} of {said} frames are whole" if lost else ""
     return Session(
         path=path,
-        scene=_scene(path, str(file.attrs["scene"])),
-        calibration=cast(str, file.attrs.get("calibration", "")),
+        scene=_scene(path, _text(file, "scene")),
+        calibration=_text(file, "calibration"),
         reference=reference,
         frames=frames,
         arrays=arrays,
         cut=cut,
     )
+
+
+def _text(file: h5py.File, name: str) -> str:
+    """Text of an attribute, whether its length is fixed or not; empty where there is none."""
+    stored: object = file.attrs.get(name, "")
+    return stored.decode() if isinstance(stored, bytes) else str(stored)
 
 
 def _scene(path: Path, text: str) -> Scene:

@@ -49,7 +49,10 @@ class Writer:
         import h5py
 
         self._file = h5py.File(path, "x", libver="latest")
-        self._file.attrs.update({"format": FORMAT, "version": VERSION, **texts})
+        self._file.attrs["version"] = VERSION
+        for name, text in {"format": FORMAT, **texts}.items():
+            # Of fixed length: HDF5 keeps others where it sums nothing up, and loops over damage.
+            self._file.attrs[name] = np.bytes_(text.encode())
         stored = self._file.create_dataset("reference", data=reference.image)
         stored.attrs["noise"] = reference.noise
         stored.attrs["check"] = zlib.crc32(np.ascontiguousarray(reference.image).data)

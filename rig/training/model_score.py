@@ -77,7 +77,7 @@ def is_recording(path: Path) -> bool:
 
     try:
         with h5py.File(path, "r") as file:
-            return cast(object, file.attrs.get("format")) == FORMAT
+            return cast(object, file.attrs.get("format")) in (FORMAT, FORMAT.encode())
     except OSError:
         return False
 

@@ -136,7 +136,7 @@ def test_a_whole_file_that_holds_no_net_is_refused(path, change):
 
 
 def _swap_activation(file):
-    file.attrs["options"] = file.attrs["options"].replace("silu", "tanh")
+    file.attrs["options"] = file.attrs["options"].replace(b"silu", b"tanh")
 
 
 def test_another_version_and_foreign_files_are_distinguished(path, tmp_path):

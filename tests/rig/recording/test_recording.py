@@ -73,8 +73,8 @@ def test_the_file_opens_without_this_program(session, tmp_path):
     path = tmp_path / "session.h5"
     _, shots, _ = session(path, PRESSED)
     with h5py.File(path) as file:
-        assert file.attrs["format"] == "touchplate session"
-        assert '"plate"' in file.attrs["scene"]
+        assert file.attrs["format"] == b"touchplate session"
+        assert b'"plate"' in file.attrs["scene"]
         images, places = file["frames/image"], file["touches/place"]
         assert images.shape == (len(PRESSED), 320, 384)
         assert images.chunks == (1, 320, 384)

@@ -1,0 +1,1 @@
+"""Files that were changed: what is read of them, refused, or taken in silence."""
