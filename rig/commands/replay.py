@@ -18,7 +18,10 @@ def replay(
     recording: Annotated[Path, typer.Argument(help="File of a recorded session.")],
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Find the touches of a recording again and compare them with those found then, bit for bit."""
+    """Find the touches of a recording again and compare them with those found then, bit for bit.
+
+    The exit code is 1 if any frame has other touches, as that of `diff`.
+    """
     from rig.recording.session import open_session
 
     with open_session(recording) as session:
@@ -34,6 +37,8 @@ def replay(
             f" {truth['false_touches']} false"
         )
     emit("\n".join(lines), said, as_json)
+    if said["different"]:
+        raise typer.Exit(1)
 
 
 def _replay(session: Session) -> dict[str, Any]:

@@ -47,7 +47,7 @@ def run(
     """Find touches in every frame; print the figures of the run at its end.
 
     Ctrl-C is the usual end of a run: exit code 0 and its figures; 130 and nothing before the first
-    frame, when there are none.
+    frame, when there are none; 1 if a recording ended before the run, as on a full disk.
     """
     import rig
 
@@ -90,6 +90,9 @@ def live(
         say("ended")
     summary = loop.summary()
     emit(_table(summary), summary, as_json)
+    recorded = summary["recorded"]
+    if recorded and not recorded["complete"]:
+        raise typer.Exit(1)
 
 
 def start(
@@ -113,7 +116,22 @@ def start(
             panel(snapshot)
 
     parts = scene, calibration, say, progress, preview, switch, show
+    if switch and record:
+        outputs = [*outputs, _warns_once(lambda: switch.failure)]
     return open_parts.enter_context(open_loop(*parts)), [*panels, *outputs]
+
+
+def _warns_once(trouble: Callable[[], str]) -> Sink:
+    """Make a sink that warns when something has gone wrong, once."""
+    warned: set[str] = set()
+
+    def look(_: Snapshot) -> None:
+        said = trouble()
+        if said and said not in warned:
+            warned.add(said)
+            warn(said)
+
+    return look
 
 
 def _open_sinks(

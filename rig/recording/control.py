@@ -68,6 +68,11 @@ class Switch:
         self._running.close()
 
     @property
+    def failure(self) -> str:
+        """Why the recording that runs has ended by itself, as a sentence; empty if it has not."""
+        return self._recorder.failure if self._recorder else ""
+
+    @property
     def on(self) -> bool:
         """Whether a recording runs."""
         return self._recorder is not None

@@ -33,7 +33,7 @@ def new_recorder(path: Path | None, scene: Scene, calibration: Calibration) -> S
     Raises
     ------
     OSError, ValueError
-        If the path is none for a new recording.
+        If the path is none for a new recording, or the disk has no room for one.
     """
     now = datetime.now(UTC)
     texts = {
@@ -41,7 +41,15 @@ def new_recorder(path: Path | None, scene: Scene, calibration: Calibration) -> S
         "calibration": calibration.model_dump_json(exclude_none=True),
         "started": now.isoformat(timespec="seconds"),
     }
-    return SessionRecorder(path or Path(f"session-{now:%Y%m%d-%H%M%S}.h5"), texts)
+    path = path or Path(f"session-{now:%Y%m%d-%H%M%S}.h5")
+    recorder = SessionRecorder(path, texts)
+    free = shutil.disk_usage(path.parent).free
+    if free < RESERVE:
+        raise OSError(
+            f"folder '{path.parent}' has {free >> 20} MB free, of which a recording leaves"
+            f" {RESERVE >> 20} MB; free space there or record elsewhere"
+        )
+    return recorder
 
 
 class SessionRecorder:
@@ -53,6 +61,8 @@ class SessionRecorder:
         One sentence for the user.
     dropped : int
         Frames that are not in the file, because the disk was slow or full.
+    failure : str
+        Why the recording ended by itself, as a sentence; empty while it has not.
 
     Parameters
     ----------
@@ -81,9 +91,9 @@ class SessionRecorder:
         self._path, self._texts, self._free = require_new(path), texts, free
         self.status = f"'{path}' waits for the reference"
         self.dropped = 0
+        self.failure = ""
         self._layout: Shapes = {}
         self._writer: Writer | None = None
-        self._ended = False
         self._waiting: Queue[FrameRecord | None] = Queue(waiting)
         self._thread = threading.Thread(target=self._write, name="recorder", daemon=True)
 
@@ -105,7 +115,10 @@ class SessionRecorder:
         try:
             self._writer = Writer(self._path, self._texts, reference, self._layout)
             self.status = f"recording to '{self._path}'"
-        except OSError as error:
+        except FileExistsError as error:
+            self._stop(_reason(error))
+        except (OSError, RuntimeError) as error:
+            self._path.unlink(missing_ok=True)
             self._stop(_reason(error))
 
     def put(self, record: FrameRecord) -> None:
@@ -124,22 +137,30 @@ class SessionRecorder:
             "dropped": self.dropped,
             "waiting": self._waiting.qsize(),
             "status": self.status,
+            "complete": not self.failure,
         }
 
     def _write(self) -> None:
         """Body of the thread."""
         while record := self._waiting.get():
-            if self._writer and not self._ended:
+            if self._writer and not self.failure:
                 self._append(self._writer, record)
-            if self._ended:
+            if self.failure:
                 self.dropped += 1
-        if self._writer and not self._ended:
-            self._writer.close()
+        if self._writer and not self.failure:
+            self._close(self._writer)
+
+    def _close(self, writer: Writer) -> None:
+        try:
+            writer.close()
+        except (OSError, RuntimeError) as error:
+            writer.abandon()
+            self._stop(_reason(error))
 
     def _append(self, writer: Writer, record: FrameRecord) -> None:
         """Write a frame; where that is impossible the file ends before it."""
         if self._free(self._path.parent) < RESERVE:
-            writer.close()
+            self._close(writer)
             self._stop(f"less than {RESERVE >> 20} MB are free there")
             return
         try:
@@ -149,9 +170,10 @@ class SessionRecorder:
             self._stop(_reason(error))
 
     def _stop(self, reason: str) -> None:
-        self._ended = True
-        self.status = (
-            f"recording to '{self._path}' has ended ({reason}); free space and start a new one"
+        frames = self._writer.frames if self._writer else 0
+        self.status = self.failure = (
+            f"recording to '{self._path}' has ended with {frames} frames ({reason}); free space and"
+            " start a new one"
         )
 
 

@@ -84,8 +84,8 @@ class Writer:
 
     def close(self) -> None:
         """End the file; other programs open it without further ado from now on."""
-        self._raw.close()
         self._file.close()
+        self._raw.close()
 
     def abandon(self) -> None:
         """End a file that did not take a frame: it reads like one whose writer was killed.

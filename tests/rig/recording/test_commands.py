@@ -2,14 +2,19 @@
 
 import csv
 import json
+import shutil
+from types import SimpleNamespace
 
 import cv2
+import h5py
 import meshio
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from rig import cli
+from rig.recording.layout import frame_check
+from rig.recording.recorder import RESERVE
 from rig.recording.session import open_session
 
 
@@ -28,6 +33,62 @@ def recorded(small_settings, live_cache, monkeypatch, tmp_path):
     )  # fmt: skip
     assert done.exit_code == 0, done.output
     return tmp_path / "one.h5", json.loads(done.stdout)
+
+
+def free_space(monkeypatch, *numbers):
+    """Let the disk have so many bytes free, one number a question, the last one for ever."""
+    left = list(numbers)
+
+    def usage(path):
+        return SimpleNamespace(free=left.pop(0) if len(left) > 1 else left[0])
+
+    monkeypatch.setattr(shutil, "disk_usage", usage)
+
+
+def test_a_disk_that_fills_up_is_said_at_once_and_in_the_exit_code(
+    small_settings, live_cache, monkeypatch, tmp_path
+):
+    monkeypatch.setenv("TOUCHPLATE_CACHE", str(live_cache))
+    free_space(monkeypatch, *[2 * RESERVE] * 4, 0)
+    path = tmp_path / "full.h5"
+    done = touchplate(
+        "run", "twin", "--headless", "--record", path, "--frames=12", "--json", *small_settings
+    )
+    assert done.exit_code == 1, done.output
+    said = " ".join(done.stderr.split())
+    assert said.count("has ended with 3 frames (less than 256 MB") == 1
+    assert json.loads(done.stdout)["frames"] == 12
+    with open_session(path) as session:
+        assert session.frames == 3
+
+
+def test_a_recording_without_room_does_not_begin(small_settings, monkeypatch, tmp_path):
+    free_space(monkeypatch, RESERVE - 1)
+    arguments = "run", "twin", "--headless", "--record", str(tmp_path / "x.h5"), *small_settings
+    done = touchplate(*arguments)
+    assert isinstance(done.exception, OSError)
+    assert "has 255 MB free, of which a recording leaves 256 MB; free" in str(done.exception)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_replay_that_differs_says_so_in_its_exit_code(recorded):
+    path, _ = recorded
+    with h5py.File(path, "r+") as file:
+        places = file["touches/place"]
+        places[0] = 60.0
+        row = {name: array[0] for name, array in datasets(file).items()}
+        file["frames/check"][0] = frame_check(row)
+    done = touchplate("replay", path, "--json")
+    assert (done.exit_code, json.loads(done.stdout)["different"]) == (1, 1)
+
+
+def datasets(file):
+    found = {}
+    file.visititems(
+        lambda name, item: found.__setitem__(name, item) if hasattr(item, "shape") else None
+    )
+    found.pop("reference")
+    return found
 
 
 def test_a_recorded_run_is_replayed_bit_for_bit_and_exported(recorded, tmp_path):

@@ -97,6 +97,8 @@ def test_a_disk_that_fills_up_ends_the_recording_and_not_the_loop(session, tmp_p
     assert len(shots) == len(PRESSED)
     assert recorder.dropped == len(PRESSED) - 5
     assert "256 MB are free there); free space and start a new one" in recorder.status
+    assert recorder.failure.startswith(f"recording to '{path}' has ended with 5 frames (")
+    assert not recorder.summary()["complete"]
     with open_session(path) as recording:
         assert recording.frames == 5
 
