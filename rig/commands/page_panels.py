@@ -73,7 +73,7 @@ def open_panels(
 def open_page(page: Page, screen: Screen | None) -> AbstractContextManager[Publisher]:
     """Give the context that serves a page to those whom the scene lets look."""
     from rig.page import serve
-    from rig.web.access import Access, new_token
+    from rig.web.access import machine_access
 
-    token = new_token() if page.viewers == "network" else None
-    return serve(page.port, screen, Access(token, page.control == "viewers"))
+    access = machine_access(page.viewers == "network", page.control == "viewers")
+    return serve(page.port, screen, access)

@@ -57,13 +57,14 @@ class Publisher:
 
     @property
     def url(self) -> str:
-        """Address of the page."""
-        return f"http://{HOST}:{self.port}/"
+        """Address of the page; with the token where this machine has other users."""
+        query = "" if self._access.alone else f"?token={self._access.token}"
+        return f"http://{HOST}:{self.port}/{query}"
 
     @property
     def link(self) -> str | None:
         """Address for others on the network, with the token; None where they are kept out."""
-        if self._access.token is None:
+        if not self._access.everywhere:
             return None
         return f"http://{socket.gethostname()}:{self.port}/?token={self._access.token}"
 
@@ -109,7 +110,7 @@ def serve(
         If the port cannot be had; raised before anything is started.
     """
     access = access or Access()
-    with listen(port, "page.port", EVERYWHERE if access.token else HOST) as listener:
+    with listen(port, "page.port", EVERYWHERE if access.everywhere else HOST) as listener:
         publisher = Publisher(listener.getsockname()[1], screen, access)
         with serving(_application(publisher, access), listener, "page"):
             try:

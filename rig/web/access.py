@@ -1,17 +1,21 @@
 """Who may look at the page, and who may act on it.
 
-This machine may do both. Others on the network may look if the scene says so, by a link with a
-token that is made anew for each run; they may act only if the scene says that too.
+This machine may do both, by a link with a token where it has other users. Others on the network may
+look if the scene says so, by such a link too; they may act only if the scene says that as well. The
+token is made anew for each run.
 """
 
 from __future__ import annotations
 
 import hmac
 import ipaddress
+import os
 import secrets
+import sys
 from dataclasses import dataclass
 from urllib.parse import urlsplit
 
+PEOPLE = (500 if sys.platform == "darwin" else 1000, 60_000)  # numbers of people's accounts
 LOOPBACK = {"127.0.0.1", "localhost", "::1"}
 
 
@@ -25,14 +29,47 @@ class Access:
         What others must know to look; None keeps them out.
     control : bool
         Whether those who know it may act as well.
+    network : bool
+        Whether the port is open to the network, for those who know the token.
+    alone : bool
+        Whether everyone on this machine may look and act without the token.
     """
 
     token: str | None = None
     control: bool = False
+    network: bool = True
+    alone: bool = True
+
+    @property
+    def everywhere(self) -> bool:
+        """Whether the port is open to the network."""
+        return self.network and self.token is not None
 
     def knows(self, given: str) -> bool:
         """Whether `given` is the token; takes as long for a near miss as for a far one."""
         return self.token is not None and hmac.compare_digest(self.token.encode(), given.encode())
+
+
+def machine_access(network: bool = False, control: bool = False) -> Access:
+    """Return who may come in, with a token if the network may or this machine has other users."""
+    alone = not has_other_users()
+    token = new_token() if network or not alone else None
+    return Access(token, control, network, alone)
+
+
+def has_other_users() -> bool:
+    """Whether other people have an account on this machine; False where the system says nothing."""
+    try:
+        import pwd
+    except ImportError:
+        return False
+    own = os.getuid()
+    return any(
+        entry.pw_uid != own
+        and PEOPLE[0] <= entry.pw_uid < PEOPLE[1]
+        and not entry.pw_shell.endswith(("nologin", "false"))
+        for entry in pwd.getpwall()
+    )
 
 
 def new_token() -> str:

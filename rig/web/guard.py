@@ -3,14 +3,16 @@
 A server on a loopback address is still within reach of any web site that the user has open. The
 browser says where a request comes from, so the name that it was sent to must be a loopback name
 (against DNS rebinding), and its origin, where there is one, must be the page itself. Those who come
-over the network must know a token instead; they get it in a link and keep it as a cookie.
+over the network must know a token instead, and so must those on a machine with other users; they
+get it in a link, which is answered by the address without it and a cookie. Cookies know no ports,
+so its name has that of the server: two benches on a machine do not lock each other's viewers out.
 """
 
 from http.cookies import CookieError, SimpleCookie
 from urllib.parse import parse_qs
 
 from starlette.datastructures import Headers
-from starlette.responses import PlainTextResponse
+from starlette.responses import PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from rig.web.access import Access, is_local, is_own, same_page
@@ -26,8 +28,8 @@ PROTECTION = [
     (b"cache-control", b"no-cache"),
 ]  # fmt: skip
 REFUSAL = (
-    "this page answers on its loopback address, http://127.0.0.1, and over the network only by the"
-    " link that the run has printed\n"
+    "this page answers on its loopback address, http://127.0.0.1, and over the network, or where"
+    " this machine has other users, only by the link that the run has printed\n"
 )
 
 
@@ -45,16 +47,40 @@ class Guard:
         headers = Headers(scope=scope)
         host, origin = headers.get("host", ""), headers.get("origin")
         peer = (scope.get("client") or ("", 0))[0]
-        if is_local(peer) and is_own(host, origin):
+        own = is_local(peer) and is_own(host, origin)
+        linked, cookie = _from_link(scope), cookie_name(scope)
+        known = self._access.knows(linked or _from_cookie(headers, cookie))
+        if own and (known or self._access.alone):
             scope[CONTROLS] = True
-            return await self.app(scope, receive, _protecting(send, None))
-        linked = _from_link(scope)
-        if same_page(host, origin) and self._access.knows(linked or _from_cookie(headers)):
+        elif same_page(host, origin) and known:
             scope[CONTROLS] = self._access.control
-            return await self.app(scope, receive, _protecting(send, linked))
-        if scope["type"] == "websocket":
-            return await send({"type": "websocket.close", "code": 1008})
-        return await PlainTextResponse(REFUSAL, 403)(scope, receive, send)
+        else:
+            return await _refuse(scope, receive, send)
+        if known and linked and scope["type"] == "http" and scope["method"] == "GET":
+            return await _without_token(scope, cookie, linked)(scope, receive, _protecting(send))
+        return await self.app(scope, receive, _protecting(send))
+
+
+def cookie_name(scope: Scope) -> str:
+    """Name of the cookie of the server that a request has come to."""
+    return f"{COOKIE}-{(scope.get('server') or ('', 0))[1]}"
+
+
+def _without_token(scope: Scope, cookie: str, token: str) -> Response:
+    """Send a visitor to the same page by an address without the token, which a cookie keeps.
+
+    A cookie that is `Strict` would not be sent there if the link was followed from another site;
+    a `Lax` one is kept from all that other sites do but follow links.
+    """
+    moved = RedirectResponse(scope["path"], 303)
+    moved.set_cookie(cookie, token, httponly=True, samesite="lax")
+    return moved
+
+
+async def _refuse(scope: Scope, receive: Receive, send: Send) -> None:
+    if scope["type"] == "websocket":
+        return await send({"type": "websocket.close", "code": 1008})
+    return await PlainTextResponse(REFUSAL, 403)(scope, receive, send)
 
 
 def _from_link(scope: Scope) -> str:
@@ -62,24 +88,20 @@ def _from_link(scope: Scope) -> str:
     return query.get("token", [""])[0]
 
 
-def _from_cookie(headers: Headers) -> str:
+def _from_cookie(headers: Headers, name: str) -> str:
     try:
-        morsel = SimpleCookie(headers.get("cookie", "")).get(COOKIE)
+        morsel = SimpleCookie(headers.get("cookie", "")).get(name)
     except CookieError:
         return ""
     return morsel.value if morsel else ""
 
 
-def _protecting(send: Send, token: str | None) -> Send:
-    """Add the protecting headers, and the token as a cookie to whoever came with it in a link."""
-    added = list(PROTECTION)
-    if token:
-        cookie = f"{COOKIE}={token}; HttpOnly; SameSite=Strict; Path=/"
-        added.append((b"set-cookie", cookie.encode("latin-1")))
+def _protecting(send: Send) -> Send:
+    """Add the protecting headers."""
 
     async def protected(message: Message) -> None:
         if message["type"] == "http.response.start":
-            message["headers"] = [*message.get("headers", []), *added]
+            message["headers"] = [*message.get("headers", []), *PROTECTION]
         await send(message)
 
     return protected

@@ -6,6 +6,7 @@ import asyncio
 import errno
 import os
 import socket
+import sys
 import threading
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -14,8 +15,12 @@ from typing import Generic, TypeVar
 import uvicorn
 from starlette.applications import Starlette
 
+from rig.web.limits import BATCH, LimitedPages, LimitedRequests
+
 HOST = "127.0.0.1"
 EVERYWHERE = "0.0.0.0"
+QUEUE = 1024  # connections that may wait until they are taken
+TURN = 5e-4  # s that a busy server keeps the interpreter from the live loop, each time that it asks
 GOING_AWAY = 1001  # websocket close code
 SECONDS_TO_CLOSE = 1
 SECONDS_BETWEEN_POLLS = 0.004
@@ -84,17 +89,30 @@ def listen(port: int, key: str, host: str = HOST) -> socket.socket:
     return listener
 
 
+class _Server(uvicorn.Server):
+    """Takes few connections at a time, and lets many wait for their turn meanwhile."""
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Open the doors."""
+        await super().startup(sockets)
+        for one in sockets or ():
+            one.listen(QUEUE)
+
+
 @contextmanager
 def serving(application: Starlette, listener: socket.socket, name: str) -> Generator[None]:
     """Serve an application in a thread called `name` while the block runs."""
-    server = uvicorn.Server(_configuration(application))
+    server = _Server(_configuration(application))
     thread = threading.Thread(target=server.run, args=([listener],), name=name)
+    usual = sys.getswitchinterval()
+    sys.setswitchinterval(min(usual, TURN))
     thread.start()
     try:
         yield
     finally:
         server.should_exit = True
         thread.join()
+        sys.setswitchinterval(usual)
 
 
 def _refusal(port: int, key: str, error: OSError) -> str:
@@ -113,7 +131,9 @@ def _refusal(port: int, key: str, error: OSError) -> str:
 def _configuration(application: Starlette) -> uvicorn.Config:
     return uvicorn.Config(
         application,
-        ws="websockets-sansio",
+        http=LimitedRequests,
+        ws=LimitedPages,
+        backlog=BATCH,
         ws_per_message_deflate=False,  # images do not shrink, and it costs a third of the frames
         ws_max_size=1024,  # nobody sends us more than a few words
         lifespan="off",

@@ -11,7 +11,10 @@ OWN = ("127.0.0.1", 50000)
 OTHER = ("192.0.2.7", 50000)
 
 
-def request(access, peer, host, query=""):
+COOKIE = "touchplate-8765=secret"
+
+
+def request(access, peer, host, query="", cookie=""):
     """Send a request through the guard; gives its status, and whether it may act."""
     passed, sent = [], []
 
@@ -24,7 +27,8 @@ def request(access, peer, host, query=""):
 
     scope = {
         "type": "http", "method": "GET", "path": "/", "query_string": query.encode(),
-        "headers": [(b"host", host.encode())], "client": peer,
+        "headers": [(b"host", host.encode()), (b"cookie", cookie.encode())], "client": peer,
+        "server": ("127.0.0.1", 8765),
     }  # fmt: skip
     asyncio.run(Guard(application, access)(scope, None, send))
     return sent[0]["status"], passed[0] if passed else None
@@ -40,7 +44,8 @@ def test_who_says_our_loopback_name_from_elsewhere_stays_out(access):
 @pytest.mark.parametrize("control", [False, True])
 def test_a_token_lets_others_look_and_act_only_if_the_scene_says_so(control):
     access = Access("secret", control)
-    assert request(access, OTHER, "bench:8765", "token=secret") == (200, control)
+    assert request(access, OTHER, "bench:8765", cookie=COOKIE) == (200, control)
+    assert request(access, OTHER, "bench:8765", "token=secret") == (303, None)
     assert request(access, OTHER, "bench:8765", "token=secre") == (403, None)
     assert request(access, OTHER, "bench:8765") == (403, None)
     assert request(Access(), OTHER, "bench:8765", "token=") == (403, None)

@@ -1,12 +1,15 @@
 """The page's server: newest frame to whoever asks, nothing to foreigners, no burden to the loop."""
 
 import json
+import os
 import socket
 import subprocess
 import sys
 import threading
 import time
 from contextlib import ExitStack
+from itertools import count
+from types import SimpleNamespace
 
 import cv2
 import httpx
@@ -19,7 +22,8 @@ from rig.calibration.guide import Progress
 from rig.page import serve
 from rig.page.controls import PageControls, Recording, Wizard
 from rig.projector.markers import fit_plate
-from rig.web.access import Access, is_own
+from rig.web import limits
+from rig.web.access import Access, has_other_users, is_own
 
 SCREEN = fit_plate((320, 200), (254.0, 200.0))
 
@@ -283,9 +287,10 @@ def test_a_link_with_the_token_opens_the_page_and_leaves_a_cookie():
         assert client.get(publisher.url, headers=host).status_code == 403
         assert client.get(f"{publisher.url}?token=wrong", headers=host).status_code == 403
         answer = client.get(f"{publisher.url}?token={TOKEN}", headers=host)
-        assert answer.status_code == 200
-        assert "HttpOnly; SameSite=Strict" in answer.headers["set-cookie"]
-        cookie = host | {"Cookie": f"touchplate={TOKEN}"}
+        assert (answer.status_code, answer.headers["location"]) == (303, "/")
+        assert "httponly; path=/; samesite=lax" in answer.headers["set-cookie"].lower()
+        assert f"touchplate-{publisher.port}={TOKEN};" in answer.headers["set-cookie"]
+        cookie = host | {"Cookie": f"touchplate-{publisher.port}={TOKEN}"}
         assert client.get(f"{publisher.url}app.js", headers=cookie).status_code == 200
         foreign = cookie | {"Origin": "http://evil.example"}
         assert client.get(f"{publisher.url}app.js", headers=foreign).status_code == 403
@@ -293,8 +298,8 @@ def test_a_link_with_the_token_opens_the_page_and_leaves_a_cookie():
 
 @pytest.mark.parametrize("control", [False, True])
 def test_who_comes_by_a_link_looks_and_acts_only_if_the_scene_says_so(snapshot, control):
-    cookie = {"Host": "bench:9", "Cookie": f"touchplate={TOKEN}"}
     with serve(0, access=Access(TOKEN, control)) as publisher:
+        cookie = {"Host": "bench:9", "Cookie": f"touchplate-{publisher.port}={TOKEN}"}
         publisher.publish(snapshot(1))
         plug = socket.create_connection(("127.0.0.1", publisher.port))
         keeps = {"Cookie": cookie["Cookie"]}
@@ -321,3 +326,114 @@ def test_notes_settings_and_wizard_go_with_the_frame(snapshot):
     assert header["notes"] == ["a note"]
     assert header["recording"]["frames"] == 7
     assert header["wizard"]["progress"]["views"] == [[0, "80 corners"]]
+
+
+def test_two_benches_on_a_machine_keep_their_own_cookies():
+    host = {"Host": "bench:9"}
+    with (
+        serve(0, access=Access("of-one")) as one,
+        serve(0, access=Access("of-two")) as two,
+        httpx.Client(headers=host) as client,
+    ):
+        for publisher, token in ((one, "of-one"), (two, "of-two")):
+            moved = client.get(f"{publisher.url}?token={token}")
+            name, _, value = moved.headers["set-cookie"].partition(";")[0].partition("=")
+            client.cookies.set(name, value)
+        assert [client.get(p.url).status_code for p in (one, two)] == [200, 200]
+
+
+def test_a_machine_with_other_users_wants_the_token_on_loopback_too():
+    access = Access(TOKEN, network=False, alone=False)
+    with serve(0, access=access) as publisher, socket.socket() as other:
+        other.bind(("127.0.0.2", publisher.port))  # the port is not open everywhere
+        assert publisher.link is None
+        bare = f"http://127.0.0.1:{publisher.port}/"
+        assert publisher.url == f"{bare}?token={TOKEN}"
+        assert httpx.get(bare).status_code == 403
+        with httpx.Client(follow_redirects=True) as client:
+            assert client.get(publisher.url).url == bare
+            assert client.post(f"{bare}ask", json={"do": "record"}).status_code == 204
+        assert httpx.post(f"{bare}ask", json={"do": "record"}).status_code == 403
+        with pytest.raises(InvalidStatus, match="403"):
+            stream(publisher)
+
+
+@pytest.mark.parametrize(
+    ("people", "others"),
+    [
+        ([(0, "/bin/bash"), (1, "/usr/sbin/nologin"), (65534, "/usr/sbin/nologin")], False),
+        ([(0, "/bin/bash"), (1000, "/bin/bash")], False),
+        ([(1000, "/bin/bash"), (1001, "/usr/sbin/nologin")], False),
+        ([(1000, "/bin/bash"), (1001, "/bin/sh")], True),
+    ],
+)
+def test_other_users_are_people_with_a_shell(people, others, monkeypatch):
+    import pwd
+
+    entries = [SimpleNamespace(pw_uid=uid, pw_shell=shell) for uid, shell in people]
+    monkeypatch.setattr(pwd, "getpwall", lambda: entries)
+    monkeypatch.setattr(os, "getuid", lambda: 1000)
+    assert has_other_users() is others
+
+
+def closed(connection):
+    """Whether the other end has closed a connection."""
+    connection.settimeout(20)
+    try:
+        return not connection.recv(1)
+    except ConnectionResetError:
+        return True
+
+
+def test_idle_connections_make_room_for_a_page(snapshot, monkeypatch):
+    monkeypatch.setattr(limits, "request_limit", lambda: 40)
+    with serve(0) as publisher, ExitStack() as idle:
+        publisher.publish(snapshot(1))
+        address = "127.0.0.1", publisher.port
+        first, *_ = [idle.enter_context(socket.create_connection(address)) for _ in range(60)]
+        with stream(publisher) as client:
+            assert ask(client)[0]["sequence"] == 1
+        assert closed(first)
+
+
+def test_a_request_that_is_never_over_is_cut_off(monkeypatch):
+    monkeypatch.setattr(limits, "PATIENCE", 0.3)
+    with serve(0) as publisher:
+        with socket.create_connection(("127.0.0.1", publisher.port)) as slow:
+            slow.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n")
+            assert closed(slow)
+        assert httpx.get(publisher.url).status_code == 200
+
+
+def test_a_reader_that_never_reads_is_cut_off(snapshot, monkeypatch):
+    monkeypatch.setattr(limits, "PATIENCE", 0.3)
+    shots = [snapshot(i) for i in range(2)]
+    with serve(0) as publisher, stream(publisher, max_queue=1, close_timeout=0.1) as lazy:
+        end = time.monotonic() + 60
+        for number in count():
+            publisher.publish(shots[number % 2])
+            try:
+                lazy.send("camera strain")
+            except ConnectionClosed:
+                break
+            assert time.monotonic() < end
+            time.sleep(0.005)
+        with stream(publisher) as client:
+            assert ask(client)[0]["sequence"] in (0, 1)
+
+
+def test_more_pages_than_there_is_room_for_put_out_the_longest_silent(snapshot, monkeypatch):
+    monkeypatch.setattr(limits, "PAGES", 3)
+    with serve(0) as publisher, ExitStack() as open_pages:
+        publisher.publish(snapshot(1))
+        pages = [open_pages.enter_context(stream(publisher)) for _ in range(3)]
+        for page in pages:
+            ask(page)
+        publisher.publish(snapshot(2))
+        ask(pages[0])
+        with stream(publisher) as newest:
+            ask(newest)
+            with pytest.raises(ConnectionClosed):
+                pages[1].recv(timeout=20)
+        publisher.publish(snapshot(3))
+        assert ask(pages[0])[0]["sequence"] == 3
