@@ -18,6 +18,7 @@ from scipy.linalg import cho_factor, cho_solve, solve_triangular
 import fe
 from models.arrays import F64, AnyArray, Mask
 from models.bench.bench import NAMES, BenchEstimate, HeldOut
+from models.bench.labels import LabelErrors, Shown, label_errors
 from models.bench.marginal import own_error
 from models.bench.press import Press
 from models.forward.bench_forward import THICKNESS, BenchForward
@@ -34,7 +35,6 @@ _DAMPING = 1e-3  # to begin with, in parts of the diagonal
 # and the descent does not end in a valley beside the right one.
 _COARSE = 0.1
 _DISCREPANCIES = np.geomspace(2e-4, 5e-2, 25)
-_OUTLIER = 4.0  # standard deviations by which a press may miss its place or force
 _PLATE = len(fe.BENCH_PARAMETERS)
 
 
@@ -57,7 +57,7 @@ class _Problem:
     free: Mask
     scales: F64
     size: F64  # (2,) of the plate
-    sigmas: F64  # (N, 3) of the labels, wider for outliers
+    labels: LabelErrors
     factors: list[F64] = field(default_factory=list[F64])
 
 
@@ -112,7 +112,7 @@ def identify(
         bench = replace(bench, converged=converged)
         on = _on(on, state.values, look)
         bench = replace(bench, discrepancy=_discrepancy(problem, on, state))
-        problem = replace(problem, sigmas=_widened(problem, terms, state))
+        problem = replace(problem, labels=_labels(problem, terms, state))
         if progress is not None:
             progress(turn + 1, _TURNS)
     return _described(problem, on, bench, state, terms)
@@ -133,8 +133,9 @@ def _problem(
     chosen = np.array([name in free for name in NAMES]) & (prior.sigma > 0)
     if look is None:
         chosen[_PLATE:] = False
-    sigmas = np.array([press.sigma for press in presses])
-    return _Problem(tuple(presses), prior, chosen, prior.sigma[chosen], size, sigmas)
+    stated = np.array([press.sigma for press in presses])
+    labels = LabelErrors(stated, np.zeros(len(stated), dtype=bool))
+    return _Problem(tuple(presses), prior, chosen, prior.sigma[chosen], size, labels)
 
 
 def _on(forward: BenchForward, values: F64, look: CameraChange | None) -> BenchForward:
@@ -195,7 +196,7 @@ def _terms(
     starts = [bench.near(term.state) for term in near] or [bench] * len(problem.presses)
     given = zip(starts, problem.factors, problem.presses, state.touches, strict=True)
     terms = [_term(problem, *each) for each in given]
-    labels = (state.touches - [press.touch for press in problem.presses]) / problem.sigmas
+    labels = (state.touches - [press.touch for press in problem.presses]) / problem.labels.sigmas
     beside = (state.values - problem.prior.values)[problem.free] / problem.scales
     cost = sum(term.chi2 for term in terms) + float(np.sum(labels**2) + beside @ beside)
     return terms, cost
@@ -271,7 +272,7 @@ def _reduced(
     slope = -(state.values - problem.prior.values)[problem.free] / problem.scales
     blocks: list[tuple[F64, F64]] = []
     for term, touch, press, sigma in zip(
-        terms, state.touches, problem.presses, problem.sigmas, strict=True
+        terms, state.touches, problem.presses, problem.labels.sigmas, strict=True
     ):
         towards = term.towards_own + (press.touch - touch) / sigma**2
         own = term.own + np.diag(sigma**-2.0)
@@ -297,19 +298,18 @@ def _discrepancy(problem: _Problem, on: BenchForward, state: _State) -> float:
     return float(_DISCREPANCIES[np.argmax(likelihood)])
 
 
-def _widened(problem: _Problem, terms: list[_Term], state: _State) -> F64:
-    """Widen the σ of places and forces that what was measured contradicts, (N, 3)."""
-    sigmas = np.array([press.sigma for press in problem.presses])
-    for i, (term, touch, press) in enumerate(
-        zip(terms, state.touches, problem.presses, strict=True)
-    ):
-        spread = np.linalg.inv(term.own)
-        off = touch + spread @ term.towards_own - press.touch
-        for part in (slice(0, 2), slice(2, 3)):
-            expected = np.sqrt(np.diag(spread)[part] + sigmas[i, part] ** 2)
-            far = float(np.max(np.abs(off[part]) / expected))
-            sigmas[i, part] *= max(1.0, far / _OUTLIER) ** 2
-    return sigmas
+def _labels(problem: _Problem, terms: list[_Term], state: _State) -> LabelErrors:
+    """Judge the labels by what the presses show."""
+    normal, _, blocks = _reduced(problem, state, terms, 0.0)
+    bench = np.linalg.inv(normal)
+    off, spread, variance = (np.empty((len(terms), 3)) for _ in range(3))
+    for i, (term, (inverse, _)) in enumerate(zip(terms, blocks, strict=True)):
+        alone, along = np.linalg.inv(term.own), term.mixed @ inverse
+        off[i], spread[i] = alone @ term.towards_own, np.sqrt(np.diag(alone))
+        variance[i] = np.diag(inverse + along.T @ bench @ along)
+    left = state.touches - [press.touch for press in problem.presses]
+    stated = np.array([press.sigma for press in problem.presses])
+    return label_errors(stated, Shown(off + left, spread, left, variance))
 
 
 def _described(
@@ -323,8 +323,7 @@ def _described(
     covariance[index] = covariance[:, index] = 0.0
     found = problem.scales[:, None] * (inverse + moved @ moved.T) * problem.scales
     covariance[np.ix_(index, index)] = found
-    given = np.array([press.sigma for press in problem.presses])
-    outliers = np.flatnonzero((problem.sigmas > given).any(axis=1))
+    outliers = np.flatnonzero(problem.labels.outliers)
     return replace(
         bench,
         values=state.values,
@@ -341,7 +340,9 @@ def _led_astray(problem: _Problem, on: BenchForward, state: _State, terms: list[
     does, and moves the bench as far as the presses are alike.
     """
     total = np.zeros((len(problem.scales), len(on.whitening)))
-    given = zip(terms, problem.factors, problem.presses, state.touches, problem.sigmas, strict=True)
+    given = zip(
+        terms, problem.factors, problem.presses, state.touches, problem.labels.sigmas, strict=True
+    )
     for term, factor, press, touch, sigma in given:
         seen = _through(on, press)
         _, own, shared = _white(problem, seen, factor, press, touch)
@@ -364,9 +365,9 @@ def _held_out(problem: _Problem, state: _State, terms: list[_Term]) -> HeldOut |
         joint = np.block([[others + term.bench, term.mixed], [term.mixed.T, term.own]])
         right = np.concatenate([slope_of_others + term.towards, term.towards_own])
         off = state.touches[i] + np.linalg.solve(joint, right)[-3:] - press.touch
-        if np.isfinite(problem.sigmas[i, :2]).all():
+        if np.isfinite(problem.labels.sigmas[i, :2]).all():
             places.append(float(np.hypot(*off[:2])))
-        if np.isfinite(problem.sigmas[i, 2]):
+        if np.isfinite(problem.labels.sigmas[i, 2]):
             forces.append(float(off[2] / press.touch[2]))
     if not places:
         return None

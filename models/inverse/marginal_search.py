@@ -1,12 +1,13 @@
 """Touches where the bench is not known exactly: found one by one, each in the scatter of the last.
 
-What is not known of a bench grows with the touches themselves. So the measurement is whitened
-anew, about the touches found so far, before it is asked for one more.
+What is not known of a bench grows with the touches themselves. So those found so far come to rest
+in the scatter about themselves before the measurement is asked for one more.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,6 +23,8 @@ from models.inverse.solver import STANDARD, find
 
 # Of a standard deviation: touches that moved by less were whitened well enough.
 _MOVED = 0.5
+# Fall of χ² below which a fit has converged: a thirtieth of a standard deviation.
+_TOLERANCE = 1e-3
 _ROUNDS = 4
 
 
@@ -55,29 +58,51 @@ def find_on_bench(
         UNRESOLVABLE also where the touches do not come to rest in the scatter about themselves.
     """
     limit = max_touches if count is None else count
-
-    def fit(about: F64, touches: F64) -> Estimate:
-        there, allowed = marginal(forward, bench, about), min(len(touches) + 1, limit)
-        return find(
+    solver = replace(solver, tolerance=max(solver.tolerance, _TOLERANCE))
+    about = start[:limit]
+    for _ in range(_ROUNDS + limit):
+        there, allowed = marginal(forward, bench, about), min(len(about) + 1, limit)
+        estimate = find(
             there.whitening @ measured,
             replace(candidates, forward=there, response=candidates.response @ there.whitening.T),
-            start=touches,
+            start=about,
             count=None if count is None else allowed,
             max_touches=allowed,
             prior=prior,
             solver=solver,
         )
-
-    about = touches = start[:limit]
-    for _ in range(_ROUNDS + limit):
-        estimate = fit(about, touches)
         found = np.column_stack([estimate.xy, estimate.force])
-        alike = len(found) == len(touches)
-        if alike and _near(about, found, estimate.covariance):
+        if len(found) == len(about) and _near(about, found, estimate.covariance):
             return estimate
+        problem = _Problem(measured, forward, bench, candidates.bounds, prior, solver)
+        about = _settled(problem, found)
+    return replace(estimate, result=Result.UNRESOLVABLE)
+
+
+class _Problem(NamedTuple):
+    """What is to be explained by so many touches, and by what."""
+
+    measured: F64
+    forward: BenchForward
+    bench: BenchEstimate
+    bounds: F64
+    prior: Prior
+    solver: LevenbergMarquardt
+
+
+def _settled(problem: _Problem, touches: F64) -> F64:
+    """Let touches (n, 3) come to rest in the scatter about themselves."""
+    measured, forward, bench, bounds, prior, solver = problem
+    about = touches
+    for _ in range(_ROUNDS if len(touches) else 0):
+        there = marginal(forward, bench, about)
+        white = there.whitening @ measured
+        fit = solver.descend(there, white, touches, bounds=bounds, prior=prior)
+        if _near(about, fit.touches, fit.covariance):
+            return fit.touches
         # What is not known about a touch grows with it, and draws it back: half-way lies between.
-        about, touches = 0.5 * (about + found) if alike else found, found
-    return replace(fit(about, touches), result=Result.UNRESOLVABLE)
+        about, touches = 0.5 * (about + fit.touches), fit.touches
+    return touches
 
 
 def _near(before: F64, after: F64, covariance: F64) -> bool:

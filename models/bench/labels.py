@@ -1,0 +1,72 @@
+"""How far the places and forces that a list states are to be believed.
+
+A list says how well it was made; what the presses show of it says more. All places err by one σ and
+all forces by another, found by expectation maximisation from what is left between labels and
+touches; what is stated counts as a few labels. One that lies far beyond is believed the less.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from models.arrays import F64, Mask
+
+_PARTS = slice(0, 2), slice(2, 3)  # place and force
+_STATED = 8.0  # labels that a stated σ counts as
+_OUTLIER = 4.0  # standard deviations by which a press may miss its place or force
+_MEDIAN = 0.9  # of the larger of one or two deviates, in standard deviations
+
+
+class Shown(NamedTuple):
+    """What N presses show of their labels, each (N, 3): x, y and F.
+
+    Attributes
+    ----------
+    off : float64
+        Touch that the measurement alone shows, less its label.
+    spread : float64
+        Standard deviation of that touch.
+    left : float64
+        Most likely touch less its label.
+    variance : float64
+        Of that touch, what is not known of the bench included.
+    """
+
+    off: F64
+    spread: F64
+    left: F64
+    variance: F64
+
+
+class LabelErrors(NamedTuple):
+    """Standard deviations (N, 3) of labels, and which (N,) lie far beyond those of the others."""
+
+    sigmas: F64
+    outliers: Mask
+
+
+def label_errors(stated: F64, shown: Shown) -> LabelErrors:
+    """Find the standard deviations of labels from those stated (N, 3), infinite where unknown."""
+    sigmas, outliers = stated.copy(), np.zeros(len(stated), dtype=bool)
+    for part in _PARTS:
+        known, far = np.isfinite(stated[:, part]).all(axis=1), _far(shown, stated, part)
+        usual = known & (far <= _OUTLIER * _typical(far[known]))
+        sizes = ((shown.left**2 + shown.variance) / stated**2)[usual, part]
+        sigmas[:, part] *= np.sqrt((_STATED + sizes.sum()) / (_STATED + sizes.size))
+        beyond = _far(shown, sigmas, part) / _OUTLIER
+        sigmas[:, part] *= np.maximum(1.0, beyond)[:, None] ** 2
+        outliers |= beyond > 1.0
+    return LabelErrors(sigmas, outliers)
+
+
+def _far(shown: Shown, sigmas: F64, part: slice) -> F64:
+    """How many standard deviations each label lies from what is measured, (N,)."""
+    expected = np.hypot(shown.spread, sigmas)
+    return np.max((np.abs(shown.off) / expected)[:, part], axis=1)
+
+
+def _typical(far: F64) -> float:
+    """How many times as far as is stated most labels lie, 1 at least."""
+    return max(1.0, float(np.median(far)) / _MEDIAN) if len(far) else 1.0

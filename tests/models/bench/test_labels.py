@@ -1,0 +1,49 @@
+"""What presses show of their labels: how far they err, and which lie far beyond the others."""
+
+import numpy as np
+import pytest
+from hypothesis import given, strategies as st
+
+from models.bench.labels import Shown, label_errors
+
+STATED = np.array([0.3, 0.3, 0.02])
+
+
+def shown(errors, spread=1e-3):
+    """Presses that measure their touch well, and labels that err by `errors` (N, 3)."""
+    small = np.full(errors.shape, spread)
+    return Shown(-errors, small, -errors, small**2)
+
+
+def drawn(scale, count, seed=1):
+    return np.random.default_rng(seed).standard_normal((count, 3)) * STATED * scale
+
+
+@pytest.mark.parametrize("scale", [0.3, 1.0, 3.0])
+def test_many_labels_show_how_far_they_err(scale):
+    found = label_errors(np.tile(STATED, (400, 1)), shown(drawn(scale, 400)))
+    assert np.allclose(found.sigmas, scale * STATED, rtol=0.15)
+
+
+def test_a_few_labels_do_not_overrule_what_is_stated():
+    found = label_errors(np.tile(STATED, (4, 1)), shown(np.zeros((4, 3))))
+    assert (found.sigmas > 0.5 * STATED).all()
+
+
+def test_a_label_far_off_is_believed_the_less_and_the_others_as_before():
+    errors = drawn(1.0, 20)
+    errors[7, 0] = 30.0  # mm
+    found = label_errors(np.tile(STATED, (20, 1)), shown(errors))
+    assert np.flatnonzero(found.outliers).tolist() == [7]
+    assert found.sigmas[7, 0] > 30.0
+    others = np.delete(np.arange(20), 7)
+    assert (found.sigmas[others] < 1.5 * STATED).all()
+    assert found.sigmas[7, 2] < 1.5 * STATED[2], "its force may be right"
+
+
+@given(st.lists(st.booleans(), min_size=3, max_size=12), st.integers(0, 1000))
+def test_what_is_unknown_stays_unknown(known, seed):
+    stated = np.where(np.array(known)[:, None], STATED, np.inf)
+    found = label_errors(stated, shown(drawn(1.0, len(known), seed)))
+    np.testing.assert_array_equal(np.isfinite(found.sigmas), np.isfinite(stated))
+    assert not found.outliers[~np.array(known)].any()
