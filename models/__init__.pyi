@@ -1,6 +1,7 @@
 """Public names of `models`: the one list, read by type checkers and by the lazy loader."""
 
 from .bench.bench import (
+    MEMORY as MEMORY,
     BenchEstimate as BenchEstimate,
     HeldOut as HeldOut,
     bench_before as bench_before,

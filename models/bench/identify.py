@@ -17,18 +17,16 @@ from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
 import fe
 from models.arrays import F64, AnyArray, Mask
-from models.bench.bench import NAMES, BenchEstimate, HeldOut
+from models.bench.bench import MEMORY, NAMES, BenchEstimate, HeldOut
 from models.bench.labels import LabelErrors, Shown, label_errors
 from models.bench.marginal import own_error
 from models.bench.press import Press
 from models.forward.bench_forward import THICKNESS, BenchForward
 from models.forward.camera_change import CameraChange
 
-MEMORY = 0.05
-"""Fraction of a touch that the plate may still show under the next."""
-
 _TURNS = 3
 _STEPS = 12
+_JUDGED = 3  # steps of expectation maximisation on the labels, a turn
 _SETTLED = 0.02  # fall of χ² below which a turn has ended
 _DAMPING = 1e-3  # to begin with, in parts of the diagonal
 # Error of the model in the first turn: so wide that only the large features of the presses count,
@@ -112,7 +110,8 @@ def identify(
         bench = replace(bench, converged=converged)
         on = _on(on, state.values, look)
         bench = replace(bench, discrepancy=_discrepancy(problem, on, state))
-        problem = replace(problem, labels=_labels(problem, terms, state))
+        for _ in range(_JUDGED):
+            problem = replace(problem, labels=_labels(problem, terms, state))
         if progress is not None:
             progress(turn + 1, _TURNS)
     return _described(problem, on, bench, state, terms)
@@ -192,7 +191,7 @@ def _terms(
     problem: _Problem, on: BenchForward, state: _State, near: list[_Term]
 ) -> tuple[list[_Term], float]:
     """Build normal equations of all presses, and χ² with the priors; `near` are those before."""
-    bench = _moved(on, state.values)
+    bench = on.moved(state.values)
     starts = [bench.near(term.state) for term in near] or [bench] * len(problem.presses)
     given = zip(starts, problem.factors, problem.presses, state.touches, strict=True)
     terms = [_term(problem, *each) for each in given]
@@ -200,15 +199,6 @@ def _terms(
     beside = (state.values - problem.prior.values)[problem.free] / problem.scales
     cost = sum(term.chi2 for term in terms) + float(np.sum(labels**2) + beside @ beside)
     return terms, cost
-
-
-def _moved(on: BenchForward, values: F64) -> BenchForward:
-    """Return the forward model on a bench near by, its camera to first order."""
-    seen, change = on.fields.seen, values - on.fields.values
-    if seen is not None:
-        matrix = seen.matrix + np.tensordot(change[_PLATE:], seen.derivatives, 1)
-        seen = seen._replace(matrix=matrix + change[THICKNESS] * seen.by_thickness)
-    return on.on(values, seen)
 
 
 def _term(problem: _Problem, on: BenchForward, factor: F64, press: Press, touch: F64) -> _Term:

@@ -14,7 +14,7 @@ import numpy as np
 from models.arrays import F64, Mask
 
 _PARTS = slice(0, 2), slice(2, 3)  # place and force
-_STATED = 8.0  # labels that a stated σ counts as
+_STATED = 4.0  # labels that a stated σ counts as
 _OUTLIER = 4.0  # standard deviations by which a press may miss its place or force
 _MEDIAN = 0.9  # of the larger of one or two deviates, in standard deviations
 

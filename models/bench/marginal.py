@@ -15,7 +15,7 @@ from scipy.linalg import solve_triangular
 
 import fe
 from models.arrays import F64
-from models.bench.bench import BenchEstimate
+from models.bench.bench import MEMORY, BenchEstimate
 from models.forward.bench_forward import BenchForward
 
 
@@ -62,21 +62,33 @@ class MarginalForward:
         return self.whitening @ values, jacobian @ self.whitening.T
 
 
-def marginal(forward: BenchForward, bench: BenchEstimate, touches: F64) -> MarginalForward:
-    """Whiten a forward model by noise and bench as they are under some touches (n, 3)."""
-    lower = np.linalg.cholesky(scatter(forward, bench, touches))
+NONE = np.empty((0, 3))
+
+
+def marginal(
+    forward: BenchForward, bench: BenchEstimate, touches: F64, left: F64 = NONE
+) -> MarginalForward:
+    """Whiten a forward model by noise and bench as they are under some touches (n, 3).
+
+    The plate may still show a part of touches that it was left by, `left` (n, 3).
+    """
+    lower = np.linalg.cholesky(scatter(forward, bench, touches, left))
     whitening = solve_triangular(lower, np.eye(len(lower)), lower=True, check_finite=False)
     return MarginalForward(forward, np.asarray(whitening, dtype=np.float64))
 
 
-def scatter(forward: BenchForward, bench: BenchEstimate, touches: F64) -> F64:
-    """Covariance of a measurement by noise, bench and the model's own error, (m, m)."""
+def scatter(forward: BenchForward, bench: BenchEstimate, touches: F64, left: F64 = NONE) -> F64:
+    """Covariance of a measurement by noise, memory, bench and the model's own error, (m, m)."""
     even = np.eye(len(forward.whitening))
+    if len(left):
+        shown = MEMORY * forward.left(left)
+        even += np.outer(shown, shown)
     if not len(touches):
         return even
     derivatives, seen = forward.by_bench(touches), forward.read(touches)[0]
-    own = 1.0 + bench.discrepancy**2 * own_error(seen)
-    return own * even + derivatives.T @ (bench.covariance @ derivatives)
+    own = bench.discrepancy**2 * own_error(seen)
+    even[np.diag_indices(len(even))] += own
+    return even + derivatives.T @ (bench.covariance @ derivatives)
 
 
 def own_error(seen: F64) -> float:

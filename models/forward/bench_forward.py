@@ -131,6 +131,7 @@ class BenchForward:
     fields: BenchFields
     whitening: F64
     _near: dict[int, fe.Pressed] = field(default_factory=dict[int, "fe.Pressed"], repr=False)
+    _left: dict[bytes, F64] = field(default_factory=dict[bytes, F64], repr=False)
 
     @property
     def plate(self) -> fe.Plate:
@@ -199,11 +200,28 @@ class BenchForward:
         self._near[len(touches)] = state
         return state
 
+    def left(self, touches: F64) -> F64:
+        """Compute what touches (n, 3) that ended would show if they still pressed, (m,)."""
+        known = self._left.get(touches.tobytes())
+        if known is None:
+            known = self.fields.bench.press(touches).values
+            self._left.clear()
+            self._left[touches.tobytes()] = known
+        return self.reading @ known
+
     def near(self, state: fe.Pressed) -> BenchForward:
         """Return the same forward model, whose next state of so many touches begins at one."""
         return replace(self, _near={len(state.touches): state})
 
+    def moved(self, values: F64) -> BenchForward:
+        """Return the same measurement on a bench near by, (39,), its camera to first order."""
+        seen, change = self.fields.seen, values - self.fields.values
+        if seen is not None:
+            matrix = seen.matrix + np.tensordot(change[_PLATE:], seen.derivatives, 1)
+            seen = seen._replace(matrix=matrix + change[THICKNESS] * seen.by_thickness)
+        return self.on(values, seen)
+
     def on(self, values: F64, seen: Seen | None) -> BenchForward:
         """Return the same measurement on another bench, (39,), through what its camera sees."""
         bench = fe.BenchPlate(self.fields.bench.modal, values[:_PLATE])
-        return replace(self, fields=BenchFields(bench, seen, values[_PLATE:]), _near={})
+        return replace(self, fields=BenchFields(bench, seen, values[_PLATE:]), _near={}, _left={})

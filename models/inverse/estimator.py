@@ -21,7 +21,7 @@ from models.forward.gauges import gauge_forward
 from models.forward.linear import Forward
 from models.inverse.candidates import CandidateGrid, prepare_candidates
 from models.inverse.levenberg_marquardt import LevenbergMarquardt
-from models.inverse.marginal_search import find_on_bench
+from models.inverse.marginal_search import Uncertain, find_on_bench
 from models.inverse.prior import FLAT, Prior
 from models.inverse.solver import STANDARD, check_measured, find, read_start
 
@@ -39,8 +39,8 @@ class Estimator:
         What is known of every touch beforehand.
     solver : LevenbergMarquardt
     bench : BenchEstimate, optional
-        What is known of the bench, where the forward model is a `BenchForward`: it enters count,
-        touches and covariance.
+        What is known of the bench, where the forward model is a `BenchForward`, which is put on its
+        most likely values: it enters count, touches and covariance.
     grid : CandidateGrid, optional
         Candidates of this forward model, where they are known already.
     candidates : CandidateGrid
@@ -65,17 +65,25 @@ class Estimator:
     def __post_init__(self, grid: CandidateGrid | None) -> None:
         """Prepare the candidates."""
         check_integer("max_touches", self.max_touches, 0, "use 4")
+        self._stand_on_bench()
         candidates = prepare_candidates(self.forward) if grid is None else grid
         if candidates.forward is not self.forward:
             raise ValueError(
                 "candidates are those of another forward model; ask with_forward(grid, forward)"
             )
-        if self.bench is not None and not isinstance(self.forward, BenchForward):
+        object.__setattr__(self, "candidates", candidates.prepare())
+
+    def _stand_on_bench(self) -> None:
+        """Put the forward model on the bench that is most likely, where it is not there yet."""
+        if self.bench is None:
+            return
+        if not isinstance(self.forward, BenchForward):
             raise ValueError(
                 f"a bench needs the forward model of a bench, got a {type(self.forward).__name__};"
                 " prepare its motions with BenchFields"
             )
-        object.__setattr__(self, "candidates", candidates.prepare())
+        if not np.array_equal(self.forward.fields.values, self.bench.values):
+            object.__setattr__(self, "forward", self.forward.moved(self.bench.values))
 
     def fit(
         self, measured: ArrayLike, start: ArrayLike | None = None, *, count: int | None = None
@@ -97,7 +105,12 @@ class Estimator:
         return self.fit_whitened(self.forward.whiten(measured), start, count=count)
 
     def fit_whitened(
-        self, measured: F64, start: ArrayLike | None = None, *, count: int | None = None
+        self,
+        measured: F64,
+        start: ArrayLike | None = None,
+        *,
+        count: int | None = None,
+        left: ArrayLike = (),
     ) -> Estimate:
         """Find touches from a measurement in units of its noise, (m,); see `find`.
 
@@ -108,6 +121,8 @@ class Estimator:
             x, y, F of the last frame's touches: the fit begins there.
         count : int, optional
             Number of touches where it is known.
+        left : (n, 3) array, mm, mm, N
+            Touches that ended, of which the plate of a `bench` may still show a part.
 
         Raises
         ------
@@ -119,8 +134,7 @@ class Estimator:
             return find_on_bench(
                 check_measured(measured, self.candidates),
                 self.candidates,
-                self.forward,
-                self.bench,
+                Uncertain(self.forward, self.bench, read_start(left)),
                 start=read_start(() if start is None else start),
                 count=count,
                 max_touches=self.max_touches,

@@ -13,7 +13,7 @@ import numpy as np
 
 from models.arrays import F64
 from models.bench.bench import BenchEstimate
-from models.bench.marginal import marginal
+from models.bench.marginal import MarginalForward, marginal
 from models.estimate import Estimate, Result
 from models.forward.bench_forward import BenchForward
 from models.inverse.candidates import CandidateGrid
@@ -28,11 +28,30 @@ _TOLERANCE = 1e-3
 _ROUNDS = 4
 
 
+class Uncertain(NamedTuple):
+    """A forward model, what is known of its bench, and touches that ended.
+
+    Attributes
+    ----------
+    forward : BenchForward
+    bench : BenchEstimate
+    left : (n, 3) float64, mm, mm, N
+        Touches of which the plate may still show a part.
+    """
+
+    forward: BenchForward
+    bench: BenchEstimate
+    left: F64
+
+    def about(self, touches: F64) -> MarginalForward:
+        """Whiten it by all that is not known, as that is under touches (n, 3)."""
+        return marginal(self.forward, self.bench, touches, self.left)
+
+
 def find_on_bench(
     measured: F64,
     candidates: CandidateGrid,
-    forward: BenchForward,
-    bench: BenchEstimate,
+    uncertain: Uncertain,
     *,
     start: F64,
     count: int | None = None,
@@ -46,9 +65,8 @@ def find_on_bench(
     ----------
     measured : (m,) float64
     candidates : CandidateGrid
-        Of `forward`.
-    forward : BenchForward
-    bench : BenchEstimate
+        Of the forward model.
+    uncertain : Uncertain
     start, count, max_touches, prior, solver
         As for `find`.
 
@@ -61,7 +79,7 @@ def find_on_bench(
     solver = replace(solver, tolerance=max(solver.tolerance, _TOLERANCE))
     about = start[:limit]
     for _ in range(_ROUNDS + limit):
-        there, allowed = marginal(forward, bench, about), min(len(about) + 1, limit)
+        there, allowed = uncertain.about(about), min(len(about) + 1, limit)
         estimate = find(
             there.whitening @ measured,
             replace(candidates, forward=there, response=candidates.response @ there.whitening.T),
@@ -74,28 +92,22 @@ def find_on_bench(
         found = np.column_stack([estimate.xy, estimate.force])
         if len(found) == len(about) and _near(about, found, estimate.covariance):
             return estimate
-        problem = _Problem(measured, forward, bench, candidates.bounds, prior, solver)
-        about = _settled(problem, found)
+        about = _settled(measured, uncertain, found, candidates.bounds, prior, solver)
     return replace(estimate, result=Result.UNRESOLVABLE)
 
 
-class _Problem(NamedTuple):
-    """What is to be explained by so many touches, and by what."""
-
-    measured: F64
-    forward: BenchForward
-    bench: BenchEstimate
-    bounds: F64
-    prior: Prior
-    solver: LevenbergMarquardt
-
-
-def _settled(problem: _Problem, touches: F64) -> F64:
+def _settled(
+    measured: F64,
+    uncertain: Uncertain,
+    touches: F64,
+    bounds: F64,
+    prior: Prior,
+    solver: LevenbergMarquardt,
+) -> F64:
     """Let touches (n, 3) come to rest in the scatter about themselves."""
-    measured, forward, bench, bounds, prior, solver = problem
     about = touches
     for _ in range(_ROUNDS if len(touches) else 0):
-        there = marginal(forward, bench, about)
+        there = uncertain.about(about)
         white = there.whitening @ measured
         fit = solver.descend(there, white, touches, bounds=bounds, prior=prior)
         if _near(about, fit.touches, fit.covariance):

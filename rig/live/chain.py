@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -31,6 +31,7 @@ from models import (
 from rig.live.alignment import Alignment
 from rig.live.baseline import ReferenceFrame, is_consistent, update_drift
 from rig.live.illumination import sums_without_gain_offset, without_gain_offset
+from rig.live.memory import Memory
 from rig.live.visibility import MaskedModels, coarse_shift, contrast_loss, unusable_reason
 from rig.system.arrays import F64, AnyArray, Mask
 from rig.system.timing import Stopwatch
@@ -127,12 +128,15 @@ class ChainState:
         x, y, F.
     from_strain : (n, 3) float64, mm, mm, N
         Those that strain alone shows.
+    memory : Memory
+        Touches that ended; empty where the bench is exact.
     """
 
     motion: F64
     rest: F64
     touches: F64
     from_strain: F64
+    memory: Memory = field(default_factory=Memory)
 
 
 def at_rest(chain: Chain) -> ChainState:
@@ -204,7 +208,8 @@ def estimate_frame(
         if found.unusable_reason or (off <= stale and off * _miss(chain, found) <= MISSED):
             break
         stale = MAX_OFF
-        moved, start = found.state.motion, replace(state, touches=found.state.touches)
+        moved, now = found.state.motion, found.state
+        start = replace(state, touches=now.touches, memory=now.memory)
         found = _iteration(chain, image, moved, start, watch, drift)
     return found
 
@@ -243,13 +248,27 @@ def _iteration(
         right = pattern.gradient(sums_without_gain_offset(chain.tiles, sums), moved)
         right -= pattern.normal[:, : len(rest)] @ rest
         measured = pattern.whiten(right, chain.noise)
-        estimate = estimator.fit_whitened(measured, state.touches)
+        estimate, memory = _fitted(estimator, measured, state)
         motion = pattern.amplitudes(estimate, right)
         motion[: len(rest)] += rest
         if drift and not estimate.count and not hidden.any() and is_consistent(estimate):
             rest = update_drift(rest, pattern, measured, chain.noise, drift)
-    after = replace(state, motion=motion, rest=rest, touches=_places(estimate))
+    touches = _places(estimate)
+    after = replace(state, motion=motion, rest=rest, touches=touches, memory=memory)
     return FrameEstimate(estimate, sums, hidden, "", after)
+
+
+def _fitted(estimator: Estimator, measured: F64, state: ChainState) -> tuple[Estimate, Memory]:
+    """Find touches; again where one has ended, since the plate may still show a part of it."""
+    before = state.memory
+    estimate = estimator.fit_whitened(measured, state.touches, left=before.left)
+    if estimator.bench is None:
+        return estimate, before
+    memory = before.after(_places(estimate))
+    if memory.left is before.left:
+        return estimate, memory
+    estimate = estimator.fit_whitened(measured, memory.held, left=memory.left)
+    return estimate, memory.after(_places(estimate))
 
 
 def sense_strain(

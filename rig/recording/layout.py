@@ -17,6 +17,8 @@
 /start/rest            (N, K) float64
 /start/touches         (N, n, 3) float64
 /start/from_strain     (N, n, 3) float64
+/start/held            (N, n, 3) float64      see `Memory`
+/start/left            (N, n, 3) float64
 /frames/check          (N,) uint32            CRC-32 of a frame's numbers, all but the large arrays
 =====================  =====================  =====================================================
 
@@ -35,6 +37,7 @@ import numpy as np
 from models import Estimate
 from rig.live.chain import Chain, ChainState
 from rig.live.frame_record import FrameRecord
+from rig.live.memory import Memory
 from rig.system.arrays import F64, AnyArray
 
 FORMAT, VERSION = "touchplate session", 1
@@ -70,6 +73,8 @@ def shapes(chain: Chain, strain: bool) -> Shapes:
         "start/rest": ((modes,), "f8"),
         "start/touches": (touches, "f8"),
         "start/from_strain": (touches, "f8"),
+        "start/held": (touches, "f8"),
+        "start/left": (touches, "f8"),
     }
     if strain:
         found |= {
@@ -98,6 +103,8 @@ def rows(record: FrameRecord, layout: Shapes) -> dict[str, AnyArray]:
         "start/rest": record.before.rest,
         "start/touches": record.before.touches,
         "start/from_strain": record.before.from_strain,
+        "start/held": record.before.memory.held,
+        "start/left": record.before.memory.left,
         LAST: frame.sequence,
     }
     filled = {name: _fill(found[name], *layout[name]) for name in layout if name != CHECK}
@@ -128,11 +135,14 @@ def covariances(estimate: Estimate) -> F64:
 
 def state(row: Mapping[str, AnyArray]) -> ChainState:
     """State of the loop before a frame."""
+    none = np.empty((0, 3))  # as in recordings of the release before
+    held, left = (there(row.get(f"start/{name}", none)) for name in ("held", "left"))
     return ChainState(
         row["start/motion"],
         row["start/rest"],
         there(row["start/touches"]),
         there(row["start/from_strain"]),
+        Memory(held, left),
     )
 
 

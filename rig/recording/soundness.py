@@ -42,7 +42,15 @@ NEEDED: Mapping[str, tuple[str, tuple[int, ...]]] = {
 ALWAYS = ("frames/captured", "start/motion", "start/rest")
 """Numbers that are there in every frame; others are NaN where a touch is not."""
 
-BOUNDED = (*ALWAYS, "frames/truth", "touches/place", "start/touches", "start/from_strain")
+BOUNDED = (
+    *ALWAYS,
+    "frames/truth",
+    "touches/place",
+    "start/touches",
+    "start/from_strain",
+    "start/held",
+    "start/left",
+)
 
 
 def wrong_layout(arrays: Mapping[str, h5py.Dataset], reference: tuple[int, ...]) -> str:

@@ -122,6 +122,22 @@ def test_nothing_on_an_unknown_bench_is_no_touch(forward):
     assert estimator.fit_whitened(noise).result is models.Result.NO_TOUCH
 
 
+def test_what_an_ended_touch_left_is_no_touch_and_hides_none_elsewhere(forward, identified, true):
+    estimator = models.Estimator(forward, bench=identified, max_touches=2)
+    ended, rng = np.array([[60.0, 40.0, 1.0]]), np.random.default_rng(6)
+    still = 0.04 * forward.on(true, None).read(ended)[0]
+    noise = rng.standard_normal(len(still))
+    alone = estimator.fit_whitened(still + noise)
+    assert alone.result is models.Result.FOUND, "it looks like a weak touch"
+    assert estimator.fit_whitened(still + noise, left=ended).result is not models.Result.FOUND
+    touch = np.array([[100.0, 70.0, 2.0]])
+    together = still + measure(forward, true, touch, rng)
+    estimate = estimator.fit_whitened(together, left=ended)
+    assert estimate.count == 1
+    off = np.append(estimate.xy[0] - touch[0, :2], estimate.force[0] - touch[0, 2])
+    assert off @ np.linalg.solve(estimate.covariance, off) < 16.0
+
+
 def test_a_bench_known_exactly_changes_nothing(forward):
     exact = models.bench_before(PLATE, **dict.fromkeys(NAMES, 0.0))
     known = models.BenchEstimate(exact.values, exact.covariance, 0.0, exact.prior)

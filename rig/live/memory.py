@@ -1,0 +1,53 @@
+"""Touches that ended: the plate may show a few percent of them for a while."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from models import MEMORY
+from rig.system.arrays import F64, Mask
+
+SAME = 10.0  # mm, within which two touches are one
+# Fraction of its largest force below which a touch has ended: thrice what a plate keeps of it.
+FADED = 3.0 * MEMORY
+RENEWED = 0.5  # of what pressed there before: what is left of that no longer counts
+
+
+def _none() -> F64:
+    return np.empty((0, 3))
+
+
+@dataclass(frozen=True, eq=False)
+class Memory:
+    """What pressed the plate, as x, y and the largest force since it came.
+
+    Attributes
+    ----------
+    held : (n, 3) float64, mm, mm, N
+        The touches of the last frame.
+    left : (n, 3) float64, mm, mm, N
+        Those that ended last.
+    """
+
+    held: F64 = field(default_factory=_none)
+    left: F64 = field(default_factory=_none)
+
+    def after(self, found: F64) -> Memory:
+        """Memory after a frame with touches (n, 3); `left` is the same array if none ended."""
+        largest = found.copy()
+        for touch in largest:
+            touch[2] = self.held[_near(self.held, touch), 2].max(initial=touch[2])
+        held = largest[found[:, 2] >= FADED * largest[:, 2]]
+        ended = np.array([not _near(held, touch).any() for touch in self.held], dtype=bool)
+        left = self.held[ended] if ended.any() else self.left
+        renewed = [
+            bool((held[_near(held, touch), 2] >= RENEWED * touch[2]).any()) for touch in left
+        ]
+        return Memory(held, left[~np.array(renewed)] if any(renewed) else left)
+
+
+def _near(touches: F64, touch: F64) -> Mask:
+    """Which touches (n, 3) lie where one does, (n,)."""
+    return np.hypot(*(touches[:, :2] - touch[:2]).T) <= SAME

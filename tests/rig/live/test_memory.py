@@ -1,0 +1,54 @@
+"""What pressed and went: a plate may show a few percent of it for a while."""
+
+import numpy as np
+
+from rig.live.memory import FADED, Memory
+
+
+def pressed(*touches):
+    return np.array(touches, dtype=float).reshape(-1, 3)
+
+
+def after(*frames):
+    memory = Memory()
+    for frame in frames:
+        memory = memory.after(pressed(*frame))
+    return memory
+
+
+def test_a_touch_that_goes_is_left_with_the_largest_force_it_had():
+    memory = after([(50, 40, 1.0)], [(51, 40, 4.0)], [(52, 40, 3.0)], [])
+    assert len(memory.held) == 0
+    np.testing.assert_allclose(memory.left, [[52, 40, 4.0]])
+
+
+def test_what_fades_under_what_a_plate_keeps_of_it_has_ended():
+    memory = after([(50, 40, 4.0)], [(50, 40, 0.9 * FADED * 4.0)])
+    assert len(memory.held) == 0
+    assert len(memory.left) == 1
+    assert len(after([(50, 40, 4.0)], [(50, 40, 1.1 * FADED * 4.0)]).held) == 1
+
+
+def test_one_of_two_that_goes_leaves_the_other_held():
+    memory = after([(50, 40, 2.0), (120, 90, 3.0)], [(120, 90, 3.0)])
+    np.testing.assert_allclose(memory.held, [[120, 90, 3.0]])
+    np.testing.assert_allclose(memory.left, [[50, 40, 2.0]])
+
+
+def test_a_touch_that_was_lost_for_a_frame_is_not_its_own_memory():
+    assert len(after([(50, 40, 2.0)], [], [(50, 41, 2.0)]).left) == 0
+
+
+def test_a_weak_touch_where_a_strong_one_was_keeps_its_memory():
+    memory = after([(50, 40, 4.0)], [], [(50, 40, 0.5)])
+    assert len(memory.left) == 1
+
+
+def test_the_last_that_ended_count():
+    memory = after([(50, 40, 2.0)], [(120, 90, 3.0)], [(200, 40, 1.0)])
+    np.testing.assert_allclose(memory.left, [[120, 90, 3.0]])
+
+
+def test_left_stays_the_same_array_while_none_ends():
+    memory = after([(50, 40, 2.0)], [])
+    assert memory.after(pressed((120, 90, 1.0))).left is memory.left
