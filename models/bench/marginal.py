@@ -70,7 +70,7 @@ def marginal(
 ) -> MarginalForward:
     """Whiten a forward model by noise and bench as they are under some touches (n, 3).
 
-    The plate may still show a part of touches that it was left by, `left` (n, 3).
+    The plate may still show a part of each touch that ended, `left` (n, 3).
     """
     lower = np.linalg.cholesky(scatter(forward, bench, touches, left))
     whitening = solve_triangular(lower, np.eye(len(lower)), lower=True, check_finite=False)
@@ -82,7 +82,7 @@ def scatter(forward: BenchForward, bench: BenchEstimate, touches: F64, left: F64
     even = np.eye(len(forward.whitening))
     if len(left):
         shown = MEMORY * forward.left(left)
-        even += np.outer(shown, shown)
+        even += shown.T @ shown
     if not len(touches):
         return even
     derivatives, seen = forward.by_bench(touches), forward.read(touches)[0]
@@ -98,3 +98,11 @@ def own_error(seen: F64) -> float:
     known: the error lies evenly over what is measured.
     """
     return float(seen @ seen) / len(seen)
+
+
+def without_memory(forward: BenchForward, measured: F64, left: F64) -> F64:
+    """Take what a plate without touches still shows of those that ended (n, 3) off it, (m,)."""
+    if not len(left):
+        return measured
+    shown = MEMORY * forward.left(left)
+    return measured - np.linalg.solve(np.eye(len(left)) + shown @ shown.T, shown @ measured) @ shown

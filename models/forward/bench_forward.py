@@ -201,13 +201,19 @@ class BenchForward:
         return state
 
     def left(self, touches: F64) -> F64:
-        """Compute what touches (n, 3) that ended would show if they still pressed, (m,)."""
-        known = self._left.get(touches.tobytes())
-        if known is None:
-            known = self.fields.bench.press(touches).values
-            self._left.clear()
-            self._left[touches.tobytes()] = known
-        return self.reading @ known
+        """Compute what each of n touches that ended would show if it still pressed, (n, m)."""
+        known = [self._left.get(touch.tobytes()) for touch in touches]
+        known = [
+            self.fields.bench.press(touch[None]).values if values is None else values
+            for values, touch in zip(known, touches, strict=True)
+        ]
+        self._left.clear()
+        self._left.update(
+            (touch.tobytes(), values) for touch, values in zip(touches, known, strict=True)
+        )
+        return np.array([self.reading @ values for values in known]).reshape(
+            -1, len(self.whitening)
+        )
 
     def near(self, state: fe.Pressed) -> BenchForward:
         """Return the same forward model, whose next state of so many touches begins at one."""

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 import fe
 from models.arrays import F64
 from models.bench.bench import BenchEstimate
+from models.bench.marginal import without_memory
 from models.checks import check_integer, read_array
 from models.estimate import Estimate
 from models.forward.bench_forward import BenchForward
@@ -72,6 +73,12 @@ class Estimator:
                 "candidates are those of another forward model; ask with_forward(grid, forward)"
             )
         object.__setattr__(self, "candidates", candidates.prepare())
+
+    def without_memory(self, measured: F64, left: F64) -> F64:
+        """Take what the plate of a bench still shows of touches that ended (n, 3) off it, (m,)."""
+        if self.bench is None or not isinstance(self.forward, BenchForward):
+            return measured
+        return without_memory(self.forward, measured, left)
 
     def _stand_on_bench(self) -> None:
         """Put the forward model on the bench that is most likely, where it is not there yet."""

@@ -208,8 +208,7 @@ def estimate_frame(
         if found.unusable_reason or (off <= stale and off * _miss(chain, found) <= MISSED):
             break
         stale = MAX_OFF
-        moved, now = found.state.motion, found.state
-        start = replace(state, touches=now.touches, memory=now.memory)
+        moved, start = found.state.motion, replace(state, touches=found.state.touches)
         found = _iteration(chain, image, moved, start, watch, drift)
     return found
 
@@ -252,23 +251,27 @@ def _iteration(
         motion = pattern.amplitudes(estimate, right)
         motion[: len(rest)] += rest
         if drift and not estimate.count and not hidden.any() and is_consistent(estimate):
-            rest = update_drift(rest, pattern, measured, chain.noise, drift)
+            crept = estimator.without_memory(measured, memory.left)
+            rest = update_drift(rest, pattern, crept, chain.noise, drift)
     touches = _places(estimate)
     after = replace(state, motion=motion, rest=rest, touches=touches, memory=memory)
     return FrameEstimate(estimate, sums, hidden, "", after)
 
 
 def _fitted(estimator: Estimator, measured: F64, state: ChainState) -> tuple[Estimate, Memory]:
-    """Find touches; again where one has ended, since the plate may still show a part of it."""
-    before = state.memory
-    estimate = estimator.fit_whitened(measured, state.touches, left=before.left)
+    """Find touches; again where one has ended, since the plate may still show a part of it.
+
+    The memory is that of the frame before, however often this one is looked at.
+    """
+    before, left = state.memory, state.memory.after(state.touches).left
+    estimate = estimator.fit_whitened(measured, state.touches, left=left)
     if estimator.bench is None:
         return estimate, before
     memory = before.after(_places(estimate))
-    if memory.left is before.left:
-        return estimate, memory
-    estimate = estimator.fit_whitened(measured, memory.held, left=memory.left)
-    return estimate, memory.after(_places(estimate))
+    if not np.array_equal(memory.left, left):
+        estimate = estimator.fit_whitened(measured, memory.held, left=memory.left)
+        memory = before.after(_places(estimate))
+    return estimate, memory
 
 
 def sense_strain(

@@ -12,6 +12,7 @@ from rig.system.arrays import F64, Mask
 SAME = 10.0  # mm, within which two touches are one
 # Fraction of its largest force below which a touch has ended: thrice what a plate keeps of it.
 FADED = 3.0 * MEMORY
+MANY = 4  # that are remembered
 RENEWED = 0.5  # of what pressed there before: what is left of that no longer counts
 
 
@@ -28,7 +29,7 @@ class Memory:
     held : (n, 3) float64, mm, mm, N
         The touches of the last frame.
     left : (n, 3) float64, mm, mm, N
-        Those that ended last.
+        Those that ended last, the latest first.
     """
 
     held: F64 = field(default_factory=_none)
@@ -41,11 +42,18 @@ class Memory:
             touch[2] = self.held[_near(self.held, touch), 2].max(initial=touch[2])
         held = largest[found[:, 2] >= FADED * largest[:, 2]]
         ended = np.array([not _near(held, touch).any() for touch in self.held], dtype=bool)
-        left = self.held[ended] if ended.any() else self.left
-        renewed = [
-            bool((held[_near(held, touch), 2] >= RENEWED * touch[2]).any()) for touch in left
+        over = [
+            _near(self.held[ended], touch).any() or _renewed(held, touch) for touch in self.left
         ]
-        return Memory(held, left[~np.array(renewed)] if any(renewed) else left)
+        if not ended.any() and not any(over):
+            return Memory(held, self.left)
+        kept = self.left[~np.array(over, dtype=bool)]
+        return Memory(held, np.concatenate([self.held[ended], kept])[:MANY])
+
+
+def _renewed(held: F64, touch: F64) -> bool:
+    """Whether a touch presses again where one ended, so hard that its trace no longer counts."""
+    return bool((held[_near(held, touch), 2] >= RENEWED * touch[2]).any())
 
 
 def _near(touches: F64, touch: F64) -> Mask:

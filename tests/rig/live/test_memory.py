@@ -45,8 +45,14 @@ def test_a_weak_touch_where_a_strong_one_was_keeps_its_memory():
 
 
 def test_the_last_that_ended_count():
-    memory = after([(50, 40, 2.0)], [(120, 90, 3.0)], [(200, 40, 1.0)])
-    np.testing.assert_allclose(memory.left, [[120, 90, 3.0]])
+    places = [(20.0 * k, 50.0, 1.0 + k) for k in range(8)]
+    memory = after(*[[place] for place in places])
+    np.testing.assert_allclose(memory.left, places[6:2:-1])
+
+
+def test_a_place_is_remembered_once():
+    memory = after([(50, 40, 2.0)], [], [(52, 40, 0.9)], [])
+    np.testing.assert_allclose(memory.left, [[52, 40, 0.9]])
 
 
 def test_left_stays_the_same_array_while_none_ends():

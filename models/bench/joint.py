@@ -1,0 +1,223 @@
+"""All presses at once: one least squares over the numbers of the bench and every touch.
+
+Each press moves the plate; its place and force are known to some part, or not at all. What all
+presses share is the bench: with the touches eliminated press by press (Schur complement), damped
+Gauss-Newton steps from a start find its numbers. The scatter of a press holds what the one before
+left in the plate and the model's own error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
+
+import fe
+from models.arrays import F64, AnyArray, Mask
+from models.bench.bench import MEMORY, NAMES, BenchEstimate
+from models.bench.labels import LabelErrors
+from models.bench.marginal import own_error
+from models.bench.press import Press
+from models.forward.bench_forward import THICKNESS, BenchForward
+from models.forward.camera_change import CameraChange
+
+_STEPS = 12
+_SETTLED = 0.02  # fall of χ² below which a descent has ended
+_DAMPING = 1e-3  # to begin with, in parts of the diagonal
+_PLATE = len(fe.BENCH_PARAMETERS)
+
+
+class Term(NamedTuple):
+    """What one press adds to the normal equations."""
+
+    chi2: float
+    bench: F64  # (P, P)
+    mixed: F64  # (P, 3)
+    own: F64  # (3, 3)
+    towards: F64  # (P,)
+    towards_own: F64  # (3,)
+    state: fe.Pressed
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Presses, what is known beforehand, and which numbers are to be found."""
+
+    presses: tuple[Press, ...]
+    prior: BenchEstimate
+    free: Mask
+    scales: F64
+    size: F64  # (2,) of the plate
+    labels: LabelErrors
+    factors: list[F64] = field(default_factory=list[F64])
+
+
+class State(NamedTuple):
+    """Numbers of the bench and the touch of each press."""
+
+    values: F64  # (39,)
+    touches: F64  # (N, 3)
+
+
+def pose(
+    presses: Sequence[Press],
+    prior: BenchEstimate,
+    look: CameraChange | None,
+    free: Sequence[str],
+    size: F64,
+) -> Problem:
+    """Put together what is asked; refuse what makes no sense."""
+    if not presses:
+        raise ValueError("a bench needs presses, got none; press the plate at known places")
+    unknown = set(free) - set(NAMES)
+    if unknown:
+        raise ValueError(f"no bench has a {min(unknown)!r}; use one of {', '.join(NAMES)}")
+    chosen = np.array([name in free for name in NAMES]) & (prior.sigma > 0)
+    if look is None:
+        chosen[_PLATE:] = False
+    stated = np.array([press.sigma for press in presses])
+    labels = LabelErrors(stated, np.zeros(len(stated), dtype=bool))
+    return Problem(tuple(presses), prior, chosen, prior.sigma[chosen], size, labels)
+
+
+def stand(forward: BenchForward, values: F64, look: CameraChange | None) -> BenchForward:
+    """Return the forward model on a bench, through what its camera sees exactly."""
+    if look is None:
+        return forward.on(values, forward.fields.seen)
+    return forward.on(values, look.at(values[_PLATE:], float(values[THICKNESS])))
+
+
+class Scatter(NamedTuple):
+    """What a press scatters by: noise and memory, and by each unit of the model's own error."""
+
+    fixed: F64  # (m, m)
+    own: float
+
+    def factor(self, discrepancy: float) -> F64:
+        """Lower Cholesky factor for an error of the model."""
+        spread = self.fixed + discrepancy**2 * self.own * np.eye(len(self.fixed))
+        return np.asarray(np.linalg.cholesky(spread), dtype=np.float64)
+
+
+def scatters(problem: Problem, on: BenchForward, state: State) -> list[Scatter]:
+    """Scatter of each press; the one before it may not have left the plate."""
+    scatters: list[Scatter] = []
+    before = np.zeros(on.whitening.shape[1])
+    for press, touch in zip(problem.presses, state.touches, strict=True):
+        seen = through(on, press)
+        left = seen.whitening @ before
+        fixed = press.noise**2 * np.eye(len(left)) + MEMORY**2 * np.outer(left, left)
+        scatters.append(Scatter(fixed, own_error(seen.read(touch[None])[0])))
+        before = on.fields.seen_of(seen.state(touch[None]))
+    return scatters
+
+
+def descend(
+    problem: Problem, on: BenchForward, state: State, near: list[Term]
+) -> tuple[State, list[Term], bool]:
+    """Gauss-Newton steps, damped where they fail; and whether the last one brought nothing more."""
+    terms, cost = _terms(problem, on, state, near)
+    damping = _DAMPING
+    for _ in range(_STEPS):
+        trial = _stepped(problem, state, terms, damping)
+        found, trial_cost = _terms(problem, on, trial, terms)
+        if trial_cost > cost:
+            damping *= 10.0
+            continue
+        fall, state, terms, cost = cost - trial_cost, trial, found, trial_cost
+        if fall < _SETTLED and damping <= _DAMPING:
+            return state, terms, True
+        damping *= 0.1
+    return state, terms, False
+
+
+def _terms(
+    problem: Problem, on: BenchForward, state: State, near: list[Term]
+) -> tuple[list[Term], float]:
+    """Build normal equations of all presses, and χ² with the priors; `near` are those before."""
+    bench = on.moved(state.values)
+    starts = [bench.near(term.state) for term in near] or [bench] * len(problem.presses)
+    given = zip(starts, problem.factors, problem.presses, state.touches, strict=True)
+    terms = [_term(problem, *each) for each in given]
+    labels = (state.touches - [press.touch for press in problem.presses]) / problem.labels.sigmas
+    beside = (state.values - problem.prior.values)[problem.free] / problem.scales
+    cost = sum(term.chi2 for term in terms) + float(np.sum(labels**2) + beside @ beside)
+    return terms, cost
+
+
+def _term(problem: Problem, on: BenchForward, factor: F64, press: Press, touch: F64) -> Term:
+    on = through(on, press)
+    residual, own, shared = whiten(problem, on, factor, press, touch)
+    return Term(
+        chi2=float(residual @ residual),
+        bench=shared.T @ shared,
+        mixed=shared.T @ own,
+        own=own.T @ own,
+        towards=shared.T @ residual,
+        towards_own=own.T @ residual,
+        state=on.state(touch[None]),
+    )
+
+
+def whiten(
+    problem: Problem, on: BenchForward, factor: F64, press: Press, touch: F64
+) -> tuple[F64, F64, F64]:
+    """Whiten the residual (m,) of a press, its derivatives by the touch (m, 3) and bench (m, P)."""
+    predicted, own = on.read(touch[None])
+    shared = on.by_bench(touch[None])[problem.free] * problem.scales[:, None]
+    rows = np.concatenate([(press.measured - predicted)[None], own, shared]).T
+    white = solve_lower(factor, rows)
+    return white[:, 0], white[:, 1:4], white[:, 4:]
+
+
+def through(on: BenchForward, press: Press) -> BenchForward:
+    """Return the forward model of a press, by the part of the pattern that it showed."""
+    return on if press.whitening is None else replace(on, whitening=press.whitening)
+
+
+def solve_lower(factor: AnyArray, rows: F64) -> F64:
+    """Solve with a lower triangular factor."""
+    white = solve_triangular(factor, rows, lower=True, check_finite=False)
+    return np.asarray(white, dtype=np.float64)
+
+
+def _stepped(problem: Problem, state: State, terms: list[Term], damping: float) -> State:
+    """State after a step of the damped normal equations, touches eliminated."""
+    normal, slope, blocks = reduced(problem, state, terms, damping)
+    step = cho_solve(cho_factor(normal), slope)
+    values = state.values.copy()
+    values[problem.free] += problem.scales * step
+    touches = state.touches.copy()
+    for i, (inverse, towards) in enumerate(blocks):
+        touches[i] += inverse @ (towards - terms[i].mixed.T @ step)
+    return State(values, _inside(touches, problem.size))
+
+
+def _inside(touches: F64, size: F64) -> F64:
+    """Touches on the plate that push."""
+    places = np.clip(touches[:, :2], 0.01 * size, 0.99 * size)
+    return np.column_stack([places, np.maximum(touches[:, 2], 1e-3)])
+
+
+def reduced(
+    problem: Problem, state: State, terms: list[Term], damping: float
+) -> tuple[F64, F64, list[tuple[F64, F64]]]:
+    """Build normal matrix and slope of the bench, and the inverse block and slope of each touch."""
+    normal = np.eye(len(problem.scales))
+    slope = -(state.values - problem.prior.values)[problem.free] / problem.scales
+    blocks: list[tuple[F64, F64]] = []
+    for term, touch, press, sigma in zip(
+        terms, state.touches, problem.presses, problem.labels.sigmas, strict=True
+    ):
+        towards = term.towards_own + (press.touch - touch) / sigma**2
+        own = term.own + np.diag(sigma**-2.0)
+        damped = own + damping * np.diag(np.diag(own))
+        inverse = np.asarray(np.linalg.inv(damped), dtype=np.float64)
+        along = term.mixed @ inverse
+        normal += term.bench - along @ term.mixed.T
+        slope += term.towards - along @ towards
+        blocks.append((inverse, towards))
+    return normal + damping * np.diag(np.diag(normal)), slope, blocks
