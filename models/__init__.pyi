@@ -7,6 +7,11 @@ from .bench.bench import (
     bench_before as bench_before,
     prior_sigma as prior_sigma,
 )
+from .bench.diagnosis import (
+    Cause as Cause,
+    Diagnosis as Diagnosis,
+    diagnose as diagnose,
+)
 from .bench.identify import identify as identify
 from .bench.marginal import (
     MarginalForward as MarginalForward,

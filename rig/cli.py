@@ -23,6 +23,7 @@ COMMANDS = {
     "replay": "Find the touches of a recording again.",
     "export": "Write a recording as images, tables, surfaces or a video.",
     "calibrate": "Calibrate camera, plate, projector, noise or latency, step by step.",
+    "diagnose": "Name what of a bench is not as its scene says, from images of touches.",
     "collect": "Ask for known presses, and learn from them what the bench has wrong.",
     "dataset": "Write a data set of simulated touches.",
     "train": "Train the net of a scene on simulated touches.",

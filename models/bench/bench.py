@@ -17,8 +17,8 @@ UNITS = dict(BENCH)
 # Error of the model beside its numbers, as a fraction of what a touch moves: the modal plate was
 # right to it against the whole plate up to 4 N, given all numbers.
 DISCREPANCY = 0.004
-# Fraction of a touch that the plate may still show when it has ended.
 MEMORY = 0.05
+"""Fraction of a touch that the plate may still show when it has ended."""
 _KNOWN = 0.5  # of the prior's σ, above which presses do not determine a number
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from math import sqrt
 
 import numpy as np
 
@@ -37,11 +38,13 @@ CAUSES: dict[str, tuple[str, ...]] = {
     "the focal length": _FOCAL,
     "the lens": _LENS,
 }
-"""Numbers of the bench by what they are; not Young's modulus, of which touches of unknown force tell
-nothing."""
+"""Numbers of the bench by what they are; not Young's modulus, of which touches of unknown force
+tell nothing."""
 
 # Fall of χ², beside 1 for each number, that a cause must bring to be named.
 _GAIN = 25.0
+# Standard deviations of χ² above its mean: one cause does not explain all.
+_UNUSUAL = 6.0
 # χ² by which another cause may explain less than the best and be named with it.
 _ALIKE = 12.0
 
@@ -104,7 +107,9 @@ class Diagnosis:
         if not self.named:
             return "The bench is as the scene says, as far as these touches tell."
         what = " or ".join(f"{each.name} ({each.largest})" for each in self.named)
-        return f"Not as the scene says: {what}; calibrate the bench."
+        left = self.causes[0].chi2 - self.freedom
+        more = ", and more than that" if left > _UNUSUAL * sqrt(2.0 * self.freedom) else ""
+        return f"Not as the scene says: {what}{more}; calibrate the bench."
 
 
 def diagnose(

@@ -119,8 +119,8 @@ def identify_bench(
         If the scene cannot run live, the images are too few, or no touch is found where one is
         listed.
     """
-    bench = _usual(scene, known, report)
-    paths = _images(folder, max(one.frames[1] for one in listed))
+    bench = usual_bench(scene, known, report)
+    paths = ordered_images(folder, max(one.frames[1] for one in listed))
     reference = average_reference([read_grey(path) for path in paths[: bench.reference_frames]])
     chain = bench.prepare(reference)[0]
     forward = chain.pattern.forward(chain.noise)
@@ -133,7 +133,7 @@ def identify_bench(
     return models.identify(forward, presses, bench.known, look, names, report)
 
 
-def _usual(scene: Scene, known: Calibration, report: Callable[[int, int], None]) -> Bench:
+def usual_bench(scene: Scene, known: Calibration, report: Callable[[int, int], None]) -> Bench:
     """Build the bench before these presses."""
     estimator = scene.estimator
     if not isinstance(estimator, PatternEstimator):
@@ -147,7 +147,7 @@ def _usual(scene: Scene, known: Calibration, report: Callable[[int, int], None])
     return replace(built, strain=False, max_touches=1)
 
 
-def _images(folder: Path, last: int) -> list[Path]:
+def ordered_images(folder: Path, last: int) -> list[Path]:
     """Return the images in the order in which `run` takes them."""
     paths = image_paths(folder)
     if last >= len(paths):
@@ -164,7 +164,7 @@ def _press(chain: Chain, bench: Bench, one: Listed, paths: list[Path]) -> models
     images = [read_grey(path) for path in paths[first : last + 1]]
     image = np.asarray(np.mean(images, axis=0), dtype=np.float32)
     start = None if one.place is None else np.array([[*one.place, one.force or _START]])
-    touch, measured, whitening = _measured(chain, image, start, one.press)
+    touch, seen, whitening = measured(chain, image, start, one.press)
     if one.place is not None:
         touch[:2] = one.place
     if one.force is not None:
@@ -173,25 +173,33 @@ def _press(chain: Chain, bench: Bench, one: Listed, paths: list[Path]) -> models
     sigma = np.array([along, along, inf if one.force is None else FORCE * one.force])
     still = 1.0 / bench.reference_frames
     noise = sqrt((1.0 / len(images) + still) / (1.0 + still))
-    return models.Press(measured, touch, sigma, min(noise, 1.0), whitening)
+    return models.Press(seen, touch, sigma, min(noise, 1.0), whitening)
 
 
-def _measured(chain: Chain, image: F32, start: F64 | None, name: str) -> tuple[F64, F64, F64]:
-    """Touch (3,), whitened measurement and its whitening, the reference moved to the image."""
+def measured(chain: Chain, image: F32, start: F64 | None, name: str) -> tuple[F64, F64, F64]:
+    """Find the touch (3,) of an image, its whitened measurement and that whitening.
+
+    The reference is moved to the image; of one touch the start may be given, (1, 3).
+
+    Raises
+    ------
+    ValueError
+        If no touch is found.
+    """
     moved, touches = _camera_moved(chain, image), start
-    touch, measured, pattern = np.zeros(0), np.zeros(0), chain.pattern
+    touch, seen, pattern = np.zeros(0), np.zeros(0), chain.pattern
     for _ in range(_PASSES):
         sums = tile_sums(chain.reference, image, chain.pattern.motions.flow(moved))
         hidden = hidden_tiles(chain.reference, sums, chain.noise)
         pattern, estimator = chain.masked_models.for_mask(hidden)
         right = pattern.gradient(sums_without_gain_offset(chain.tiles, sums), moved)
-        measured = pattern.whiten(right, chain.noise)
-        estimate = estimator.fit_whitened(measured, touches, count=1)
+        seen = pattern.whiten(right, chain.noise)
+        estimate = estimator.fit_whitened(seen, touches, count=1)
         touches = np.column_stack([estimate.xy, estimate.force])
         moved, touch = pattern.amplitudes(estimate, right), touches.ravel()
     if touch.size != 3 or not touch[2] > 0:
         raise ValueError(f"no touch is found in the images of press {name}; press harder")
-    return touch, measured, np.ascontiguousarray(pattern.factor.T) / chain.noise
+    return touch, seen, np.ascontiguousarray(pattern.factor.T) / chain.noise
 
 
 def _camera_moved(chain: Chain, image: F32) -> F64:

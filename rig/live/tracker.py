@@ -127,7 +127,10 @@ class FrameProcessor:
         if fraction > SLIGHT:
             said += f"; {fraction:.0%} of the pattern is hidden"
         elif not is_consistent(frame_estimate.estimate):
-            said += ", but the image does not fit: is something in the way, or the pattern worn?"
+            said += (
+                ", but the image does not fit: is something in the way, the pattern worn, or the"
+                " bench not as the scene says (touchplate diagnose)?"
+            )
         if caution := self._caution(frame_estimate):
             said += f"; {caution}"
         return said

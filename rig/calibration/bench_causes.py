@@ -1,0 +1,68 @@
+"""What of a bench is not as its scene says, from images of ordinary touches."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+import models
+from rig.calibration.bench_presses import measured, ordered_images, usual_bench
+from rig.calibration.store import Calibration
+from rig.camera.files import read_grey
+from rig.live.baseline import average_reference
+from rig.live.chain import Chain
+from rig.scene import Scene
+
+TOUCHES = 8  # are enough to tell one cause from another
+_LOOKED_AT = 40  # images, spread over all
+_APART = 15.0  # mm, within which two images show one touch
+_MIN_FORCE = 0.4  # N: weaker ones tell little
+
+
+def diagnose_images(
+    scene: Scene, known: Calibration, folder: Path, report: Callable[[int, int], None]
+) -> models.Diagnosis:
+    """Name what explains the touches in a folder of images, the first of them untouched.
+
+    Raises
+    ------
+    OSError
+        If there are no more images than the reference needs.
+    ValueError
+        If the scene cannot run live, or fewer than three touches are found.
+    """
+    bench = usual_bench(scene, known, report)
+    paths = ordered_images(folder, bench.reference_frames)
+    still, later = paths[: bench.reference_frames], paths[bench.reference_frames :]
+    chain = bench.prepare(average_reference([read_grey(path) for path in still]))[0]
+    forward = chain.pattern.forward(chain.noise)
+    if not isinstance(forward, models.BenchForward) or bench.known is None:
+        raise ValueError(f"scene '{scene.title}' has no estimator of kind 'pattern'; give it one")
+    presses = _touches(chain, later[:: max(1, len(later) // _LOOKED_AT)])
+    if len(presses) < 3:
+        raise ValueError(
+            f"{len(presses)} touches of {_MIN_FORCE:g} N or more are found in '{folder}'; press at"
+            f" {TOUCHES} places, far apart"
+        )
+    fields = models.BenchFields(forward.fields.bench)
+    look = models.CameraChange(bench.motions, fields.whole, bench.camera, bench.height)
+    return models.diagnose(forward, presses, bench.known, look, report)
+
+
+def _touches(chain: Chain, paths: list[Path]) -> list[models.Press]:
+    """Measure up to `TOUCHES` single touches at places far apart, in the order of the images."""
+    found: list[models.Press] = []
+    for path in paths:
+        image = np.asarray(read_grey(path), dtype=np.float32)
+        try:
+            touch, seen, whitening = measured(chain, image, None, path.name)
+        except ValueError:  # nobody touches the plate here
+            continue
+        near = any(np.hypot(*(touch[:2] - one.touch[:2])) < _APART for one in found)
+        if touch[2] >= _MIN_FORCE and not near:
+            found.append(models.Press(seen, touch, np.full(3, np.inf), whitening=whitening))
+        if len(found) == TOUCHES:
+            break
+    return found

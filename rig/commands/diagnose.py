@@ -1,0 +1,62 @@
+"""`touchplate diagnose SCENE --images FOLDER`: what of a bench is not as its scene says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from rig.commands.output import emit, progress
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from models import Diagnosis
+
+
+def diagnose(
+    scene: Annotated[str, typer.Argument(help="Name of a shipped scene, or a TOML file.")],
+    images: Annotated[
+        Path, typer.Option(help="Folder of images, the first ones untouched, then touches.")
+    ],
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override the scene.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Name what explains touches that do not fit: clamps, shape, tension, thickness, camera.
+
+    Eight touches of unknown place and force are enough; each cause is tried by itself.
+    """
+    from rig.calibration.bench_causes import diagnose_images
+    from rig.calibration.store import calibration_beside
+    from rig.scene import load, parse_overrides
+
+    loaded = load(scene, parse_overrides(settings or []))
+    with progress("causes") as report:
+        found = diagnose_images(loaded, calibration_beside(scene), images, report)
+    emit(_table(found), _data(found), as_json)
+
+
+def _table(found: Diagnosis) -> Table:
+    from rich.table import Table
+
+    title = f"χ² as described {found.chi2:.0f}, of {found.freedom}"
+    table = Table("cause", "χ²", "largest number", title=title, caption=found.sentence)
+    for cause in found.causes:
+        table.add_row(cause.name, f"{cause.chi2:.0f}", cause.largest)
+    return table
+
+
+def _data(found: Diagnosis) -> dict[str, Any]:
+    return {
+        "sentence": found.sentence,
+        "chi2": found.chi2,
+        "freedom": found.freedom,
+        "named": [cause.name for cause in found.named],
+        "causes": [
+            {"name": cause.name, "chi2": cause.chi2, "numbers": cause.size}
+            for cause in found.causes
+        ],
+    }

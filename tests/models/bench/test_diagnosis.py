@@ -1,0 +1,63 @@
+"""Causes by name: one thing wrong at a time, touches of unknown place and force."""
+
+import numpy as np
+import pytest
+
+import fe
+import models
+
+PLATE = fe.Plate((150.0, 110.0), 1.0, 3000.0, 0.38)
+NOISE = 2e-3  # of an amplitude, mm²
+NAMES = [name for name, _ in models.BENCH]
+
+
+@pytest.fixture(scope="module")
+def forward():
+    modal = fe.modal_plate(PLATE, 50, fe.grid(PLATE, 20))
+    fields = models.BenchFields(fe.BenchPlate(modal, fe.bench_values()))
+    return models.BenchForward(fields, np.eye(fields.count + fields.drifts) / NOISE)
+
+
+def touched(forward, seed=3, **wrong):
+    """Eight touches on a bench of which something is wrong, of which nothing is known."""
+    rng, values = np.random.default_rng(seed), np.zeros(len(NAMES))
+    for name, value in wrong.items():
+        values[NAMES.index(name)] = value
+    on, made = forward.on(values, None), []
+    for _ in range(8):
+        touch = np.array([rng.uniform(25, 125), rng.uniform(25, 85), rng.uniform(1, 4)])
+        seen = on.read(touch[None])[0]
+        seen = (
+            seen
+            + rng.standard_normal(len(seen))
+            + 0.002 * np.linalg.norm(seen) / np.sqrt(len(seen)) * rng.standard_normal(len(seen))
+        )
+        made.append(models.Press(seen, touch + rng.normal(0, [2.0, 2.0, 0.2]), np.full(3, np.inf)))
+    return made
+
+
+@pytest.mark.parametrize(
+    ("wrong", "cause"),
+    [
+        ({"membrane_west": 0.02, "membrane_north": 0.02}, "clamps that give"),
+        ({"sag": 0.2}, "a plate that is not flat"),
+        ({"tension_xx": 0.3, "tension_yy": 0.3}, "tension in the plate"),
+    ],
+)
+def test_the_cause_is_named(forward, wrong, cause):
+    found = models.diagnose(forward, touched(forward, **wrong), models.bench_before(PLATE))
+    assert cause in [each.name for each in found.named]
+    assert found.causes[0].name == cause
+    assert cause in found.sentence
+    assert "calibrate the bench" in found.sentence
+
+
+def test_a_right_bench_is_not_accused(forward):
+    steps = []
+    prior = models.bench_before(PLATE)
+    found = models.diagnose(
+        forward, touched(forward), prior, progress=lambda done, total: steps.append((done, total))
+    )
+    assert found.named == ()
+    assert "as the scene says" in found.sentence
+    assert steps[-1] == (4, 4), "a camera that is not given is not accused"
