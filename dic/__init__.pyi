@@ -27,6 +27,7 @@ from .fields.strain_field import (
 )
 from .fields.strain_matrix import strain_operator as strain_operator
 from .images.image import check_image as check_image, read_image as read_image
+from .images.prefilter import Prefilter as Prefilter
 from .images.quality import (
     box_sums as box_sums,
     lies_inside as lies_inside,

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 AnyArray: TypeAlias = NDArray[Any]
 F32: TypeAlias = NDArray[np.float32]
+C128: TypeAlias = NDArray[np.complex128]
 F64: TypeAlias = NDArray[np.float64]
 I8: TypeAlias = NDArray[np.int8]
 I32: TypeAlias = NDArray[np.int32]

@@ -18,19 +18,22 @@ from numpy.typing import ArrayLike
 
 from dic.arrays import F64, I64, AnyArray, Mask
 from dic.correlation import dense_motion, features, frame_moments, point_status, seeds
+from dic.correlation.deformed_image import DeformedImage, read_parts, read_whole
 from dic.correlation.newton import Points
 from dic.correlation.reference import Reference
 from dic.fields import shape
 from dic.fields.displacement import DisplacementField, Status
 from dic.fields.grid import Grid
 from dic.images.image import check_image, check_pair
-from dic.images.spline import prefilter
 from dic.numbers import check_type, read_array
 
 _MAX_PASSES = 10  # of the whole field
 _PART = 2500  # px filtered for one point, in the time that the whole image takes
 _FEW = 0.05  # fraction of points below which they iterate alone
 _SEED_SPACINGS = 60, 30  # px, the second where holes or lost parts leave too few
+_TRIES = 2  # a point that is lost is tried again beside those found
+_HOPE = 0.5  # fraction of a field that must not be flat after some passes
+_PATIENCE = 3  # passes
 _BESIDE = 40  # px, how far a motion is carried to points that were lost
 _ENOUGH = 0.5  # fraction of the seeds found from which they are enough
 
@@ -72,31 +75,37 @@ def correlate(
     image = check_image(image, "deformed")
     check_pair(ref.image.shape, image.shape)
     usable = ref.status == Status.OK
-    motion, known = _start(ref, image, guess, usable)
+    motion, known, repeats = _start(ref, image, guess, usable)
     points = Points(dense_motion.fill(ref.xy, motion, known)[0])
+    if repeats or not known.any():
+        points.repeats = usable & repeats
+        return point_status.displacement_field(ref, points, read_parts(image))
+    frame = None
     if ref.grid is None and len(motion) * _PART < image.size:
-        frame = image if image.dtype == np.uint8 else image.astype(np.float32)
-        _iterate_points(ref, frame, False, points, usable)
+        frame = read_parts(image)
+        _iterate_points(ref, frame, points, usable)
         usable &= np.isnan(points.change)
-    if usable.any():
-        spline = prefilter(np.subtract(image, image.mean(dtype=np.float64), dtype=np.float32))
+    if frame is None or usable.any():
+        frame = read_whole(image, ref.prefilter)
         if ref.grid is not None:
-            _iterate_field(ref, ref.grid, spline, points)
+            _iterate_field(ref, ref.grid, frame.pixels, points)
             usable = point_status.is_correlated(ref, points) & ~points.still
-        _iterate_points(ref, spline, True, points, usable)
-    return point_status.displacement_field(ref, points, image)
+            if np.count_nonzero(usable) > _FEW * len(usable):
+                usable &= ~point_status.is_flat(ref, points)
+        _iterate_points(ref, frame, points, usable)
+    return point_status.displacement_field(ref, points, frame)
 
 
 def _start(
     ref: Reference, image: AnyArray, guess: DisplacementField | ArrayLike | None, usable: Mask
-) -> tuple[F64, Mask]:
-    """Motion (N, 2, P) to start from, and where it is known."""
+) -> tuple[F64, Mask, bool]:
+    """Motion (N, 2, P) to start from, where it is known, and whether the pattern repeats."""
     motion = np.zeros((len(ref.xy), 2, shape.count(ref.order)))
     if guess is None:
-        places, found, known = _search(ref, image.astype(np.float32), usable)
+        places, found, known, repeats = _search(ref, image.astype(np.float32), usable)
         motion[places, :, :3] = found
         motion[:, :, 1:] *= ref.order > 0
-        return motion, known
+        return motion, known, repeats
     given = _read_guess(ref, guess)
     known = np.isfinite(given.sum(axis=1))
     if not known.any():
@@ -104,7 +113,7 @@ def _start(
     motion[known, :, 0] = given[known]
     if isinstance(guess, DisplacementField):
         motion[known, :, 1:3] = guess.gradient[known] if ref.order else 0.0
-    return motion, known
+    return motion, known, False
 
 
 def _read_guess(ref: Reference, guess: DisplacementField | ArrayLike) -> F64:
@@ -128,23 +137,27 @@ def _read_guess(ref: Reference, guess: DisplacementField | ArrayLike) -> F64:
 
 
 def _search(ref: Reference, image: AnyArray, usable: AnyArray):
-    """Find some points (S,) of a reference, their motion (S, 2, 3), and which are known (N,)."""
+    """Find some points (S,) of a reference, their motion (S, 2, 3), and which are known (N,).
+
+    And whether the pattern repeats, so that none is known.
+    """
     places, motion, found = np.zeros(0, dtype=np.int64), np.zeros((0, 2, 3)), np.zeros(0, bool)
+    repeats = False
     for spacing in _SEED_SPACINGS:
         places = _seed_places(ref, usable, spacing)
-        motion, found = seeds.find(ref.image, image, ref.xy[places])
-        if np.count_nonzero(found) >= _ENOUGH * len(places):
+        motion, found, repeats = seeds.find(ref.image, image, ref.xy[places])
+        if repeats or np.count_nonzero(found) >= _ENOUGH * len(places):
             break
     else:
         turn = features.affine(ref.image, image)
         if turn is not None:
             xy, straight = ref.xy[places], features.straighten(image, turn)
-            rest, there = seeds.find(ref.image, straight, xy)
+            rest, there, _ = seeds.find(ref.image, straight, xy)
             if np.count_nonzero(there) > np.count_nonzero(found):
                 motion, found = features.follow(xy, turn, rest), there
     known = np.zeros(len(usable), dtype=bool)
     known[places] = found
-    return places, motion, known
+    return places, motion, known, repeats
 
 
 def _seed_places(ref: Reference, usable: Mask, spacing: int) -> I64:
@@ -164,12 +177,14 @@ def _seed_places(ref: Reference, usable: Mask, spacing: int) -> I64:
 def _iterate_field(ref: Reference, grid: Grid, spline: AnyArray, points: Points) -> None:
     """Iterate a grid on the frame warped by its dense motion, until few points still move."""
     held, sums_of = -1, _summing(ref, grid, spline)
-    for _ in range(_MAX_PASSES):
+    for passes in range(_MAX_PASSES):
         net = dense_motion.motion_grid(points.motion, grid)
         points.step(ref, sums_of(net), net.base)
         good = point_status.is_correlated(ref, points)
         moving, count = np.count_nonzero(good & ~points.still), np.count_nonzero(good)
         if moving <= _FEW * count and count <= held:
+            return
+        if passes >= _PATIENCE and point_status.is_flat(ref, points)[good].mean() > _HOPE:
             return
         held = count
         points.motion, _ = dense_motion.fill(ref.xy, points.motion, good)
@@ -194,15 +209,17 @@ def _summing(
 
 
 def _iterate_points(
-    ref: Reference, frame: AnyArray, filtered: bool, points: Points, waiting: AnyArray
+    ref: Reference, frame: DeformedImage, points: Points, waiting: AnyArray
 ) -> None:
     """Iterate the points `waiting` one by one; try those that are lost again beside those found.
 
     Alone, a point does not feel what a lost neighbour does to the dense motion.
     """
+    tried = np.zeros(len(waiting), dtype=np.int8)
     while waiting.any():
-        points.iterate(ref, frame, filtered, np.flatnonzero(waiting & ~points.still))
-        good = point_status.is_correlated(ref, points)
+        tried += waiting
+        points.iterate(ref, frame, np.flatnonzero(waiting & ~points.still))
+        good = point_status.is_correlated(ref, points) & ~point_status.is_flat(ref, points)
         if not (good & waiting).any():
             return
         motion, given = dense_motion.fill(ref.xy, points.motion, good, _BESIDE)
@@ -211,5 +228,6 @@ def _iterate_points(
             & (ref.status == Status.OK)
             & ~point_status.leaves_image(ref, motion)
             & ~(waiting & good)
+            & (tried < _TRIES)
         )
         points.motion[waiting], points.still[waiting] = motion[waiting], False

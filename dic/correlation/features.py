@@ -9,7 +9,7 @@ import numpy as np
 
 from dic.arrays import F32, F64, U8, AnyArray
 
-_FEATURES = 2000  # sought in each image
+_FEATURES = 1200  # sought in each image
 _BESIDE = 3.0  # px, a pair farther than this from the affine motion is false
 _PAIRS = 12  # that must agree: by chance no more than six do
 _SPAN = (1, 99)  # percentiles of the grey levels that are stretched to 8 bit

@@ -10,17 +10,20 @@ from numpy.typing import NDArray
 
 from dic.arrays import F32, F64, I64, AnyArray, Mask
 from dic.compiled import njit
+from dic.correlation.deformed_image import DeformedImage
 from dic.correlation.reference import Reference
 from dic.correlation.subset import (
     LOST,
     SHIFTED,
     Tools,
     correlate_with,
-    gather,
     lay_out,
     make_tools,
+    subsets_of,
     warp,
 )
+from dic.fields import shape
+from dic.images.prefilter import gaussian_taps
 
 Known: TypeAlias = tuple[F64, F64, int]  # inverse, light and half of a reference
 State: TypeAlias = tuple[F64, F64, F64, F64, NDArray[np.int16], Mask]  # arrays of `Points`
@@ -28,7 +31,9 @@ State: TypeAlias = tuple[F64, F64, F64, F64, NDArray[np.int16], Mask]  # arrays 
 STILL = 1e-3  # px, a fifth of the usual noise: what is left then is less than a tenth of it
 _STRIDE = 2.0  # px, longest step believed: half a speckle
 _ITERATIONS = 20  # of a point alone
-_NOWHERE = -1 << 40  # px, where no part of a frame lies
+_TRIAL = 6  # iterations after each of which a point must look more alike, or it is lost
+_LIKE = 0.4  # ZNCC that it must gain each time
+NOWHERE = -1 << 40  # px, where no part of a frame lies
 
 
 class Points:
@@ -42,23 +47,18 @@ class Points:
         self.residual = np.full(count, np.nan)  # variance, (grey levels of the reference)²
         self.iterations = np.zeros(count, dtype=np.int16)
         self.still = np.zeros(count, dtype=bool)
+        self.repeats = np.zeros(count, dtype=bool)  # another motion is as good
 
     def step(self, ref: Reference, sums: AnyArray, base: tuple[int, int]) -> None:
         """Take one Gauss-Newton step of all points, from sums of motion less `base`."""
-        _step_all(sums, np.array(base, dtype=np.float64), _known(ref), self._state())
+        _step_all(sums, np.array(base, dtype=np.float64), normal_of(ref), self._state())
 
-    def iterate(self, ref: Reference, frame: AnyArray, filtered: bool, here: AnyArray) -> None:
-        """Iterate the points `here` one by one until they stand still.
-
-        `frame` is the image, of which the parts around the points are filtered, or, if
-        `filtered`, its coefficients.
-        """
-        if ref.subsets is None:
-            subsets = gather(ref.texture, ref.xy[here], ref.half)
-        else:
-            subsets = ref.subsets if len(here) == len(ref.xy) else ref.subsets[here]
-        tools = _BENCH.tools(ref.half, self.motion.shape[2])
-        _iterate(subsets, frame, filtered, ref.xy, here, _known(ref), self._state(), tools)
+    def iterate(self, ref: Reference, frame: DeformedImage, here: I64) -> None:
+        """Iterate the points `here` one by one until they stand still."""
+        _iterate(
+            subsets_of(ref, here), frame.pixels, frame.filtered, ref.xy, here, normal_of(ref),
+            self._state(), bench_tools(ref),
+        )  # fmt: skip
 
     def _state(self) -> State:
         return (
@@ -75,19 +75,25 @@ class _Bench(threading.local):
     """The arrays in which subsets are worked on: made once a thread and size, for all frames."""
 
     def __init__(self) -> None:
-        self.kept: dict[tuple[int, int], Tools] = {}
+        self.kept: dict[tuple[int, int, float], Tools] = {}
 
-    def tools(self, half: int, count: int) -> Tools:
-        if (half, count) not in self.kept:
-            self.kept[half, count] = make_tools(half, count)
-        return self.kept[half, count]
+    def tools(self, half: int, count: int, sigma: float) -> Tools:
+        if (half, count, sigma) not in self.kept:
+            self.kept[half, count, sigma] = make_tools(half, count, gaussian_taps(sigma))
+        return self.kept[half, count, sigma]
 
 
 _BENCH = _Bench()
 
 
-def _known(ref: Reference) -> Known:
+def normal_of(ref: Reference) -> Known:
+    """Take what the normal equations of the points need of a reference."""
     return ref.inverse, ref.light, ref.half
+
+
+def bench_tools(ref: Reference) -> Tools:
+    """Arrays of this thread in which the subsets of a reference are worked on."""
+    return _BENCH.tools(ref.half, shape.count(ref.order), ref.prefilter.sigma)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -135,8 +141,10 @@ def _iterate(
     for m in range(here.shape[0]):
         n, pixels = here[m], subsets[m]
         lay_out(pixels, xy[n], tools)
-        tools[9][:] = _NOWHERE
-        for _ in range(_ITERATIONS):
+        tools[9][:] = NOWHERE
+        for tries in range(_ITERATIONS):
+            if tries % _TRIAL == 0 and tries <= 2 * _TRIAL and zncc[n] < _LIKE * tries / _TRIAL:
+                break
             done = warp(frame, filtered, xy[n], motion[n], half, tools)
             if done == LOST:
                 change[n], zncc[n] = np.nan, 0.0

@@ -8,7 +8,8 @@ import numpy as np
 
 from dic.arrays import F64, I8, AnyArray, Mask
 from dic.compiled import njit
-from dic.correlation import clipping
+from dic.correlation import breaks, clipping, residuals
+from dic.correlation.deformed_image import DeformedImage
 from dic.correlation.newton import Points
 from dic.correlation.reference import Reference
 from dic.fields.displacement import DisplacementField, Status
@@ -28,7 +29,7 @@ _BEYOND = 0.25  # px beyond the last pixels to which the spline is believed: 2 m
 # The residual is a difference of sums in single precision: below this part of the contrast it is
 # their rounding, of either sign, and no σ of 0 follows from it.
 _ROUNDING = 2 * float(np.finfo(np.float32).eps)
-_MAX_NOISE = 0.5  # fraction of Σ∇f∇fᵀ that may be noise
+_MAX_NOISE = 0.5  # fraction of Σ∇f∇fᵀ that may be noise in a small subset
 _FAR = 5.0  # σ, the distance that shall be as rare as it is for a normal error
 
 
@@ -38,13 +39,15 @@ def is_correlated(ref: Reference, points: Points) -> Mask:
     return known & ~leaves_image(ref, points.motion)
 
 
-def displacement_field(ref: Reference, points: Points, image: AnyArray) -> DisplacementField:
+def displacement_field(ref: Reference, points: Points, frame: DeformedImage) -> DisplacementField:
     """Turn the last state of the points in a frame into a measurement, NaN where there is none."""
-    residual = np.maximum(points.residual, _ROUNDING * _contrast(ref))
-    noise = np.sqrt(residual / _noise_gain(points.motion, ref.half))
-    clipped = _clipped(ref, points, image)
+    residual = np.maximum(points.residual * _freedom(ref), _ROUNDING * _contrast(ref))
+    noise = np.sqrt(residual / _noise_gain(ref, points.motion))
+    clipped = _clipped(ref, points, frame.image)
     status = _status(ref, points, noise, clipped)
+    status[breaks.across(ref, points, frame, noise, status)] = Status.BROKEN
     lost = status != Status.OK
+    correlated = ref.noise_gain * residuals.excess(ref, points, frame, ~lost)
     count = points.motion.shape[2]
     variance = np.diagonal(ref.inverse, axis1=1, axis2=2)[:, : 2 * count].reshape(-1, 2, count)
     fraction = _noise_fraction(ref, noise)
@@ -52,8 +55,11 @@ def displacement_field(ref: Reference, points: Points, image: AnyArray) -> Displ
     for part, _ in clipped:
         # What clips is off by more than noise, and all to one side.
         scale *= 1 + part / _ONE_SIDED
-    spread = scale[:, None, None] * np.sqrt(2 * variance)
+    spread = scale[:, None, None] * np.sqrt(2 * variance * correlated[:, :, None])
     motion = points.motion.copy()
+    # The bias of interpolation is a sine over the fraction of a px.
+    bias = np.sqrt(2) * ref.prefilter.bias * np.sin(2 * np.pi * motion[:, :, 0])
+    spread[:, :, 0] = np.hypot(spread[:, :, 0], bias)
     motion[lost], spread[lost] = np.nan, np.nan
     if ref.grid is not None:
         spread *= excess(motion[:, :, 0].T, spread[:, :, 0].T, ref.grid, ref.order)
@@ -73,6 +79,7 @@ def displacement_field(ref: Reference, points: Points, image: AnyArray) -> Displ
         subset=ref.subset,
         order=ref.order,
         grid=ref.grid,
+        prefilter=ref.prefilter.sigma,
     )
 
 
@@ -83,24 +90,41 @@ def _contrast(ref: Reference) -> F64:
     return np.maximum(squares / pixels - np.square(total / pixels), 0)
 
 
-def _noise_gain(motion: AnyArray, half: int) -> F64:
+def _freedom(ref: Reference) -> F64:
+    """Correct the residual for what a fit takes of correlated noise, (N,): more than of white."""
+    taken = ref.inverse.shape[1]
+    pixels = np.maximum(ref.light[:, 2], 1)
+    left = np.maximum(pixels - taken * ref.noise_gain.mean(axis=1), pixels / 2)
+    return np.maximum(pixels - taken, 1) / left
+
+
+def _noise_gain(ref: Reference, motion: AnyArray) -> F64:
     """Variance of the residual over that of the noise of one image: 1 + κ, (N,).
 
     κ depends on the fraction of a px by which the subset moved, averaged over what its gradients
     sweep.
     """
-    mean, harmonic = noise_power()
+    mean, harmonic = noise_power(ref.prefilter.sigma)
     kept = np.ones(len(motion))
     for shift, along_x, along_y in motion[:, :, :3].transpose(1, 2, 0):
-        swept = np.sinc(2 * half * along_x) * np.sinc(2 * half * along_y)
+        swept = np.sinc(2 * ref.half * along_x) * np.sinc(2 * ref.half * along_y)
         kept *= mean + harmonic * np.cos(2 * np.pi * shift) * swept
     return 1 + kept
 
 
 def _noise_fraction(ref: Reference, noise: AnyArray) -> F64:
     """Fraction of Σ∇f∇fᵀ that is noise of the reference, (N,): it follows no motion."""
-    fraction = noise_slope() * np.square(noise) / np.maximum(np.square(ref.slope), 1e-30)
-    return np.minimum(fraction, _MAX_NOISE)
+    power = noise_slope(ref.prefilter.sigma) * np.square(noise)
+    return np.minimum(power / np.maximum(np.square(ref.slope), 1e-30), _max_noise(ref))
+
+
+def _max_noise(ref: Reference) -> F64:
+    """Fraction of Σ∇f∇fᵀ that may be noise, (N,): the larger a subset, the better it is known.
+
+    What is left over of n pixels when it is taken off is known to 2/√n.
+    """
+    pixels = np.maximum(ref.light[:, 2], 1)
+    return np.maximum(_MAX_NOISE, 1 - _FAR * 2 / np.sqrt(pixels))
 
 
 def _widening(ref: Reference, fraction: AnyArray) -> F64:
@@ -129,8 +153,8 @@ def _status(ref: Reference, points: Points, noise: F64, clipped: Clipped) -> I8:
     level = np.median(noise[measured]) if measured.any() else 0.0
     status = ref.status.copy()
     for condition, name in (
-        # Too much of what is taken for slope is noise.
-        (ref.slope < np.sqrt(noise_slope() / _MAX_NOISE) * level, Status.FLAT),
+        (points.repeats, Status.AMBIGUOUS),
+        (_is_flat(ref, level), Status.FLAT),
         (leaves_image(ref, points.motion), Status.OUTSIDE),
         (~(points.zncc >= _FOUND), Status.LOW_CORRELATION),
         (~(points.still | (points.change <= _STOPPED)), Status.NOT_CONVERGED),
@@ -139,6 +163,17 @@ def _status(ref: Reference, points: Points, noise: F64, clipped: Clipped) -> I8:
     ):
         status[(status == Status.OK) & condition] = name
     return status
+
+
+def is_flat(ref: Reference, points: Points) -> Mask:
+    """Find where too much of the slope is noise, as far as is known yet, (N,) bool."""
+    noise = np.sqrt(np.maximum(points.residual, 0) / _noise_gain(ref, points.motion))
+    measured = (ref.status == Status.OK) & (points.zncc >= _FOUND)
+    return _is_flat(ref, float(np.median(noise[measured])) if measured.any() else 0.0)
+
+
+def _is_flat(ref: Reference, level: float) -> Mask:
+    return ref.slope < np.sqrt(noise_slope(ref.prefilter.sigma) / _max_noise(ref)) * level
 
 
 def leaves_image(ref: Reference, motion: AnyArray) -> Mask:

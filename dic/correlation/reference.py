@@ -9,17 +9,22 @@ from numpy.typing import ArrayLike
 
 from dic.arrays import F32, F64, I8, I64, AnyArray, Mask
 from dic.correlation import clipping, moments, normal
+from dic.correlation.blocks import expected_gain
 from dic.correlation.checks import check_options, check_served, read_grid, read_points, read_roi
 from dic.correlation.subset import gather
 from dic.fields.displacement import Status
 from dic.fields.grid import Grid, grid_over
 from dic.images.image import check_reference
+from dic.images.prefilter import Prefilter, gaussian_power, read_prefilter, smooth_image
 from dic.images.quality import box_areas, box_sums
 from dic.images.spline import prefilter, spline_gradient
 
 _BARE = 0.02  # of the median mean square of ∇f: the inner half of a subset is without pattern
 _CLIPPED = 2 / 3  # fraction of a subset at black or at white from which it cannot be trusted
 _LEAK = 3  # px from the edge of the ROI at which the spline keeps 8 % of a jump there
+
+
+_NO_PREFILTER = Prefilter()
 
 
 @dataclass(frozen=True)
@@ -29,6 +34,7 @@ class Reference:
     Attributes
     ----------
     image : (H, W) float32, grey levels
+        As it was given; the texture is that of the image that has passed the prefilter.
     texture : (4, H, W) float32
         ∂f/∂x, ∂f/∂y, f less its mean, and weight: 1 in the ROI; all four are 0 outside.
     xy : (N, 2) float64, px
@@ -40,6 +46,11 @@ class Reference:
         Σf², Σf and the number of pixels of the subset.
     slope : (N,) float64, grey levels per px
         Root mean square of ∇f in the direction in which it is least.
+    noise_gain : (N, 2) float64
+        What a prefilter makes of the variance of u and of v, because it correlates the noise: 1
+        where there is none.
+    block_gain : (2,) float64
+        What is expected of sums over blocks of a subset (`dic.correlation.blocks`).
     status : (N,) int8
         What is known before any frame: OK, EXCLUDED, FLAT, DARK, SATURATED or OUTSIDE.
     subset : int, px
@@ -49,6 +60,8 @@ class Reference:
         The texture of each scattered point side by side; None on a grid.
     device : str or None
         Where torch takes the sums of the frames; None without torch.
+    prefilter : Prefilter
+        What every frame passes first.
     """
 
     image: F32
@@ -57,12 +70,15 @@ class Reference:
     inverse: F64
     light: F64
     slope: F64
+    noise_gain: F64
+    block_gain: F64
     status: I8
     subset: int
     order: int
     grid: Grid | None
     subsets: F32 | None
     device: str | None = None
+    prefilter: Prefilter = _NO_PREFILTER
 
     @property
     def half(self) -> int:
@@ -78,6 +94,7 @@ def prepare(
     roi: ArrayLike | None = None,
     points: ArrayLike | Grid | None = None,
     device: str | None = None,
+    prefilter: Prefilter | float | None = None,
 ) -> Reference:
     """Prepare a reference image for any number of frames.
 
@@ -99,6 +116,9 @@ def prepare(
     device : str, optional
         Where torch shall take the sums of the frames, such as "cuda", for a grid. Without it they
         are taken here, by compiled loops.
+    prefilter : Prefilter or float, px, optional
+        Standard deviation of the Gaussian that every image passes first, 0 for none. Without it the
+        spectrum of the pattern and its noise decide (`Reference.prefilter.reason`).
 
     Raises
     ------
@@ -117,10 +137,12 @@ def prepare(
     centres = np.rint(xy).astype(np.int64)
 
     status = _status(image, weight, centres, subset // 2)
-    texture = _texture(image, _inner(weight))
+    chosen = read_prefilter(prefilter, image, weight, subset)
+    texture = _texture(chosen.apply(image), _inner(weight, chosen.sigma))
     status = _without_bare(texture, centres, status, subset // 2)
     sums = _sums(texture, xy, subset // 2, order, grid)
     slope, status = normal.smallest_slope(sums, status, order)
+    noise_gain = _noise_gain(texture, centres, subset // 2, chosen.sigma)
     return Reference(
         image=image.astype(np.float32),
         texture=texture,
@@ -128,22 +150,28 @@ def prepare(
         inverse=normal.inverse(sums, status, order),
         light=sums[:, -3:].copy(),
         slope=slope,
+        noise_gain=noise_gain,
+        block_gain=expected_gain(
+            texture, noise_gain[status == Status.OK], order, subset, chosen.sigma
+        ),
         status=status,
         subset=subset,
         order=order,
         grid=grid,
         subsets=gather(texture, xy, subset // 2) if grid is None else None,
         device=device,
+        prefilter=chosen,
     )
 
 
-def _inner(weight: Mask) -> Mask:
-    """Pixels of the ROI on which what lies beyond it has no effect through the spline."""
+def _inner(weight: Mask, sigma: float) -> Mask:
+    """Pixels of the ROI on which what lies beyond it has no effect through spline and prefilter."""
     if weight.all():
         return weight
     from scipy.ndimage import binary_erosion
 
-    square = np.ones((2 * _LEAK + 1, 2 * _LEAK + 1), dtype=bool)
+    reach = _LEAK + round(2 * sigma)
+    square = np.ones((2 * reach + 1, 2 * reach + 1), dtype=bool)
     return np.asarray(binary_erosion(weight, square, border_value=1), dtype=bool)
 
 
@@ -186,6 +214,22 @@ def _without_bare(texture: F32, centres: I64, status: I8, half: int) -> I8:
     status = status.copy()
     status[np.flatnonzero(usable)[own < _BARE * np.median(own)]] = Status.FLAT
     return status
+
+
+def _noise_gain(texture: F32, centres: I64, half: int, sigma: float) -> F64:
+    """Variance of Σ ∇f n over that of white noise of the same variance, (N, 2), h being the filter.
+
+    It is Σ (h * ∇f)²/(Σ h² Σ ∇f²).
+    """
+    if not sigma:
+        return np.ones((len(centres), 2))
+    gain = np.empty((len(centres), 2))
+    for axis in (0, 1):
+        slope = texture[axis]
+        smooth = box_sums(np.square(smooth_image(slope, sigma)), centres, half)
+        plain = box_sums(np.square(slope), centres, half)
+        gain[:, axis] = smooth / np.maximum(plain, 1e-30)
+    return np.maximum(gain, 0.0) / gaussian_power(sigma)
 
 
 def _sums(texture: F32, xy: F64, half: int, order: int, grid: Grid | None) -> F64:

@@ -13,12 +13,15 @@ from dic.arrays import F32, F64, I64, AnyArray, Mask
 _TEMPLATE = 41  # px, large enough to be unique, small enough to survive 5° of rotation
 _REACH = (3, 10, 24)  # px searched around what the neighbour says, then wider
 _FOUND = 0.6  # ZNCC from which a match is believed
-_TRIES = 12  # blind searches over the whole image before giving up
+_TRIES = 8  # blind searches over the whole image that may fail
 _LINKS = 8  # neighbours of a seed
+_PERIOD = 130  # px, the longest that is looked for
+_AGAIN = 0.7  # ZNCC from which a place of the reference looks like another one
+_STARTS = 4  # places that look like others before the pattern is said to repeat
 _BESIDE = 3.0  # px, a neighbour farther than this from the plane of all is a false match
 
 
-def find(reference: F32, deformed: F32, xy: F64) -> tuple[F64, Mask]:
+def find(reference: F32, deformed: F32, xy: F64) -> tuple[F64, Mask, bool]:
     """Find the motion of scattered places, most reliable first.
 
     The first place is searched over the whole image, every other one near its best neighbour: the
@@ -34,26 +37,62 @@ def find(reference: F32, deformed: F32, xy: F64) -> tuple[F64, Mask]:
     motion : (S, 2, 3) float64
         u, ∂u/∂x, ∂u/∂y and those of v: whole px, gradients from the neighbours.
     found : (S,) bool
+    repeats : bool
+        Every place from which the search could start looks like others beside it: the pattern has
+        a period, and another motion is as good.
     """
     if len(xy) == 0:
-        return np.zeros((0, 2, 3)), np.zeros(0, dtype=bool)
+        return np.zeros((0, 2, 3)), np.zeros(0, dtype=bool), False
     from scipy.spatial import KDTree
 
     links = KDTree(xy).query(xy, k=min(_LINKS + 1, len(xy)))[1].reshape(len(xy), -1)
     shift, found = np.zeros((len(xy), 2)), np.zeros(len(xy), dtype=bool)
-    pending, tries = np.ones(len(xy), dtype=bool), 0
+    pending, missed = np.ones(len(xy), dtype=bool), 0
     centre = np.argsort(np.linalg.norm(xy - np.median(xy, axis=0), axis=1))
-    whole = max(reference.shape)
+    whole, again = max(reference.shape), 0
     for start in centre:
-        if not pending[start] or (tries >= _TRIES and not found.any()):
+        if not pending[start]:
             continue
-        tries += 1
+        if missed == _TRIES:
+            break
         guess = shift[found].mean(axis=0) if found.any() else np.zeros(2)
         match = _search(reference, deformed, xy[start], guess, (_REACH[-1], whole))
-        if match[1] >= _FOUND:
+        if match[1] >= _FOUND and not found.any() and _repeats(reference, xy[start]):
+            again += 1
+            if again == _STARTS:
+                return np.zeros((len(xy), 2, 3)), found, True
+        elif match[1] >= _FOUND:
             shift[start], found[start], pending[start] = match[0], True, False
             _grow(reference, deformed, xy, links, (start, match[1]), (shift, found, pending))
-    return _with_gradients(xy, shift, found, links), found
+        else:
+            missed += 1
+    return _with_gradients(xy, shift, found, links), found, not found.any() and again > 0
+
+
+def _repeats(reference: F32, xy: F64) -> bool:
+    """Find whether a place looks like two others, as far from it on both sides: a period.
+
+    At half the resolution, for there a period that is no whole number of px fits as well.
+    """
+    reach = _TEMPLATE // 2 + _PERIOD
+    left, top = round(xy[0]) - reach, round(xy[1]) - reach
+    around = reference[max(top, 0) : top + 2 * reach + 1, max(left, 0) : left + 2 * reach + 1]
+    small = cv2.resize(around, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
+    size = min(_TEMPLATE // 2, *small.shape)
+    x = _within((xy[0] - max(left, 0)) / 2 - size // 2, small.shape[1] - size)
+    y = _within((xy[1] - max(top, 0)) / 2 - size // 2, small.shape[0] - size)
+    template = np.ascontiguousarray(small[y : y + size, x : x + size])
+    scores = cv2.matchTemplate(small, template, cv2.TM_CCOEFF_NORMED)
+    peaks = (scores >= _AGAIN) & (scores == cv2.dilate(scores, np.ones((5, 5), np.uint8)))
+    rows, columns = np.nonzero(peaks)
+    good = cv2.dilate(np.where(scores >= _AGAIN, 1, 0).astype(np.uint8), np.ones((3, 3), np.uint8))
+    for j, i in zip(rows, columns, strict=True):
+        across, down = 2 * x - i, 2 * y - j
+        far = max(abs(i - x), abs(j - y)) > 2
+        inside = 0 <= across < scores.shape[1] and 0 <= down < scores.shape[0]
+        if far and (not inside or good[down, across]):
+            return True
+    return False
 
 
 def _grow(

@@ -9,7 +9,7 @@ block is read once for each whole part, and each pixel keeps its own.
 from __future__ import annotations
 
 import math
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -18,7 +18,10 @@ from dic.compiled import njit
 from dic.images.block import RIM, read, read_part
 from dic.images.warp import PAD, TAPS, sample, weights
 
-Tools: TypeAlias = tuple[F32, F32, F32, F32, I32, F32, F32, F32, F32, I64]
+if TYPE_CHECKING:
+    from dic.correlation.reference import Reference
+
+Tools: TypeAlias = tuple[F32, F32, F32, F32, I32, F32, F32, F32, F32, I64, F32]
 
 _SPREAD = 2  # px by which the whole part of the motion may differ within a subset
 _SPARE = TAPS - 1 + _SPREAD  # columns of a block beyond the side of its subset
@@ -28,6 +31,13 @@ LOST, SHIFTED, WARPED = 0, 1, 2  # what `warp` did
 _BLOCKS = 6  # whole parts of the motion in one subset, above which pixels are sampled one by one
 _PARENT = (0, 0, 0, 1, 1, 2)  # a monomial is its parent times ξ (0) or η (1)
 _FACTOR = (0, 0, 1, 0, 1, 1)
+
+
+def subsets_of(ref: Reference, here: I64) -> F32:
+    """Texture (M, 4, pixels) of some points of a reference."""
+    if ref.subsets is None:
+        return gather(ref.texture, ref.xy[here], ref.half)
+    return ref.subsets if len(here) == len(ref.xy) else ref.subsets[here]
 
 
 @njit(cache=True, nogil=True)
@@ -49,11 +59,15 @@ def gather(texture: F32, xy: F64, half: int) -> F32:
 
 
 @njit(cache=True, nogil=True)
-def make_tools(half: int, count: int) -> Tools:
-    """Make the arrays in which one subset is worked on, for `count` coefficients a component."""
+def make_tools(half: int, count: int, taps: F32) -> Tools:
+    """Make the arrays in which one subset is worked on, for `count` coefficients a component.
+
+    `taps` (2 R + 1,) is the prefilter of a frame.
+    """
     side = 2 * half + 1
     width = side + _SPARE
-    part, pixels = (width + 2 * RIM) // _VECTOR * _VECTOR + _VECTOR, side * width
+    rim = RIM + taps.shape[0] // 2
+    part, pixels = (width + 2 * rim) // _VECTOR * _VECTOR + _VECTOR, side * width
     middle = np.empty((2, pixels), np.float32)
     for n in range(pixels):
         # The columns beyond the side weigh nothing; they move with the last one.
@@ -69,6 +83,7 @@ def make_tools(half: int, count: int) -> Tools:
         np.zeros((2, width * width + 2 * _SPARE), np.float32),  # block, and it weighed along x
         np.empty((2, part, part), np.float32),  # part of the frame
         np.zeros(2, np.int64),  # its corner, px
+        taps,  # of the prefilter
     )
 
 
@@ -175,7 +190,7 @@ def _fetch(frame: AnyArray, filtered: bool, x: int, y: int, side: int, tools: To
     if filtered:
         read(frame, x - 2 + PAD, y - 2 + PAD, side + _SPARE, tools[7][0])
     else:
-        read_part(frame, x - 2, y - 2, side + _SPARE, tools[8], tools[9], tools[7][0])
+        read_part(frame, x - 2, y - 2, side + _SPARE, tools[8], tools[9], tools[10], tools[7][0])
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")

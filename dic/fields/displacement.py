@@ -24,6 +24,32 @@ class Status(IntEnum):
     LOW_CORRELATION = 6  # the pattern was not found again
     NOT_CONVERGED = 7  # the iteration still moved when it was stopped
     DISTURBED = 8  # far from what the others leave over: hidden in part, or bent beyond its order
+    AMBIGUOUS = 9  # the pattern repeats: another motion, a period away, is as good
+    BROKEN = 10  # two motions in one subset, as across a crack
+
+    @property
+    def sentence(self) -> str:
+        """What became of the point, and what can be done about it."""
+        return _SENTENCES[self.name]
+
+
+_SENTENCES = {
+    "OK": "measured",
+    "EXCLUDED": "the ROI leaves it out; draw the ROI wider if it should be measured",
+    "FLAT": "too little contrast above the noise; take a larger subset, more light or a pattern",
+    "DARK": "too much of the subset is black; expose longer or light the pattern",
+    "SATURATED": "too much of the subset is white; expose shorter",
+    "OUTSIDE": "the subset has left the image; keep the pattern in view or measure fewer points",
+    "LOW_CORRELATION": "the pattern was not found again; check focus, light and what hides it, or "
+    "follow the test frame by frame",
+    "NOT_CONVERGED": "the iteration still moved when it was stopped; take a larger subset",
+    "DISTURBED": "the subset is hidden in part or bends beyond its shape function; take a smaller "
+    "subset or order 2",
+    "AMBIGUOUS": "the pattern repeats, and another motion is as good; give a guess to within half "
+    "a period, or print a pattern without one",
+    "BROKEN": "two motions in one subset, as across a crack; draw the crack into the ROI or take a "
+    "smaller subset",
+}
 
 
 @dataclass(frozen=True)
@@ -54,6 +80,8 @@ class DisplacementField:
         Order of the shape function.
     grid : Grid or None
         The grid, row by row, or None for scattered points.
+    prefilter : float, px
+        Standard deviation of the Gaussian that both images passed; 0 is none.
     """
 
     xy: F64
@@ -70,6 +98,7 @@ class DisplacementField:
     subset: int
     order: int
     grid: Grid | None
+    prefilter: float = 0.0
 
     @property
     def valid(self) -> Mask:

@@ -28,20 +28,47 @@ def read(plane: F32, x: int, y: int, width: int, block: F32) -> None:
 
 @njit(cache=True, nogil=True)
 def read_part(
-    image: AnyArray, x: int, y: int, width: int, part: F32, corner: I64, block: F32
+    image: AnyArray, x: int, y: int, width: int, part: F32, corner: I64, taps: F32, block: F32
 ) -> None:
     """Copy a block from the filtered part of an image, which is filtered anew if it must move.
 
     `part` (2, P, P) holds the pixels and, filtered, their coefficients from `corner` (2,) px on.
+    `taps` (2 R + 1,) is the prefilter that the pixels pass first, (1,) for none.
     """
+    rim = RIM + taps.shape[0] // 2
     spare = part.shape[1] - width
     away_x, away_y = x - corner[0], y - corner[1]
-    if min(away_x, away_y) < RIM or max(away_x, away_y) > spare - RIM:
+    if min(away_x, away_y) < rim or max(away_x, away_y) > spare - rim:
         away_x = away_y = spare // 2
         corner[0], corner[1] = x - away_x, y - away_y
         _cut(image, corner[0], corner[1], part[0])
+        if taps.shape[0] > 1:
+            _smooth(part[0], taps, part[1])
         filter_square(part[0], part[1])
     read(part[0], away_x, away_y, width, block)
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _smooth(square: F32, taps: F32, scratch: F32) -> None:
+    """Convolve a square with `taps` along both axes; its border stands for what lies beyond."""
+    size, reach = square.shape[0], taps.shape[0] // 2
+    for i in range(size):
+        scratch[i] = 0
+        for k in range(taps.shape[0]):
+            row = square[min(max(i + k - reach, 0), size - 1)]
+            for j in range(size):
+                scratch[i, j] += taps[k] * row[j]
+    for i in range(size):
+        row = scratch[i]
+        square[i] = 0
+        for k in range(taps.shape[0]):
+            aside = k - reach
+            for j in range(max(-aside, 0), min(size - aside, size)):
+                square[i, j] += taps[k] * row[j + aside]
+            for j in range(max(-aside, 0)):
+                square[i, j] += taps[k] * row[0]
+            for j in range(min(size - aside, size), size):
+                square[i, j] += taps[k] * row[size - 1]
 
 
 @njit(cache=True, nogil=True)

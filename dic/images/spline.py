@@ -151,29 +151,40 @@ def _turn(row: F32, factor: np.float32, after: F32) -> None:
 
 
 @cache
-def noise_power() -> tuple[float, float]:
-    """Mean and first harmonic of the variance that white noise keeps between the pixels.
+def noise_power(sigma: float = 0.0) -> tuple[float, float]:
+    """Mean and first harmonic of the variance that noise keeps between the pixels.
 
-    The spline leaves noise of variance 1 at a pixel and smooths it between pixels. Along one axis
-    the variance at the fraction t is mean + harmonic · cos(2πt) to 2 %; the two axes multiply.
+    The noise is white, smoothed by a Gaussian of `sigma` px, and of variance 1 at a pixel. The
+    spline smooths it between pixels. Along one axis the variance at the fraction t is
+    mean + harmonic · cos(2πt) to 2 %; the two axes multiply.
     """
-    omega = 2 * np.pi * np.arange(256) / 256
-    power: list[float] = []
-    for t in np.arange(8) / 8:
-        response = sum(
-            w * np.exp(1j * omega * k) for k, w in enumerate(knot_weights(np.float32(t)))
-        )
-        power.append(float(np.mean(np.abs(response / _prefilter(omega)) ** 2)))
-    harmonic = 2 * np.mean(power * np.cos(2 * np.pi * np.arange(8) / 8))
+    omega, density = _noise_spectrum(sigma)
+    places = np.arange(8) / 8
+    power = [np.sum(density * np.abs(spline_response(omega, t)) ** 2) for t in places]
+    harmonic = 2 * np.mean(power * np.cos(2 * np.pi * places))
     return float(np.mean(power)), float(harmonic)
 
 
 @cache
-def noise_slope() -> float:
-    """Variance of ∂/∂x of the spline at the pixels of white noise of variance 1, px⁻²."""
-    omega = 2 * np.pi * np.arange(256) / 256
+def noise_slope(sigma: float = 0.0) -> float:
+    """Variance of ∂/∂x of the spline at the pixels of noise of variance 1, px⁻²."""
+    omega, density = _noise_spectrum(sigma)
     slope = (10 * np.sin(omega) + np.sin(2 * omega)) / 12
-    return float(np.mean((slope / _prefilter(omega)) ** 2))
+    return float(np.sum(density * (slope / _prefilter(omega)) ** 2))
+
+
+def _noise_spectrum(sigma: float) -> tuple[F64, F64]:
+    """Frequencies along one axis, and the power of smoothed noise on them, 1 in all."""
+    omega = np.asarray(2 * np.pi * np.fft.fftfreq(256), dtype=np.float64)
+    power = np.exp(-np.square(omega * sigma))
+    return omega, power / power.sum()
+
+
+def spline_response(omega: F64, t: float) -> NDArray[np.complex128]:
+    """Interpolate the waves exp(iωx) at the fraction t of a px, where exp(iωt) is exact."""
+    knots = np.arange(-2, 4)
+    waves = np.exp(1j * np.multiply.outer(omega, knots)) @ np.array(knot_weights(np.float32(t)))
+    return np.asarray(waves / _prefilter(omega), dtype=np.complex128)
 
 
 def _prefilter(omega: AnyArray) -> F64:

@@ -1,0 +1,115 @@
+"""Subsets that lie across a break of the material, such as a crack: two motions in one."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from dic.arrays import F64, I8, I64, Mask
+from dic.correlation import residuals
+from dic.correlation.deformed_image import DeformedImage
+from dic.correlation.newton import Points
+from dic.correlation.reference import Reference
+from dic.fields.displacement import Status
+
+_SUSPECT = 3.5  # σ above the usual noise from which a subset is looked at
+_JUMP = 0.2  # px, between the two motions
+_PLAIN = 40.0  # χ² of a jump that no noise makes
+_TOUCHED = 0.85  # of half a subset, from its middle: a break farther out does no harm
+_ALIKE = 0.45  # of a jump, by which that between the points on both sides may differ
+_USUAL = 7.0  # times the usual difference between points as far apart, that is no jump
+_PROBES = 200  # points at which the usual difference is looked at
+_LOUDER = 1.5  # σ above the usual noise, that a neighbour of a break must be
+_LARGE = 0.1  # of what a subset leaves over, that a jump takes where no points stand beside it
+
+
+def across(ref: Reference, points: Points, frame: DeformedImage, noise: F64, status: I8) -> I64:
+    """Find the points whose subset lies across a break.
+
+    A subset whose middle the break crosses shows it: a jump along a line takes more of what the fit
+    leaves over than any curve does, and the points on both sides have moved apart by as much. Where
+    the break cuts only a side of a subset, jump and curve look alike; those points are known by the
+    lines of their neighbours.
+    """
+    clear, line = _clear(ref, points, frame, noise, status)
+    if not len(clear):
+        return clear
+    near = _neighbours(ref.xy[clear], ref.xy, 1.5 * ref.half)
+    half, loud = ref.half, _louder(ref, noise, status, _LOUDER)
+    touched = np.zeros(len(ref.xy), dtype=bool)
+    for here, (normal, place), others in zip(clear, line, near, strict=True):
+        away, reach = ref.xy[others] - place, _TOUCHED * half * np.abs(normal).sum()
+        beside = np.abs(away @ (-normal[1], normal[0])) <= half
+        touched[others] |= beside & (np.abs(away @ normal) <= reach)
+        touched[here] = True
+    return np.flatnonzero(touched & loud)
+
+
+def _clear(
+    ref: Reference, points: Points, frame: DeformedImage, noise: F64, status: I8
+) -> tuple[I64, list[tuple[F64, F64]]]:
+    """Points that a break crosses for certain: normal and place of its line."""
+    here = np.flatnonzero(_louder(ref, noise, status, _SUSPECT))
+    if not len(here):
+        return here, []
+    found = residuals.jumps(ref, points, frame, here)
+    of_jump, of_curve = found[:, :2].T
+    level = noise[here] / np.median(noise[status == Status.OK])
+    # What a gap leaves over is no noise: the jump is seen beside that of the other subsets.
+    plain = (of_jump * np.maximum(level, 1) ** 2 > _PLAIN) & (of_jump > of_curve)
+    kept = plain & (np.hypot(found[:, 2], found[:, 3]) > _JUMP)
+    clear, found = here[kept], found[kept]
+    if not len(clear):
+        return clear, []
+    jump, normal = found[:, 2:4], found[:, 4:6]
+    place = ref.xy[clear] + found[:, 6:] * normal
+    beside = _beside(ref, points.motion, status, place, normal)
+    alike = np.linalg.norm(beside - jump, axis=1) < _ALIKE * np.linalg.norm(jump, axis=1)
+    strong = found[:, 0] > np.maximum(_PLAIN, _LARGE * ref.light[clear, 2])
+    alike &= np.linalg.norm(beside, axis=1) > _USUAL * _usual(ref, points.motion, status)
+    alone = np.isnan(beside[:, 0])
+    agreed: Mask = (alone & strong) | (~alone & alike)
+    return clear[agreed], list(zip(normal[agreed], place[agreed], strict=True))
+
+
+def _beside(ref: Reference, motion: F64, status: I8, place: F64, normal: F64) -> F64:
+    """Jump (M, 2) px between the points on both sides of lines, just out of reach of the break.
+
+    NaN where there is none on one side.
+    """
+    from scipy.spatial import KDTree
+
+    valid = np.flatnonzero(status == Status.OK)
+    away = (ref.half + 1) * np.abs(normal).sum(axis=1, keepdims=True) * normal
+    tree = KDTree(ref.xy[valid])
+    (near, low), (far, high) = (tree.query(place + side * away) for side in (-1, 1))
+    low, high = valid[low], valid[high]
+    apart = ref.xy[high] - ref.xy[low]
+    slope = (motion[low, :, 1:3] + motion[high, :, 1:3]) / 2
+    jump = motion[high, :, 0] - motion[low, :, 0] - np.einsum("mab,mb->ma", slope, apart)
+    jump[np.maximum(near, far) > ref.half] = np.nan
+    return jump
+
+
+def _usual(ref: Reference, motion: F64, status: I8) -> float:
+    """Median difference between points as far apart as those on both sides of a break, px."""
+    valid = np.flatnonzero(status == Status.OK)
+    some = valid[np.unique(np.linspace(0, len(valid) - 1, _PROBES).astype(int))]
+    normal = np.eye(2)[np.arange(len(some)) % 2]
+    apart = np.linalg.norm(_beside(ref, motion, status, ref.xy[some], normal), axis=1)
+    return float(np.median(apart[np.isfinite(apart)])) if np.isfinite(apart).any() else 0.0
+
+
+def _louder(ref: Reference, noise: F64, status: I8, sigmas: float) -> Mask:
+    """Points that leave more over than the others, by so many σ of what noise does, (N,) bool."""
+    valid = status == Status.OK
+    level = np.median(noise[valid]) if valid.any() else np.inf
+    limit = 1 + sigmas / np.sqrt(2 * np.maximum(ref.light[:, 2], 1))
+    return (valid | (status == Status.DISTURBED)) & (noise > limit * level)
+
+
+def _neighbours(xy: F64, around: F64, reach: float) -> list[list[int]]:
+    """Points of `around` within a square of ±`reach` px of each of `xy`."""
+    from scipy.spatial import KDTree
+
+    tree = KDTree(around)
+    return [list(tree.query_ball_point(place, reach, p=np.inf)) for place in xy]
