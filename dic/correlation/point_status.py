@@ -13,7 +13,7 @@ from dic.correlation.deformed_image import DeformedImage
 from dic.correlation.newton import Points
 from dic.correlation.reference import Reference
 from dic.fields.displacement import DisplacementField, Status
-from dic.fields.roughness import excess
+from dic.fields.roughness import excess, flattening
 from dic.images.spline import noise_power, noise_slope
 
 Clipped: TypeAlias = list[tuple[F64, Status]]  # fraction of each subset, DARK or SATURATED
@@ -63,6 +63,9 @@ def displacement_field(ref: Reference, points: Points, frame: DeformedImage) -> 
     motion[lost], spread[lost] = np.nan, np.nan
     if ref.grid is not None:
         spread *= excess(motion[:, :, 0].T, spread[:, :, 0].T, ref.grid, ref.order)
+        spread[:, :, 0] = np.hypot(
+            spread[:, :, 0], flattening(motion[:, :, 0].T, ref.grid, ref.order).T
+        )
     untried = ref.status != Status.OK
     return DisplacementField(
         xy=ref.xy,

@@ -1,4 +1,8 @@
-"""`touchplate correlate REF DEF`: two images in; displacement, strain and their σ out."""
+"""`touchplate correlate REF DEF`: images in; displacement, strain and their σ out.
+
+DEF is one image, or a whole test: a pattern such as 'frames/*.tif', a folder, a TIFF of several
+pages or a video.
+"""
 
 from __future__ import annotations
 
@@ -8,13 +12,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from rig.commands.output import emit, folder_aside, require_free
+from rig.commands.output import emit, folder_aside, require_free, say
 
 if TYPE_CHECKING:
     import numpy as np
     from rich.console import Group
 
     import dic
+    from rig.series.regions import Regions
 
 Kind = Literal["small", "green-lagrange", "logarithmic"]
 
@@ -24,7 +29,10 @@ PRINTED = {"u": (1.0, "px"), "v": (1.0, "px")} | dict.fromkeys(("exx", "eyy", "e
 
 def correlate(
     reference: Annotated[Path, typer.Argument(metavar="REF", help="Image before.")],
-    deformed: Annotated[Path, typer.Argument(metavar="DEF", help="Image after.")],
+    deformed: Annotated[
+        str,
+        typer.Argument(metavar="DEF", help="Image after; or 'frames/*.tif', a folder, a video."),
+    ],
     subset: Annotated[int, typer.Option(help="Side of a subset, px, odd.")] = 21,
     step: Annotated[int, typer.Option(help="Distance of neighbouring points, px.")] = 5,
     order: Annotated[int, typer.Option(help="Order of the shape function.")] = 1,
@@ -32,6 +40,19 @@ def correlate(
     kind: Annotated[Kind, typer.Option(help="Definition of strain.")] = "small",
     roi: Annotated[
         Path | None, typer.Option(metavar="MASK", help="Image that is black where to leave out.")
+    ] = None,
+    regions: Annotated[
+        Path | None,
+        typer.Option(metavar="TOML", help="Polygons of the ROI, extensometers, gauges."),
+    ] = None,
+    prefilter: Annotated[
+        float | None, typer.Option(help="Gaussian before correlation, px; else as it is needed.")
+    ] = None,
+    auto: Annotated[
+        bool, typer.Option("--auto", help="Choose subset and step for the pattern.")
+    ] = False,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Threads for a whole test, else one a core.")
     ] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder of the results, else results/DEF.")
@@ -44,14 +65,29 @@ def correlate(
 ) -> None:
     """Write u, v, Exx, Eyy, Exy, σ, ZNCC and status as HDF5 and CSV, and a plot of them."""
     import dic
+    from rig.commands import whole_test
+    from rig.series.correlate import StrainOptions
+    from rig.series.regions import Regions, read_regions
 
-    folder = out or Path("results") / deformed.stem
-    require_free(folder, force)
-    before, after = dic.read_image(reference), dic.read_image(deformed)
-    mask = None if roi is None else dic.read_image(roi) > 0
+    frames = whole_test.frames_of(deformed)
+    folder = out or Path("results") / (Path(deformed).stem if frames is None else "test")
+    if frames is None:
+        require_free(folder, force)
+    before = dic.read_image(reference)
+    drawn = read_regions(regions) if regions else Regions()
+    mask = _mask(before, roi, drawn)
+    if auto:
+        subset, step = _chosen(before)
 
     start = time.perf_counter()
-    prepared = dic.prepare(before, subset=subset, step=step, order=order, roi=mask)
+    prepared = dic.prepare(
+        before, subset=subset, step=step, order=order, roi=mask, prefilter=prefilter
+    )
+    if frames is not None:
+        options = StrainOptions(window, kind)
+        whole_test.correlate(folder, prepared, frames, drawn, options, (workers, force, as_json))
+        return
+    after = dic.read_image(deformed)
     field = dic.correlate(prepared, after)
     strain = dic.strain(field, window=window, kind=kind)
     seconds = time.perf_counter() - start
@@ -62,6 +98,31 @@ def correlate(
             dic.export.draw_fields(aside, before, field, strain)
     figures = _figures(field, strain) | {"seconds": seconds, "folder": str(folder)}
     emit(_tables(figures), figures, as_json)
+
+
+def _mask(image: np.ndarray, roi: Path | None, drawn: Regions) -> np.ndarray | None:
+    """Pixels that both the mask and the polygons leave in; None if there is neither."""
+    import dic
+    from rig.series.regions import mask_of
+
+    polygons = mask_of(drawn.roi, (int(image.shape[0]), int(image.shape[1])))
+    if roi is None:
+        return polygons
+    mask = dic.read_image(roi) > 0
+    return mask if polygons is None or mask.shape != polygons.shape else mask & polygons
+
+
+def _chosen(image: np.ndarray) -> tuple[int, int]:
+    """Subset and step for the pattern and the noise that its spectrum shows."""
+    import dic
+
+    noise = dic.prepare(image).prefilter.noise
+    advice = dic.recommend_settings(image, noise)
+    say(
+        f"subset {advice.subset} px, step {advice.step} px: speckles of {advice.speckle:.1f} px, "
+        f"σ of {1e3 * advice.sigma:.1f} mpx"
+    )
+    return advice.subset, advice.step
 
 
 def _write(

@@ -1,0 +1,150 @@
+"""A whole test of `touchplate correlate`: its frames, its parts, its files."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import shutil
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rig.commands.output import emit, progress, require_free, say, warn
+
+if TYPE_CHECKING:
+    import dic
+    from rig.series.correlate import StrainOptions
+    from rig.series.frames import Frames
+    from rig.series.regions import Regions
+
+PARTS, FIELDS, GRID, READINGS = "parts", "fields.h5", "fields.xdmf", "readings.csv"
+_SHOWN = 5  # errors of frames that are written out
+
+
+def frames_of(deformed: str) -> Frames | None:
+    """Open the frames of a test; None where one image is named."""
+    from rig.series.frames import ImageFiles, open_frames
+
+    path = Path(deformed)
+    if path.is_file() and path.suffix.lower() not in (".tif", ".tiff"):
+        frames = open_frames(deformed)
+        return None if isinstance(frames, ImageFiles) else frames
+    if not any(letter in deformed for letter in "*?[") and not path.exists():
+        return None  # one image, which is then not found
+    frames = open_frames(deformed)
+    return None if isinstance(frames, ImageFiles) and path.is_file() else frames
+
+
+def correlate(
+    folder: Path,
+    ref: dic.Reference,
+    frames: Frames,
+    regions: Regions,
+    strain: StrainOptions,
+    how: tuple[int | None, bool, bool],
+) -> None:
+    """Correlate all frames; write the HDF5, its XDMF and what the regions read.
+
+    `how` is the number of threads, whether files are replaced, and whether JSON is printed.
+    """
+    from rig.series.correlate import correlate_frames
+    from rig.series.parts import open_parts
+    from rig.series.result import write_result, write_xdmf
+
+    workers, force, as_json = how
+    parts, settings = folder / PARTS, _settings(ref, frames, strain)
+    if force and folder.exists():
+        shutil.rmtree(parts, ignore_errors=True)
+    if not parts.exists():
+        require_free(folder, force)
+    open_parts(parts, settings)
+    if ref.grid is None:
+        raise ValueError("a whole test is correlated on a grid; leave out the points")
+    start, total = time.perf_counter(), len(frames.names)
+    with progress("correlating") as report:
+        correlate_frames(ref, frames, parts, strain, workers, report)
+    seconds = time.perf_counter() - start
+    attributes = {name: value for name, value in settings.items() if name != "frames"}
+    write_result(folder / FIELDS, parts, frames.names, ref.grid, attributes)
+    write_xdmf(folder / GRID, folder / FIELDS, total, ref.grid)
+    errors = _errors(parts, frames)
+    if regions.extensometer or regions.gauge:
+        _write_readings(folder / READINGS, parts, frames, ref, regions, strain)
+    shutil.rmtree(parts)
+    for name, error in errors[:_SHOWN]:
+        warn(f"{name}: {error}")
+    say(ref.prefilter.reason)
+    figures = {
+        "frames": total,
+        "left_out": len(errors),
+        "points": len(ref.xy),
+        "seconds": seconds,
+        "prefilter": ref.prefilter.sigma,
+        "folder": str(folder),
+    }
+    text = f"{total} frames, {len(errors)} left out; {seconds:.1f} s; written to {folder}"
+    emit(text, figures, as_json)
+
+
+def _settings(ref: dic.Reference, frames: Frames, strain: StrainOptions) -> dict[str, object]:
+    """List what the parts of a test depend on: images, subset, and how they are compared."""
+    return {
+        "reference": hashlib.sha256(ref.image.tobytes()).hexdigest(),
+        "roi": hashlib.sha256(ref.texture[3].tobytes()).hexdigest(),
+        "frames": list(frames.names),
+        "subset": ref.subset,
+        "step": ref.grid.step if ref.grid else 0,
+        "order": ref.order,
+        "prefilter": ref.prefilter.sigma,
+        "strain_window": strain.window,
+        "strain_kind": strain.kind,
+    }
+
+
+def _errors(parts: Path, frames: Frames) -> list[tuple[str, str]]:
+    from rig.series.parts import read_part
+
+    read = ((name, read_part(parts, n)) for n, name in enumerate(frames.names))
+    return [(name, part[1]) for name, part in read if part is not None and part[1]]
+
+
+def _write_readings(
+    path: Path,
+    parts: Path,
+    frames: Frames,
+    ref: dic.Reference,
+    regions: Regions,
+    strain: StrainOptions,
+) -> None:
+    """Write what each extensometer and gauge reads, with its σ, a line a frame."""
+    from dic import export
+
+    with export.aside(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
+        table: csv.DictWriter[str] | None = None
+        for row in _readings(parts, frames, ref, regions, strain):
+            if table is None:
+                table = csv.DictWriter(file, list(row))
+                table.writeheader()
+            table.writerow(row)
+
+
+def _readings(
+    parts: Path, frames: Frames, ref: dic.Reference, regions: Regions, strain: StrainOptions
+) -> Iterator[dict[str, object]]:
+    from rig.series.parts import read_part
+    from rig.series.regions import elongation, gauge_strain
+
+    grid = ref.grid
+    for number, name in enumerate(frames.names):
+        part = read_part(parts, number)
+        if part is None or grid is None:
+            continue
+        row: dict[str, object] = {"frame": name}
+        for one in regions.extensometer:
+            row[one.name], row[f"sigma_{one.name}"] = elongation(one, grid, part[0])
+        vsg = (strain.window - 1) * grid.step + ref.subset
+        for gauge in regions.gauge:
+            for field, (mean, spread) in gauge_strain(gauge, grid, part[0], vsg).items():
+                row[f"{gauge.name}_{field}"], row[f"sigma_{gauge.name}_{field}"] = mean, spread
+        yield row

@@ -1,0 +1,135 @@
+"""The frames of a test: images by a pattern or in a folder, pages of a TIFF, or a video."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from threading import Lock
+from typing import Protocol
+
+import numpy as np
+
+import dic
+from rig.system.arrays import AnyArray
+
+_IMAGES = {".png", ".tif", ".tiff", ".bmp", ".jpg", ".jpeg", ".pgm"}
+_VIDEOS = {".avi", ".mp4", ".mov", ".mkv", ".m4v"}
+
+
+class Frames(Protocol):
+    """Frames that are read one by one, in any order."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What each frame is called, in the order in which they were taken."""
+        ...
+
+    def read(self, number: int) -> AnyArray:
+        """Read a frame (H, W), grey levels; OSError or ValueError in one sentence."""
+        ...
+
+
+@dataclass(frozen=True)
+class ImageFiles:
+    """Images, a file each."""
+
+    paths: tuple[Path, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the files."""
+        return tuple(path.name for path in self.paths)
+
+    def read(self, number: int) -> AnyArray:
+        """Read the image of a file."""
+        return dic.read_image(self.paths[number])
+
+
+class TiffPages:
+    """Pages of one TIFF."""
+
+    def __init__(self, path: Path) -> None:
+        from PIL import Image
+
+        self._path = path
+        with Image.open(path) as image:
+            self._count = int(getattr(image, "n_frames", 1))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Name of the file and number of the page, from 1 on."""
+        return tuple(f"{self._path.name} {n + 1}" for n in range(self._count))
+
+    def read(self, number: int) -> AnyArray:
+        """Read a page."""
+        from PIL import Image
+
+        with Image.open(self._path) as image:
+            image.seek(number)
+            return dic.check_image(np.asarray(image), "deformed")
+
+
+class Video:
+    """Frames of a video, read one after the other; colour becomes grey."""
+
+    def __init__(self, path: Path) -> None:
+        import cv2
+
+        self._path, self._lock, self._next = path, Lock(), 0
+        self._video = cv2.VideoCapture(str(path))
+        self._count = int(self._video.get(cv2.CAP_PROP_FRAME_COUNT))
+        if not self._video.isOpened() or self._count < 1:
+            raise OSError(f"{path} is not a video that can be read; convert it to AVI or images")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Name of the file and number of the frame, from 1 on."""
+        return tuple(f"{self._path.name} {n + 1}" for n in range(self._count))
+
+    def read(self, number: int) -> AnyArray:
+        """Read a frame."""
+        import cv2
+
+        with self._lock:
+            if number != self._next:
+                self._video.set(cv2.CAP_PROP_POS_FRAMES, number)
+            done, image = self._video.read()
+            self._next = number + 1
+        if not done:
+            raise OSError(f"frame {number + 1} of {self._path} cannot be read; convert the video")
+        return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))
+
+
+def open_frames(what: str) -> Frames:
+    """Open the frames that a path or a pattern such as ``frames/*.tif`` names.
+
+    Raises
+    ------
+    OSError
+        Nothing has that name, or it cannot be read.
+    """
+    path = Path(what)
+    if path.is_dir():
+        return _files([p for p in path.iterdir() if p.suffix.lower() in _IMAGES], what)
+    if not path.is_file():
+        found = Path(path.anchor).glob(str(path.relative_to(path.anchor)))
+        return _files([p for p in found if p.is_file()], what)
+    if path.suffix.lower() in _VIDEOS:
+        return Video(path)
+    if path.suffix.lower() in (".tif", ".tiff"):
+        pages = TiffPages(path)
+        return pages if len(pages.names) > 1 else ImageFiles((path,))
+    return ImageFiles((path,))
+
+
+def _files(paths: list[Path], what: str) -> ImageFiles:
+    if not paths:
+        raise FileNotFoundError(f"no image is called '{what}'; check the folder and the pattern")
+    return ImageFiles(tuple(sorted(paths, key=_in_order)))
+
+
+def _in_order(path: Path) -> list[tuple[int, str]]:
+    """Sort numbers in a name by their value: frame 2 before frame 10."""
+    parts = re.split(r"(\d+)", str(path))
+    return [(int(part), "") if part.isdigit() else (-1, part) for part in parts]

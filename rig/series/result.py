@@ -1,0 +1,109 @@
+"""One HDF5 file for all frames of a test, and an XDMF beside it for ParaView."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import numpy as np
+
+import dic
+from dic import export
+from rig.series.parts import FIELDS, NO_FRAME, read_part
+
+VERSION = 1
+_LENGTHS = ("u", "v", "sigma_u", "sigma_v")  # in px; strains and the ZNCC have no unit
+
+
+def write_result(
+    path: Path,
+    parts: Path,
+    names: Sequence[str],
+    grid: dic.Grid,
+    settings: Mapping[str, object],
+    report: Callable[[int, int], None] = lambda done, total: None,
+) -> None:
+    """Assemble the parts of a test, frame by frame: the memory of one frame, whatever their number.
+
+    Fields are (F, R, C) float32, by frame, row and column of the grid; `x` (C,) and `y` (R,) are
+    the places of its points, px; `frame` (F,) the names, `error` (F,) what kept a frame out.
+    """
+    import h5py
+
+    shape = len(names), *grid.shape
+    with export.aside(path) as draft, h5py.File(draft, "w") as file:
+        for name, value in settings.items():
+            file.attrs[name] = value
+        file.attrs["version"] = VERSION
+        file["x"], file["y"] = grid.xs, grid.ys
+        text = h5py.string_dtype("utf-8")
+        file.create_dataset("frame", data=list(names), dtype=text)
+        errors = file.create_dataset("error", (len(names),), dtype=text)
+        for name in (*FIELDS, "status"):
+            kind = np.int8 if name == "status" else np.float32
+            data = file.create_dataset(
+                name, shape, kind, chunks=(1, *grid.shape), compression="gzip", shuffle=True
+            )
+            data.attrs["unit"] = "px" if name in _LENGTHS else "1"
+        file["status"].attrs["NO_FRAME"] = NO_FRAME
+        for status in dic.Status:
+            file["status"].attrs[status.name] = int(status)
+        for number in range(len(names)):
+            part = read_part(parts, number)
+            if part is None:
+                raise OSError(f"part {number} in '{parts}' is missing; correlate again")
+            for name, values in part[0].items():
+                file[name][number] = values.reshape(grid.shape)
+            errors[number] = part[1]
+            report(number + 1, len(names))
+
+
+def write_xdmf(path: Path, data: Path, frames: int, grid: dic.Grid) -> None:
+    """Describe the fields to ParaView: a grid of nodes over time, by references into the HDF5."""
+    rows, columns = grid.shape
+    root = ET.Element("Xdmf", Version="3.0")
+    series = ET.SubElement(
+        ET.SubElement(root, "Domain"),
+        "Grid",
+        Name="frames",
+        GridType="Collection",
+        CollectionType="Temporal",
+    )
+    for number in range(frames):
+        one = ET.SubElement(series, "Grid", Name=f"frame {number}", GridType="Uniform")
+        ET.SubElement(one, "Time", Value=str(number))
+        ET.SubElement(one, "Topology", TopologyType="2DCoRectMesh", Dimensions=f"{rows} {columns}")
+        place = ET.SubElement(one, "Geometry", GeometryType="ORIGIN_DXDY")
+        _numbers(place, (int(grid.ys[0]), int(grid.xs[0])))
+        _numbers(place, (grid.step, grid.step))
+        for name in (*FIELDS, "status"):
+            _slab(one, name, f"{data.name}:/{name}", number, (frames, rows, columns))
+    with export.aside(path) as draft:
+        ET.ElementTree(root).write(draft, encoding="utf-8", xml_declaration=True)
+
+
+def _numbers(parent: ET.Element, values: tuple[int, int]) -> None:
+    item = ET.SubElement(parent, "DataItem", Dimensions="2", NumberType="Float", Format="XML")
+    item.text = " ".join(map(str, values))
+
+
+def _slab(
+    grid: ET.Element, name: str, place: str, number: int, shape: tuple[int, int, int]
+) -> None:
+    """Refer to one frame of a data set (F, R, C)."""
+    frames, rows, columns = shape
+    field = ET.SubElement(grid, "Attribute", Name=name, AttributeType="Scalar", Center="Node")
+    part = ET.SubElement(field, "DataItem", ItemType="HyperSlab", Dimensions=f"{rows} {columns}")
+    corner = ET.SubElement(part, "DataItem", Dimensions="3 3", Format="XML")
+    corner.text = f"{number} 0 0 1 1 1 1 {rows} {columns}"
+    kind, size = ("Char", "1") if name == "status" else ("Float", "4")
+    whole = ET.SubElement(
+        part,
+        "DataItem",
+        Dimensions=f"{frames} {rows} {columns}",
+        Format="HDF",
+        NumberType=kind,
+        Precision=size,
+    )
+    whole.text = place

@@ -1,0 +1,220 @@
+"""`touchplate correlate` on a whole test: every frame, after a kill too, into one file."""
+
+import csv
+import json
+import sys
+from xml.etree import ElementTree as ET
+
+import h5py
+import numpy as np
+import pytest
+from PIL import Image
+
+from rig import cli
+from rig.series.frames import open_frames
+from rig.series.parts import path_of
+
+SHAPE = (110, 140)
+STRETCH = 0.004  # a frame
+
+
+def speckle(stretch=0.0):
+    """Gaussian spots that move before they are drawn, (H, W) uint8."""
+    rng = np.random.default_rng(5)
+    height, width = SHAPE
+    middle = np.array([width - 1, height - 1]) / 2
+    centres = rng.uniform(-10, [width + 10, height + 10], (1000, 2))
+    centres = middle + (centres - middle) * (1 + stretch, 1.0)
+    x = np.exp(-(((np.arange(width)[:, None] - centres[:, 0]) / 2.2) ** 2))
+    y = np.exp(-(((np.arange(height)[:, None] - centres[:, 1]) / 2.2) ** 2))
+    return np.rint(230 - 190 * (1 - np.exp(-0.9 * (y @ x.T)))).astype(np.uint8)
+
+
+@pytest.fixture(scope="module")
+def images():
+    return [speckle(STRETCH * k) for k in range(4)]
+
+
+@pytest.fixture
+def series(tmp_path, images):
+    """Folder with a reference and three frames, numbered without leading zeros."""
+    (tmp_path / "frames").mkdir()
+    Image.fromarray(images[0]).save(tmp_path / "ref.png")
+    for name, image in zip((2, 9, 10), images[1:], strict=True):
+        Image.fromarray(image).save(tmp_path / "frames" / f"f{name}.png")
+    return tmp_path
+
+
+@pytest.fixture
+def correlate(series, monkeypatch, capsys):
+    monkeypatch.chdir(series)
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["touchplate", "correlate", *map(str, arguments)])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        return ended.value.code, *capsys.readouterr()
+
+    return run
+
+
+def test_all_frames_of_a_pattern_go_into_one_file_in_their_order(series, correlate):
+    code, said, text = correlate("ref.png", "frames/*.png", "--json", "--out", "o")
+    assert code == 0, text
+    assert json.loads(said)["frames"] == 3
+    with h5py.File(series / "o" / "fields.h5") as file:
+        assert [name.decode() for name in file["frame"][:]] == ["f2.png", "f9.png", "f10.png"]
+        assert file["u"].shape == (3, len(file["y"]), len(file["x"]))
+        strain = [np.nanmedian(file["exx"][n]) for n in range(3)]
+        assert file.attrs["subset"] == 21
+        assert file["status"].attrs["BROKEN"] == 10
+    np.testing.assert_allclose(strain, STRETCH * np.arange(1, 4), atol=1.5e-4)
+    assert sorted(p.name for p in (series / "o").iterdir()) == ["fields.h5", "fields.xdmf"]
+
+
+def test_the_xdmf_names_data_that_the_file_holds(series, correlate):
+    correlate("ref.png", "frames", "--out", "o")
+    root = ET.parse(series / "o" / "fields.xdmf").getroot()
+    grids = root.findall(".//Grid[@GridType='Uniform']")
+    assert len(grids) == 3
+    with h5py.File(series / "o" / "fields.h5") as file:
+        for item in root.findall(".//DataItem[@Format='HDF']"):
+            name, path = item.text.split(":")
+            assert name == "fields.h5"
+            assert [int(n) for n in item.get("Dimensions").split()] == list(file[path].shape)
+
+
+def test_a_test_that_was_killed_ends_in_the_same_bytes(series, correlate, monkeypatch):
+    assert correlate("ref.png", "frames/*.png", "--out", "whole")[0] == 0
+    import rig.series.correlate as engine
+
+    kept, done = engine.write_part, []
+
+    def killed_after_one(folder, number, *rest):
+        if done:
+            raise KeyboardInterrupt
+        done.append(number)
+        kept(folder, number, *rest)
+
+    monkeypatch.setattr(engine, "write_part", killed_after_one)
+    correlate_killed = ("ref.png", "frames/*.png", "--out", "twice", "--workers", "1")
+    try:
+        code = correlate(*correlate_killed)[0]
+    except KeyboardInterrupt:
+        code = None
+    assert code != 0
+    assert not (series / "twice" / "fields.h5").exists()
+    path_of(series / "twice" / "parts", 1).write_bytes(b"half a pa")
+    monkeypatch.setattr(engine, "write_part", kept)
+    assert correlate("ref.png", "frames/*.png", "--out", "twice")[0] == 0
+    for name in ("fields.h5", "fields.xdmf"):
+        assert (series / "twice" / name).read_bytes() == (series / "whole" / name).read_bytes()
+
+
+def test_parts_of_another_test_are_not_gone_on_with(series, correlate):
+    (series / "o" / "parts").mkdir(parents=True)
+    (series / "o" / "parts" / "settings.json").write_text("{}")
+    code, _, text = correlate("ref.png", "frames/*.png", "--out", "o")
+    assert code == 2
+    assert "another" in text
+    assert correlate("ref.png", "frames/*.png", "--out", "o", "--force")[0] == 0
+
+
+def test_a_bad_frame_is_left_out_in_a_sentence_and_the_others_go_on(series, correlate, images):
+    Image.fromarray(images[1][:50, :60]).save(series / "frames" / "f9.png")
+    (series / "frames" / "f11.png").write_bytes(b"no image")
+    Image.fromarray(np.zeros(SHAPE, np.uint8)).save(series / "frames" / "f12.png")
+    Image.fromarray(images[3].astype(np.uint16) * 257).save(series / "frames" / "f13.png")
+    code, said, text = correlate("ref.png", "frames/*.png", "--json", "--out", "o")
+    assert code == 0
+    assert json.loads(said)["left_out"] == 2
+    assert "60x50 px" in text
+    assert "f11.png is not an image" in text
+    with h5py.File(series / "o" / "fields.h5") as file:
+        status = file["status"][:]
+        valid = (status == 0).mean(axis=(1, 2))
+        assert (status[[1, 3]] == file["status"].attrs["NO_FRAME"]).all()
+        assert file["error"][0] == b""
+        assert b"60x50" in file["error"][1]
+    assert (valid[[0, 2, 5]] > 0.7).all()  # 16 bit a pixel are only another gain
+    assert valid[4] == 0  # black
+
+
+@pytest.mark.parametrize("what", ["nowhere/*.tif", "nowhere/"])
+def test_frames_that_are_not_there_are_refused(correlate, what, series):
+    code, _, text = correlate("ref.png", what)
+    assert code == 2
+    assert text.count("\n") == 1
+    assert not (series / "results").exists()
+
+
+def test_pages_of_a_tiff_and_frames_of_a_video_are_frames(series, images):
+    pages = [Image.fromarray(image) for image in images[1:]]
+    pages[0].save(series / "pages.tif", save_all=True, append_images=pages[1:])
+    tiff = open_frames(str(series / "pages.tif"))
+    assert tiff.names == ("pages.tif 1", "pages.tif 2", "pages.tif 3")
+    np.testing.assert_array_equal(tiff.read(2), images[3])
+    import cv2
+
+    size = SHAPE[1], SHAPE[0]
+    writer = cv2.VideoWriter(str(series / "v.avi"), cv2.VideoWriter.fourcc(*"MJPG"), 10, size)
+    for image in images:
+        writer.write(cv2.cvtColor(image, cv2.COLOR_GRAY2BGR))
+    writer.release()
+    video = open_frames(str(series / "v.avi"))
+    assert len(video.names) == 4
+    assert np.abs(video.read(1).astype(float) - images[1]).mean() < 6
+    (series / "w.avi").write_bytes(b"no video")
+    with pytest.raises(OSError, match="not a video"):
+        open_frames(str(series / "w.avi"))
+
+
+REGIONS = """
+[[roi]]
+points = [[5, 5], [134, 5], [134, 104], [5, 104]]
+[[roi]]
+points = [[60, 40], [80, 40], [80, 60], [60, 60]]
+hole = true
+[[extensometer]]
+name = "e"
+start = [25.0, 85.0]
+end = [112.5, 85.0]
+[[gauge]]
+name = "g"
+points = [[90, 20], [120, 20], [120, 90], [90, 90]]
+"""
+
+
+def test_extensometer_and_gauge_read_the_strain_with_its_sigma(series, correlate):
+    (series / "r.toml").write_text(REGIONS)
+    code, _, text = correlate("ref.png", "frames", "--regions", "r.toml", "--out", "o")
+    assert code == 0, text
+    with (series / "o" / "readings.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [row["frame"] for row in rows] == ["f2.png", "f9.png", "f10.png"]
+    for k, row in enumerate(rows, 1):
+        for name in ("e", "g_exx"):
+            off, sigma = float(row[name]) - STRETCH * k, float(row[f"sigma_{name}"])
+            assert 0 < sigma < 5e-4
+            assert abs(off) < 5 * sigma
+    with h5py.File(series / "o" / "fields.h5") as file:
+        x, y = np.meshgrid(file["x"], file["y"])
+        hole = (np.abs(x - 70) < 8) & (np.abs(y - 50) < 8)
+        assert not (file["status"][0][hole] == 0).any()
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[[roi]]\npoints = [[900, 900], [950, 900], [950, 950]]", "has no pixel"),
+        ("[[roi]]\npoints = [[1, 1]]", "roi.0.points"),
+        ("[[gage]]\nname = 1", "gage"),
+        ("[[roi]\n", "not TOML"),
+    ],
+)
+def test_regions_that_cannot_be_are_refused_in_a_sentence(series, correlate, text, words):
+    (series / "r.toml").write_text(text)
+    code, _, said = correlate("ref.png", "frames", "--regions", "r.toml")
+    assert code == 2
+    assert words in said
+    assert said.count("\n") == 1
