@@ -15,6 +15,10 @@ from .fields.displacement import (
     Status as Status,
 )
 from .fields.grid import Grid as Grid
+from .fields.invariants import (
+    StrainInvariants as StrainInvariants,
+    strain_invariants as strain_invariants,
+)
 from .fields.local_fit import (
     SmoothField as SmoothField,
     smooth as smooth,
