@@ -21,9 +21,10 @@ from dic.correlation.newton import NOWHERE, Known, Points, bench_tools, normal_o
 from dic.correlation.reference import Reference
 from dic.correlation.subset import LOST, Tools, correlate_with, gather, lay_out, warp
 
-Image: TypeAlias = tuple[AnyArray, bool]  # pixels of a frame, and whether they are coefficients
+Image: TypeAlias = tuple[AnyArray, bool]
+"""Pixels of a frame, and whether they are coefficients."""
 
-_SAMPLES, _FEW_SAMPLES = 144, 24  # subsets of a grid, and of scattered points
+_SAMPLES, _FEW_SAMPLES = 144, 16  # subsets of a grid, and of scattered points
 _FEWEST = 12  # subsets from which a mean is taken
 _KNOWN = 0.3  # fraction of block sums that the fit must leave, or they say too little
 _DIRECTIONS, _OFFSETS = 8, 5  # of lines along which a subset may break: at 0, ±0.3, ±0.6 of half

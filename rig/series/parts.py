@@ -16,6 +16,8 @@ FIELDS = (
     "u", "v", "sigma_u", "sigma_v", "zncc", "exx", "eyy", "exy", "sigma_exx", "sigma_eyy",
     "sigma_exy",
 )  # fmt: skip
+"""What is kept of a point, float32, beside its status."""
+
 NO_FRAME = -1
 """Status of every point of a frame that could not be read or compared."""
 

@@ -13,6 +13,8 @@ from dic import export
 from rig.series.parts import FIELDS, NO_FRAME, read_part
 
 VERSION = 1
+"""Of the layout of the file."""
+
 _LENGTHS = ("u", "v", "sigma_u", "sigma_v")  # in px; strains and the ZNCC have no unit
 
 
