@@ -106,12 +106,13 @@ def _printed(pattern: Print, still: F64, name: str, noise: float) -> _Printed:
     found = dic.correlate(dic.prepare(first), second)
     plain = dic.correlate(dic.prepare(first, prefilter=0), second)
     peer = pyvale_field(first, second, 1, repeats=1)
+    theirs = None if peer is None else peer.moved - motion(SHAPE, peer.xy, field)
     return _Printed(
         f"{pattern.name}, {name}, noise {noise:g}",
         found,
         _off(found, name),
         rms(_off(plain, name)),
-        None if peer is None else rms(peer.moved - motion(SHAPE, peer.xy, field)),
+        None if theirs is None else rms(theirs[np.isfinite(theirs).all(axis=1)]),
     )
 
 
