@@ -15,7 +15,7 @@ SIGMAS = (0.0, 0.8, 1.1, 1.5, 2.0)
 """Gaussians that are chosen from, px."""
 
 _NEAR = 1.25  # times the least error: the smallest filter below it is taken
-_GAIN = 1.15  # ratio of predicted errors from which a filter is worth its loss of resolution
+_GAIN = 1.05  # ratio of predicted errors from which a filter is worth its loss of resolution
 _MATTERS = 0.5e-3  # px, errors below this are those of the best patterns
 _LARGEST = 5.0  # px
 
