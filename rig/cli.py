@@ -25,6 +25,7 @@ COMMANDS = {
     "calibrate": "Calibrate camera, plate, projector, noise or latency, step by step.",
     "diagnose": "Name what of a bench is not as its scene says, from images of touches.",
     "collect": "Ask for known presses, and learn from them what the bench has wrong.",
+    "outputs": "List the screens of the desktop, let them flash, and choose the projector.",
     "dataset": "Write a data set of simulated touches.",
     "train": "Train the net of a scene on simulated touches.",
     "tune": "Search over layers and sizes of the net of a scene.",

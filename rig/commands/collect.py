@@ -103,7 +103,8 @@ def _ask(
 
         window = scene.projector
         screen = calibration.screen() or fit_plate(window.size, scene.plate.size)
-        show = open_parts.enter_context(open_projector(screen, window.display, window.full_screen))
+        opened = open_projector(screen, window.display, window.full_screen, output=window.output)
+        show = open_parts.enter_context(opened)
     rate = scene.camera.rate if scene.camera else 0.0
     for snapshot in islice(loop, int(PATIENCE * count * rate)):
         if collector.add_frame(snapshot.touches, snapshot.captured):

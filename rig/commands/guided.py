@@ -54,7 +54,7 @@ def _window(
     from rig.projector import open_projector
 
     screen = known.screen() or fit_plate(window.size, plate.size)
-    opened = open_projector(screen, window.display, window.full_screen)
+    opened = open_projector(screen, window.display, window.full_screen, output=window.output)
     show = open_parts.enter_context(opened)
     show.wait(PATIENCE)
     return show

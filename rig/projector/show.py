@@ -118,5 +118,6 @@ def open_show(
         )
     blink = Blink() if section.mode == "dark" else None
     delay = latency.median if latency else TYPICAL
-    with open_projector(screen, section.display, section.full_screen, blink) as window:
+    place = section.display, section.full_screen, blink, section.output
+    with open_projector(screen, *place) as window:
         yield Show(window, screen, section.mode, plate_size, delay)

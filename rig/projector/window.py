@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 import signal
 import time
 from collections.abc import Callable, Generator
@@ -16,6 +15,15 @@ from rig.projector.blanking import Blink
 from rig.projector.content import Content, draw
 from rig.projector.display_log import DisplayLog
 from rig.projector.markers import Screen
+from rig.projector.outputs import (
+    Output,
+    allow_acceleration,
+    choose_output,
+    full_window,
+    list_outputs,
+    open_window,
+    use_display,
+)
 from rig.system.process import deaf_to_interrupts
 
 if TYPE_CHECKING:
@@ -25,6 +33,7 @@ SECONDS_TO_CLOSE = 2.0
 SECONDS_TO_ANSWER = 3.0  # after which a window that has answered before is taken for stuck
 SECONDS_TO_RETRY = 2.0  # after a window has gone, before another is opened
 SECONDS_BETWEEN_EVENTS = 0.05
+GONE = "output {!r} is not there any more or has changed; plug it in again"
 CLOSED = "projector window was closed; restart the loop to open it again"
 Start = Callable[[], tuple[Connection, BaseProcess]]
 
@@ -125,6 +134,7 @@ def open_projector(
     display: str | None = None,
     full_screen: bool = True,
     blink: Blink | None = None,
+    output: str | int | None = None,
 ) -> Generator[Projector]:
     """Open a window on a display and give the `Projector` that feeds it.
 
@@ -137,15 +147,17 @@ def open_projector(
     display : str or None
         Name of the X display such as ``":0"``; None leaves the choice to the system.
     full_screen : bool
-        Whether the window covers the display, whose resolution must then be the screen's.
+        Whether the window covers its output, whose resolution must then be the screen's.
     blink : Blink or None
         When marks are lit; None shows them all the time.
+    output : str, int or None
+        Which output of the desktop it is on, see `choose_output`.
     """
     context = multiprocessing.get_context("spawn")
 
     def start() -> tuple[Connection, BaseProcess]:
         ours, theirs = context.Pipe()
-        given = theirs, screen, display, full_screen, blink
+        given = theirs, screen, display, full_screen, blink, output
         window = context.Process(target=_run_window, args=given, daemon=True)
         with deaf_to_interrupts():
             window.start()
@@ -160,55 +172,65 @@ def open_projector(
 
 
 def _run_window(
-    link: Connection, screen: Screen, display: str | None, full_screen: bool, blink: Blink | None
+    link: Connection,
+    screen: Screen,
+    display: str | None,
+    full_screen: bool,
+    blink: Blink | None,
+    wanted: str | int | None,
 ) -> None:
     """Body of the window's process: ends when the loop closes the link or dies."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    os.environ["PYGAME_HIDE_SUPPORT_PROMPT"] = "1"
-    os.environ["SDL_FRAMEBUFFER_ACCELERATION"] = "0"  # 0.7 ms an image instead of 19 ms
-    if display:
-        os.environ |= {"DISPLAY": display, "SDL_VIDEODRIVER": "x11"}
+    use_display(display)
     import pygame
 
-    name = display or "the display"
     try:
-        surface = _open_window(screen.size, full_screen)
+        window, output = _open_window(screen.size, full_screen, wanted)
     except pygame.error as error:
+        name = display or "the display"
         _report(link, False, f"no projector window: {name} did not open ({error})")
         return
     except ValueError as error:
         _report(link, False, f"no projector window: {error}")
         return
     width, height = screen.size
-    status = f"projector window on {name}, {width} x {height} px"
-    _follow(link, _Canvas(surface, screen), status, blink)
+    place = " ".join(filter(None, (display, output.name)))
+    status = f"projector window on {place or 'the display'}, {width} x {height} px"
+    _follow(link, _Canvas(window, screen), status, blink, output)
     pygame.quit()
 
 
-def _open_window(size: tuple[int, int], full_screen: bool):
-    """Open the window and give its surface.
+def _open_window(
+    size: tuple[int, int], full_screen: bool, wanted: str | int | None
+) -> tuple[pygame.Window, Output]:
+    """Open the window and give it, and the output that it is on.
 
     A full screen of another resolution would scale the image, so it is refused.
     """
     import pygame
 
     pygame.display.init()
-    desktop = pygame.display.get_desktop_sizes()[0]
-    if full_screen and desktop != size:
+    allow_acceleration()
+    outputs = list_outputs()
+    if full_screen or wanted is not None:
+        output = choose_output(outputs, wanted, size)
+    else:
+        output = outputs[0]
+    if full_screen and output.size != size:
         raise ValueError(
-            f"projector size is {size[0]} x {size[1]} px but the display has "
-            f"{desktop[0]} x {desktop[1]} px; set projector.size to the display's"
+            f"projector size is {size[0]} x {size[1]} px but output {output}; set projector.size"
+            " to the output's, or projector.output to another"
         )
-    pygame.display.set_caption("touchplate projector")
+    window = full_window(output, size) if full_screen else open_window(output, size)
     pygame.mouse.set_visible(not full_screen)
-    return pygame.display.set_mode(size, pygame.FULLSCREEN if full_screen else 0)
+    return window, output
 
 
 class _Canvas:
     """Shows images; draws only where that changes what is seen."""
 
-    def __init__(self, surface: pygame.Surface, screen: Screen):
-        self._surface, self._screen = surface, screen
+    def __init__(self, window: pygame.Window, screen: Screen):
+        self._window, self._screen = window, screen
         self._shown: Content | None = None
 
     def show(self, content: Content) -> None:
@@ -218,13 +240,15 @@ class _Canvas:
             return
         drawn = draw(content, self._screen)
         image = pygame.image.frombuffer(drawn.tobytes(), self._screen.size, "RGB")
-        self._surface.blit(image, (0, 0))
-        pygame.display.flip()
+        self._window.get_surface().blit(image, (0, 0))
+        self._window.flip()
         self._shown = content
 
 
-def _follow(link: Connection, canvas: _Canvas, status: str, blink: Blink | None) -> None:
-    """Show what comes until the link ends or the user closes the window."""
+def _follow(
+    link: Connection, canvas: _Canvas, status: str, blink: Blink | None, output: Output
+) -> None:
+    """Show what comes until the link ends, the user closes the window, or its output goes."""
     import pygame
 
     content: Content = ()
@@ -233,6 +257,9 @@ def _follow(link: Connection, canvas: _Canvas, status: str, blink: Blink | None)
     while alive:
         if any(_closes(event) for event in pygame.event.get()):
             _report(link, False, CLOSED)
+            return
+        if output not in list_outputs():
+            _report(link, False, f"projector window is gone: {GONE.format(output.name)}")
             return
         patience = SECONDS_BETWEEN_EVENTS
         if blink:

@@ -25,10 +25,20 @@ class Page(Section):
 Side = Annotated[Count, Field(ge=1, le=LARGEST_SIDE)]
 
 
+Index = Annotated[Count, Field(ge=0, le=64)]
+
+
 class ProjectorSection(Section):
     """The window that shows the touches on the plate."""
 
-    display: str = Field(":0", min_length=1, description="name of the X display")
+    display: Annotated[str, Field(min_length=1)] | None = Field(
+        None, description="name of the X display [that of the session]"
+    )
+    output: Annotated[str, Field(min_length=1)] | Index | None = Field(
+        None,
+        description="output of the desktop: its number from 0, its name or a part of it, or left,"
+        " right, top or bottom [the last one of the projector's size]",
+    )
     size: tuple[Side, Side] = Field((1280, 800), description="width and height of its image, px")
     full_screen: bool = Field(True, strict=True, description="whether it fills the display")
     mode: Literal["on", "beside", "outside", "dark"] = Field(

@@ -223,8 +223,9 @@ def _shown(name: str, section: Page | ProjectorSection | Outputs) -> Part:
         case Page(port=port):
             what = f"http://127.0.0.1:{port}" if port else "any free port"
             return Part(name, what, "one JPEG a frame and viewer", ("starlette", "uvicorn"))
-        case ProjectorSection(size=(width, height), display=display):
-            what = f"{width} × {height} px on display {display}"
+        case ProjectorSection(size=(width, height), output=output):
+            place = "the output of that size" if output is None else f"output {output}"
+            what = f"{width} × {height} px on {place}"
             return Part(name, what, "one window, in its own process", ("pygame",))
         case Outputs():
             ways = [way for way in OUTPUTS if getattr(section, way)]

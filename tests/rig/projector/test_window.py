@@ -65,7 +65,7 @@ def test_the_window_shows_the_drawn_image_pixel_for_pixel(x_server):
     with open_projector(SCREEN, display) as show:
         drawn = draw_marks(marks, SCREEN)
         wait_for(lambda: show(marks) or (read_screen(memory) == drawn).all())
-        assert show.status == f"projector window on {display}, 640 x 400 px"
+        assert show.status == f"projector window on {display} screen, 640 x 400 px"
 
 
 @pytest.mark.display
@@ -96,8 +96,8 @@ def test_a_screen_of_another_size_is_refused_in_one_sentence(x_server):
     with open_projector(fit_plate((800, 600), PLATE), display) as show:
         wait_for(lambda: show(()) or "no projector window" in show.status)
         assert show.status == (
-            "no projector window: projector size is 800 x 600 px but the display has 640 x 400 px; "
-            "set projector.size to the display's"
+            "no projector window: no output has the projector's 800 x 600 px; set projector.size to"
+            " that of its output, or projector.output: there are 0 'screen' of 640 x 400 px at 0, 0"
         )
 
 
@@ -120,7 +120,7 @@ def test_a_window_that_dies_or_hangs_is_opened_again(x_server, how, monkeypatch)
     monkeypatch.setattr("rig.projector.window.SECONDS_TO_ANSWER", 0.5)
     display, memory = x_server
     marks = (Mark(60.0, 50.0, 2.0),)
-    sound = f"projector window on {display}, 640 x 400 px"
+    sound = f"projector window on {display} screen, 640 x 400 px"
     with open_projector(SCREEN, display) as show:
         wait_for(lambda: show(marks) or read_screen(memory).any())
         first = show.pid
