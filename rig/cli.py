@@ -17,6 +17,7 @@ import typer
 COMMANDS = {
     "show": "Say what a scene contains, what it leaves out and why.",
     "design": "Say what a bench will reach, before anything is bought.",
+    "print": "Print the board of a calibration or a speckle pattern, at true scale.",
     "correlate": "Correlate two images: displacement, strain and their uncertainty.",
     "run": "Run the live loop of a scene.",
     "record": "Run the live loop and keep all that it sees and says.",

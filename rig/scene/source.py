@@ -19,9 +19,10 @@ class TwinSection(Section):
     """The digital twin: images are rendered, so the truth is known."""
 
     kind: Literal["twin"] = Field("twin", description="where frames come from")
-    script: Literal["tour", "random", "collect", "empty"] = Field(
+    script: Literal["tour", "random", "collect", "empty", "board", "board-on-plate"] = Field(
         "tour",
-        description="touches: a tour of moves and presses, single random ones, known ones, or none",
+        description="touches: a tour of moves and presses, single random ones, known ones, or none;"
+        " or the board of a calibration, held before the camera or lying on the plate",
     )
     seed: Count = Field(0, ge=0, description="seed of noise and random touches")
     shift: tuple[Pixels, Pixels] = Field(

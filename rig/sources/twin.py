@@ -16,6 +16,7 @@ from rig.scene.bench import CameraSection, PatternSection, SensorSection
 from rig.scene.plate import PlateSection, TouchesSection
 from rig.scene.source import TwinSection
 from rig.sources import script
+from rig.sources.held_board import HeldBoard, held_before, lying_on
 from rig.sources.script import Script
 from rig.system import cache
 
@@ -43,6 +44,8 @@ class Twin:
         Of the disc that a touch presses.
     rest : int
         Frames in which the plate stands still before its script begins.
+    board : HeldBoard or None
+        What is held before the camera in the place of the plate.
     """
 
     solver: Solver
@@ -54,6 +57,7 @@ class Twin:
     shift: tuple[float, float]
     radius: float
     rest: int = 0
+    board: HeldBoard | None = None
 
     def time(self, sequence: int) -> float:
         """Time of the script at frame `sequence`, s."""
@@ -69,13 +73,16 @@ class Twin:
         self, sequence: int, touches: tuple[fe.Touch, ...], out: NDArray[np.uint8] | None = None
     ) -> NDArray[np.uint8]:
         """Image of the touched plate, (H, W), the same for the same arguments."""
+        rng = np.random.default_rng((self.seed, sequence))
+        if self.board:
+            return self.sensor.capture(self.board.light(sequence / self.rate), rng, out)
         displacement = np.zeros((len(self.warper.points), 3))
         if touches:
             displacement = solve_plate(self.solver, touches).displacement(self.warper.points, "top")
         return self.warper.render(
             displacement,
             self.sensor,
-            np.random.default_rng((self.seed, sequence)),
+            rng,
             shift=(0.0, 0.0) if script.at_rest(self.time(sequence)) else self.shift,
             out=out,
         )
@@ -120,7 +127,18 @@ def build_twin(scene: Scene, progress: Callable[[int, int], None] | None = None)
         seed=source.seed,
         shift=source.shift,
         radius=scene.touches.radius if scene.touches else 0.0,
+        board=_board(source, plate, view),
     )
+
+
+def _board(source: TwinSection, plate: PlateSection, view: synthetic.AnyCamera) -> HeldBoard | None:
+    match source.script:
+        case "board":
+            return held_before(view, plate.size)
+        case "board-on-plate":
+            return lying_on(view, plate.size, plate.thickness / 2)
+        case _:
+            return None
 
 
 def _script(
@@ -129,7 +147,7 @@ def _script(
     match source.script, touches:
         case "tour", _:
             return script.tour(plate.size)
-        case "empty", _:
+        case "empty" | "board" | "board-on-plate", _:
             return script.empty
         case "collect", TouchesSection(force=force):
             return script.collect(plate.size, force, source.seed)

@@ -48,7 +48,11 @@ CALIBRATIONS = ("camera", "pose", "projector", "latency", "noise", "stripes")
 
 @pytest.mark.parametrize(
     "name",
-    [*sorted(set(cli.COMMANDS) - {"calibrate"}), *(f"calibrate {what}" for what in CALIBRATIONS)],
+    [
+        *sorted(set(cli.COMMANDS) - {"calibrate", "print"}),
+        *(f"calibrate {what}" for what in CALIBRATIONS),
+        *(f"print {what}" for what in ("board", "speckle")),
+    ],
 )
 def test_every_command_has_help(name):
     arguments = [*name.split(), "--help"]

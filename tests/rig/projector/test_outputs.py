@@ -129,8 +129,8 @@ class Desktop:
             self.message(f"output {name} mode {width}x{height} position {x} 0")
 
     def pixels(self, name):
-        picture = self.run("grim", "-o", name, "-t", "png", "-").stdout
-        return np.asarray(Image.open(io.BytesIO(picture)).convert("RGB"))
+        image = self.run("grim", "-o", name, "-t", "png", "-").stdout
+        return np.asarray(Image.open(io.BytesIO(image)).convert("RGB"))
 
     def end(self):
         self._process.terminate()
