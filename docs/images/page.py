@@ -27,7 +27,7 @@ from plate import own_scene
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 IMAGES = Path(__file__).parent
-SLOWER = ("page.port=0", "camera.rate=12", "dic.reference_frames=8")
+SLOWER = ("page.port=0", "page.viewers=machine", "camera.rate=12", "dic.reference_frames=8")
 FLAGS = ("--no-sandbox", "--disable-gpu", "--disable-background-networking")
 VIEW = {"width": 1180, "height": 760}
 BEFORE, AFTER = 4.5, 5.0  # s of the film around the moment when a second finger lands

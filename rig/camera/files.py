@@ -1,10 +1,13 @@
-"""A folder of images or a video in the place of a camera, one image after the other."""
+"""Images of a folder, of any names, or of a video in the place of a camera, one after the other."""
 
 from __future__ import annotations
 
+import csv
 import re
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
+from math import isfinite
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +34,8 @@ class ImageSequence:
         Monotonic time, s.
     sleep : callable
         Lets a time pass, s.
+    times : sequence of float, s, or None
+        When each image was taken; in the place of a rate.
     """
 
     settings: tuple[ControlSetting, ...] = ()
@@ -42,11 +47,12 @@ class ImageSequence:
         rate: float | None,
         clock: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], object] = time.sleep,
+        times: Sequence[float] | None = None,
     ):
         self.name = name
         self._clock, self._sleep = clock, sleep
         self._images = images
-        self._period = 1.0 / rate if rate else 0.0
+        self._period, self._times = 1.0 / rate if rate else 0.0, times
         self._start: float | None = None
         self._number = 0
 
@@ -54,7 +60,8 @@ class ImageSequence:
         """See `Device.read`."""
         now = self._clock()
         self._start = now if self._start is None else self._start
-        wait = self._start + self._number * self._period - now
+        due = self._start + self._due()
+        wait = due - now
         if wait > timeout:
             self._sleep(timeout)
             return None
@@ -63,7 +70,13 @@ class ImageSequence:
         if image is None:
             raise EOFError(f"{self.name} has ended after {self._number} images")
         self._number += 1
-        return Frame(self._number - 1, self._clock(), image)
+        return Frame(self._number - 1, self._clock() if self._times is None else due, image)
+
+    def _due(self) -> float:
+        """Time of the next image from the first, s."""
+        if self._times is None:
+            return self._number * self._period
+        return self._times[min(self._number, len(self._times) - 1)] - self._times[0]
 
     def close(self) -> None:
         """See `Device.close`."""
@@ -105,6 +118,75 @@ def image_paths(folder: str | Path) -> list[Path]:
     if not paths:
         raise OSError(f"folder {folder} holds no images; PNG, TIFF, BMP and JPEG are read")
     return paths
+
+
+def open_files(
+    pattern: str | Path, rate: float | None = None, times: str | Path | None = None
+) -> ImageSequence:
+    """Open the images that a pattern of names finds, in the order of the numbers in them.
+
+    Parameters
+    ----------
+    pattern : str or Path
+        Such as ``frames/cam0_*.png``; ``*`` stands for any letters, ``?`` for one, ``**`` for any
+        folders.
+    rate : float or None, frames a second
+        Pace; None gives each image as soon as it is asked for.
+    times : str or Path or None
+        CSV file that says when each image was taken, see `read_times`; it overrules the rate.
+
+    Raises
+    ------
+    OSError
+        If there is no such image or file; later, if an image is damaged.
+    ValueError
+        If the rate is not positive, or the times do not fit the images.
+    """
+    _check_rate(rate)
+    base = Path(Path(pattern).anchor)
+    found = base.glob(str(Path(pattern).relative_to(base)))
+    paths = sorted((path for path in found if path.suffix.lower() in SUFFIXES), key=_in_order)
+    if not paths:
+        raise OSError(f"no image is called '{pattern}'; PNG, TIFF, BMP and JPEG are read")
+    given = read_times(times, len(paths)) if times is not None else None
+    return ImageSequence(str(pattern), map(read_grey, paths), rate, times=given)
+
+
+def read_times(path: str | Path, count: int) -> list[float]:
+    """Read when images were taken: one line each, in s, in the first column or that of `time_s`.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    ValueError
+        If it has another number of lines than `count`, or times that do not grow.
+    """
+    try:
+        with Path(path).open(newline="", encoding="utf-8") as file:
+            lines = [line for line in csv.reader(file) if line]
+    except FileNotFoundError:
+        raise OSError(f"file {path} of the times does not exist; check the path") from None
+    except UnicodeDecodeError:
+        raise ValueError(f"file {path} of the times is no text; save it as CSV in UTF-8") from None
+    column = lines[0].index("time_s") if lines and "time_s" in lines[0] else 0
+    rows = lines[1:] if lines and _number(lines[0], column) is None else lines
+    times = [_number(row, column) for row in rows]
+    if len(times) != count:
+        raise ValueError(
+            f"file {path} has {len(times)} times and there are {count} images; give one each"
+        )
+    found = [time for time in times if time is not None and isfinite(time)]
+    if len(found) != count or any(late <= early for early, late in pairwise(found)):
+        raise ValueError(f"times of file {path} must be numbers in s that grow; correct them there")
+    return found
+
+
+def _number(row: list[str], column: int) -> float | None:
+    try:
+        return float(row[column])
+    except (ValueError, IndexError):
+        return None
 
 
 def open_video(path: str | Path, rate: float | None = None) -> ImageSequence:

@@ -73,7 +73,6 @@ def open_panels(
 def open_page(page: Page, screen: Screen | None) -> AbstractContextManager[Publisher]:
     """Give the context that serves a page to those whom the scene lets look."""
     from rig.page import serve
-    from rig.web.access import machine_access
+    from rig.web.access import access_of
 
-    access = machine_access(page.viewers == "network", page.control == "viewers")
-    return serve(page.port, screen, access)
+    return serve(page.port, screen, access_of(page.viewers, page.control == "viewers"))

@@ -19,7 +19,6 @@ from starlette.routing import WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from rig.live.snapshot import Mark, Snapshot
-from rig.web.access import Access, machine_access
 from rig.web.guard import Guard
 from rig.web.serving import GOING_AWAY, HOST, Newest, listen, serving
 
@@ -36,9 +35,8 @@ class TouchStream:
         Address that clients connect to.
     """
 
-    def __init__(self, port: int, access: Access):
-        query = "" if access.alone else f"?token={access.token}"
-        self.url = f"ws://{HOST}:{port}{PATH}{query}"
+    def __init__(self, port: int):
+        self.url = f"ws://{HOST}:{port}{PATH}"
         self.snapshots: Newest[Snapshot] = Newest()
 
     def __call__(self, snapshot: Snapshot) -> None:
@@ -47,11 +45,10 @@ class TouchStream:
 
 
 @contextmanager
-def serve_touches(port: int = PORT, access: Access | None = None) -> Generator[TouchStream]:
+def serve_touches(port: int = PORT) -> Generator[TouchStream]:
     """Serve the stream on a loopback port while the block runs; 0 takes a free one.
 
-    Without `access` everyone on this machine may listen, or only those with the link that is the
-    stream's `url` where the machine has other users.
+    Programs know it by its port alone, so everyone on this machine may listen, as to TUIO.
 
     Raises
     ------
@@ -60,10 +57,9 @@ def serve_touches(port: int = PORT, access: Access | None = None) -> Generator[T
     OSError
         If the port cannot be had; raised before anything is started.
     """
-    access = access or machine_access()
     with listen(port, "outputs.websocket.port") as listener:
-        stream = TouchStream(listener.getsockname()[1], access)
-        with serving(_application(stream, access), listener, "touches"):
+        stream = TouchStream(listener.getsockname()[1])
+        with serving(_application(stream), listener, "touches"):
             try:
                 yield stream
             finally:
@@ -98,7 +94,7 @@ def _finite(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def _application(stream: TouchStream, access: Access) -> Starlette:
+def _application(stream: TouchStream) -> Starlette:
     async def send(websocket: WebSocket) -> None:
         await websocket.accept()
         shown = None
@@ -109,6 +105,4 @@ def _application(stream: TouchStream, access: Access) -> Starlette:
         except WebSocketDisconnect:
             pass  # the client went while its text was on the way
 
-    return Starlette(
-        routes=[WebSocketRoute(PATH, send)], middleware=[Middleware(Guard, access=access)]
-    )
+    return Starlette(routes=[WebSocketRoute(PATH, send)], middleware=[Middleware(Guard)])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import multiprocessing
-import signal
 import time
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
@@ -24,7 +23,7 @@ from rig.projector.outputs import (
     open_window,
     use_display,
 )
-from rig.system.process import deaf_to_interrupts
+from rig.system.process import deaf_to_interrupts, leave_signals_to_the_loop
 
 if TYPE_CHECKING:
     import pygame
@@ -180,7 +179,7 @@ def _run_window(
     wanted: str | int | None,
 ) -> None:
     """Body of the window's process: ends when the loop closes the link or dies."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    leave_signals_to_the_loop()
     use_display(display)
     import pygame
 

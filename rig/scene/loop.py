@@ -14,8 +14,10 @@ class Page(Section):
     """The operator page."""
 
     port: Count = Field(8765, ge=0, le=65535, description="port, 0 for any free one")
-    viewers: Literal["machine", "network"] = Field(
-        "machine", description="who may look: this machine, or others by a link that is printed"
+    viewers: Literal["user", "machine", "network"] = Field(
+        "user",
+        description="who may look: whoever runs it, by a link that is printed where the machine has"
+        " other users; everyone on this machine; or others too, by a link that is printed",
     )
     control: Literal["machine", "viewers"] = Field(
         "machine", description="who may record and change settings"

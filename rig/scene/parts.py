@@ -16,6 +16,7 @@ from rig.scene.bench import (
     RingSection,
     SensorSection,
 )
+from rig.scene.board import BoardSection
 from rig.scene.dataset import DatasetSection
 from rig.scene.loop import Outputs, Page, ProjectorSection
 from rig.scene.plate import SIDES, BaseSection, Mixed, PlateSection, TouchesSection
@@ -31,6 +32,7 @@ from rig.scene.sensing import (
 from rig.scene.source import (
     Basler,
     DeviceSection,
+    Files,
     Folder,
     Genicam,
     OpenCv,
@@ -75,8 +77,10 @@ def describe(name: str, section: Section, scene: Scene) -> Part:
             | DicSection()
         ):
             return _sensing(name, section, scene)
-        case TwinSection() | DeviceSection() | Folder() | Video() | Recorded():
+        case TwinSection() | DeviceSection() | Folder() | Files() | Video() | Recorded():
             return _images(name, section, scene)
+        case BoardSection():
+            return _board(name, section)
         case Page() | ProjectorSection() | Outputs():
             return _shown(name, section)
         case _:
@@ -197,7 +201,9 @@ def _strain(name: str, scene: Scene) -> Part:
 
 
 def _images(
-    name: str, section: TwinSection | DeviceSection | Folder | Video | Recorded, scene: Scene
+    name: str,
+    section: TwinSection | DeviceSection | Folder | Files | Video | Recorded,
+    scene: Scene,
 ) -> Part:
     match section:
         case TwinSection(script=script, seed=seed):
@@ -209,13 +215,20 @@ def _images(
             what = f"camera at {place}"
         case Basler(serial=serial) | Genicam(serial=serial):
             what = f"{section.kind} camera {serial}"
-        case Folder(path=path) | Video(path=path):
+        case Folder(path=path) | Files(path=path) | Video(path=path):
             return Part(name, f"{section.kind} {path}", "nothing is left out", ("cv2",))
         case Recorded(path=path):
             return Part(name, f"recording {path}", "nothing is left out", ("h5py",))
         case _:
             raise TypeError(f"no account of a {type(section).__name__}")
     return Part(name, what, "one copy a frame, in its own thread", (DRIVERS[section.kind],))
+
+
+def _board(name: str, section: BoardSection) -> Part:
+    lamp = f"lamp at {section.lamp:.0%}" if section.lamp is not None else ""
+    trigger = "trigger of the camera" if section.trigger_width is not None else ""
+    what = " and ".join(filter(None, (lamp, trigger))) or "nothing to do"
+    return Part(name, f"USB board: {what}", "a request when frames begin and end", ("usb",))
 
 
 def _shown(name: str, section: Page | ProjectorSection | Outputs) -> Part:

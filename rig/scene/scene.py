@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from rig.scene.bench import AnyGauges, CameraSection, PatternSection, SensorSection
+from rig.scene.board import BoardSection
 from rig.scene.dataset import DatasetSection
 from rig.scene.loop import Outputs, Page, ProjectorSection
 from rig.scene.plate import BaseSection, PlateSection, TouchesSection
@@ -25,6 +26,7 @@ NEEDS = {
     "sensor": ("camera",),
     "dic": ("camera",),
     "source": ("plate", "camera"),
+    "board": ("source",),
     "outputs": ("plate",),
     "training": ("gauges",),
     "dataset": ("gauges",),
@@ -69,6 +71,7 @@ class Scene(Section):
     training: TrainingSection | None = Field(None, description="training and test touches")
     dataset: DatasetSection | None = Field(None, description="samples of touches on disk")
     source: Source | None = Field(None, description="where frames come from")
+    board: BoardSection | None = Field(None, description="a USB board: lamp and trigger")
     page: Page | None = Field(None, description="the operator page")
     projector: ProjectorSection | None = Field(None, description="the projector window")
     outputs: Outputs | None = Field(None, description="where touches are sent to")

@@ -81,6 +81,16 @@ class Folder(Section):
     path: Text = Field(description="folder of grey images of 8 bit")
 
 
+class Files(Section):
+    """Images of any names, at the rate of [camera] or at the times when they were taken."""
+
+    kind: Literal["files"] = Field(description="where frames come from")
+    path: Text = Field(description="their names, with * and ?, in the order of their numbers")
+    times: Text | None = Field(
+        None, description="CSV file with the time of each, s [at the rate of [camera]]"
+    )
+
+
 class Video(Section):
     """Images of a video, at the rate of [camera]."""
 
@@ -96,6 +106,6 @@ class Recorded(Section):
 
 
 Source = Annotated[
-    TwinSection | OpenCv | V4l2 | Basler | Genicam | Folder | Video | Recorded,
+    TwinSection | OpenCv | V4l2 | Basler | Genicam | Folder | Files | Video | Recorded,
     Field(discriminator="kind"),
 ]

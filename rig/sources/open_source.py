@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +13,7 @@ from rig.scene.bench import CameraSection
 from rig.scene.source import (
     Basler,
     DeviceSection,
+    Files,
     Folder,
     Genicam,
     OpenCv,
@@ -34,7 +35,7 @@ Opening = Callable[[], "OpenDevice"]
 def open_input(
     scene: Scene, say: Callable[[str], object]
 ) -> Generator[tuple[Source, ReferenceFrame | None]]:
-    """Open the source of a scene's frames while the block runs.
+    """Open the source of a scene's frames while the block runs, with its USB board at work.
 
     Parameters
     ----------
@@ -55,6 +56,18 @@ def open_input(
     ValueError
         If the scene has no source.
     """
+    with ExitStack() as parts:
+        if scene.board and scene.camera:
+            from rig.sources import bench_board
+
+            parts.enter_context(bench_board.board_at_work(scene.board, scene.camera.rate))
+        yield parts.enter_context(_source(scene, say))
+
+
+@contextmanager
+def _source(
+    scene: Scene, say: Callable[[str], object]
+) -> Generator[tuple[Source, ReferenceFrame | None]]:
     match scene.source, scene.camera:
         case TwinSection(), _:
             from rig.sources.twin_source import open_twin
@@ -69,7 +82,7 @@ def open_input(
                 if session.cut:
                     say(session.cut)
                 yield Playback(session), session.reference
-        case Folder() | Video() as kept, CameraSection(rate=rate):
+        case Folder() | Files() | Video() as kept, CameraSection(rate=rate):
             from rig.camera.device import InOrder
 
             yield InOrder(_kept(kept, rate)), None
@@ -88,10 +101,16 @@ def open_input(
             )
 
 
-def _kept(source: Folder | Video, rate: float) -> OpenDevice:
-    from rig.camera.files import open_folder, open_video
+def _kept(source: Folder | Files | Video, rate: float) -> OpenDevice:
+    from rig.camera.files import open_files, open_folder, open_video
 
-    return (open_folder if isinstance(source, Folder) else open_video)(source.path, rate)
+    match source:
+        case Files(path=path, times=times):
+            return open_files(path, rate, times)
+        case Folder(path=path):
+            return open_folder(path, rate)
+        case Video(path=path):
+            return open_video(path, rate)
 
 
 def _opening(device: DeviceSection, view: CameraSection) -> Opening:

@@ -8,7 +8,6 @@ stands still until the loop says that it has its reference, however long that ta
 from __future__ import annotations
 
 import multiprocessing
-import signal
 import time
 from collections.abc import Callable, Generator
 from contextlib import contextmanager, suppress
@@ -24,7 +23,11 @@ import fe
 from rig.scene import Scene
 from rig.scene.bench import CameraSection
 from rig.system.frame import Frame
-from rig.system.process import deaf_to_interrupts, without_script
+from rig.system.process import (
+    deaf_to_interrupts,
+    leave_signals_to_the_loop,
+    without_script,
+)
 
 if TYPE_CHECKING:
     from rig.sources.twin import Twin
@@ -133,7 +136,7 @@ def open_twin(scene: Scene) -> Generator[TwinSource]:
             here.close()
             process.join(END_LIMIT)
             if process.is_alive():
-                process.terminate()
+                process.kill()
                 process.join()
             memory.unlink()
 
@@ -155,7 +158,7 @@ def _views(memory: SharedMemory, shape: tuple[int, int]):
 
 def _deliver(scene: Scene, memory_name: str, link: Connection) -> None:
     """Body of the twin's process: ends when the other end of the link closes."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the loop, and the loop ends this
+    leave_signals_to_the_loop()
     from rig.sources.twin import build_twin
 
     try:

@@ -1,4 +1,7 @@
-"""Ctrl-C and the processes beside the loop: they are born deaf to it, the loop answers."""
+"""Ctrl-C and the processes beside the loop: they are born deaf to it, the loop answers.
+
+SIGTERM, by which a system ends what it has started, is answered alike.
+"""
 
 import signal
 import sys
@@ -11,7 +14,8 @@ from typing import Any
 AGAIN = 0.5  # s after which an interrupt that was lost comes again
 REPEATS = hasattr(signal, "setitimer")  # not on Windows
 BLOCKS = hasattr(signal, "pthread_sigmask")  # nor this
-SIGNALS = (signal.SIGINT, signal.SIGALRM) if REPEATS else (signal.SIGINT,)
+ENDS = (signal.SIGINT, signal.SIGTERM)
+SIGNALS = (*ENDS, signal.SIGALRM) if REPEATS else ENDS
 
 
 @contextmanager
@@ -41,6 +45,12 @@ def deaf_to_interrupts() -> Generator[None]:
             signal.raise_signal(signal.SIGINT)
 
 
+def leave_signals_to_the_loop() -> None:
+    """Ignore Ctrl-C and SIGTERM in a process beside the loop, which ends it by closing its link."""
+    for one in ENDS:
+        signal.signal(one, signal.SIG_IGN)
+
+
 @contextmanager
 def without_script() -> Generator[None]:
     """Let a process that is spawned here leave the user's script alone.
@@ -58,7 +68,7 @@ def without_script() -> Generator[None]:
 
 @contextmanager
 def interruptible() -> Generator[None]:
-    """Let Ctrl-C end what runs here as KeyboardInterrupt and nothing else.
+    """Let Ctrl-C or SIGTERM end what runs here as KeyboardInterrupt and nothing else.
 
     Where it comes while compiled code is called, that code makes a SystemError of it; where it
     comes in a callback of such code, it is lost: so it comes again until the block has ended. What
@@ -69,7 +79,7 @@ def interruptible() -> Generator[None]:
         yield
         return
     asked = False
-    before = {signal.SIGINT: signal.getsignal(signal.SIGINT)}
+    before = {one: signal.getsignal(one) for one in ENDS}
 
     def interrupt(signum: int, frame: object) -> None:
         nonlocal asked
@@ -79,7 +89,8 @@ def interruptible() -> Generator[None]:
         _wake(AGAIN)
         raise KeyboardInterrupt
 
-    signal.signal(signal.SIGINT, interrupt)
+    for one in ENDS:
+        signal.signal(one, interrupt)
     try:
         yield
     except SystemError:

@@ -13,6 +13,7 @@ import os
 import secrets
 import sys
 from dataclasses import dataclass
+from typing import Literal
 from urllib.parse import urlsplit
 
 PEOPLE = (500 if sys.platform == "darwin" else 1000, 60_000)  # numbers of people's accounts
@@ -50,11 +51,11 @@ class Access:
         return self.token is not None and hmac.compare_digest(self.token.encode(), given.encode())
 
 
-def machine_access(network: bool = False, control: bool = False) -> Access:
-    """Return who may come in, with a token if the network may or this machine has other users."""
-    alone = not has_other_users()
-    token = new_token() if network or not alone else None
-    return Access(token, control, network, alone)
+def access_of(viewers: Literal["user", "machine", "network"], control: bool) -> Access:
+    """Return who may come in, by what a scene says of the page's viewers and of their control."""
+    alone = viewers == "machine" or not has_other_users()
+    network = viewers == "network"
+    return Access(new_token() if network or not alone else None, control, network, alone)
 
 
 def has_other_users() -> bool:

@@ -68,7 +68,7 @@ class Bench:
         parts.callback(self.room.close)
         self.camera = parts.enter_context(emulated_camera((size, size), folder / "images"))
         self.page, stream = free_port(), free_port()
-        changes = f"[page]\nport = {self.page}\n"
+        changes = f'[page]\nport = {self.page}\nviewers = "machine"\n'
         self.scene = scene_of(folder, self.display, stream, size, changes)
         keep_lens_and_pose(self.scene, self.room.camera)
         self.record = folder / "session.h5"

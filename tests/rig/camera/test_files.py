@@ -3,8 +3,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
+import rig
 from rig.camera import InOrder, LiveCamera
-from rig.camera.files import ImageSequence, open_folder, open_video
+from rig.camera.files import ImageSequence, open_files, open_folder, open_video, read_times
+from rig.sources.open_source import open_input
 
 SHAPE = (32, 48)
 
@@ -109,3 +111,69 @@ def test_an_image_of_16_bit_is_one_sentence(tmp_path):
     Image.fromarray(np.zeros(SHAPE, np.uint16)).save(tmp_path / "deep.png")
     with pytest.raises(OSError, match="has uint16 values; convert it to 8 bit"):
         open_folder(tmp_path).read(1.0)
+
+
+def test_files_of_any_names_come_in_the_order_of_their_numbers(folder):
+    for number in (9, 10):
+        Image.fromarray(np.full(SHAPE, number, np.uint8)).save(folder / f"other {number} b.png")
+    source = InOrder(open_files(folder / "other*.png"))
+    assert [source.grab(1.0).image[0, 0] for _ in range(2)] == [9, 10]
+    source = InOrder(open_files(folder / "frame_1?.*"))
+    assert [source.grab(1.0).image[0, 0] for _ in range(2)] == [10, 11]
+
+
+def test_images_bear_the_times_when_they_were_taken():
+    clock = Clock()
+    images = iter(np.full((3, *SHAPE), 7, np.uint8))
+    taken = ImageSequence("drawn", images, None, clock, clock.sleep, [5.0, 5.5, 7.0])
+    assert taken.read(1.0).captured == 100.0
+    clock.now = 100.7  # the second is late
+    assert taken.read(1.0).captured == 100.5
+    assert taken.read(1.0) is None
+    assert taken.read(1.0).captured == 102.0
+    with pytest.raises(EOFError):
+        taken.read(1.0)
+
+
+@pytest.mark.parametrize(
+    "text", ["1.5\n2\n3e0\n", "frame,time_s\na,1.5\nb,2\nc,3\n", "t\n1.5\n2\n3"]
+)
+def test_times_are_read_from_a_column_of_a_table(tmp_path, text):
+    path = tmp_path / "times.csv"
+    path.write_text(text)
+    assert read_times(path, 3) == [1.5, 2.0, 3.0]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("1\n2\n", "has 2 times and there are 3 images; give one each"),
+        ("1\n2\n2\n", "must be numbers in s that grow; correct them there"),
+        ("1\nnan\n3\n", "must be numbers in s that grow"),
+        ("1\n2\nthree\n", "must be numbers in s that grow"),
+        ("", "has 0 times"),
+    ],
+)
+def test_times_that_do_not_fit_are_one_sentence(tmp_path, text, said):
+    path = tmp_path / "times.csv"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=said):
+        read_times(path, 3)
+
+
+def test_files_that_are_not_there_are_one_sentence(folder):
+    with pytest.raises(OSError, match=r"no image is called '.*notes\*'; PNG, TIFF"):
+        open_files(folder / "notes*")
+    with pytest.raises(OSError, match="of the times does not exist; check the path"):
+        open_files(folder / "frame*", times=folder / "times.csv")
+
+
+def test_a_scene_names_files_and_their_times(folder):
+    (folder / "times.csv").write_text("0\n0.01\n0.02\n0.05\n")
+    source = {"kind": "files", "path": f"{folder}/frame_*.png", "times": f"{folder}/times.csv"}
+    scene = rig.load("bench", {"source": source})
+    with open_input(scene, lambda said: None) as (opened, reference):
+        frames = [opened.grab(5.0) for _ in range(4)]
+    assert reference is None
+    taken = [frame.captured - frames[0].captured for frame in frames]
+    assert taken == pytest.approx([0, 0.01, 0.02, 0.05], abs=1e-6)

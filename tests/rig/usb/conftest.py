@@ -151,42 +151,11 @@ class Board(Toy):
 
 
 class Webcam(Toy):
-    """A UVC camera whose controls are those of the class definition: selector to size and value."""
-
-    TERMINAL, PROCESSING = 7, 9
+    """A UVC camera, as its interfaces say; the kernel's driver has it."""
 
     def __init__(self, **options):
-        header = bytes([13, 0x24, 1, 0x10, 1, 40, 0, 0, 0, 0, 0, 1, 1])
-        terminal = bytes([18, 0x24, 2, self.TERMINAL, 1, 2, 0, 0, *(0,) * 6, 3, 0x2A, 0, 2])
-        processing = bytes([11, 0x24, 5, self.PROCESSING, self.TERMINAL, 0, 0, 2, 0x40, 0x12, 0])
-        interfaces = ((0x0E, 1, header + terminal + processing), (0x0E, 2, b""))
-        super().__init__(name="Cam", interfaces=interfaces, **options)
+        super().__init__(name="Cam", interfaces=((0x0E, 1, b""), (0x0E, 2, b"")), **options)
         self.driver = {0, 1}
-        self.controls = {
-            (7, 2): [1, 8], (7, 4): [4, 250], (7, 6): [2, 30], (7, 8): [1, 1],
-            (9, 4): [2, 16], (9, 10): [2, 4600], (9, 11): [1, 1],
-        }  # fmt: skip
-
-    def control(self, kind, request, value, index, data):
-        control = self.controls.get((index >> 8, value >> 8))
-        if control is None or index & 0xFF != 0:
-            return None
-        if (kind, request) == (0xA1, 0x81):
-            return control[1].to_bytes(control[0], "little")
-        if (
-            (kind, request) != (0x21, 1)
-            or len(data) != control[0]
-            or self.locked(value >> 8, index)
-        ):
-            return None
-        control[1] = int.from_bytes(data, "little")
-        return b""
-
-    def locked(self, selector, index):
-        """Whether the automatic that owns a control is on."""
-        owners = {(7, 4): ((7, 2), 1), (7, 6): ((7, 8), 0), (9, 10): ((9, 11), 0)}
-        owner, free = owners.get((index >> 8, selector), (None, None))
-        return owner is not None and self.controls[owner][1] != free
 
 
 @pytest.fixture
