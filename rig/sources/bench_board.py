@@ -1,5 +1,8 @@
 """The USB board of a scene, at work while frames are taken."""
 
+# pyusb has no stubs.
+# pyright: reportMissingTypeStubs=false
+
 from __future__ import annotations
 
 from collections.abc import Generator, Sequence
