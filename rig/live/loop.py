@@ -6,15 +6,17 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from math import inf
 from typing import Any
 
 import numpy as np
 
-from models import noise_from_sums
+from models import Estimate, noise_from_sums
 from rig.live.baseline import ReferenceFrame, average_reference, moved_during_reference
 from rig.live.bench import Bench
 from rig.live.chain import FrameEstimate, StrainChain
 from rig.live.frame_record import FrameRecord, Recorder
+from rig.live.gestures import Gesture, Gestures
 from rig.live.quality import signs
 from rig.live.run_score import RunScore
 from rig.live.snapshot import Snapshot, StrainOverlay
@@ -27,6 +29,7 @@ PATIENCE = 5.0  # s without a frame after which a source is given up before the 
 SILENCE = 0.5  # s without a frame after which the user is warned,
 MISSED = 3  # or so many of the intervals between the frames of the reference, if these are longer
 ATTEMPTS = 30  # series of reference frames that are thrown away because something moved
+SHOWN = 1.0  # s that a gesture stays in the snapshots, for those who do not see every frame
 PACE = 60  # frames over which the running rate is measured
 
 
@@ -79,6 +82,7 @@ class Loop:
         self._sequence: int | None = None
         self._first: float | None = None
         self._finished: deque[float] = deque(maxlen=PACE)
+        self._gestures, self._recent = Gestures(), tuple[Gesture, ...]()
 
     @property
     def fps(self) -> float:
@@ -177,11 +181,22 @@ class Loop:
                 FrameRecord(frame, result.before, result.frame_estimate, result.identities)
             )
         self.frames += 1
+        self._follow_gestures(frame, result)
         errors = self._score(frame, result.frame_estimate)
         now = self._clock()
         self._first = now if self._first is None else self._first
         self._finished.append(now)
         return self._snapshot(frame, follower, view, result, errors)
+
+    def _follow_gestures(self, frame: Frame, result: FrameResult) -> None:
+        estimate = result.frame_estimate.estimate
+        places = zip(result.identities, estimate.xy.tolist(), estimate.force.tolist(), strict=True)
+        touches = [
+            (identity, x, y, force, _sigma(estimate, index))
+            for index, (identity, (x, y), force) in enumerate(places)
+        ]
+        found = self._recent + self._gestures.follow(touches, frame.captured)
+        self._recent = tuple(one for one in found if frame.captured - one.time <= SHOWN)
 
     def _without_frame(self, snapshot: Snapshot, follower: FrameProcessor) -> Snapshot:
         return replace(
@@ -271,9 +286,16 @@ class Loop:
             noise=noise_from_sums(frame_estimate.sums, follower.chain.reference.tiles),
             strain_reason="" if shown else "the scene names no [comparison] by strain",
             events=result.events,
+            gestures=self._recent,
             signs=signs(follower.chain, frame_estimate),
             estimate=frame_estimate.estimate,
         )
+
+
+def _sigma(estimate: Estimate, index: int) -> float:
+    """Return the standard deviation of a place in its worst direction, mm; infinite if unknown."""
+    spread = estimate.touch_covariance(index)[:2, :2]
+    return float(np.sqrt(np.linalg.eigvalsh(spread)[-1])) if np.isfinite(spread).all() else inf
 
 
 def _shown(strain_chain: StrainChain | None, frame_estimate: FrameEstimate) -> StrainOverlay | None:

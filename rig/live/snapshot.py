@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from models import Estimate
+    from rig.live.gestures import Gesture
     from rig.live.tracks import Event
 
 
@@ -137,6 +138,8 @@ class Snapshot:
         Whether this is a new frame; else none came, and the last one stands for it.
     events : tuple of Event
         What appeared, moved and left in this frame.
+    gestures : tuple of Gesture
+        Those of the last second, the newest last.
     signs : tuple of Sign
         How good the frame is; none where no touch was looked for.
     estimate : models.Estimate or None
@@ -166,6 +169,7 @@ class Snapshot:
     strain_reason: str = ""
     fresh: bool = True
     events: tuple[Event, ...] = ()
+    gestures: tuple[Gesture, ...] = ()
     signs: tuple[Sign, ...] = ()
     estimate: Estimate | None = None
 

@@ -2,7 +2,9 @@
 
 A text is an object: `sequence`, `captured` (s, on the clock of the frames), `plate` (mm, mm),
 `status`, and `touches`, each with `id`, `x`, `y` (mm), `force` (N), `sigma` (semi-axes in mm, angle
-in rad) and `sigma_force` (N). A client that is slow gets fewer frames, always the newest.
+in rad) and `sigma_force` (N); and `gestures`, those of the last second, each with `kind`, `time`
+(s), `x`, `y` (mm), `value`, `angle` and `identities`, as `rig.live.gestures.Gesture` says. A client
+that is slow gets fewer frames, always the newest.
 """
 
 from __future__ import annotations
@@ -11,6 +13,7 @@ import json
 import math
 from collections.abc import Generator
 from contextlib import contextmanager
+from dataclasses import asdict
 from typing import Any
 
 from starlette.applications import Starlette
@@ -74,6 +77,7 @@ def text(snapshot: Snapshot) -> str:
         "plate": snapshot.plate_size,
         "status": snapshot.status,
         "touches": [_touch(mark) for mark in snapshot.touches],
+        "gestures": [asdict(gesture) for gesture in snapshot.gestures],
     }
     return json.dumps(frame, allow_nan=False)
 

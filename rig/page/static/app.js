@@ -93,7 +93,8 @@ function showAll(now) {
   showControls(frame);
   showBar(frame, choice);
   chart.draw();
-  show("status", frame.status);
+  const gesture = frame.gestures?.at(-1);
+  show("status", gesture ? `${frame.status} · ${gesture.kind}` : frame.status);
   for (const input of document.querySelectorAll("[name=component]")) input.disabled = !frame.strain;
   find("view").querySelector("[value=projector]").disabled = !frame.projector;
 }

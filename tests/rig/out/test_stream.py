@@ -44,6 +44,7 @@ def test_a_client_gets_the_touches_of_each_frame_as_json(shot):
                 {"id": None, "x": 30.0, "y": 40.0, "force": 1.0, "sigma": [0, 0, 0],
                  "sigma_force": 0},
             ],
+            "gestures": [],
         }  # fmt: skip
         stream(shot(6, ()))
         assert json.loads(client.recv(timeout=10))["touches"] == []
