@@ -10,6 +10,7 @@ from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
 from rig.scene.account import account
 from rig.sources.twin import build_twin
+from rig.system.cache import CacheWarning
 
 
 def quiet(done, total):
@@ -85,13 +86,13 @@ def test_a_second_start_computes_nothing(small, tmp_path, monkeypatch):
     np.testing.assert_array_equal(first.motions.modes.values, second.motions.modes.values)
 
 
-def test_damaged_modes_are_one_sentence(small, tmp_path, monkeypatch):
+def test_damaged_modes_are_computed_again(small, tmp_path, monkeypatch):
     scene = small()
     monkeypatch.setenv("TOUCHPLATE_CACHE", str(tmp_path))
     build_bench(scene, quiet)
     (stored,) = tmp_path.glob("modes/*.npz")
     stored.write_bytes(stored.read_bytes()[:-100])
-    with pytest.raises(OSError, match=r"cache file .* is damaged .*; delete it and run again"):
+    with pytest.warns(CacheWarning, match=f"{stored.name} was damaged and is computed again"):
         build_bench(scene, quiet)
 
 

@@ -1,5 +1,7 @@
 """Every kind of source that needs no camera, opened as a scene names it, through the whole loop."""
 
+import json
+
 import cv2
 import numpy as np
 import pytest
@@ -139,12 +141,11 @@ def test_a_calibrated_camera_is_taken_if_its_images_have_the_size(small, size):
     lens = {"size": size, "focal": 700.0, "sigma_focal": 1.0, "centre": (190.0, 160.0)}
     pose = scene.camera.build(scene.plate).T_cam_plate.tolist()
     made = {"date": "2026-11-01T00:00:00Z", "error": 0.1}
-    calibration = Calibration.model_validate(
-        {
-            "lens": made | lens | {"distortion": (0.0,) * 5},
-            "pose": made | {"T_cam_plate": pose, "covariance": np.eye(6).tolist()},
-        }
-    )
+    parts = {
+        "lens": made | lens | {"distortion": (0.0,) * 5},
+        "pose": made | {"T_cam_plate": pose, "covariance": np.eye(6).tolist()},
+    }
+    calibration = Calibration.model_validate_json(json.dumps(parts))
     bench = build_bench(scene, lambda done, total: None, calibration)
     assert bench.camera.size == (384, 320)
     assert (bench.camera.focal == 700.0) == (size == (384, 320))
