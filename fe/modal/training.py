@@ -102,8 +102,9 @@ def _bent(modal: ModalPlate, shapes: F64, values: F64, fractions: F64) -> _Bent:
     bench, largest, found = BenchPlate(modal, values), _largest(modal), list[F64]()
     places = (_MARGIN + (1.0 - 2.0 * _MARGIN) * fractions[..., :2]) * modal.mesh.size
     forces = (_SMALLEST + (1.0 - _SMALLEST) * fractions[..., 2:]) * largest
-    for number, touches in enumerate(np.concatenate([places, forces], axis=2)):
-        state = bench.press(touches[: 2 if number % 4 == 3 else 1])
+    pressed: F64 = np.concatenate([places, forces], axis=2)
+    for number in range(len(pressed)):
+        state = bench.press(pressed[number, : 2 if number % 4 == 3 else 1])
         if state.converged:
             found.append(state.amplitudes)
     shape = shapes @ (values + modal.described)[SHAPE]

@@ -16,7 +16,7 @@ import numpy as np
 import fe
 from models.bench.bench import NAMES, UNITS, BenchEstimate
 from models.bench.identify import COARSE
-from models.bench.joint import Problem, State, Term, descend, pose, scatters, stand
+from models.bench.joint import JointProblem, State, Term, descend, pose, scatters, stand
 from models.bench.press import Press
 from models.forward.bench_forward import BenchForward
 from models.forward.camera_change import CAMERA, CameraChange
@@ -147,7 +147,7 @@ def _size(forward: BenchForward) -> np.ndarray:
 
 
 def _fitted(
-    forward: BenchForward, problem: Problem, look: CameraChange | None
+    forward: BenchForward, problem: JointProblem, look: CameraChange | None
 ) -> tuple[State, float]:
     """Fit touches and free numbers; χ² with the priors of both."""
     state = State(problem.prior.values.copy(), np.array([one.touch for one in problem.presses]))
@@ -160,7 +160,7 @@ def _fitted(
     return state, sum(term.chi2 for term in terms) + float(beside @ beside)
 
 
-def _by_size(problem: Problem, state: State) -> dict[str, float]:
+def _by_size(problem: JointProblem, state: State) -> dict[str, float]:
     """Numbers that were free, that which is largest in parts of its prior first."""
     off = np.abs(state.values - problem.prior.values) / np.maximum(problem.prior.prior, 1e-300)
     names = [name for name, free in zip(NAMES, problem.free, strict=True) if free]

@@ -14,7 +14,7 @@ import numpy as np
 from models.arrays import F64
 from models.bench.bench import NAMES, BenchEstimate, HeldOut
 from models.bench.joint import (
-    Problem,
+    JointProblem,
     State,
     Term,
     descend,
@@ -94,7 +94,7 @@ def identify(
     return _described(problem, on, bench, state, terms)
 
 
-def _discrepancy(problem: Problem, on: BenchForward, state: State) -> float:
+def _discrepancy(problem: JointProblem, on: BenchForward, state: State) -> float:
     """Error of the model, as a fraction, under which the residuals are likeliest."""
     likelihood = np.zeros(len(_DISCREPANCIES))
     given = zip(problem.presses, state.touches, scatters(problem, on, state), strict=True)
@@ -107,7 +107,7 @@ def _discrepancy(problem: Problem, on: BenchForward, state: State) -> float:
     return float(_DISCREPANCIES[np.argmax(likelihood)])
 
 
-def _labels(problem: Problem, terms: list[Term], state: State) -> LabelErrors:
+def _labels(problem: JointProblem, terms: list[Term], state: State) -> LabelErrors:
     """Judge the labels by what the presses show."""
     normal, _, blocks = reduced(problem, state, terms, 0.0)
     bench = np.linalg.inv(normal)
@@ -122,7 +122,7 @@ def _labels(problem: Problem, terms: list[Term], state: State) -> LabelErrors:
 
 
 def _described(
-    problem: Problem, on: BenchForward, bench: BenchEstimate, state: State, terms: list[Term]
+    problem: JointProblem, on: BenchForward, bench: BenchEstimate, state: State, terms: list[Term]
 ) -> BenchEstimate:
     normal, _, _ = reduced(problem, state, terms, 0.0)
     inverse = np.asarray(np.linalg.inv(normal), dtype=np.float64)
@@ -142,7 +142,7 @@ def _described(
     )
 
 
-def _led_astray(problem: Problem, on: BenchForward, state: State, terms: list[Term]) -> F64:
+def _led_astray(problem: JointProblem, on: BenchForward, state: State, terms: list[Term]) -> F64:
     """Slope of the bench (P, m) by a unit of an error of the model that all presses share.
 
     What a model leaves out it leaves out of every press: such an error does not average as noise
@@ -161,7 +161,7 @@ def _led_astray(problem: Problem, on: BenchForward, state: State, terms: list[Te
     return total
 
 
-def _held_out(problem: Problem, state: State, terms: list[Term]) -> HeldOut | None:
+def _held_out(problem: JointProblem, state: State, terms: list[Term]) -> HeldOut | None:
     """Errors of presses that are taken out of the bench, to first order."""
     normal, slope, blocks = reduced(problem, state, terms, 0.0)
     places: list[float] = []

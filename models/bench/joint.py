@@ -43,7 +43,7 @@ class Term(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class JointProblem:
     """Presses, what is known beforehand, and which numbers are to be found."""
 
     presses: tuple[Press, ...]
@@ -68,7 +68,7 @@ def pose(
     look: CameraChange | None,
     free: Sequence[str],
     size: F64,
-) -> Problem:
+) -> JointProblem:
     """Put together what is asked; refuse what makes no sense."""
     if not presses:
         raise ValueError("a bench needs presses, got none; press the plate at known places")
@@ -80,7 +80,7 @@ def pose(
         chosen[_PLATE:] = False
     stated = np.array([press.sigma for press in presses])
     labels = LabelErrors(stated, np.zeros(len(stated), dtype=bool))
-    return Problem(tuple(presses), prior, chosen, prior.sigma[chosen], size, labels)
+    return JointProblem(tuple(presses), prior, chosen, prior.sigma[chosen], size, labels)
 
 
 def stand(forward: BenchForward, values: F64, look: CameraChange | None) -> BenchForward:
@@ -102,7 +102,7 @@ class Scatter(NamedTuple):
         return np.asarray(np.linalg.cholesky(spread), dtype=np.float64)
 
 
-def scatters(problem: Problem, on: BenchForward, state: State) -> list[Scatter]:
+def scatters(problem: JointProblem, on: BenchForward, state: State) -> list[Scatter]:
     """Scatter of each press; the one before it may not have left the plate."""
     scatters: list[Scatter] = []
     before = np.zeros(on.whitening.shape[1])
@@ -116,7 +116,7 @@ def scatters(problem: Problem, on: BenchForward, state: State) -> list[Scatter]:
 
 
 def descend(
-    problem: Problem, on: BenchForward, state: State, near: list[Term]
+    problem: JointProblem, on: BenchForward, state: State, near: list[Term]
 ) -> tuple[State, list[Term], bool]:
     """Gauss-Newton steps, damped where they fail; and whether the last one brought nothing more."""
     terms, cost = _terms(problem, on, state, near)
@@ -135,7 +135,7 @@ def descend(
 
 
 def _terms(
-    problem: Problem, on: BenchForward, state: State, near: list[Term]
+    problem: JointProblem, on: BenchForward, state: State, near: list[Term]
 ) -> tuple[list[Term], float]:
     """Build normal equations of all presses, and χ² with the priors; `near` are those before."""
     bench = on.moved(state.values)
@@ -148,7 +148,7 @@ def _terms(
     return terms, cost
 
 
-def _term(problem: Problem, on: BenchForward, factor: F64, press: Press, touch: F64) -> Term:
+def _term(problem: JointProblem, on: BenchForward, factor: F64, press: Press, touch: F64) -> Term:
     on = through(on, press)
     residual, own, shared = whiten(problem, on, factor, press, touch)
     return Term(
@@ -163,7 +163,7 @@ def _term(problem: Problem, on: BenchForward, factor: F64, press: Press, touch: 
 
 
 def whiten(
-    problem: Problem, on: BenchForward, factor: F64, press: Press, touch: F64
+    problem: JointProblem, on: BenchForward, factor: F64, press: Press, touch: F64
 ) -> tuple[F64, F64, F64]:
     """Whiten the residual (m,) of a press, its derivatives by the touch (m, 3) and bench (m, P)."""
     predicted, own = on.read(touch[None])
@@ -184,7 +184,7 @@ def solve_lower(factor: AnyArray, rows: F64) -> F64:
     return np.asarray(white, dtype=np.float64)
 
 
-def _stepped(problem: Problem, state: State, terms: list[Term], damping: float) -> State:
+def _stepped(problem: JointProblem, state: State, terms: list[Term], damping: float) -> State:
     """State after a step of the damped normal equations, touches eliminated."""
     normal, slope, blocks = reduced(problem, state, terms, damping)
     step = cho_solve(cho_factor(normal), slope)
@@ -203,7 +203,7 @@ def _inside(touches: F64, size: F64) -> F64:
 
 
 def reduced(
-    problem: Problem, state: State, terms: list[Term], damping: float
+    problem: JointProblem, state: State, terms: list[Term], damping: float
 ) -> tuple[F64, F64, list[tuple[F64, F64]]]:
     """Build normal matrix and slope of the bench, and the inverse block and slope of each touch."""
     normal = np.eye(len(problem.scales))

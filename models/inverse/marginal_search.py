@@ -77,10 +77,10 @@ def find_on_bench(
     """
     limit = max_touches if count is None else count
     solver = replace(solver, tolerance=max(solver.tolerance, _TOLERANCE))
-    about = start[:limit]
-    for _ in range(_ROUNDS + limit):
+
+    def fit(about: F64) -> Estimate:
         there, allowed = uncertain.about(about), min(len(about) + 1, limit)
-        estimate = find(
+        return find(
             there.whitening @ measured,
             replace(candidates, forward=there, response=candidates.response @ there.whitening.T),
             start=about,
@@ -89,11 +89,15 @@ def find_on_bench(
             prior=prior,
             solver=solver,
         )
+
+    about = start[:limit]
+    for _ in range(_ROUNDS + limit):
+        estimate = fit(about)
         found = np.column_stack([estimate.xy, estimate.force])
         if len(found) == len(about) and _near(about, found, estimate.covariance):
             return estimate
         about = _settled(measured, uncertain, found, candidates.bounds, prior, solver)
-    return replace(estimate, result=Result.UNRESOLVABLE)
+    return replace(fit(about), result=Result.UNRESOLVABLE)
 
 
 def _settled(

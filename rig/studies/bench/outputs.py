@@ -16,12 +16,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from rig.projector import open_projector
 from rig.projector.markers import draw_marks
 from rig.report.figure import Figure, at_most
 from rig.studies.study import line, run
+from rig.system.arrays import Mask
 
 ROOT = Path(__file__).parents[3]
 TABLE = "The projector on one of two outputs"
@@ -64,10 +63,13 @@ def _shown(name: str, desktops: Any, desktop: Any, laptop: int, right: int) -> I
             show(desktops.MARKS)
             time.sleep(0.1)
             shown = desktop.pixels(names[1 - laptop])
-            wrong = int((shown != drawn).any(axis=2).sum()) if shown.shape == drawn.shape else wrong
+            if shown.shape == drawn.shape:
+                differ: Mask = shown != drawn
+                wrong = int(differ.any(axis=2).sum())
         other = desktop.pixels(names[laptop])
-        astray = int((other == drawn.reshape(-1, 3).max(axis=0)).all(axis=2).sum())
-    pixels = int(np.prod(desktops.SIZE))
+        lit: Mask = other == drawn.reshape(-1, 3).max(axis=0)
+        astray = int(lit.all(axis=2).sum())
+    pixels = int(desktops.SIZE[0] * desktops.SIZE[1])
     yield from line(
         TABLE,
         name,
