@@ -152,7 +152,8 @@ def test_bad_input_ends_in_one_sentence_with_the_remedy(bench, trained, argument
 def test_training_that_fails_leaves_no_file(bench):
     folder, touchplate = bench
     done = touchplate(
-        "train", "oblong.toml", "--set", "estimator.learning_rate=1e30", "--out", "new/m.h5"
+        *("train", "oblong.toml", "--out", "new/m.h5", "--set", "estimator.learning_rate=1e6"),
+        *("--set", "estimator.layers=[8,8,8,8,8,8,8,8]"),
     )
     assert done.returncode == 2
     assert "use a smaller one" in done.stderr
