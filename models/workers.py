@@ -13,9 +13,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from itertools import islice
-from socket import create_connection
 from typing import Any, Protocol
-from urllib.parse import urlsplit
 
 # Waits for a scheduler to respond, and to come back where it was lost, s.
 _PATIENCE = 10
@@ -63,7 +61,6 @@ def workers(address: str | None) -> Generator[Map, None, None]:
         # What they say of connections that come and go, an error here says in one sentence.
         logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
-        _knock(address)
         client = Client(address, timeout=_PATIENCE, set_as_default=False)
     except (OSError, ValueError) as error:
         raise OSError(
@@ -72,13 +69,6 @@ def workers(address: str | None) -> Generator[Map, None, None]:
         ) from error
     with client:
         yield lambda function, items: _spread(client, address, function, iter(items))
-
-
-def _knock(address: str) -> None:
-    """Fail at once where nobody listens; the client would ask again and again."""
-    parts = urlsplit(address)
-    if parts.scheme == "tcp" and parts.hostname and parts.port:
-        create_connection((parts.hostname, parts.port), _PATIENCE).close()
 
 
 def _spread(
