@@ -24,7 +24,7 @@ from dic.correlation.subset import LOST, Tools, correlate_with, gather, lay_out,
 Image: TypeAlias = tuple[AnyArray, bool]
 """Pixels of a frame, and whether they are coefficients."""
 
-_SAMPLES, _FEW_SAMPLES = 144, 16  # subsets of a grid, and of scattered points
+_SAMPLES, _FEW_SAMPLES = 144, 48  # subsets of a grid, and of scattered points
 _FEWEST = 12  # subsets from which a mean is taken
 _KNOWN = 0.3  # fraction of block sums that the fit must leave, or they say too little
 _DIRECTIONS, _OFFSETS = 8, 5  # of lines along which a subset may break: at 0, ±0.3, ±0.6 of half

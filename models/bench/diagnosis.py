@@ -16,7 +16,7 @@ import numpy as np
 import fe
 from models.bench.bench import NAMES, UNITS, BenchEstimate
 from models.bench.identify import COARSE
-from models.bench.joint import JointProblem, State, Term, descend, pose, scatters, stand
+from models.bench.joint import JointProblem, State, Term, descend, pose, scatters, stand, through
 from models.bench.press import Press
 from models.forward.bench_forward import BenchForward
 from models.forward.camera_change import CAMERA, CameraChange
@@ -137,9 +137,8 @@ def diagnose(
         tried.append(Cause(name, chi2, _by_size(problem, state)))
         if progress is not None:
             progress(len(tried), len(causes))
-    measured = sum(int(np.linalg.matrix_rank(forward.whitening)) for _ in presses)
-    ordered = tuple(sorted(tried, key=lambda cause: cause.chi2))
-    return Diagnosis(described[1], measured - 3 * len(presses), ordered)
+    freedom = sum(through(forward, press).freedom - 3 for press in presses)
+    return Diagnosis(described[1], freedom, tuple(sorted(tried, key=lambda cause: cause.chi2)))
 
 
 def _size(forward: BenchForward) -> np.ndarray:

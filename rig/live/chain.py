@@ -263,10 +263,11 @@ def _fitted(estimator: Estimator, measured: F64, state: ChainState) -> tuple[Est
 
     The memory is that of the frame before, however often this one is looked at.
     """
-    before, left = state.memory, state.memory.after(state.touches).left
-    estimate = estimator.fit_whitened(measured, state.touches, left=left)
+    before = state.memory
     if estimator.bench is None:
-        return estimate, before
+        return estimator.fit_whitened(measured, state.touches), before
+    left = before.after(state.touches).left
+    estimate = estimator.fit_whitened(measured, state.touches, left=left)
     memory = before.after(_places(estimate))
     if not np.array_equal(memory.left, left):
         estimate = estimator.fit_whitened(measured, memory.held, left=memory.left)

@@ -299,7 +299,7 @@ def _crack(name: str, shift: tuple[float, float], angle: float, noise: float) ->
         wrong_and_valid=(
             100 * float((found.valid & (off > WRONG))[across].mean()),
             "%",
-            at_most(2) if noise == NOISE else None,
+            at_most(2),
             int(across.sum()),
         ),
         broken=(100 * float((found.status == dic.Status.BROKEN)[across].mean()), "%"),

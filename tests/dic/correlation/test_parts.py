@@ -115,7 +115,7 @@ def test_grid_and_lone_points_stand_still_at_the_same_motion(speckle, order):
     np.testing.assert_allclose(lone.u, full.u, atol=8e-3)
     # A field also sees that it is rougher than its noise: a shift cannot follow the strain.
     rougher = full.sigma_u / lone.sigma_u
-    assert rougher.min() >= 0.85  # 16 subsets say what the noise of lone points is like
+    assert rougher.min() >= 0.9
     np.testing.assert_allclose(rougher, np.median(rougher), rtol=0.35)
 
 
