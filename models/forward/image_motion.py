@@ -155,6 +155,12 @@ class ImageMotions:
         """What `tile_basis` returns, kept, at half the size: for a partly hidden pattern."""
         return self.tile_basis().astype(np.float32)
 
+    @cached_property
+    def energy(self) -> F64:
+        """Products of the motions summed over all tiles, (K + R, K + R) px²."""
+        wide = self.tile_basis().reshape(-1, self.basis.shape[1])
+        return wide.T @ wide
+
     def max_motion(self, amplitudes: F64) -> float:
         """Bound of the motion of any tile for given amplitudes, px: the largest coefficient."""
         return float(np.abs(self._coefficients(amplitudes)).max())

@@ -11,9 +11,10 @@ small touches the fields are plate modes, linear in the force; under large ones 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from scipy.linalg import solve_triangular
+from scipy.linalg import cho_solve, solve_triangular
 
 from dic import TileReference, Tiles, TileSums
 from models.arrays import F32, F64, Mask
@@ -29,6 +30,9 @@ LIGHT = 2  # gain and offset
 # tiles show stay solvable; it moves χ² by less than this fraction of what was measured, 1 at an
 # SNR of 1000.
 RIDGE = 1e-6
+# Weight of a tile that stands still, in parts of what a visible one tells: it holds the motion of
+# hidden tiles, of which nothing is known, and takes as small a part from that of the others.
+_HELD = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,15 +137,32 @@ class TilePattern:
 
     def whiten(self, right: F64, noise: float) -> F64:
         """Reduce a right-hand side to K numbers with white noise of variance 1."""
-        modal = right[: self.count] - self.elimination @ right[self.count :]
+        modal = self._eliminated(right)
         return solve_triangular(self.factor, modal, lower=True, check_finite=False) / noise
 
-    def amplitudes(self, estimate: Estimate, right: F64) -> F64:
-        """Amplitudes of modes and rigid motions that an estimate implies, (K + R,).
+    def motion(self, right: F64) -> F64:
+        """Amplitudes of modes and rigid motions that a frame shows, whatever moved it, (K + R,)."""
+        modal = cho_solve((self._held, True), self._eliminated(right), check_finite=False)
+        return self._with_camera(np.asarray(modal, dtype=np.float64), right)
 
-        With the touches known, what is left of the right-hand side is the motion of the camera.
-        """
-        modal = self.motions.modal_amplitudes(estimate.xy, estimate.force)
+    @cached_property
+    def _held(self) -> F64:
+        """Cholesky factor of the modes' normal matrix in which every tile is held a little."""
+        told = float(self.reference.hessian[:, ::2].mean())
+        energy = self.motions.energy[: self.count, : self.count]
+        held = np.linalg.cholesky(self.factor @ self.factor.T + _HELD * told * energy)
+        return np.asarray(held, dtype=np.float64)
+
+    def _eliminated(self, right: F64) -> F64:
+        """Right-hand side of the modes with camera and light eliminated, (K,)."""
+        return right[: self.count] - self.elimination @ right[self.count :]
+
+    def amplitudes(self, estimate: Estimate, right: F64) -> F64:
+        """Amplitudes of modes and rigid motions that an estimate implies, (K + R,)."""
+        return self._with_camera(self.motions.modal_amplitudes(estimate.xy, estimate.force), right)
+
+    def _with_camera(self, modal: F64, right: F64) -> F64:
+        """Add the motion of the camera: what modes (K,) leave of the right-hand side."""
         rest = right[self.count :] - self.normal[self.count :, : self.count] @ modal
         nuisance = np.linalg.solve(self.normal[self.count :, self.count :], rest)
         return np.concatenate([modal, np.asarray(nuisance[:-LIGHT], dtype=np.float64)])

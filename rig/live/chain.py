@@ -178,14 +178,41 @@ class FrameEstimate:
     from_pattern: Estimate | None = None
 
 
+@dataclass(frozen=True, eq=False)
+class Registered:
+    """A frame against the reference, moved to where the frame shows it.
+
+    Attributes
+    ----------
+    sums : TileSums
+    hidden : (T,) bool
+        Tiles that do not show the pattern.
+    unusable_reason : str
+        Why the frame says nothing, as a sentence for the user; empty where it does.
+    pattern : TilePattern
+        Without the hidden tiles.
+    right : (K + R + 2,) float64
+        See `TilePattern.gradient`.
+    motion : (K + R,) float64
+        Amplitudes that the frame shows, whatever moved it.
+    """
+
+    sums: TileSums
+    hidden: Mask
+    unusable_reason: str
+    pattern: TilePattern
+    right: F64
+    motion: F64
+
+
 def estimate_frame(
     chain: Chain, image: AnyArray, state: ChainState, watch: Stopwatch, drift: float = 0.0
 ) -> FrameEstimate:
     """Find the touches in one frame.
 
-    The reference is moved to where the frame shows it, again where the first guess was off. Where
-    much looks strange and the rest fits no touch the camera may have jumped, and the guess in which
-    less looks strange counts.
+    The reference is moved to where the frame shows it, again where the first guess was off; then
+    the touches are found that explain how. Where much looks strange and the rest fits no touch the
+    camera may have jumped, and the guess in which less looks strange counts.
 
     Parameters
     ----------
@@ -193,69 +220,78 @@ def estimate_frame(
         Weight of what the frame shows in the state of rest if nothing touches, from
         `drift_weight`; 0 leaves it as it is.
     """
-    moved, stale = state.motion, MAX_OFF
-    found = _iteration(chain, image, moved, state, watch, drift)
-    if found.unusable_reason or (
-        found.hidden.mean() > STRANGE and not is_consistent(found.estimate)
+    seen = _register(chain, image, state.motion, watch)
+    found = _estimated(chain, seen, state, watch, drift)
+    if not found.unusable_reason and (
+        found.hidden.mean() <= STRANGE or is_consistent(found.estimate)
     ):
-        jumped = moved.copy()
-        jumped[chain.pattern.count :][:2] = coarse_shift(chain.reference, image)
-        other = _iteration(chain, image, jumped, state, watch, drift)
-        if _strange(other) < _strange(found):
-            moved, found, stale = jumped, other, 0.0  # a jump is seen roughly: once more
-    for _ in range(MAX_ITERATIONS - 1):
-        off = chain.pattern.motions.max_motion(found.state.motion - moved)
-        if found.unusable_reason or (off <= stale and off * _miss(chain, found) <= MISSED):
-            break
-        stale = MAX_OFF
-        moved, start = found.state.motion, replace(state, touches=found.state.touches)
-        found = _iteration(chain, image, moved, start, watch, drift)
+        return found
+    jumped = state.motion.copy()
+    jumped[chain.pattern.count :][:2] = coarse_shift(chain.reference, image)
+    other = _register(chain, image, jumped, watch, stale=0.0)  # a jump is seen roughly: once more
+    if _strange(other) < _strange(seen):
+        return _estimated(chain, other, state, watch, drift)
     return found
 
 
-def _miss(chain: Chain, frame_estimate: FrameEstimate) -> float:
-    """Give what an iteration has missed as a fraction of what it found."""
-    lost = min(contrast_loss(chain.reference, frame_estimate.sums, frame_estimate.hidden), 0.9)
-    return abs(lost) / (1.0 - lost)
+def _register(
+    chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch, stale: float = MAX_OFF
+) -> Registered:
+    """Move the reference by `moved` (K + R,), and on until it lies where the frame shows it."""
+    seen = _compared(chain, image, moved, watch)
+    for _ in range(MAX_ITERATIONS - 1):
+        off = chain.pattern.motions.max_motion(seen.motion - moved)
+        if seen.unusable_reason or (off <= stale and off * _miss(chain, seen) <= MISSED):
+            break
+        stale, moved = MAX_OFF, seen.motion
+        seen = _compared(chain, image, moved, watch)
+    return seen
 
 
-def _strange(frame_estimate: FrameEstimate) -> tuple[bool, float]:
-    """How little an iteration shows: the less the better."""
-    return bool(frame_estimate.unusable_reason), float(frame_estimate.hidden.mean())
-
-
-def _iteration(
-    chain: Chain,
-    image: AnyArray,
-    moved: F64,
-    state: ChainState,
-    watch: Stopwatch,
-    drift: float,
-) -> FrameEstimate:
-    """Find touches with the reference moved by `moved` (K + R,)."""
+def _compared(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> Registered:
+    """Compare a frame with the reference moved by `moved` (K + R,)."""
     with watch.stage("correlate"):
         sums = tile_sums(chain.reference, image, chain.pattern.motions.flow(moved))
     with watch.stage("mask"):
         hidden = hidden_tiles(chain.reference, sums, chain.noise)
         if why := unusable_reason(chain.reference, sums, hidden):
-            return FrameEstimate(
-                NO_ESTIMATE, sums, hidden, why, replace(state, touches=np.empty((0, 3)))
-            )
-        pattern, estimator = chain.masked_models.for_mask(hidden)
-    with watch.stage("estimate"):
-        rest = state.rest
+            return Registered(sums, hidden, why, chain.pattern, np.empty(0), moved)
+        pattern = chain.masked_models.pattern_for(hidden)
         right = pattern.gradient(sums_without_gain_offset(chain.tiles, sums), moved)
-        right -= pattern.normal[:, : len(rest)] @ rest
+        return Registered(sums, hidden, "", pattern, right, pattern.motion(right))
+
+
+def _miss(chain: Chain, seen: Registered) -> float:
+    """Give what an iteration has missed as a fraction of what it found."""
+    lost = min(contrast_loss(chain.reference, seen.sums, seen.hidden), 0.9)
+    return abs(lost) / (1.0 - lost)
+
+
+def _strange(seen: Registered) -> tuple[bool, float]:
+    """How little a frame shows where the reference was moved to: the less the better."""
+    return bool(seen.unusable_reason), float(seen.hidden.mean())
+
+
+def _estimated(
+    chain: Chain, seen: Registered, state: ChainState, watch: Stopwatch, drift: float
+) -> FrameEstimate:
+    """Find the touches that explain a frame."""
+    if seen.unusable_reason:
+        none = replace(state, touches=np.empty((0, 3)))
+        return FrameEstimate(NO_ESTIMATE, seen.sums, seen.hidden, seen.unusable_reason, none)
+    with watch.stage("estimate"):
+        pattern, estimator = chain.masked_models.for_mask(seen.hidden)
+        rest = state.rest
+        right = seen.right - pattern.normal[:, : len(rest)] @ rest
         measured = pattern.whiten(right, chain.noise)
         estimate, memory = _fitted(estimator, measured, state)
         motion = pattern.amplitudes(estimate, right)
         motion[: len(rest)] += rest
-        if drift and not estimate.count and not hidden.any() and is_consistent(estimate):
+        if drift and not estimate.count and not seen.hidden.any() and is_consistent(estimate):
             crept = estimator.without_memory(measured, memory.left)
             rest = update_drift(rest, pattern, crept, chain.noise, drift)
-    touches = _places(estimate)
-    after = replace(state, motion=motion, rest=rest, touches=touches, memory=memory)
-    return FrameEstimate(estimate, sums, hidden, "", after)
+    after = replace(state, motion=motion, rest=rest, touches=_places(estimate), memory=memory)
+    return FrameEstimate(estimate, seen.sums, seen.hidden, "", after)
 
 
 def _fitted(estimator: Estimator, measured: F64, state: ChainState) -> tuple[Estimate, Memory]:

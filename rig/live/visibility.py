@@ -34,14 +34,14 @@ class MaskedModels:
 
     def __init__(self, pattern: TilePattern, estimator: Estimator, noise: float):
         self.pattern, self.estimator, self._noise = pattern, estimator, noise
-        self._last = pattern, estimator
+        self._pattern, self._last = pattern, (pattern, estimator)
         # Each candidate is one row of amplitudes, whatever is hidden: response = A L / noise.
         response = noise * estimator.candidates.response
         shown = solve_triangular(pattern.factor, response.T, lower=True, trans=1)
         self._amplitudes = np.asarray(shown.T, dtype=np.float64)
 
-    def for_mask(self, hidden: Mask) -> tuple[TilePattern, Estimator]:
-        """Leave out tiles (T,).
+    def pattern_for(self, hidden: Mask) -> TilePattern:
+        """Leave tiles (T,) out of the pattern.
 
         Raises
         ------
@@ -49,9 +49,17 @@ class MaskedModels:
             If the others cannot tell the modes of the plate apart.
         """
         if not hidden.any():
+            return self.pattern
+        if not np.array_equal(hidden, self._pattern.hidden):
+            self._pattern = self.pattern.hiding(hidden)
+        return self._pattern
+
+    def for_mask(self, hidden: Mask) -> tuple[TilePattern, Estimator]:
+        """Leave tiles (T,) out of the pattern and of the estimator of its touches; see above."""
+        if not hidden.any():
             return self.pattern, self.estimator
         if not np.array_equal(hidden, self._last[0].hidden):
-            pattern = self.pattern.hiding(hidden)
+            pattern = self.pattern_for(hidden)
             forward = pattern.forward(self._noise)
             response = self._amplitudes @ (pattern.factor / self._noise)
             grid = replace(self.estimator.candidates, forward=forward, response=response)
