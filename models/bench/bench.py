@@ -18,7 +18,7 @@ UNITS = dict(BENCH)
 # right to it against the whole plate up to 4 N, given all numbers.
 DISCREPANCY = 0.004
 MEMORY = 0.05
-"""Fraction of a touch that the plate may still show when it has ended."""
+"""Fraction of a touch that a usual plate may still show when it has ended."""
 _KNOWN = 0.5  # of the prior's σ, above which presses do not determine a number
 
 
@@ -54,6 +54,8 @@ class BenchEstimate:
         Error of the model beside them, a fraction of what a touch moves.
     prior : (39,) float64
         Standard deviations before any press.
+    memory : float
+        Fraction of a touch that the plate may still show when it has ended, its standard deviation.
     held_out : HeldOut, optional
         None before presses.
     converged : bool
@@ -66,6 +68,7 @@ class BenchEstimate:
     covariance: F64
     discrepancy: float
     prior: F64
+    memory: float = MEMORY
     held_out: HeldOut | None = None
     converged: bool = True
     outliers: tuple[int, ...] = ()

@@ -130,19 +130,15 @@ def diagnose(
     """
     causes = {name: free for name, free in CAUSES.items() if look or free[0] in _starting("")}
     tried: list[Cause] = []
-    described = _fitted(forward, pose(presses, prior, look, (), _size(forward)), look)
+    described = _fitted(forward, pose(presses, prior, look, (), forward), look)
     for name, free in causes.items():
-        problem = pose(presses, prior, look, free, _size(forward))
+        problem = pose(presses, prior, look, free, forward)
         state, chi2 = _fitted(forward, problem, look)
         tried.append(Cause(name, chi2, _by_size(problem, state)))
         if progress is not None:
             progress(len(tried), len(causes))
     freedom = sum(through(forward, press).freedom - 3 for press in presses)
     return Diagnosis(described[1], freedom, tuple(sorted(tried, key=lambda cause: cause.chi2)))
-
-
-def _size(forward: BenchForward) -> np.ndarray:
-    return np.array(forward.plate.size)
 
 
 def _fitted(

@@ -39,6 +39,7 @@ and the descent does not end in a valley beside the right one."""
 _TURNS = 3
 _JUDGED = 3  # steps of expectation maximisation on the labels, a turn
 _DISCREPANCIES = np.geomspace(2e-4, 5e-2, 25)
+_USUAL = 1.0  # presses that what a usual plate remembers counts as
 
 
 def identify(
@@ -76,7 +77,7 @@ def identify(
     ValueError
         There is no press, or a name is none of `BENCH`.
     """
-    problem = pose(presses, prior, look, free, np.array(forward.plate.size))
+    problem = pose(presses, prior, look, free, forward)
     state = State(prior.values.copy(), np.array([press.touch for press in presses]))
     bench, terms = replace(prior, discrepancy=COARSE), list[Term]()
     on = stand(forward, state.values, look)
@@ -87,6 +88,8 @@ def identify(
         bench = replace(bench, converged=converged)
         on = stand(on, state.values, look)
         bench = replace(bench, discrepancy=_discrepancy(problem, on, state))
+        bench = replace(bench, memory=_memory(problem, on, state, bench.discrepancy))
+        problem = replace(problem, memory=bench.memory)
         for _ in range(_JUDGED):
             problem = replace(problem, labels=_labels(problem, terms, state))
         if progress is not None:
@@ -105,6 +108,24 @@ def _discrepancy(problem: JointProblem, on: BenchForward, state: State) -> float
             white = solve_lower(lower, residual)
             likelihood[k] -= 0.5 * float(white @ white) + float(np.log(np.diag(lower)).sum())
     return float(_DISCREPANCIES[np.argmax(likelihood)])
+
+
+def _memory(problem: JointProblem, on: BenchForward, state: State, discrepancy: float) -> float:
+    """Fraction of a touch that presses show of the one before, its standard deviation.
+
+    A step of expectation maximisation; what of it looks like the press itself says nothing.
+    """
+    squares, usual = [_USUAL * problem.prior.memory**2], problem.memory**2
+    given = list(zip(problem.presses, state.touches, scatters(problem, on, state), strict=True))
+    for press, touch, scatter in given[1:]:
+        predicted, own = through(on, press).read(touch[None])
+        tangent = np.linalg.qr(own.T)[0]
+        left = scatter.left - tangent @ (tangent.T @ scatter.left)
+        precision = float(left @ left) / scatter.even(discrepancy)
+        seen = float(left @ (press.measured - predicted)) / scatter.even(discrepancy)
+        variance = usual / (1.0 + usual * precision)
+        squares.append((variance * seen) ** 2 + variance)
+    return float(np.sqrt(sum(squares) / (_USUAL + len(given) - 1)))
 
 
 def _labels(problem: JointProblem, terms: list[Term], state: State) -> LabelErrors:

@@ -17,8 +17,9 @@ from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
 import fe
 from models.arrays import F64, AnyArray, Mask
-from models.bench.bench import MEMORY, NAMES, BenchEstimate
+from models.bench.bench import NAMES, BenchEstimate
 from models.bench.labels import LabelErrors
+from models.bench.limits import pushing
 from models.bench.marginal import own_error
 from models.bench.press import Press
 from models.forward.bench_forward import THICKNESS, BenchForward
@@ -50,8 +51,9 @@ class JointProblem:
     prior: BenchEstimate
     free: Mask
     scales: F64
-    size: F64  # (2,) of the plate
+    plate: fe.ModalPlate
     labels: LabelErrors
+    memory: float
     factors: list[F64] = field(default_factory=list[F64])
 
 
@@ -67,7 +69,7 @@ def pose(
     prior: BenchEstimate,
     look: CameraChange | None,
     free: Sequence[str],
-    size: F64,
+    forward: BenchForward,
 ) -> JointProblem:
     """Put together what is asked; refuse what makes no sense."""
     if not presses:
@@ -80,7 +82,9 @@ def pose(
         chosen[_PLATE:] = False
     stated = np.array([press.sigma for press in presses])
     labels = LabelErrors(stated, np.zeros(len(stated), dtype=bool))
-    return JointProblem(tuple(presses), prior, chosen, prior.sigma[chosen], size, labels)
+    plate = forward.fields.bench.modal
+    scales = prior.sigma[chosen]
+    return JointProblem(tuple(presses), prior, chosen, scales, plate, labels, prior.memory)
 
 
 def stand(forward: BenchForward, values: F64, look: CameraChange | None) -> BenchForward:
@@ -91,14 +95,21 @@ def stand(forward: BenchForward, values: F64, look: CameraChange | None) -> Benc
 
 
 class Scatter(NamedTuple):
-    """What a press scatters by: noise and memory, and by each unit of the model's own error."""
+    """What a press scatters by: noise, memory, and by each unit of the model's own error."""
 
-    fixed: F64  # (m, m)
+    noise: float
+    left: F64  # (m,) of the press before, all of it
+    memory: float
     own: float
+
+    def even(self, discrepancy: float) -> float:
+        """Variance of each number that was measured, for an error of the model."""
+        return self.noise**2 + discrepancy**2 * self.own
 
     def factor(self, discrepancy: float) -> F64:
         """Lower Cholesky factor for an error of the model."""
-        spread = self.fixed + discrepancy**2 * self.own * np.eye(len(self.fixed))
+        spread = self.even(discrepancy) * np.eye(len(self.left))
+        spread += self.memory**2 * np.outer(self.left, self.left)
         return np.asarray(np.linalg.cholesky(spread), dtype=np.float64)
 
 
@@ -108,9 +119,8 @@ def scatters(problem: JointProblem, on: BenchForward, state: State) -> list[Scat
     before = np.zeros(on.whitening.shape[1])
     for press, touch in zip(problem.presses, state.touches, strict=True):
         seen = through(on, press)
-        left = seen.whitening @ before
-        fixed = press.noise**2 * np.eye(len(left)) + MEMORY**2 * np.outer(left, left)
-        scatters.append(Scatter(fixed, own_error(seen.read(touch[None])[0])))
+        own = own_error(seen.read(touch[None])[0])
+        scatters.append(Scatter(press.noise, seen.whitening @ before, problem.memory, own))
         before = on.fields.seen_of(seen.state(touch[None]))
     return scatters
 
@@ -144,8 +154,9 @@ def _terms(
     terms = [_term(problem, *each) for each in given]
     labels = (state.touches - [press.touch for press in problem.presses]) / problem.labels.sigmas
     beside = (state.values - problem.prior.values)[problem.free] / problem.scales
-    cost = sum(term.chi2 for term in terms) + float(np.sum(labels**2) + beside @ beside)
-    return terms, cost
+    excess = pushing(state.values, problem.plate.described, problem.prior)[1]
+    priors = float(np.sum(labels**2) + beside @ beside + excess @ excess)
+    return terms, sum(term.chi2 for term in terms) + priors
 
 
 def _term(problem: JointProblem, on: BenchForward, factor: F64, press: Press, touch: F64) -> Term:
@@ -193,7 +204,7 @@ def _stepped(problem: JointProblem, state: State, terms: list[Term], damping: fl
     touches = state.touches.copy()
     for i, (inverse, towards) in enumerate(blocks):
         touches[i] += inverse @ (towards - terms[i].mixed.T @ step)
-    return State(values, _inside(touches, problem.size))
+    return State(values, _inside(touches, np.array(problem.plate.plate.size)))
 
 
 def _inside(touches: F64, size: F64) -> F64:
@@ -206,8 +217,10 @@ def reduced(
     problem: JointProblem, state: State, terms: list[Term], damping: float
 ) -> tuple[F64, F64, list[tuple[F64, F64]]]:
     """Build normal matrix and slope of the bench, and the inverse block and slope of each touch."""
-    normal = np.eye(len(problem.scales))
-    slope = -(state.values - problem.prior.values)[problem.free] / problem.scales
+    rows, excess = pushing(state.values, problem.plate.described, problem.prior)
+    rows = rows[:, problem.free] * problem.scales
+    normal = np.eye(len(problem.scales)) + rows.T @ rows
+    slope = -(state.values - problem.prior.values)[problem.free] / problem.scales - excess @ rows
     blocks: list[tuple[F64, F64]] = []
     for term, touch, press, sigma in zip(
         terms, state.touches, problem.presses, problem.labels.sigmas, strict=True

@@ -15,7 +15,7 @@ from scipy.linalg import solve_triangular
 
 import fe
 from models.arrays import F64
-from models.bench.bench import MEMORY, BenchEstimate
+from models.bench.bench import BenchEstimate
 from models.forward.bench_forward import BenchForward
 
 
@@ -81,7 +81,7 @@ def scatter(forward: BenchForward, bench: BenchEstimate, touches: F64, left: F64
     """Covariance of a measurement by noise, memory, bench and the model's own error, (m, m)."""
     even = np.eye(len(forward.whitening))
     if len(left):
-        shown = MEMORY * forward.left(left)
+        shown = bench.memory * forward.left(left)
         even += shown.T @ shown
     if not len(touches):
         return even
@@ -100,9 +100,9 @@ def own_error(seen: F64) -> float:
     return float(seen @ seen) / len(seen)
 
 
-def without_memory(forward: BenchForward, measured: F64, left: F64) -> F64:
+def without_memory(forward: BenchForward, bench: BenchEstimate, measured: F64, left: F64) -> F64:
     """Take what a plate without touches still shows of those that ended (n, 3) off it, (m,)."""
     if not len(left):
         return measured
-    shown = MEMORY * forward.left(left)
+    shown = bench.memory * forward.left(left)
     return measured - np.linalg.solve(np.eye(len(left)) + shown @ shown.T, shown @ measured) @ shown

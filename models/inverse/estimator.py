@@ -78,7 +78,7 @@ class Estimator:
         """Take what the plate of a bench still shows of touches that ended (n, 3) off it, (m,)."""
         if self.bench is None or not isinstance(self.forward, BenchForward):
             return measured
-        return without_memory(self.forward, measured, left)
+        return without_memory(self.forward, self.bench, measured, left)
 
     def _stand_on_bench(self) -> None:
         """Put the forward model on the bench that is most likely, where it is not there yet."""

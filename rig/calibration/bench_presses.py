@@ -11,24 +11,21 @@ from pathlib import Path
 import numpy as np
 
 import models
-from dic import tile_sums
-from models import hidden_tiles
 from rig.calibration.store import Calibration
 from rig.camera.files import image_paths, read_grey
 from rig.live.baseline import average_reference
 from rig.live.bench import Bench, build_bench
-from rig.live.chain import STRANGE, Chain
-from rig.live.illumination import sums_without_gain_offset
+from rig.live.chain import STRANGE, Chain, Registered, register, strangeness
 from rig.live.visibility import coarse_shift
 from rig.scene import Scene
 from rig.scene.sensing import PatternEstimator
 from rig.system.arrays import F32, F64
+from rig.system.timing import Stopwatch
 
 PLACE, FORCE = 0.3, 0.02
 """Standard deviations of a place, mm, and of a force, as a fraction, that a list states."""
 
 COLUMNS = ("press", "first_frame", "last_frame", "x_mm", "y_mm", "force_n")
-_PASSES = 4
 _START = 1.5  # N, where the force of a press is not known
 
 
@@ -184,28 +181,26 @@ def measured(chain: Chain, image: F32, start: F64 | None, name: str) -> tuple[F6
     Raises
     ------
     ValueError
-        If no touch is found.
+        If the image cannot be used, or shows no touch.
     """
-    moved, touches = _camera_moved(chain, image), start
-    touch, seen, pattern = np.zeros(0), np.zeros(0), chain.pattern
-    for _ in range(_PASSES):
-        sums = tile_sums(chain.reference, image, chain.pattern.motions.flow(moved))
-        hidden = hidden_tiles(chain.reference, sums, chain.noise)
-        pattern, estimator = chain.masked_models.for_mask(hidden)
-        right = pattern.gradient(sums_without_gain_offset(chain.tiles, sums), moved)
-        seen = pattern.whiten(right, chain.noise)
-        estimate = estimator.fit_whitened(seen, touches, count=1)
-        touches = np.column_stack([estimate.xy, estimate.force])
-        moved, touch = pattern.amplitudes(estimate, right), touches.ravel()
+    seen = _registered(chain, image)
+    if seen.unusable_reason:
+        raise ValueError(f"images of press {name} cannot be used: {seen.unusable_reason}")
+    pattern, estimator = chain.masked_models.for_mask(seen.hidden)
+    white = pattern.whiten(seen.right, chain.noise)
+    estimate = estimator.fit_whitened(white, start, count=1)
+    touch = np.column_stack([estimate.xy, estimate.force]).ravel()
     if touch.size != 3 or not touch[2] > 0:
         raise ValueError(f"no touch is found in the images of press {name}; press harder")
-    return touch, seen, np.ascontiguousarray(pattern.factor.T) / chain.noise
+    return touch, white, np.ascontiguousarray(pattern.factor.T) / chain.noise
 
 
-def _camera_moved(chain: Chain, image: F32) -> F64:
-    """Amplitudes of a camera that may have jumped since the reference, and of a plate at rest."""
-    still = chain.pattern.still()
-    sums = tile_sums(chain.reference, image, chain.pattern.motions.flow(still))
-    if hidden_tiles(chain.reference, sums, chain.noise).mean() > STRANGE:
-        still[chain.pattern.count :][:2] = coarse_shift(chain.reference, image)
-    return still
+def _registered(chain: Chain, image: F32) -> Registered:
+    """Move the reference to an image; the camera may have jumped since."""
+    still, watch = chain.pattern.still(), Stopwatch(lambda: 0.0)
+    seen = register(chain, image, still, watch)
+    if seen.hidden.mean() <= STRANGE:
+        return seen
+    still[chain.pattern.count :][:2] = coarse_shift(chain.reference, image)
+    jumped = register(chain, image, still, watch, stale=0.0)
+    return min(seen, jumped, key=strangeness)

@@ -116,7 +116,7 @@ class Calibration(Section):
                 " `touchplate calibrate bench` again"
             )
         values, prior = np.array(part.values), np.array(part.prior)
-        return models.BenchEstimate(values, covariance, part.discrepancy, prior)
+        return models.BenchEstimate(values, covariance, part.discrepancy, prior, part.memory)
 
     def warnings(self, scene: Scene, now: datetime) -> list[str]:
         """Say in a sentence each what is old or made for another bench."""
@@ -206,6 +206,7 @@ def entry_of(part: Part, now: datetime) -> dict[str, Dated]:
                 covariance=_rows(part.covariance),
                 prior=tuple(part.prior.tolist()),
                 discrepancy=part.discrepancy,
+                memory=part.memory,
             )
             return {"bench": bench}
         case Alignment():

@@ -29,6 +29,7 @@ def described(bench: models.BenchEstimate, presses: list[str]) -> dict[str, Any]
             for (name, unit), prior, value, sigma, known in rows
         ],
         "discrepancy": bench.discrepancy,
+        "memory": bench.memory,
         "held_out": None
         if held is None
         else {"place_mm": held.place, "force_fraction": held.force, "presses": held.count},

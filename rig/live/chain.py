@@ -220,7 +220,7 @@ def estimate_frame(
         Weight of what the frame shows in the state of rest if nothing touches, from
         `drift_weight`; 0 leaves it as it is.
     """
-    seen = _register(chain, image, state.motion, watch)
+    seen = register(chain, image, state.motion, watch)
     found = _estimated(chain, seen, state, watch, drift)
     if not found.unusable_reason and (
         found.hidden.mean() <= STRANGE or is_consistent(found.estimate)
@@ -228,16 +228,22 @@ def estimate_frame(
         return found
     jumped = state.motion.copy()
     jumped[chain.pattern.count :][:2] = coarse_shift(chain.reference, image)
-    other = _register(chain, image, jumped, watch, stale=0.0)  # a jump is seen roughly: once more
-    if _strange(other) < _strange(seen):
+    other = register(chain, image, jumped, watch, stale=0.0)  # a jump is seen roughly: once more
+    if strangeness(other) < strangeness(seen):
         return _estimated(chain, other, state, watch, drift)
     return found
 
 
-def _register(
+def register(
     chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch, stale: float = MAX_OFF
 ) -> Registered:
-    """Move the reference by `moved` (K + R,), and on until it lies where the frame shows it."""
+    """Move the reference by `moved` (K + R,), and on until it lies where the frame shows it.
+
+    Parameters
+    ----------
+    stale : float, px
+        Bound of the motion of any tile by which `moved` may be off; by more, and once more.
+    """
     seen = _compared(chain, image, moved, watch)
     for _ in range(MAX_ITERATIONS - 1):
         off = chain.pattern.motions.max_motion(seen.motion - moved)
@@ -267,7 +273,7 @@ def _miss(chain: Chain, seen: Registered) -> float:
     return abs(lost) / (1.0 - lost)
 
 
-def _strange(seen: Registered) -> tuple[bool, float]:
+def strangeness(seen: Registered) -> tuple[bool, float]:
     """How little a frame shows where the reference was moved to: the less the better."""
     return bool(seen.unusable_reason), float(seen.hidden.mean())
 

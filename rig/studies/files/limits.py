@@ -43,6 +43,7 @@ LIMITS: Mapping[str, tuple[float, float]] = {
     "strength": (0, 1e5),
     "sigma_gain": (0, 1e9),
     "discrepancy": (0, 1),
+    "memory": (0, 1),
     "prior": (0, 1e9),
 }
 """Smallest and largest by the name of the key; of all others `ANY`."""

@@ -73,6 +73,28 @@ def test_held_out_presses_are_found_to_their_labels(identified):
     assert identified.held_out.force < 0.03
 
 
+def test_edges_of_a_plate_in_compression_do_not_push(forward):
+    values = np.zeros(len(NAMES))
+    values[[NAMES.index("tension_xx"), NAMES.index("tension_yy")]] = -0.25, -0.2
+    found = models.identify(forward, presses(forward, values), models.bench_before(PLATE))
+    for name in (name for name in NAMES if f"{name}_slope" in NAMES):
+        (middle, _), (slope, _) = found[name], found[f"{name}_slope"]
+        allowed = 0.1 * found.prior[NAMES.index(name)]
+        assert middle - abs(slope) > -allowed, name
+    assert found["tension_xx"][0] == pytest.approx(-0.25, abs=5 * found["tension_xx"][1])
+
+
+@pytest.mark.parametrize(("left", "low", "high"), [(0.0, 0.0, 0.025), (0.05, 0.03, 0.08)])
+def test_presses_show_what_the_plate_remembers(forward, true, left, low, high):
+    made, before = list[models.Press](), 0.0
+    for press in presses(forward, true):
+        shown = forward.on(true, None).read(press.touch[None])[0]
+        made.append(models.Press(press.measured + left * before, press.touch, press.sigma))
+        before = shown
+    found = models.identify(forward, made, models.bench_before(PLATE))
+    assert low < found.memory < high
+
+
 def test_a_mislabelled_press_is_widened(forward, true, identified):
     given = presses(forward, true)
     given[4] = models.Press(

@@ -51,7 +51,7 @@ def bench():
     spread = rng.standard_normal((count, count))
     held = models.HeldOut(0.21, 0.004, 9)
     values, prior = rng.standard_normal(count), rng.uniform(1, 2, count)
-    return models.BenchEstimate(values, spread @ spread.T, 0.004, prior, held)
+    return models.BenchEstimate(values, spread @ spread.T, 0.004, prior, 0.02, held)
 
 
 def test_a_calibration_holds_the_bench(tmp_path):
@@ -60,7 +60,7 @@ def test_a_calibration_holds_the_bench(tmp_path):
     kept = read_calibration(tmp_path / "my.calibration.json")
     assert (kept.bench.error, kept.bench.error_force) == (0.21, 0.004)
     again = kept.known_bench()
-    for name in ("values", "covariance", "prior", "discrepancy"):
+    for name in ("values", "covariance", "prior", "discrepancy", "memory"):
         assert np.array_equal(getattr(again, name), getattr(made, name))
 
 
