@@ -125,7 +125,7 @@ class BenchPlate:
     Attributes
     ----------
     modal : ModalPlate
-    values : (30,) float64
+    values : (41,) float64
         See `fe.modal.parameters`: how it differs from its description.
     """
 

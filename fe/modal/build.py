@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.special import eval_legendre
 
 from fe.arrays import F64, I64
 from fe.elements.gauss import Gauss, dense
 from fe.elements.mesh import Mesh, grid
 from fe.linear.energy import rigidities
 from fe.linear.membrane import Membrane
+from fe.modal.parameters import DEGREES
 from fe.modal.plate import ModalPlate
 from fe.modal.shapes import shapes
 from fe.modal.stresses import Stresses, grading, stresses
@@ -82,16 +84,17 @@ def _taking_part(functions: Transverse) -> I64:
 
 
 def _rising(gauss: Gauss) -> F64:
-    """Functions x, y and x y from -1 to 1 over the plate at its Gauss points, (3, gx, gy)."""
+    """Products of Legendre polynomials over the plate at its Gauss points, (14, gx, gy)."""
     x, y = (
         2.0 * axis.places / (axis.places[0] + axis.places[-1]) - 1.0 for axis in (gauss.x, gauss.y)
     )
-    even_x, even_y = np.ones(len(x)), np.ones(len(y))
-    return np.stack([np.multiply.outer(a, b) for a, b in ((x, even_y), (even_x, y), (x, y))])
+    return np.stack(
+        [np.multiply.outer(eval_legendre(i, x), eval_legendre(j, y)) for i, j in DEGREES]
+    )
 
 
 def _graded(functions: Transverse, gauss: Gauss, rising: F64) -> F64:
-    """Bending energy, times 3, of thicknesses that rise: (3, n, n)."""
+    """Bending energy, times 3, of thicknesses that rise: (14, n, n)."""
     (xx, yy, xy), nu = _curvatures(functions, gauss), functions.held.poisson
     rigidity = rigidities(functions.held, functions.mesh)
     points = len(gauss.x.places) // functions.mesh.counts[0]

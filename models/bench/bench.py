@@ -47,12 +47,12 @@ class BenchEstimate:
 
     Attributes
     ----------
-    values : (39,) float64
+    values : (50,) float64
         In the order of `BENCH`.
-    covariance : (39, 39) float64
+    covariance : (50, 50) float64
     discrepancy : float
         Error of the model beside them, a fraction of what a touch moves.
-    prior : (39,) float64
+    prior : (50,) float64
         Standard deviations before any press.
     memory : float
         Fraction of a touch that the plate may still show when it has ended, its standard deviation.
@@ -75,12 +75,12 @@ class BenchEstimate:
 
     @property
     def sigma(self) -> F64:
-        """Standard deviation of each number, (39,)."""
+        """Standard deviation of each number, (50,)."""
         return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
 
     @property
     def known(self) -> Mask:
-        """Which numbers the presses determine, (39,)."""
+        """Which numbers the presses determine, (50,)."""
         return self.sigma < _KNOWN * self.prior
 
     @property
@@ -121,7 +121,7 @@ def bench_before(plate: fe.Plate, **sigma: float) -> BenchEstimate:
 
 
 def prior_sigma(plate: fe.Plate) -> F64:
-    """Return standard deviations (39,) of a bench built with care and measured with a ruler.
+    """Return standard deviations (50,) of a bench built with care and measured with a ruler.
 
     Compliances are in parts of the plate's own, tension is that of half a kelvin of PVC.
     """
@@ -132,9 +132,6 @@ def prior_sigma(plate: fe.Plate) -> F64:
     usual: dict[str, float] = {
         "young": 0.1,
         "thickness": 0.03,
-        "thickness_x": 0.02,
-        "thickness_y": 0.02,
-        "thickness_xy": 0.01,
         "tension_xx": tension,
         "tension_yy": tension,
         "tension_xy": 0.3 * tension,
@@ -158,4 +155,6 @@ def prior_sigma(plate: fe.Plate) -> F64:
         if name.startswith(("rotation", "membrane")):
             whole = turning if name.startswith("rotation") else stretching
             usual[name] = 0.5 * whole if name.endswith("slope") else whole
+        elif name.startswith("thickness_"):
+            usual[name] = 0.02 / len(name.removeprefix("thickness_"))
     return np.array([usual[name] for name in NAMES])

@@ -60,7 +60,7 @@ class JointProblem:
 class State(NamedTuple):
     """Numbers of the bench and the touch of each press."""
 
-    values: F64  # (39,)
+    values: F64  # (50,)
     touches: F64  # (N, 3)
 
 

@@ -19,7 +19,7 @@ _WIDTH = 0.03
 
 
 def _ends() -> F64:
-    """Compliance of both ends of each edge by the numbers of a bench, (16, 39)."""
+    """Compliance of both ends of each edge by the numbers of a bench, (16, 50)."""
     rows: list[F64] = []
     for name in NAMES:
         if f"{name}_slope" in NAMES:
@@ -34,15 +34,15 @@ _ENDS = _ends()
 
 
 def pushing(values: F64, described: F64, prior: BenchEstimate) -> tuple[F64, F64]:
-    """Find the ends of edges that push: their rows (n, 39) and their excess (n,), below 0.
+    """Find the ends of edges that push: their rows (n, 50) and their excess (n,), below 0.
 
     Both in units of which the square adds to χ².
 
     Parameters
     ----------
-    values : (39,) float64
+    values : (50,) float64
         Numbers of the bench.
-    described : (30,) float64
+    described : (41,) float64
         What the plate's description has of them already.
     prior : BenchEstimate
         By which the limit is soft.

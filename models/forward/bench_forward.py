@@ -73,7 +73,7 @@ class BenchFields:
 
     @property
     def values(self) -> F64:
-        """All numbers of the bench, (39,); see `BENCH`."""
+        """All numbers of the bench, (50,); see `BENCH`."""
         return np.concatenate([self.bench.values, self.camera])
 
     def value(self, xy: F64) -> F64:
@@ -175,7 +175,7 @@ class BenchForward:
         return self.reading @ state.values, (self.reading @ state.jacobian()).T
 
     def by_bench(self, touches: F64) -> F64:
-        """Compute derivatives of the measurement by every number of the bench, (39, m)."""
+        """Compute derivatives of the measurement by every number of the bench, (50, m)."""
         derivatives = np.zeros((len(BENCH), len(self.whitening)))
         if not len(touches):
             return derivatives
@@ -220,7 +220,7 @@ class BenchForward:
         return replace(self, _near={len(state.touches): state})
 
     def moved(self, values: F64) -> BenchForward:
-        """Return the same measurement on a bench near by, (39,), its camera to first order."""
+        """Return the same measurement on a bench near by, (50,), its camera to first order."""
         seen, change = self.fields.seen, values - self.fields.values
         if seen is not None:
             matrix = seen.matrix + np.tensordot(change[_PLATE:], seen.derivatives, 1)
@@ -228,6 +228,6 @@ class BenchForward:
         return self.on(values, seen)
 
     def on(self, values: F64, seen: Seen | None) -> BenchForward:
-        """Return the same measurement on another bench, (39,), through what its camera sees."""
+        """Return the same measurement on another bench, (50,), through what its camera sees."""
         bench = fe.BenchPlate(self.fields.bench.modal, values[:_PLATE])
         return replace(self, fields=BenchFields(bench, seen, values[_PLATE:]), _near={}, _left={})
