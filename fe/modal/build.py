@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import eval_legendre
+from numpy.polynomial.legendre import legvander
 
 from fe.arrays import F64, I64
 from fe.elements.gauss import Gauss, dense
@@ -85,12 +85,12 @@ def _taking_part(functions: Transverse) -> I64:
 
 def _rising(gauss: Gauss) -> F64:
     """Products of Legendre polynomials over the plate at its Gauss points, (14, gx, gy)."""
+    highest = max(max(pair) for pair in DEGREES)
     x, y = (
-        2.0 * axis.places / (axis.places[0] + axis.places[-1]) - 1.0 for axis in (gauss.x, gauss.y)
+        legvander(2.0 * axis.places / (axis.places[0] + axis.places[-1]) - 1.0, highest)
+        for axis in (gauss.x, gauss.y)
     )
-    return np.stack(
-        [np.multiply.outer(eval_legendre(i, x), eval_legendre(j, y)) for i, j in DEGREES]
-    )
+    return np.stack([np.multiply.outer(x[:, i], y[:, j]) for i, j in DEGREES])
 
 
 def _graded(functions: Transverse, gauss: Gauss, rising: F64) -> F64:
