@@ -83,13 +83,16 @@ def _taking_part(functions: Transverse) -> I64:
     return np.concatenate([every[: min(_STRETCHING, functions.count)], every[functions.count :]])
 
 
+def _legendre(places: F64, highest: int) -> F64:
+    """Legendre polynomials from one side of the plate to the other, (g, highest + 1)."""
+    along = 2.0 * places / (places[0] + places[-1]) - 1.0
+    return np.asarray(legvander(along, highest), dtype=np.float64)
+
+
 def _rising(gauss: Gauss) -> F64:
     """Products of Legendre polynomials over the plate at its Gauss points, (14, gx, gy)."""
     highest = max(max(pair) for pair in DEGREES)
-    x, y = (
-        legvander(2.0 * axis.places / (axis.places[0] + axis.places[-1]) - 1.0, highest)
-        for axis in (gauss.x, gauss.y)
-    )
+    x, y = (_legendre(axis.places, highest) for axis in (gauss.x, gauss.y))
     return np.stack([np.multiply.outer(x[:, i], y[:, j]) for i, j in DEGREES])
 
 
