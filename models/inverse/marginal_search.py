@@ -21,8 +21,9 @@ from models.inverse.levenberg_marquardt import LevenbergMarquardt
 from models.inverse.prior import FLAT, Prior
 from models.inverse.solver import STANDARD, find
 
-# Of a standard deviation: touches that moved by less were whitened well enough.
-_MOVED = 0.5
+# Touches that moved by less were whitened well enough: parts of a standard deviation, or of the
+# plate's shorter side and of the force, over which what is not known hardly changes.
+_MOVED, _APART, _STRONGER = 0.5, 0.004, 0.03
 # Fall of χ² below which a fit has converged: a thirtieth of a standard deviation.
 _TOLERANCE = 1e-3
 _ROUNDS = 4
@@ -94,7 +95,7 @@ def find_on_bench(
     for _ in range(_ROUNDS + limit):
         estimate = fit(about)
         found = np.column_stack([estimate.xy, estimate.force])
-        if len(found) == len(about) and _near(about, found, estimate.covariance):
+        if len(found) == len(about) and _near(uncertain, about, found, estimate.covariance):
             return estimate
         about = _settled(measured, uncertain, found, candidates.bounds, prior, solver)
     return replace(fit(about), result=Result.UNRESOLVABLE)
@@ -114,14 +115,16 @@ def _settled(
         there = uncertain.about(about)
         white = there.whitening @ measured
         fit = solver.descend(there, white, touches, bounds=bounds, prior=prior)
-        if _near(about, fit.touches, fit.covariance):
+        if _near(uncertain, about, fit.touches, fit.covariance):
             return fit.touches
         # What is not known about a touch grows with it, and draws it back: half-way lies between.
         about, touches = 0.5 * (about + fit.touches), fit.touches
     return touches
 
 
-def _near(before: F64, after: F64, covariance: F64) -> bool:
-    """Whether touches moved by less than they are sure."""
+def _near(uncertain: Uncertain, before: F64, after: F64, covariance: F64) -> bool:
+    """Whether touches moved so little that the scatter about them is the same."""
+    close = np.full(after.shape, _APART * min(uncertain.forward.plate.size))
+    close[:, 2] = _STRONGER * np.abs(after[:, 2])
     sigma = np.sqrt(np.diag(covariance)).reshape(-1, 3)
-    return bool((np.abs(after - before) <= _MOVED * sigma).all())
+    return bool((np.abs(after - before) <= np.maximum(close, _MOVED * sigma)).all())
