@@ -130,6 +130,10 @@ from .inverse.prior import (
     prior as prior,
 )
 from .inverse.solver import find as find
+from .nets.baselines import (
+    train_adversarial as train_adversarial,
+    train_convolutional as train_convolutional,
+)
 from .nets.batches import (
     mixed_batches as mixed_batches,
     noisy_batches as noisy_batches,
@@ -138,9 +142,11 @@ from .nets.batches import (
 from .nets.checkpoint import Checkpoint as Checkpoint
 from .nets.loss import (
     Loss as Loss,
+    base_loss as base_loss,
     distance_loss as distance_loss,
     magnitude_loss as magnitude_loss,
 )
+from .nets.model_file import prepare_net_file as prepare_net_file
 from .nets.net import (
     Net as Net,
     NetOptions as NetOptions,
@@ -151,15 +157,29 @@ from .nets.net_estimator import (
     NetTouchEstimator as NetTouchEstimator,
     prepare_net_estimator as prepare_net_estimator,
 )
-from .nets.onnx import write_onnx as write_onnx
+from .nets.onnx import (
+    write_model_onnx as write_model_onnx,
+    write_onnx as write_onnx,
+)
+from .nets.regression import Regression as Regression
 from .nets.set_encoding import permutation_invariant_loss as permutation_invariant_loss
 from .nets.store import (
+    Model as Model,
+    load_model as load_model,
     load_net as load_net,
-    prepare_net_file as prepare_net_file,
+    save_model as save_model,
     save_net as save_net,
 )
 from .nets.train import Recipe as Recipe, Trained as Trained, train_net as train_net
 from .nets.tune import NetCandidate as NetCandidate, tune_net as tune_net
+from .nets.two_step import (
+    DeformableSurface as DeformableSurface,
+    TrainedTwoStep as TrainedTwoStep,
+    TwoStep as TwoStep,
+    predict_two_step as predict_two_step,
+    train_place as train_place,
+    train_shape as train_shape,
+)
 from .scores.error_map import ErrorMap as ErrorMap, error_map as error_map
 from .scores.matching import match as match
 from .scores.score import (

@@ -15,6 +15,7 @@ from models.nets.set_encoding import decode
 
 Activation = Literal["relu", "tanh", "silu"]
 Inputs = Literal["standard", "asinh", "relative"]
+Start = Literal["glorot", "he"]
 Layer = tuple[np.ndarray, np.ndarray]
 
 KNEE = 0.03
@@ -149,10 +150,13 @@ def _relative(strain: np.ndarray) -> np.ndarray:
     return strain / np.where(norm > 0.0, norm, 1.0)
 
 
-def initial(sizes: Sequence[int], rng: np.random.Generator) -> tuple[Layer, ...]:
-    """Return the layers that training starts from, Glorot uniform with zero biases.
+def initial(
+    sizes: Sequence[int], rng: np.random.Generator, start: Start = "glorot"
+) -> tuple[Layer, ...]:
+    """Return the layers that training starts from: uniform weights, zero biases.
 
-    Glorot and Bengio (2010), equation 16, the default of the library that the paper used.
+    "glorot" is Glorot and Bengio (2010), equation 16, the default of the library that the paper
+    used; "he" keeps the size of what rectified layers hand on, He et al. (2015), equation 10.
 
     Parameters
     ----------
@@ -160,14 +164,19 @@ def initial(sizes: Sequence[int], rng: np.random.Generator) -> tuple[Layer, ...]
         Inputs, neurons of each hidden layer, outputs.
     rng
         Source of the weights.
+    start
+        By which rule they are drawn.
 
     Returns
     -------
     Weights (inputs, outputs) and biases (outputs,) of each layer, float32.
     """
+    he = start == "he"
     return tuple(
         (
-            (rng.uniform(-1.0, 1.0, (n, m)) * np.sqrt(6.0 / (n + m))).astype(np.float32),
+            (rng.uniform(-1.0, 1.0, (n, m)) * np.sqrt(6.0 / (n if he else n + m))).astype(
+                np.float32
+            ),
             np.zeros(m, np.float32),
         )
         for n, m in pairwise(sizes)

@@ -9,6 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from models.nets.net import Net
+from models.nets.onnx_roots import decode
+from models.nets.store import Model
+from models.nets.train import Trained
+from models.nets.two_step import TrainedTwoStep, TwoStep
 
 if TYPE_CHECKING:
     from onnx import ModelProto, NodeProto
@@ -30,13 +34,30 @@ def write_onnx(path: str | Path, net: Net) -> None:
     OSError
         When the file cannot be written.
     """
-    model = to_onnx(net)
-    try:
-        Path(path).write_bytes(model.SerializeToString())
-    except OSError as error:
-        raise OSError(
-            f"ONNX file {path} cannot be written ({error.strerror or error}); choose another place"
-        ) from error
+    _write(path, to_onnx(net))
+
+
+def write_model_onnx(path: str | Path, model: Model) -> None:
+    """Write any trained model that is made of nets; as `write_onnx`.
+
+    A net of two steps has a second input, "before", the strain before the touch.
+
+    Raises
+    ------
+    ValueError
+        As `to_onnx`, or for a regression.
+    OSError
+        When the file cannot be written.
+    """
+    match model:
+        case Trained(net=net):
+            _write(path, to_onnx(net))
+        case TrainedTwoStep():
+            _write(path, two_step_to_onnx(model.nets))
+        case _:
+            raise ValueError(
+                "a regression is no net and cannot be exported to ONNX; leave --onnx out"
+            )
 
 
 def to_onnx(net: Net) -> ModelProto:
@@ -45,50 +66,99 @@ def to_onnx(net: Net) -> ModelProto:
     Raises
     ------
     ValueError
-        When onnx is not installed, or the net reports touches without an order.
+        When onnx is not installed.
     """
+    _require()
+    graph, poles, reported = Graph([], {}), net.options.poles, len(net.layers[-1][1])
+    out = graph.layers(net, graph.scaled(net, "strain"), "" if poles else "targets")
+    columns = reported
+    if poles:
+        magnitudes = reported > 2 * poles
+        out, columns = decode(graph, out, poles, magnitudes), (2 + magnitudes) * poles
+    return graph.model({"strain": len(net.scaling.centre)}, out, columns)
+
+
+def two_step_to_onnx(nets: TwoStep) -> ModelProto:
+    """Return the graph of a net of two steps in double precision; raises as `to_onnx`."""
+    _require()
+    graph, gauges = Graph([], {}), len(nets.shape.scaling.centre)
+    base = graph.layers(nets.shape, graph.scaled(nets.shape, "before"))
+    seen = "strain"
+    if nets.strain != "total":
+        seen = graph.apply("Sub", "strain", "before")
+    if nets.strain == "direction":
+        seen = graph.over_norm(seen, gauges)
+    fed = graph.apply("Concat", base, seen, axis=1)
+    out = graph.layers(nets.place, graph.scaled(nets.place, fed), "targets")
+    return graph.model({"before": gauges, "strain": gauges}, out, len(nets.place.layers[-1][1]))
+
+
+def _require() -> None:
     if find_spec("onnx") is None:
         raise ValueError("onnx is not installed and the export needs it; run 'pip install onnx'")
-    if net.options.poles:
-        raise ValueError(
-            "a net that reports touches without an order cannot be exported, ONNX finds no roots "
-            "of polynomials; train one with poles = 0"
-        )
-    from onnx import TensorProto, checker, helper, numpy_helper
-
-    graph = _Graph([], {})
-    out = graph.layers(net, graph.scaled(net, "strain"))
-    inputs = helper.make_tensor_value_info(
-        "strain", TensorProto.DOUBLE, ["N", len(net.scaling.centre)]
-    )
-    outputs = helper.make_tensor_value_info(out, TensorProto.DOUBLE, ["N", len(net.layers[-1][1])])
-    constants = [numpy_helper.from_array(array, name) for name, array in graph.constants.items()]
-    body = helper.make_graph(graph.nodes, "net", [inputs], [outputs], constants)
-    model = helper.make_model(
-        body, opset_imports=[helper.make_opsetid("", _OPSET)], ir_version=_FILE
-    )
-    checker.check_model(model)  # pyright: ignore[reportUnknownMemberType]
-    return model
 
 
-class _Graph:
+def _write(path: str | Path, model: ModelProto) -> None:
+    try:
+        Path(path).write_bytes(model.SerializeToString())
+    except OSError as error:
+        raise OSError(
+            f"ONNX file {path} cannot be written ({error.strerror or error}); choose another place"
+        ) from error
+
+
+class Graph:
     """Operators one after another, each named by its number."""
 
     def __init__(self, nodes: list[NodeProto], constants: dict[str, np.ndarray]) -> None:
         self.nodes, self.constants = nodes, constants
 
-    def apply(self, kind: str, *inputs: str | np.ndarray | float, name: str = "") -> str:
-        """Add an operator; arrays become constants."""
+    def apply(
+        self,
+        kind: str,
+        *inputs: str | np.ndarray | float,
+        name: str = "",
+        axis: int | None = None,
+    ) -> str:
+        """Add an operator; arrays become constants, whole ones indices."""
         from onnx import helper
 
         names = [each if isinstance(each, str) else self._constant(each) for each in inputs]
         out = name or f"value{len(self.nodes)}"
-        self.nodes.append(helper.make_node(kind, names, [out]))
+        node = helper.make_node(kind, names, [out])
+        if axis is not None:
+            node.attribute.append(helper.make_attribute("axis", axis))
+        self.nodes.append(node)
         return out
+
+    def smallest_first(self, values: str, count: int) -> str:
+        """Return the order (N, count) that sorts the columns of each row."""
+        from onnx import helper
+
+        out = f"value{len(self.nodes)}"
+        inputs = [values, self._constant(np.array([count]))]
+        outputs = [f"{out}sorted", out]
+        self.nodes.append(helper.make_node("TopK", inputs, outputs, axis=1, largest=0, sorted=1))
+        return out
+
+    def model(self, inputs: dict[str, int], out: str, columns: int) -> ModelProto:
+        """Return the whole, checked: its inputs and their columns, its output and those of it."""
+        from onnx import TensorProto, checker, helper, numpy_helper
+
+        double, value = TensorProto.DOUBLE, helper.make_tensor_value_info
+        fed = [value(name, double, ["N", width]) for name, width in inputs.items()]
+        given = [value(out, double, ["N", columns])]
+        constants = [numpy_helper.from_array(array, name) for name, array in self.constants.items()]
+        body = helper.make_graph(self.nodes, "net", fed, given, constants)
+        opset = [helper.make_opsetid("", _OPSET)]
+        model = helper.make_model(body, opset_imports=opset, ir_version=_FILE)
+        checker.check_model(model)  # pyright: ignore[reportUnknownMemberType]
+        return model
 
     def _constant(self, array: np.ndarray | float) -> str:
         name = f"constant{len(self.constants)}"
-        self.constants[name] = np.asarray(array, dtype=np.float64)
+        whole = isinstance(array, np.ndarray) and array.dtype.kind == "i"
+        self.constants[name] = np.asarray(array, dtype=np.int64 if whole else np.float64)
         return name
 
     def scaled(self, net: Net, strain: str) -> str:
@@ -100,14 +170,18 @@ class _Graph:
             size = self.apply("Log", self.apply("Add", self.apply("Abs", x), root))
             strain = self.apply("Mul", self.apply("Sign", x), size)
         if net.scaling.relative:
-            squares = self.apply("Mul", strain, strain)
-            along = self.apply("MatMul", squares, np.ones((len(net.scaling.centre), 1)))
-            # Strains that are all 0 stay 0; no other norm is as small as that.
-            norm = self.apply("Max", self.apply("Sqrt", along), np.finfo(np.float64).tiny)
-            strain = self.apply("Div", strain, norm)
+            strain = self.over_norm(strain, len(net.scaling.centre))
         return self.apply("Div", self.apply("Sub", strain, net.scaling.centre), net.scaling.scale)
 
-    def layers(self, net: Net, x: str) -> str:
+    def over_norm(self, strain: str, columns: int) -> str:
+        """Add the division of each row by its norm."""
+        squares = self.apply("Mul", strain, strain)
+        along = self.apply("MatMul", squares, np.ones((columns, 1)))
+        # Strains that are all 0 stay 0; no other norm is as small as that.
+        norm = self.apply("Max", self.apply("Sqrt", along), np.finfo(np.float64).tiny)
+        return self.apply("Div", strain, norm)
+
+    def layers(self, net: Net, x: str, name: str = "") -> str:
         """Add what `models.nets.net.forward` does."""
         *hidden, (weights, biases) = net.layers
         for hidden_weights, hidden_biases in hidden:
@@ -119,4 +193,4 @@ class _Graph:
                     x = self.apply("Tanh", x)
                 case "silu":
                     x = self.apply("Mul", x, self.apply("Sigmoid", x))
-        return self.apply("Add", self.apply("MatMul", x, weights), biases, name="targets")
+        return self.apply("Add", self.apply("MatMul", x, weights), biases, name=name)

@@ -6,7 +6,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import islice
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -25,6 +25,19 @@ if TYPE_CHECKING:
 
 # What Adam remembers of each parameter.
 _MOMENTS = ("step", "exp_avg", "exp_avg_sq")
+
+
+class Descendable(Protocol):
+    """What Adam needs of a net: its loss, and what its layers report."""
+
+    @property
+    def loss(self) -> "Loss":
+        """Of what is reported, and the targets."""
+        ...
+
+    def predict(self, layers: "Layers", inputs: "Tensor") -> "Tensor":
+        """Return targets in their units."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +138,7 @@ def run_adam(
     descent: Descent,
     stream: Iterator["Pairs"],
     validation: "Pairs",
-    task: TrainingTask,
+    task: Descendable,
     on_epoch: Callable[[int, float], None],
 ) -> np.ndarray:
     """Step the layers of `descent` in place; return the losses of both sets where checked."""

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from math import cos, pi
 from typing import Literal
 
-from models.nets.net import NetOptions
+from models.nets.net import NetOptions, Start
 
 
 @dataclass(frozen=True)
@@ -27,6 +27,8 @@ class Recipe:
         whole training set.
     check
         Epochs between two looks at the validation set.
+    start
+        By which rule the first weights are drawn, see `models.nets.net.initial`.
 
     Raises
     ------
@@ -40,6 +42,7 @@ class Recipe:
     outputs: Literal["raw", "scaled"] = "raw"
     lbfgs_steps: int = 0
     check: int = 1
+    start: Start = "glorot"
 
     def __post_init__(self) -> None:
         if self.epochs < 1:

@@ -5,13 +5,11 @@ standardised first, as for a net; those that do not vary are left out.
 """
 
 from collections.abc import Callable
-from typing import cast
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, cast, get_args
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
-from scipy.optimize import minimize
-from scipy.spatial import KDTree
-from scipy.spatial.distance import cdist
 
 from models.arrays import F64
 from models.data.dataset import Dataset
@@ -20,11 +18,56 @@ from models.nets.net import scale_strain, scaling
 Predictor = Callable[[np.ndarray], np.ndarray]
 Basis = Callable[[np.ndarray], np.ndarray]
 
+Fit = Literal["linear", "quadratic", "ridge", "gaussian-process", "nearest"]
+
 # Below this part of the largest singular value a direction of the inputs is rounding.
 _ROUNDING = 1e-10
 
 # A Gaussian process without noise on its diagonal has no Cholesky factor.
 _JITTER = 1e-8
+
+
+@dataclass(frozen=True)
+class Regression:
+    """A regression that can be run and stored: the touches that it is made from, and how.
+
+    A Gaussian process and the nearest touches keep all of them anyway; the others are made anew
+    in less time than reading their weights would take.
+
+    Attributes
+    ----------
+    fit
+        Which regression.
+    training
+        Touches to learn from.
+
+    Raises
+    ------
+    ValueError
+        When `fit` is unknown, or there is not one target for each strain.
+    """
+
+    fit: Fit
+    training: Dataset
+
+    def __post_init__(self) -> None:
+        if self.fit not in get_args(Fit):
+            raise ValueError(
+                f"regression must be one of {', '.join(get_args(Fit))}, got {self.fit!r}; "
+                "use 'quadratic'"
+            )
+        strain, targets = self.training.strain, self.training.targets
+        if strain.ndim != 2 or targets.ndim != 2 or len(strain) != len(targets):
+            raise ValueError(
+                f"a regression needs one target a strain, got {strain.shape} and {targets.shape}"
+            )
+        if not (np.isfinite(strain).all() and np.isfinite(targets).all()):
+            raise ValueError("a regression needs strains and targets that are finite")
+
+    @cached_property
+    def predict(self) -> Predictor:
+        """The fit: from strain (N, I) to targets (N, D)."""
+        return _FITS[self.fit](self.training)
 
 
 def linear(training: Dataset) -> Predictor:
@@ -66,6 +109,10 @@ def gaussian_process(training: Dataset) -> Predictor:
     The covariance is exp(-d² / 2 l²) of the distance d of two standardised inputs, with one length
     for all of them (Rasmussen and Williams 2006, equations 2.25, 2.30 and 4.9).
     """
+    from scipy.linalg import cho_factor, cho_solve
+    from scipy.optimize import minimize
+    from scipy.spatial.distance import cdist
+
     feed = _feed(training)
     inputs, centre = feed(training.strain), training.targets.mean(axis=0)
     targets = training.targets - centre
@@ -96,6 +143,8 @@ def gaussian_process(training: Dataset) -> Predictor:
 
 def nearest(training: Dataset, count: int = 4) -> Predictor:
     """Average the `count` touches with the most similar strains, weighted by 1 / distance."""
+    from scipy.spatial import KDTree
+
     feed = _feed(training)
     tree = KDTree(feed(training.strain))
 
@@ -128,3 +177,12 @@ def _with_constant(inputs: np.ndarray) -> np.ndarray:
 def _with_products(inputs: np.ndarray) -> np.ndarray:
     first, second = np.triu_indices(inputs.shape[1])
     return np.column_stack([_with_constant(inputs), inputs[:, first] * inputs[:, second]])
+
+
+_FITS: dict[Fit, Callable[[Dataset], Predictor]] = {
+    "linear": linear,
+    "quadratic": quadratic,
+    "ridge": ridge,
+    "gaussian-process": gaussian_process,
+    "nearest": nearest,
+}

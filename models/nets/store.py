@@ -1,9 +1,5 @@
-"""Storage of trained nets: HDF5 with plain arrays, options as JSON and a checksum."""
+"""Storage of trained models: nets, nets in two steps and regressions."""
 
-import hashlib
-import json
-import os
-import tempfile
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -11,17 +7,24 @@ from typing import Any
 
 import numpy as np
 
-from models.arrays import AnyArray
+from models.data.dataset import Dataset
+from models.nets.model_file import ModelFile, not_runnable, read_model, write_model
 from models.nets.net import Net, NetOptions, Scaling
+from models.nets.regression import Regression
 from models.nets.train import Trained
+from models.nets.two_step import TrainedTwoStep
 
 FORMAT = "touchplate net"
-VERSION = 1
+TWO_STEP = "touchplate net of two steps"
+REGRESSION = "touchplate regression"
 LARGEST = 1e9  # of a weight or a scale; NaN is not below it either
+
+Model = Trained | TrainedTwoStep | Regression
+"""Whatever training ends in."""
 
 
 def save_net(path: str | Path, trained: Trained, about: Mapping[str, Any]) -> None:
-    """Write `trained` to `path`: aside first, then renamed, so that no half file is ever seen.
+    """Write a net and its history to `path`.
 
     Parameters
     ----------
@@ -37,36 +40,7 @@ def save_net(path: str | Path, trained: Trained, about: Mapping[str, Any]) -> No
     OSError
         When the file cannot be written.
     """
-    path = Path(path)
-    text = json.dumps({"net": asdict(trained.net.options), "about": dict(about)}, sort_keys=True)
-    prepare_net_file(path)
-    aside = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        _write(aside, _to_arrays(trained), text)
-        aside.replace(path)
-    except OSError as error:
-        raise _unwritable(path, error) from error
-    finally:
-        aside.unlink(missing_ok=True)
-
-
-def prepare_net_file(path: str | Path) -> None:
-    """Make the folder of `path` and try it, so that no training ends in a net without a place.
-
-    Raises
-    ------
-    OSError
-        When a file there cannot be written.
-    """
-    path = Path(path)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=path.parent):
-            pass
-    except OSError as error:
-        raise _unwritable(path, error) from error
-    if path.is_dir():
-        raise IsADirectoryError(f"model file {path} is a folder; give the name of a file in it")
+    save_model(path, trained, about)
 
 
 def load_net(path: str | Path) -> tuple[Trained, dict[str, Any]]:
@@ -86,66 +60,69 @@ def load_net(path: str | Path) -> tuple[Trained, dict[str, Any]]:
         When the file is damaged, of another version or something else, or holds numbers that
         make no net.
     """
-    path = Path(path)
-    if not path.is_file():
-        raise FileNotFoundError(f"model file {path} does not exist; train the model first")
-    head, arrays = _read(path)
-    if str(head.get("format")) != FORMAT:
-        raise ValueError(f"model file {path} holds something else; give a file written by training")
-    if str(head.get("version")) != str(VERSION):
-        raise ValueError(
-            f"model file {path} has version {head.get('version')}, this release reads {VERSION}; "
-            "train the model again"
-        )
-    text = str(head.get("options"))
-    if str(head.get("checksum")) != _checksum(arrays, text):
-        raise ValueError(f"model file {path} is damaged; delete it and train the model again")
+    model, about = _load(path, (FORMAT,))
+    if not isinstance(model, Trained):
+        raise TypeError(f"a net was read as {type(model).__name__}")
+    return model, about
+
+
+def save_model(path: str | Path, model: Model, about: Mapping[str, Any]) -> None:
+    """Write any trained model, as `save_net` does a net.
+
+    Raises
+    ------
+    OSError
+        When the file cannot be written.
+    """
+    arrays: dict[str, np.ndarray]
+    match model:
+        case Trained():
+            kind, arrays = FORMAT, _to_arrays(model)
+            options: dict[str, Any] = {"net": asdict(model.net.options)}
+        case TrainedTwoStep():
+            kind, arrays, options = TWO_STEP, {}, {"strain": model.nets.strain}
+            for step, trained in model.steps().items():
+                options[step] = asdict(trained.net.options)
+                arrays |= {f"{step}-{name}": a for name, a in _to_arrays(trained).items()}
+        case Regression():
+            kind, options = REGRESSION, {"fit": model.fit}
+            arrays = {"strain": model.training.strain, "targets": model.training.targets}
+    write_model(path, ModelFile(kind, arrays, options | {"about": dict(about)}))
+
+
+def load_model(path: str | Path) -> tuple[Model, dict[str, Any]]:
+    """Read whatever `save_model` wrote; raises as `load_net`."""
+    return _load(path, (FORMAT, TWO_STEP, REGRESSION))
+
+
+def _load(path: str | Path, formats: tuple[str, ...]) -> tuple[Model, dict[str, Any]]:
+    file = read_model(path, formats)
     try:
-        options = json.loads(text)
-        named = options["net"] | {"layers": tuple(options["net"]["layers"])}
-        trained = _from_arrays(arrays, NetOptions(**named))
-        return _sound(trained), options["about"]
+        return _model(file), file.options["about"]
     except (KeyError, TypeError, ValueError) as error:
-        said = " ".join(str(error).split())
-        raise ValueError(
-            f"model file {path} holds no net that can be run ({said}); train the model again"
-        ) from error
+        raise not_runnable(path, error) from error
 
 
-def _write(path: Path, arrays: Mapping[str, np.ndarray], text: str) -> None:
-    import h5py
-
-    # The latest format of HDF5 sums its own structure too, so that damage there is seen.
-    with h5py.File(path, "w", libver="latest") as file:
-        file.attrs["version"] = VERSION
-        texts = {"format": FORMAT, "checksum": _checksum(arrays, text), "options": text}
-        for name, said in texts.items():  # of fixed length: others lie where HDF5 sums nothing up
-            file.attrs[name] = np.bytes_(said.encode(errors="surrogateescape"))
-        for name, array in arrays.items():
-            file[name] = array
-
-
-def _unwritable(path: Path, error: OSError) -> OSError:
-    return OSError(
-        f"model file {path} cannot be written ({error.strerror or error}); free space there or"
-        " choose another place"
-    )
+def _model(file: ModelFile) -> Model:
+    arrays, options = file.arrays, file.options
+    match file.format:
+        case "touchplate net":
+            return _trained(arrays, options["net"])
+        case "touchplate net of two steps":
+            steps = (_trained(_of_step(arrays, step), options[step]) for step in ("shape", "place"))
+            return TrainedTwoStep(*steps, strain=options["strain"]).sound()
+        case _:
+            return Regression(options["fit"], Dataset(arrays["strain"], arrays["targets"]))
 
 
-def _read(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """Return the attributes and the arrays of an HDF5 file, whatever they are."""
-    import h5py
+def _of_step(arrays: Mapping[str, np.ndarray], step: str) -> dict[str, np.ndarray]:
+    own = f"{step}-"
+    return {name.removeprefix(own): a for name, a in arrays.items() if name.startswith(own)}
 
-    try:
-        with h5py.File(path, "r") as file:
-            arrays: dict[str, AnyArray] = {name: np.asarray(item) for name, item in file.items()}
-            return {name: _plain(value) for name, value in file.attrs.items()}, arrays
-    except PermissionError as error:
-        raise PermissionError(f"model file {path} cannot be read; check its permissions") from error
-    except (OSError, RuntimeError, KeyError, TypeError, ValueError) as error:
-        raise ValueError(
-            f"model file {path} is damaged or no HDF5 file; train the model again"
-        ) from error
+
+def _trained(arrays: Mapping[str, np.ndarray], options: Mapping[str, Any]) -> Trained:
+    named: dict[str, Any] = {**options, "layers": tuple(options["layers"])}
+    return _sound(_from_arrays(arrays, NetOptions(**named)))
 
 
 def _sound(trained: Trained) -> Trained:
@@ -164,22 +141,6 @@ def _sound(trained: Trained) -> Trained:
     if scaling.scale.min(initial=1.0) <= 0 or (knee is not None and not 0 < knee < np.inf):
         raise ValueError("a scale of its inputs that is not positive")
     return trained
-
-
-def _plain(attribute: object) -> object:
-    """Text of an attribute, whether its length is fixed or not; anything else as it is."""
-    if isinstance(attribute, bytes):
-        return attribute.decode(errors="surrogateescape")
-    return attribute
-
-
-def _checksum(arrays: Mapping[str, np.ndarray], text: str) -> str:
-    """SHA-256 over the options and each array's name, type, shape and bytes."""
-    digest = hashlib.sha256(text.encode(errors="surrogateescape"))
-    for name, array in sorted(arrays.items()):
-        digest.update(f"{name} {array.dtype.str} {array.shape}".encode())
-        digest.update(np.ascontiguousarray(array).tobytes())
-    return digest.hexdigest()
 
 
 def _to_arrays(trained: Trained) -> dict[str, np.ndarray]:

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from itertools import repeat
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -85,17 +85,19 @@ def train_net(
     ValueError
         When the loss stops being finite, or torch is not installed.
     """
-    _require_torch()
+    require_torch()
     scale = scaling(training.strain, options.inputs)
     encoded = _encoded(training, options)
     sizes = (training.strain.shape[1], *options.layers, encoded.targets.shape[1])
-    start = initial(sizes, rng)
+    start = initial(sizes, rng, recipe.start)
     live = training.strain.std(axis=0) > 0.0  # of reading B one input in three; the rest is 0
     fed = replace(scale, centre=scale.centre[live], scale=scale.scale[live])
     usual = permutation_invariant_loss(options.poles) if options.poles else distance_loss()
-    task = TrainingTask(fed, live, _outputs(encoded, recipe), options.activation, loss or usual)
-    with _one_thread():
-        layers = _tensors(start, live)
+    task = TrainingTask(
+        fed, live, output_scaling(encoded, recipe.outputs), options.activation, loss or usual
+    )
+    with one_thread():
+        layers = to_tensors([(start[0][0][live], start[0][1]), *start[1:]])
         fixed = task.tensors(training)
         stream = repeat(fixed) if batches is None else map(task.tensors, batches)
         report = on_epoch or _nobody
@@ -120,8 +122,9 @@ def _encoded(training: Dataset, options: NetOptions) -> Dataset:
     return Dataset(training.strain, encode(training.targets, options.poles))
 
 
-def _outputs(training: Dataset, recipe: Recipe) -> Scaling:
-    match recipe.outputs:
+def output_scaling(training: Dataset, outputs: Literal["raw", "scaled"]) -> Scaling:
+    """Return what a net's outputs are scaled by, see `Recipe`."""
+    match outputs:
         case "raw":
             columns: int = training.targets.shape[1]
             return Scaling(np.zeros(columns), np.ones(columns))
@@ -129,25 +132,26 @@ def _outputs(training: Dataset, recipe: Recipe) -> Scaling:
             return scaling(training.targets)
 
 
-def _require_torch() -> None:
+def require_torch() -> None:
+    """Refuse in one sentence where torch is not installed."""
     if find_spec("torch") is None:
         raise ValueError(
             "torch is not installed and training needs it; run 'make torch' or 'pip install torch'"
         )
 
 
-def _tensors(layers: Sequence[tuple[np.ndarray, np.ndarray]], live: np.ndarray) -> "Layers":
+def to_tensors(layers: Sequence[tuple[np.ndarray, np.ndarray]]) -> "Layers":
+    """Return layers as tensors that learn."""
     import torch
 
-    (weights, biases), *rest = layers
     return [
         (torch.tensor(w, requires_grad=True), torch.tensor(b, requires_grad=True))
-        for w, b in [(weights[live], biases), *rest]
+        for w, b in layers
     ]
 
 
 @contextmanager
-def _one_thread() -> Generator[None, None, None]:
+def one_thread() -> Generator[None, None, None]:
     """Let torch work on one thread inside, and as before after."""
     import torch
 

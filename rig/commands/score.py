@@ -10,10 +10,13 @@ import typer
 
 from rig.commands.output import emit, progress
 from rig.commands.score_table import table, touch_table, write_map
+from rig.scene import parse_overrides
 from rig.training.data import model_path
 from rig.training.model_score import Scored, is_recording, score_model, score_recording
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from rich.console import Group
 
 
@@ -26,21 +29,36 @@ def score(
         Path | None,
         typer.Option("--map", metavar="FILE", help="Write the error over the plate: .csv or .png."),
     ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", help="Test on others: replace a value of its scene, section.key=value."
+        ),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Repeat the test of a stored net on the touches of the scene that it was trained for.
 
-    Of a recording whose truth is known, as in the twin, the touches that were found are scored.
+    With --set it is tested on others, as far as it learnt them. Of a recording whose truth is
+    known, as in the twin, the touches that were found are scored.
     """
     path = model_path(model) if Path(model).suffix in ("", ".toml") else Path(model)
     with progress("influence") as report:
-        scored = score_recording(path) if is_recording(path) else score_model(path, report)
+        scored = _scored(path, settings or [], report)
     if error_map:
         write_map(error_map, scored.map())
     said = {"model": str(path)} | scored.nets
     if scored.touches:
         said |= {"touches": asdict(scored.touches), "bands": [asdict(one) for one in scored.bands]}
     emit(_tables(scored), said, as_json)
+
+
+def _scored(path: Path, settings: list[str], report: Callable[[int, int], None]) -> Scored:
+    if not is_recording(path):
+        return score_model(path, report, parse_overrides(settings))
+    if settings:
+        raise ValueError(f"recording '{path}' is scored as it was made; leave --set out")
+    return score_recording(path)
 
 
 def _tables(scored: Scored) -> Group:

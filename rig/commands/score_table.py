@@ -26,6 +26,13 @@ ROWS = {
 }
 """Figures of a score in the order in which they are shown."""
 
+OTHERS = {
+    "magnitude": "magnitude ± smallest force",
+    "bend": "bend ± mm",
+    "twist": "twist ± deg",
+}
+"""What some nets estimate beside places."""
+
 COLUMNS = ("x_mm", "y_mm", "touches", "mean_mm", "largest_mm")
 
 
@@ -36,12 +43,14 @@ def table(title: str, scores: dict[str, dict[str, float]]) -> Table:
     limit = next(iter(scores.values()))["limit"]
     columns = ["touches", "number", "mean mm", "median mm", "95 % mm", "max mm"]
     shown = Table(*columns, f"below {limit:g} mm", title=title)
-    forces = any("magnitude" in row for row in scores.values())
-    if forces:
-        shown.add_column("magnitude ± smallest force")
+    others = {
+        name: text for name, text in OTHERS.items() if any(name in r for r in scores.values())
+    }
+    for text in others.values():
+        shown.add_column(text)
     for name, row in scores.items():
         distances = [f"{row[key]:.3f}" for key in ("mean", "p50", "p95", "max")]
-        more = [f"{row['magnitude']:.3f}"] if forces else []
+        more = [f"{row[key]:.3f}" for key in others]
         shown.add_row(name, f"{row['count']:g}", *distances, f"{row['fraction']:.1%}", *more)
     return shown
 

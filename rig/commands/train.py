@@ -16,17 +16,13 @@ from rig.commands.output import console, emit, progress
 from rig.commands.score_table import table
 from rig.scene import Scene, load, parse_overrides
 from rig.scene.sensing import NetEstimator
-from rig.training.data import TrainingSets, model_path, simulate_sets
+from rig.training.data import model_path
+from rig.training.descend import Sets, check, simulate, train_model
 from rig.training.model_score import figures
 from rig.training.plan import TrainingPlan, training_plan
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from models import Checkpoint, Dataset, Loss, Trained
-
-BATCHES_A_CHECK = 100
-"""A check on the validation set costs as much as several batches."""
+    from models import Model
 
 
 def train(
@@ -56,7 +52,7 @@ def train(
     From a recording of known presses the forward model is corrected first: camera and stiffness. A
     net is then trained through that camera, and scored on the presses.
     """
-    from models import prepare_net_file, save_net
+    from models import Trained, prepare_net_file, save_model
 
     bench = load(scene, parse_overrides(settings or []))
     learned = learn_from(scene, bench, session) if session else None
@@ -65,29 +61,40 @@ def train(
         return
     calibration = _calibration(scene, bench)
     plan = training_plan(bench, camera_of(bench, calibration))
+    _require_net(plan, onnx, curves)
     path = out or Path(plan.net.model or model_path(scene))
     prepare_net_file(path)
     with progress("influence") as report:
-        sets = simulate_sets(plan, report)
+        sets = simulate(plan, report)
     began = time.monotonic()
     trained = _train(plan, sets, path.with_name(f"{path.stem}.part.npz"))
     seconds = time.monotonic() - began
     about = {"scene": bench.model_dump(mode="json"), "calibration": calibration}
-    save_net(path, trained, about)
+    save_model(path, trained, about)
     if onnx:
-        from models import write_onnx
+        from models import write_model_onnx
 
-        write_onnx(onnx, trained.net)
+        write_model_onnx(onnx, trained)
     if curves:
-        _draw(curves, trained, _check(plan))
-    scores = figures(trained.net, sets, plan.touches)
+        _draw(curves, trained, check(plan.descent))
+    scores = figures(trained, sets, plan.touches)
     console().print(f"trained in {seconds:.0f} s, stored in {path}")
     said = {"model": str(path), "seconds": seconds} | scores
-    if learned and session:
+    if learned and session and isinstance(trained, Trained):
         reported = score_net(scene, trained.net, plan, bench, session)
         console().print(f"{learned.sentence}; {reported.sentence}")
         said |= {"presses": learned.figures | {"net": asdict(reported)}}
     emit(table(bench.title, scores), said, as_json)
+
+
+def _require_net(plan: TrainingPlan, onnx: Path | None, curves: Path | None) -> None:
+    """Refuse what only a net has, before anything is trained."""
+    if isinstance(plan.net, NetEstimator):
+        return
+    if onnx:
+        raise ValueError("a regression is no net and cannot be exported to ONNX; leave --onnx out")
+    if curves:
+        raise ValueError("a regression has no losses on its way; leave --curves out")
 
 
 def _calibration(name: str, bench: Scene) -> str:
@@ -99,88 +106,37 @@ def _calibration(name: str, bench: Scene) -> str:
     return calibration_beside(name).model_dump_json(exclude_none=True)
 
 
-def _train(plan: TrainingPlan, sets: TrainingSets, part: Path) -> Trained:
+def _train(plan: TrainingPlan, sets: Sets, part: Path) -> Model:
     """Train with a bar that shows the loss; go on where a run was killed that left `part`."""
-    from models import Checkpoint
-
-    epochs = plan.net.epochs
+    epochs = plan.net.epochs if isinstance(plan.net, NetEstimator) else 1
     with progress("training") as report:
-        return descend(
+        return train_model(
             plan,
             sets,
-            plan.net.layers,
+            part,
             lambda epoch, loss: report(epoch, epochs, f"loss {loss:.3f} mm"),
-            Checkpoint(part),
         )
 
 
-def descend(
-    plan: TrainingPlan,
-    sets: TrainingSets,
-    layers: tuple[int, ...],
-    on_epoch: Callable[[int, float], None] | None = None,
-    checkpoint: Checkpoint | None = None,
-) -> Trained:
-    """Train a net with these layers by the recipe of a scene."""
-    from models import NetOptions, Recipe, train_net
-
-    net, touches = plan.net, plan.touches
-    rng = np.random.default_rng(net.seed)
-    poles = touches if net.target_encoding == "rational" else 0
-    return train_net(
-        sets.training,
-        sets.validation,
-        NetOptions(layers, net.activation, net.inputs, poles),
-        Recipe(
-            net.epochs, net.learning_rate, net.decay, net.outputs, net.lbfgs_steps, _check(plan)
-        ),
-        rng,
-        on_epoch,
-        _loss(plan),
-        _batches(plan, sets),
-        checkpoint,
-    )
-
-
-def _batches(plan: TrainingPlan, sets: TrainingSets) -> Iterator[Dataset] | None:
-    """Draw what each step learns from; None where it is all of the training set."""
-    from models import mixed_batches, noisy_batches, shuffled_batches
-
-    size, rng = plan.net.batch, np.random.default_rng(plan.net.seed)
-    if sets.noise is None:
-        return shuffled_batches(sets.training, size, rng) if size else None
-    pool, images = sets.noise.pool, sets.noise.images
-    size = min(size or len(pool), len(pool))
-    stream = noisy_batches(shuffled_batches(pool, size, rng), sets.noise.root, rng)
-    if images is None:
-        return stream
-    few = max(round(size * plan.training.rendered_fraction), 1)
-    return mixed_batches(stream, shuffled_batches(images, few, rng))
-
-
-def _loss(plan: TrainingPlan) -> Loss:
-    """Return equation 2 or 3 of the paper, for what the net of a scene estimates."""
-    from models import distance_loss, magnitude_loss, permutation_invariant_loss
-
-    weight = plan.net.magnitude_weight
-    if plan.net.target_encoding == "rational":
-        return permutation_invariant_loss(plan.touches, weight)
-    return magnitude_loss(plan.touches, weight) if plan.magnitudes else distance_loss(plan.touches)
-
-
-def _check(plan: TrainingPlan) -> int:
-    """Return the epochs between two checks on the validation set."""
-    return BATCHES_A_CHECK if plan.net.batch else 1
-
-
-def _draw(path: Path, trained: Trained, check: int) -> None:
-    """Draw both losses over the epochs, as figures 2D and 4A of the paper."""
+def _draw(path: Path, model: Model, apart: int) -> None:
+    """Draw both losses over the epochs, as figures 2D, 4A and 5C of the paper."""
     from matplotlib.figure import Figure
 
+    from models import Trained, TrainedTwoStep
+
+    match model:
+        case Trained():
+            steps = {"": model}
+        case TrainedTwoStep():
+            steps = {"bend and twist: ": model.shape, "place: ": model.place}
+        case _:
+            return
     plot: Any = Figure(figsize=(5, 4), layout="constrained")
     axes: Any = plot.subplots()
-    epochs = 1 + check * np.arange(len(trained.history))
-    axes.loglog(epochs, trained.history, label=["training", "validation"])
+    for name, trained in steps.items():
+        epochs = 1 + apart * np.arange(len(trained.history))
+        labels = [f"{name}training", f"{name}validation"]
+        axes.loglog(epochs, trained.history, label=labels)
     axes.set(xlabel="epoch", ylabel="loss, mm")
     axes.legend()
     try:

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rig.commands.output import emit, progress
-from rig.commands.train import descend
 from rig.scene import load, parse_overrides
 from rig.training.data import TrainingSets, simulate_sets
+from rig.training.descend import descend
 from rig.training.model_score import figures
 from rig.training.plan import TrainingPlan, training_plan
 
@@ -54,7 +54,7 @@ def tune(
                 trials,
                 storage,
                 _study(plan),
-                plan.net.seed,
+                plan.descent.seed,
                 lambda done, last: report(done, trials, f"{list(last.layers)}: {last.loss:.3f} mm"),
                 each,
             )
@@ -64,8 +64,7 @@ def tune(
 
 def _loss(plan: TrainingPlan, sets: TrainingSets, layers: tuple[int, ...]) -> float:
     """Train a net with these layers by the recipe of the scene; return its validation loss."""
-    net = descend(plan, sets, layers).net
-    return figures(net, sets, plan.touches)["validation"]["mean"]
+    return figures(descend(plan, sets, layers), sets, plan.touches)["validation"]["mean"]
 
 
 def _study(plan: TrainingPlan) -> str:

@@ -68,6 +68,10 @@ def gauges(section: RingSection | LatticeSection, plate: PlateSection | None) ->
 
 def training_counts(training: TrainingSection, scene: Scene) -> tuple[int, int, int]:
     """Return the touches that a net learns from, watches and is tested on."""
+    if training.bases:
+        learnt, watched = training.bases.count, training.bases.count // 6
+        each = training.bases.touches
+        return learnt * each, watched * each, watched * each
     sides = scene.plate.size if scene.plate else (0.0, 0.0)
     along = [round((side - 2 * training.margin) / training.spacing) + 1 for side in sides]
     learnt = training.samples or along[0] * along[1]

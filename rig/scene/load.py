@@ -51,6 +51,25 @@ def load(scene: str | Path, overrides: Mapping[str, Any] | None = None) -> Scene
         raise SceneError(f"{path.name}: {sentence(error, Scene)}") from error
 
 
+def with_overrides(scene: Scene, overrides: Mapping[str, Any]) -> Scene:
+    """Return a scene with some values replaced, by dotted key as in `load`.
+
+    Raises
+    ------
+    SceneError
+        If a key or value is not as it must be.
+    """
+    table = scene.model_dump(mode="json", exclude_none=True)
+    try:
+        for key, value in _with_new_keys(overrides).items():
+            _override(table, key, value)
+        return Scene.model_validate(table)
+    except PydanticCustomError as error:
+        raise SceneError(str(error)) from error
+    except ValidationError as error:
+        raise SceneError(sentence(error, Scene)) from error
+
+
 def parse_overrides(settings: Iterable[str]) -> dict[str, Any]:
     """Return the overrides that ``key=value`` texts of a command line name.
 

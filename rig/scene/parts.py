@@ -26,6 +26,7 @@ from rig.scene.sensing import (
     DicSection,
     NetEstimator,
     PatternEstimator,
+    RegressionEstimator,
     StrainEstimator,
     TrainingSection,
 )
@@ -73,6 +74,7 @@ def describe(name: str, section: Section, scene: Scene) -> Part:
             PatternEstimator()
             | StrainEstimator()
             | NetEstimator()
+            | RegressionEstimator()
             | TrainingSection()
             | DicSection()
         ):
@@ -163,7 +165,12 @@ def _optics(
 
 def _sensing(
     name: str,
-    section: PatternEstimator | StrainEstimator | NetEstimator | TrainingSection | DicSection,
+    section: PatternEstimator
+    | StrainEstimator
+    | NetEstimator
+    | RegressionEstimator
+    | TrainingSection
+    | DicSection,
     scene: Scene,
 ) -> Part:
     match section:
@@ -181,6 +188,8 @@ def _sensing(
             what = f"net of {' × '.join(map(str, layers))}, {section.activation}"
             what += f", and {steps} steps of the solver after it" if steps else ""
             return Part(name, what, f"{section.epochs} epochs", ("models", "torch"))
+        case RegressionEstimator(fit=fit):
+            return Part(name, f"{fit} regression on the training touches", "", ("models",))
         case TrainingSection():
             number = counts.training_counts(section, scene)
             what = "{} training, {} validation and {} test touches".format(*number)

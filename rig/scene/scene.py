@@ -38,6 +38,7 @@ ESTIMATOR_NEEDS = {
     "pattern": ("plate", "dic"),
     "strain": ("plate", "dic"),
     "net": ("gauges", "training"),
+    "regression": ("gauges", "training"),
 }
 """The same for each kind of estimator."""
 

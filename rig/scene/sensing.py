@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
+from pydantic_core import PydanticCustomError
 
-from rig.scene.quantity import Count, Force, Length, Ratio, odd
+from rig.scene.quantity import Angle, Count, Force, Length, Ratio, odd
 from rig.scene.section import Section
 
 
@@ -60,6 +61,11 @@ class NetEstimator(Section):
     """Touches from the strain of the gauges by a trained net."""
 
     kind: Literal["net"] = Field(description="what touches are estimated from")
+    family: Literal["dense", "convolutional", "adversarial"] = Field(
+        "dense",
+        description="full layers; kernels along a ring of gauges before a layer of 32; or 32 and 32"
+        " neurons trained against a critic",
+    )
     layers: tuple[Annotated[Count, Field(ge=1, le=100_000)], ...] = Field(
         (32, 32), min_length=1, description="widths of the hidden layers"
     )
@@ -92,15 +98,78 @@ class NetEstimator(Section):
         1.0, gt=0, description="k of equation 3: a relative error of 1 counts as much as this, mm"
     )
     seed: Count = Field(0, ge=0, description="seed of the first weights")
+    start: Literal["glorot", "he"] = Field(
+        "glorot", description="rule by which the first weights are drawn"
+    )
     model: Annotated[str, Field(min_length=1)] | None = Field(
         None, description="file that `train` writes and `run` reads [results/SCENE/model.h5]"
     )
     solver_steps: Count = Field(0, ge=0, description="steps of the solver after the net, live")
+    base_layers: tuple[Annotated[Count, Field(ge=1, le=100_000)], ...] | None = Field(
+        None,
+        min_length=1,
+        description="widths of the layers of a first net, which estimates bend and twist from the"
+        " strain before the touch [one net estimates them and the place together]",
+    )
+    base_weight: Length = Field(
+        1.0, gt=0, description="k of equation 4: bend and twist beside the place, mm per mm and deg"
+    )
+    base_strain: Literal["total", "change", "direction"] = Field(
+        "total",
+        description="what the net of places sees of a deformable surface: the strain, its change"
+        " since before the touch, or that over its norm, which no load alters",
+    )
+
+
+class RegressionEstimator(Section):
+    """Touches from the strain of the gauges by a regression on the training touches."""
+
+    kind: Literal["regression"] = Field(description="what touches are estimated from")
+    fit: Literal["linear", "quadratic", "ridge", "gaussian-process", "nearest"] = Field(
+        "quadratic", description="which regression"
+    )
+    model: Annotated[str, Field(min_length=1)] | None = Field(
+        None, description="file that `train` writes [results/SCENE/model.h5]"
+    )
 
 
 Estimator = Annotated[
-    PatternEstimator | StrainEstimator | NetEstimator, Field(discriminator="kind")
+    PatternEstimator | StrainEstimator | NetEstimator | RegressionEstimator,
+    Field(discriminator="kind"),
 ]
+
+
+class BasesSection(Section):
+    """The bent and twisted bases that a net of a deformable surface learns from."""
+
+    count: Count = Field(
+        72,
+        ge=6,
+        le=10_000,
+        description="bases to learn from; a sixth as many to watch, and to test",
+    )
+    bend: tuple[Length, Length] = Field(
+        (1.0, 4.0), description="smallest and largest distance by which clamps come nearer, mm"
+    )
+    twist: tuple[Angle, Angle] = Field(
+        (-2.0, 2.0), description="from which to which angle the clamps turn, deg"
+    )
+    touches: Count = Field(200, ge=1, le=10_000, description="touches on each base")
+    elements: Count = Field(20, ge=8, le=80, description="of the shell along a side")
+    seed: Count = Field(0, ge=0, description="seed of bases and places")
+
+    @model_validator(mode="after")
+    def _rising(self) -> BasesSection:
+        spans = {"bend": (self.bend, "mm"), "twist": (self.twist, "deg")}
+        for name, ((low, high), unit) in spans.items():
+            if low > high or (name == "bend" and low < 0):
+                raise PydanticCustomError(
+                    "scene",
+                    "training.bases.{name} runs from {low} to {high} {unit}; write the smaller"
+                    " first, and no bend below 0",
+                    {"name": name, "low": f"{low:g}", "high": f"{high:g}", "unit": unit},
+                )
+        return self
 
 
 class TrainingSection(Section):
@@ -134,4 +203,7 @@ class TrainingSection(Section):
     )
     rendered_fraction: Ratio = Field(
         0.02, gt=0, lt=1, description="fraction of every batch that is of rendered images"
+    )
+    bases: BasesSection | None = Field(
+        None, description="bends and twists of a deformable surface [the plate is flat]"
     )

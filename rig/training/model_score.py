@@ -14,16 +14,21 @@ from pydantic import ValidationError
 from rig.calibration.camera_of import camera_of
 from rig.scene import Scene
 from rig.scene.refusal import sentence
-from rig.training.data import TrainingNoise, TrainingSets, simulate_sets
+from rig.training.bases import BaseSets
+from rig.training.data import TrainingNoise
+from rig.training.descend import Sets, simulate
 from rig.training.plan import training_plan
+from rig.training.trained_range import replaced, require_within
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from models import (
         Dataset,
+        DeformableSurface,
         ErrorMap,
         LinearForward,
+        Model,
         Net,
         NetTouchEstimator,
         TouchPairs,
@@ -112,46 +117,100 @@ def score_recording(path: Path) -> Scored:
     return Scored(scene.title, scene.plate.size, {}, total, bands, xy, pairs.distance)
 
 
-def score_model(path: Path, report: Callable[[int, int], None]) -> Scored:
-    """Repeat the test of a stored net; `report` is called while its touches are simulated.
+def score_model(
+    path: Path, report: Callable[[int, int], None], overrides: Mapping[str, Any] | None = None
+) -> Scored:
+    """Repeat the test of a stored model; `report` is called while its touches are simulated.
+
+    `overrides` replace values of its scene, by dotted key: other touches, bases or noise, as far as
+    the model learnt them.
 
     Raises
     ------
     OSError
         If there is no such file, or it cannot be read.
     ValueError
-        If it holds something else, or the net of a bench that this release does not know.
+        If it holds something else, the net of a bench that this release does not know, or is asked
+        beyond what it learnt.
     """
-    from models import load_net, predict
+    from models import Trained, load_model
 
-    trained, about = load_net(path)
-    scene = _bench(about, path)
+    model, about = load_model(path)
+    learnt = _bench(about, path)
+    scene = replaced(learnt, overrides or {})
+    require_within(learnt, scene)
     camera = camera_of(scene, str(about.get("calibration", "")))
-    plan, net = training_plan(scene, camera), trained.net
-    sets = simulate_sets(plan, report)
-    nets = figures(net, sets, plan.touches)
-    if sets.noise and plan.touches == 1:
-        pairs, total, bands = _judge_noisy(net, sets.test, sets.noise)
+    plan = training_plan(scene, camera)
+    sets = simulate(plan, report)
+    found, size = figures(model, sets, plan.touches), plan.plate.size
+    if isinstance(sets, BaseSets):
+        test = sets.test.surface()
+        error = np.hypot(*(base_report(model, test)[:, :2] - test.xy).T)
+        return Scored(scene.title, size, found, None, [], test.xy, error)
+    if sets.noise and plan.touches == 1 and isinstance(model, Trained):
+        pairs, total, bands = _judge_noisy(model.net, sets.test, sets.noise)
         xy, error = pairs.truth[:, :2], pairs.distance
-        return Scored(scene.title, plan.plate.size, nets, total, bands, xy, error)
+        return Scored(scene.title, size, found, total, bands, xy, error)
     places = sets.test.targets[:, : 2 * plan.touches].reshape(-1, plan.touches, 2)
-    error = _matched(sets.test.targets, predict(net, sets.test.strain), plan.touches)[0]
-    xy, size = places.reshape(-1, 2), plan.plate.size
-    return Scored(scene.title, size, nets, None, [], xy, error.ravel())
+    predict = predictor(model)
+    error = _matched(sets.test.targets, predict(sets.test.strain), plan.touches)[0]
+    return Scored(scene.title, size, found, None, [], places.reshape(-1, 2), error.ravel())
 
 
-def figures(net: Net, sets: TrainingSets, touches: int) -> dict[str, dict[str, float]]:
-    """Return the score of `net` on each data set, as plain numbers by name.
+def predictor(model: Model) -> Callable[[np.ndarray], np.ndarray]:
+    """Return what a model of a flat plate makes of strains (N, I).
+
+    Raises
+    ------
+    ValueError
+        Where it is of two steps, which need the strain before the touch as well.
+    """
+    from models import Regression, Trained, predict
+
+    match model:
+        case Trained(net=net):
+            return lambda strain: predict(net, strain)
+        case Regression():
+            return model.predict
+        case _:
+            raise ValueError(
+                "a net of two steps needs the strain before the touch too; give its scene"
+                " [training.bases]"
+            )
+
+
+def base_report(model: Model, surface: DeformableSurface) -> np.ndarray:
+    """Return what a model reports of touches on bases, (N, 4): x, y, bend, twist."""
+    from models import TrainedTwoStep, predict, predict_two_step
+
+    if isinstance(model, TrainedTwoStep):
+        place = predict_two_step(model.nets, surface.before, surface.loaded)
+        return np.column_stack([place, predict(model.shape.net, surface.before)])
+    return predictor(model)(surface.loaded)
+
+
+def figures(model: Model, sets: Sets, touches: int) -> dict[str, dict[str, float]]:
+    """Return the score of a model on each data set, as plain numbers by name.
 
     Touches of a sample are paired with the true ones before they are measured. Where the net
-    estimates magnitudes their mean error follows, in units of the smallest force.
+    estimates magnitudes their mean error follows, in units of the smallest force; on bases those
+    of bend and twist.
     """
-    from models import predict
-
+    if isinstance(sets, BaseSets):
+        return {name: _judge_base(model, surface) for name, surface in sets.named().items()}
+    predict = predictor(model)
     return {
-        name: _judge(data.targets, predict(net, data.strain), touches)
+        name: _judge(data.targets, predict(data.strain), touches)
         for name, data in sets.named().items()
     }
+
+
+def _judge_base(model: Model, surface: DeformableSurface) -> dict[str, float]:
+    from models import score_positions as judge
+
+    off = base_report(model, surface) - surface.together.targets
+    bend, twist = np.abs(off[:, 2:]).mean(axis=0)
+    return asdict(judge(np.hypot(*off[:, :2].T))) | {"bend": float(bend), "twist": float(twist)}
 
 
 def _judge(true: np.ndarray, found: np.ndarray, touches: int) -> dict[str, float]:

@@ -70,7 +70,7 @@ def score_presses(
     bench = build_bench(whole, report, calibration)
     chain, _ = bench.prepare(session.reference)
     gauges, margin = plan.gauges.build(plan.plate), plan.training.margin
-    net_plan = NetPlan(net, gauges, plan.view.subset, plan.net.solver_steps, margin)
+    net_plan = NetPlan(net, gauges, plan.view.subset, plan.descent.solver_steps, margin)
     ready = prepare_net(net_plan, chain, session.reference, bench.camera)
     watch = Stopwatch(lambda: 0.0)
     off: list[float] = []

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rig.scene.bench import LatticeSection, RingSection
 from rig.scene.dataset import DatasetSection
 from rig.scene.plate import PlateSection
 from rig.scene.scene import Scene
-from rig.scene.sensing import NetEstimator, TrainingSection
+from rig.scene.sensing import NetEstimator, RegressionEstimator, TrainingSection
 from rig.scene.theory import require_linear
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ class TrainingPlan:
     plate: PlateSection
     gauges: RingSection | LatticeSection
     training: TrainingSection
-    net: NetEstimator
+    net: NetEstimator | RegressionEstimator
     samples: DatasetSection | None
     view: GaugeSetup | None
 
@@ -40,6 +40,31 @@ class TrainingPlan:
     def touches(self) -> int:
         """Touches of a sample."""
         return self.samples.touches if self.samples else 1
+
+    @property
+    def descent(self) -> NetEstimator:
+        """The net.
+
+        Raises
+        ------
+        ValueError
+            Where there is a regression in its place.
+        """
+        if isinstance(self.net, RegressionEstimator):
+            raise ValueError(
+                "a regression has no layers and no epochs; set estimator.kind to 'net', or use"
+                " `touchplate train` and `score` alone"
+            )
+        return self.net
+
+    def dump(self) -> dict[str, Any]:
+        """Return the sections as plain values: what a training belongs to."""
+        sections = self.plate, self.gauges, self.training, self.net, self.samples
+        names = "plate", "gauges", "training", "net", "samples"
+        return {
+            name: part and part.model_dump(mode="json")
+            for name, part in zip(names, sections, strict=True)
+        }
 
     @property
     def magnitudes(self) -> bool:
@@ -60,8 +85,11 @@ def training_plan(scene: Scene, camera: synthetic.AnyCamera | None = None) -> Tr
             plate=PlateSection() as plate,
             gauges=RingSection() | LatticeSection() as gauges,
             training=TrainingSection() as training,
-            estimator=NetEstimator() as net,
+            estimator=NetEstimator() | RegressionEstimator() as net,
         ):
+            if training.bases:
+                _require_known_bases(scene, net)
+                return TrainingPlan(plate, gauges, training, net, None, None)
             several = scene.dataset is not None and scene.dataset.touches > 1
             force = None if several else training.force[1]
             require_linear(scene, plate, force if gauges.subset else None, "training")
@@ -74,6 +102,20 @@ def training_plan(scene: Scene, camera: synthetic.AnyCamera | None = None) -> Tr
                 f"scene '{scene.title}' has no net to train; give its [estimator] kind = \"net\""
                 " and add [gauges] and [training], as paper-one has them"
             )
+
+
+def _require_known_bases(scene: Scene, net: NetEstimator | RegressionEstimator) -> None:
+    """Refuse what no training on bent bases has."""
+    if isinstance(net, RegressionEstimator) or net.family != "dense":
+        raise ValueError(
+            f"scene '{scene.title}' bends its plate, and only full nets learn that; set"
+            " estimator.kind to 'net' and estimator.family to 'dense', or leave training.bases out"
+        )
+    if scene.gauges and scene.gauges.subset:
+        raise ValueError(
+            f"scene '{scene.title}' bends its plate, and no camera is simulated there; leave"
+            " gauges.subset out"
+        )
 
 
 def _view(

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 import fe
 import rig
 from models import Estimate, Net, random_places
-from rig.commands.train import descend
 from rig.live import chain as live
 from rig.live.baseline import ReferenceFrame
 from rig.live.bench import build_bench
@@ -26,6 +25,7 @@ from rig.studies.paper.table import Sample
 from rig.studies.study import part
 from rig.system.timing import Stopwatch
 from rig.training.data import simulate_sets
+from rig.training.descend import descend
 from rig.training.plan import training_plan
 
 SYSTEM = "bench, strain by DIC (2.2)"
@@ -37,12 +37,14 @@ def bench(effort: Effort) -> Samples:
     """One touch on the bench of the paper's validation."""
     scene = rig.load("paper-bench")
     plan = training_plan(scene)
-    plan = replace(plan, net=plan.net.model_copy(update={"epochs": effort.epochs(plan.net.epochs)}))
+    plan = replace(
+        plan, net=plan.descent.model_copy(update={"epochs": effort.epochs(plan.descent.epochs)})
+    )
     sets, images = simulate_sets(plan, lambda done, total: None), _Images(scene)
-    epochs = plan.net.epochs
+    epochs = plan.descent.epochs
     for seed in range(effort.seeds):
-        again = replace(plan, net=plan.net.model_copy(update={"seed": seed}))
-        net = descend(again, sets, again.net.layers).net
+        again = replace(plan, net=plan.descent.model_copy(update={"seed": seed}))
+        net = descend(again, sets, again.descent.layers).net
         for what, data in (("without noise", part(sets.noise).pool), ("with noise", sets.test)):
             loss = errors(net, data).mean()
             yield Sample(SYSTEM, f"finite elements {what}: loss", "mm", "", epochs, seed, loss)

@@ -1,61 +1,52 @@
 """One touch on a bent and twisted plate: nets of one step and of two (figure 5)."""
 
-from dataclasses import replace
+from collections.abc import Iterator
 
 import numpy as np
 
-from models import NetOptions, Recipe, position_error, predict, train_net
-from models.nets import batches, loss
-from models.nets.two_step import predict_two_step, train_two_step
+import rig
 from rig.report.figure import at_most
-from rig.studies.paper import base as paper_base
 from rig.studies.paper.sets import Effort, Samples
 from rig.studies.paper.table import Sample
+from rig.training.bases import RATIOS, simulate_bases
+from rig.training.descend import train_model
+from rig.training.model_score import base_report
+from rig.training.plan import training_plan
 
 
 def deformable(effort: Effort) -> Samples:
     """One touch on a bent and twisted plate: a net of one step and one of two (figure 5)."""
-    training, validation, *tests = paper_base.surfaces()
-    recipe = Recipe(effort.epochs(10000), 1e-3, "cosine", "scaled", check=10000)
-    shallow, wide = NetOptions((64,) * 4), NetOptions((128,) * 4)
-    for seed in range(effort.seeds):
-        rng = np.random.default_rng(seed)
-        once = train_net(
-            training.together,
-            validation.together,
-            shallow,
-            recipe,
-            rng,
-            loss=loss.base_loss(1.0),
-            batches=batches.shuffled_batches(training.together, 512, rng),
-        ).net
-        twice = train_two_step(training, validation, (shallow, wide), recipe, rng)
-        for ratio, test in zip(paper_base.RATIOS, tests, strict=True):
-            for name, paper, found in (
-                ("1 step, 64×4", "1.58", predict(once, test.loaded)[:, :2]),
-                ("2 steps", "0.48", predict_two_step(twice, test.before, test.loaded)),
-            ):
-                value = position_error(test.xy, found).mean()
-                what, bar = f"{name}, load {ratio:g} Δ0: loss", at_most(float(paper))
-                if ratio != 1.0:
-                    paper, bar = "", None  # it learnt no other load
-                of = "deformable (5D)", what, "mm", paper
-                yield Sample(*of, recipe.epochs, seed, value, bar)
+    for scene, name, paper in (
+        ("paper-deformable-one-step", "1 step, 64×4", 1.58),
+        ("paper-deformable", "2 steps", 0.48),
+    ):
+        for ratio, sample in _by_load("deformable (5D)", scene, name, effort):
+            learnt = ratio == 1.0  # it learnt no other load
+            yield sample._replace(
+                paper=f"{paper:g}" if learnt else "", bar=at_most(paper) if learnt else None
+            )
 
 
 def change(effort: Effort) -> Samples:
-    """Two smooth steps, the second on what the touch changed of the strain, at any load."""
-    training, validation, *tests = (
-        replace(each, loaded=each.loaded - each.before) for each in paper_base.surfaces(True)
+    """Two smooth steps, the second on the direction of what the touch changed of the strain."""
+    of = (
+        "deformable, best recipe",
+        "paper-deformable-best",
+        "2 steps on the direction of the change",
     )
-    recipe = Recipe(effort.epochs(20000), 2e-3, "cosine", "scaled", check=20000)
-    options = NetOptions((64,) * 2, "silu"), NetOptions((128,) * 3, "silu")
+    for ratio, sample in _by_load(*of, effort):
+        yield sample._replace(paper="0.48" if ratio == 1.0 else "", bar=at_most(0.1))
+
+
+def _by_load(system: str, scene: str, name: str, effort: Effort) -> Iterator[tuple[float, Sample]]:
     for seed in range(effort.seeds):
-        rng = np.random.default_rng(seed)
-        nets = train_two_step(training, validation, options, recipe, rng)
-        for ratio, test in zip(paper_base.RATIOS, tests, strict=True):
-            found = predict_two_step(nets, test.before, test.loaded)
-            what = f"2 steps on the change, load {ratio:g} Δ0: loss"
-            of = "deformable, change of strain", what, "mm", "0.48" if ratio == 1.0 else ""
-            value = position_error(test.xy, found).mean()
-            yield Sample(*of, recipe.epochs, seed, value, at_most(0.48))
+        epochs = effort.epochs(training_plan(rig.load(scene)).descent.epochs)
+        overrides = {"estimator.seed": seed, "estimator.epochs": epochs}
+        plan = training_plan(rig.load(scene, overrides))
+        sets = simulate_bases(plan, lambda done, total: None)
+        model = train_model(plan, sets)
+        for ratio in RATIOS:
+            test = sets.test.surface(ratio * sets.load)
+            value = np.hypot(*(base_report(model, test)[:, :2] - test.xy).T).mean()
+            what = f"{name}, load {ratio:g} Δ0: loss"
+            yield ratio, Sample(system, what, "mm", "", epochs, seed, float(value))

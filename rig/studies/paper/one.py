@@ -3,11 +3,12 @@
 import time
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import partial
 from itertools import product
 
 import numpy as np
 
-from models import NetOptions, Recipe, position_error, train_net, tune_net
+from models import NetOptions, Recipe, position_error, predict, train_net, tune_net
 from models.data import dataset
 from models.nets import baselines, regression
 from models.nets.recipe import BEST, BEST_NET
@@ -86,11 +87,15 @@ def other(effort: Effort) -> Samples:
         (regression.nearest, ""),
     ):
         yield from _tested(fit.__name__.replace("_", " "), paper, 0, 0, fit(data.training), data)
-    epochs = effort.epochs(10000)
-    for fit in (baselines.convolutional, baselines.adversarial):
+    recipe = Recipe(effort.epochs(10000))
+    for name, train in (
+        ("convolutional net", baselines.train_convolutional),
+        ("adversarial net", baselines.train_adversarial),
+    ):
         for seed in range(effort.seeds):
-            predictor = fit(data.training, epochs, seed)
-            yield from _tested(f"{fit.__name__} net", "worse", epochs, seed, predictor, data)
+            net = train(data.training, data.validation, recipe, np.random.default_rng(seed)).net
+            predictor = partial(predict, net)
+            yield from _tested(name, "worse", recipe.epochs, seed, predictor, data)
 
 
 def _tested(

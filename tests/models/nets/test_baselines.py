@@ -1,11 +1,13 @@
-"""The convolutional and the adversarial net learn, each from its seed."""
+"""The convolutional and the adversarial net learn, each from its seed, and end as plain nets."""
 
 import numpy as np
 import pytest
 
 from models.data import dataset
 from models.data.gauge_layout import gauges_on_edges
-from models.nets import baselines
+from models.nets.baselines import train_adversarial, train_convolutional
+from models.nets.net import predict
+from models.nets.recipe import Recipe
 from models.scores.score import position_error
 
 SIZE = (60.0, 40.0)
@@ -27,11 +29,33 @@ TEST = dataset.simulate_dataset(
 )
 
 
-@pytest.mark.parametrize("fit", [baselines.convolutional, baselines.adversarial])
-def test_it_learns_to_place_touches_and_repeats(fit):
-    predict = fit(TRAINING, 400, seed=0, learning_rate=1e-2)
-    error = position_error(TEST.targets, predict(TEST.strain))
+def trained(train, epochs, seed=0):
+    rng = np.random.default_rng(seed)
+    return train(TRAINING, TEST, Recipe(epochs, 1e-2), rng)
+
+
+@pytest.mark.parametrize("train", [train_convolutional, train_adversarial])
+def test_it_learns_to_place_touches_and_repeats(train):
+    done = trained(train, 400)
+    error = position_error(TEST.targets, predict(done.net, TEST.strain))
     assert error.mean() < 3.0  # a guess at the middle is off by 17 mm
-    short = [fit(TRAINING, 20, seed)(TEST.strain) for seed in (0, 0, 1)]
+    assert done.history.shape == (400, 2)
+    short = [predict(trained(train, 20, seed).net, TEST.strain) for seed in (0, 0, 1)]
     np.testing.assert_array_equal(short[0], short[1])
     assert not np.array_equal(short[0], short[2])
+
+
+def test_kernels_written_out_are_the_same_in_every_turn_of_the_ring():
+    net = trained(train_convolutional, 5).net
+    first = net.layers[0][0]  # three numbers a gauge to eight channels a gauge
+    turned = np.roll(first, (3, 8), axis=(0, 1))
+    np.testing.assert_array_equal(first, turned)
+    assert np.count_nonzero(first[:, :8]) == 5 * 3 * 8
+
+
+def test_the_plain_net_reports_what_was_trained():
+    """The loss that training saw last is that of the net with its kernels written out."""
+    done = trained(train_convolutional, 60)
+    again = trained(train_convolutional, 61)
+    error = position_error(TEST.targets, predict(done.net, TEST.strain))
+    np.testing.assert_allclose(again.history[60, 1], error.mean(), rtol=1e-4)

@@ -1,10 +1,18 @@
 """The two-step net on a law where a base hides the touch."""
 
 import numpy as np
+import pytest
 
 from models.nets.net import NetOptions
+from models.nets.store import load_model, load_net, save_model
 from models.nets.train import Recipe
-from models.nets.two_step import DeformableSurface, predict_two_step, train_two_step
+from models.nets.two_step import (
+    DeformableSurface,
+    TrainedTwoStep,
+    predict_two_step,
+    train_place,
+    train_shape,
+)
 from models.scores.score import position_error
 
 
@@ -19,13 +27,44 @@ def made(count, seed):
     return DeformableSurface(before, before + touch, base, xy)
 
 
-def test_it_places_touches_whatever_the_base():
-    training, test = made(600, 0), made(100, 1)
+def trained(training, test, strain):
     options = NetOptions((16,), "tanh"), NetOptions((32, 32), "tanh")
-    recipe = Recipe(600, 1e-2, "cosine", "scaled")
-    nets = train_two_step(training, test, options, recipe, np.random.default_rng(0))
+    recipe, rng = Recipe(600, 1e-2, "cosine", "scaled"), np.random.default_rng(0)
+    shape = train_shape((training, test), options[0], recipe, rng, size=512)
+    place = train_place(
+        shape.net, (training, test), options[1], recipe, rng, strain=strain, size=512
+    )
+    return TrainedTwoStep(shape, place, strain)
+
+
+@pytest.mark.parametrize("strain", ["total", "change", "direction"])
+def test_it_places_touches_whatever_the_base(strain):
+    training, test = made(600, 0), made(100, 1)
+    nets = trained(training, test, strain).nets
     error = position_error(test.xy, predict_two_step(nets, test.before, test.loaded))
     assert error.mean() < 4.0  # measured 2.4 mm; a guess at the middle is off by 12 mm
+    if strain == "direction":  # no load alters it
+        harder = test.before + 3.0 * (test.loaded - test.before)
+        np.testing.assert_allclose(
+            predict_two_step(nets, test.before, harder),
+            predict_two_step(nets, test.before, test.loaded),
+            atol=1e-6,
+        )
+
+
+def test_both_nets_are_stored_and_read_to_the_last_bit(tmp_path):
+    training, test = made(60, 0), made(20, 1)
+    done = trained(training, test, "direction")
+    save_model(tmp_path / "two.h5", done, {"scene": 1})
+    read, about = load_model(tmp_path / "two.h5")
+    assert about == {"scene": 1}
+    np.testing.assert_array_equal(
+        predict_two_step(read.nets, test.before, test.loaded),
+        predict_two_step(done.nets, test.before, test.loaded),
+    )
+    np.testing.assert_array_equal(read.place.history, done.place.history)
+    with pytest.raises(ValueError, match="holds something else"):
+        load_net(tmp_path / "two.h5")
 
 
 def test_the_single_net_learns_place_and_base_together():

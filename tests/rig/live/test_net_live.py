@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from models.nets import store
-from rig.commands.train import descend
 from rig.live.baseline import ReferenceFrame, average_reference
 from rig.live.bench import build_bench
 from rig.live.loop import Loop
@@ -22,6 +21,7 @@ from rig.sources.twin import build_twin
 from rig.system.frame import Frame
 from rig.system.timing import Stopwatch
 from rig.training.data import simulate_sets
+from rig.training.descend import descend
 from rig.training.model_score import score_model
 from rig.training.plan import training_plan
 
@@ -70,7 +70,7 @@ def netted(small, model):
         scene = small(deepcopy(named) | dict(overrides))
         if not model.exists():
             plan = training_plan(small(named))
-            trained = descend(plan, simulate_sets(plan, quiet), plan.net.layers)
+            trained = descend(plan, simulate_sets(plan, quiet), plan.descent.layers)
             store.save_net(model, trained, {"scene": small(named).model_dump(mode="json")})
         return scene
 

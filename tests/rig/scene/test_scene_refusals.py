@@ -74,7 +74,7 @@ REFUSALS = [
     ({"title": 3}, "title is 3; give a text"),
     (
         {"estimator.kind": "nets"},
-        "estimator.kind is 'nets'; give one of 'pattern', 'strain', 'net'",
+        "estimator.kind is 'nets'; give one of 'pattern', 'strain', 'net', 'regression'",
     ),
     ({"estimator": {}}, "estimator.kind is missing; say which kind of estimator it is"),
     ({"estimator.modes": 1.5}, "estimator.modes is 1.5; give a whole number"),
