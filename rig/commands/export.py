@@ -18,16 +18,20 @@ class Way(StrEnum):
     CSV = "csv"
     VTU = "vtu"
     VIDEO = "video"
+    FILM = "film"
 
 
 def export(
     recording: Annotated[Path, typer.Argument(help="File of a recorded session.")],
     folder: Annotated[Path, typer.Argument(help="Folder to write to.")],
-    to: Annotated[Way, typer.Option(help="tiff: images; csv: touches; vtu: bent plates; video.")],
+    to: Annotated[
+        Way,
+        typer.Option(help="tiff, video: images; csv: touches; vtu: bent plates; film."),
+    ],
     force: Annotated[bool, typer.Option(help="Replace files in the folder.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Write a recording as images, tables, surfaces or a video."""
+    """Write a recording as images, tables, surfaces, a video or a film of plate and touches."""
     require_free(folder, force)
     from rig.recording.export import WAYS
     from rig.recording.session import open_session

@@ -11,6 +11,7 @@ import numpy as np
 
 import fe
 from rig.plates.plate_solver import plate_solver, solve_plate
+from rig.recording.film import to_film
 from rig.recording.layout import LAST, there
 from rig.recording.session import Session
 from rig.system.arrays import AnyArray
@@ -82,7 +83,7 @@ def to_video(session: Session, folder: Path, report: Report) -> list[Path]:
     return [path]
 
 
-WAYS = {"tiff": to_tiff, "csv": to_csv, "vtu": to_vtu, "video": to_video}
+WAYS = {"tiff": to_tiff, "csv": to_csv, "vtu": to_vtu, "video": to_video, "film": to_film}
 
 
 def _reported(session: Session, report: Report):

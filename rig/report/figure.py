@@ -10,6 +10,9 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 Verdict = Literal["met", "missed", "not measured", ""]
+DRAWING = "drawing"
+"""Quantity of a figure that is no number: the name of an image in the folder of plots."""
+
 COLUMNS = (
     "table", "case", "quantity", "value", "unit", "at_least", "at_most", "verdict", "samples",
 )  # fmt: skip
@@ -125,6 +128,11 @@ class Figure:
     def asked(self) -> str:
         """The bar with its unit; empty without one."""
         return f"{self.bar} {self.unit}".strip() if self.bar else ""
+
+
+def drawing(table: str, case: str, file: str) -> Figure:
+    """Return the line by which a study shows what it has drawn: a PNG in the folder of plots."""
+    return Figure(table, case, DRAWING, file)
 
 
 def digits(value: float, bar: Bar | None = None) -> str:

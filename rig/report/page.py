@@ -10,7 +10,7 @@ from itertools import chain
 from pathlib import Path
 
 from rig.report import crb, front, pareto, plate_map, table
-from rig.report.figure import Figure
+from rig.report.figure import DRAWING, Figure
 from rig.report.origin import Origin
 from rig.report.runner import Outcome
 from rig.report.study import Section, Study, Topic
@@ -146,7 +146,13 @@ def _study(result: StudyResult, folder: Path) -> list[str]:
 
 
 def _shown(figures: list[Figure], folder: Path, plot: str) -> list[str]:
-    """Show a table as lines, as a plot, or as both."""
+    """Show a table as lines, as a plot, or as both, below what its study has drawn."""
+    drawn = [f"![{f.case}]({PLOTS}/{f.value})" for f in figures if f.quantity == DRAWING]
+    figures = [figure for figure in figures if figure.quantity != DRAWING]
+    return drawn + (_table(figures, folder, plot) if figures else [])
+
+
+def _table(figures: list[Figure], folder: Path, plot: str) -> list[str]:
     link = f"![{figures[0].table}]({plot})"
     if plate_map.is_map(figures):
         plate_map.draw(figures, folder / plot)

@@ -19,11 +19,15 @@ class TwinSection(Section):
     """The digital twin: images are rendered, so the truth is known."""
 
     kind: Literal["twin"] = Field("twin", description="where frames come from")
-    script: Literal["tour", "random", "collect", "empty", "board", "board-on-plate"] = Field(
-        "tour",
-        description="touches: a tour of moves and presses, single random ones, known ones, or none;"
-        " or the board of a calibration, held before the camera or lying on the plate",
+    script: Literal["tour", "random", "letters", "collect", "empty", "board", "board-on-plate"] = (
+        Field(
+            "tour",
+            description="touches: a tour of moves and presses, random ones, a finger that writes,"
+            " known presses, or none;"
+            " or the board of a calibration, held before the camera or lying on the plate",
+        )
     )
+    text: Text = Field("TOUCH", description="what the script 'letters' writes, A to Z")
     seed: Count = Field(0, ge=0, description="seed of noise and random touches")
     shift: tuple[Pixels, Pixels] = Field(
         (0.0, 0.0), description="shift of the camera after the reference, x and y, px"

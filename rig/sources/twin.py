@@ -17,9 +17,11 @@ from rig.scene.plate import PlateSection, TouchesSection
 from rig.scene.source import TwinSection
 from rig.sources import script
 from rig.sources.held_board import HeldBoard, held_before, lying_on
+from rig.sources.letters import letters
 from rig.sources.script import Script
 from rig.system import cache
 
+WRITES = 1.5  # s after which the finger of the script 'letters' lands
 ELEMENTS = 64  # along the longer side: deflections within 3e-4 at a third of the usual cost
 
 
@@ -149,6 +151,8 @@ def _script(
             return script.tour(plate.size)
         case "empty" | "board" | "board-on-plate", _:
             return script.empty
+        case "letters", TouchesSection(force=force):
+            return letters(plate.size, source.text, force[1], WRITES)
         case "collect", TouchesSection(force=force):
             return script.collect(plate.size, force, source.seed)
         case _, TouchesSection(force=force):

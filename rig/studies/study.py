@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rig.report.figure import Bar, Figure, write
+from rig.report.page import PLOTS
 
 Part = Callable[[], Iterator[Figure]]
 Number = float | str | None
@@ -33,6 +34,17 @@ Result = TypeVar("Result")
 def run(parts: Mapping[str, Part], description: str | None) -> None:
     """Run the parts that the command line names."""
     _run(parts, _parser(parts, description).parse_args())
+
+
+def run_drawn(parts: Mapping[str, Callable[[Path], Iterator[Figure]]], text: str | None) -> None:
+    """Run the parts that the command line names, each with the folder that it draws into.
+
+    That is the folder of plots of the report, or results/plots where no figures are kept.
+    """
+    given = _parser(parts, text).parse_args()
+    folder = given.figures.absolute().parents[1] / PLOTS if given.figures else Path("results/plots")
+    folder.mkdir(parents=True, exist_ok=True)
+    _run({name: partial(part, folder) for name, part in parts.items()}, given)
 
 
 def run_on_data(

@@ -40,7 +40,7 @@ def bench(effort: Effort) -> Samples:
     plan = replace(
         plan, net=plan.descent.model_copy(update={"epochs": effort.epochs(plan.descent.epochs)})
     )
-    sets, images = simulate_sets(plan, lambda done, total: None), _Images(scene)
+    sets, images = simulate_sets(plan, lambda done, total: None), BenchImages(scene)
     epochs = plan.descent.epochs
     for seed in range(effort.seeds):
         again = replace(plan, net=plan.descent.model_copy(update={"seed": seed}))
@@ -50,20 +50,21 @@ def bench(effort: Effort) -> Samples:
             yield Sample(SYSTEM, f"finite elements {what}: loss", "mm", "", epochs, seed, loss)
         paper = "works, slightly less accurate"
         for steps, name in ((0, "net"), (2, "net and 2 solver steps")):
-            off = images.by_net(net, steps)
+            off = images.errors(images.by_net(net, steps))
             middle, relative = float(np.median(off)), 100 * off.mean() / part(scene.plate).size[0]
             yield Sample(SYSTEM, f"images, {name}: loss", "mm", "", epochs, seed, off.mean())
             yield Sample(SYSTEM, f"images, {name}: median", "mm", "", epochs, seed, middle)
             what = f"images, {name}: loss over the side"
             yield Sample(SYSTEM, what, "%", paper, epochs, seed, relative)
             paper = ""
-    for name, off in images.by_solver().items():
+    for name, found in images.by_solver().items():
+        off = images.errors(found)
         middle = float(np.median(off))
         yield Sample(SYSTEM, f"images, {name}: loss", "mm", "", 0, 0, off.mean())
         yield Sample(SYSTEM, f"images, {name}: median", "mm", "", 0, 0, middle)
 
 
-class _Images:
+class BenchImages:
     """Presses on the twin, their images, and the live chain that reads them."""
 
     def __init__(self, scene: Scene):
@@ -89,32 +90,32 @@ class _Images:
         watch, rest = Stopwatch(lambda: 0.0), live.at_rest(self.chain)
         self.sensed = [live.estimate_frame(self.chain, image, rest, watch) for image in self.images]
 
-    def by_net(self, net: Net, steps: int) -> NDArray[np.float64]:
-        """Errors of a net, (N,) mm."""
+    def by_net(self, net: Net, steps: int) -> list[Estimate | None]:
+        """Estimates of a net."""
         gauges, margin = part(self.scene.gauges), part(self.scene.training).margin
         places = gauges.build(part(self.scene.plate))
         plan = NetPlan(net, places, part(gauges.subset), steps, margin)
         chain = prepare_net(plan, self.chain, self.zero, self.bench.camera)
         watch = Stopwatch(lambda: 0.0)
-        found = [
+        return [
             chain.estimate(self.chain, image, sensed, watch).estimate
             for image, sensed in zip(self.images, self.sensed, strict=True)
         ]
-        return self._errors(found)
 
-    def by_solver(self) -> dict[str, NDArray[np.float64]]:
-        """Errors of the solver on the strain map and on the whole pattern, by name."""
+    def by_solver(self) -> dict[str, list[Estimate | None]]:
+        """Estimates of the solver on the strain map and on the whole pattern, by name."""
         watch = Stopwatch(lambda: 0.0)
         strained = [live.with_strain(part(self.strain), sensed, watch) for sensed in self.sensed]
         return {
-            "solver on the strain map": self._errors([each.from_strain for each in strained]),
-            "solver on the whole pattern": self._errors([each.estimate for each in self.sensed]),
+            "solver on the strain map": [each.from_strain for each in strained],
+            "solver on the whole pattern": [each.estimate for each in self.sensed],
         }
 
-    def _errors(self, found: Sequence[Estimate | None]) -> NDArray[np.float64]:
-        return np.array(
-            [
-                np.hypot(*(one.xy[0] - place)) if one and one.count else np.nan
-                for one, place in zip(found, self.places, strict=True)
-            ]
-        )
+    def found(self, estimates: Sequence[Estimate | None]) -> NDArray[np.float64]:
+        """Places (N, 2) mm; NaN where nothing was found."""
+        none = np.full(2, np.nan)
+        return np.array([one.xy[0] if one and one.count else none for one in estimates])
+
+    def errors(self, estimates: Sequence[Estimate | None]) -> NDArray[np.float64]:
+        """Distance of each from where was pressed, (N,) mm; NaN where nothing was found."""
+        return np.hypot(*(self.found(estimates) - self.places).T)

@@ -15,56 +15,97 @@ from pathlib import Path
 import numpy as np
 
 import rig
-from models import Checkpoint, Net, load_net, save_net
+from models import Model, Net, Regression, Trained, TrainedTwoStep, load_model, save_model
 from rig.scene import Scene
-from rig.training.data import TrainingSets, simulate_sets
-from rig.training.descend import descend
-from rig.training.plan import training_plan
+from rig.system.arrays import F64
+from rig.training.bases import BaseSets
+from rig.training.data import TrainingSets
+from rig.training.descend import Sets, check, simulate, train_model
+from rig.training.model_score import predictor
+from rig.training.plan import TrainingPlan, training_plan
 
 FOLDER = Path("results/paper/trainings")
 Settings = Mapping[str, object]
 
 
 @dataclass(frozen=True)
-class Training:
-    """A net that was trained, and how.
+class KeptTraining:
+    """A model that was trained, and on what.
 
     Attributes
     ----------
-    net
+    model
         After the last epoch.
-    history
-        (checks, 2) float64, training and validation loss.
-    check
-        Epochs between two of them.
+    plan, sets
+        Of its scene.
     cpu
         Seconds of a processor; of a training that was killed, since it went on.
-    sets
-        What it was trained, watched and tested on.
     """
 
-    net: Net
-    history: np.ndarray
-    check: int
+    model: Model
+    plan: TrainingPlan
+    sets: Sets
     cpu: float
-    sets: TrainingSets
+
+    @property
+    def net(self) -> Net:
+        """The net, where the model is one."""
+        if not isinstance(self.model, Trained):
+            raise TypeError(f"a {type(self.model).__name__} is no single net")
+        return self.model.net
+
+    @property
+    def flat(self) -> TrainingSets:
+        """The sets, where the plate is flat."""
+        if isinstance(self.sets, BaseSets):
+            raise TypeError("touches on bases are no touches on a flat plate")
+        return self.sets
+
+    @property
+    def bent(self) -> BaseSets:
+        """The sets, where the plate is bent."""
+        if isinstance(self.sets, TrainingSets):
+            raise TypeError("touches on a flat plate are no touches on bases")
+        return self.sets
+
+    def test(self) -> tuple[F64, F64]:
+        """True and predicted targets of the test."""
+        test = self.flat.test
+        return test.targets, np.asarray(predictor(self.model)(test.strain))
+
+    def curves(self) -> dict[str, F64]:
+        """Epochs and both losses, (checks, 3), of each net by its name."""
+        match self.model:
+            case Trained():
+                nets = {"": self.model}
+            case TrainedTwoStep():
+                nets = self.model.steps()
+            case Regression():
+                nets = {}
+        apart = check(self.plan.descent) if nets else 1
+        return {
+            name: np.column_stack([1 + apart * np.arange(len(net.history)), net.history])
+            for name, net in nets.items()
+        }
 
 
-def train_kept(scene: str, settings: Settings | None = None, seed: int = 0) -> Training:
+def train_kept(scene: str, settings: Settings | None = None, seed: int = 0) -> KeptTraining:
     """Return the training of a shipped scene, changed by key=value, from the folder or anew."""
-    bench = rig.load(scene, {**(settings or {}), "estimator.seed": seed})
-    plan, sets = training_plan(bench), simulated(scene, _as_text(settings or {}))
+    given = dict(settings or {})
+    seeded = {} if rig.load(scene, given).estimator.kind == "regression" else {SEED: seed}
+    bench = rig.load(scene, given | seeded)
+    plan, sets = training_plan(bench), simulated(scene, _of_touches(given))
     path = place(scene, bench)
     if not path.is_file():
         began = time.process_time()
-        trained = descend(
-            plan, sets, plan.descent.layers, None, Checkpoint(path.with_suffix(".npz"))
-        )
+        model = train_model(plan, sets, path.with_suffix(".part.npz"))
         spent = time.process_time() - began
-        save_net(path, trained, {"scene": bench.model_dump(mode="json"), "cpu": spent})
-    trained, about = load_net(path)
-    check = 100 if plan.descent.batch else 1
-    return Training(trained.net, trained.history, check, float(about["cpu"]), sets)
+        save_model(path, model, {"scene": bench.model_dump(mode="json"), "cpu": spent})
+    model, about = load_model(path)
+    return KeptTraining(model, plan, sets, float(about["cpu"]))
+
+
+SEED = "estimator.seed"
 
 
 def place(name: str, bench: Scene) -> Path:
@@ -74,14 +115,14 @@ def place(name: str, bench: Scene) -> Path:
     return FOLDER / f"{name}-{digest[:12]}.h5"
 
 
-def _as_text(settings: Settings) -> str:
-    """Return what of the settings the touches depend on, so that they are simulated once."""
+def _of_touches(settings: Settings) -> str:
+    """Return those settings that the touches depend on, so that they are simulated once."""
     kept = {key: value for key, value in settings.items() if not key.startswith("estimator.")}
     return json.dumps(kept, sort_keys=True)
 
 
 @lru_cache(maxsize=2)
-def simulated(scene: str, settings: str) -> TrainingSets:
-    """Return the three sets of a scene."""
+def simulated(scene: str, settings: str) -> Sets:
+    """Return what a scene learns from."""
     plan = training_plan(rig.load(scene, json.loads(settings)))
-    return simulate_sets(plan, lambda done, total: None)
+    return simulate(plan, lambda done, total: None)

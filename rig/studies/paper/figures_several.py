@@ -1,0 +1,208 @@
+"""The paper's figures of several equal touches: 4A, 4B, S5, S6, S7."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from models import matched_error
+from rig.report.figure import Figure, at_most
+from rig.studies.paper import plots
+from rig.studies.paper.extrapolation import Forecast, forecast, held_out
+from rig.studies.paper.rows import beside, seeds
+from rig.studies.paper.trainings import KeptTraining, train_kept
+from rig.studies.study import line
+from rig.system.arrays import F64
+
+SIZES = {"2×32": ((32,) * 2, 10000, 3), "4×64": ((64,) * 4, 10000, 3)}
+"""Of the smaller nets: layers, steps, seeds."""
+
+WIDE, STEPS, WHOLE = (256,) * 8, 6000, 100000
+"""The paper's net of three touches: layers, steps of a report, steps of a night (`--full`)."""
+
+BUDGET = 70 * 3600 / 0.01
+"""Steps of 512 samples that 70 hours of the paper's GPU may have taken, at 10 ms each: its own
+number of steps is not printed."""
+
+PAPER, COLOURS = 0.43, ("tab:blue", "tab:orange", "tab:green")
+BEST = {2: "paper-two-best", 3: "paper-three-best"}
+SCENES = {2: "paper-two", 3: "paper-three"}
+AHEAD = np.geomspace(1e3, BUDGET, 40)
+
+
+def sized(touches: int, layers: tuple[int, ...], steps: int, seed: int) -> KeptTraining:
+    """Return a training by the paper's recipe: Adam at a constant rate."""
+    settings = {
+        "estimator.layers": list(layers),
+        "estimator.epochs": steps,
+        "estimator.decay": "constant",
+    }
+    return train_kept(SCENES[touches], settings, seed)
+
+
+def errors(kept: KeptTraining) -> tuple[F64, F64]:
+    """Errors of the test: of columns as they are sorted, and of paired touches, (N, k) mm."""
+    true, found = (
+        each[:, : 2 * kept.plan.touches].reshape(-1, kept.plan.touches, 2) for each in kept.test()
+    )
+    return np.linalg.norm(found - true, axis=2), matched_error(true, found)[0]
+
+
+def two(folder: Path) -> Iterator[Figure]:
+    """Losses of two touches by size of the net (S5)."""
+    yield from _equal(folder, 2, "Figure S5: two touches", "paper-s5.png", 3000)
+
+
+def three(folder: Path) -> Iterator[Figure]:
+    """Losses of three touches by size of the net, extrapolated to the paper's (4A)."""
+    yield from _equal(folder, 3, "Figure 4A: three touches", "paper-4a.png", STEPS)
+
+
+def three_whole(folder: Path) -> Iterator[Figure]:
+    """Do the same with the steps of a night; it goes on where it was killed."""
+    yield from _equal(folder, 3, "Figure 4A: three touches", "paper-4a.png", WHOLE)
+
+
+def _equal(folder: Path, touches: int, title: str, file: str, steps: int) -> Iterator[Figure]:
+    drawn, axes = plots.canvas(1, width=5.6, height=4.2)
+    rows: list[Figure] = []
+    for (name, (layers, many, number)), colour in zip(SIZES.items(), COLOURS, strict=False):
+        kept = [sized(touches, layers, many, seed) for seed in range(number)]
+        plots.losses(axes[0, 0], [each.curves()[""] for each in kept], colour, name)
+        rows += _rows(title, f"{name}, {many} steps", kept, None)
+    wide = [sized(touches, WIDE, steps, 0)]
+    curve = wide[0].curves()[""]
+    plots.losses(axes[0, 0], [curve], COLOURS[2], "8×256")
+    three = touches == 3
+    rows += _rows(title, f"8×256, {steps} steps", wide, PAPER if three else None)
+    ahead, said = extrapolated(title, "8×256", curve, PAPER if three else None)
+    axes[0, 0].fill_between(ahead.steps, ahead.low, ahead.high, color=COLOURS[2], alpha=0.15)
+    axes[0, 0].plot(ahead.steps, ahead.middle, ":", color=COLOURS[2], label="8×256, extrapolated")
+    if three:
+        axes[0, 0].axhline(PAPER, **plots.PAPER, label="paper, 8×256 after 70 h: 0.43 mm")
+    axes[0, 0].set(ylim=(0.05, 60))
+    axes[0, 0].legend(fontsize="x-small")
+    best = [train_kept(BEST[touches], {}, seed) for seed in range(3)]
+    rows += _rows(title, "best recipe", best, PAPER if three else None, at_most(PAPER))
+    yield plots.keep(drawn, folder, file, title, "all seeds, and the extrapolation of the widest")
+    yield from rows
+    yield from said
+
+
+def _rows(
+    title: str, name: str, kept: list[KeptTraining], paper: float | None, bar: object = None
+) -> list[Figure]:
+    both = [errors(each) for each in kept]
+    limit = bar if bar else at_most(1.2 * PAPER)
+    asked = limit if paper else None
+    spent = {"training": (float(np.median([each.cpu for each in kept])), "CPU s")}
+    first = [float(each.mean()) for each, _ in both]
+    paired = [float(each.mean()) for _, each in both]
+    below = [100 * float(np.mean(each.mean(axis=1) < 0.8)) for _, each in both]
+    return [
+        *seeds(title, f"{name}: loss", first, "mm", paper, asked, **beside(kept[0]), **spent),
+        *seeds(title, f"{name}: loss of paired touches", paired, "mm", paper),
+        *seeds(title, f"{name}: below 0.8 mm", below, "%", "100 %" if paper else None),
+    ]
+
+
+def extrapolated(
+    title: str, name: str, curve: F64, paper: float | None
+) -> tuple[Forecast, list[Figure]]:
+    """Extrapolate a validation curve (checks, 3); return the forecast, and what is said of it."""
+    thin = plots.thinned(curve[1:])
+    steps, loss, rng = thin[:, 0], thin[:, 2], np.random.default_rng(0)
+    ahead = forecast(steps, loss, AHEAD[steps[-1] < AHEAD], rng)
+    _, off, inside = held_out(steps, loss, 1 / 3, rng)
+    end, limits = float(ahead.middle[-1]), (float(ahead.low[-1]), float(ahead.high[-1]))
+    said = f"{name}, extrapolated to {BUDGET:.3g} steps: loss"
+    shown = {"least": (limits[0], "mm"), "largest": (limits[1], "mm")}
+    cells = shown | ({"paper": (paper, "mm")} if paper else {})
+    rows = list(line(title, said, here=(end, "mm", None, 1), **cells))
+    held = f"{name}, extrapolated from a third of the steps to all: error of the loss"
+    rows += line(title, held, here=(100 * off, "%", None, 1), inside="yes" if inside else "no")
+    if paper:
+        reached = [_crossing(ahead.steps, each, paper) for each in (ahead.middle, ahead.low)]
+        rows += line(
+            title,
+            f"{name}: steps to the paper's {paper:g} mm, extrapolated",
+            here=(reached[0], "steps", None, 1),
+            least=(reached[1], "steps"),
+        )
+    return ahead, rows
+
+
+def _crossing(steps: F64, loss: F64, limit: float) -> float | None:
+    """Find the steps at which a curve falls below a limit; None where it does not."""
+    below = np.flatnonzero(loss <= limit)
+    return float(steps[below[0]]) if len(below) else None
+
+
+def samples(folder: Path) -> Iterator[Figure]:
+    """Errors of a hundred samples of three touches, and which of the three is worst (4B)."""
+    title = "Figure 4B: a hundred samples of three touches"
+    drawn, axes = plots.canvas(2, 1, 5.6)
+    names = "paper's recipe", "best recipe"
+    nets = sized(3, WIDE, STEPS, 0), train_kept(BEST[3], {}, 0)
+    sums: dict[str, F64] = {}
+    for panel, name, kept in zip(axes[0], names, nets, strict=True):
+        paired = errors(kept)[1]
+        first = paired[:100]
+        for point in range(3):
+            panel.plot(first[:, point], ".", ms=4, label=f"touch {point + 1}")
+        panel.axhline(0.8, **plots.PAPER, label="paper: all below 0.8 mm")
+        panel.set(title=name, xlabel="sample", ylabel="error, mm", yscale="log")
+        panel.legend(fontsize="x-small", loc="lower right")
+        sums[name] = first.sum(axis=0)
+    yield plots.keep(drawn, folder, "paper-4b.png", title, "each touch of each sample")
+    for name, total in sums.items():
+        shown = {f"touch {k + 1}": (float(value), "mm") for k, value in enumerate(total)}
+        ratio = float(total.max() / total.min())
+        paper = {"paper": "almost the same"} if name == names[0] else {}
+        yield from line(title, f"{name}: sum of 100 errors", **shown)
+        yield from line(title, f"{name}: largest sum over smallest", here=(ratio, ""), **paper)
+
+
+def histograms(folder: Path) -> Iterator[Figure]:
+    """Errors of each touch of two and of three (S7)."""
+    title = "Figure S7: errors of each touch"
+    drawn, axes = plots.canvas(3, 2, 3.9, 3.0)
+    axes[0, 2].set_axis_off()
+    for row, touches in zip(axes, (2, 3), strict=True):
+        nets = {
+            "paper's recipe": sized(touches, WIDE, 3000 if touches == 2 else STEPS, 0),
+            "best recipe": train_kept(BEST[touches], {}, 0),
+        }
+        for name, kept in nets.items():
+            paired = errors(kept)[1]
+            for panel, error in zip(row, paired.T, strict=False):
+                edges = np.geomspace(0.003, 30, 41)
+                weights = np.full(len(error), 100 / len(error))
+                panel.hist(np.clip(error, 0.003, 30), edges, weights=weights, alpha=0.6, label=name)
+            for point, error in enumerate(paired.T, 1):
+                said = f"{touches} touches, {name}: touch {point}"
+                median, high = (float(each) for each in np.percentile(error, (50, 95)))
+                shown = {"median": (median, "mm"), "95 %": (high, "mm")}
+                yield from line(title, said, mean=(float(error.mean()), "mm"), **shown)
+        for point, panel in enumerate(row[:touches], 1):
+            panel.set(title=f"{touches} touches: touch {point}", xscale="log")
+            panel.set(xlabel="error, mm", ylabel="fraction, %")
+            panel.legend(fontsize="x-small")
+    yield plots.keep(drawn, folder, "paper-s7.png", title, "2000 random samples each")
+
+
+def doubled(folder: Path) -> Iterator[Figure]:
+    """Two touches, each sample written both ways round: training fails (S6)."""
+    title = "Figure S6: each sample both ways round"
+    drawn, axes = plots.canvas(1, width=5.2)
+    rows: list[Figure] = []
+    orders = {"sorted": "canonical", "doubled": "doubled"}
+    for (name, order), colour in zip(orders.items(), COLOURS, strict=False):
+        settings = {"dataset.order": order, "estimator.epochs": 5000}
+        kept = [train_kept("paper-two", settings, seed) for seed in range(3)]
+        plots.losses(axes[0, 0], [each.curves()[""] for each in kept], colour, name)
+        values = [float(errors(each)[0].mean()) for each in kept]
+        rows += seeds(title, f"4×64, {name} samples: loss", values, "mm", "fails" if rows else None)
+    axes[0, 0].legend(fontsize="x-small")
+    yield plots.keep(drawn, folder, "paper-s6.png", title, "three seeds each")
+    yield from rows

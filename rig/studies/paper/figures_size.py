@@ -1,0 +1,130 @@
+"""How many gauges, touches and neurons: the paper's figures 3D and S1, and its table S1."""
+
+import json
+from collections.abc import Iterator
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+from models import position_error, tune_net
+from rig.report.figure import Figure, at_most
+from rig.studies.paper import plots
+from rig.studies.paper.figures_one import SPAN
+from rig.studies.paper.rows import seeds
+from rig.studies.paper.trainings import FOLDER, Settings, train_kept
+from rig.studies.study import line
+from rig.system.arrays import F64
+from rig.training.model_score import predictor
+
+APART = (10, 5, 2)  # mm, of gauges and of training touches
+EPOCHS = 5000  # of the paper's 30000; the finest set takes an hour of them
+SEEDS = 3
+SEARCHED = 1500  # epochs of each net of the search, a twentieth of the paper's
+TRIALS = 50
+FINEST = {"gauges.spacing": "1 mm", "training.spacing": "1 mm"}
+FINEST_BEST: Settings = FINEST | {
+    "estimator.activation": "silu",
+    "estimator.inputs": "asinh",
+    "estimator.outputs": "scaled",
+    "estimator.epochs": 4000,
+    "estimator.batch": 512,
+    "estimator.learning_rate": 0.003,
+    "estimator.decay": "cosine",
+    "estimator.lbfgs_steps": 2000,
+}
+"""Spacing 1/1 by the best recipe, in batches."""
+FINEST_PAPER: Settings = FINEST | {"estimator.batch": 32, "estimator.epochs": 60000}
+"""Spacing 1/1 by the paper's recipe, in the batches of 32 that its library takes when not asked."""
+
+
+def spacing(folder: Path) -> Iterator[Figure]:
+    """Loss by the spacing of gauges and of training touches (3D)."""
+    title = "Figure 3D: spacing of gauges (Ls) and of training touches (Lt)"
+    drawn, axes = plots.canvas(1, width=5.2)
+    rows: list[Figure] = []
+    losses = {
+        (gauges, touches): [
+            _loss({"gauges.spacing": f"{gauges} mm", "training.spacing": f"{touches} mm"}, seed)
+            for seed in range(SEEDS)
+        ]
+        for gauges, touches in product(APART, APART)
+    }
+    for gauges in APART:
+        values = np.array([losses[gauges, touches] for touches in APART])
+        middle = np.median(values, axis=1)
+        (curve,) = axes[0, 0].plot(APART, middle, "o-", label=f"Ls {gauges} mm")
+        spread = values.min(axis=1), values.max(axis=1)
+        axes[0, 0].fill_between(APART, *spread, color=curve.get_color(), alpha=0.2)
+        for touches in APART:
+            paper = 0.38 if (gauges, touches) == (5, 5) else None
+            said = f"Ls {gauges}, Lt {touches} mm, {EPOCHS} epochs: loss"
+            rows += seeds(title, said, losses[gauges, touches], "mm", paper)
+    best = [_tested(FINEST_BEST, 0)]
+    paper_recipe = [_tested(FINEST_PAPER, 0)]
+    axes[0, 0].plot(1, np.median(paper_recipe), "ks", label="Ls 1, paper's recipe in batches of 32")
+    axes[0, 0].plot(1, np.median(best), "k*", ms=11, label="Ls 1, best recipe")
+    axes[0, 0].plot([5, 1], [0.38, 0.06], "x", color="tab:red", ms=9, label="paper")
+    axes[0, 0].set(xlabel="Lt, mm", ylabel="loss, mm", xscale="log", yscale="log")
+    axes[0, 0].set_xticks([1, 2, 5, 10], ["1", "2", "5", "10"])
+    axes[0, 0].legend(fontsize="x-small")
+    yield plots.keep(drawn, folder, "paper-3d.png", title, f"{SEEDS} seeds, median and range")
+    yield from rows
+    yield from seeds(
+        title, "Ls 1, Lt 1 mm, paper's recipe: loss", paper_recipe, "mm", 0.06, at_most(0.06)
+    )
+    yield from seeds(title, "Ls 1, Lt 1 mm, best recipe: loss", best, "mm", None, at_most(0.01))
+
+
+def _loss(spread: Settings, seed: int) -> float:
+    return _tested({**spread, "estimator.epochs": EPOCHS}, seed)
+
+
+def _tested(settings: Settings, seed: int) -> float:
+    return float(position_error(*train_kept("paper-one", settings, seed).test()).mean())
+
+
+def search(folder: Path) -> Iterator[Figure]:
+    """Fifty nets of random layers, and the local losses of the first nine (S1, table S1)."""
+    title = "Table S1 and figure S1: search for a net"
+    ranked = _ranked()
+    drawn, axes = plots.canvas(3, 3, 3.6, 3.1)
+    largest: list[float] = []
+    for place, (layers, _) in enumerate(ranked[:9]):
+        xy, error = _local(layers)
+        largest.append(float(error.max()))
+        named = f"{place + 1}: {' × '.join(map(str, layers))}, mean {error.mean():.2f}"
+        plots.plate_map(axes[place // 3, place % 3], xy, error, named, SPAN)
+    yield plots.keep(drawn, folder, "paper-s1.png", title, "the first nine of fifty")
+    losses = [loss for _, loss in ranked]
+    for what, value, paper in (
+        ("best of 50: validation loss", losses[0], 0.24),
+        ("median of 50: validation loss", float(np.median(losses)), 0.30),
+        ("worst of 50: validation loss", losses[-1], 1.38),
+    ):
+        yield from line(title, what, here=(value, "mm", None, TRIALS), paper=(paper, "mm"))
+    for rank, (layers, loss) in enumerate(ranked[:10], 1):
+        shown = {"layers": " × ".join(map(str, layers))}
+        if rank <= len(largest):
+            shown |= {"largest local loss": (largest[rank - 1], "mm")}
+        yield from line(title, f"rank {rank}", here=(loss, "mm", None, 1), **shown)
+
+
+def _local(layers: tuple[int, ...]) -> tuple[F64, F64]:
+    """Places watched, and the error there."""
+    kept = train_kept("paper-one", _searched(layers))
+    watched = kept.flat.validation
+    return watched.targets, position_error(watched.targets, predictor(kept.model)(watched.strain))
+
+
+def _searched(layers: tuple[int, ...]) -> Settings:
+    return {"estimator.layers": list(layers), "estimator.epochs": SEARCHED}
+
+
+def _ranked() -> list[tuple[tuple[int, ...], float]]:
+    """Return the nets of the search and their validation losses, best first; kept in a file."""
+    path = FOLDER / f"search-{TRIALS}-{SEARCHED}.json"
+    if not path.is_file():
+        found = tune_net(lambda layers: float(_local(layers)[1].mean()), TRIALS)
+        path.write_text(json.dumps([(each.layers, each.loss) for each in found]))
+    return [(tuple(layers), loss) for layers, loss in json.loads(path.read_text())]
