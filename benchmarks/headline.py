@@ -61,7 +61,7 @@ HEADLINES = (
     ),
     Headline(
         "the paper's 289 touches, best recipe, mean error of 3000 random ones",
-        "paper", "One touch, best recipe", "3000 random: loss", "here",
+        "paper-figures", "Figures 3A and 3B", "best recipe: loss", "here",
     ),
     Headline(
         "strain of a clamped plate 5 mm inside its edges, the paper's 289 loads: worst",

@@ -16,7 +16,8 @@ SIDE = 480  # px of a panel
 HEAD = 34  # px above the panels, for what they are
 CODEC = "mp4v"
 RED, BLUE, GREY = (60, 60, 230), (255, 170, 60), (110, 110, 110)  # BGR
-TITLES = "camera", "strain exx", "touches: found, and pressed"
+TITLES = "camera", "strain exx, mean of the last frames", "touches: found (dots), pressed (ring)"
+KEPT = 0.8  # of the mean strain from frame to frame, for that of one frame is mostly noise
 SAMPLED = 40  # frames that the scale of the strain is taken from
 
 
@@ -56,6 +57,7 @@ class _Drawing:
     def __init__(self, session: Session, plate: tuple[float, float]) -> None:
         self.plate = plate
         self.scale = _scale(session)
+        self.mean: F64 | None = None
         self.trail = np.zeros((SIDE, SIDE, 3), np.uint8)
         self.head = np.zeros((HEAD, 3 * SIDE, 3), np.uint8)
         for number, title in enumerate(TITLES):
@@ -67,7 +69,7 @@ class _Drawing:
         true = self._places(row["frames/truth"]) if row["frames/truth_known"] else []
         image = cv2.cvtColor(cv2.resize(row["frames/image"], (SIDE, SIDE)), cv2.COLOR_GRAY2BGR)
         for place in found:
-            cv2.circle(self.trail, place, 3, BLUE, -1, cv2.LINE_AA)
+            cv2.circle(self.trail, place, 4, BLUE, -1, cv2.LINE_AA)
         last = self.trail.copy()
         for place in found:
             cv2.circle(last, place, 9, BLUE, -1, cv2.LINE_AA)
@@ -91,7 +93,8 @@ class _Drawing:
             _write(panel, "not recorded", (SIDE // 3, SIDE // 2))
             return panel
         exx = np.nan_to_num(strain[..., 0].astype(np.float64))
-        grey = np.clip(127.5 * (1.0 + exx / self.scale), 0, 255).astype(np.uint8)
+        self.mean = exx if self.mean is None else KEPT * self.mean + (1.0 - KEPT) * exx
+        grey = np.clip(127.5 * (1.0 + self.mean / self.scale), 0, 255).astype(np.uint8)
         shown = cv2.resize(grey, (SIDE, SIDE), interpolation=cv2.INTER_LINEAR)
         return cv2.applyColorMap(shown, cv2.COLORMAP_TWILIGHT_SHIFTED)
 
@@ -103,7 +106,7 @@ def _scale(session: Session) -> float:
     chosen = np.unique(np.linspace(0, session.frames - 1, SAMPLED).astype(int))
     seen: list[F64] = [np.abs(session.row(int(n))["frames/strain"][..., 0]) for n in chosen]
     found = float(np.nanquantile(np.array(seen), 0.99))
-    return found if found > 0 else 1.0
+    return 0.7 * found if found > 0 else 1.0
 
 
 def _write(panel: AnyArray, text: str, place: tuple[int, int]) -> None:

@@ -28,6 +28,9 @@ class TwinSection(Section):
         )
     )
     text: Text = Field("TOUCH", description="what the script 'letters' writes, A to Z")
+    pace: Ratio = Field(
+        0.35, gt=0, le=10, description="of the plate's side that it writes in a second"
+    )
     seed: Count = Field(0, ge=0, description="seed of noise and random touches")
     shift: tuple[Pixels, Pixels] = Field(
         (0.0, 0.0), description="shift of the camera after the reference, x and y, px"

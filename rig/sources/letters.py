@@ -25,12 +25,16 @@ SPAN = (0.14, 0.86)
 """Fractions of the side along x that a text fills; its letters are twice as high as wide."""
 
 GAP = 0.35  # of the width of a letter, between two
-PACE = 0.35  # of the side along x that a finger passes in a second
+PACE = 0.35
+"""Of the side along x, what a finger passes in a second when nothing is said."""
+
 LIFTED = 0.25  # s between two strokes
 RAMPS = 0.3  # s that a finger stands still at the beginning of a stroke, until it presses
 
 
-def letters(size: tuple[float, float], text: str, force: float, start: float) -> Script:
+def letters(
+    size: tuple[float, float], text: str, force: float, start: float, pace: float = PACE
+) -> Script:
     """Write a text once, with a constant force.
 
     Parameters
@@ -43,13 +47,15 @@ def letters(size: tuple[float, float], text: str, force: float, start: float) ->
         N.
     start
         When the finger lands, s.
+    pace
+        Of the side along x that the finger passes in a second.
 
     Raises
     ------
     ValueError
         If the text is empty or has other signs.
     """
-    presses = strokes(size, text, force, start)
+    presses = strokes(size, text, force, start, pace)
 
     def touches(time: float):
         at = (press.at(time, size) for press in presses)
@@ -59,7 +65,7 @@ def letters(size: tuple[float, float], text: str, force: float, start: float) ->
 
 
 def strokes(
-    size: tuple[float, float], text: str, force: float, start: float
+    size: tuple[float, float], text: str, force: float, start: float, pace: float = PACE
 ) -> tuple[ScriptedPress, ...]:
     """Return the presses that write a text; see `letters`."""
     wrong = sorted({sign for sign in text.upper() if sign not in STROKES and sign != " "})
@@ -79,18 +85,21 @@ def strokes(
                 (corner[0] + wide * int(x) / 4.0, corner[1] + tall * int(y) / 6.0)
                 for x, y in stroke.split()
             ]
-            presses.append(_press(path, size, force, start))
+            presses.append(_press(path, size, (force, pace), start))
             start += presses[-1].duration + LIFTED
     return tuple(presses)
 
 
 def _press(
-    corners: list[tuple[float, float]], size: tuple[float, float], force: float, start: float
+    corners: list[tuple[float, float]],
+    size: tuple[float, float],
+    force_pace: tuple[float, float],
+    start: float,
 ) -> ScriptedPress:
     """Draw a stroke at a constant pace; it stands still while the finger lands and leaves."""
     sides = np.array(size)
     lengths = [float(np.linalg.norm((np.array(b) - a) * sides)) for a, b in pairwise(corners)]
-    pace = PACE * size[0]
+    force, pace = force_pace[0], force_pace[1] * size[0]
     times = np.cumsum([0.0, RAMPS, *(each / pace for each in lengths), RAMPS])
     places = np.array([corners[0], *corners, corners[-1]])
     even = np.linspace(0.0, times[-1], max(round(times[-1] / 0.02), 2))

@@ -152,7 +152,7 @@ def _script(
         case "empty" | "board" | "board-on-plate", _:
             return script.empty
         case "letters", TouchesSection(force=force):
-            return letters(plate.size, source.text, force[1], WRITES)
+            return letters(plate.size, source.text, force[1], WRITES, source.pace)
         case "collect", TouchesSection(force=force):
             return script.collect(plate.size, force, source.seed)
         case _, TouchesSection(force=force):

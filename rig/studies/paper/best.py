@@ -35,7 +35,7 @@ class System(NamedTuple):
 
 SYSTEMS = (
     System("one touch", "paper-one-best", {}, "0.38 mm", at_most(0.03)),
-    System("one touch, spacing 1/1", "paper-one", FINEST_BEST, "0.06 mm", at_most(0.01)),
+    System("one touch, spacing 1/1", FINEST_BEST, {}, "0.06 mm", at_most(0.01)),
     System("two touches", "paper-two-best", {}, "", at_most(0.43)),
     System("three touches", "paper-three-best", {}, "0.43 mm", at_most(0.43)),
     System("two magnitudes", "paper-two-magnitudes-best", {}, "< 0.5 mm", at_most(0.5)),

@@ -8,15 +8,15 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from rig.report.figure import Figure
-from rig.studies.paper.best import best
 from rig.studies.paper.choices import choices
+from rig.studies.paper.contents import contents
 from rig.studies.paper.figures_bent import deformable, shapes
 from rig.studies.paper.figures_magnitudes import six, weights, weights_whole
 from rig.studies.paper.figures_one import noise, other_nets, random_touches, regressions, training
 from rig.studies.paper.figures_plate import bench, layout
 from rig.studies.paper.figures_several import doubled, histograms, samples, three, three_whole, two
 from rig.studies.paper.figures_size import search, spacing
-from rig.studies.paper.recipe import recipe
+from rig.studies.paper.recipe import changed, recipe
 from rig.studies.study import run_drawn
 
 PARTS: dict[str, Callable[[Path], Iterator[Figure]]] = {
@@ -24,6 +24,7 @@ PARTS: dict[str, Callable[[Path], Iterator[Figure]]] = {
     "2d": training,
     "3ab": random_touches,
     "recipe": recipe,
+    "changed": changed,
     "nets": other_nets,
     "s2": regressions,
     "s4": noise,
@@ -40,7 +41,7 @@ PARTS: dict[str, Callable[[Path], Iterator[Figure]]] = {
     "5a": shapes,
     "5cd": deformable,
     "choices": choices,
-    "best": best,
+    "contents": contents,
     "4a-whole": three_whole,
     "4c-whole": weights_whole,
 }

@@ -15,8 +15,8 @@ from rig.studies.paper.trainings import KeptTraining, train_kept
 from rig.system.arrays import F64
 
 WEIGHTS = (0.1, 1.0, 10.0)
-SMALLER, STEPS, SEEDS = (128,) * 4, 4000, 3
-LONG = 6000  # steps of the paper's 8×256 at k 1
+SMALLER, STEPS, SEEDS = (128,) * 4, 1500, 3
+LONG = 2000  # steps of the paper's 8×256 at k 1
 PLACE, MAGNITUDE = 0.5, 0.4  # mm and Δ0, the paper's at k 1
 
 

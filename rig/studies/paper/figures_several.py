@@ -14,11 +14,14 @@ from rig.studies.paper.trainings import KeptTraining, train_kept
 from rig.studies.study import line
 from rig.system.arrays import F64
 
-SIZES = {"2×32": ((32,) * 2, 10000, 3), "4×64": ((64,) * 4, 10000, 3)}
+SIZES = {"2×32": ((32,) * 2, 3000, 3), "4×64": ((64,) * 4, 3000, 3)}
 """Of the smaller nets: layers, steps, seeds."""
 
-WIDE, STEPS, WHOLE = (256,) * 8, 6000, 100000
+WIDE, STEPS, WHOLE = (256,) * 8, 4000, 100000
 """The paper's net of three touches: layers, steps of a report, steps of a night (`--full`)."""
+
+PAIR = 1000
+"""Steps of the same net with two touches."""
 
 BUDGET = 70 * 3600 / 0.01
 """Steps of 512 samples that 70 hours of the paper's GPU may have taken, at 10 ms each: its own
@@ -50,7 +53,7 @@ def errors(kept: KeptTraining) -> tuple[F64, F64]:
 
 def two(folder: Path) -> Iterator[Figure]:
     """Losses of two touches by size of the net (S5)."""
-    yield from _equal(folder, 2, "Figure S5: two touches", "paper-s5.png", 3000)
+    yield from _equal(folder, 2, "Figure S5: two touches", "paper-s5.png", PAIR)
 
 
 def three(folder: Path) -> Iterator[Figure]:
@@ -170,7 +173,7 @@ def histograms(folder: Path) -> Iterator[Figure]:
     axes[0, 2].set_axis_off()
     for row, touches in zip(axes, (2, 3), strict=True):
         nets = {
-            "paper's recipe": sized(touches, WIDE, 3000 if touches == 2 else STEPS, 0),
+            "paper's recipe": sized(touches, WIDE, PAIR if touches == 2 else STEPS, 0),
             "best recipe": train_kept(BEST[touches], {}, 0),
         }
         for name, kept in nets.items():
@@ -198,7 +201,7 @@ def doubled(folder: Path) -> Iterator[Figure]:
     rows: list[Figure] = []
     orders = {"sorted": "canonical", "doubled": "doubled"}
     for (name, order), colour in zip(orders.items(), COLOURS, strict=False):
-        settings = {"dataset.order": order, "estimator.epochs": 5000}
+        settings = {"dataset.order": order, "estimator.epochs": 2000}
         kept = [train_kept("paper-two", settings, seed) for seed in range(3)]
         plots.losses(axes[0, 0], [each.curves()[""] for each in kept], colour, name)
         values = [float(errors(each)[0].mean()) for each in kept]

@@ -1,7 +1,7 @@
-"""The paper's systems, its own figures beside ours, trained anew.
+"""Nets that are trained with noise, see through a camera, or stand on the bench.
 
-Parts: the systems of `systems`; those of `SPENT` again with "-whole" at their end, with more seeds
-and more epochs.
+Parts: the systems; each again with "-whole" at its end, with more seeds or more epochs. The figures
+of the paper itself are those of `figures`.
 """
 
 from collections.abc import Iterator
@@ -10,29 +10,16 @@ from functools import partial
 import numpy as np
 
 from rig.report.figure import Figure
+from rig.studies.paper.bench import bench
+from rig.studies.paper.bound import bound
+from rig.studies.paper.seen import seen
 from rig.studies.paper.sets import Effort
-from rig.studies.paper.systems import SYSTEMS
 from rig.studies.paper.table import grouped
 from rig.studies.study import Cell, line, run
 
 ONCE = Effort(seeds=1, cut=1)
-SPENT = {
-    "one": Effort(2, 1),
-    "best": Effort(3, 1),
-    "without": Effort(3, 1),
-    "bench": Effort(3, 1),
-    "spacing": Effort(1, 6),
-    "finest": Effort(1, 4),
-    "search": Effort(1, 20),
-    "two": Effort(1, 4),
-    "three": Effort(1, 4),
-    "doubled": Effort(1, 4),
-    "magnitudes": Effort(1, 4),
-    "magnitudes-unordered": Effort(1, 2),
-    "change": Effort(1, 4),
-    "bound": Effort(1, 2),
-    "seen": Effort(1, 2),
-}
+SYSTEMS = {"bound": bound, "seen": seen, "bench": bench}
+SPENT = {"bound": Effort(1, 2), "seen": Effort(1, 2), "bench": Effort(3, 1)}
 """Seeds, and what part of the epochs: as much as a full report spends on a system."""
 
 
