@@ -106,7 +106,7 @@ def _scale(session: Session) -> float:
     chosen = np.unique(np.linspace(0, session.frames - 1, SAMPLED).astype(int))
     seen: list[F64] = [np.abs(session.row(int(n))["frames/strain"][..., 0]) for n in chosen]
     found = float(np.nanquantile(np.array(seen), 0.99))
-    return 0.7 * found if found > 0 else 1.0
+    return found if found > 0 else 1.0
 
 
 def _write(panel: AnyArray, text: str, place: tuple[int, int]) -> None:

@@ -102,9 +102,10 @@ def _press(
     force, pace = force_pace[0], force_pace[1] * size[0]
     times = np.cumsum([0.0, RAMPS, *(each / pace for each in lengths), RAMPS])
     places = np.array([corners[0], *corners, corners[-1]])
-    even = np.linspace(0.0, times[-1], max(round(times[-1] / 0.02), 2))
+    whole = float(times[-1])
+    even: list[float] = np.linspace(0.0, whole, max(round(whole / 0.02), 2)).tolist()
     path = tuple(
         (float(np.interp(time, times, places[:, 0])), float(np.interp(time, times, places[:, 1])))
         for time in even
     )
-    return ScriptedPress(start, float(times[-1]), path, (force, force))
+    return ScriptedPress(start, whole, path, (force, force))

@@ -17,7 +17,7 @@ from rig.studies.paper.figures_bent import loss_at_load
 from rig.studies.paper.figures_magnitudes import scored
 from rig.studies.paper.figures_size import FINEST_BEST
 from rig.studies.paper.trainings import KeptTraining, Settings, train_kept
-from rig.studies.study import line, run_drawn
+from rig.studies.study import Cell, line, run_drawn
 from rig.training.bases import RATIOS
 
 TITLE = "The whole paper by the best recipes"
@@ -51,7 +51,7 @@ def best(folder: Path) -> Iterator[Figure]:
         kept = train_kept(system.scene, system.settings, 0)
         taken = time.process_time() - start
         kept_before += max(kept.cpu - taken, 0.0)
-        shown = {"training": (kept.cpu, "CPU s")}
+        shown: dict[str, Cell] = {"training": (kept.cpu, "CPU s")}
         if system.paper:
             shown["paper"] = system.paper
         loss = (_loss(kept), "mm", system.bar, 1)

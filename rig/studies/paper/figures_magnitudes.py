@@ -1,6 +1,6 @@
 """The paper's figures of two touches that press differently hard: 4C and 4D."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ from rig.studies.paper import plots
 from rig.studies.paper.figures_several import WHOLE, WIDE, extrapolated
 from rig.studies.paper.rows import beside, seeds
 from rig.studies.paper.trainings import KeptTraining, train_kept
+from rig.studies.study import Cell
 from rig.system.arrays import F64
 
 WEIGHTS = (0.1, 1.0, 10.0)
@@ -69,12 +70,13 @@ def _weights(folder: Path, long: int) -> Iterator[Figure]:
         axes[0, 1].plot(1.0, limit, "x", color=curve.get_color(), ms=9, label=f"paper: {what}")
     wide = _trained(WIDE, 1.0, long, 0)
     plots.losses(axes[0, 0], [wide.curves()[""]], "tab:red", "8×256, k 1")
-    rows += _against(title, f"8×256, k 1, {long} steps", [wide])
+    solver = beside(wide)  # the test of all these is the same
+    rows += _against(title, f"8×256, k 1, {long} steps", [wide], solver)
     ahead, said = extrapolated(title, "8×256, k 1", wide.curves()[""], PLACE + MAGNITUDE)
     axes[0, 0].fill_between(ahead.steps, ahead.low, ahead.high, color="tab:red", alpha=0.15)
     axes[0, 0].plot(ahead.steps, ahead.middle, ":", color="tab:red", label="extrapolated")
     best = [train_kept("paper-two-magnitudes-best", {}, seed) for seed in range(SEEDS)]
-    rows += _against(title, "best recipe", best)
+    rows += _against(title, "best recipe", best, solver)
     axes[0, 0].set(title="loss of equation 3")
     axes[0, 1].set(title="error by k", xlabel="k, mm", xscale="log", yscale="log")
     for panel in axes[0]:
@@ -84,13 +86,15 @@ def _weights(folder: Path, long: int) -> Iterator[Figure]:
     yield from said
 
 
-def _against(title: str, name: str, kept: list[KeptTraining]) -> list[Figure]:
+def _against(
+    title: str, name: str, kept: list[KeptTraining], solver: Mapping[str, Cell]
+) -> list[Figure]:
     """Rows beside the paper's two figures."""
     places, forces = np.array([scored(each) for each in kept]).T
     spent = {"training": (float(np.median([each.cpu for each in kept])), "CPU s")}
     place = seeds(
         *(title, f"{name}: place", places.tolist(), "mm", "< 0.5 mm", at_most(PLACE)),
-        **beside(kept[0]),
+        **solver,
         **spent,
     )
     force = seeds(

@@ -1,17 +1,17 @@
 """The paper's figures of several equal touches: 4A, 4B, S5, S6, S7."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 
 from models import matched_error
-from rig.report.figure import Figure, at_most
+from rig.report.figure import Bar, Figure, at_most
 from rig.studies.paper import plots
 from rig.studies.paper.extrapolation import Forecast, forecast, held_out
 from rig.studies.paper.rows import beside, seeds
 from rig.studies.paper.trainings import KeptTraining, train_kept
-from rig.studies.study import line
+from rig.studies.study import Cell, line
 from rig.system.arrays import F64
 
 SIZES = {"2×32": ((32,) * 2, 3000, 3), "4×64": ((64,) * 4, 3000, 3)}
@@ -69,15 +69,16 @@ def three_whole(folder: Path) -> Iterator[Figure]:
 def _equal(folder: Path, touches: int, title: str, file: str, steps: int) -> Iterator[Figure]:
     drawn, axes = plots.canvas(1, width=5.6, height=4.2)
     rows: list[Figure] = []
+    solver = beside(sized(touches, WIDE, steps, 0))  # the test of all these is the same
     for (name, (layers, many, number)), colour in zip(SIZES.items(), COLOURS, strict=False):
         kept = [sized(touches, layers, many, seed) for seed in range(number)]
         plots.losses(axes[0, 0], [each.curves()[""] for each in kept], colour, name)
-        rows += _rows(title, f"{name}, {many} steps", kept, None)
+        rows += _rows(title, f"{name}, {many} steps", kept, solver, None)
     wide = [sized(touches, WIDE, steps, 0)]
     curve = wide[0].curves()[""]
     plots.losses(axes[0, 0], [curve], COLOURS[2], "8×256")
     three = touches == 3
-    rows += _rows(title, f"8×256, {steps} steps", wide, PAPER if three else None)
+    rows += _rows(title, f"8×256, {steps} steps", wide, solver, PAPER if three else None)
     ahead, said = extrapolated(title, "8×256", curve, PAPER if three else None)
     axes[0, 0].fill_between(ahead.steps, ahead.low, ahead.high, color=COLOURS[2], alpha=0.15)
     axes[0, 0].plot(ahead.steps, ahead.middle, ":", color=COLOURS[2], label="8×256, extrapolated")
@@ -86,14 +87,19 @@ def _equal(folder: Path, touches: int, title: str, file: str, steps: int) -> Ite
     axes[0, 0].set(ylim=(0.05, 60))
     axes[0, 0].legend(fontsize="x-small")
     best = [train_kept(BEST[touches], {}, seed) for seed in range(3)]
-    rows += _rows(title, "best recipe", best, PAPER if three else None, at_most(PAPER))
+    rows += _rows(title, "best recipe", best, solver, PAPER if three else None, at_most(PAPER))
     yield plots.keep(drawn, folder, file, title, "all seeds, and the extrapolation of the widest")
     yield from rows
     yield from said
 
 
 def _rows(
-    title: str, name: str, kept: list[KeptTraining], paper: float | None, bar: object = None
+    title: str,
+    name: str,
+    kept: list[KeptTraining],
+    solver: Mapping[str, Cell],
+    paper: float | None,
+    bar: Bar | None = None,
 ) -> list[Figure]:
     both = [errors(each) for each in kept]
     limit = bar if bar else at_most(1.2 * PAPER)
@@ -103,7 +109,7 @@ def _rows(
     paired = [float(each.mean()) for _, each in both]
     below = [100 * float(np.mean(each.mean(axis=1) < 0.8)) for _, each in both]
     return [
-        *seeds(title, f"{name}: loss", first, "mm", paper, asked, **beside(kept[0]), **spent),
+        *seeds(title, f"{name}: loss", first, "mm", paper, asked, **solver, **spent),
         *seeds(title, f"{name}: loss of paired touches", paired, "mm", paper),
         *seeds(title, f"{name}: below 0.8 mm", below, "%", "100 %" if paper else None),
     ]

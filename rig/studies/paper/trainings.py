@@ -17,6 +17,7 @@ import numpy as np
 import rig
 from models import Model, Net, Regression, Trained, TrainedTwoStep, load_model, save_model
 from rig.scene import Scene
+from rig.scene.sensing import NetEstimator
 from rig.system.arrays import F64
 from rig.training.bases import BaseSets
 from rig.training.data import TrainingSets
@@ -84,7 +85,7 @@ class KeptTraining:
                 nets = {}
         apart = check(self.plan.descent) if nets else 1
         return {
-            name: np.column_stack([1 + apart * np.arange(len(net.history)), net.history])
+            name: np.column_stack([1.0 + apart * np.arange(len(net.history)), net.history])
             for name, net in nets.items()
         }
 
@@ -92,7 +93,8 @@ class KeptTraining:
 def train_kept(scene: str, settings: Settings | None = None, seed: int = 0) -> KeptTraining:
     """Return the training of a shipped scene, changed by key=value, from the folder or anew."""
     given = dict(settings or {})
-    seeded = {} if rig.load(scene, given).estimator.kind == "regression" else {SEED: seed}
+    by_chance = isinstance(rig.load(scene, given).estimator, NetEstimator)
+    seeded = {SEED: seed} if by_chance else {}
     bench = rig.load(scene, given | seeded)
     plan, sets = training_plan(bench), simulated(scene, _of_touches(given))
     path = place(scene, bench)

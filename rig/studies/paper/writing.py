@@ -65,7 +65,7 @@ def _followed(scene: Scene) -> tuple[F64, dict[str, F64]]:
     rate, frames = part(scene.camera).rate, part(scene.dic).reference_frames
     rest = [twin.frame(number, ()) for number in range(frames)]
     noise = part(scene.sensor).noise * float(np.sqrt(1.0 + 1.0 / frames))
-    zero = ReferenceFrame(np.mean(rest, axis=0, dtype=np.float32), noise)
+    zero = ReferenceFrame(np.array(rest).mean(axis=0, dtype=np.float32), noise)
     whole = rig.load("paper-bench", {"estimator": {"kind": "pattern"}})
     bench = build_bench(whole, lambda done, total: None)
     chain, _ = bench.prepare(zero)

@@ -13,6 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 from rig import cli
+from rig.recording.film import HEAD, SIDE
 from rig.recording.layout import frame_check
 from rig.recording.recorder import RESERVE
 from rig.recording.session import open_session
@@ -119,6 +120,26 @@ def _check(path, folder):
     video = cv2.VideoCapture(str(folder / "video" / "session.avi"))
     shown = [video.read()[1][..., 0] for _ in images]
     np.testing.assert_array_equal(shown[-1], images[-1])
+
+
+def test_a_film_shows_where_was_pressed_and_what_was_found(session, tmp_path):
+    path = tmp_path / "session.h5"
+    session(path, [20, 60, 61])  # nobody, then one finger
+    done = touchplate("export", path, tmp_path / "film", "--to", "film", "--json")
+    assert done.exit_code == 0, done.output
+    film = cv2.VideoCapture(str(tmp_path / "film" / "film.mp4"))
+    frames = [film.read()[1] for _ in range(3)]
+    empty, _, last = (frame[HEAD:, 2 * SIDE :].astype(int) for frame in frames)
+    assert empty.max() < 60  # nothing lit
+    blue, red = (last[..., k] - last[..., 2 - k] > 80 for k in (0, 2))
+    with open_session(path) as kept:
+        x, y = kept.row(2)["frames/truth"][0][:2]
+        sides = kept.scene.plate.size
+    scale = SIDE / max(sides)
+    for lit in (blue, red):  # the dot, and the ring about it
+        rows, columns = np.nonzero(lit)
+        off = np.array([columns.mean() - x * scale, SIDE - y * scale - rows.mean()])
+        assert np.abs(off).max() < 8.0, off  # px of 480
 
 
 def test_bent_plates_are_exported_for_paraview(session, tmp_path):

@@ -1,5 +1,7 @@
 """A finger that writes: where it presses, where it is lifted, and what it cannot write."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -23,7 +25,7 @@ def test_letters_follow_each_other_from_left_to_right():
     assert len(presses) == 3
     assert x == sorted(x)
     assert presses[0].start == 1.0
-    gaps = [b.start - a.start - a.duration for a, b in zip(presses, presses[1:], strict=False)]
+    gaps = [b.start - a.start - a.duration for a, b in pairwise(presses)]
     np.testing.assert_allclose(gaps, 0.25)
 
 
