@@ -6,7 +6,13 @@ from typing import NamedTuple
 
 from rig.report.figure import Figure, at_most
 from rig.scene import load
-from rig.studies.paper import figures_bent, figures_magnitudes, figures_one, figures_size
+from rig.studies.paper import (
+    figures_bent,
+    figures_magnitudes,
+    figures_one,
+    figures_several,
+    figures_size,
+)
 from rig.studies.paper.figures_plate import SEEDS as BENCH_SEEDS
 from rig.studies.paper.recipe import SEEDS as RECIPE_SEEDS
 from rig.studies.study import line
@@ -47,7 +53,11 @@ class Row(NamedTuple):
         return f"touchplate {verb} {self.scene} {self.settings}".strip()
 
 
-_ONE, _SIZE, _BEST = figures_one.SEEDS, figures_size.SEEDS, 3
+_ONE, _SIZE = figures_one.SEEDS, figures_size.SEEDS
+_TWO, _THREE = (figures_several.BEST_SEEDS[touches] for touches in (2, 3))
+_BENT = {scene: seeds for scene, seeds, _, _ in figures_bent.SYSTEMS.values()}
+_ONE_STEP, _STEPS, _DIRECTION = _BENT
+_FINEST = figures_size.FINEST_SEEDS
 _LAYERS = "--set estimator.layers=[32,32]"
 
 ROWS = (
@@ -57,33 +67,37 @@ ROWS = (
     Row("3B", "histogram of 3000", "paper-one", "", "paper-3ab.png", _ONE),
     Row("3C, S3", "validation on the plate", "paper-bench", "", "paper-3c.png", BENCH_SEEDS),
     Row("3D", "spacing", "paper-one", "--set gauges.spacing=2", "paper-3d.png", _SIZE),
-    Row("3D, 1/1", "spacing 1/1, best recipe", "paper-one-finest", "", "paper-3d.png", 1),
+    Row("3D, 1/1", "spacing 1/1, best recipe", "paper-one-finest", "", "paper-3d.png", _FINEST),
     Row("4A", "three touches, 2×32 and 4×64", "paper-three", _LAYERS, "paper-4a.png", 3),
     Row("4A, 8×256", "three touches, 8×256", "paper-three", "", "paper-4a.png", 1),
-    Row("4A, best", "three touches, best recipe", "paper-three-best", "", "paper-4a.png", _BEST),
-    Row("4B", "100 samples of three touches", "paper-three-best", "", "paper-4b.png", _BEST),
+    Row("4A, best", "three touches, best recipe", "paper-three-best", "", "paper-4a.png", _THREE),
+    Row("4B", "100 samples of three touches", "paper-three-best", "", "paper-4b.png", _THREE),
     Row(
         *("4C", "magnitudes by k", "paper-two-magnitudes"),
         *("--set estimator.magnitude_weight=10", "paper-4c.png", figures_magnitudes.SEEDS),
     ),
     Row("4C, 8×256", "magnitudes at k 1", "paper-two-magnitudes", "", "paper-4c.png", 1),
-    Row("4D", "six samples", "paper-two-magnitudes-best", "", "paper-4d.png", _BEST),
-    Row("5A, 5B", "bend and twist", "paper-deformable", "", "paper-5a.png", 0),
-    Row("5C, 5D", "1 step", "paper-deformable-one-step", "", "paper-5cd.png", 3),
-    Row("5C, 5D", "2 steps", "paper-deformable", "", "paper-5cd.png", 3),
     Row(
-        *("5D, best", "2 steps, direction of the change", "paper-deformable-best", ""),
-        *("paper-5cd.png", figures_bent.SYSTEMS["2 steps, direction of the change"][1]),
+        "4D",
+        "six samples",
+        "paper-two-magnitudes-best",
+        "",
+        "paper-4d.png",
+        figures_magnitudes.BEST_SEEDS,
     ),
+    Row("5A, 5B", "bend and twist", "paper-deformable", "", "paper-5a.png", 0),
+    Row("5C, 5D", "1 step", _ONE_STEP, "", "paper-5cd.png", _BENT[_ONE_STEP]),
+    Row("5C, 5D", "2 steps", _STEPS, "", "paper-5cd.png", _BENT[_STEPS]),
+    Row("5D, best", "2 steps, direction", _DIRECTION, "", "paper-5cd.png", _BENT[_DIRECTION]),
     Row("Table S1, S1", "search for a net", "paper-one", "", "paper-s1.png", figures_size.TRIALS),
     Row("S2", "regressions", "paper-regression", "", "paper-s2.png", 0),
     Row("2.1", "convolutional net", "paper-cnn", "", "paper-nets.png", figures_one.FEWER),
     Row("2.1", "adversarial net", "paper-gan", "", "paper-nets.png", figures_one.FEWER),
     Row("S4", "measurement error", "paper-one", "", "paper-s4.png", _ONE),
     Row("S5", "two touches, 2×32 and 4×64", "paper-two", _LAYERS, "paper-s5.png", 3),
-    Row("S5, best", "two touches, best recipe", "paper-two-best", "", "paper-s5.png", _BEST),
+    Row("S5, best", "two touches, best recipe", "paper-two-best", "", "paper-s5.png", _TWO),
     Row("S6", "doubled samples", "paper-two", "--set dataset.order=doubled", "paper-s6.png", 3),
-    Row("S7", "histograms of each touch", "paper-two-best", "", "paper-s7.png", _BEST),
+    Row("S7", "histograms of each touch", "paper-two-best", "", "paper-s7.png", _TWO),
     Row("recipe", "what the recipe leaves open", "paper-one", "", "paper-recipe.png", RECIPE_SEEDS),
 )
 

@@ -50,7 +50,7 @@ def exported(folder: Path) -> Iterator[Figure]:
 
 
 def _both(kept: KeptTraining) -> tuple[F64, F64]:
-    """What a model reports of the first touches of its test, here and in the other runtime."""
+    """Return what a model reports of the first touches of its test, here and there."""
     model = kept.model
     if kept.plan.training.bases:
         test = kept.bent.test.surface()

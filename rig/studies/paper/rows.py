@@ -22,6 +22,8 @@ EXACT = 1e-6
 """Noise of strains that are called free of it, over the strain of a unit touch: the solver needs
 one, and the bound scales with it."""
 
+Gauges = tuple[tuple[float, float], ...]
+
 SOLVED = 100  # samples of a test that the solver is given
 
 
@@ -108,10 +110,7 @@ def _estimator(plan: TrainingPlan) -> tuple[float, Estimator]:
 
 @lru_cache(maxsize=4)
 def _prepared(
-    plate: fe.Plate,
-    gauges: tuple[tuple[float, float], ...],
-    force: float,
-    spread: tuple[float, float],
+    plate: fe.Plate, gauges: Gauges, force: float, spread: tuple[float, float]
 ) -> tuple[float, Estimator]:
     touches = influence(plate, np.array(gauges), lambda done, total: None)
     some = models.grid_places(plate.size, *spread)
