@@ -57,6 +57,7 @@ _ONE, _SIZE = figures_one.SEEDS, figures_size.SEEDS
 _TWO, _THREE = (figures_several.BEST_SEEDS[touches] for touches in (2, 3))
 _BENT = {scene: seeds for scene, seeds, _, _ in figures_bent.SYSTEMS.values()}
 _ONE_STEP, _STEPS, _DIRECTION = _BENT
+_PAIRS = figures_magnitudes.BEST_SEEDS
 _FINEST = figures_size.FINEST_SEEDS
 _LAYERS = "--set estimator.layers=[32,32]"
 

@@ -98,3 +98,12 @@ def test_running_and_loading_a_net_imports_no_torch():
         "sys.exit('torch' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_first_weights_keep_the_size_that_their_rule_says():
+    sizes = (300, 200, 2)
+    glorot, he = (
+        net.initial(sizes, np.random.default_rng(0), rule)[0][0] for rule in ("glorot", "he")
+    )
+    np.testing.assert_allclose(glorot.std(), np.sqrt(2.0 / 500), rtol=0.02)
+    np.testing.assert_allclose(he.std(), np.sqrt(2.0 / 300), rtol=0.02)

@@ -390,3 +390,33 @@ def test_an_unknown_study_and_a_folder_without_studies_are_refused(home, tmp_pat
         built(home, tmp_path / "out", names=["mesh"])
     with pytest.raises(OSError, match="name the folder"):
         read_contents(tmp_path)
+
+
+DRAWN = """
+import sys
+from pathlib import Path
+from rig.report.figure import Figure, drawing, write
+file = Path(sys.argv[sys.argv.index("--figures") + 1])
+plots = file.parents[1] / "plots"
+plots.mkdir(exist_ok=True)
+(plots / "bow.png").write_bytes(b"PNG")
+write(file, [drawing("Bows", "both", "bow.png"), Figure("Bows", "first", "height", 2.0, "mm")])
+"""
+
+
+def test_what_a_study_has_drawn_stands_above_its_table(tmp_path):
+    home = tmp_path / "home"
+    home.mkdir()
+    (home / "drawn.py").write_text(DRAWN)
+    (home / "report.toml").write_text(
+        '[[section]]\ntitle = "One"\n[[section.studies]]\n'
+        'name = "bows"\ntitle = "Bows"\nprogram = "drawn.py"\n'
+    )
+    order = Order("normal", tmp_path / "out")
+    now = datetime(2026, 1, 2, 3, 4).astimezone()
+    build(read_contents(home), order, lambda study, count, total: None, now)
+    text = (tmp_path / "out/report.md").read_text()
+    assert "![both](plots/bow.png)\n\n|  | height, mm |" in text
+    assert "drawing" not in text
+    html = (tmp_path / "out/report.html").read_text()
+    assert "data:image/png;base64,UE5H" in html

@@ -1,0 +1,58 @@
+"""A training is kept under what its scene says, and read the second time."""
+
+import numpy as np
+import pytest
+
+import rig
+from rig.studies.paper import trainings
+from rig.studies.paper.plots import thinned
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setattr(trainings, "FOLDER", tmp_path)
+    return tmp_path
+
+
+def test_what_is_kept_is_read_and_not_trained_again(folder, monkeypatch):
+    settings = {"estimator.epochs": 40, "training.test_samples": 50}
+    first = trainings.train_kept("paper-one", settings, 3)
+    assert len(list(folder.iterdir())) == 1
+
+    def trained_again(*arguments):
+        raise AssertionError
+
+    monkeypatch.setattr(trainings, "train_model", trained_again)
+    again = trainings.train_kept("paper-one", settings, 3)
+    np.testing.assert_array_equal(first.test()[1], again.test()[1])
+    np.testing.assert_array_equal(first.curves()[""][:, 0], np.arange(1, 41))
+    assert first.cpu == again.cpu > 0
+
+
+def test_other_values_and_other_seeds_have_other_files(folder):
+    one = rig.load("paper-one")
+    same = rig.load("paper-one", {"estimator.decay": "constant"})  # as when nothing is said
+    others = [
+        rig.load("paper-one", changed)
+        for changed in ({"estimator.seed": 1}, {"estimator.epochs": 7}, {"training.margin": 15})
+    ]
+    places = {trainings.place("paper-one", scene) for scene in (one, *others)}
+    assert len(places) == 4
+    assert trainings.place("paper-one", same) == trainings.place("paper-one", one)
+
+
+def test_a_regression_has_no_curves_and_no_seed(folder):
+    kept = trainings.train_kept("paper-regression", {"training.test_samples": 50}, 5)
+    assert kept.curves() == {}
+    with pytest.raises(TypeError, match="is no single net"):
+        _ = kept.net
+
+
+def test_a_curve_is_thinned_evenly_in_the_logarithm():
+    epochs = np.arange(1.0, 10001.0)
+    curve = np.column_stack([epochs, 5.0 / epochs, 7.0 / epochs])
+    thin = thinned(curve)
+    assert 40 < len(thin) <= 60
+    np.testing.assert_allclose(thin[:, 0] * thin[:, 1], 5.0, rtol=1e-9)
+    apart = np.diff(np.log(thin[20:, 0]))
+    np.testing.assert_allclose(apart, np.median(apart), rtol=0.5)
