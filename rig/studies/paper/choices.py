@@ -21,7 +21,7 @@ from rig.training.model_score import predictor
 
 SPACINGS = (18, 9, 5, 3, 2, 1)  # mm, of the gauges; all divide the 90 mm between the first and last
 NOISES = np.array([0.0, 1e-5, 1e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1])
-PLACES, ASKED = 200, 300
+PLACES, ASKED = 200, 150
 NEAR = 40.0  # mm along x, over which two touches are shown
 
 

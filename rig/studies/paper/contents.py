@@ -13,8 +13,8 @@ from rig.studies.paper import (
     figures_several,
     figures_size,
 )
-from rig.studies.paper.figures_plate import SEEDS as BENCH_SEEDS
 from rig.studies.paper.recipe import SEEDS as RECIPE_SEEDS
+from rig.studies.paper.study import SPENT
 from rig.studies.study import line
 
 TITLE = "Every figure and table of the paper"
@@ -57,6 +57,7 @@ _ONE, _SIZE = figures_one.SEEDS, figures_size.SEEDS
 _TWO, _THREE = (figures_several.BEST_SEEDS[touches] for touches in (2, 3))
 _BENT = {scene: seeds for scene, seeds, _, _ in figures_bent.SYSTEMS.values()}
 _ONE_STEP, _STEPS, _DIRECTION = _BENT
+_BENCH = SPENT["bench"].seeds
 _PAIRS = figures_magnitudes.BEST_SEEDS
 _FINEST = figures_size.FINEST_SEEDS
 _LAYERS = "--set estimator.layers=[32,32]"
@@ -66,7 +67,7 @@ ROWS = (
     Row("2C, 2D", "losses, local losses", "paper-one", "", "paper-2d.png", _ONE),
     Row("3A", "100 random touches", "paper-one", "", "paper-3ab.png", _ONE),
     Row("3B", "histogram of 3000", "paper-one", "", "paper-3ab.png", _ONE),
-    Row("3C, S3", "validation on the plate", "paper-bench", "", "paper-3c.png", BENCH_SEEDS),
+    Row("3C, S3", "validation on the plate", "paper-bench", "", "paper-letters.png", _BENCH),
     Row("3D", "spacing", "paper-one", "--set gauges.spacing=2", "paper-3d.png", _SIZE),
     Row("3D, 1/1", "spacing 1/1, best recipe", "paper-one-finest", "", "paper-3d.png", _FINEST),
     Row("4A", "three touches, 2×32 and 4×64", "paper-three", _LAYERS, "paper-4a.png", 3),

@@ -13,7 +13,7 @@ from rig.studies.paper.contents import contents
 from rig.studies.paper.figures_bent import deformable, shapes
 from rig.studies.paper.figures_magnitudes import six, weights, weights_whole
 from rig.studies.paper.figures_one import noise, other_nets, random_touches, regressions, training
-from rig.studies.paper.figures_plate import bench, layout
+from rig.studies.paper.figures_plate import layout
 from rig.studies.paper.figures_several import doubled, histograms, samples, three, three_whole, two
 from rig.studies.paper.figures_size import search, spacing
 from rig.studies.paper.recipe import changed, recipe
@@ -28,7 +28,6 @@ PARTS: dict[str, Callable[[Path], Iterator[Figure]]] = {
     "nets": other_nets,
     "s2": regressions,
     "s4": noise,
-    "3c": bench,
     "3d": spacing,
     "s1": search,
     "s5": two,

@@ -77,7 +77,7 @@ def solved(plan: TrainingPlan, test: Dataset) -> tuple[float, float]:
 
 
 def _limit(jacobian: F64) -> float:
-    """Mean least variance of the places, mm²; NaN where the touches cannot be told apart."""
+    """Mean least variance of the places, mm²; NaN where the touches cannot be separated."""
     try:
         covariance = np.linalg.inv(jacobian @ jacobian.T)
     except np.linalg.LinAlgError:

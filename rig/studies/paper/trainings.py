@@ -93,8 +93,8 @@ class KeptTraining:
 def train_kept(scene: str, settings: Settings | None = None, seed: int = 0) -> KeptTraining:
     """Return the training of a shipped scene, changed by key=value, from the folder or anew."""
     given = dict(settings or {})
-    by_chance = isinstance(rig.load(scene, given).estimator, NetEstimator)
-    seeded = {SEED: seed} if by_chance else {}
+    seeded_net = isinstance(rig.load(scene, given).estimator, NetEstimator)
+    seeded = {SEED: seed} if seeded_net else {}
     bench = rig.load(scene, given | seeded)
     plan, sets = training_plan(bench), simulated(scene, _of_touches(given))
     path = place(scene, bench)
