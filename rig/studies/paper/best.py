@@ -13,10 +13,10 @@ import numpy as np
 
 from models import matched_error
 from rig.report.figure import Bar, Figure, at_most
-from rig.studies.paper.figures_bent import loss_at_load
-from rig.studies.paper.figures_magnitudes import scored
-from rig.studies.paper.figures_size import FINEST_BEST
-from rig.studies.paper.trainings import KeptTraining, Settings, train_kept
+from rig.studies.paper.drawn.bent import loss_at_load
+from rig.studies.paper.drawn.magnitudes import scored
+from rig.studies.paper.drawn.size import FINEST_BEST
+from rig.studies.paper.drawn.trainings import KeptTraining, Settings, train_kept
 from rig.studies.study import Cell, line, run_drawn
 from rig.training.bases import RATIOS
 

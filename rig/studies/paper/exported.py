@@ -1,5 +1,8 @@
 """Every net of the paper's scenes as an ONNX file, run by another runtime: the same numbers."""
 
+# onnxruntime states its types in part.
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false, reportUnknownVariableType=false
+
 from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -9,7 +12,7 @@ import onnxruntime
 
 from models import TrainedTwoStep, predict_two_step, write_model_onnx
 from rig.report.figure import Figure, at_most
-from rig.studies.paper.trainings import KeptTraining, train_kept
+from rig.studies.paper.drawn.trainings import KeptTraining, train_kept
 from rig.studies.study import line, run_drawn
 from rig.system.arrays import F64
 from rig.training.model_score import predictor
@@ -67,7 +70,7 @@ def _both(kept: KeptTraining) -> tuple[F64, F64]:
         write_model_onnx(path, model)
         session = onnxruntime.InferenceSession(path)
         (theirs,) = session.run(["targets"], fed)
-    return ours, theirs
+    return ours, np.asarray(theirs, np.float64)
 
 
 def _apart(found: F64, touches: int) -> F64:

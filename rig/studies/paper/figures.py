@@ -8,15 +8,15 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from rig.report.figure import Figure
-from rig.studies.paper.choices import choices
-from rig.studies.paper.contents import contents
-from rig.studies.paper.figures_bent import deformable, shapes
-from rig.studies.paper.figures_magnitudes import six, weights, weights_whole
-from rig.studies.paper.figures_one import noise, other_nets, random_touches, regressions, training
-from rig.studies.paper.figures_plate import layout
-from rig.studies.paper.figures_several import doubled, histograms, samples, three, three_whole, two
-from rig.studies.paper.figures_size import search, spacing
-from rig.studies.paper.recipe import changed, recipe
+from rig.studies.paper.drawn.bent import deformable, shapes
+from rig.studies.paper.drawn.choices import choices
+from rig.studies.paper.drawn.contents import contents
+from rig.studies.paper.drawn.magnitudes import six, weights, weights_whole
+from rig.studies.paper.drawn.one import noise, other_nets, random_touches, regressions, training
+from rig.studies.paper.drawn.plate import layout
+from rig.studies.paper.drawn.recipe import changed, recipe
+from rig.studies.paper.drawn.several import doubled, histograms, samples, three, three_whole, two
+from rig.studies.paper.drawn.size import search, spacing
 from rig.studies.study import run_drawn
 
 PARTS: dict[str, Callable[[Path], Iterator[Figure]]] = {

@@ -19,8 +19,8 @@ from rig.live.net_chain import NetPlan, prepare_net
 from rig.report.figure import Figure
 from rig.scene import Scene
 from rig.sources.twin import WRITES, build_twin
-from rig.studies.paper import plots
-from rig.studies.paper.trainings import train_kept
+from rig.studies.paper.drawn import plots
+from rig.studies.paper.drawn.trainings import train_kept
 from rig.studies.study import line, part, run_drawn
 from rig.system.arrays import F64
 from rig.system.timing import Stopwatch

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rig.studies.paper.extrapolation import fit, forecast, held_out
+from rig.studies.paper.drawn.extrapolation import fit, forecast, held_out
 
 STEPS = np.geomspace(100, 1e4, 40)
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from rig.scene import load, parse_overrides
-from rig.studies.paper.contents import ROWS, lacking
+from rig.studies.paper.drawn.contents import ROWS, lacking
 
 PAGE = Path(__file__).parents[3] / "docs/paper/figures.md"
 

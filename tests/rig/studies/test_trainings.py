@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import rig
-from rig.studies.paper import trainings
-from rig.studies.paper.plots import thinned
+from rig.studies.paper.drawn import trainings
+from rig.studies.paper.drawn.plots import thinned
 
 
 @pytest.fixture

@@ -6,15 +6,8 @@ from typing import NamedTuple
 
 from rig.report.figure import Figure, at_most
 from rig.scene import load
-from rig.studies.paper import (
-    figures_bent,
-    figures_magnitudes,
-    figures_one,
-    figures_several,
-    figures_size,
-)
-from rig.studies.paper.recipe import SEEDS as RECIPE_SEEDS
-from rig.studies.paper.study import SPENT
+from rig.studies.paper.drawn import bent, magnitudes, one, several, size
+from rig.studies.paper.drawn.recipe import SEEDS as RECIPE_SEEDS
 from rig.studies.study import line
 
 TITLE = "Every figure and table of the paper"
@@ -53,13 +46,13 @@ class Row(NamedTuple):
         return f"touchplate {verb} {self.scene} {self.settings}".strip()
 
 
-_ONE, _SIZE = figures_one.SEEDS, figures_size.SEEDS
-_TWO, _THREE = (figures_several.BEST_SEEDS[touches] for touches in (2, 3))
-_BENT = {scene: seeds for scene, seeds, _, _ in figures_bent.SYSTEMS.values()}
+_ONE, _SIZE = one.SEEDS, size.SEEDS
+_TWO, _THREE = (several.BEST_SEEDS[touches] for touches in (2, 3))
+_BENT = {scene: seeds for scene, seeds, _, _ in bent.SYSTEMS.values()}
 _ONE_STEP, _STEPS, _DIRECTION = _BENT
-_BENCH = SPENT["bench"].seeds
-_PAIRS = figures_magnitudes.BEST_SEEDS
-_FINEST = figures_size.FINEST_SEEDS
+_BENCH = 3  # of the study of the bench, `rig.studies.paper.study`
+_PAIRS = magnitudes.BEST_SEEDS
+_FINEST = size.FINEST_SEEDS
 _LAYERS = "--set estimator.layers=[32,32]"
 
 ROWS = (
@@ -76,7 +69,7 @@ ROWS = (
     Row("4B", "100 samples of three touches", "paper-three-best", "", "paper-4b.png", _THREE),
     Row(
         *("4C", "magnitudes by k", "paper-two-magnitudes"),
-        *("--set estimator.magnitude_weight=10", "paper-4c.png", figures_magnitudes.SEEDS),
+        *("--set estimator.magnitude_weight=10", "paper-4c.png", magnitudes.SEEDS),
     ),
     Row("4C, 8×256", "magnitudes at k 1", "paper-two-magnitudes", "", "paper-4c.png", 1),
     Row(
@@ -85,16 +78,16 @@ ROWS = (
         "paper-two-magnitudes-best",
         "",
         "paper-4d.png",
-        figures_magnitudes.BEST_SEEDS,
+        magnitudes.BEST_SEEDS,
     ),
     Row("5A, 5B", "bend and twist", "paper-deformable", "", "paper-5a.png", 0),
     Row("5C, 5D", "1 step", _ONE_STEP, "", "paper-5cd.png", _BENT[_ONE_STEP]),
     Row("5C, 5D", "2 steps", _STEPS, "", "paper-5cd.png", _BENT[_STEPS]),
     Row("5D, best", "2 steps, direction", _DIRECTION, "", "paper-5cd.png", _BENT[_DIRECTION]),
-    Row("Table S1, S1", "search for a net", "paper-one", "", "paper-s1.png", figures_size.TRIALS),
+    Row("Table S1, S1", "search for a net", "paper-one", "", "paper-s1.png", size.TRIALS),
     Row("S2", "regressions", "paper-regression", "", "paper-s2.png", 0),
-    Row("2.1", "convolutional net", "paper-cnn", "", "paper-nets.png", figures_one.FEWER),
-    Row("2.1", "adversarial net", "paper-gan", "", "paper-nets.png", figures_one.FEWER),
+    Row("2.1", "convolutional net", "paper-cnn", "", "paper-nets.png", one.FEWER),
+    Row("2.1", "adversarial net", "paper-gan", "", "paper-nets.png", one.FEWER),
     Row("S4", "measurement error", "paper-one", "", "paper-s4.png", _ONE),
     Row("S5", "two touches, 2×32 and 4×64", "paper-two", _LAYERS, "paper-s5.png", 3),
     Row("S5, best", "two touches, best recipe", "paper-two-best", "", "paper-s5.png", _TWO),

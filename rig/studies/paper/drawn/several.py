@@ -7,10 +7,10 @@ import numpy as np
 
 from models import matched_error
 from rig.report.figure import Bar, Figure, at_most
-from rig.studies.paper import plots
-from rig.studies.paper.extrapolation import Forecast, forecast, held_out
-from rig.studies.paper.rows import beside, seeds
-from rig.studies.paper.trainings import KeptTraining, train_kept
+from rig.studies.paper.drawn import plots
+from rig.studies.paper.drawn.extrapolation import Forecast, forecast, held_out
+from rig.studies.paper.drawn.rows import beside, seeds
+from rig.studies.paper.drawn.trainings import KeptTraining, train_kept
 from rig.studies.study import Cell, line
 from rig.system.arrays import F64
 
@@ -103,15 +103,17 @@ def _rows(
     bar: Bar | None = None,
 ) -> list[Figure]:
     both = [errors(each) for each in kept]
-    limit = bar if bar else at_most(1.2 * PAPER)
-    asked = limit if paper else None
+    asked = at_most(1.2 * PAPER) if paper and bar is None else None
     spent = {"training": (float(np.median([each.cpu for each in kept])), "CPU s")}
     first = [float(each.mean()) for each, _ in both]
     paired = [float(each.mean()) for _, each in both]
-    below = [100 * float(np.mean(each.mean(axis=1) < 0.8)) for _, each in both]
+    means: list[F64] = [np.asarray(each.mean(axis=1)) for _, each in both]
+    below = [100 * float(np.mean(each < 0.8)) for each in means]
     return [
         *seeds(title, f"{name}: loss", first, "mm", paper, asked, **solver, **spent),
-        *seeds(title, f"{name}: loss of paired touches", paired, "mm", paper),
+        *seeds(
+            title, f"{name}: loss of paired touches", paired, "mm", paper, bar if paper else None
+        ),
         *seeds(title, f"{name}: below 0.8 mm", below, "%", "100 %" if paper else None),
     ]
 

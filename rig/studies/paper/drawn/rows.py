@@ -13,7 +13,7 @@ import models
 from models import Dataset, Estimator, matched_error
 from rig.plates.cached import influence
 from rig.report.figure import Bar, Figure
-from rig.studies.paper.trainings import KeptTraining
+from rig.studies.paper.drawn.trainings import KeptTraining
 from rig.studies.study import Cell, line
 from rig.system.arrays import F64
 from rig.training.plan import TrainingPlan

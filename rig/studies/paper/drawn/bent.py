@@ -7,9 +7,9 @@ import numpy as np
 
 import fe
 from rig.report.figure import Figure, at_most
-from rig.studies.paper import plots
-from rig.studies.paper.rows import seeds
-from rig.studies.paper.trainings import KeptTraining, train_kept
+from rig.studies.paper.drawn import plots
+from rig.studies.paper.drawn.rows import seeds
+from rig.studies.paper.drawn.trainings import KeptTraining, train_kept
 from rig.studies.study import line
 from rig.system.arrays import F64
 from rig.training.bases import RATIOS
@@ -93,7 +93,7 @@ def _solver(kept: KeptTraining) -> Iterator[Figure]:
         solve = _Tangent(response, plate.size)
         for place, strain in zip(places[:SOLVED], touch[:SOLVED], strict=True):
             off.append(float(np.hypot(*(solve.fit(strain)[:2] - place))))
-            draw = sigma * rng.standard_normal(strain.shape)
+            draw: F64 = sigma * rng.standard_normal(strain.shape)
             noisy.append(float(np.sum((solve.fit(strain + draw)[:2] - place) ** 2)))
             jacobian = solve.read(np.array([*place, 1.0]))[1]
             variances = np.linalg.inv(jacobian.T @ jacobian)
@@ -131,11 +131,12 @@ class _Tangent:
         power = np.sum(self.table**2, axis=1)
         explained = (self.table @ measured) ** 2 / power
         best = int(np.argmax(explained))
-        touch = np.array([*self.grid[best], float(self.table[best] @ measured / power[best])])
+        force = float(self.table[best] @ measured / power[best])
+        touch: F64 = np.array([*self.grid[best], force], np.float64)
         for _ in range(STEPS):
             predicted, jacobian = self.read(touch)
-            step = np.linalg.lstsq(jacobian, measured - predicted, rcond=None)[0]
-            touch = touch + step
+            step: F64 = np.linalg.lstsq(jacobian, measured - predicted, rcond=None)[0]
+            touch = np.asarray(touch + step, np.float64)
             touch[:2] = np.clip(touch[:2], 0.0, self.size)
         return touch
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import rig
 from models import grid_places, midpoint_places
 from rig.report.figure import Figure
-from rig.studies.paper import plots
+from rig.studies.paper.drawn import plots
 from rig.studies.study import line, part
 from rig.system.arrays import F64
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from models import position_error
 from rig.report.figure import Figure, at_least, at_most
-from rig.studies.paper import plots
-from rig.studies.paper.rows import seeds
-from rig.studies.paper.trainings import Settings, train_kept
+from rig.studies.paper.drawn import plots
+from rig.studies.paper.drawn.rows import seeds
+from rig.studies.paper.drawn.trainings import Settings, train_kept
 
 SEEDS, FEWER = 5, 3
 TITLE = "One touch by the paper's recipe: what it leaves open"

@@ -8,10 +8,10 @@ import numpy as np
 
 from models import matched_error
 from rig.report.figure import Figure, at_most
-from rig.studies.paper import plots
-from rig.studies.paper.figures_several import WHOLE, WIDE, extrapolated
-from rig.studies.paper.rows import beside, seeds
-from rig.studies.paper.trainings import KeptTraining, train_kept
+from rig.studies.paper.drawn import plots
+from rig.studies.paper.drawn.rows import beside, seeds
+from rig.studies.paper.drawn.several import WHOLE, WIDE, extrapolated
+from rig.studies.paper.drawn.trainings import KeptTraining, train_kept
 from rig.studies.study import Cell
 from rig.system.arrays import F64
 

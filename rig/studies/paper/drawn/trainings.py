@@ -85,7 +85,9 @@ class KeptTraining:
                 nets = {}
         apart = check(self.plan.descent) if nets else 1
         return {
-            name: np.column_stack([1.0 + apart * np.arange(len(net.history)), net.history])
+            name: np.column_stack(
+                [np.arange(1.0, 1.0 + apart * len(net.history), apart), net.history]
+            ).astype(np.float64)
             for name, net in nets.items()
         }
 

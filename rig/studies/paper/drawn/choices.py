@@ -10,11 +10,11 @@ import rig
 from models import gauge_forward, position_error
 from rig.plates.cached import influence
 from rig.report.figure import Figure
-from rig.studies.paper import plots
-from rig.studies.paper.figures_one import SPAN, trained_one
-from rig.studies.paper.figures_several import errors
-from rig.studies.paper.rows import seeds
-from rig.studies.paper.trainings import KeptTraining, train_kept
+from rig.studies.paper.drawn import plots
+from rig.studies.paper.drawn.one import SPAN, trained_one
+from rig.studies.paper.drawn.rows import seeds
+from rig.studies.paper.drawn.several import errors
+from rig.studies.paper.drawn.trainings import KeptTraining, train_kept
 from rig.studies.study import line, part
 from rig.system.arrays import F64
 from rig.training.model_score import predictor

@@ -7,9 +7,9 @@ import numpy as np
 
 from models import position_error
 from rig.report.figure import Figure, at_least
-from rig.studies.paper import plots
-from rig.studies.paper.rows import beside, seeds, solved
-from rig.studies.paper.trainings import KeptTraining, train_kept
+from rig.studies.paper.drawn import plots
+from rig.studies.paper.drawn.rows import beside, seeds, solved
+from rig.studies.paper.drawn.trainings import KeptTraining, train_kept
 from rig.studies.study import line
 from rig.system.arrays import F64
 from rig.training.model_score import predictor
