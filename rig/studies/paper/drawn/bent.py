@@ -19,13 +19,13 @@ TITLE = "Figures 5C and 5D: a deformable surface"
 SYSTEMS = {
     "1 step, 64×4": ("paper-deformable-one-step", 3, 1.58, "tab:orange"),
     "2 steps, 64×4 and 128×4": ("paper-deformable", 1, 0.48, "tab:blue"),
-    "2 steps, direction of the change": ("paper-deformable-best", 3, None, "tab:green"),
+    "2 steps, direction of the change": ("paper-deformable-best", 2, None, "tab:green"),
 }
 """Scene, seeds, the paper's loss at the load that was learnt, colour."""
 
 BEST = at_most(0.1)
-SOLVED = 20  # touches of each test base that the solver is given
-STEPS = 12  # of Gauss-Newton
+SOLVED = 8  # touches of each test base that the solver is given
+STEPS = 8  # of Gauss-Newton
 NOISE = 0.01  # over the root mean square strain of a touch of 1 N
 RAISED = 3  # times the heights of figure 5A are enlarged
 SHAPES = ((4.0, 0.0), (0.5, 2.0), (4.0, 2.0))  # mm and degrees of figure 5A

@@ -17,7 +17,7 @@ from rig.system.arrays import F64
 STARTS = (0.1, 0.2, 0.3)
 """Parts of the logarithm of the steps that a fit leaves out, for losses begin otherwise."""
 
-DRAWS = 40  # of the residuals, for each kind of fit
+DRAWS = 20  # of the residuals, for each kind of fit
 
 
 class PowerLaw(NamedTuple):

@@ -15,7 +15,7 @@ from rig.system.arrays import F64
 from rig.training.model_score import predictor
 
 SEEDS = 5
-FEWER = 3  # of trainings that take more than two minutes
+FEWER = 1  # of the other two kinds of net
 SPAN = 0.02, 5.0  # mm, of the colours of every map of one touch
 LOADS, LEVELS = (1, 2, 5, 10), (0.0, 0.005, 0.01, 0.02, 0.03, 0.05, 0.1)
 

@@ -18,7 +18,7 @@ from rig.system.arrays import F64
 from rig.training.model_score import predictor
 
 APART = (10, 5, 2)  # mm, of gauges and of training touches
-EPOCHS = 3000  # of the paper's 30000; the finest set takes an hour of them
+EPOCHS = 1000  # of the paper's 30000; the finest set takes an hour of them
 SEEDS, FINEST_SEEDS = 3, 1
 SCENE = "paper-one"
 SEARCHED = 500  # epochs of each net of the search, a sixtieth of the paper's

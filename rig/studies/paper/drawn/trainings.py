@@ -40,7 +40,8 @@ class KeptTraining:
     plan, sets
         Of its scene.
     cpu
-        Seconds of a processor; of a training that was killed, since it went on.
+        Seconds of a processor; of a training that was killed, those since it went on, scaled to all
+        of its steps.
     """
 
     model: Model
@@ -101,12 +102,21 @@ def train_kept(scene: str, settings: Settings | None = None, seed: int = 0) -> K
     plan, sets = training_plan(bench), simulated(scene, _of_touches(given))
     path = place(scene, bench)
     if not path.is_file():
-        began = time.process_time()
-        model = train_model(plan, sets, path.with_suffix(".part.npz"))
-        spent = time.process_time() - began
+        part, began = path.with_suffix(".part.npz"), time.process_time()
+        left = 1.0 - _done(part, plan)
+        model = train_model(plan, sets, part)
+        spent = (time.process_time() - began) / max(left, 0.01)
         save_model(path, model, {"scene": bench.model_dump(mode="json"), "cpu": spent})
     model, about = load_model(path)
     return KeptTraining(model, plan, sets, float(about["cpu"]))
+
+
+def _done(part: Path, plan: TrainingPlan) -> float:
+    """Return the fraction of the steps that a checkpoint has behind it."""
+    if not part.is_file():
+        return 0.0
+    with np.load(part, allow_pickle=False) as kept:
+        return int(kept["epoch"]) / plan.descent.epochs
 
 
 SEED = "estimator.seed"
