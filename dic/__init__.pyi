@@ -1,6 +1,15 @@
 """Public names of `dic`: the one list, read by type checkers and by the lazy loader."""
 
 from . import export as export
+from .adaptive.adaptive_field import (
+    adaptive_field as adaptive_field,
+    adaptive_tiles as adaptive_tiles,
+    tiles_at_points as tiles_at_points,
+)
+from .adaptive.adaptive_tiles import (
+    AdaptiveTiles as AdaptiveTiles,
+    denoised_tiles as denoised_tiles,
+)
 from .correlation.correlation import correlate as correlate
 from .correlation.reference import (
     Reference as Reference,

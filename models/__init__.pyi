@@ -65,6 +65,27 @@ from .estimate import (
     Result as Result,
     SolverStats as SolverStats,
 )
+from .field_net.field_net import (
+    NetField as NetField,
+    correct_tiles as correct_tiles,
+    net_field as net_field,
+    shipped_net as shipped_net,
+)
+from .field_net.inputs import net_inputs as net_inputs
+from .field_net.onnx import (
+    field_onnx as field_onnx,
+    write_field_onnx as write_field_onnx,
+)
+from .field_net.store import (
+    FieldNet as FieldNet,
+    load_field_net as load_field_net,
+    save_field_net as save_field_net,
+)
+from .field_net.training import (
+    FieldNetRecipe as FieldNetRecipe,
+    TrainedFieldNet as TrainedFieldNet,
+    train_field_net as train_field_net,
+)
 from .forward.bench_forward import (
     BENCH as BENCH,
     BenchFields as BenchFields,

@@ -82,6 +82,9 @@ class DisplacementField:
         The grid, row by row, or None for scattered points.
     prefilter : float, px
         Standard deviation of the Gaussian that both images passed; 0 is none.
+    gauge : (N,) float64 or None, px
+        Side of the square that has the noise of the window that the data chose at each point, of a
+        field of `dic.adaptive_field`; None where the subset is the window of all.
     """
 
     xy: F64
@@ -99,6 +102,7 @@ class DisplacementField:
     order: int
     grid: Grid | None
     prefilter: float = 0.0
+    gauge: F64 | None = None
 
     @property
     def valid(self) -> Mask:

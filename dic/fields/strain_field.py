@@ -66,7 +66,9 @@ def strain(disp: DisplacementField, window: int = 5, kind: StrainKind = "small")
     ----------
     disp : DisplacementField
         On a grid. Scattered gauges are taken too if they were measured at order 1: their strain is
-        that of the subset itself, `window` is not used, and the gauge length is the subset.
+        that of the subset itself, `window` is not used, and the gauge length is the subset. A field
+        of `dic.adaptive_field` brings its own gradient over windows that the data chose: `window`
+        is not used, and the gauge length is the median of its `gauge`.
     window : int
         Points along the side of the window, odd. Points that are not valid are left out; at least
         half of the window and its centre must be valid.
@@ -86,7 +88,10 @@ def strain(disp: DisplacementField, window: int = 5, kind: StrainKind = "small")
     """
     check_type(disp, DisplacementField, "disp", "dic.correlate")
     _check_kind(kind)
-    if disp.grid is None:
+    if disp.gauge is not None:
+        gradient, variance = disp.gradient, disp.sigma_gradient**2
+        window, vsg = 1, _median(disp.gauge)
+    elif disp.grid is None:
         gradient, variance = _of_subsets(disp)
         window, vsg = 1, disp.subset
     else:
@@ -135,6 +140,11 @@ def _check_kind(kind: StrainKind) -> None:
             f"strain kind must be one of {', '.join(get_args(StrainKind))}, got {shown(kind)}; "
             "use 'small'"
         )
+
+
+def _median(gauge: F64) -> int:
+    known = gauge[np.isfinite(gauge)]
+    return round(float(np.median(known))) if len(known) else 0
 
 
 def _of_subsets(disp: DisplacementField) -> tuple[AnyArray, AnyArray]:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from rig.series.regions import Regions
 
 Kind = Literal["small", "green-lagrange", "logarithmic"]
+Field = Literal["subset", "adaptive", "net"]
 
 PRINTED = {"u": (1.0, "px"), "v": (1.0, "px")} | dict.fromkeys(("exx", "eyy", "exy"), (1e6, "µε"))
 """Factor and unit in which each field is printed."""
@@ -38,6 +39,10 @@ def correlate(
     order: Annotated[int, typer.Option(help="Order of the shape function.")] = 1,
     window: Annotated[int, typer.Option(help="Side of the strain window, points, odd.")] = 5,
     kind: Annotated[Kind, typer.Option(help="Definition of strain.")] = "small",
+    field: Annotated[
+        Field,
+        typer.Option(help="One subset for all; windows that the data choose; or those and a net."),
+    ] = "subset",
     roi: Annotated[
         Path | None, typer.Option(metavar="MASK", help="Image that is black where to leave out.")
     ] = None,
@@ -67,6 +72,7 @@ def correlate(
     import dic
     from rig.commands import whole_test
     from rig.series.correlate import StrainOptions
+    from rig.series.measure import measure
     from rig.series.regions import Regions, read_regions
 
     frames = whole_test.frames_of(deformed)
@@ -84,19 +90,19 @@ def correlate(
         before, subset=subset, step=step, order=order, roi=mask, prefilter=prefilter
     )
     if frames is not None:
-        options = StrainOptions(window, kind)
+        options = StrainOptions(window, kind, field)
         whole_test.correlate(folder, prepared, frames, drawn, options, (workers, force, as_json))
         return
     after = dic.read_image(deformed)
-    field = dic.correlate(prepared, after)
-    strain = dic.strain(field, window=window, kind=kind)
+    found = measure(prepared, after, field)
+    strain = dic.strain(found, window=window, kind=kind)
     seconds = time.perf_counter() - start
 
     with folder_aside(folder) as aside:
-        _write(aside, before, field, strain)
+        _write(aside, before, found, strain)
         if plots:
-            dic.export.draw_fields(aside, before, field, strain)
-    figures = _figures(field, strain) | {"seconds": seconds, "folder": str(folder)}
+            dic.export.draw_fields(aside, before, found, strain)
+    figures = _figures(found, strain) | {"seconds": seconds, "folder": str(folder)}
     emit(_tables(figures), figures, as_json)
 
 

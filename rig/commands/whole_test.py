@@ -99,6 +99,7 @@ def _settings(ref: dic.Reference, frames: Frames, strain: StrainOptions) -> dict
         "prefilter": ref.prefilter.sigma,
         "strain_window": strain.window,
         "strain_kind": strain.kind,
+        "field": strain.field,
     }
 
 
@@ -143,7 +144,7 @@ def _readings(
         row: dict[str, object] = {"frame": name}
         for one in regions.extensometer:
             row[one.name], row[f"sigma_{one.name}"] = elongation(one, grid, part[0])
-        vsg = (strain.window - 1) * grid.step + ref.subset
+        vsg = strain.reach(ref)
         for gauge in regions.gauge:
             for field, (mean, spread) in gauge_strain(gauge, grid, part[0], vsg).items():
                 row[f"{gauge.name}_{field}"], row[f"sigma_{gauge.name}_{field}"] = mean, spread

@@ -15,6 +15,7 @@ from pathlib import Path
 import dic
 from dic import export
 from rig.series.frames import Frames
+from rig.series.measure import BLOCK, FieldKind, measure
 from rig.series.parts import is_whole, missing_part, write_part
 
 Report = Callable[[int, int], None]
@@ -22,10 +23,16 @@ Report = Callable[[int, int], None]
 
 @dataclass(frozen=True)
 class StrainOptions:
-    """Side of the strain window, points, and the definition of strain."""
+    """Side of the strain window, points, the definition of strain, and the field it is taken of."""
 
     window: int = 5
     kind: dic.StrainKind = "small"
+    field: FieldKind = "subset"
+
+    def reach(self, ref: dic.Reference) -> float:
+        """Distance from which the errors of two strains are free of each other, px."""
+        step = 0 if ref.grid is None else ref.grid.step
+        return (self.window - 1) * step + ref.subset if self.field == "subset" else BLOCK
 
 
 def correlate_frames(
@@ -46,7 +53,7 @@ def correlate_frames(
 
     def one(number: int) -> None:
         try:
-            found = dic.correlate(ref, frames.read(number))
+            found = measure(ref, frames.read(number), strain.field)
         except (OSError, ValueError) as error:
             write_part(parts, number, missing_part(len(ref.xy)), str(error))
             return

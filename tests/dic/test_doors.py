@@ -29,7 +29,7 @@ KINDS = [
     "U3",
     "M8[s]",
 ]
-FITTING = ("image", "ref", "disp", "eps", "tiles", "blocks", "sums", "pixels", "frames")
+FITTING = ("adapted", "image", "ref", "disp", "eps", "tiles", "blocks", "sums", "pixels", "frames")
 FILLS = [0, 1, 3, -5, 0.5, 255, np.nan, np.inf, 1e20, 1e300]
 
 
@@ -83,6 +83,7 @@ def fit():
         "disp": disp,
         "eps": eps,
         "tiles": tiles,
+        "adapted": dic.adaptive_tiles(ref, image, disp),
         "blocks": blocks,
         "sums": dic.tile_sums(tiles, image),
         "pixels": pixels,
@@ -94,6 +95,11 @@ GENERAL = {  # functions that are given no more than numbers and arrays, with wh
     "prepare": {"image": "image", "subset": 11, "step": 6, "order": 1, "roi": None, "points": None,
                 "device": None},
     "correlate": {"ref": "ref", "image": "image", "guess": "disp"},
+    "adaptive_field": {"ref": "ref", "image": "image", "guess": "disp"},
+    "adaptive_tiles": {"ref": "ref", "image": "image", "found": "disp"},
+    "denoised_tiles": {"seen": np.ones((2, 9, 8)), "noise": np.ones((2, 9, 8)),
+                       "valid": np.ones((9, 8), bool)},
+    "tiles_at_points": {"found": "disp", "tiles": "adapted"},
     "correlate_sequence": {"ref": "ref", "frames": "frames"},
     "compose_displacements": {"first": "disp", "second": "disp"},
     "strain": {"disp": "disp", "window": 3, "kind": "small"},

@@ -1,0 +1,115 @@
+"""Motion of tiles: what a frame says of each, and what blocks of them make of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dic.adaptive.blocks import SCALES, BlockField, denoise
+from dic.adaptive.cracks import part
+from dic.adaptive.motion import carried, start_motion
+from dic.adaptive.observation import Observation, observe, tile_texture
+from dic.adaptive.tile_lattice import TILE, TileLattice, lay_lattice
+from dic.arrays import F64, AnyArray, Mask
+from dic.correlation.deformed_image import read_whole
+from dic.correlation.reference import Reference
+from dic.fields.displacement import DisplacementField
+from dic.numbers import check_array, read_array
+
+_PASSES = 4
+_MOVED, _FEW = 1.0, 0.01  # σ of a tile by which more than so many tiles move: another pass
+
+
+@dataclass(frozen=True, eq=False)
+class AdaptiveTiles:
+    """Motion of R x C tiles of 5 px side by side, in px; values are NaN where no block holds one.
+
+    Attributes
+    ----------
+    lattice : TileLattice
+    seen : (2, R, C) float64, px
+        u and v as each tile alone says it.
+    noise : (2, R, C) float64, px
+        σ of that, white from tile to tile.
+    valid : (R, C) bool
+        Where `seen` can be believed: not masked, hidden or torn.
+    values : (2, 3, R, C) float64
+        u, ∂u/∂x, ∂u/∂y and v, ∂v/∂x, ∂v/∂y, px and px per tile, of the adaptive field.
+    sigma : (2, 3, R, C) float64
+    zncc : (R, C) float64
+        Correlation of the tiles around each.
+    """
+
+    lattice: TileLattice
+    seen: F64
+    noise: F64
+    valid: Mask
+    values: F64
+    sigma: F64
+    zncc: F64
+
+
+def too_small(ref: Reference, start: DisplacementField) -> bool:
+    """Whether no block fits the image, or nothing of it was found."""
+    return min(lay_lattice(ref).shape) < SCALES[0][0] or not start.valid.any()
+
+
+def update(ref: Reference, start: DisplacementField, image: AnyArray) -> AdaptiveTiles:
+    """Observe and denoise from a field that is nearly right, until the tiles stand still."""
+    texture = tile_texture(ref, lay_lattice(ref))
+    spline = read_whole(image, ref.prefilter).pixels
+    motion = start_motion(start, texture.lattice)
+    motion, torn = part(ref, texture, spline, motion, start)
+    seen = observe(ref, texture, spline, motion, torn)
+    field = denoise(seen.moved, seen.sigma, seen.valid, None)
+    for _ in range(_PASSES):
+        before, motion = motion, carried(field)
+        moved = np.abs(motion[:, 0] - before[:, 0]) > _MOVED * seen.sigma
+        seen = observe(ref, texture, spline, motion, torn)
+        field = denoise(seen.moved, seen.sigma, seen.valid, motion[:, 0])
+        if moved.mean() < _FEW:
+            break
+    return _tiles(texture.lattice, seen, field)
+
+
+def denoised_tiles(seen: F64, noise: F64, valid: Mask) -> AdaptiveTiles:
+    """Make of drawn tiles what `adaptive_field` makes of those of images.
+
+    Parameters
+    ----------
+    seen : (2, R, C) float64, px
+        Motion of each tile with its noise.
+    noise : (2, R, C) float64, px
+        Its σ.
+    valid : (R, C) bool
+
+    Raises
+    ------
+    ValueError
+        The arrays are not of one shape, or smaller than a block.
+    """
+    seen, noise = read_array(seen, "seen", "px"), read_array(noise, "noise", "px")
+    valid = check_array(valid, "valid", "b", 2)
+    shape, side = valid.shape, SCALES[0][0]
+    if seen.shape != (2, *shape) or noise.shape != seen.shape or min(shape) < side:
+        raise ValueError(
+            f"seen and noise must be (2, R, C) px over valid (R, C) of {side} tiles or more, got "
+            f"{seen.shape}, {noise.shape} and {shape}; draw larger fields"
+        )
+    if np.any(noise <= 0):
+        raise ValueError(
+            f"noise must be above 0 px, got {np.nanmin(noise):g} px; take the σ of each tile"
+        )
+    valid = valid & np.isfinite(seen).all(axis=0) & np.isfinite(noise).all(axis=0)
+    seen, noise = (np.where(valid, array, 0.0) for array in (seen, noise))
+    first = denoise(seen, noise, valid, None)
+    field = denoise(seen, noise, valid, carried(first)[:, 0])
+    drawn = Observation(seen, noise, valid, np.ones(shape))
+    return _tiles(TileLattice((TILE // 2, TILE // 2), (shape[0], shape[1])), drawn, field)
+
+
+def _tiles(lattice: TileLattice, seen: Observation, field: BlockField) -> AdaptiveTiles:
+    return AdaptiveTiles(
+        lattice, seen.moved, seen.sigma, seen.valid, field.values, field.sigma, seen.zncc
+    )

@@ -1,0 +1,99 @@
+"""Orthonormal polynomials on the points of a square block, and noisy blocks shrunk to them."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from dic.arrays import F32, AnyArray
+
+_THRESHOLD = 2.8  # σ above which a coefficient is taken for signal in the first pass
+_ALWAYS = 2  # total degree below which coefficients are kept: shift and plane
+_FAINT = 1.0  # (pilot/σ)² below which a coefficient is dropped
+_CLEAR, _BESIDE = 0.8, 0.4  # a gain that is signal for certain, and what it says of the next one
+_SHIFT, _PLANE = 0.5, 0.35  # of their variance in one block, that the mean of blocks keeps
+_TINY = np.float32(1e-30)
+VALUE, ALONG_X, ALONG_Y = 0, 1, 2
+
+
+@cache
+def basis(side: int) -> tuple[F32, F32]:
+    """Polynomials (side, side) by degree and point, orthonormal, and their slopes per point."""
+    x = (2 * np.arange(side) + 1) / side - 1
+    unit = np.eye(side)
+    values = np.stack([legendre.legval(x, c) for c in unit])
+    slopes = np.stack([legendre.legval(x, legendre.legder(c)) for c in unit]) * 2 / side
+    q, r = np.linalg.qr(values.T)
+    return q.T.astype(np.float32), np.linalg.solve(r.T, slopes).astype(np.float32)
+
+
+def analyse(blocks: AnyArray) -> F32:
+    """Coefficients (M, n, n) of blocks (M, n, n): by degree along y, then along x."""
+    value, _ = basis(blocks.shape[-1])
+    return _apply(np.asarray(blocks, np.float32), value.T)
+
+
+def synthesise(coefficients: F32, derivative: int = VALUE) -> F32:
+    """Blocks (M, n, n) of coefficients; or their slope along x or y, per point."""
+    value, slope = basis(coefficients.shape[-1])
+    along, down = (slope if derivative == k else value for k in (ALONG_X, ALONG_Y))
+    return _turned(_turned(coefficients, along), down)
+
+
+def spread(weights: F32, derivative: int = VALUE) -> F32:
+    """Σ weight · φ² (M, n, n): variance of a point whose coefficients have such variances."""
+    value, slope = basis(weights.shape[-1])
+    along, down = (np.square(slope if derivative == k else value) for k in (ALONG_X, ALONG_Y))
+    return _turned(_turned(weights, along), down)
+
+
+def gains(coefficients: F32, sigma: F32, pilot: F32 | None) -> F32:
+    """Weigh coefficients (M, n, n) of noise σ (M,), 0…1.
+
+    Without a pilot they are kept or dropped; with one, p²/(p² + σ²) as Wiener's filter does, and
+    dropped where the pilot itself is below its noise: a thousand small weights make no field, but
+    slopes that are noise.
+    """
+    power = np.square(sigma)[:, None, None]
+    if pilot is None:
+        gain = (np.square(coefficients) > _THRESHOLD**2 * power).astype(np.float32)
+    else:
+        signal = np.square(pilot)
+        gain = np.where(signal > _FAINT * power, signal / (signal + power + _TINY), 0)
+    for degree in range(_ALWAYS):
+        for along in range(degree + 1):
+            gain[:, along, degree - along] = 1
+    return gain
+
+
+def uncertainty(gain: F32) -> F32:
+    """Variance of each coefficient over that of its noise: its gain, as of a Wiener filter.
+
+    A coefficient that is dropped may be signal below the noise, the more so beside one that is not.
+    Where there is nothing but a plane, blocks that lie over one another err in part on their own,
+    and less on average.
+    """
+    beside = np.zeros_like(gain)
+    large = np.where(gain > _CLEAR, np.float32(_BESIDE), np.float32(0))
+    beside[:, 1:] = large[:, :-1]
+    beside[:, :, 1:] = np.maximum(beside[:, :, 1:], large[:, :, :-1])
+    found = np.maximum(gain, beside)
+    clear = gain > _CLEAR
+    plain = clear.sum(axis=(1, 2)) == clear[:, 0, 0] + clear[:, 0, 1].astype(int) + clear[:, 1, 0]
+    found[plain, 0, 0] *= _SHIFT
+    found[plain, 0, 1] *= _PLANE
+    found[plain, 1, 0] *= _PLANE
+    return found
+
+
+def _apply(blocks: F32, matrix: F32) -> F32:
+    return _turned(_turned(blocks, matrix), matrix)
+
+
+def _turned(blocks: F32, matrix: F32) -> F32:
+    """Multiply the last axis by a matrix and exchange the two axes."""
+    count, first, last = blocks.shape
+    product = blocks.reshape(-1, last) @ matrix
+    return np.ascontiguousarray(product.reshape(count, first, matrix.shape[1]).transpose(0, 2, 1))

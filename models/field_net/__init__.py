@@ -1,0 +1,1 @@
+"""The field net: learned on drawn fields, it corrects the adaptive field and its σ."""

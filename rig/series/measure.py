@@ -1,0 +1,35 @@
+"""The displacement field of a frame, by the estimator that is asked for."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    import dic
+    from rig.system.arrays import AnyArray
+
+FieldKind = Literal["subset", "adaptive", "net"]
+"""One subset for all points; windows that the data choose; or those, corrected by the field net."""
+
+BLOCK = 160  # px, side of the largest block of an adaptive field: errors farther apart are free
+
+
+def measure(ref: dic.Reference, image: AnyArray, kind: FieldKind) -> dic.DisplacementField:
+    """Measure the displacement of every point of a reference in a frame.
+
+    Raises
+    ------
+    ValueError
+        As `dic.correlate`; or there is no torch, which the net needs.
+    """
+    import dic
+
+    match kind:
+        case "subset":
+            return dic.correlate(ref, image)
+        case "adaptive":
+            return dic.adaptive_field(ref, image)
+        case "net":
+            from models import net_field
+
+            return net_field(ref, image).field
