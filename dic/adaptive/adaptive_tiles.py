@@ -9,7 +9,7 @@ import numpy as np
 from dic.adaptive.blocks import SCALES, BlockField, denoise
 from dic.adaptive.cracks import part
 from dic.adaptive.motion import carried, start_motion
-from dic.adaptive.observation import Observation, observe, tile_texture
+from dic.adaptive.observation import Observation, box, observe, tile_texture
 from dic.adaptive.tile_lattice import TILE, TileLattice, lay_lattice
 from dic.arrays import F64, AnyArray, Mask
 from dic.correlation.deformed_image import read_whole
@@ -17,8 +17,10 @@ from dic.correlation.reference import Reference
 from dic.fields.displacement import DisplacementField
 from dic.numbers import check_array, read_array
 
-_PASSES = 4
-_MOVED, _FEW = 1.0, 0.01  # σ of a tile by which more than so many tiles move: another pass
+_PASSES = 6
+_MOVED, _FEW = 1.0, 0.002  # σ of a tile by which more than so many tiles move: another pass
+_AROUND = 3  # tiles
+_STILL = 2.0  # σ of the field, within which the last pass moves a tile by chance
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +72,17 @@ def update(ref: Reference, start: DisplacementField, image: AnyArray) -> Adaptiv
         field = denoise(seen.moved, seen.sigma, seen.valid, motion[:, 0])
         if moved.mean() < _FEW:
             break
-    return _tiles(texture.lattice, seen, field)
+    return _tiles(texture.lattice, seen, _still_moving(field, motion))
+
+
+def _still_moving(field: BlockField, motion: F64) -> BlockField:
+    """Add to σ what the last pass has moved more than chance does: as much may be left."""
+    moved = np.nan_to_num(field.values[:, 0] - motion[:, 0])
+    left = np.maximum(np.square(moved) - np.square(_STILL * np.nan_to_num(field.sigma[:, 0])), 0)
+    sigma = field.sigma.copy()
+    for a in range(2):
+        sigma[a, 0] = np.hypot(sigma[a, 0], np.sqrt(np.maximum(box(left[a], _AROUND), 0.0)))
+    return BlockField(field.values, sigma)
 
 
 def denoised_tiles(seen: F64, noise: F64, valid: Mask) -> AdaptiveTiles:

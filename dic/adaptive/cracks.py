@@ -13,6 +13,7 @@ from dic.fields.displacement import DisplacementField, Status
 
 _JUMP = 0.12  # px, between the motions of both sides
 _BEYOND = 1.5  # of the distance to its own side, at which a tile looks for the other one
+_UNLIKE, _AT_MOST = 2.0, 0.4  # times the usual residual, and the fraction of tiles with more
 _PARTED = 0.5  # of the jump, by which tiles on either side differ
 
 
@@ -45,10 +46,22 @@ def part(
         return motion, torn
     there = np.ascontiguousarray(other.reshape(*shape, 2, 3).transpose(2, 3, 0, 1))
     own, across = (_left_over(ref, texture, spline, each) for each in (motion, there))
-    crossed = near.reshape(shape) & (across < own)
+    band = _two_motions(near.reshape(shape), np.minimum(own, across))
+    crossed = band & (across < own)
     chosen = np.where(crossed, there, motion)
     rest = np.where(crossed, across, own)
-    return chosen, _between(chosen[:, 0], rest, np.where(near, jump, np.inf).reshape(shape))
+    return chosen, _between(chosen[:, 0], rest, np.where(band, jump.reshape(shape), np.inf))
+
+
+def _two_motions(near: Mask, rest: F64) -> Mask:
+    """Keep the regions in which one of two motions fits nearly every tile: no wave is like that."""
+    from scipy.ndimage import label
+
+    usual = float(np.median(rest[~near])) if not near.all() else float(np.median(rest))
+    regions = np.asarray(label(near, np.ones((3, 3), int))[0])
+    count = np.maximum(np.bincount(regions.ravel()), 1)
+    unlike = np.bincount(regions.ravel(), (rest > _UNLIKE * usual).ravel()) / count
+    return near & (unlike[regions] < _AT_MOST)
 
 
 def _both_sides(xy: F64, found: DisplacementField) -> tuple[Mask, F64]:

@@ -20,7 +20,7 @@ _OPSET, _FILE = 18, 9  # of the operators and of the file; runtimes refuse what 
 def write_field_onnx(path: str | Path, net: FieldNet) -> None:
     """Write a field net to a file that ONNX runtimes read.
 
-    Its input "tiles" is (N, 9, R, C) float32, R and C multiples of 4, as of `models.net_inputs`, and
+    Its input "tiles" is (N, 9, R, C) float32, R and C multiples of 4, as of `net_inputs`, and
     its output "corrections" (N, 6, R, C).
 
     Raises
