@@ -42,16 +42,18 @@ class FieldNetRecipe:
     side : int
         Tiles along each side of a field, a multiple of 4.
     learning_rate : float
-        At first; it falls to nothing as a cosine.
+        At first; it falls to nothing as a cosine over `horizon` steps.
+    horizon : int
     plates : int
         Plates under touches that are solved.
     """
 
-    steps: int = 3000
+    steps: int = 1000
     seed: int = 17
     pairs: int = 4
     side: int = 64
     learning_rate: float = 3e-3
+    horizon: int = 3000
     plates: int = 120
 
 
@@ -160,7 +162,7 @@ class _State:
         found = _loss(self.weights, batch, self.device)
         found.backward()
         self.step += 1
-        rate = self.recipe.learning_rate * _fall(self.step / self.recipe.steps)
+        rate = self.recipe.learning_rate * _fall(self.step / self.recipe.horizon)
         low, high = (1 - beta**self.step for beta in _BETA)
         with torch.no_grad():
             for name, value in self.weights.items():
@@ -209,6 +211,7 @@ class _State:
 
 def _fall(progress: float) -> float:
     """Fraction of the learning rate: it rises over the first fiftieth, then falls as a cosine."""
+    progress = min(progress, 1.0)
     return min(1.0, 50 * progress) * 0.5 * (1 + float(np.cos(np.pi * progress)))
 
 

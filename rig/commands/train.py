@@ -55,6 +55,11 @@ def train(
     from models import Trained, prepare_net_file, save_model
 
     bench = load(scene, parse_overrides(settings or []))
+    if bench.field_net:
+        from rig.commands.train_field_net import train_field_net
+
+        train_field_net(bench.field_net, out or _field_net_path(scene), onnx, as_json)
+        return
     learned = learn_from(scene, bench, session) if session else None
     if learned and not isinstance(bench.estimator, NetEstimator):
         emit(learned.sentence, learned.figures, as_json)
@@ -95,6 +100,10 @@ def _require_net(plan: TrainingPlan, onnx: Path | None, curves: Path | None) -> 
         raise ValueError("a regression is no net and cannot be exported to ONNX; leave --onnx out")
     if curves:
         raise ValueError("a regression has no losses on its way; leave --curves out")
+
+
+def _field_net_path(scene: str) -> Path:
+    return model_path(scene).with_suffix(".npz")
 
 
 def _calibration(name: str, bench: Scene) -> str:

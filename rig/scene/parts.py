@@ -18,6 +18,7 @@ from rig.scene.bench import (
 )
 from rig.scene.board import BoardSection
 from rig.scene.dataset import DatasetSection
+from rig.scene.field_net import FieldNetSection
 from rig.scene.loop import Outputs, Page, ProjectorSection
 from rig.scene.plate import SIDES, BaseSection, Mixed, PlateSection, TouchesSection
 from rig.scene.scene import Scene
@@ -83,6 +84,9 @@ def describe(name: str, section: Section, scene: Scene) -> Part:
             return _images(name, section, scene)
         case BoardSection():
             return _board(name, section)
+        case FieldNetSection(steps=steps, pairs=pairs, side=side):
+            what = f"{steps} steps of {2 * pairs} drawn fields of {side} × {side} tiles"
+            return Part(name, what, "trained by `touchplate train`", ("dic", "fe", "torch"))
         case Page() | ProjectorSection() | Outputs():
             return _shown(name, section)
         case _:

@@ -10,6 +10,7 @@ from pydantic_core import PydanticCustomError
 from rig.scene.bench import AnyGauges, CameraSection, PatternSection, SensorSection
 from rig.scene.board import BoardSection
 from rig.scene.dataset import DatasetSection
+from rig.scene.field_net import FieldNetSection
 from rig.scene.loop import Outputs, Page, ProjectorSection
 from rig.scene.plate import BaseSection, PlateSection, TouchesSection
 from rig.scene.renamed import with_new_keys
@@ -71,6 +72,9 @@ class Scene(Section):
     )
     training: TrainingSection | None = Field(None, description="training and test touches")
     dataset: DatasetSection | None = Field(None, description="samples of touches on disk")
+    field_net: FieldNetSection | None = Field(
+        None, description="training of the net that corrects displacement fields"
+    )
     source: Source | None = Field(None, description="where frames come from")
     board: BoardSection | None = Field(None, description="a USB board: lamp and trigger")
     page: Page | None = Field(None, description="the operator page")

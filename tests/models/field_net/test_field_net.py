@@ -1,0 +1,182 @@
+"""The field net: drawn fields, training that goes on, files, ONNX, and what it does not know."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import dic
+import models
+from models.field_net.drawn_fields import draw_field, draw_noise
+from models.field_net.field_net import evaluate
+from models.field_net.plates import draw_plates
+from models.nets.checkpoint import Checkpoint
+
+torch = pytest.importorskip("torch")
+
+SHAPE = (44, 52)  # tiles
+TINY = models.FieldNetRecipe(steps=4, seed=3, pairs=1, side=32, plates=1)
+
+
+@pytest.fixture(scope="module")
+def trained():
+    return models.train_field_net(TINY)
+
+
+def seen(truth, noise, seed, valid=None):
+    """Tiles of drawn fields (2, R, C) with white noise."""
+    rng = np.random.default_rng(seed)
+    known = np.ones(truth.shape[1:], bool) if valid is None else valid
+    return dic.denoised_tiles(truth + noise * rng.standard_normal(truth.shape), noise, known)
+
+
+def waves():
+    y, x = np.indices(SHAPE).astype(float)
+    return np.stack([3.0 * np.cos(2 * np.pi * (x + y) / 12), np.sin(2 * np.pi * y / 25)])
+
+
+def test_slopes_of_drawn_fields_are_their_derivatives():
+    off = []
+    for seed in range(30):
+        values, torn = (
+            (drawn := draw_field((40, 48), [], np.random.default_rng(seed))).values,
+            drawn.torn,
+        )
+        if torn.any():
+            continue
+        # Fourth-order differences; waves of less than five tiles are beyond them.
+        for axis, slope in ((1, values[1]), (0, values[2])):
+            f = np.moveaxis(values[0], axis, 0)
+            by_steps = (f[:-4] - 8 * f[1:-3] + 8 * f[3:-1] - f[4:]) / 12
+            true = np.moveaxis(slope, axis, 0)[2:-2]
+            off.append(np.abs(by_steps - true).mean() / (np.abs(true).mean() + 1e-3))
+    assert np.median(off) < 0.01
+    assert len(off) > 30
+
+
+def test_slopes_of_plates_are_their_derivatives():
+    plate = draw_plates(1, 96, np.random.default_rng(0))[0]
+    assert np.abs(plate[0]).max() == pytest.approx(1.0)
+    by_steps = np.gradient(plate[0], axis=(1, 0))
+    for known, true in zip(by_steps, plate[1:], strict=True):
+        assert np.abs(known - true)[2:-2, 2:-2].max() < 0.02 * np.abs(true).max()
+
+
+def test_noise_is_drawn_about_one():
+    noise = draw_noise(SHAPE, np.random.default_rng(1))
+    assert noise.shape == SHAPE
+    assert noise.min() > 0.3
+    assert noise.max() < 3
+
+
+def test_a_training_that_was_stopped_goes_on_to_the_same_weights(tmp_path, trained):
+    place = Checkpoint(tmp_path / "part.npz", 2)
+
+    def stop(step, _):
+        if step == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        models.train_field_net(TINY, place, stop)
+    steps = []
+    after = models.train_field_net(TINY, place, lambda step, _: steps.append(step))
+    assert steps == [3, 4]
+    assert all(np.array_equal(after.weights[name], w) for name, w in trained.weights.items())
+    assert np.array_equal(after.history, trained.history)
+
+
+def test_a_net_is_stored_as_it_is_and_a_damaged_file_is_refused(tmp_path, trained):
+    path = tmp_path / "net.npz"
+    models.save_field_net(path, trained.net)
+    again = models.load_field_net(path)
+    assert all(np.array_equal(again.weights[name], w) for name, w in trained.weights.items())
+    assert again.about["seed"] == 3
+    assert again.about["cpu_seconds"] >= 0
+    whole = path.read_bytes()
+    for damaged in (whole[: len(whole) // 2], b"", whole.replace(b"down0a", b"down9a")):
+        path.write_bytes(damaged)
+        with pytest.raises(ValueError, match="damaged"):
+            models.load_field_net(path)
+    with pytest.raises(FileNotFoundError, match="touchplate train dic-net"):
+        models.load_field_net(tmp_path / "none.npz")
+
+
+def test_weights_that_are_no_numbers_are_refused(tmp_path, trained):
+    weights = trained.net.weights | {"out.bias": np.full(6, np.nan, np.float32)}
+    models.save_field_net(tmp_path / "net.npz", replace(trained.net, weights=weights))
+    with pytest.raises(ValueError, match="damaged"):
+        models.load_field_net(tmp_path / "net.npz")
+
+
+def test_a_net_of_another_version_is_refused(tmp_path, trained, monkeypatch):
+    monkeypatch.setattr("models.field_net.store.VERSION", 2)
+    models.save_field_net(tmp_path / "net.npz", trained.net)
+    monkeypatch.undo()
+    with pytest.raises(ValueError, match="version 2"):
+        models.load_field_net(tmp_path / "net.npz")
+
+
+def test_onnx_says_the_same_numbers(tmp_path):
+    runtime = pytest.importorskip("onnxruntime")
+    net = models.shipped_net()
+    models.write_field_onnx(tmp_path / "net.onnx", net)
+    session = runtime.InferenceSession(str(tmp_path / "net.onnx"))
+    inputs = models.net_inputs(seen(waves(), np.ones((2, *SHAPE)), 2))
+    found = session.run(None, {"tiles": inputs})[0]
+    assert np.abs(found - evaluate(net, inputs)).max() < 1e-4
+
+
+def test_what_it_has_not_seen_stays_the_adaptive_field():
+    tiles = seen(waves(), np.ones((2, *SHAPE)), 3)
+    net = models.shipped_net()
+    nothing = np.zeros_like(net.low)
+    better, by_net = models.correct_tiles(tiles, replace(net, low=nothing, high=nothing))
+    assert not by_net.any()
+    assert np.array_equal(better.values, tiles.values, equal_nan=True)
+    wild = {name: 30 * array for name, array in net.weights.items()}
+    better, by_net = models.correct_tiles(tiles, replace(net, weights=wild))
+    off = np.abs(better.values - tiles.values)[:, 0][:, by_net]
+    assert np.all(off <= 6 * tiles.sigma[:, 0][:, by_net])
+
+
+def test_the_shipped_net_is_no_worse_than_the_adaptive_field_and_states_its_error():
+    net = models.shipped_net()
+    assert net.about["seed"] == models.FieldNetRecipe().seed
+    plates = draw_plates(2, 64, np.random.default_rng(50))
+    errors, stated = [], []
+    for seed in range(50, 62):
+        rng = np.random.default_rng(seed)
+        drawn = [draw_field(SHAPE, plates, rng) for _ in range(2)]
+        noise = np.stack([draw_noise(SHAPE, rng)] * 2)
+        truth, torn = np.stack([d.values for d in drawn]), drawn[0].torn | drawn[1].torn
+        tiles = seen(truth[:, 0], noise, seed, ~torn)
+        better, _ = models.correct_tiles(tiles, net)
+        before, after = (np.square(t.values[:, 0] - truth[:, 0]) for t in (tiles, better))
+        errors.append((np.nanmean(before), np.nanmean(after)))
+        stated.append(np.nanmean(np.square(better.sigma[:, 0])) / np.nanmean(after))
+    before, after = np.array(errors).T
+    assert np.sqrt(np.max(after / before)) < 1.05
+    assert 0.7 < np.sqrt(np.median(stated)) < 1.4
+
+
+def test_a_hole_and_a_size_that_is_no_multiple_of_four_are_no_error():
+    valid = np.ones(SHAPE, bool)
+    valid[10:20, 12:30] = False
+    truth = waves()[:, :43, :50]
+    tiles = seen(truth, np.ones_like(truth), 4, valid[:43, :50])
+    better, by_net = models.correct_tiles(tiles, models.shipped_net())
+    assert by_net.shape == (43, 50)
+    assert not by_net[12:18, 15:25].any()
+    assert np.array_equal(np.isfinite(better.values), np.isfinite(tiles.values))
+
+
+def test_a_field_by_the_net_says_what_is_not_its_own():
+    image = np.random.default_rng(5).normal(128, 40, (96, 120))
+    found = models.net_field(dic.prepare(image), image + 1.0)
+    assert found.field.valid.any()
+    assert "points" in found.reason
+    small = models.net_field(dic.prepare(image[:36, :40], 11), image[:36, :40])
+    assert not small.by_net.any()
+    assert "too small" in small.reason
+    with pytest.raises(ValueError, match="prepare a grid"):
+        models.net_field(dic.prepare(image, points=[[50, 50]]), image)
