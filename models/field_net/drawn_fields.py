@@ -77,7 +77,8 @@ def _size(rng: np.random.Generator, limits: tuple[float, float] = _SIZES) -> flo
 
 
 def _log_uniform(limits: tuple[float, float], rng: np.random.Generator) -> float:
-    return float(np.exp(rng.uniform(*np.log(limits))))
+    low, high = np.log(limits)
+    return float(np.exp(rng.uniform(float(low), float(high))))
 
 
 def _wave(x: F64, y: F64, rng: np.random.Generator) -> F64:
@@ -144,7 +145,8 @@ def _plane(x: F64, y: F64, rng: np.random.Generator) -> F64:
 
 def _of_plate(plate: F64, shape: tuple[int, int], rng: np.random.Generator) -> F64:
     """Cut a part of a plate, and scale it."""
-    row, column = (int(rng.integers(0, plate.shape[k + 1] - shape[k] + 1)) for k in (0, 1))
+    rows, columns = plate.shape[1] - shape[0], plate.shape[2] - shape[1]
+    row, column = int(rng.integers(0, rows + 1)), int(rng.integers(0, columns + 1))
     return _size(rng) * plate[:, row : row + shape[0], column : column + shape[1]]
 
 
@@ -159,7 +161,7 @@ def _tear(values: F64, x: F64, y: F64, rng: np.random.Generator) -> Mask:
     values[0] += beyond * (jump + slope[0] * x + slope[1] * y)
     values[1] += beyond * slope[0]
     values[2] += beyond * slope[1]
-    width = max(abs(np.cos(angle)), abs(np.sin(angle)))
+    width = max(abs(float(np.cos(angle))), abs(float(np.sin(angle))))
     return np.abs(away) <= 0.5 * width + 1e-9
 
 

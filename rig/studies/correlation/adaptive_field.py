@@ -55,14 +55,17 @@ def pair(known: KnownField, seed: int, width: float = 1.8) -> Pair:
     return eight_bit(first, NOISE, rng), eight_bit(second, NOISE, rng)
 
 
-def fixed(images: Pair) -> Iterator[tuple[str, Field]]:
+def fixed(known: KnownField, seed: int) -> Iterator[tuple[str, Field]]:
     """Measure a field by every fixed setting."""
+    images = pair(known, seed)
+    # The widest polynomials lose every wave of the star, and cost seconds where points are missing.
+    windows = WINDOWS if known.name in ("plate", "bumps") else WINDOWS[:-1]
     for subset in SUBSETS:
         for order in (1, 2):
             found = dic.correlate(dic.prepare(images[0], subset, order=order), images[1])
             yield f"{subset}/{order}", found
             if order == 1 and subset < 45:
-                for window in WINDOWS:
+                for window in windows:
                     yield f"{subset}/1 smoothed over {window}", dic.smooth(found, window)
 
 
@@ -78,7 +81,7 @@ def _best(fields: list[KnownField], seeds: list[int]) -> dict[str, tuple[float, 
     """Least rms error over the fixed settings, px, and the setting, of each band."""
     sums: dict[str, dict[str, list[F64]]] = {}
     for known, seed in zip(fields, seeds, strict=True):
-        for name, found in fixed(pair(known, seed)):
+        for name, found in fixed(known, seed):
             for band, squares in _errors(found, known).items():
                 sums.setdefault(band, {}).setdefault(name, []).append(squares)
     return {
@@ -172,7 +175,8 @@ def efficiency() -> Iterator[Figure]:
         calm = estimate(*pair(nothing, 0))
         quiet = float(np.nanstd(calm.v[nothing.inside(calm.xy)]))
         near = known.inside(xy) & (np.abs(period(xy[:, 0]) / limit - 1) < 0.1)
-        noise = float(np.sqrt(np.nanmean(np.nanvar(v[:, near], axis=0, ddof=1))))
+        spread = np.asarray(np.nanvar(v[:, near], axis=0, ddof=1))
+        noise = float(np.sqrt(np.nanmean(spread)))
         asked = name == "adaptive"
         yield from line(
             "Beyond one window: noise × period at 10 % loss",
@@ -188,7 +192,8 @@ def efficiency() -> Iterator[Figure]:
 def _limit(xy: F64, v: F64, wave: F64) -> tuple[float, int]:
     """Period at which a column keeps 90 % of the wave, px, and the number of columns."""
     columns = np.unique(xy[:, 0])
-    kept, periods = [], []
+    kept: list[float] = []
+    periods: list[float] = []
     for x in columns:
         here = (xy[:, 0] == x) & np.isfinite(v)
         if here.sum() > 20:
@@ -196,7 +201,7 @@ def _limit(xy: F64, v: F64, wave: F64) -> tuple[float, int]:
             periods.append(float(period(x)))
     through = np.polynomial.Polynomial.fit(1 / np.array(periods), kept, 6)
     every = np.geomspace(min(periods), max(periods), 2000)
-    below = np.flatnonzero(through(1 / every) < 0.9)
+    below = np.flatnonzero(np.asarray(through(1 / every)) < 0.9)
     return float(every[below.max()] if len(below) else every[0]), len(periods)
 
 

@@ -96,10 +96,11 @@ def plate(seed: int) -> KnownField:
         for _ in range(int(rng.integers(1, 4)))
     ]
     state = fe.deflect(made, touches, fe.grid(made, 60))
-    axes = [np.linspace(0, length, 241) for length in size]
-    xy = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 2)
-    w = RectBivariateSpline(*axes, state.deflection(xy).reshape(241, 241))
-    largest = 0.5 / np.abs(state.deflection(xy)).max()  # px at the edge of the image
+    along, down = (np.linspace(0, float(length), 241) for length in size)
+    xy = np.column_stack([np.repeat(along, 241), np.tile(down, 241)])
+    depths = state.deflection(xy)
+    w = RectBivariateSpline(along, down, depths.reshape(241, 241))
+    largest = 0.5 / np.abs(depths).max()  # px at the edge of the image
     scale, middle = size[0] / SHAPE[1], (np.array(SHAPE[::-1]) - 1) / 2
 
     def displacement(x: F64, y: F64) -> tuple[F64, F64]:
