@@ -13,7 +13,7 @@ from dic.compiled import njit
 
 SCALES = (8, 4), (16, 4), (32, 8)  # tiles: side of a block, and distance of blocks
 _DERIVATIVES = 3
-_LEAST = 1e-24  # px², a variance below which numbers end
+_TINY = 1e-24  # px², a variance below which numbers end
 _ROUNDS = 8  # in which what a block lacks is filled from what it has
 # Blocks that lie over one another err in part on their own: averaging leaves of their variance V
 # the fraction _ALONE (V/σ²)^_SHARED, fitted to drawn fields of every smoothness.
@@ -163,7 +163,7 @@ def _overlay(
         for j in range(side):
             for i in range(side):
                 if alike or known[m, j, i]:
-                    power = max(np.float64(variance[m, j, i]), _LEAST)
+                    power = max(np.float64(variance[m, j, i]), _TINY)
                     omega = weight / (power * power)
                     totals[0, top + j, left + i] += omega * value[m, j, i]
                     totals[1, top + j, left + i] += omega * power

@@ -26,7 +26,7 @@ from models.field_net.store import FieldNet, load_field_net
 from models.field_net.unet import run
 
 SHIPPED = Path(__file__).with_name("weights.npz")
-_AROUND = 9  # tiles, over which a correction is held against what was seen
+_AROUND = 9  # tiles, over which a correction is compared with what was seen
 _WORSE = 0.3  # by which the χ² of a tile may grow: 2.7 σ of its mean over 81 tiles
 _FARTHEST = 6.0  # σ, corrections beyond which nothing was trained
 

@@ -253,14 +253,14 @@ def strain() -> Iterator[Figure]:
             errors = np.column_stack([e.exx, e.eyy]) - _strain(known, e.xy)
             off.setdefault(name, []).append(errors[here & e.valid].ravel())
     error = {name: rms(np.concatenate(each)) for name, each in off.items()}
-    least = min(value for name, value in error.items() if name.startswith("window"))
+    smallest = min(value for name, value in error.items() if name.startswith("window"))
     for name, value in error.items():
         bar = at_most(0.6) if name == "adaptive" else None
         yield from line(
             "Beyond one window: strain of a plate under touches",
             name,
             error=(1e6 * value, "µε, rms"),
-            over_the_best_window=(value / least, "", bar, sum(map(len, off[name]))),
+            over_the_best_window=(value / smallest, "", bar, sum(map(len, off[name]))),
         )
 
 

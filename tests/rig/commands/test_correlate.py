@@ -74,6 +74,20 @@ def test_it_writes_fields_a_plot_and_figures(pair, correlate, tmp_path):
         assert len(stored) > 0
 
 
+def test_windows_that_the_data_choose_have_less_noise(pair, correlate, tmp_path):
+    said = {}
+    for field in ("subset", "adaptive"):
+        done = correlate(*pair, "--field", field, "--out", tmp_path / field, "--json")
+        assert done.returncode == 0
+        said[field] = json.loads(done.stdout)
+    for part, true in zip("uv", SHIFT, strict=True):
+        assert abs(said["adaptive"][part]["mean"] - true) < 2e-3
+        assert said["adaptive"][part]["sigma"] < 0.5 * said["subset"][part]["sigma"]
+    assert said["adaptive"]["vsg"] > 40
+    with h5py.File(tmp_path / "adaptive" / "fields.h5") as file:
+        assert np.nanstd(np.asarray(file["exx"])) < 1e-4
+
+
 def test_each_field_is_drawn_alone_when_asked_for(pair, correlate, tmp_path):
     assert correlate(*pair, "--plots", "--out", "out").returncode == 0
     drawn = {name.removesuffix(".png") for name in files_in(tmp_path / "out")}

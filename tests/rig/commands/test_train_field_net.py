@@ -1,0 +1,45 @@
+"""`touchplate train dic-net`: a net on drawn fields, stored, exported, gone on with."""
+
+import json
+import sys
+
+import pytest
+
+import models
+import rig
+from rig import cli
+
+pytest.importorskip("torch")
+
+TINY = ["steps=2", "pairs=1", "side=32", "plates=1", "seed=5"]
+
+
+@pytest.fixture
+def train(monkeypatch, capsys, tmp_path):
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["touchplate", "train", *map(str, arguments)])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        return ended.value.code, *capsys.readouterr()
+
+    return run
+
+
+def test_it_stores_the_net_its_seed_and_an_onnx_file(train, tmp_path):
+    settings = [part for key in TINY for part in ("--set", f"field_net.{key}")]
+    path, onnx = tmp_path / "net.npz", tmp_path / "net.onnx"
+    code, out, _ = train("dic-net", "--out", path, "--onnx", onnx, "--json", *settings)
+    said = json.loads(out)
+    assert code == 0 and said["steps"] == 2 and said["seed"] == 5 and said["cpu_seconds"] > 0
+    assert models.load_field_net(path).about["seed"] == 5
+    assert onnx.stat().st_size > 1e5
+    assert sorted(place.name for place in tmp_path.iterdir()) == ["net.npz", "net.onnx"]
+
+
+def test_the_shipped_net_is_that_of_the_shipped_scene():
+    section = rig.load("dic-net").field_net
+    about = dict(models.shipped_net().about)
+    assert about.pop("cpu_seconds") > 0
+    assert about == section.model_dump()
