@@ -17,7 +17,7 @@ from dic.correlation.reference import Reference
 from dic.fields.displacement import DisplacementField
 from dic.numbers import check_array, read_array
 
-_PASSES = 6
+_PASSES = 10
 _MOVED, _FEW = 1.0, 0.002  # σ of a tile by which more than so many tiles move: another pass
 _AROUND = 3  # tiles
 _STILL = 2.0  # σ of the field, within which the last pass moves a tile by chance

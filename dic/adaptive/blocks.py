@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from dic.adaptive.parts import Parts, filled, parts_of
 from dic.arrays import F32, F64, I64, AnyArray, Mask
 from dic.compiled import njit
 
-SCALES = (8, 4), (16, 4), (32, 8)  # tiles: side of a block, and distance of blocks
+SCALES = (8, 4), (16, 4), (24, 6), (32, 8)  # tiles: side of a block, and distance of blocks
 _DERIVATIVES = 3
 _TINY = 1e-24  # px², a variance below which numbers end
 _ROUNDS = 8  # in which what a block lacks is filled from what it has
@@ -82,7 +82,7 @@ def denoise(field: F64, sigma: F64, valid: Mask, pilot: F64 | None) -> BlockFiel
             for a in range(2):
                 guide = None if pilot is None else pilot[a]
                 planes = field[a], np.where(valid, sigma[a], 0.0), guide
-                _add_whole(layout, planes, whole, totals[a])
+                _add_whole(replace(layout, starts=layout.starts[whole]), planes, totals[a])
                 _add_parts(layout, planes, parts, totals[a])
     weight = totals[:, :, 2]
     there = valid & (weight[0, 0] > 0)
@@ -98,23 +98,16 @@ def _lay(shape: tuple[int, int], side: int, step: int) -> _Layout:
     return _Layout(starts, side, (step / 4) ** 2)
 
 
-def _add_whole(
-    layout: _Layout, planes: tuple[F64, F64, F64 | None], whole: Mask, totals: F64
-) -> None:
+def _add_whole(layout: _Layout, planes: tuple[F64, F64, F64 | None], totals: F64) -> None:
     field, sigma, guide = planes
-    noise = np.sqrt(np.square(layout.cut(sigma)[whole]).mean(axis=(1, 2))).astype(np.float32)
-    blocks = polynomials.analyse(layout.cut(field)[whole])
-    pilot = None if guide is None else polynomials.analyse(layout.cut(guide)[whole])
+    power = np.square(layout.cut(sigma.astype(np.float32)))
+    noise = np.sqrt(power.reshape(len(power), -1).mean(axis=1))
+    blocks = polynomials.analyse(layout.cut(field))
+    pilot = None if guide is None else polynomials.analyse(layout.cut(guide))
     gain = polynomials.gains(blocks, noise, pilot)
-    everywhere = np.ones((1, 1, 1), bool)
-    _add(
-        layout,
-        layout.starts[whole],
-        blocks * gain,
-        polynomials.uncertainty(gain) * np.square(noise)[:, None, None],
-        everywhere,
-        totals,
-    )
+    variance = polynomials.uncertainty(gain) * np.square(noise)[:, None, None]
+    blocks *= gain
+    _add(layout, layout.starts, blocks, variance, np.ones((1, 1, 1), bool), totals)
 
 
 def _add_parts(

@@ -15,6 +15,7 @@ from dic.correlation.reference import Reference
 _LIGHT = 7  # tiles along the side of the square over which gain and offset are one
 _SMOOTH = 5  # tiles, over which the texture counts as even
 _LOUD, _LOUDEST = 3.0, 9.0  # times the usual variance, of the tiles around and of all
+_SOME = 2000  # tiles that say what is usual
 _ALONE = 3  # loud tiles that touch, at most, and part nothing
 _WHOLE = 0.6  # fraction of the pixels of a tile that must lie in the ROI
 _EXACT = 1e-4  # px, of a tile: images that are drawn have no noise, but are rounded
@@ -190,7 +191,7 @@ def _loud(variance: F64, valid: Mask) -> Mask:
     """Tiles that leave more over than noise does: hidden, or torn."""
     if not valid.any():
         return np.zeros_like(valid)
-    usual = float(np.median(variance[valid]))
+    usual = float(np.median(variance[valid][:: max(np.count_nonzero(valid) // _SOME, 1)]))
     filled = np.where(valid, variance, usual).astype(np.float32)
     around = np.asarray(cv2.medianBlur(filled, 5))
     return (variance > _LOUD * np.maximum(around, usual / 2)) | (variance > _LOUDEST * usual)

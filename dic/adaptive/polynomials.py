@@ -32,21 +32,21 @@ def basis(side: int) -> tuple[F32, F32]:
 def analyse(blocks: AnyArray) -> F32:
     """Coefficients (M, n, n) of blocks (M, n, n): by degree along y, then along x."""
     value, _ = basis(blocks.shape[-1])
-    return _apply(np.asarray(blocks, np.float32), value.T)
+    return _both(np.asarray(blocks, np.float32), value, value.T)
 
 
 def synthesise(coefficients: F32, derivative: int = VALUE) -> F32:
     """Blocks (M, n, n) of coefficients; or their slope along x or y, per point."""
     value, slope = basis(coefficients.shape[-1])
     along, down = (slope if derivative == k else value for k in (ALONG_X, ALONG_Y))
-    return _turned(_turned(coefficients, along), down)
+    return _both(coefficients, down.T, along)
 
 
 def spread(weights: F32, derivative: int = VALUE) -> F32:
     """Σ weight · φ² (M, n, n): variance of a point whose coefficients have such variances."""
     value, slope = basis(weights.shape[-1])
     along, down = (np.square(slope if derivative == k else value) for k in (ALONG_X, ALONG_Y))
-    return _turned(_turned(weights, along), down)
+    return _both(weights, down.T, along)
 
 
 def gains(coefficients: F32, sigma: F32, pilot: F32 | None) -> F32:
@@ -88,12 +88,8 @@ def uncertainty(gain: F32) -> F32:
     return found
 
 
-def _apply(blocks: F32, matrix: F32) -> F32:
-    return _turned(_turned(blocks, matrix), matrix)
-
-
-def _turned(blocks: F32, matrix: F32) -> F32:
-    """Multiply the last axis by a matrix and exchange the two axes."""
+def _both(blocks: F32, left: F32, right: F32) -> F32:
+    """Multiply every block by a matrix on each side; on the right all of them at once."""
     count, first, last = blocks.shape
-    product = blocks.reshape(-1, last) @ matrix
-    return np.ascontiguousarray(product.reshape(count, first, matrix.shape[1]).transpose(0, 2, 1))
+    rows = (blocks.reshape(-1, last) @ right).reshape(count, first, right.shape[1])
+    return np.matmul(left, rows)

@@ -20,23 +20,27 @@ OF_REFERENCE, OF_FRAME = 10, 5  # sums of each tile
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def sum_reference(texture: F32, left: int, top: int, out: F64) -> None:
     """Sum fx², fx fy, fy², fx f, fy f, fx, fy, f², f, 1 over the tiles (R, C, 10)."""
+    zero = np.float32(0.0)
     for r in range(out.shape[0]):
         for c in range(out.shape[1]):
-            into = out[r, c]
-            into[:] = 0.0
+            xx, xy, yy, fx_f, fy_f = zero, zero, zero, zero, zero
+            sum_x, sum_y, ff, sum_f, count = zero, zero, zero, zero, zero
             for y in range(top + TILE * r - _HALF, top + TILE * r + _HALF + 1):
                 for x in range(left + TILE * c - _HALF, left + TILE * c + _HALF + 1):
                     fx, fy, f = texture[0, y, x], texture[1, y, x], texture[2, y, x]
-                    into[0] += fx * fx
-                    into[1] += fx * fy
-                    into[2] += fy * fy
-                    into[3] += fx * f
-                    into[4] += fy * f
-                    into[5] += fx
-                    into[6] += fy
-                    into[7] += f * f
-                    into[8] += f
-                    into[9] += texture[3, y, x]
+                    xx += fx * fx
+                    xy += fx * fy
+                    yy += fy * fy
+                    fx_f += fx * f
+                    fy_f += fy * f
+                    sum_x += fx
+                    sum_y += fy
+                    ff += f * f
+                    sum_f += f
+                    count += texture[3, y, x]
+            into = out[r, c]
+            into[0], into[1], into[2], into[3], into[4] = xx, xy, yy, fx_f, fy_f
+            into[5], into[6], into[7], into[8], into[9] = sum_x, sum_y, ff, sum_f, count
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
