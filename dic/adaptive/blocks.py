@@ -101,7 +101,7 @@ def _lay(shape: tuple[int, int], side: int, step: int) -> _Layout:
 def _add_whole(layout: _Layout, planes: tuple[F64, F64, F64 | None], totals: F64) -> None:
     field, sigma, guide = planes
     power = np.square(layout.cut(sigma.astype(np.float32)))
-    noise = np.sqrt(power.reshape(len(power), -1).mean(axis=1))
+    noise = np.sqrt(power.reshape(len(power), layout.side**2).mean(axis=1))
     blocks = polynomials.analyse(layout.cut(field))
     pilot = None if guide is None else polynomials.analyse(layout.cut(guide))
     gain = polynomials.gains(blocks, noise, pilot)
