@@ -11,6 +11,7 @@ from dic.adaptive import tile_kernels
 from dic.adaptive.tile_lattice import TILE, TileLattice
 from dic.arrays import F32, F64, AnyArray, Mask
 from dic.correlation.reference import Reference
+from dic.fields.displacement import Status
 
 _LIGHT = 7  # tiles along the side of the square over which gain and offset are one
 _SMOOTH = 5  # tiles, over which the texture counts as even
@@ -32,12 +33,17 @@ class TileTexture:
         As `tile_kernels.sum_reference`.
     even : (R, C, 2, 2) float64
         Inverse of the Hessian that the tiles around a tile have on average.
+    known : (R, C) bool
+        Tiles with a pattern in the ROI.
+    gain : (2,) float64
+        What a prefilter makes of the variance of u and of v, because it correlates the noise.
     """
 
     lattice: TileLattice
     sums: F64
     even: F64
     known: Mask
+    gain: F64
 
 
 @dataclass(frozen=True)
@@ -73,7 +79,9 @@ def tile_texture(ref: Reference, lattice: TileLattice) -> TileTexture:
     safe = np.where(flat, 1.0, determinant)
     even = np.stack([np.stack([yy, -xy], -1), np.stack([-xy, xx], -1)], -2) / safe[..., None, None]
     even[flat] = 0.0
-    return TileTexture(lattice, sums, even, known & ~flat)
+    usable = ref.noise_gain[ref.status == Status.OK]
+    gain = np.median(usable, axis=0) if len(usable) else np.ones(2)
+    return TileTexture(lattice, sums, even, known & ~flat, gain)
 
 
 def observe(
@@ -115,7 +123,7 @@ def observe(
     delta = start + (texture.even @ innovation[..., None])[..., 0]
     counted = box(trusted.astype(np.float64), _LIGHT)
     noise = box(np.where(trusted, variance, 0.0), _LIGHT) / np.maximum(counted, 1e-9)
-    spread = np.maximum(noise, 0.0)[..., None] * texture.even[..., [0, 1], [0, 1]]
+    spread = np.maximum(noise, 0.0)[..., None] * texture.even[..., [0, 1], [0, 1]] * texture.gain
     moved = motion[:, 0] + np.moveaxis(delta, -1, 0)
     sigma = np.maximum(np.sqrt(np.moveaxis(spread, -1, 0)), _EXACT)
     return Observation(moved, sigma, valid, zncc)

@@ -32,7 +32,8 @@ def test_it_stores_the_net_its_seed_and_an_onnx_file(train, tmp_path):
     path, onnx = tmp_path / "net.npz", tmp_path / "net.onnx"
     code, out, _ = train("dic-net", "--out", path, "--onnx", onnx, "--json", *settings)
     said = json.loads(out)
-    assert code == 0 and said["steps"] == 2 and said["seed"] == 5 and said["cpu_seconds"] > 0
+    assert code == 0
+    assert (said["steps"], said["seed"]) == (2, 5)
     assert models.load_field_net(path).about["seed"] == 5
     assert onnx.stat().st_size > 1e5
     assert sorted(place.name for place in tmp_path.iterdir()) == ["net.npz", "net.onnx"]
