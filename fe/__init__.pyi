@@ -7,11 +7,13 @@ from .elements.hermite import (
 from .elements.mesh import (
     Mesh as Mesh,
     default_mesh as default_mesh,
+    even_grid as even_grid,
     grid as grid,
 )
 from .linear.adjoint import Adjoint as Adjoint
 from .linear.buckling import buckling_factor as buckling_factor
 from .linear.compliances import compliance as compliance
+from .linear.demand import strain_demand as strain_demand
 from .linear.gauge_influence import (
     Influence as Influence,
     influence as influence,
@@ -22,6 +24,7 @@ from .linear.linear import (
     deflect as deflect,
 )
 from .linear.linear_range import linear_range as linear_range
+from .linear.mesh_error import MeshError as MeshError
 from .linear.plate_modes import (
     Modes as Modes,
     modes as modes,
@@ -30,6 +33,7 @@ from .linear.point_influence import (
     DisplacementInfluence as DisplacementInfluence,
     displacement_influence as displacement_influence,
 )
+from .linear.touch_mesh import touch_mesh as touch_mesh
 from .linear.validity import (
     LINEAR_TOLERANCE as LINEAR_TOLERANCE,
     LinearRange as LinearRange,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,13 +70,18 @@ def divide(side: float, count: int, borders: tuple[float, ...], fewest: int) -> 
     Line
         Elements as equal as whole numbers allow.
     """
-    ends = np.array([0.0, *borders, side])
-    lengths = np.diff(ends)
+    lengths = np.diff([0.0, *borders, side])
     counts = np.full(len(lengths), fewest)
     for _ in range(count - counts.sum()):
         counts[np.argmax(lengths / counts)] += 1
+    return cut(side, borders, counts.tolist())
+
+
+def cut(side: float, borders: Sequence[float], counts: Sequence[int]) -> Line:
+    """Cut a side into so many equal elements between one border and the next."""
+    ends = [0.0, *borders, side]
     runs: list[F64] = [
         np.linspace(low, high, n, endpoint=False)
         for low, high, n in zip(ends[:-1], ends[1:], counts, strict=True)
     ]
-    return Line(np.concatenate([*runs, [side]]), np.concatenate([[0], counts.cumsum()]))
+    return Line(np.concatenate([*runs, [side]]), np.concatenate([[0], np.cumsum(counts)]))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fe.arrays import F64
-from fe.elements.line import Line, divide
+from fe.elements.line import Line, cut, divide
 from fe.plate.checks import array, short, whole
 from fe.plate.plate import Plate
 
@@ -17,9 +17,13 @@ from fe.plate.plate import Plate
 _FEWEST = 6
 # Strains near a touch need it: five millimetres from one, on a plate of 100, 100 elements leave
 # 1.6e-4 of the largest strain and 120 leave 8e-5. Round sides get nodes on round places, too.
-_LONG_SIDE = 120
+_SIDE = 120
+
+# Elements across a long plate: with fewer, nothing of how it bends across is left.
+_ACROSS = 16
 
 Breaks = tuple[tuple[float, ...], tuple[float, ...]]
+Runs = tuple[tuple[int, ...], tuple[int, ...]]
 
 
 @dataclass(frozen=True)
@@ -38,16 +42,21 @@ class Mesh:
         Elements along x and y.
     breaks : pair of tuples of float
         Places along x and along y, mm, that must lie on lines of the grid: borders of patches.
+    runs : pair of tuples of int
+        Elements of each run between breaks, along x and along y; as equally long as whole numbers
+        allow where none are given.
 
     Raises
     ------
     ValueError
-        There are fewer than six elements along a side or between two breaks.
+        There are fewer than six elements along a side or between two breaks, or the runs do not
+        add up to the elements.
     """
 
     size: tuple[float, float]
     counts: tuple[int, int]
     breaks: Breaks = ((), ())
+    runs: Runs = ((), ())
 
     def __post_init__(self) -> None:
         size = array(self.size, "size of a mesh", "mm")
@@ -86,15 +95,34 @@ class Mesh:
                     f"mesh must have at least {min_count} elements along {name}{between}, "
                     f"got {count}"
                 )
+        self._check_runs()
+
+    def _check_runs(self) -> None:
+        runs = tuple(tuple(whole(v, "elements of a run") for v in axis) for axis in self.runs)
+        object.__setattr__(self, "runs", runs)
+        for name, count, places, each in zip("xy", self.counts, self.breaks, runs, strict=True):
+            fits = len(each) == len(places) + 1 and sum(each) == count
+            if each and not (fits and min(each) >= _FEWEST):
+                raise ValueError(
+                    f"runs of a mesh along {name} must be {len(places) + 1} of at least {_FEWEST} "
+                    f"elements, {count} in all, got {short(each)}; leave them out for equal ones"
+                )
 
     @cached_property
     def lines(self) -> tuple[Line, Line]:
         """Elements along x and along y."""
         x, y = (
-            divide(side, count, places, _FEWEST)
-            for side, count, places in zip(self.size, self.counts, self.breaks, strict=True)
+            cut(side, places, each) if each else divide(side, count, places, _FEWEST)
+            for side, count, places, each in zip(
+                self.size, self.counts, self.breaks, self.runs, strict=True
+            )
         )
         return x, y
+
+    @property
+    def finest(self) -> float:
+        """Length of the shortest element, mm."""
+        return float(min(np.diff(nodes).min() for nodes in self.nodes))
 
     @property
     def nodes(self) -> tuple[F64, F64]:
@@ -157,13 +185,38 @@ def grid(plate: Plate, longer: int) -> Mesh:
     return Mesh(plate.size, (counts[0], counts[1]), breaks)
 
 
+def even_grid(plate: Plate, side: int) -> Mesh:
+    """Return a `grid` with as many elements as a square plate has with so many along its side.
+
+    The number says how fine a plate of any shape is at one cost; along a long plate it leaves 16
+    elements across at least, and then there are more of them.
+
+    Parameters
+    ----------
+    plate : Plate
+    side : int
+    """
+    aspect = max(plate.size) / min(plate.size)
+    return grid(plate, max(round(side * aspect**0.5), round(min(_ACROSS, side) * aspect)))
+
+
 def default_mesh(plate: Plate) -> Mesh:
-    """Return the `grid` of 120 elements along the longer side.
+    """Return the `even_grid` of 120 elements a side, where touches may be anywhere.
 
     On it the strains of the clamped square are exact to 1e-5, or 1e-4 at a twentieth of the side
-    from a touch, and the deflection under a touch to 5e-5.
+    from a touch, and the deflection under a touch to 5e-5. Longer plates get coarser across: where
+    the touches are known, `deflect` takes a mesh that is fine there instead.
     """
-    return grid(plate, _LONG_SIDE)
+    return even_grid(plate, _SIDE)
+
+
+def coarser(mesh: Mesh) -> Mesh:
+    """Return the mesh with half the elements in each run, or six where half are fewer."""
+    runs = [
+        tuple(max((last - first) // 2, _FEWEST) for first, last in line.runs) for line in mesh.lines
+    ]
+    counts = sum(runs[0]), sum(runs[1])
+    return Mesh(mesh.size, counts, mesh.breaks, (runs[0], runs[1]))
 
 
 def borders(plate: Plate) -> Breaks:

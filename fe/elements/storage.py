@@ -24,11 +24,14 @@ def store(plate: Plate, mesh: Mesh, **arrays: Any) -> dict[str, np.ndarray]:
         "edges": np.array([getattr(plate.sides, side).springs for side in _SIDES]),
         "tapers": np.array([taper_of(getattr(plate.sides, side)) for side in _SIDES]),
         "tension": np.array(plate.tension),
+        "strain_limit": np.array(plate.strain_limit),
         **_shape_arrays(plate.shape),
         "patches": np.array(patches, dtype=np.float64).reshape(-1, 6),
         "counts": np.array(mesh.counts),
         "breaks_x": np.array(mesh.breaks[0], dtype=np.float64),
         "breaks_y": np.array(mesh.breaks[1], dtype=np.float64),
+        "runs_x": np.array(mesh.runs[0], dtype=np.int64),
+        "runs_y": np.array(mesh.runs[1], dtype=np.int64),
         **{name: np.asarray(value) for name, value in arrays.items()},
     }
 
@@ -36,7 +39,8 @@ def store(plate: Plate, mesh: Mesh, **arrays: Any) -> dict[str, np.ndarray]:
 def restore(arrays: Mapping[str, np.ndarray], *names: str) -> tuple[Plate, Mesh, list[np.ndarray]]:
     """Return plate, mesh and the named arrays that `store` wrote.
 
-    Of plates stored without tapers, tension and shape there are none.
+    Of plates stored without tapers, tension and shape there are none, and the strain limit is the
+    usual one; of meshes without runs they are equal.
 
     Raises
     ------
@@ -46,7 +50,12 @@ def restore(arrays: Mapping[str, np.ndarray], *names: str) -> tuple[Plate, Mesh,
     found = [_array(arrays, name) for name in names]
     numbers, counts = _shaped(arrays, "plate", (5,)), _shaped(arrays, "counts", (2,))
     springs, patches = _shaped(arrays, "edges", (4, 3)), _shaped(arrays, "patches", (None, 6))
-    optional = {"tapers": np.zeros((4, 3)), "tension": np.zeros(3), **arrays}
+    optional = {
+        "tapers": np.zeros((4, 3)),
+        "tension": np.zeros(3),
+        "strain_limit": np.array(Plate.strain_limit),
+        **arrays,
+    }
     tapers, tension = _shaped(optional, "tapers", (4, 3)), _shaped(optional, "tension", (3,))
     sides = [
         edge_of(Springs(*held), Springs(*uneven))
@@ -55,10 +64,13 @@ def restore(arrays: Mapping[str, np.ndarray], *names: str) -> tuple[Plate, Mesh,
     edges = sides[0] if sides == sides[:1] * 4 else Edges(*sides)
     a, b, thickness, young, poisson = (float(v) for v in numbers)
     parts = tuple(_patch(row) for row in patches.tolist())
-    rest = tuple(tension.tolist()), _shape(arrays)
+    limit = float(_shaped(optional, "strain_limit", ()))
+    rest = tuple(tension.tolist()), _shape(arrays), limit
     plate = Plate((a, b), thickness, young, poisson, edges, parts, *rest)
     breaks = tuple(_array(arrays, "breaks_x")), tuple(_array(arrays, "breaks_y"))
-    return plate, Mesh(plate.size, (int(counts[0]), int(counts[1])), breaks), found
+    equal = {"runs_x": np.empty(0, np.int64), "runs_y": np.empty(0, np.int64), **arrays}
+    runs = tuple(_array(equal, "runs_x").tolist()), tuple(_array(equal, "runs_y").tolist())
+    return plate, Mesh(plate.size, (int(counts[0]), int(counts[1])), breaks, runs), found
 
 
 def _shape_arrays(shape: Shape | None) -> dict[str, np.ndarray]:

@@ -10,12 +10,12 @@ from scipy.sparse.linalg import eigsh
 
 from fe.arrays import F64
 from fe.elements.factor import factor, operator
-from fe.elements.mesh import grid
+from fe.elements.mesh import even_grid
 from fe.linear.energy import stiffness
 from fe.plate.plate import Plate
 
 # On this many elements along the longer side the load of a clamped square is right to 3e-7.
-_LONG_SIDE = 24
+_SIDE = 24
 # Nearer to buckling than this part of its load a plate is refused: digits run out there.
 _NEAREST = 1e-3
 
@@ -37,7 +37,7 @@ def buckling_factor(plate: Plate) -> float:
     xx, yy, xy = plate.tension
     if xx >= 0 and yy >= 0 and xx * yy >= xy**2:
         return inf
-    mesh = grid(plate, _LONG_SIDE)
+    mesh = even_grid(plate, _SIDE)
     plain = stiffness(replace(plate, tension=(0.0, 0.0, 0.0), shape=None), mesh)
     tense = stiffness(plate, mesh) - plain
     ready = factor(plain)

@@ -11,12 +11,18 @@ from numpy.typing import ArrayLike
 
 from fe.arrays import F64, Mask
 from fe.elements.functional import Functional, averaged, recovered
-from fe.elements.mesh import Mesh, mesh_for
+from fe.elements.mesh import Mesh, coarser, mesh_for
+from fe.elements.resolution import unresolved
 from fe.elements.storage import restore, store
 from fe.linear.adjoint import Adjoint, solve_adjoint
 from fe.linear.linear import CURVATURES, Face, Linear, height
+from fe.linear.mesh_error import RICHARDSON
+from fe.linear.touch_mesh import gauge_mesh
 from fe.plate.checks import number
-from fe.plate.plate import Plate
+from fe.plate.plate import Plate, Touch
+from fe.plate.thin import check_thin
+
+_FACES: tuple[Face, Face, Face] = ("top", "middle", "bottom")
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,10 +34,16 @@ class Influence:
     adjoint : Adjoint
         Of 3 M channels: exx, eyy, exy of the first gauge, then of the second, ...
     gauges : (M, 2) float64, mm, read only
+    face : str
+        On which they lie, "top", "middle" or "bottom".
+    length : float, mm
+        Side of the square over which they average; 0 for points.
     """
 
     adjoint: Adjoint
     gauges: F64
+    face: Face = "top"
+    length: float = 0.0
 
     def __post_init__(self) -> None:
         gauges = self.plate.points(self.gauges, "gauge").copy()
@@ -76,9 +88,45 @@ class Influence:
         gradient = self.adjoint.gradient(xy, radius)
         return gradient.reshape(len(gradient), len(self.gauges), 3, 2)
 
+    def near_gauge(self, xy: ArrayLike, radius: float = 0.0) -> Mask:
+        """Whether a touch lies so near to a gauge that its strain is one of the mesh.
+
+        Estimators ask for every place, so that `strain` has a number there all the same: within
+        two elements of a gauge at a point, under a touch on a point, it stands for nothing.
+
+        Returns
+        -------
+        (K, M) bool
+            Never for gauges that average over a length.
+        """
+        xy = self.plate.points(xy, "touch")
+        if self.length > 0:
+            return np.zeros((len(xy), len(self.gauges)), dtype=bool)
+        near = [
+            unresolved(self.plate, self.mesh, [Touch(x, y, 1.0, radius)], self.gauges)
+            for x, y in xy.tolist()
+        ]
+        return np.array(near).reshape(len(xy), len(self.gauges))
+
+    def mesh_error(self, xy: ArrayLike, radius: float = 0.0) -> F64:
+        """Estimate how far `strain` is off because of the mesh: (K, M, 3) float64, strain per N.
+
+        Solves every gauge once more, on half the elements.
+        """
+        mesh = coarser(self.mesh)
+        less = influence(self.plate, self.gauges, mesh, None, self.face, self.length)
+        return RICHARDSON * np.abs(self.strain(xy, radius) - less.strain(xy, radius))
+
     def arrays(self) -> dict[str, np.ndarray]:
         """Return all of it as named arrays, for a file."""
-        return store(self.plate, self.mesh, gauges=self.gauges, values=self.adjoint.values)
+        return store(
+            self.plate,
+            self.mesh,
+            gauges=self.gauges,
+            values=self.adjoint.values,
+            face=np.array(list(_FACES).index(self.face)),
+            length=np.array(self.length),
+        )
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, np.ndarray]) -> Influence:
@@ -89,8 +137,11 @@ class Influence:
         ValueError
             An array is missing or has the wrong shape.
         """
-        plate, mesh, (gauges, values) = restore(arrays, "gauges", "values")
-        return cls(Adjoint(plate, mesh, values), gauges)
+        before = {"face": np.array(0), "length": np.array(0.0)}
+        known = {**arrays, **{name: value for name, value in before.items() if name not in arrays}}
+        plate, mesh, found = restore(known, "gauges", "values", "face", "length")
+        gauges, values, face, length = found
+        return cls(Adjoint(plate, mesh, values), gauges, _FACES[int(face)], float(length))
 
 
 def influence(
@@ -109,7 +160,8 @@ def influence(
     gauges : (M, 2) array_like, mm
         Places of the gauges.
     mesh : Mesh, optional
-        `default_mesh(plate)` if left out.
+        If left out `default_mesh(plate)` for a square plate, and for others one that is fine at the
+        gauges.
     progress : callable, optional
         Called with the strains done and their number.
     face : str
@@ -125,10 +177,12 @@ def influence(
     Raises
     ------
     ValueError
-        A gauge reaches outside the plate or over a change of thickness, or the mesh does not fit.
+        A gauge reaches outside the plate or over a change of thickness, the mesh does not fit, or
+        the plate is thick.
     """
     gauges = plate.points(gauges, "gauge")
-    linear = Linear(plate, mesh_for(plate, mesh))
+    check_thin(plate)
+    linear = Linear(plate, gauge_mesh(plate, gauges) if mesh is None else mesh_for(plate, mesh))
     _check_windows(plate, gauges, length)
 
     def read(mesh: Mesh, xy: F64, p: int, q: int) -> Functional:
@@ -136,7 +190,8 @@ def influence(
 
     # Strain is -z times the curvature of w, and a touch of 1 N is -1 N along z.
     lever = np.repeat(height(plate, gauges, face), 3)
-    return Influence(solve_adjoint(linear, gauges, CURVATURES, read, lever, progress), gauges)
+    adjoint = solve_adjoint(linear, gauges, CURVATURES, read, lever, progress)
+    return Influence(adjoint, gauges, face, length)
 
 
 def _check_windows(plate: Plate, gauges: F64, length: float) -> None:

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fe.arrays import F64, AnyArray
+from fe.arrays import F64, AnyArray, Mask
 from fe.elements.factor import Factor, factor
 from fe.elements.functional import derivative, recovered
-from fe.elements.mesh import Mesh, mesh_for
+from fe.elements.mesh import Mesh, coarser, mesh_for
+from fe.elements.resolution import unresolved
 from fe.linear.buckling import check_buckling
 from fe.linear.energy import free, stiffness
 from fe.linear.load import spread
+from fe.linear.mesh_error import RICHARDSON, MeshError
+from fe.linear.touch_mesh import touch_mesh
 from fe.plate.plate import Plate, Touch
+from fe.plate.thin import check_thin
 
 Face = Literal["top", "middle", "bottom"]
 
@@ -38,11 +42,14 @@ class LinearState:
     mesh : Mesh
     values : (2 nx + 2, 2 ny + 2, 1) float64, mm, read only
         Unknowns of the deflection w along +z.
+    touches : tuple of Touch
+        What presses, as far as it is known: beside a point force strain is not a number.
     """
 
     plate: Plate
     mesh: Mesh
     values: F64
+    touches: tuple[Touch, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "values", self.mesh.table(self.values, 1))
@@ -81,7 +88,7 @@ class LinearState:
         Returns
         -------
         (K, 3) float64, strain
-            exx, eyy and the tensor component exy.
+            exx, eyy and the tensor component exy; not a number `near_touch`.
 
         Raises
         ------
@@ -90,7 +97,26 @@ class LinearState:
         """
         xy = self.plate.points(xy)
         curvature = [recovered(self.mesh, xy, p, q).of(self.values)[:, 0] for p, q in CURVATURES]
-        return -height(self.plate, xy, face)[:, None] * np.stack(curvature, axis=1)
+        strain = -height(self.plate, xy, face)[:, None] * np.stack(curvature, axis=1)
+        strain[self.near_touch(xy)] = np.nan
+        return strain
+
+    def near_touch(self, xy: ArrayLike) -> Mask:
+        """Whether points (K, 2) mm lie so near to a point force that strain is not resolved."""
+        return unresolved(self.plate, self.mesh, self.touches, self.plate.points(xy))
+
+    def mesh_error(self, xy: ArrayLike, face: Face = "top") -> MeshError:
+        """Estimate how far deflection and strain at points (K, 2) mm are off because of the mesh.
+
+        Bends the plate once more, on half the elements.
+        """
+        less = Linear(self.plate, coarser(self.mesh)).deflect(self.touches)
+        # Where this mesh resolves the strain the other one is read too, though it may not.
+        less = replace(less, touches=())
+        return MeshError(
+            RICHARDSON * np.abs(self.deflection(xy) - less.deflection(xy)),
+            RICHARDSON * np.abs(self.strain(xy, face) - less.strain(xy, face)),
+        )
 
     def _derivative(self, xy: F64, p: int, q: int) -> F64:
         return derivative(self.mesh, xy, p, q).of(self.values)[:, 0]
@@ -188,12 +214,13 @@ class Linear:
         Raises
         ------
         ValueError
-            A touch lies outside the plate.
+            A touch lies outside the plate, or the plate is thick.
         """
+        check_thin(self.plate)
         xy, along_z, _ = spread(self.plate, self.mesh, touches)
         loads = np.zeros((*self.mesh.shape, 1))
         derivative(self.mesh, xy).add_to(loads, along_z, np.zeros(len(xy), dtype=np.int64))
-        return LinearState(self.plate, self.mesh, self.solve(loads))
+        return LinearState(self.plate, self.mesh, self.solve(loads), tuple(touches))
 
 
 def deflect(plate: Plate, touches: Sequence[Touch], mesh: Mesh | None = None) -> LinearState:
@@ -207,11 +234,14 @@ def deflect(plate: Plate, touches: Sequence[Touch], mesh: Mesh | None = None) ->
     plate : Plate
     touches : sequence of Touch
     mesh : Mesh, optional
-        `default_mesh(plate)` if left out. For many loads on one plate keep a `Linear`.
+        If left out `default_mesh(plate)` for a square plate, and for others one that is fine where
+        they are touched. For many loads on one plate keep a `Linear`.
 
     Raises
     ------
     ValueError
-        A touch lies outside the plate, the mesh has another size, or the plate has a shape.
+        A touch lies outside the plate, the mesh has another size, or the plate has a shape or is
+        thick.
     """
-    return Linear(plate, mesh_for(plate, mesh)).deflect(touches)
+    chosen = touch_mesh(plate, touches) if mesh is None else mesh_for(plate, mesh)
+    return Linear(plate, chosen).deflect(touches)

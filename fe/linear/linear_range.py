@@ -13,16 +13,18 @@ import numpy as np
 
 from fe.arrays import F64
 from fe.elements.functional import derivative
-from fe.elements.mesh import Mesh, grid
+from fe.elements.mesh import Mesh, even_grid
+from fe.linear.demand import equivalent
 from fe.linear.energy_minimum import min_energy_fraction
 from fe.linear.linear import Linear, LinearState
 from fe.linear.membrane import Membrane, stretch
 from fe.linear.validity import LINEAR_TOLERANCE, LinearRange
 from fe.plate.checks import positive
 from fe.plate.plate import Plate
+from fe.plate.thin import shear_fraction
 
-# Deflection is right to 1 % on this many elements along the longer side.
-_LONG_SIDE = 16
+# Deflection is right to 1 % on this many elements along the side of a square.
+_SIDE = 16
 # Places along each side at which the touch is tried, ends included: every second node.
 _PLACES = np.linspace(0.0, 1.0, 9)
 # Places along each side at which strain is compared; away from edges and from the touch.
@@ -52,7 +54,7 @@ def linear_range(plate: Plate, force: float) -> LinearRange:
         The force is not positive.
     """
     force = positive(force, "expected force", "N")
-    mesh = grid(plate, _LONG_SIDE)
+    mesh = even_grid(plate, _SIDE)
     place, linear = _worst(Linear(plate.flat, mesh), force)
     depth = -float(linear.deflection(place)[0])
     membrane = Membrane(plate, mesh)
@@ -63,7 +65,9 @@ def linear_range(plate: Plate, force: float) -> LinearRange:
     (bowed, mixed), (_, stretching) = membrane.work(plane.stress, strains).tolist()
     fraction = min_energy_fraction(force * depth, bowed, mixed, stretching)
     drift = plane.values @ np.array([[fraction], [fraction**2]])
-    error = max(abs(1.0 / fraction - 1.0), _strain_error(plate, linear, drift, fraction))
+    bending, true = _strains(plate, linear, drift, fraction)
+    strain_error = float(np.linalg.norm(bending - true) / np.linalg.norm(true))
+    error = max(abs(1.0 / fraction - 1.0), strain_error)
     ratio = fraction * depth / float(plate.material(place)[0][0])
     exact = error <= LINEAR_TOLERANCE and plate.shape is None
     return LinearRange(
@@ -73,6 +77,8 @@ def linear_range(plate: Plate, force: float) -> LinearRange:
         deflection=fraction * depth,
         ratio=ratio,
         error=error,
+        shear=shear_fraction(plate, force, depth),
+        demand=float(equivalent(true, plate.poisson).max()) / plate.strain_limit,
     )
 
 
@@ -91,12 +97,11 @@ def _worst(linear: Linear, force: float) -> tuple[F64, LinearState]:
     return xy[here], LinearState(linear.plate, linear.mesh, values[:, :, here])
 
 
-def _strain_error(plate: Plate, linear: LinearState, drift: F64, fraction: float) -> float:
-    """Error of the linear strain of the touched face, relative."""
+def _strains(plate: Plate, linear: LinearState, drift: F64, fraction: float) -> tuple[F64, F64]:
+    """Strain (K, 3) of the touched face, by linear theory and as it is."""
     xy = _over(plate, _SEEN)
     bending = linear.strain(xy)
-    true = fraction * bending + _middle_strain(plate, linear, drift, fraction, xy)
-    return float(np.linalg.norm(bending - true) / np.linalg.norm(true))
+    return bending, fraction * bending + _middle_strain(plate, linear, drift, fraction, xy)
 
 
 def _middle_strain(plate: Plate, linear: LinearState, drift: F64, fraction: float, xy: F64) -> F64:

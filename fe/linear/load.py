@@ -56,6 +56,14 @@ def spread(plate: Plate, mesh: Mesh, touches: Sequence[Touch]) -> Loads:
     )
 
 
+def check_touches(plate: Plate, touches: Sequence[Touch]) -> None:
+    """Raise where a touch, or a part of its disc, lies outside the plate."""
+    places = np.array([(t.x, t.y) for t in touches], dtype=np.float64).reshape(-1, 2)
+    for place, touch in zip(plate.points(places, "touch"), touches, strict=True):
+        if touch.radius > 0:
+            _check_inside(plate, place[None], touch.radius)
+
+
 def disc(plate: Plate, mesh: Mesh, xy: F64, radius: float) -> tuple[F64, F64]:
     """Quadrature of the mean over discs: rings of Gauss in r², evenly spaced points on each.
 
@@ -84,7 +92,7 @@ def disc(plate: Plate, mesh: Mesh, xy: F64, radius: float) -> tuple[F64, F64]:
     if number(radius, "touch radius", "mm") == 0:
         return xy, np.ones(1)
     _check_inside(plate, xy, radius)
-    apart = _APART * min(mesh.units)
+    apart = _APART * mesh.finest
     nodes, parts = np.polynomial.legendre.leggauss(max(_FEWEST_RINGS, ceil(radius / apart)))
     offsets: list[F64] = []
     weights: list[F64] = []

@@ -25,6 +25,7 @@ from fe.linear.load import disc
 from fe.plate.checks import whole
 from fe.plate.edges import Clamped
 from fe.plate.plate import Plate
+from fe.plate.thin import check_thin
 
 # Products of beam modes for each plate mode wanted, and the fewest along a side. Against the
 # sparse eigenproblem on the same mesh they leave 150 stiffnesses within 5e-5, the first within
@@ -173,6 +174,7 @@ def modes(
     """
     check_flat(plate)
     check_buckling(plate)
+    check_thin(plate)
     mesh = mesh_for(plate, mesh)
     if whole(count, "number of modes") < 1:
         raise ValueError(f"number of modes must be at least 1, got {count}")

@@ -15,6 +15,7 @@ from fe.elements.storage import restore, store
 from fe.linear.adjoint import Adjoint, solve_adjoint
 from fe.linear.linear import Face, Linear, height
 from fe.plate.plate import Plate
+from fe.plate.thin import check_thin
 
 # Orders of derivative of w behind u, v, w.
 _ORDERS = ((1, 0), (0, 1), (0, 0))
@@ -118,6 +119,7 @@ def displacement_influence(
         A point lies outside the plate, or the mesh does not fit.
     """
     at = plate.points(points)
+    check_thin(plate)
     linear = Linear(plate, mesh_for(plate, mesh))
     z = height(plate, at, face)
     # u = -z w,x and v = -z w,y; a touch of 1 N is -1 N along z.

@@ -11,6 +11,9 @@ import numpy as np
 LINEAR_TOLERANCE = 0.05
 """Error of linear theory up to which it is taken: what a good camera bench knows of its plate."""
 
+# Shear below this part of the deflection is not worth a word.
+_SLIGHT = 0.005
+
 
 @dataclass(frozen=True)
 class LinearRange:
@@ -31,6 +34,12 @@ class LinearRange:
     error : float
         Of linear theory, relative: the larger of its error in that deflection and in the strain of
         the touched face, root of the sum of squares over the whole face.
+    shear : float
+        What shear, which every theory here leaves out, adds to the deflection, in parts of it:
+        an estimate.
+    demand : float
+        Largest equivalent strain of the touched face in parts of the strain limit of the material,
+        away from edges and from the touch.
     """
 
     theory: Literal["linear", "large"]
@@ -39,6 +48,8 @@ class LinearRange:
     deflection: float
     ratio: float
     error: float
+    shear: float
+    demand: float
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Return everything as named arrays, for a file."""
@@ -67,10 +78,15 @@ class LinearRange:
     def sentence(self) -> str:
         """Text for the user."""
         x, y = self.place
-        return (
+        said = (
             f"w/h is up to {self.ratio:.2g} under {self.force:g} N at ({x:g}, {y:g}) mm, where "
             f"linear theory is off by {as_percent(self.error)}"
         )
+        if self.shear > _SLIGHT:
+            said += f"; shear, left out, adds about {as_percent(self.shear)}"
+        if self.demand > 1.0:
+            said += f"; the material is strained to {self.demand:.2g} times its limit"
+        return said
 
 
 def as_percent(fraction: float) -> str:

@@ -7,7 +7,7 @@ from numpy.polynomial.legendre import legvander
 
 from fe.arrays import F64, I64
 from fe.elements.gauss import Gauss, dense
-from fe.elements.mesh import Mesh, grid
+from fe.elements.mesh import Mesh, even_grid
 from fe.linear.energy import rigidities
 from fe.linear.membrane import Membrane
 from fe.modal.parameters import DEGREES
@@ -36,14 +36,14 @@ def modal_plate(plate: Plate, count: int = _MODES, mesh: Mesh | None = None) -> 
     count : int
         Number of modes.
     mesh : Mesh, optional
-        `grid(plate, 40)` if left out.
+        `even_grid(plate, 40)` if left out.
 
     Raises
     ------
     ValueError
         The mesh cannot carry that many modes.
     """
-    mesh = grid(plate, _ELEMENTS) if mesh is None else mesh
+    mesh = even_grid(plate, _ELEMENTS) if mesh is None else mesh
     functions, forms = transverse(plate, mesh, whole(count, "number of modes")), shapes(plate, mesh)
     coarse = stresses(functions, light(functions, forms), *_COARSE)
     near = _assembled(plate, functions, forms, coarse)

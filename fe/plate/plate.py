@@ -127,13 +127,16 @@ class Plate:
         Nxx = Nyy = -E h α ΔT / (1 - ν). Where an edge is free they pull on it as a dead load.
     shape : Shape, optional
         How the middle surface lies at rest; flat if left out.
+    strain_limit : float
+        Strain up to which the material comes back: its yield stress over Young's modulus, 0.017 for
+        PVC. If left out 0.05, beyond which a linear law fits no solid.
 
     Raises
     ------
     ValueError
         A length or the modulus is not positive, Poisson's ratio does not lie between -1 and 0.5,
         the edges do not hold the plate, a patch leaves it, the tension is not three finite
-        numbers, or the shape is not shallow.
+        numbers, the shape is not shallow, or the strain limit is not positive.
     """
 
     size: tuple[float, float]
@@ -144,6 +147,7 @@ class Plate:
     patches: tuple[Patch, ...] = ()
     tension: tuple[float, float, float] = (0.0, 0.0, 0.0)
     shape: Shape | None = None
+    strain_limit: float = 0.05
 
     def __post_init__(self) -> None:
         a, b = _pair(self.size, "plate size", "two sides")
@@ -166,6 +170,8 @@ class Plate:
         object.__setattr__(self, "tension", _tension(self.tension))
         if self.shape is not None:
             self._check_shape(self.shape)
+        limit = positive(self.strain_limit, "strain limit of a plate", "parts of 1")
+        object.__setattr__(self, "strain_limit", limit)
 
     def _check_patch(self, patch: Patch) -> None:
         for name, (low, high), side in zip("xy", (patch.x, patch.y), self.size, strict=True):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -11,13 +11,15 @@ from numpy.typing import ArrayLike
 
 from fe.arrays import F64
 from fe.elements.functional import Functional, derivative, recovered
-from fe.elements.mesh import Mesh, grid, mesh_for
+from fe.elements.mesh import Mesh, even_grid, mesh_for
 from fe.elements.storage import restore, store
 from fe.linear.adjoint import Adjoint
+from fe.linear.demand import strain_demand
 from fe.linear.linear import CURVATURES, Face, LinearState, height
 from fe.linear.load import disc
 from fe.plate.checks import positive
 from fe.plate.plate import Plate, Touch
+from fe.plate.thin import check_thin
 from fe.reduced.assembly import assemble
 from fe.reduced.basis import basis
 from fe.reduced.equilibrium import Balance, balance
@@ -31,10 +33,10 @@ from fe.reduced.touch_shape import TouchShapes, touch_shapes
 from fe.reduced.training import MARGIN, sample, snapshots, split
 from fe.reduced.view import ReducedReadings
 
-# Elements for the longer side, and the part of the shorter one that the rim takes along each edge.
-# Elements of the rim are smaller: where a clamped edge meets a free one strain is singular, and
+# Elements for the side of a square, and the part of the shorter one that the rim takes along each
+# edge. Elements of the rim are smaller: where a clamped edge meets a free one strain is singular, and
 # gauges 5 mm from the corner of a plate of 254 mm err by 1.8 % on even elements, here by 0.4 %.
-_LONG_SIDE = 40
+_SIDE = 40
 _RIM = 0.1
 _RIM_ELEMENTS = 6
 # Orders of derivative of w behind u, v, w.
@@ -96,10 +98,13 @@ class Reduced:
         for touch, part in zip(touches, moving.reshape(len(touches), -1), strict=True):
             points = disc(self.plate, self.mesh, np.array([[touch.x, touch.y]]), touch.radius)
             values += self.touch_shapes.at(*points) @ part
-        bent = LinearState(self.plate, self.mesh, values[:, :, None])
+        bent = LinearState(self.plate, self.mesh, values[:, :, None], tuple(touches))
         plane = (self.drifts @ state.drift)[..., None]
         stress = (self.stresses @ state.stress)[..., None]
-        return LargeState(bent, plane, stress, self.trust(xy, state))
+        found = LargeState(bent, plane, stress, self.trust(xy, state))
+        if found.converged and strain_demand(found) > 1.0:
+            return replace(found, result=Trust.OVERSTRAINED)
+        return found
 
     def balance(self, xy: F64, force: F64, radius: F64) -> Balance:
         """Numbers that make up the state under touches at (T, 2) mm: see `Balance`."""
@@ -208,7 +213,7 @@ def reduced_plate(
     ----------
     plate : Plate
     mesh : Mesh, optional
-        If left out, elements of 1/40 of the longer side, smaller along the edges.
+        If left out, as many elements as on a square of 40 a side, smaller ones along the edges.
     force : float
         Largest force of a touch, N; a finger presses with up to 5.
     progress : callable, optional
@@ -224,6 +229,7 @@ def reduced_plate(
         The mesh does not fit the plate, or the force is not positive.
     """
     force = positive(force, "largest force", "N")
+    check_thin(plate)
     mesh = _mesh(plate) if mesh is None else mesh_for(plate, mesh)
     karman = Karman(plate, mesh)
     shapes = touch_shapes(karman)
@@ -244,10 +250,11 @@ def reduced_plate(
 
 def _mesh(plate: Plate) -> Mesh:
     if plate.patches:
-        return grid(plate, _LONG_SIDE)
+        return even_grid(plate, _SIDE)
     rim = _RIM * min(plate.size)
+    element = plate.area**0.5 / _SIDE
     counts = [
-        2 * _RIM_ELEMENTS + max(2 * round(_LONG_SIDE / 2 * (side - 2 * rim) / max(plate.size)), 6)
+        2 * _RIM_ELEMENTS + max(2 * round(0.5 * (side - 2 * rim) / element), 6)
         for side in plate.size
     ]
     a, b = plate.size

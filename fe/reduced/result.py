@@ -17,4 +17,8 @@ class Trust(Enum):
         "the plate is stretched further than in any state that the reduced plate was made from; "
         "reduce it again for a larger force"
     )
+    OVERSTRAINED = (
+        "the material is strained beyond its limit: the plate yields or breaks, and these numbers "
+        "are those of one that does neither"
+    )
     NOT_CONVERGED = "the reduced plate found no balance under these touches; do not use the numbers"

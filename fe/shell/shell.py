@@ -11,23 +11,30 @@ import numpy as np
 
 from fe.arrays import F64
 from fe.elements.functional import derivative
-from fe.elements.mesh import Mesh, grid, mesh_for
+from fe.elements.graded import Grading, graded
+from fe.elements.mesh import Mesh, coarser, even_grid, mesh_for
 from fe.linear.buckling import check_buckling
-from fe.linear.load import spread
+from fe.linear.demand import strain_demand
+from fe.linear.load import check_touches
 from fe.plate.plate import Plate, Touch
+from fe.plate.thin import check_thin
 from fe.shell.band import cholesky
 from fe.shell.base import Base, bow, check_base
 from fe.shell.newton import Equilibrium, equilibrium
 from fe.shell.problem import Problem
-from fe.shell.stability import Stability, judge, smallest
+from fe.shell.stability import Stability, Verdict, judge, smallest
 from fe.shell.state import ShellState
 from fe.shell.support import Support, support
 from fe.shell.system import System
 
-# Elements along the longer side: of the default mesh, and of the one on which a base is bent
+# Elements along the side of a square: of the default mesh, and of the one on which a base is bent
 # before the finer mesh takes over its shape.
-_LONG_SIDE = 40
+_SIDE = 40
 _COARSE = 20
+
+# Where touches are known and the plate is not square. Strains err by 5e-4 of the largest at a
+# twentieth of the shorter side from a touch and beyond (study `plates.aspect`).
+_GRADING = Grading(finest=72.0, growth=0.45, elements=18000)
 
 # Patches stiffer than 1e9 times the rest round off so much that the digits run out.
 _MAX_RESIDUAL = 1e-6
@@ -52,6 +59,7 @@ class Shell:
 
     def __post_init__(self) -> None:
         mesh_for(self.plate, self.mesh)
+        check_thin(self.plate)
         _check_held_in_plane(self.plate)
 
     @cached_property
@@ -60,10 +68,15 @@ class Shell:
         return System(self.plate, self.mesh)
 
     @cached_property
+    def halved(self) -> Shell:
+        """The same plate on half the elements."""
+        return Shell(self.plate, coarser(self.mesh))
+
+    @cached_property
     def undeformed(self) -> ShellState:
         """The plate at rest."""
         zero = np.zeros((*self.mesh.shape, 3))
-        stability = Stability(judge(True, 1.0, 0), 0.0, 0, 1.0, 0)
+        stability = Stability(judge(True, 1.0, 0, 0.0), 0.0, 0, 1.0, 0)
         return ShellState(self, Base(), zero, zero, stability)
 
     @cached_property
@@ -98,7 +111,7 @@ class Shell:
         check_base(self.plate, base)
         if base.flat:
             return self.undeformed
-        coarse = Shell(self.plate, grid(self.plate, _COARSE))
+        coarse = Shell(self.plate, even_grid(self.plate, _COARSE))
         if coarse.mesh.counts[0] >= self.mesh.counts[0]:
             return self._bent(base)
         shape = coarse._bent(base)
@@ -106,8 +119,13 @@ class Shell:
         found = equilibrium(self._problem(base, np.zeros_like(start)), start)
         return self._state(base, found, self.undeformed.loads, shape.stability)
 
-    def loaded(self, state: ShellState, further: F64) -> ShellState:
-        """State under further dead loads (2 nx + 2, 2 ny + 2, 3) N, see `ShellState.load`."""
+    def loaded(
+        self, state: ShellState, further: F64, touches: tuple[Touch, ...] = ()
+    ) -> ShellState:
+        """State under further dead loads (2 nx + 2, 2 ny + 2, 3) N, see `ShellState.load`.
+
+        `touches` are those that the loads stand for, as far as they do.
+        """
         before, loads = state.loads.ravel(), state.loads + further
         held = self.support(state.base)
 
@@ -116,7 +134,8 @@ class Shell:
             return Problem(self.system, held, load, self.reference_eigenvalue)
 
         found = _follow(problem, state.values.ravel())
-        return self._state(state.base, found, loads, state.stability)
+        touched = (*state.touches, *touches)
+        return self._state(state.base, found, loads, state.stability, touched)
 
     def _bent(self, base: Base) -> ShellState:
         """Bend first, in one go from a shape that is nearly right, then twist step by step."""
@@ -141,7 +160,14 @@ class Shell:
         """Constrain the unknowns to what the edges hold when the clamps have moved."""
         return support(self.plate, self.mesh, *base.clamps(self.plate))
 
-    def _state(self, base: Base, found: Equilibrium, loads: F64, before: Stability) -> ShellState:
+    def _state(
+        self,
+        base: Base,
+        found: Equilibrium,
+        loads: F64,
+        before: Stability,
+        touches: tuple[Touch, ...] = (),
+    ) -> ShellState:
         """State of an equilibrium, with the iterations and escapes before it counted in."""
         free, eigenvalue = self.support(base).free, nan
         residual = self._problem(base, loads.ravel()).residual(found.values)
@@ -151,14 +177,14 @@ class Shell:
             mass = free.T @ self.system.mass @ free
             eigenvalue = smallest(tangent, mass, found.factor) / self.reference_eigenvalue
         escapes = before.escapes + found.escapes
-        stability = Stability(
-            judge(converged, eigenvalue, escapes),
-            residual,
-            before.iterations + found.iterations,
-            eigenvalue,
-            escapes,
-        )
-        return ShellState(self, base, self.system.table(found.values), loads, stability)
+        iterations = before.iterations + found.iterations
+        unjudged = Stability(Verdict.NOT_CONVERGED, residual, iterations, eigenvalue, escapes, nan)
+        state = ShellState(self, base, self.system.table(found.values), loads, unjudged, touches)
+        if not converged:
+            return state
+        strained = strain_demand(state)
+        verdict = judge(converged, eigenvalue, escapes, strained)
+        return replace(state, stability=replace(unjudged, verdict=verdict, demand=strained))
 
 
 def solve(
@@ -177,7 +203,8 @@ def solve(
     base : Base, optional
         Movement of the clamps before the touch; none if left out.
     mesh : Mesh, optional
-        `shell_mesh(plate)` if left out. For many loads keep a `Shell` or the state of its base.
+        If left out `shell_mesh(plate)` for a square plate, and for others one that is fine where
+        they are touched. For many loads keep a `Shell` or the state of its base.
 
     Returns
     -------
@@ -190,22 +217,29 @@ def solve(
         A touch lies outside the plate, the mesh has another size, or the plate cannot take the
         base.
     """
-    shell = Shell(plate, shell_mesh(plate) if mesh is None else mesh)
     # Refuses touches outside before the base takes its time.
-    spread(plate, shell.mesh, touches)
+    check_touches(plate, touches)
+    shell = Shell(plate, _mesh_for(plate, touches) if mesh is None else mesh)
     state = shell.at(base or Base())
     return state.touch(touches) if touches else state
 
 
 def shell_mesh(plate: Plate) -> Mesh:
-    """Return the default grid of the shell: 40 elements along the longer side.
+    """Return the default grid of the shell: `even_grid` of 40 elements a side.
 
     Films bend sharply next to clamps and touches, within lengths of h / √(12 ε) at a stretch of ε.
     Where that is less than an element, the strain of the faces near a clamp and the deflection
     under a point are coarse: at a thickness of 1e-4 of the side off by 13 % and 3 %, while a disc
     and the strain of the middle keep to 1 % (study `plates.shell`, thickness).
     """
-    return grid(plate, _LONG_SIDE)
+    return even_grid(plate, _SIDE)
+
+
+def _mesh_for(plate: Plate, touches: Sequence[Touch]) -> Mesh:
+    if plate.size[0] == plate.size[1] or not touches:
+        return shell_mesh(plate)
+    xy = np.array([(t.x, t.y) for t in touches])
+    return graded(plate, xy, np.array([t.radius for t in touches]), _GRADING)
 
 
 def _check_held_in_plane(plate: Plate) -> None:

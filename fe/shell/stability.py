@@ -26,6 +26,10 @@ class Verdict(Enum):
         "the shape that was followed became unstable and the plate went over to another one or "
         "back to it; it is stable there"
     )
+    OVERSTRAINED = (
+        "the material is strained beyond its limit: the plate yields or breaks, and these numbers "
+        "are those of one that does neither"
+    )
     NOT_CONVERGED = "no equilibrium was found: the values are those of the last iteration"
 
 
@@ -48,6 +52,9 @@ class Stability:
     escapes : int
         How often the tangent ceased to be positive on the way, where the shape that was followed
         may have ended.
+    demand : float
+        Largest equivalent strain of the faces in parts of the strain limit of the material, beside
+        point forces left out; NaN where no equilibrium was found.
     """
 
     verdict: Verdict
@@ -55,6 +62,7 @@ class Stability:
     iterations: int
     eigenvalue: float
     escapes: int
+    demand: float = 0.0
 
     @property
     def converged(self) -> bool:
@@ -62,10 +70,12 @@ class Stability:
         return self.verdict is not Verdict.NOT_CONVERGED
 
 
-def judge(converged: bool, eigenvalue: float, escapes: int) -> Verdict:
+def judge(converged: bool, eigenvalue: float, escapes: int, demand: float) -> Verdict:
     """Put the worst that is known into a verdict."""
     if not converged:
         return Verdict.NOT_CONVERGED
+    if demand > 1.0:
+        return Verdict.OVERSTRAINED
     if eigenvalue < NEAR:
         return Verdict.NEAR_LIMIT
     return Verdict.OTHER_BRANCH if escapes else Verdict.STABLE

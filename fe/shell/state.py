@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fe.arrays import F64
+from fe.arrays import F64, Mask
 from fe.elements.functional import derivative, recovered
 from fe.elements.mesh import Mesh
+from fe.elements.resolution import unresolved
 from fe.linear.linear import Face, height
 from fe.linear.load import spread
+from fe.linear.mesh_error import RICHARDSON, MeshError
 from fe.plate.plate import Plate, Touch
 from fe.shell.base import Base
 from fe.shell.measure import Reading, derivatives, rest, strain, surface
@@ -38,6 +40,8 @@ class ShellState:
         Dead loads on them.
     stability : Stability
         Whether this is an equilibrium, and how far from a limit. Look at it before anything else.
+    touches : tuple of Touch
+        What presses: beside a point force strain is not a number. Other loads are not among them.
     """
 
     shell: Shell
@@ -45,6 +49,7 @@ class ShellState:
     values: F64
     loads: F64
     stability: Stability
+    touches: tuple[Touch, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("values", "loads"):
@@ -96,7 +101,8 @@ class ShellState:
         Returns
         -------
         (K, 3) float64, strain
-            exx, eyy and the tensor component exy, in the axes of the flat plate.
+            exx, eyy and the tensor component exy, in the axes of the flat plate; not a number
+            `near_touch`.
 
         Raises
         ------
@@ -105,7 +111,39 @@ class ShellState:
         """
         xy = self.plate.points(xy)
         z = height(self.plate, xy, face)
-        return strain(self.place(xy, recovered), z) - strain(rest(self.plate, xy), z)
+        found = strain(self.place(xy, recovered), z) - strain(rest(self.plate, xy), z)
+        found[self.near_touch(xy)] = np.nan
+        return found
+
+    def near_touch(self, xy: ArrayLike) -> Mask:
+        """Whether points (K, 2) mm lie so near to a point force that strain is not resolved."""
+        return unresolved(self.plate, self.mesh, self.touches, self.plate.points(xy))
+
+    def mesh_error(self, xy: ArrayLike, face: Face = "top") -> MeshError:
+        """Estimate how far deflection and strain at points (K, 2) mm are off because of the mesh.
+
+        Solves once more for base and touches, all pressed at once, on half the elements. Loads
+        beside the touches are not known there.
+
+        Raises
+        ------
+        ValueError
+            No equilibrium was found on half the elements.
+        """
+        less = self.shell.halved.at(self.base)
+        if self.touches:
+            less = less.touch(self.touches)
+        if not less.stability.converged:
+            raise ValueError(
+                "error of the mesh needs an equilibrium on half the elements too, got "
+                f"{less.mesh.counts} elements and none; give a finer mesh"
+            )
+        # Where this mesh resolves the strain the other one is read too, though it may not.
+        less = replace(less, touches=())
+        return MeshError(
+            RICHARDSON * np.abs(self.deflection(xy) - less.deflection(xy)),
+            RICHARDSON * np.abs(self.strain(xy, face) - less.strain(xy, face)),
+        )
 
     def touch(self, touches: Sequence[Touch]) -> ShellState:
         """Press further: the state with these touches beside the loads that are there.
@@ -124,7 +162,7 @@ class ShellState:
         for c in range(3):
             one = np.full(len(xy), c, dtype=np.int64)
             here.add_to(loads, along_z * normal[:, c], one)
-        return self.load(loads)
+        return self.shell.loaded(self, loads, tuple(touches))
 
     def load(self, loads: F64) -> ShellState:
         """Add dead loads: the state with these beside the ones that are there.
@@ -134,7 +172,7 @@ class ShellState:
         loads : (2 nx + 2, 2 ny + 2, 3) float64, N
             Work of the load on each unknown. What the edges hold is not read.
         """
-        return self.shell.loaded(self, self.mesh.table(loads, 3))
+        return self.shell.loaded(self, self.mesh.table(loads, 3), ())
 
     def place(self, xy: F64, reading: Reading) -> F64:
         """Read the derivatives of the place of the surface, less those of the plane: (K, 5, 3)."""

@@ -161,6 +161,11 @@ class PlateSection(Section):
     young: Stress = Field(gt=0, description="Young's modulus, MPa")
     poisson: Ratio = Field(gt=-1, lt=0.5, description="Poisson's ratio")
     edges: Edges = Field(description="how the plate is held")
+    strain_limit: float = Field(
+        0.05,
+        gt=0,
+        description="strain up to which the material comes back: yield stress over Young's modulus",
+    )
     patches: tuple[PatchSection, ...] = Field(
         (), description="rectangles of another thickness or stiffness; later ones cover earlier"
     )
@@ -185,6 +190,7 @@ class PlateSection(Section):
             poisson=self.poisson,
             edges=self.edges.build(),
             patches=tuple(patch.build(self) for patch in self.patches),
+            strain_limit=self.strain_limit,
         )
 
 

@@ -92,12 +92,12 @@ def test_a_mesh_fits_its_plate():
     ("size", "counts"),
     [
         ((100.0, 100.0), (120, 120)),
-        ((254.0, 100.0), (120, 48)),
-        ((80.0, 120.0), (80, 120)),
-        ((1.0, 50.0), (6, 120)),
+        ((254.0, 100.0), (192, 76)),
+        ((80.0, 120.0), (98, 148)),
+        ((2.5, 250.0), (16, 1600)),
     ],
 )
-def test_the_default_mesh_has_120_nearly_square_elements_along_the_longer_side(size, counts):
+def test_the_default_mesh_has_as_many_nearly_square_elements_as_a_square_of_120(size, counts):
     assert fe.default_mesh(plate(size=size)).counts == counts
 
 

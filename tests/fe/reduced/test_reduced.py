@@ -10,6 +10,7 @@ from fe.elements.functional import derivative
 from fe.elements.mesh import borders
 from fe.linear.load import spread
 from fe.reduced.karman import Karman
+from fe.reduced.large_state import middle_strain
 
 C, S, F = fe.Clamped(), fe.Supported(), fe.Free()
 OBLONG = fe.Plate((90.0, 70.0), thickness=1.0, young=3000.0, poisson=0.38)
@@ -166,7 +167,8 @@ def test_strain_of_the_middle_is_the_derivative_of_how_it_moves(clamped):
     plane, (wx, wy) = gradient[:, :2], gradient[:, 2].T
     exx, eyy = plane[:, 0, 0] + wx**2 / 2, plane[:, 1, 1] + wy**2 / 2
     exy = (plane[:, 0, 1] + plane[:, 1, 0] + wx * wy) / 2
-    found, truth = state.strain(at, "middle"), np.column_stack([exx, eyy, exy])
+    found = middle_strain(state.plate, state.mesh, state.stress, at)[:, :, 0]
+    truth = np.column_stack([exx, eyy, exy])
     # The in-plane displacement of the reduced plate is itself 14 to 25 % off; measured 15 % here.
     assert np.abs(found - truth).max() < 0.2 * np.abs(truth).max()
 

@@ -1,6 +1,7 @@
 """Tension, shape and uneven edges in large deflection: an arch by hand, shell and Karman."""
 
 import dataclasses
+from dataclasses import replace
 from math import inf
 
 import numpy as np
@@ -144,7 +145,9 @@ def test_the_shell_and_karman_agree_far_beyond_linear_theory(plate):
 def test_influence_on_a_bowed_plate_is_a_small_difference():
     base = fe.solve(KINDS["all"], [fe.Touch(40.0, 30.0, 3.0)], mesh=MESH)
     gauges, place, small = np.array([[60.0, 45.0], [21.0, 18.0]]), (53.0, 37.0), 1e-3
-    change = base.touch([fe.Touch(*place, small)]).strain(gauges) - base.strain(gauges)
+    both = (replace(state, touches=()) for state in (base.touch([fe.Touch(*place, small)]), base))
+    after, before = (state.strain(gauges) for state in both)
+    change = after - before
     influence = fe.shell_influence(base, gauges)
     truth = change / small
     assert influence.strain([place])[0] == pytest.approx(truth, abs=1e-3 * np.abs(truth).max())

@@ -1,5 +1,7 @@
 """Touches that bend a plate far: limits, symmetry, stability, and influence at a state."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -19,9 +21,10 @@ def test_a_tiny_touch_bends_as_in_linear_theory(edges):
     plate = fe.Plate(PVC.size, PVC.thickness, PVC.young, PVC.poisson, edges)
     touches = [fe.Touch(100.0, 90.0, 1e-6)]
     state, linear = solve(plate, touches, mesh=MESH), fe.deflect(plate, touches, MESH)
+    at = XY[~state.near_touch(XY)]
     for quantity in ("deflection", "displacement", "strain"):
-        large, small = getattr(state, quantity)(XY), getattr(linear, quantity)(XY)
-        assert np.abs(large - small).max() < 1e-6 * np.abs(small).max(), quantity
+        large, small = getattr(state, quantity)(at), getattr(linear, quantity)(at)
+        assert np.abs(large - small).max() < 2e-6 * np.abs(small).max(), quantity
 
 
 def test_patches_and_discs_bend_as_in_linear_theory():
@@ -29,7 +32,8 @@ def test_patches_and_discs_bend_as_in_linear_theory():
     plate = fe.Plate(PVC.size, 1.0, 3000.0, 0.38, patches=(patch,))
     mesh, touches = fe.grid(plate, 24), [fe.Touch(100.0, 90.0, 1e-6, radius=8.0)]
     state, linear = solve(plate, touches, mesh=mesh), fe.deflect(plate, touches, mesh)
-    large, small = state.strain(XY), linear.strain(XY)
+    at = XY[~state.near_touch(XY)]
+    large, small = state.strain(at), linear.strain(at)
     assert np.abs(large - small).max() < 1e-6 * np.abs(small).max()
 
 
@@ -81,7 +85,8 @@ def test_influence_at_a_state_is_the_change_by_a_small_further_touch():
     gauges, at, force = XY[:6], np.array([[150.0, 60.0], [60.0, 150.0]]), 1e-3
     influence = fe.shell_influence(state, gauges)
     for k, (x, y) in enumerate(at):
-        more, less = (state.touch([fe.Touch(x, y, s * force)]).strain(gauges) for s in (1, -1))
+        pressed = (state.touch([fe.Touch(x, y, s * force)]) for s in (1, -1))
+        more, less = (replace(bent, touches=()).strain(gauges) for bent in pressed)
         truth = (more - less) / (2 * force)
         assert np.abs(influence.strain(at)[k] - truth).max() < 1e-6 * np.abs(truth).max()
 
@@ -112,8 +117,8 @@ def test_work_of_a_touch_is_the_energy_it_leaves():
     assert energy[2] - energy[0] == pytest.approx(2.0 * (w[2] - w[0]), rel=1e-4)
 
 
-def test_default_mesh_has_forty_elements_along_the_longer_side():
-    assert shell_mesh(PVC).counts == (40, 32)
+def test_default_mesh_has_as_many_elements_as_a_square_of_forty():
+    assert shell_mesh(PVC).counts == (44, 36)
 
 
 def test_plates_that_float_in_their_plane_are_refused():

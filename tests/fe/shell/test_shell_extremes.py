@@ -18,7 +18,7 @@ def pull(thickness):
     return 1e-3 * YOUNG * thickness**2 + 1e-6 * YOUNG * thickness * SIZE[1]
 
 
-@pytest.mark.parametrize("thinness", [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7])
+@pytest.mark.parametrize("thinness", [4e-2, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7])
 def test_plates_of_any_thickness_find_their_equilibrium_from_rest(thinness):
     plate = fe.Plate(SIZE, thinness * SIZE[1], YOUNG, 0.38)
     touch = fe.Touch(100.0, 90.0, pull(plate.thickness))

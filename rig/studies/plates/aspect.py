@@ -1,0 +1,259 @@
+"""Plates from square to 100:1 against closed forms: errors, what is stated of them, and time.
+
+Parts: linear, shell, gauges, thick. Linear truth is Lévy's series for plates with supported ends, at
+points a twentieth of the shorter side from the touch and farther; the shell's is the clamped strip
+under even pressure that Timoshenko bends and stretches, in the middle of the plate, and Lévy's
+series under a small force. Errors are in parts of the largest value; times are of the processor.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+import fe
+from fe import hermite_gram
+from rig.report.figure import Bar, Figure, at_most
+from rig.studies.plates.levy import levy
+from rig.studies.study import line, run
+from rig.system.arrays import F64
+
+ACROSS = 100.0  # mm, the shorter side
+ASPECTS = (1.0, 1.4, 2.0, 4.0, 16.0, 20.0, 50.0, 100.0)
+C, S, F = fe.Clamped(), fe.Supported(), fe.Free()
+SIDES = {"clamped": (C, C), "clamped and free": (C, F)}
+AWAY = (0.05, 0.1, 0.2, 0.5, 1.0, 1.5)  # of the shorter side, from the touch
+AROUND, ANYWHERE = 6, 10  # points at each of these distances, and anywhere
+ELEMENTS, LONG = 120, 40  # along the longer side, linear plate and shell: the meshes of before
+LINEAR, SHELL, STATED = at_most(1e-4), at_most(1e-3), Bar(1 / 3, 3.0)
+NO_SLOWER = at_most(1.0)
+THIN, PRESSED = 0.2, 2.0  # mm of the strip under pressure, and its deflection in thicknesses
+THICK = (0.05, 0.1, 0.2)  # thickness over the side
+
+
+class Looked(NamedTuple):
+    """Points (K, 2) mm of a plate, and the truth there under 1 N."""
+
+    xy: F64
+    deflection: F64
+    strain: F64
+
+
+def plate_of(aspect: float, sides: tuple[fe.Edge, fe.Edge]) -> fe.Plate:
+    """Plate with supported ends."""
+    size = aspect * ACROSS, ACROSS
+    return fe.Plate(size, 1.0, 3000.0, 0.3, fe.Edges(S, S, *sides))
+
+
+def touch_on(plate: fe.Plate, force: float = 1.0) -> fe.Touch:
+    """Touch that lies on no line of symmetry."""
+    return fe.Touch(0.43 * plate.size[0], 0.37 * plate.size[1], force)
+
+
+def looked(plate: fe.Plate) -> Looked:
+    """Points about the touch, anywhere and on the edges, with Lévy's series there."""
+    rng, load = np.random.default_rng(1), touch_on(plate)
+    place, sides = np.array([load.x, load.y]), np.array(plate.size)
+    angles = rng.uniform(0.0, 2.0 * np.pi, (len(AWAY), AROUND))
+    around = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    near = place + ACROSS * np.array(AWAY)[:, None, None] * around
+    edge = np.array([(load.x, 0.0), (load.x, ACROSS), (load.x + 0.2 * ACROSS, 0.95 * ACROSS)])
+    xy = np.concatenate([near.reshape(-1, 2), rng.random((ANYWHERE, 2)) * sides, edge])
+    inside = ((xy > np.array([0.0, -1e-9])) & (xy < sides + np.array([0.0, 1e-9]))).all(axis=1)
+    # The series converges as exp(-n π Δy / a); points of one y with the touch are left out.
+    beside = np.abs(xy[:, 1] - load.y) > 0.015 * ACROSS
+    far = np.hypot(*(xy - place).T) >= (AWAY[0] - 1e-9) * ACROSS
+    xy = xy[inside & beside & far]
+    terms = round(600 * plate.size[0] / ACROSS)
+    series = [levy(plate, (load.x, load.y), (float(x), float(y)), terms) for x, y in xy]
+    strain = 0.5 * plate.thickness * np.array([curvature for _, curvature in series])
+    return Looked(xy, -np.array([w for w, _ in series]), strain)
+
+
+def linear() -> Iterator[Figure]:
+    """Compare linear plates with Lévy's series; the errors, and what is stated of them."""
+    for aspect in ASPECTS:
+        for name, sides in SIDES.items():
+            plate = plate_of(aspect, sides)
+            truth, touch = looked(plate), touch_on(plate)
+            began = time.process_time()
+            state = fe.deflect(plate, [touch])
+            spent = time.process_time() - began
+            stated = state.mesh_error(truth.xy)
+            off = np.abs(state.strain(truth.xy) - truth.strain).max()
+            sagged = np.abs(state.deflection(truth.xy) - truth.deflection).max()
+            largest = np.abs(truth.strain).max()
+            before, cost = as_before(plate, touch, truth)
+            count = len(truth.xy)
+            yield from line(
+                "Linear plates by aspect, one touch, against Lévy's series",
+                f"{aspect:g}:1, sides {name}",
+                strain_off=(float(off / largest), "", LINEAR, count),
+                w_off=(float(sagged / np.abs(truth.deflection).max()), "", LINEAR, count),
+                stated_over_true=(float(stated.strain.max() / off), "", STATED, count),
+                strain_off_on_equal_elements=(before, "", None, count),
+                time=(spent, "CPU s"),
+                time_over_equal_elements=(spent / cost, "", NO_SLOWER),
+            )
+
+
+def as_before(plate: fe.Plate, touch: fe.Touch, truth: Looked) -> tuple[float, float]:
+    """Error of the strain on equal elements counted along the longer side, and its time, s."""
+    mesh = fe.grid(plate, ELEMENTS)
+    began = time.process_time()
+    state = fe.deflect(plate, [touch], mesh)
+    spent = time.process_time() - began
+    strain = dataclasses.replace(state, touches=()).strain(truth.xy)
+    off = np.abs(strain - truth.strain).max() / np.abs(truth.strain).max()
+    return float(off), spent
+
+
+def shell() -> Iterator[Figure]:
+    """Compare the shell with Lévy's series under a small force, and with a strip under pressure."""
+    for aspect in ASPECTS:
+        plate = plate_of(aspect, SIDES["clamped"])
+        truth, force = looked(plate), 1e-4
+        began = time.process_time()
+        state = fe.solve(plate, [touch_on(plate, force)])
+        spent = time.process_time() - began
+        # Within two elements of the touch the shell refuses to say; so does the default mesh of a
+        # square at a twentieth of its side.
+        off = np.nanmax(np.abs(state.strain(truth.xy) / force - truth.strain))
+        said = int((~state.near_touch(truth.xy)).sum())
+        sagged = np.abs(state.deflection(truth.xy) / force - truth.deflection).max()
+        stated = np.nanmax(state.mesh_error(truth.xy).strain) / force
+        began = time.process_time()
+        fe.solve(plate, [touch_on(plate, force)], mesh=fe.grid(plate, LONG))
+        cost, count = time.process_time() - began, len(truth.xy)
+        yield from line(
+            "Shells by aspect, small force, against Lévy's series",
+            f"{aspect:g}:1",
+            strain_off=(float(off / np.abs(truth.strain).max()), "", SHELL, said),
+            w_off=(float(sagged / np.abs(truth.deflection).max()), "", SHELL, count),
+            stated_over_true=(float(stated / off), "", STATED, said),
+            time=(spent, "CPU s"),
+            time_over_equal_elements=(spent / cost, "", NO_SLOWER),
+        )
+    for aspect in ASPECTS[3:]:
+        yield from pressed(aspect)
+
+
+def pressed(aspect: float) -> Iterator[Figure]:
+    """Press a long clamped plate evenly, and look at the middle."""
+    plate = fe.Plate((aspect * ACROSS, ACROSS), THIN, 3000.0, 0.3)
+    pressure, depth, centre, edge = strip(plate)
+    mesh = fe.shell_mesh(plate)
+    ready = fe.Shell(plate, mesh)
+    loads = np.zeros((*mesh.shape, 3))
+    x, y = (
+        hermite_gram(axis, 0, 0) @ np.tile([1.0, 0.0], axis.unknowns // 2) for axis in mesh.lines
+    )
+    loads[:, :, 2] = -pressure * np.outer(x, y)
+    state = ready.undeformed.load(loads)
+    middle = 0.5 * plate.size[0]
+    strain = state.strain([(middle, 0.5 * ACROSS), (middle, 0.0)])[:, 1]
+    yield from line(
+        f"Shells by aspect, even pressure to w/h {PRESSED:g}, against Timoshenko's strip",
+        f"{aspect:g}:1",
+        strain_off=(float(np.abs(strain - [centre, edge]).max() / edge), "", SHELL, 2),
+        w_off=(float(-state.deflection([(middle, 0.5 * ACROSS)])[0] / depth - 1), "", SHELL, 1),
+        stability=state.stability.verdict.value,
+    )
+
+
+def strip(plate: fe.Plate) -> tuple[float, float, float, float]:
+    """Pressure, MPa, deflection, mm, and strain of the face in the middle and at the edge.
+
+    D w'''' - S w'' = q between clamped sides, with the tension S that ½ ∫ w'² stretches it to:
+    Timoshenko & Woinowsky-Krieger (1959), chapter 1, as long as the strip is wide.
+    """
+    half, thickness = 0.5 * plate.size[1], plate.thickness
+    stretching = plate.young * thickness / (1.0 - plate.poisson**2)
+
+    def under(tension: float) -> tuple[float, float, float]:
+        k = np.sqrt(tension / plate.rigidity)
+
+        def slope(y: float) -> float:
+            return float(y - half * np.sinh(k * y) / np.sinh(k * half))
+
+        square = quad(lambda y: slope(y) ** 2, 0.0, half, epsrel=1e-12)[0]
+        pressure = tension * np.sqrt(2.0 * half * tension / stretching / square)
+        depth = pressure / tension * quad(slope, 0.0, half, epsrel=1e-12)[0]
+        return float(pressure), float(depth), float(k)
+
+    def gap(tension: float) -> float:
+        return under(tension)[1] - PRESSED * thickness
+
+    unit = plate.rigidity / half**2
+    tension: float = brentq(gap, 1e-2 * unit, 1e3 * unit, rtol=1e-13)  # pyright: ignore[reportAssignmentType]
+    pressure, depth, k = under(tension)
+    stretch, scale = tension / stretching, 0.5 * thickness * pressure / tension
+    centre = stretch - scale * (1.0 - k * half / np.sinh(k * half))
+    edge = stretch - scale * (1.0 - k * half / np.tanh(k * half))
+    return pressure, depth, float(centre), float(edge)
+
+
+def gauges() -> Iterator[Figure]:
+    """Compare influences of gauges along the sides of long plates with Lévy's series."""
+    for aspect in ASPECTS:
+        plate = plate_of(aspect, SIDES["clamped"])
+        along = plate.size[0] * np.linspace(0.1, 0.9, 9)
+        ring = np.concatenate([np.column_stack([along, np.full(9, y)]) for y in (5.0, 95.0)])
+        began = time.process_time()
+        influence = fe.influence(plate, ring)
+        spent = time.process_time() - began
+        place = touch_on(plate)
+        terms = round(600 * aspect)
+        series = [levy(plate, (place.x, place.y), (float(x), float(y)), terms)[1] for x, y in ring]
+        truth = 0.5 * plate.thickness * np.array(series)
+        at = [(place.x, place.y)]
+        off = np.abs(influence.strain(at)[0] - truth).max()
+        stated = influence.mesh_error(at).max()
+        yield from line(
+            "Influences by aspect, 18 gauges 5 mm inside the sides, against Lévy's series",
+            f"{aspect:g}:1",
+            strain_off=(float(off / np.abs(truth).max()), "", LINEAR, len(ring)),
+            stated_over_true=(float(stated / off), "", STATED, len(ring)),
+            time=(spent, "CPU s"),
+        )
+
+
+def thick() -> Iterator[Figure]:
+    """Ask for plates that shear, by every theory."""
+    for ratio in THICK:
+        plate = fe.Plate((ACROSS, ACROSS), ratio * ACROSS, 3000.0, 0.3)
+        touch = fe.Touch(40.0, 45.0, 1.0)
+        doors: tuple[Callable[[], object], ...] = (
+            lambda p=plate, t=touch: fe.deflect(p, [t]),
+            lambda p=plate: fe.influence(p, [(5.0, 50.0)]),
+            lambda p=plate: fe.modes(p, 4),
+            lambda p=plate, t=touch: fe.solve(p, [t]),
+            lambda p=plate: fe.reduced_plate(p),
+        )
+        answered = sum(not refuses(door) for door in doors)
+        yield from line(
+            "Thick plates",
+            f"thickness over side {ratio:g}",
+            computed_all_the_same=(float(answered), "of 5 doors", at_most(0.0), len(doors)),
+        )
+
+
+def refuses(door: Callable[[], object]) -> bool:
+    """Whether a door says in a sentence that it cannot."""
+    try:
+        door()
+    except ValueError:
+        return True
+    return False
+
+
+PARTS = {"linear": linear, "shell": shell, "gauges": gauges, "thick": thick}
+
+if __name__ == "__main__":
+    run(PARTS, __doc__)
