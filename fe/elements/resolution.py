@@ -48,7 +48,7 @@ def _element(mesh: Mesh, place: F64) -> float:
     """Longer side of the elements about a place, mm."""
     longest = 0.0
     for axis, nodes in enumerate(mesh.nodes):
-        after = min(max(int(np.searchsorted(nodes, place[axis])), 1), len(nodes) - 1)
+        after = min(max(int(np.searchsorted(nodes, float(place[axis]))), 1), len(nodes) - 1)
         around = np.diff(nodes[max(after - 2, 0) : after + 2])
         longest = max(longest, float(around.max()))
     return longest

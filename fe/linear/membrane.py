@@ -11,12 +11,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from math import isinf
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import scipy.sparse as sp
 
-from fe.arrays import F64, Mask
+from fe.arrays import F32, F64, Mask
 from fe.elements.edge_gram import edge_gram
 from fe.elements.factor import Factor, factor
 from fe.elements.gauss import Gauss, gauss
@@ -24,6 +24,8 @@ from fe.elements.mesh import Mesh, on_elements
 from fe.elements.rise import rise
 from fe.plate.edges import taper_of
 from fe.plate.plate import Plate
+
+Real = TypeVar("Real", F32, F64)
 
 
 class Stretched(NamedTuple):
@@ -182,8 +184,13 @@ class Membrane:
 
     def work(self, stress: F64, strain: F64) -> F64:
         """Work ∫ N : E dA of C stresses on K strains (3, gx, gy, ...): (C, K) float64, N mm."""
-        weighed = self.weigh(stress)
-        return weighed @ strain.reshape(weighed.shape[1], -1)
+        # One component after the other: what is weighed is a copy, and the states of a plate many.
+        found = np.zeros((stress.shape[-1], strain[0, 0, 0].size))
+        for part, along, times in zip(stress, strain, (1.0, 1.0, 2.0), strict=True):
+            area = times * self.gauss.weights[..., None]
+            weighed = (part * area).reshape(-1, stress.shape[-1])
+            found += weighed.T @ along.reshape(len(weighed), -1)
+        return found
 
     def weigh(self, stress: F64) -> F64:
         """Matrix (C, 3 gx gy) from strains at the Gauss points to their work with C stresses."""
@@ -192,7 +199,7 @@ class Membrane:
         return np.ascontiguousarray((stress * area[..., None]).reshape(area.size, -1).T)
 
 
-def stretch(left: tuple[F64, F64], right: tuple[F64, F64]) -> F64:
+def stretch(left: tuple[Real, Real], right: tuple[Real, Real]) -> Real:
     """Strain ½ ∇v ∇w, symmetric part, (3, ...), from the slopes of v and of w."""
     (vx, vy), (wx, wy) = left, right
     return 0.5 * np.stack([vx * wx, vy * wy, 0.5 * (vx * wy + vy * wx)])

@@ -38,8 +38,8 @@ def check_thin(plate: Plate) -> None:
     if plate.thickness >= THICK * span(plate):
         raise ValueError(
             f"plate thickness must stay below {THICK:g} of the span of its edges, "
-            f"{THICK * span(plate):.4g} mm, got {plate.thickness:g} mm; thicker plates shear, which "
-            "this theory leaves out: use solid elements"
+            f"{THICK * span(plate):.4g} mm, got {plate.thickness:g} mm; thicker plates shear, "
+            "which this theory leaves out: use solid elements"
         )
 
 

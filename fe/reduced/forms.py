@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from fe.elements.rise import rise
 from fe.linear.membrane import pull, stretch
 from fe.reduced.basis import ReducedBasis, spread_out
 from fe.reduced.karman import Karman
+from fe.reduced.parallel import in_parallel
 from fe.reduced.spline import SplineTable, table
 from fe.reduced.touch_shape import TouchShapes
 
@@ -28,6 +30,9 @@ from fe.reduced.touch_shape import TouchShapes
 # side. One element instead of two changes nothing in 1e4; 15 mm on a plate of 90 mm, 5 %.
 _STRIDE = 2
 _FEWEST = 10
+# Places that are computed at once: their slopes at all Gauss points are what takes memory.
+_TOGETHER = 12
+_FORM_STEPS = 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,26 +89,33 @@ class Forms:
         return mixed, local
 
 
-def forms(
-    shapes: TouchShapes, basis: ReducedBasis, progress: Callable[[int, int], object] | None = None
-) -> Forms:
-    """Compute the forms of a plate for a basis."""
-    karman, stresses = shapes.karman, _all_stresses(shapes.karman, basis)
-    left = _left(karman, basis.shapes, stresses)
-    fixed = _fixed(karman, basis.shapes, left)
-    weighed = karman.membrane.weigh(stresses)
+def forms(shapes: TouchShapes, basis: ReducedBasis, progress: Callable[[], object]) -> Forms:
+    """Compute the forms of a plate for a basis; `progress` is called `form_steps` times."""
+    karman = shapes.karman
     x, y = (_places(karman.mesh, axis) for axis in (0, 1))
-    rows: list[F64] = []
-    for done, place in enumerate(x, start=1):
-        rows.append(_row(shapes, left, weighed, np.column_stack([np.full(len(y), place), y])))
-        if progress is not None:
-            progress(done, len(x))
-    tabled = table(karman.plate.size, np.stack(rows))
+    places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    stresses = _all_stresses(karman, basis)
+    local, moving = _local(shapes, stresses, places, progress)
+    fixed, mixed = _with_fixed(karman, basis.shapes, stresses, moving, progress)
+    del stresses, moving
+    both = np.concatenate([mixed, local], axis=2).reshape(len(x), len(y), -1)
+    del mixed, local
+    tabled = table(karman.plate.size, both)
     return Forms(basis.stresses.shape[-1], fixed.astype(np.float32), tabled)
+
+
+def form_steps(mesh: Mesh) -> int:
+    """Count the steps of `forms`."""
+    return len(_parts(len(_places(mesh, 0)) * len(_places(mesh, 1)))) + _FORM_STEPS
 
 
 def _places(mesh: Mesh, axis: int) -> F64:
     return np.linspace(0.0, mesh.size[axis], max(mesh.counts[axis] // _STRIDE, _FEWEST) + 1)
+
+
+def _parts(places: int) -> list[I64]:
+    """Places that are computed together."""
+    return np.array_split(np.arange(places), ceil(places / _TOGETHER))
 
 
 def _all_stresses(karman: Karman, basis: ReducedBasis) -> F64:
@@ -114,55 +126,92 @@ def _all_stresses(karman: Karman, basis: ReducedBasis) -> F64:
     return np.concatenate([basis.stresses, -drifting], axis=-1)
 
 
-def _fixed(karman: Karman, shapes: F64, left: F32) -> F64:
-    """Forms of two fixed shapes, (F, n, n) float64."""
-    bent, n = shapes.shape[2], left.shape[1]
-    flat = shapes[karman.linear.free].reshape(-1, bent)
-    fixed = np.zeros((len(left), n, n))
-    found = (left.reshape(-1, left.shape[2]) @ flat).reshape(-1, n, bent)
-    fixed[:, :, :bent] = found
-    fixed[:, :bent, bent:] = found[:, bent:].swapaxes(1, 2)
+def _with_fixed(
+    karman: Karman, shapes: F64, stresses: F64, moving: F32, progress: Callable[[], object]
+) -> tuple[F64, F32]:
+    """Forms of a fixed shape with another and with what moves, one form after the other.
+
+    Single precision: the loads that a deflection takes up are many, and the reduced plate errs by
+    more than 1e-4.
+
+    Parameters
+    ----------
+    karman : Karman
+    shapes : (2 nx + 2, 2 ny + 2, bent) float64, mm
+    stresses : (3, gx, gy, F - 1) float64, N/mm
+    moving : (N, P, A) float32, mm
+    progress : callable
+        Called `_FORM_STEPS` times.
+
+    Returns
+    -------
+    fixed : (F, n, n) float64
+    mixed : (P, F, n A) float32
+    """
+    free, gauss, every = karman.linear.free, karman.membrane.gauss, shapes
+    size, places, functions = moving.shape
+    own = shapes[free].reshape(size, -1)
+    bent, flat = own.shape[1], moving.reshape(size, -1)
+    energy = karman.bend(shapes)[free].reshape(size, bent).T
+    if karman.plate.shape is not None:
+        every = np.concatenate([shapes, rise(karman.plate, karman.mesh)], axis=2)
+        energy = np.concatenate([energy, np.zeros((1, size))])
+    n, slopes = every.shape[2], gauss.slopes(every)
+    fixed = np.zeros((1 + stresses.shape[-1], n, n))
+    mixed = np.empty((places, len(fixed), n, functions), dtype=np.float32)
+
+    def fill(f: int) -> None:
+        loads = energy
+        if f > 0:
+            pulled = gauss.loads(*pull(stresses[..., f - 1, None], slopes))
+            loads = pulled[free].reshape(size, n).T
+        fixed[f, :, :bent] = loads @ own
+        found = (loads.astype(np.float32) @ flat).reshape(n, places, functions)
+        mixed[:, f] = found.transpose(1, 0, 2)
+
+    for part in np.array_split(np.arange(len(fixed)), _FORM_STEPS):
+        for _ in in_parallel(fill, part.tolist()):
+            pass
+        progress()
+    fixed[:, :bent, bent:] = fixed[:, bent:, :bent].swapaxes(1, 2)
     fixed = 0.5 * (fixed + fixed.swapaxes(1, 2))
     fixed[0, :bent, :bent] = np.eye(bent)
-    return fixed
+    return fixed, mixed.reshape(places, len(fixed), -1)
 
 
-def _left(karman: Karman, shapes: F64, stresses: F64) -> F32:
-    """Compute the loads that a deflection takes up as form f with fixed shape j, (F, n, N) float32.
+def _local(
+    shapes: TouchShapes, stresses: F64, places: F64, progress: Callable[[], object]
+) -> tuple[F32, F32]:
+    """Forms of two functions that move with the same touch, and these functions.
 
-    Single precision, for they are many and the reduced plate errs by more than 1e-4.
+    Returns
+    -------
+    local : (P, F, A (A + 1) / 2) float32
+    moving : (N, P, A) float32, mm
+        Free unknowns under 1 N at each of the places (P, 2) mm.
     """
-    free, gauss, fixed = karman.linear.free, karman.membrane.gauss, shapes
-    bent = karman.bend(fixed)[free].reshape(-1, fixed.shape[2]).T
-    if karman.plate.shape is not None:
-        fixed = np.concatenate([fixed, rise(karman.plate, karman.mesh)], axis=2)
-        bent = np.concatenate([bent, np.zeros((1, bent.shape[1]))])
-    n, slopes = fixed.shape[2], gauss.slopes(fixed)
-    left = np.empty((1 + stresses.shape[-1], *bent.shape), dtype=np.float32)
-    left[0] = bent
-    for f in range(stresses.shape[-1]):
-        left[1 + f] = gauss.loads(*pull(stresses[..., f, None], slopes))[free].reshape(-1, n).T
-    return left
-
-
-def _row(shapes: TouchShapes, left: F32, weighed: F64, xy: F64) -> F64:
-    """Forms at P places, (P, F (n A + A (A + 1) / 2)) float64."""
     karman = shapes.karman
-    moving = np.concatenate([shapes.at(place[None], np.ones(1)) for place in xy], axis=2)
-    flat = moving[karman.linear.free].reshape(left.shape[2], -1)
-    count, functions = len(left), moving.shape[2] // len(xy)
-    mixed = left.reshape(-1, left.shape[2]) @ flat.astype(np.float32)
-    mixed = mixed.reshape(count, -1, len(xy), functions)
+    gauss, free, functions = karman.membrane.gauss, karman.linear.free, len(shapes.factors)
+    weighed = karman.membrane.weigh(stresses).astype(np.float32)
     a, b = np.triu_indices(functions)
-    along, across = (
-        part.reshape(*part.shape[:2], len(xy), functions)
-        for part in karman.membrane.gauss.slopes(moving)
-    )
-    pairs = 2.0 * stretch((along[..., a], across[..., a]), (along[..., b], across[..., b]))
-    bent = (karman.stiffness @ flat).reshape(-1, len(xy), functions)
-    energy = np.einsum("npk,npk->pk", flat.reshape(bent.shape)[..., a], bent[..., b])
-    stretched = weighed @ pairs.reshape(weighed.shape[1], -1)
-    local = np.concatenate([energy[None], stretched.reshape(count - 1, len(xy), -1)])
-    mixed = mixed.transpose(2, 0, 1, 3).reshape(len(xy), count, -1)
-    both = np.concatenate([mixed, local.transpose(1, 0, 2)], axis=2)
-    return both.reshape(len(xy), -1).astype(np.float64)
+    size = karman.stiffness.shape[0]
+    local = np.empty((len(places), 1 + len(weighed), len(a)), dtype=np.float32)
+    moving = np.empty((size, len(places), functions), dtype=np.float32)
+
+    def fill(part: I64) -> None:
+        there = shapes.each(places[part])
+        flat = there[free].reshape(size, len(part), functions)
+        moving[:, part] = flat
+        along, across = (
+            slope.astype(np.float32).reshape(*slope.shape[:2], len(part), functions)
+            for slope in gauss.slopes(there.reshape(*there.shape[:2], -1))
+        )
+        pairs = stretch((along[..., a], across[..., a]), (along[..., b], across[..., b]))
+        stretched = np.float32(2.0) * (weighed @ pairs.reshape(weighed.shape[1], -1))
+        local[part, 1:] = stretched.reshape(len(weighed), len(part), -1).swapaxes(0, 1)
+        bent = (karman.stiffness @ flat.reshape(size, -1)).reshape(flat.shape)
+        local[part, 0] = np.einsum("npk,npk->pk", flat[..., a], bent[..., b])
+
+    for _ in in_parallel(fill, _parts(len(places))):
+        progress()
+    return local, moving

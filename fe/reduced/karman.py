@@ -23,6 +23,7 @@ from fe.linear.energy_minimum import min_energy_fraction
 from fe.linear.linear import Linear
 from fe.linear.membrane import Membrane, Stretched, pull, stretch
 from fe.plate.plate import Plate
+from fe.reduced.tension import TensionPattern, tension_pattern
 
 _ITERATIONS = 30
 _INNER = 200  # of the conjugate gradients in a step; some ten are usual
@@ -81,6 +82,12 @@ class Karman:
         """Bending rigidity of each element, (nx, ny) float64, N mm."""
         return rigidities(self.plate, self.mesh)
 
+    def prepare(self) -> None:
+        """Compute what all loads need, before threads ask for it at once."""
+        _ = self.linear.factor, self.membrane.factor, self.stiffness, self.pattern
+        if self.plate.shape is not None:
+            _ = self.membrane.rest
+
     def bend(self, values: F64) -> F64:
         """Multiply deflections by the `stiffness` alone: tables (2 nx + 2, 2 ny + 2, C), N."""
         forces = np.zeros(values.shape)
@@ -91,18 +98,17 @@ class Karman:
 
     def tension(self, stress: F64) -> sp.csc_array:
         """Compute the stiffness of the free unknowns from stress (3, gx, gy) in the plane, N/mm."""
-        along, across = self.membrane.slopes
+        return self.pattern.matrix(self.membrane.gauss.weights * stress)
+
+    @cached_property
+    def pattern(self) -> TensionPattern:
+        """Where tension enters the stiffness."""
         free = np.zeros(self.mesh.shape, dtype=bool)
         free[self.linear.free] = True
-        along, across = along[:, free.ravel()], across[:, free.ravel()]
-        xx, yy, xy = (
-            sp.diags_array((self.membrane.gauss.weights * part).ravel()) for part in stress
-        )
-        mixed = along.T @ (xy @ across)
-        return sp.csc_array(along.T @ (xx @ along) + across.T @ (yy @ across) + mixed + mixed.T)
+        return tension_pattern(self.membrane.gauss, self.mesh.lines, free)
 
-    def solve(self, loads: F64, tolerance: float = 1e-9) -> Deflected:
-        """Newton's method from the linear solution cut back to least energy.
+    def solve(self, loads: F64, tolerance: float = 1e-9, start: F64 | None = None) -> Deflected:
+        """Newton's method, from the linear solution cut back to least energy unless given a start.
 
         Each step is solved by conjugate gradients; the matrix without the stress that the step
         itself brings is their preconditioner.
@@ -112,8 +118,9 @@ class Karman:
         loads : (2 nx + 2, 2 ny + 2, 1) float64, N
         tolerance : float
             Of the residual.
+        start : (2 nx + 2, 2 ny + 2, 1) float64, mm, optional
         """
-        values = self._first(loads)
+        values = self._first(loads) if start is None else start
         for iteration in range(_ITERATIONS):
             state, left = self._state(values, loads, iteration)
             if state.residual <= tolerance:

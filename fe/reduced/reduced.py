@@ -21,22 +21,24 @@ from fe.plate.checks import positive
 from fe.plate.plate import Plate, Touch
 from fe.plate.thin import check_thin
 from fe.reduced.assembly import assemble
-from fe.reduced.basis import basis
+from fe.reduced.basis import ReducedBasis, basis, stretching_work
 from fe.reduced.equilibrium import Balance, balance
-from fe.reduced.forms import Forms, forms
+from fe.reduced.forms import Forms, form_steps, forms
 from fe.reduced.interpolation import between
 from fe.reduced.karman import Karman
 from fe.reduced.large_state import LargeState, drift_at, middle_strain
+from fe.reduced.parallel import Steps
 from fe.reduced.result import Trust
 from fe.reduced.spline import SplineTable
+from fe.reduced.symmetry import symmetries
 from fe.reduced.touch_shape import TouchShapes, touch_shapes
-from fe.reduced.training import MARGIN, sample, snapshots, split
+from fe.reduced.training import MARGIN, copied, sample, snapshots, split
 from fe.reduced.view import ReducedReadings
 
 # Elements for the side of a square, and the part of the shorter one that the rim takes along each
-# edge. Elements of the rim are smaller: where a clamped edge meets a free one strain is singular, and
-# gauges 5 mm from the corner of a plate of 254 mm err by 1.8 % on even elements, here by 0.4 %.
-_SIDE = 40
+# edge. Elements of the rim are smaller: where a clamped edge meets a free one strain is singular,
+# and gauges 5 mm from the corner of a plate of 254 mm err by 1.8 % on even elements, here by 0.4 %.
+_SIDE = 36
 _RIM = 0.1
 _RIM_ELEMENTS = 6
 # Orders of derivative of w behind u, v, w.
@@ -213,7 +215,7 @@ def reduced_plate(
     ----------
     plate : Plate
     mesh : Mesh, optional
-        If left out, as many elements as on a square of 40 a side, smaller ones along the edges.
+        If left out, as many elements as on a square of 36 a side, smaller ones along the edges.
     force : float
         Largest force of a touch, N; a finger presses with up to 5.
     progress : callable, optional
@@ -232,20 +234,32 @@ def reduced_plate(
     check_thin(plate)
     mesh = _mesh(plate) if mesh is None else mesh_for(plate, mesh)
     karman = Karman(plate, mesh)
+    touches = sample(plate, force, len(symmetries(plate, mesh)))
+    steps = Steps(progress, len(touches) + form_steps(mesh))
     shapes = touch_shapes(karman)
-    states = snapshots(karman, sample(plate, force), progress)
-    found = basis(karman, states, split(shapes, states))
-    stretches = karman.membrane.work(found.stresses, karman.membrane.stretching(states.values))
+    found, largest = _trained(shapes, touches, steps.one)
     gauss = karman.membrane.gauss
     x, y = (
         between(axis.places, at) for axis, at in zip((gauss.x, gauss.y), mesh.nodes, strict=True)
     )
     nodal = np.einsum("ig,jh,cghm->ijcm", x, y, found.stresses, optimize=True)
-    largest = float(np.linalg.norm(stretches, axis=0).max())
-    fitted = forms(shapes, found)
+    fitted = forms(shapes, found, steps.one)
     moved = np.zeros((*mesh.shape, fitted.fixed.shape[1]))
     moved[:, :, : found.shapes.shape[2]] = found.shapes
     return Reduced(plate, mesh, fitted, moved, nodal, found.drifts, largest)
+
+
+def _trained(
+    shapes: TouchShapes, touches: list[tuple[Touch, ...]], progress: Callable[[], object]
+) -> tuple[ReducedBasis, float]:
+    """Find the basis of states under touches and under their copies, and their largest stretch."""
+    karman = shapes.karman
+    states = snapshots(karman, touches, progress)
+    ways = symmetries(karman.plate, karman.mesh)
+    states, parts = copied(karman, states, split(shapes, states), ways)
+    found = basis(karman, states, parts)
+    stretches = stretching_work(karman, found.stresses, states.values)
+    return found, float(np.linalg.norm(stretches, axis=0).max())
 
 
 def _mesh(plate: Plate) -> Mesh:

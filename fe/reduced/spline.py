@@ -46,11 +46,15 @@ class SplineTable:
         return _mix(self.coefficients, _patch(self.coefficients.shape[:2], self.size, xy, weight))
 
 
-def table(size: tuple[float, float], values: F64) -> SplineTable:
+def table(size: tuple[float, float], values: F32 | F64) -> SplineTable:
     """Splines through values (mx, my, L) at places spread evenly over a plate."""
     along_x, along_y = (_interpolation(count) for count in values.shape[:2])
-    rows = np.tensordot(along_x, values, 1)
-    return SplineTable(size, np.ascontiguousarray(along_y @ rows, dtype=np.float32))
+    total = values.shape[2]
+    coefficients = np.empty((len(along_x), len(along_y), total), dtype=np.float32)
+    for first in range(0, total, _CHUNK):
+        part = values[:, :, first : first + _CHUNK].astype(np.float64)
+        coefficients[:, :, first : first + _CHUNK] = along_y @ np.tensordot(along_x, part, 1)
+    return SplineTable(size, coefficients)
 
 
 def _interpolation(count: int) -> F64:

@@ -76,6 +76,17 @@ class TouchShapes:
         derivative(self.karman.mesh, xy).add_to(loads, -weight, np.zeros(len(xy), dtype=np.int64))
         return self.solve(loads)[:, :, 0]
 
+    def each(self, xy: F64) -> F64:
+        """Functions for 1 N into the plate at each place (P, 2) mm, as `at` gives them.
+
+        Returns
+        -------
+        (2 nx + 2, 2 ny + 2, P, A) float64, mm
+        """
+        loads = np.zeros((*self.karman.mesh.shape, len(xy)))
+        derivative(self.karman.mesh, xy).add_to(loads, -np.ones(len(xy)), np.arange(len(xy)))
+        return self.solve(loads)
+
 
 def touch_shapes(karman: Karman) -> TouchShapes:
     """Factor the plate under each tension."""

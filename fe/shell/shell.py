@@ -10,9 +10,9 @@ from math import nan
 import numpy as np
 
 from fe.arrays import F64
-from fe.elements.functional import derivative
 from fe.elements.graded import Grading, graded
 from fe.elements.mesh import Mesh, coarser, even_grid, mesh_for
+from fe.elements.refinement import refined
 from fe.linear.buckling import check_buckling
 from fe.linear.demand import strain_demand
 from fe.linear.load import check_touches
@@ -115,7 +115,7 @@ class Shell:
         if coarse.mesh.counts[0] >= self.mesh.counts[0]:
             return self._bent(base)
         shape = coarse._bent(base)
-        start = _refined(coarse.mesh, shape.values, self.mesh).ravel()
+        start = refined(coarse.mesh, shape.values, self.mesh).ravel()
         found = equilibrium(self._problem(base, np.zeros_like(start)), start)
         return self._state(base, found, self.undeformed.loads, shape.stability)
 
@@ -274,15 +274,3 @@ def _follow(problem: Callable[[float], Problem], start: F64) -> Equilibrium:
         if fraction >= 1.0:
             break
     return replace(found, iterations=iterations, escapes=escapes)
-
-
-def _refined(coarse: Mesh, values: F64, fine: Mesh) -> F64:
-    """Unknowns on a finer mesh of the functions on a coarse one."""
-    x, y = np.meshgrid(*fine.nodes, indexing="ij")
-    xy, table = np.column_stack([x.ravel(), y.ravel()]), np.empty((*fine.shape, 3))
-    for p in (0, 1):
-        for q in (0, 1):
-            scale = fine.units[0] ** p * fine.units[1] ** q
-            read = derivative(coarse, xy, p, q).of(values)
-            table[p::2, q::2] = scale * read.reshape(*x.shape, 3)
-    return table
