@@ -93,6 +93,7 @@ def _ask(
     from rig.calibration.collect import Collector, targets
     from rig.commands.run import start
     from rig.live.snapshot import Mark
+    from rig.live.view import marks
     from rig.projector.markers import fit_plate
 
     collector = Collector(targets(scene), count)
@@ -107,7 +108,9 @@ def _ask(
         show = open_parts.enter_context(opened)
     rate = scene.camera.rate if scene.camera else 0.0
     for snapshot in islice(loop, int(PATIENCE * count * rate)):
-        if collector.add_frame(snapshot.touches, snapshot.captured):
+        # Each frame by itself: the collector takes the mean of those that it holds.
+        seen = () if snapshot.estimate is None else marks(snapshot.estimate)
+        if collector.add_frame(seen, snapshot.captured):
             console().print(f"{len(collector.taken)} of {count} presses are taken")
         if (target := collector.target) is None:
             return collector

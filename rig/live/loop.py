@@ -21,7 +21,15 @@ from rig.live.quality import signs
 from rig.live.run_score import RunScore
 from rig.live.snapshot import Snapshot, StrainOverlay
 from rig.live.tracker import LATENCY, FrameProcessor, FrameResult
-from rig.live.view import View, empty_snapshot, marks, plate_view, strain_map, true_marks
+from rig.live.view import (
+    View,
+    empty_snapshot,
+    marks,
+    plate_view,
+    strain_map,
+    tracked_marks,
+    true_marks,
+)
 from rig.system.frame import Frame, Source
 from rig.system.timing import Stopwatch
 
@@ -268,7 +276,7 @@ class Loop:
             plate_size=self.bench.plate.size,
             plate_outline=view.outline,
             T_px_plate=view.T_px_plate,
-            touches=marks(frame_estimate.estimate, result.identities, result.velocities),
+            touches=tracked_marks(result.tracks),
             from_strain=()
             if frame_estimate.from_strain is None
             else marks(frame_estimate.from_strain),

@@ -109,7 +109,7 @@ class Snapshot:
     T_px_plate : (3, 3) float
         Homography from the touched face (x, y, mm) to the image (x, y, px).
     touches : tuple of Mark
-        Touches found from the whole pattern.
+        Touches as all frames so far show them, smoothed; in the order of `estimate`.
     from_strain : tuple of Mark
         Touches found from strain alone.
     truth : tuple of Mark or None
@@ -143,7 +143,7 @@ class Snapshot:
     signs : tuple of Sign
         How good the frame is; none where no touch was looked for.
     estimate : models.Estimate or None
-        What `touches` are drawn from; None where no touch was looked for.
+        What this frame alone shows; None where no touch was looked for.
     """
 
     sequence: int

@@ -20,7 +20,7 @@ from rig.live.chain import (
     with_strain,
 )
 from rig.live.quality import SLIGHT
-from rig.live.tracks import Event, Tracks
+from rig.live.tracks import Event, Track, Tracks
 from rig.live.warm_up import Report, quiet, rehearsal
 from rig.system.frame import Frame
 from rig.system.timing import Stopwatch
@@ -39,15 +39,15 @@ class FrameResult:
     frame_estimate : FrameEstimate
     identities : (n,) int
         Of the touches found.
-    velocities : (n,) pairs of float, mm/s
-        Theirs, as far as they are sure.
+    tracks : (n,) tuple of Track
+        Theirs: what all frames so far say of each.
     events : tuple of Event
     """
 
     before: ChainState
     frame_estimate: FrameEstimate
     identities: tuple[int, ...]
-    velocities: tuple[tuple[float, float], ...]
+    tracks: tuple[Track, ...]
     events: tuple[Event, ...]
 
 
@@ -110,9 +110,9 @@ class FrameProcessor:
             followed = self._tracks.follow(frame_estimate.estimate, frame.captured)
         self._tracks, identities, events = followed
         self._state, self._captured = frame_estimate.state, frame.captured
-        pace = {track.identity: track.sure_velocity for track in self._tracks.tracks}
-        velocities = tuple(pace[identity] for identity in identities)
-        return FrameResult(before, frame_estimate, identities, velocities, events)
+        known = {track.identity: track for track in self._tracks.tracks}
+        tracks = tuple(known[identity] for identity in identities)
+        return FrameResult(before, frame_estimate, identities, tracks, events)
 
     def miss(self, time: float) -> tuple[Event, ...]:
         """Let touches leave while no frames come."""

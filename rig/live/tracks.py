@@ -11,17 +11,15 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from models import Estimate
+from rig.live.touch_filter import TouchFilter, landed
 
 GATE = 13.8  # squared Mahalanobis distance that 1 in 1000 true pairs exceeds, 2 degrees of freedom
-HASTE = 2000.0  # mm/s², by which a finger gains or loses speed; a stroke of 100 mm takes 0.5 s
-QUICK = 200.0  # mm/s, standard deviation of the speed with which a finger lands
-MIN_SIGMA = 0.2  # mm; what a frame says of a place is no better: a finger is soft
-PACE = 0.14  # s over which the velocity of a touch is taken,
-FEWEST = 3  # from so many frames or more,
-STEADY = 2.0  # and where it exceeds what noise explains by so many standard deviations
+MIN_SIGMA = 0.2  # mm; for telling fingers apart no place is known better: a finger is soft
+STEADY = 2.0  # speeds that exceed their standard deviation by less are none
 ABSENT = 0.15  # s that a touch may be missing before it has left
 MOVED = 1.0  # mm, and
 SURE = 5.0  # standard deviations of a place, or 3.5 of a difference of two: less is no move
+UNKNOWN = np.diag([1e6, 1e6, 1e6])  # mm² and N²: a touch that cannot be resolved
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,46 +30,44 @@ class Track:
     ----------
     identity : int
         Never given twice.
-    motion : (4,) float64, mm and mm/s
-        x, y, vx, vy by a Kalman filter.
-    covariance : (4, 4) float64
+    posterior : TouchFilter
+        Of place, speed and force after the last frame that showed it.
     last_time : float, s
-        Capture time of the last frame that showed it.
-    force : float, N
-        In that frame.
+        Capture time of that frame.
     reported : (float, float), mm
         Where it was at its last event.
-    recent : (R, 4) float64, s, mm, mm, mm²
-        Time, x and y of the frames of the last `PACE` s, and the sum of both variances.
     """
 
     identity: int
-    motion: NDArray[np.float64]
-    covariance: NDArray[np.float64]
+    posterior: TouchFilter
     last_time: float
-    force: float
     reported: tuple[float, float]
-    recent: NDArray[np.float64]
+
+    @property
+    def force(self) -> float:
+        """N."""
+        return float(self.posterior.mean[4])
 
     @property
     def velocity(self) -> tuple[float, float]:
         """Along x and y, mm/s."""
-        return float(self.motion[2]), float(self.motion[3])
+        _, _, vx, vy, _ = self.posterior.mean.tolist()
+        return vx, vy
 
     @property
     def sure_velocity(self) -> tuple[float, float]:
-        """Along x and y, mm/s: the line through the last places, zero for a finger at rest.
+        """Along x and y, mm/s, zero for a finger at rest.
 
-        The filter's own velocity follows every sudden move, and so the noise. This one is shrunk
-        towards zero as James and Stein (1961) do, by what noise would explain.
+        Shrunk towards zero as James and Stein (1961) do, by what its variance would explain.
         """
-        times = self.recent[:, 0] - self.recent[:, 0].mean()
-        if len(times) < FEWEST:
-            return 0.0, 0.0
-        vx, vy = times @ self.recent[:, 1:3] / (times @ times)
-        noise = STEADY**2 * self.recent[:, 3].mean() / (times @ times)
-        shrunk = max(0.0, 1.0 - noise / max(vx**2 + vy**2, 1e-12))
-        return float(shrunk * vx), float(shrunk * vy)
+        vx, vy = self.velocity
+        noise = STEADY**2 * np.trace(self.posterior.covariance[2:4, 2:4]) / 2.0
+        shrunk = max(0.0, 1.0 - float(noise) / max(vx**2 + vy**2, 1e-12))
+        return shrunk * vx, shrunk * vy
+
+    def at(self, time: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Where it is expected at a time, s, and how hard: mean (3,) and covariance (3, 3)."""
+        return _predict(self, time).posterior.seen
 
 
 @dataclass(frozen=True)
@@ -140,24 +136,18 @@ class Tracks:
 
 
 def _predict(track: Track, time: float) -> Track:
-    """Carry a track on at its pace; the time that it was last seen stays."""
-    step = max(time - track.last_time, 0.0)
-    carry = np.eye(4)
-    carry[0, 2] = carry[1, 3] = step
-    # White acceleration that is constant over a step (Bar-Shalom, Li & Kirubarajan 2001, 6.3.2).
-    gain = np.array([[step**2 / 2, 0], [0, step**2 / 2], [step, 0], [0, step]])
-    spread = carry @ track.covariance @ carry.T + HASTE**2 * gain @ gain.T
-    return replace(track, motion=carry @ track.motion, covariance=spread)
+    """Carry a track on; the time that it was last seen stays."""
+    step = time - track.last_time
+    return replace(track, posterior=track.posterior.predict(step)) if step > 0 else track
 
 
 def _assign(tracks: list[Track], estimate: Estimate) -> dict[int, int]:
     """Pairs of track and touch, by index."""
     cost = np.empty((len(tracks), estimate.count))
-    for column in range(estimate.count):
-        place, spread = estimate.xy[column], _spread(estimate, column)
-        for row, track in enumerate(tracks):
-            away = place - track.motion[:2]
-            cost[row, column] = away @ np.linalg.solve(track.covariance[:2, :2] + spread, away)
+    for row, track in enumerate(tracks):
+        for column in range(estimate.count):
+            spread = _spread(estimate, column)[:2, :2] + MIN_SIGMA**2 * np.eye(2)
+            cost[row, column] = track.posterior.distance(estimate.xy[column], spread)
     # A pair beyond the gate costs more than any sum of pairs within, so it is made last.
     barred = np.where(cost <= GATE, cost, GATE * (min(cost.shape, default=0) + 1))
     rows, columns = linear_sum_assignment(barred)
@@ -169,50 +159,33 @@ def _update(
     track: Track, estimate: Estimate, index: int, time: float
 ) -> tuple[Track, Event | None]:
     """Correct a predicted track by what was seen; the event is None if it hardly moved."""
-    gain = track.covariance[:, :2] @ np.linalg.inv(
-        track.covariance[:2, :2] + _spread(estimate, index)
-    )
-    motion = track.motion + gain @ (estimate.xy[index] - track.motion[:2])
-    spread = track.covariance - gain @ track.covariance[:2]
-    after = replace(
-        track,
-        motion=motion,
-        covariance=0.5 * (spread + spread.T),
-        last_time=time,
-        force=float(estimate.force[index]),
-        recent=_recall(track.recent, estimate, index, time),
-    )
-    away = hypot(motion[0] - track.reported[0], motion[1] - track.reported[1])
+    posterior = track.posterior.update(_seen(estimate, index), _spread(estimate, index))
+    after = replace(track, posterior=posterior, last_time=time)
+    (x, y, _), spread = posterior.seen
+    away = hypot(x - track.reported[0], y - track.reported[1])
     if away < max(MOVED, SURE * float(np.sqrt(np.linalg.eigvalsh(spread[:2, :2])[-1]))):
         return after, None
-    after = replace(after, reported=(float(motion[0]), float(motion[1])))
+    after = replace(after, reported=(float(x), float(y)))
     return after, _event("move", after, time)
 
 
 def _begin(identity: int, estimate: Estimate, index: int, time: float) -> Track:
-    spread = np.zeros((4, 4))
-    spread[:2, :2] = _spread(estimate, index)
-    spread[2, 2] = spread[3, 3] = QUICK**2
     x, y = estimate.xy[index].tolist()
-    force = float(estimate.force[index])
-    recent = _recall(np.empty((0, 4)), estimate, index, time)
-    return Track(identity, np.array([x, y, 0.0, 0.0]), spread, time, force, (x, y), recent)
+    posterior = landed(_seen(estimate, index), _spread(estimate, index))
+    return Track(identity, posterior, time, (x, y))
 
 
-def _recall(
-    recent: NDArray[np.float64], estimate: Estimate, index: int, time: float
-) -> NDArray[np.float64]:
-    """Add a place to those of the last `PACE` s."""
-    kept = recent[time - recent[:, 0] <= PACE]
-    return np.vstack([kept, [time, *estimate.xy[index], np.trace(_spread(estimate, index))]])
+def _seen(estimate: Estimate, index: int) -> NDArray[np.float64]:
+    """What a frame says of x, y and F, (3,) float64."""
+    return np.append(estimate.xy[index], estimate.force[index])
 
 
 def _spread(estimate: Estimate, index: int) -> NDArray[np.float64]:
-    """Covariance of a place, (2, 2) mm², wide where the estimate knows nothing."""
-    spread = np.nan_to_num(estimate.touch_covariance(index)[:2, :2], posinf=1e6, neginf=-1e6)
-    return spread + MIN_SIGMA**2 * np.eye(2)
+    """Covariance (3, 3) of x, y and F, wide where the estimate knows nothing of them."""
+    spread = estimate.touch_covariance(index)
+    return spread if np.isfinite(spread).all() else UNKNOWN
 
 
 def _event(kind: Literal["appear", "move", "leave"], track: Track, time: float) -> Event:
-    x, y = track.motion[:2].tolist()
+    x, y, *_ = track.posterior.mean.tolist()
     return Event(kind, track.identity, time, x, y, track.force)

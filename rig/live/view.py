@@ -13,6 +13,7 @@ import synthetic
 from models import Estimate
 from rig.live.chain import StrainChain
 from rig.live.snapshot import Mark, Snapshot, StrainOverlay
+from rig.live.tracks import Track
 from rig.system.arrays import F64
 from rig.system.frame import Frame
 
@@ -34,18 +35,19 @@ def plate_view(plate: fe.Plate, camera: synthetic.AnyCamera, height: float) -> V
     return View(outline, np.asarray(T, dtype=np.float64))
 
 
-def marks(
-    estimate: Estimate,
-    identities: Sequence[int] = (),
-    velocities: Sequence[tuple[float, float]] = (),
-) -> tuple[Mark, ...]:
-    """Touches of an estimate with their uncertainty; which they are and how fast, where known."""
-    found = tuple(_mark(estimate, index) for index in range(estimate.count))
-    if not identities:
-        return found
+def marks(estimate: Estimate) -> tuple[Mark, ...]:
+    """Touches of an estimate with their uncertainty, as one frame shows them."""
     return tuple(
-        replace(mark, identity=identity, velocity=velocity)
-        for mark, identity, velocity in zip(found, identities, velocities, strict=True)
+        _mark(np.append(estimate.xy[k], estimate.force[k]), estimate.touch_covariance(k))
+        for k in range(estimate.count)
+    )
+
+
+def tracked_marks(tracks: Sequence[Track]) -> tuple[Mark, ...]:
+    """Touches as all frames so far show them: which they are and how fast."""
+    return tuple(
+        replace(_mark(*track.posterior.seen), identity=track.identity, velocity=track.sure_velocity)
+        for track in tracks
     )
 
 
@@ -54,15 +56,16 @@ def true_marks(touches: tuple[fe.Touch, ...]) -> tuple[Mark, ...]:
     return tuple(Mark(touch.x, touch.y, touch.force) for touch in touches)
 
 
-def _mark(estimate: Estimate, index: int) -> Mark:
-    covariance = estimate.touch_covariance(index)
+def _mark(seen: F64, covariance: F64) -> Mark:
+    """Draw x, y, F (3,) with their covariance (3, 3)."""
+    x, y, force = seen.tolist()
     variances, axes = np.linalg.eigh(np.nan_to_num(covariance[:2, :2], posinf=1e6))
     semi = np.sqrt(variances.clip(0.0))
     angle = float(np.arctan2(axes[1, 1], axes[0, 1]))
     return Mark(
-        x=float(estimate.xy[index, 0]),
-        y=float(estimate.xy[index, 1]),
-        force=float(estimate.force[index]),
+        x=x,
+        y=y,
+        force=force,
         sigma=(float(semi[1]), float(semi[0]), angle),
         sigma_force=float(np.sqrt(covariance[2, 2])),
     )

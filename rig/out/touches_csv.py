@@ -87,6 +87,7 @@ def _rows(snapshot: Snapshot) -> Iterator[list[str]]:
         return
     for index, mark in enumerate(snapshot.touches):
         name = index if mark.identity is None else mark.identity
-        place = f"{mark.x:.6f}", f"{mark.y:.6f}", f"{mark.force:.6f}"
+        x, y = estimate.xy[index].tolist()
+        place = f"{x:.6f}", f"{y:.6f}", f"{estimate.force[index]:.6f}"
         spread = estimate.touch_covariance(index)[_UPPER]
         yield [str(name), *place, *(f"{value:.6g}" for value in spread)]

@@ -47,8 +47,9 @@ def test_a_touch_that_rests_has_no_moves_and_no_speed():
     assert {name for frame in names for name in frame} == {1}
     assert sum(event.kind == "move" for event in events) <= 3
     (track,) = tracks.tracks
-    sigma = np.sqrt(np.diag(track.covariance)[2:])
+    sigma = np.sqrt(np.diag(track.posterior.covariance)[2:4])
     assert (np.abs(track.velocity) < 3.5 * sigma).all()
+    assert track.sure_velocity == (0.0, 0.0)
     assert sigma.max() < 50  # mm/s; a stroke has 200 and more
 
 

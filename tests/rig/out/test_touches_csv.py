@@ -29,7 +29,11 @@ def snapshot(sequence, captured, found, status="one touch"):
         plate_size=(150.0, 110.0),
         plate_outline=np.zeros((4, 2)),
         T_px_plate=np.eye(3),
-        touches=marks(found, tuple(range(7, 7 + found.count)), ((0.0, 0.0),) * found.count),
+        # What is shown is smoothed, and lies elsewhere.
+        touches=tuple(
+            replace(mark, identity=7 + k, x=mark.x + 3.0, force=mark.force + 1.0)
+            for k, mark in enumerate(marks(found))
+        ),
         from_strain=(),
         truth=None,
         strain=None,
