@@ -47,6 +47,16 @@ def test_its_sigma_is_that_of_its_error(stretched):
     assert 0.6 < np.sqrt(np.mean(np.sum(off**2, axis=-1))) / stated < 1.5
 
 
+def test_noise_that_a_prefilter_has_correlated_is_counted(speckle):
+    drawn = speckle(SHAPE)
+    ref = dic.prepare(noisy(drawn.draw(), 21), prefilter=0.8)
+    found = dic.adaptive_field(ref, noisy(drawn.draw(SHIFT), 22))
+    off = errors(found, SHIFT)
+    stated = np.sqrt(np.mean(found.sigma_u**2 + found.sigma_v**2))
+    assert np.sqrt(np.mean(off**2)) < 4e-3  # px
+    assert np.sqrt(np.mean(np.sum(off**2, axis=1))) < 1.8 * stated
+
+
 def test_strain_takes_it_with_its_own_gauge(stretched):
     fields, _ = stretched
     eps = dic.strain(fields[0], kind="small")
