@@ -202,7 +202,7 @@ class Membrane:
 def stretch(left: tuple[Real, Real], right: tuple[Real, Real]) -> Real:
     """Strain ½ ∇v ∇w, symmetric part, (3, ...), from the slopes of v and of w."""
     (vx, vy), (wx, wy) = left, right
-    return 0.5 * np.stack([vx * wx, vy * wy, 0.5 * (vx * wy + vy * wx)])
+    return np.stack([vx * wx, vy * wy, (vx * wy + vy * wx) / 2]) / 2  # pyright: ignore[reportReturnType]
 
 
 def pull(stress: F64, slopes: tuple[F64, F64]) -> tuple[F64, F64]:

@@ -79,23 +79,37 @@ def _assemble(
     weighed: F64, x_value: F64, x_slope: F64, y_value: F64, y_slope: F64, where: I32, data: F64
 ) -> None:
     points = x_value.shape[1]
-    along, across = np.empty(16), np.empty(16)
     element = np.empty((16, 16))
     for a in range(where.shape[0]):
         for b in range(where.shape[1]):
             element[:] = 0.0
             for q in range(points):
                 for r in range(points):
-                    xx, yy, xy = weighed[:, points * a + q, points * b + r]
-                    for i in range(16):
-                        along[i] = x_slope[a, q, i // 4] * y_value[b, r, i % 4]
-                        across[i] = x_value[a, q, i // 4] * y_slope[b, r, i % 4]
-                    for i in range(16):
-                        pull_x = xx * along[i] + xy * across[i]
-                        pull_y = xy * along[i] + yy * across[i]
-                        for j in range(16):
-                            element[i, j] += pull_x * along[j] + pull_y * across[j]
-            for i in range(16):
-                for j in range(16):
-                    if where[a, b, i, j] >= 0:
-                        data[where[a, b, i, j]] += element[i, j]
+                    stress = weighed[:, points * a + q, points * b + r]
+                    _add_point(
+                        stress, x_value[a, q], x_slope[a, q], y_value[b, r], y_slope[b, r], element
+                    )
+            _scatter(element, where[a, b], data)
+
+
+@njit(cache=True, nogil=True)
+def _add_point(
+    stress: F64, x_value: F64, x_slope: F64, y_value: F64, y_slope: F64, element: F64
+) -> None:
+    along, across = np.empty(16), np.empty(16)
+    for i in range(16):
+        along[i] = x_slope[i // 4] * y_value[i % 4]
+        across[i] = x_value[i // 4] * y_slope[i % 4]
+    for i in range(16):
+        pull_x = stress[0] * along[i] + stress[2] * across[i]
+        pull_y = stress[2] * along[i] + stress[1] * across[i]
+        for j in range(16):
+            element[i, j] += pull_x * along[j] + pull_y * across[j]
+
+
+@njit(cache=True, nogil=True)
+def _scatter(element: F64, where: I32, data: F64) -> None:
+    for i in range(16):
+        for j in range(16):
+            if where[i, j] >= 0:
+                data[where[i, j]] += element[i, j]

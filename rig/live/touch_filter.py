@@ -83,8 +83,8 @@ class TouchFilter:
     def distance(self, place: F64, spread: F64) -> float:
         """Squared Mahalanobis distance of a place (2,) mm with covariance (2, 2) mm².
 
-        That of whatever it may be doing that explains the place best: a finger at rest that sets off is
-        where a slide takes it, however improbable that was.
+        That of whatever it may be doing that explains the place best: a finger at rest that sets
+        off is where a slide takes it, however improbable that was.
         """
         away = place - self.means[:, :2]
         whole = self.covariances[:, :2, :2] + spread

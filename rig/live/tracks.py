@@ -176,7 +176,7 @@ def _begin(identity: int, estimate: Estimate, index: int, time: float) -> Track:
 
 
 def _seen(estimate: Estimate, index: int) -> NDArray[np.float64]:
-    """What a frame says of x, y and F, (3,) float64."""
+    """Return what a frame says of x, y and F, (3,) float64."""
     return np.append(estimate.xy[index], estimate.force[index])
 
 

@@ -1,9 +1,10 @@
 """Plates from square to 100:1 against closed forms: errors, what is stated of them, and time.
 
 Parts: linear, shell, gauges, thick. Linear truth is Lévy's series for plates with supported ends,
-at points a twentieth of the shorter side from the touch and farther; the shell's is the clamped strip
-under even pressure that Timoshenko bends and stretches, in the middle of the plate, and Lévy's
-series under a small force. Errors are in parts of the largest value; times are of the processor.
+at points a twentieth of the shorter side from the touch and farther; the shell's is the clamped
+strip under even pressure that Timoshenko bends and stretches, in the middle of the plate, and
+Lévy's series under a small force. Errors are in parts of the largest value; times are of the
+processor.
 """
 
 from __future__ import annotations

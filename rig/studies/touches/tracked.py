@@ -1,8 +1,8 @@
 """Touches over time: what a filter makes of them, beside what each frame says alone.
 
 Parts: tracked. Places and forces are drawn about known paths with the covariance that is stated of
-them, each frame by itself; errors that all frames have in common, as those of a bench, no filter takes
-away. Ratios are of root mean squares, from one second after landing on.
+them, each frame by itself; errors that all frames have in common, as those of a bench, no filter
+takes away. Ratios are of root mean squares, from one second after landing on.
 """
 
 from __future__ import annotations
