@@ -93,7 +93,7 @@ def _solver(kept: KeptTraining) -> Iterator[Figure]:
         solve = _Tangent(response, plate.size)
         for place, strain in zip(places[:SOLVED], touch[:SOLVED], strict=True):
             off.append(float(np.hypot(*(solve.fit(strain)[:2] - place))))
-            draw: F64 = sigma * rng.standard_normal(strain.shape)
+            draw = sigma * rng.normal(size=len(strain))
             noisy.append(float(np.sum((solve.fit(strain + draw)[:2] - place) ** 2)))
             jacobian = solve.read(np.array([*place, 1.0]))[1]
             variances = np.linalg.inv(jacobian.T @ jacobian)
@@ -135,7 +135,7 @@ class _Tangent:
         touch: F64 = np.array([*self.grid[best], force], np.float64)
         for _ in range(STEPS):
             predicted, jacobian = self.read(touch)
-            step: F64 = np.linalg.lstsq(jacobian, measured - predicted, rcond=None)[0]
+            step = np.linalg.lstsq(jacobian, measured - predicted, rcond=None)[0]
             touch = np.asarray(touch + step, np.float64)
             touch[:2] = np.clip(touch[:2], 0.0, self.size)
         return touch
