@@ -14,7 +14,7 @@ under = np.array([(t.x, t.y) for t in touches])
 print("deflection under the touches:", ", ".join(f"{w:.4f} mm" for w in bent.deflection(under)))
 
 # Strain on the touched face: tension along the clamped edge, compression under the finger.
-gauges = {"middle of the lower edge": (75.0, 0.0), "beside the first touch": (65.0, 45.0)}
+gauges = {"middle of the lower edge": (75.0, 0.0), "beside the first touch": (71.0, 45.0)}
 places = np.array(list(gauges.values()))
 for name, (exx, eyy, exy) in zip(gauges, bent.strain(places), strict=True):
     print(f"{name}: exx {1e6 * exx:+.1f}, eyy {1e6 * eyy:+.1f}, exy {1e6 * exy:+.1f} µε")

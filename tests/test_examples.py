@@ -91,7 +91,7 @@ def test_plate(example):
     printed = example(3)
     assert all(w < 0 for w in printed.line("deflection under the touches:"))
     assert printed.line("middle of the lower edge:")[1] > 100  # µε, tension
-    assert max(printed.line("beside the first touch:")[:2]) < -100  # compression
+    assert max(printed.line("beside the first touch:")[:2]) < -50  # compression
     (difference,) = printed.line("influence against bending: relative difference")
     (gradient,) = printed.line("gradient against differences:")
     assert difference < 1e-10

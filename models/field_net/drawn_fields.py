@@ -145,7 +145,7 @@ def _plane(x: F64, y: F64, rng: np.random.Generator) -> F64:
 
 def _of_plate(plate: F64, shape: tuple[int, int], rng: np.random.Generator) -> F64:
     """Cut a part of a plate, and scale it."""
-    rows, columns = plate.shape[1] - shape[0], plate.shape[2] - shape[1]
+    rows, columns = int(plate.shape[1]) - shape[0], int(plate.shape[2]) - shape[1]
     row = int(rng.integers(0, rows + 1))
     column = int(rng.integers(0, columns + 1))
     return _size(rng) * plate[:, row : row + shape[0], column : column + shape[1]]

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
@@ -91,6 +90,7 @@ def train_field_net(
     recipe: FieldNetRecipe,
     checkpoint: Checkpoint | None = None,
     on_step: Callable[[int, float], None] | None = None,
+    clock: Callable[[], float] = lambda: 0.0,
 ) -> TrainedFieldNet:
     """Train on drawn fields, on a GPU where there is one.
 
@@ -100,13 +100,15 @@ def train_field_net(
         A run with the same recipe goes on from it.
     on_step : callable, optional
         Is given the number of the step and its loss.
+    clock : callable
+        CPU time, s, for the record.
     """
     import torch
 
     rng = np.random.default_rng(recipe.seed)
     plates = draw_plates(recipe.plates, 2 * recipe.side, rng)
     device = "cuda" if torch.cuda.is_available() else "cpu"
-    state = _State(first_weights(rng), recipe, device)
+    state = _State(first_weights(rng), recipe, device, clock)
     task = fingerprint(recipe, *(shape for shape in shapes().items()))
     if checkpoint is not None:
         state.load(checkpoint.load(task))
@@ -141,9 +143,12 @@ def _batch(recipe: FieldNetRecipe, plates: list[F64], step: int) -> Batch:
 class _State:
     """Weights, what Adam remembers of them, their mean, and the losses so far."""
 
-    def __init__(self, weights: Weights, recipe: FieldNetRecipe, device: str) -> None:
+    def __init__(
+        self, weights: Weights, recipe: FieldNetRecipe, device: str, clock: Callable[[], float]
+    ) -> None:
         import torch
 
+        self._clock = clock
         self.recipe, self.device, self.step, self.seconds = recipe, device, 0, 0.0
         self.history: list[float] = []
         self.weights = {
@@ -158,7 +163,7 @@ class _State:
         """Take one step of Adam (Kingma and Ba 2015)."""
         import torch
 
-        began = time.process_time()
+        began = self._clock()
         found = _loss(self.weights, batch, self.device)
         found.backward()
         self.step += 1
@@ -178,7 +183,7 @@ class _State:
                 self.mean[name].lerp_(value, 1 - min(_AVERAGE, self.step / (self.step + 10)))
                 value.grad = None
         self.history.append(float(found.detach()))
-        self.seconds += time.process_time() - began
+        self.seconds += self._clock() - began
         return self.history[-1]
 
     def average(self) -> Weights:

@@ -148,9 +148,9 @@ class TilePattern:
     @cached_property
     def _held(self) -> F64:
         """Cholesky factor of the modes' normal matrix in which every tile is held a little."""
-        told = float(self.reference.hessian[:, ::2].mean())
+        known = float(self.reference.hessian[:, ::2].mean())
         energy = self.motions.energy[: self.count, : self.count]
-        held = np.linalg.cholesky(self.factor @ self.factor.T + _HELD * told * energy)
+        held = np.linalg.cholesky(self.factor @ self.factor.T + _HELD * known * energy)
         return np.asarray(held, dtype=np.float64)
 
     def _eliminated(self, right: F64) -> F64:

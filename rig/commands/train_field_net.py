@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 from rig.commands.output import emit, progress
@@ -33,7 +34,10 @@ def train_field_net(section: FieldNetSection, path: Path, onnx: Path | None, as_
     checkpoint = models.Checkpoint(path.with_name(f"{path.stem}.part.npz"), EVERY)
     with progress("training") as report:
         trained = models.train_field_net(
-            recipe, checkpoint, lambda step, loss: report(step, section.steps, f"loss {loss:.3f}")
+            recipe,
+            checkpoint,
+            lambda step, loss: report(step, section.steps, f"loss {loss:.3f}"),
+            time.process_time,
         )
     models.save_field_net(path, trained.net)
     checkpoint.clear()
