@@ -10,17 +10,25 @@ from rig.scene.plate import SIDES, Edges, ElasticSection, Mixed, PlateSection
 from rig.scene.scene import Scene
 from rig.scene.sensing import DicSection, TrainingSection
 
-ELEMENTS, FEWEST = 120, 6
-"""Elements along the longer side and the fewest between borders of patches, as in `fe.grid`."""
+ELEMENTS, FEWEST, ACROSS = 120, 6, 16
+"""Elements along a side of a square, and the fewest between borders of patches and across a long
+plate, as in `fe.even_grid`."""
 
 TWIN_ELEMENTS = 64
 """Elements of the twin along the longer side, as in `rig.sources.twin`."""
 
 SHELL_ELEMENTS = 40
-"""Elements of the shell along the longer side, as in `fe.shell`."""
+"""Elements of the shell along a side of a square, as in `fe.shell`."""
 
 TILE_MARGIN = 8
 """Border that tiles leave free, px, as in `dic.tiles`."""
+
+
+def even_elements(plate: PlateSection | None, side: int) -> tuple[int, int]:
+    """Elements along x and y, as in `fe.even_grid`."""
+    sides = plate.size if plate else (1.0, 1.0)
+    aspect = max(sides) / min(sides)
+    return elements(plate, max(round(side * aspect**0.5), round(min(ACROSS, side) * aspect)))
 
 
 def elements(plate: PlateSection | None, longer: int) -> tuple[int, int]:
@@ -40,7 +48,7 @@ def elements(plate: PlateSection | None, longer: int) -> tuple[int, int]:
 
 def unknowns(plate: PlateSection) -> int:
     """Return deflection, slopes and twist at each node, less those that the edges hold."""
-    columns, rows = elements(plate, ELEMENTS)
+    columns, rows = even_elements(plate, ELEMENTS)
     west, east, south, north = (_held(plate.edges, side) for side in SIDES)
     return (2 * columns + 2 - west - east) * (2 * rows + 2 - south - north)
 

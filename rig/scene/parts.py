@@ -96,12 +96,12 @@ def describe(name: str, section: Section, scene: Scene) -> Part:
 def _mechanics(name: str, section: Section, scene: Scene) -> Part:
     match section:
         case PlateSection():
-            columns, rows = counts.elements(section, counts.ELEMENTS)
+            columns, rows = counts.even_elements(section, counts.ELEMENTS)
             cost = f"{columns} × {rows} elements, {counts.unknowns(section)} unknowns"
             return Part(name, _plate(section), cost, ("fe",))
         case BaseSection(bend=bend, twist=twist):
             what = f"clamps {bend:g} mm nearer and turned by {twist:g}° before any touch"
-            columns, rows = counts.elements(scene.plate, counts.SHELL_ELEMENTS)
+            columns, rows = counts.even_elements(scene.plate, counts.SHELL_ELEMENTS)
             return Part(name, what, f"shell on {columns} × {rows} elements", ("fe",))
         case TouchesSection(max_touches=number, force=(low, high), radius=radius):
             noun = "touch" if number == 1 else "touches"

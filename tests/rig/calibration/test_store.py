@@ -31,6 +31,7 @@ BENCH = models.BenchEstimate(
     np.diag(np.linspace(1, 2, NUMBERS)),
     0.004,
     np.full(NUMBERS, 3.0),
+    0.03,
     models.HeldOut(0.2, 0.005, 9),
 )
 PARTS = (

@@ -22,7 +22,12 @@ def quiet(done, total):
     [
         {},
         {"plate.size": [254, 127], "camera.pixels": [400, 240], "dic.subset": 49},
-        {"plate.size": [300, 11], "camera.pixels": [420, 300], "estimator.modes": 20},
+        {
+            "plate.size": [300, 11],
+            "plate.thickness": 0.5,
+            "camera.pixels": [420, 300],
+            "estimator.modes": 20,
+        },
     ],
 )
 def test_what_is_shown_is_what_is_built(small, changes):

@@ -171,9 +171,10 @@ def test_a_snapshot_holds_the_frame_its_touches_the_truth_and_the_errors(start):
     loop = start([*range(16), 75, 76])
     *_, shot = run(loop, 2)
     (mark,), (truth,), (from_strain,) = shot.touches, shot.truth, shot.from_strain
+    (place,), (force,) = shot.estimate.xy, shot.estimate.force  # of this frame alone
     assert (truth.x, truth.y, truth.force) == pytest.approx((127.0, 101.5, 2.0))
-    assert np.hypot(mark.x - truth.x, mark.y - truth.y) == pytest.approx(shot.position_error)
-    assert abs(mark.force - truth.force) == pytest.approx(shot.force_error)
+    assert np.hypot(*(place - (truth.x, truth.y))) == pytest.approx(shot.position_error)
+    assert abs(force - truth.force) == pytest.approx(shot.force_error)
     assert shot.position_error_median is not None
     assert 0 < mark.sigma[1] <= mark.sigma[0] < 5
     assert from_strain.sigma_force > mark.sigma_force > 0
