@@ -77,10 +77,11 @@ def presses(session: Session) -> list[PressedFrames]:
     Raises
     ------
     ValueError
-        If the scene of the recording does not say where to press.
+        If the scene of the recording does not say where to press, or the reference was renewed.
     OSError
         If the file is damaged.
     """
+    session.require_one_reference()
     collector = Collector(targets(session.scene), REQUESTED)
     found: list[PressedFrames] = []
     times: F64 = session.columns()["frames/captured"]

@@ -28,6 +28,7 @@ def open_panels(
     screen: Screen,
     switch: Switch | None,
     open_parts: ExitStack,
+    tare: Callable[[], object],
 ) -> tuple[Show | None, list[Sink]]:
     """Open projector and page, as the scene names them, until `open_parts` is closed.
 
@@ -66,7 +67,7 @@ def open_panels(
 
             black = calibration.projector.black if calibration.projector else 0.0
             meter = open_parts.enter_context(Meter(screen, black))
-        sinks.append(Operator(publisher, switch, calibration, notes, show, meter))
+        sinks.append(Operator(publisher, switch, calibration, notes, show, meter, tare))
     return show, sinks
 
 

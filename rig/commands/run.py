@@ -108,7 +108,13 @@ def start(
         from rig.recording.control import open_switch
 
         switch = open_parts.enter_context(open_switch(record, scene, calibration))
-    show, panels, outputs = _open_sinks(scene, calibration, headless, switch, open_parts)
+    opened: list[Loop] = []
+
+    def tare() -> None:
+        for loop in opened:
+            loop.tare()
+
+    show, panels, outputs = _open_sinks(scene, calibration, headless, switch, open_parts, tare)
     from rig.sources.open_loop import open_loop
 
     def preview(snapshot: Snapshot) -> None:
@@ -118,7 +124,8 @@ def start(
     parts = scene, calibration, say, progress, preview, switch, show
     if switch and record:
         outputs = [*outputs, _warns_once(lambda: switch.failure)]
-    return open_parts.enter_context(open_loop(*parts)), [*panels, *outputs]
+    opened.append(open_parts.enter_context(open_loop(*parts)))
+    return opened[0], [*panels, *outputs]
 
 
 def _warns_once(trouble: Callable[[], str]) -> Sink:
@@ -140,6 +147,7 @@ def _open_sinks(
     headless: bool,
     switch: Switch | None,
     open_parts: ExitStack,
+    tare: Callable[[], object],
 ) -> tuple[Show | None, list[Sink], list[Sink]]:
     """Projector, panels and outputs; the latter take only what was estimated."""
     if not scene.plate or (headless and not scene.outputs):
@@ -153,7 +161,7 @@ def _open_sinks(
         from rig.commands.page_panels import open_panels
 
         notes = tuple(calibration.warnings(scene, datetime.now(UTC)))
-        show, panels = open_panels(scene, calibration, notes, screen, switch, open_parts)
+        show, panels = open_panels(scene, calibration, notes, screen, switch, open_parts, tare)
     if scene.outputs:
         from rig.out.open import open_outputs
 
@@ -165,12 +173,16 @@ def _open_sinks(
 
 
 def _follow(loop: Loop, sinks: list[Sink], frames: int | None) -> None:
-    said = None
+    said, notice = None, ""
     for snapshot in loop:
         if sinks:
             with loop.watch.stage("show"):
                 for sink in sinks:
                     sink(snapshot)
+        if snapshot.notice != notice:
+            notice = snapshot.notice
+            if notice:
+                say(notice)
         if not snapshot.fresh and snapshot.status != said:
             said = snapshot.status
             warn(said)

@@ -34,6 +34,26 @@ MODES = int(PatternEstimator.model_fields["modes"].default)
 
 
 @dataclass(frozen=True, eq=False)
+class PreparedBench:
+    """Everything that is prepared once for a reference.
+
+    Attributes
+    ----------
+    reference : ReferenceFrame
+    chain : Chain
+    strain : StrainChain or None
+        Where the scene compares with strain.
+    net : NetChain or None
+        Where the scene has one.
+    """
+
+    reference: ReferenceFrame
+    chain: Chain
+    strain: StrainChain | None
+    net: NetChain | None
+
+
+@dataclass(frozen=True, eq=False)
 class Bench:
     """Plate, camera and what is computed from a frame.
 
@@ -80,6 +100,17 @@ class Bench:
     def reference_frames(self) -> int:
         """Frames averaged into the reference."""
         return self.dic.reference_frames
+
+    def prepare_all(self, reference: ReferenceFrame) -> PreparedBench:
+        """Prepare all that a frame goes through.
+
+        Raises
+        ------
+        ValueError
+            See `prepare` and `prepare_net`.
+        """
+        chain, strain = self.prepare(reference)
+        return PreparedBench(reference, chain, strain, self.prepare_net(reference, chain))
 
     def prepare(self, reference: ReferenceFrame) -> tuple[Chain, StrainChain | None]:
         """Prepare the chain, and that of strain where the scene wants it.

@@ -38,6 +38,10 @@ class Recorder(Protocol):
         """Learn the reference, before the first frame."""
         ...
 
+    def renew(self, reference: ReferenceFrame, chain: Chain) -> None:
+        """Learn the reference that frames are compared with from the next on."""
+        ...
+
     def put(self, record: FrameRecord) -> None:
         """Take a frame without waiting."""
         ...

@@ -20,6 +20,7 @@ from rig.live.gestures import Gesture, Gestures
 from rig.live.quality import signs
 from rig.live.run_score import RunScore
 from rig.live.snapshot import Snapshot, StrainOverlay
+from rig.live.tare import Tare
 from rig.live.tracker import LATENCY, FrameProcessor, FrameResult
 from rig.live.view import (
     View,
@@ -91,6 +92,7 @@ class Loop:
         self._first: float | None = None
         self._finished: deque[float] = deque(maxlen=PACE)
         self._gestures, self._recent = Gestures(), tuple[Gesture, ...]()
+        self._tare = Tare(bench)
 
     @property
     def fps(self) -> float:
@@ -160,6 +162,14 @@ class Loop:
             if snapshot:
                 yield snapshot
 
+    def tare(self) -> None:
+        """Renew the reference from the next frames, while nothing touches.
+
+        The notice of the snapshots says the outcome: a touch that is held refuses it. Frames
+        go on meanwhile, against the reference so far.
+        """
+        self._tare.ask()
+
     def summary(self) -> dict[str, Any]:
         """Figures of the run so far, ready for JSON."""
         median, late = self.watch.quantiles(LATENCY)
@@ -183,7 +193,10 @@ class Loop:
         if self._sequence is not None:
             self.dropped += frame.sequence - self._sequence - 1
         self._sequence = frame.sequence
+        self._renew(follower)
         result = follower.process(frame)
+        shift = result.frame_estimate.state.motion[follower.chain.pattern.count :][:2]
+        self._tare.follow(frame, result.frame_estimate, shift)
         if self._recorder:
             self._recorder.put(
                 FrameRecord(frame, result.before, result.frame_estimate, result.identities)
@@ -195,6 +208,13 @@ class Loop:
         self._first = now if self._first is None else self._first
         self._finished.append(now)
         return self._snapshot(frame, follower, view, result, errors)
+
+    def _renew(self, follower: FrameProcessor) -> None:
+        """Go over to a new reference, where one is ready."""
+        if prepared := self._tare.ready():
+            follower.renew(prepared)
+            if self._recorder:
+                self._recorder.renew(prepared.reference, prepared.chain)
 
     def _follow_gestures(self, frame: Frame, result: FrameResult) -> None:
         estimate = result.frame_estimate.estimate
@@ -297,6 +317,7 @@ class Loop:
             gestures=self._recent,
             signs=signs(follower.chain, frame_estimate),
             estimate=frame_estimate.estimate,
+            notice=self._tare.current_notice(frame.captured),
         )
 
 

@@ -144,6 +144,8 @@ class Snapshot:
         How good the frame is; none where no touch was looked for.
     estimate : models.Estimate or None
         What this frame alone shows; None where no touch was looked for.
+    notice : str
+        What was done at the user's wish, for a few seconds, as a sentence; mostly empty.
     """
 
     sequence: int
@@ -172,6 +174,7 @@ class Snapshot:
     gestures: tuple[Gesture, ...] = ()
     signs: tuple[Sign, ...] = ()
     estimate: Estimate | None = None
+    notice: str = ""
 
     @property
     def time(self) -> float:

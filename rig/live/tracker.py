@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from models import BenchForward, Estimate, LargeForward, Result
 from rig.live.baseline import ReferenceFrame, drift_weight, is_consistent
-from rig.live.bench import Bench
+from rig.live.bench import Bench, PreparedBench
 from rig.live.chain import (
     NO_ESTIMATE,
     ChainState,
@@ -19,6 +19,7 @@ from rig.live.chain import (
     estimate_frame,
     with_strain,
 )
+from rig.live.memory import Memory
 from rig.live.quality import SLIGHT
 from rig.live.tracks import Event, Track, Tracks
 from rig.live.warm_up import Report, quiet, rehearsal
@@ -84,8 +85,7 @@ class FrameProcessor:
         clock: Callable[[], float],
         report: Report = quiet,
     ):
-        self.chain, self.strain = bench.prepare(reference)
-        self._net = bench.prepare_net(reference, self.chain)
+        self._use(bench.prepare_all(reference))
         self._bench, self._clock = bench, clock
         self._watch = Stopwatch(time.monotonic)  # what is made up counts for nothing
         self._begin()
@@ -113,6 +113,20 @@ class FrameProcessor:
         known = {track.identity: track for track in self._tracks.tracks}
         tracks = tuple(known[identity] for identity in identities)
         return FrameResult(before, frame_estimate, identities, tracks, events)
+
+    def renew(self, prepared: PreparedBench) -> None:
+        """Compare frames with another reference from the next on; touches keep their identity.
+
+        What had crept or was left of touches that ended is in the new reference.
+        """
+        self._use(prepared)
+        before, rest = self._state, at_rest(self.chain)
+        self._state = replace(
+            rest,
+            touches=before.touches,
+            from_strain=before.from_strain,
+            memory=Memory(held=before.memory.held),
+        )
 
     def miss(self, time: float) -> tuple[Event, ...]:
         """Let touches leave while no frames come."""
@@ -146,6 +160,9 @@ class FrameProcessor:
             trust = forward.trust(touches)
             return "" if trust is Trust.TRAINED else trust.value
         return self._bench.theory.beyond(float(touches[:, 2].max()))
+
+    def _use(self, prepared: PreparedBench) -> None:
+        self.chain, self.strain, self._net = prepared.chain, prepared.strain, prepared.net
 
     def _begin(self) -> None:
         """Start from a plate at rest, and know no touch."""

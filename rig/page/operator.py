@@ -35,6 +35,8 @@ class Operator:
         The projector, where there is one.
     meter : Meter or None
         Of its light.
+    tare : callable
+        Renews the reference.
     """
 
     def __init__(
@@ -45,6 +47,7 @@ class Operator:
         notes: tuple[str, ...],
         show: Show | None = None,
         meter: Meter | None = None,
+        tare: Callable[[], object] = lambda: None,
     ):
         self._publisher, self._switch = publisher, switch
         self._notes, self._measured = notes, measured(calibration, datetime.now(UTC))
@@ -52,6 +55,7 @@ class Operator:
         self._wishes: Mapping[str, Callable[[dict[str, Any]], object]] = {
             "record": lambda wish: switch.toggle(),
             "set": self._set,
+            "tare": lambda wish: tare(),
         }
 
     def __call__(self, snapshot: Snapshot) -> None:
@@ -62,7 +66,7 @@ class Operator:
         shown = self._show.marks(snapshot) if self._show else None
         if self._meter and shown is not None and (begun := self._switch.begun):
             self._meter.measure(snapshot, shown, begun.chain)
-        self._publisher.publish(snapshot, self._controls(), shown)
+        self._publisher.publish(snapshot, self._controls(snapshot.notice), shown)
 
     def _set(self, wish: dict[str, Any]) -> None:
         if self._show and wish.get("key") == MODE and wish.get("value") in self._modes():
@@ -74,8 +78,9 @@ class Operator:
             return ()
         return tuple(mode for mode in get_args(Mode) if mode != "dark")
 
-    def _controls(self) -> PageControls:
-        notes = [*self._notes]
+    def _controls(self, notice: str) -> PageControls:
+        notes = [notice] if notice else []
+        notes += self._notes
         if self._show and self._show.trouble:
             notes.append(self._show.trouble)
         if self._meter and self._meter.sentence:

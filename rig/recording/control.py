@@ -99,6 +99,13 @@ class Switch:
         if self._recorder:
             self._recorder.begin(reference, chain, strain)
 
+    def renew(self, reference: ReferenceFrame, chain: Chain) -> None:
+        """See `rig.live.frame_record.Recorder`."""
+        if self.begun:
+            self.begun = Begun(reference, chain, self.begun.strain)
+        if self._recorder:
+            self._recorder.renew(reference, chain)
+
     def put(self, record: FrameRecord) -> None:
         """See `rig.live.frame_record.Recorder`."""
         if self._recorder:

@@ -20,6 +20,11 @@
 /start/held            (N, n, 3) float64      see `Memory`
 /start/left            (N, n, 3) float64
 /frames/check          (N,) uint32            CRC-32 of a frame's numbers, all but the large arrays
+/frames/reference      (N,) int64             0 for /reference, n for the n-th of /tares/image
+/tares/image           (M, H, W) float32      references that were taken while the loop ran
+/tares/noise           (M,) float64           of these, grey levels
+/tares/captured        (M,) float64, s        of the first frame that was compared with it
+/tares/check           (M,) uint32            CRC-32 of the image
 =====================  =====================  =====================================================
 
 Rows of touches that are not there are NaN. The large arrays (image, sums, strain) carry the
@@ -35,14 +40,17 @@ from collections.abc import Mapping
 import numpy as np
 
 from models import Estimate
+from rig.live.baseline import ReferenceFrame
 from rig.live.chain import Chain, ChainState
 from rig.live.frame_record import FrameRecord
 from rig.live.memory import Memory
 from rig.system.arrays import F64, AnyArray
 
-FORMAT, VERSION = "touchplate session", 1
+FORMAT, VERSION, READ = "touchplate session", 2, (1, 2)
 FINGERS = 10
-IMAGES = ("frames/image", "frames/sums", "frames/strain")
+TARES = "tares/"
+REFERENCE = "frames/reference"
+IMAGES = ("frames/image", "frames/sums", "frames/strain", f"{TARES}image")
 """Large arrays, compressed frame by frame."""
 
 CHECK = "frames/check"
@@ -81,11 +89,29 @@ def shapes(chain: Chain, strain: bool) -> Shapes:
             "frames/strain": ((*tiles, 3), "f4"),
             "touches/from_strain": (touches, "f8"),
         }
-    return found | {CHECK: ((), "u4"), LAST: ((), "i8")}
+    return found | {REFERENCE: ((), "i8"), CHECK: ((), "u4"), LAST: ((), "i8")}
 
 
-def rows(record: FrameRecord, layout: Shapes) -> dict[str, AnyArray]:
-    """Arrays of one frame, in the shapes of the layout."""
+def tare_shapes(shape: tuple[int, ...]) -> Shapes:
+    """Shape of a tare's part and type of number of every array, for images of a shape (H, W)."""
+    parts = {"image": (shape, "f4"), "noise": ((), "f8"), "captured": ((), "f8")}
+    return {f"{TARES}{name}": part for name, part in parts.items()} | {f"{TARES}check": ((), "u4")}
+
+
+def tare_row(reference: ReferenceFrame, captured: float) -> dict[str, AnyArray]:
+    """Arrays of one tare: a reference, and when the first frame against it was captured, s."""
+    image = np.ascontiguousarray(reference.image)
+    parts = {
+        "image": image,
+        "noise": np.asarray(reference.noise),
+        "captured": np.asarray(captured),
+        "check": np.asarray(zlib.crc32(image.data), dtype=np.uint32),
+    }
+    return {f"{TARES}{name}": part for name, part in parts.items()}
+
+
+def rows(record: FrameRecord, layout: Shapes, number: int = 0) -> dict[str, AnyArray]:
+    """Arrays of one frame, in the shapes of the layout, against the reference of a number."""
     estimate, sums, frame = record.frame_estimate.estimate, record.frame_estimate.sums, record.frame
     fingers = [(t.x, t.y, t.force, t.radius) for t in frame.truth or ()][:FINGERS]
     found = {
@@ -105,6 +131,7 @@ def rows(record: FrameRecord, layout: Shapes) -> dict[str, AnyArray]:
         "start/from_strain": record.before.from_strain,
         "start/held": record.before.memory.held,
         "start/left": record.before.memory.left,
+        REFERENCE: number,
         LAST: frame.sequence,
     }
     filled = {name: _fill(found[name], *layout[name]) for name in layout if name != CHECK}

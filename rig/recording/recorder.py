@@ -94,7 +94,8 @@ class SessionRecorder:
         self.failure = ""
         self._layout: Shapes = {}
         self._writer: Writer | None = None
-        self._waiting: Queue[FrameRecord | None] = Queue(waiting)
+        self._waiting: Queue[tuple[FrameRecord, int] | None] = Queue(waiting)
+        self._renewed: list[ReferenceFrame] = []
         self._thread = threading.Thread(target=self._write, name="recorder", daemon=True)
 
     def __enter__(self) -> SessionRecorder:
@@ -121,10 +122,14 @@ class SessionRecorder:
             self._path.unlink(missing_ok=True)
             self._stop(_reason(error))
 
+    def renew(self, reference: ReferenceFrame, chain: Chain) -> None:
+        """Keep a new reference; it is written before the first frame that was compared with it."""
+        self._renewed.append(reference)
+
     def put(self, record: FrameRecord) -> None:
         """Take a frame without waiting; where the disk is slow it is left out and counted."""
         try:
-            self._waiting.put_nowait(record)
+            self._waiting.put_nowait((record, len(self._renewed)))
         except Full:
             self.dropped += 1
 
@@ -142,9 +147,9 @@ class SessionRecorder:
 
     def _write(self) -> None:
         """Body of the thread."""
-        while record := self._waiting.get():
+        while waited := self._waiting.get():
             if self._writer and not self.failure:
-                self._append(self._writer, record)
+                self._append(self._writer, *waited)
             if self.failure:
                 self.dropped += 1
         if self._writer and not self.failure:
@@ -157,14 +162,16 @@ class SessionRecorder:
             writer.abandon()
             self._stop(_reason(error))
 
-    def _append(self, writer: Writer, record: FrameRecord) -> None:
+    def _append(self, writer: Writer, record: FrameRecord, number: int) -> None:
         """Write a frame; where that is impossible the file ends before it."""
         if self._free(self._path.parent) < RESERVE:
             self._close(writer)
             self._stop(f"less than {RESERVE >> 20} MB are free there")
             return
         try:
-            writer.append(rows(record, self._layout))
+            for reference in self._renewed[writer.renewed : number]:
+                writer.renew(reference, record.frame.captured)
+            writer.append(rows(record, self._layout, number))
         except (OSError, RuntimeError) as error:  # HDF5 calls some full disks a RuntimeError
             writer.abandon()
             self._stop(_reason(error))

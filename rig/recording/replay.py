@@ -35,11 +35,14 @@ def replay(session: Session, bench: Bench, watch: Stopwatch) -> Iterator[Replaye
     OSError
         If the file is damaged.
     """
-    chain, strain_chain = bench.prepare(session.reference)
-    net = bench.prepare_net(session.reference, chain)
+    used, prepared = 0, bench.prepare_all(session.reference)
     for index in range(session.frames):
         row = session.row(index)
         recorded = frame(row)
+        number, reference = session.reference_of(row)
+        if number != used:
+            used, prepared = number, bench.prepare_all(reference)
+        chain, strain_chain, net = prepared.chain, prepared.strain, prepared.net
         frame_estimate = estimate_frame(chain, recorded.image, state(row), watch)
         if net:
             frame_estimate = net.estimate(chain, recorded.image, frame_estimate, watch)

@@ -16,8 +16,15 @@ from pydantic import ValidationError
 import fe
 from models import Estimate, Result
 from rig.live.baseline import ReferenceFrame
-from rig.recording.layout import FORMAT, IMAGES, LAST, VERSION, there
-from rig.recording.soundness import first_wrong, read_reference, wrong_layout, wrong_numbers
+from rig.recording.layout import FORMAT, IMAGES, LAST, READ, REFERENCE, TARES, there
+from rig.recording.soundness import (
+    first_wrong,
+    read_reference,
+    read_tare,
+    wrong_layout,
+    wrong_numbers,
+    wrong_tares,
+)
 from rig.recording.truncated import Padded, missing, whole_frames
 from rig.scene import Scene
 from rig.scene.refusal import sentence
@@ -62,6 +69,7 @@ class Session:
     reference: ReferenceFrame
     frames: int
     arrays: Mapping[str, h5py.Dataset]
+    tares: Mapping[str, h5py.Dataset]
     cut: str = ""
 
     def row(self, index: int) -> dict[str, AnyArray]:
@@ -79,6 +87,42 @@ class Session:
         if said := wrong_numbers(row):
             raise self._damaged(index, said)
         return row
+
+    def reference_of(self, row: Mapping[str, AnyArray]) -> tuple[int, ReferenceFrame]:
+        """Give the reference that a frame was compared with, and its number: 0 for the first.
+
+        Raises
+        ------
+        OSError
+            If the file holds no such reference, or that part of it is damaged.
+        """
+        number = int(row.get(REFERENCE, np.zeros(())))
+        if number == 0:
+            return 0, self.reference
+        try:
+            held = len(self.tares[f"{TARES}image"]) if self.tares else 0
+            wrong = f"there are {held} tares, and this is number {number}"
+            if 0 < number <= held:
+                reference, wrong = read_tare(self.tares, number)
+                if not wrong:
+                    return number, reference
+        except DAMAGE as error:
+            raise self._damaged(int(row[LAST]), _reason(error)) from error
+        raise self._damaged(int(row[LAST]), wrong)
+
+    def require_one_reference(self) -> None:
+        """Refuse a recording in which the reference was renewed.
+
+        Raises
+        ------
+        ValueError
+            If it was.
+        """
+        if self.frames and self.columns().get(REFERENCE, np.zeros(1)).any():
+            raise ValueError(
+                f"the reference was renewed (tare) while '{self.path}' was recorded, and presses"
+                " need one reference; record them without a tare"
+            )
 
     def columns(self) -> dict[str, AnyArray]:
         """All arrays of all whole frames but the large ones.
@@ -199,10 +243,10 @@ def _read(path: Path, file: h5py.File, lost: int) -> Session:
         raise _RefusalError(
             f"'{path}' is no recording of touchplate; give one that `record` has written"
         )
-    if str(file.attrs["version"]) != str(VERSION):
+    if str(file.attrs["version"]) not in map(str, READ):
         raise _RefusalError(
             f"recording '{path}' has version {file.attrs['version']} and this program reads"
-            f" {VERSION}; use the program that wrote it"
+            f" {READ[0]} to {READ[-1]}; use the program that wrote it"
         )
     arrays: dict[str, h5py.Dataset] = {}
 
@@ -212,6 +256,8 @@ def _read(path: Path, file: h5py.File, lost: int) -> Session:
 
     file.visititems(collect)
     reference, wrong = read_reference(arrays.pop("reference"))
+    tares = {name: arrays.pop(name) for name in list(arrays) if name.startswith(TARES)}
+    wrong = wrong or wrong_tares(tares, reference.image.shape)
     if wrong := wrong or wrong_layout(arrays, reference.image.shape):
         raise _RefusalError(f"recording '{path}' is damaged: {wrong}; use another copy of it")
     said = min(len(array) for array in arrays.values())
@@ -224,6 +270,7 @@ def _read(path: Path, file: h5py.File, lost: int) -> Session:
         reference=reference,
         frames=frames,
         arrays=arrays,
+        tares=tares,
         cut=cut,
     )
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from rig.live.baseline import ReferenceFrame
-from rig.recording.layout import CHECK, LAST, frame_check
+from rig.recording.layout import CHECK, LAST, TARES, frame_check, tare_shapes
 from rig.system.arrays import F32, AnyArray
 
 if TYPE_CHECKING:
@@ -73,10 +73,35 @@ def read_reference(stored: h5py.Dataset) -> tuple[ReferenceFrame, str]:
     """Read the reference; the text says what is wrong with it, and is empty where nothing is."""
     image = cast(F32, np.asarray(stored[()]))
     noise = float(np.asarray(stored.attrs["noise"], dtype=np.float64))
+    check = int(np.asarray(stored.attrs["check"])) if "check" in stored.attrs else None
+    return _checked_reference(image, noise, check)
+
+
+def read_tare(arrays: Mapping[str, h5py.Dataset], number: int) -> tuple[ReferenceFrame, str]:
+    """Read the reference of a tare, counted from 1; the text is as that of `read_reference`."""
+    image, noise, check = (
+        np.asarray(arrays[f"{TARES}{name}"][number - 1]) for name in ("image", "noise", "check")
+    )
+    return _checked_reference(cast(F32, image), float(noise), int(check))
+
+
+def wrong_tares(arrays: Mapping[str, h5py.Dataset], shape: tuple[int, ...]) -> str:
+    """Say what is wrong with the arrays of the tares; empty where nothing is, or none are."""
+    for name, (part, kind) in tare_shapes(shape).items() if arrays else ():
+        array = arrays.get(name)
+        if array is None:
+            return f"{name} is missing"
+        if array.shape[1:] != part or array.dtype != np.dtype(kind):
+            return f"{name} is {array.dtype} {array.shape}"
+    return ""
+
+
+def _checked_reference(image: F32, noise: float, check: int | None) -> tuple[ReferenceFrame, str]:
+    """Give a reference, and what is wrong with it; empty where nothing is."""
     said = ""
     if image.ndim != 2 or image.dtype != np.float32 or not image.size:
         said = f"reference is {image.dtype} {image.shape}"
-    elif "check" in stored.attrs and _crc(image) != int(np.asarray(stored.attrs["check"])):
+    elif check is not None and _crc(image) != check:
         said = "the checksum of the reference is another"
     elif not (np.isfinite(image).all() and image.min() >= -WHITE and image.max() <= WHITE):
         said = "grey levels of the reference are none"

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rig.live.baseline import ReferenceFrame
-from rig.recording.layout import FORMAT, IMAGES, LAST, VERSION, Shapes
+from rig.recording.layout import FORMAT, IMAGES, LAST, VERSION, Shapes, tare_row, tare_shapes
 from rig.recording.swmr_flag import SUPERBLOCK, unmarked
 from rig.system.arrays import AnyArray
 
@@ -57,10 +57,26 @@ class Writer:
         stored.attrs["noise"] = reference.noise
         stored.attrs["check"] = zlib.crc32(np.ascontiguousarray(reference.image).data)
         self._arrays = {name: _create(self._file, name, *layout[name]) for name in layout}
+        tares = tare_shapes(reference.image.shape)
+        self._tares = {name: _create(self._file, name, *tares[name]) for name in tares}
         self._file.swmr_mode = True
         self._raw = path.open("r+b", buffering=0)
         self._flush()
-        self.frames = 0
+        self.frames = self.renewed = 0
+
+    def renew(self, reference: ReferenceFrame, captured: float) -> None:
+        """Write a reference that frames from one captured at this time, s, are compared with.
+
+        Raises
+        ------
+        OSError
+            If it does not fit.
+        """
+        row = tare_row(reference, captured)
+        for name, array in self._tares.items():
+            _append(array, self.renewed, row[name], deflated=name in IMAGES)
+        self._flush()
+        self.renewed += 1
 
     def append(self, rows: Mapping[str, AnyArray]) -> None:
         """Write one frame and hand it to the system.
@@ -73,12 +89,7 @@ class Writer:
         for name, array in self._arrays.items():
             if name == LAST:  # the others are on their way before a frame counts as whole
                 self._flush()
-            array.resize(self.frames + 1, axis=0)
-            if name in IMAGES:
-                start = (self.frames, *[0] * (array.ndim - 1))
-                array.id.write_direct_chunk(start, _deflate(rows[name]))
-            else:
-                array[self.frames] = rows[name]
+            _append(array, self.frames, rows[name], deflated=name in IMAGES)
         self._flush()
         self.frames += 1
 
@@ -120,6 +131,15 @@ def _create(file: h5py.File, name: str, shape: tuple[int, ...], kind: str) -> h5
         compression="gzip" if large else None,
         fillvalue=np.nan if kind[0] == "f" else None,
     )
+
+
+def _append(array: h5py.Dataset, index: int, part: AnyArray, *, deflated: bool) -> None:
+    array.resize(index + 1, axis=0)
+    if deflated:
+        start = (index, *[0] * (array.ndim - 1))
+        array.id.write_direct_chunk(start, _deflate(part))
+    else:
+        array[index] = part
 
 
 def _deflate(image: AnyArray) -> bytes:

@@ -94,6 +94,20 @@ class LiveRun:
         """Close source and recording; the run has no further frame."""
         self._frames.close()
 
+    def tare(self) -> None:
+        """Renew the reference from the next frames, while nothing touches.
+
+        The `notice` of the next frames says the outcome; a touch that is held refuses it.
+
+        Raises
+        ------
+        ValueError
+            If no frame was asked for yet.
+        """
+        if not self._opened:
+            raise ValueError("a run has no reference to renew before its first frame; ask for one")
+        self._opened[0].tare()
+
     def summary(self) -> dict[str, Any]:
         """Figures of the run so far, as ``touchplate run --json`` prints them.
 

@@ -147,6 +147,7 @@ document.addEventListener("keydown", (event) => {
   if (key in KEYS) choose("component", KEYS[key]);
   if (key === "p") choose("view", choice.view === "camera" ? "projector" : "camera");
   if (key === "r" && frame?.recording && frame.controls) wish({ do: "record" });
+  if (key === "t" && frame?.recording && frame.controls) wish({ do: "tare" });
 });
 find("view-canvas").addEventListener("pointermove", (event) => { pointer = view.toImage(event); if (frame) showProbe(); });
 find("view-canvas").addEventListener("pointerleave", () => { pointer = null; showProbe(); });

@@ -37,7 +37,7 @@ function showRecording({ recording, controls }) {
   find("recording").hidden = !recording;
   if (!recording) return;
   const { running, status, frames, dropped } = recording;
-  find("record").disabled = !controls;
+  find("record").disabled = find("tare").disabled = !controls;
   find("record").classList.toggle("on", running);
   find("record").setAttribute("aria-pressed", running);
   find("record").lastElementChild.textContent = running ? "Stop recording" : "Record";
@@ -87,3 +87,4 @@ function showWizard({ wizard, controls }) {
 }
 
 find("record").addEventListener("click", () => ask({ do: "record" }));
+find("tare").addEventListener("click", () => ask({ do: "tare" }));

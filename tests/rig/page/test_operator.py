@@ -1,5 +1,6 @@
 """What the operator asks for is done, and what he should know is on the page."""
 
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
 import pytest
@@ -82,6 +83,18 @@ def test_the_button_starts_and_ends_a_recording(bench):
     publisher.ask({"do": "record"})
     operator(draw_snapshot(2))
     assert not page_controls(publisher).recording.running
+
+
+def test_a_tare_is_asked_for_and_its_notice_is_the_first_note():
+    publisher, asked = Publisher(0, SCREEN, Access()), []
+    switch = Switch(lambda file: Nothing(), None)
+    operator = Operator(
+        publisher, switch, Calibration(), ("it is old",), tare=lambda: asked.append("tare")
+    )
+    publisher.ask({"do": "tare"})
+    operator(replace(draw_snapshot(1), notice="tare: done"))
+    assert asked == ["tare"]
+    assert page_controls(publisher).notes == ("tare: done", "it is old")
 
 
 def test_the_mode_of_the_marks_changes_while_the_loop_runs(bench):

@@ -114,6 +114,17 @@ def test_a_block_closes_what_was_open_and_figures_stay(scene, opened):
     assert list(run) == []
 
 
+def test_a_script_renews_the_reference_while_frames_go_on(scene, opened):
+    opened(range(20, 60))
+    run = rig.run(scene)
+    with pytest.raises(ValueError, match="before its first frame"):
+        run.tare()
+    with run:
+        assert next(run).notice == ""
+        run.tare()
+        assert "touch nothing" in next(run).notice
+
+
 @pytest.mark.parametrize("grab", [3, 18])
 def test_ctrl_c_while_a_frame_is_waited_for_closes_what_was_open(scene, opened, grab):
     handler = signal.getsignal(signal.SIGINT)
