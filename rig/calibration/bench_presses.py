@@ -15,8 +15,7 @@ from rig.calibration.store import Calibration
 from rig.camera.files import image_paths, read_grey
 from rig.live.baseline import average_reference
 from rig.live.bench import Bench, build_bench
-from rig.live.chain import STRANGE, Chain, Registered, register, strangeness
-from rig.live.visibility import coarse_shift
+from rig.live.chain import STRANGE, Chain, Registered, jumped, register, strangeness
 from rig.scene import Scene
 from rig.scene.sensing import PatternEstimator
 from rig.system.arrays import F32, F64
@@ -201,6 +200,5 @@ def _registered(chain: Chain, image: F32) -> Registered:
     seen = register(chain, image, still, watch)
     if seen.hidden.mean() <= STRANGE:
         return seen
-    still[chain.pattern.count :][:2] = coarse_shift(chain.reference, image)
-    jumped = register(chain, image, still, watch, stale=0.0)
-    return min(seen, jumped, key=strangeness)
+    after = register(chain, image, jumped(chain, image, still, watch), watch)
+    return min(seen, after, key=strangeness)

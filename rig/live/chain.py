@@ -32,7 +32,13 @@ from rig.live.alignment import Alignment
 from rig.live.baseline import ReferenceFrame, is_consistent, update_drift
 from rig.live.illumination import sums_without_gain_offset, without_gain_offset
 from rig.live.memory import Memory
-from rig.live.visibility import MaskedModels, coarse_shift, contrast_loss, unusable_reason
+from rig.live.visibility import (
+    MaskedModels,
+    coarse_shift,
+    contrast_loss,
+    tile_shift,
+    unusable_reason,
+)
 from rig.system.arrays import F64, AnyArray, Mask
 from rig.system.timing import Stopwatch
 
@@ -226,30 +232,20 @@ def estimate_frame(
         found.hidden.mean() <= STRANGE or is_consistent(found.estimate)
     ):
         return found
-    jumped = state.motion.copy()
-    jumped[chain.pattern.count :][:2] = coarse_shift(chain.reference, image)
-    other = register(chain, image, jumped, watch, stale=0.0)  # a jump is seen roughly: once more
+    other = register(chain, image, jumped(chain, image, state.motion, watch), watch)
     if strangeness(other) < strangeness(seen):
         return _estimated(chain, other, state, watch, drift)
     return found
 
 
-def register(
-    chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch, stale: float = MAX_OFF
-) -> Registered:
-    """Move the reference by `moved` (K + R,), and on until it lies where the frame shows it.
-
-    Parameters
-    ----------
-    stale : float, px
-        Bound of the motion of any tile by which `moved` may be off; by more, and once more.
-    """
+def register(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> Registered:
+    """Move the reference by `moved` (K + R,), and on until it lies where the frame shows it."""
     seen = _compared(chain, image, moved, watch)
     for _ in range(MAX_ITERATIONS - 1):
         off = chain.pattern.motions.max_motion(seen.motion - moved)
-        if seen.unusable_reason or (off <= stale and off * _miss(chain, seen) <= MISSED):
+        if seen.unusable_reason or (off <= MAX_OFF and off * _miss(chain, seen) <= MISSED):
             break
-        stale, moved = MAX_OFF, seen.motion
+        moved = seen.motion
         seen = _compared(chain, image, moved, watch)
     return seen
 
@@ -265,6 +261,21 @@ def _compared(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> Re
         pattern = chain.masked_models.pattern_for(hidden)
         right = pattern.gradient(sums_without_gain_offset(chain.tiles, sums), moved)
         return Registered(sums, hidden, "", pattern, right, pattern.motion(right))
+
+
+def jumped(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> F64:
+    """Give the motion (K + R,) with the camera where its jump has brought it, to 0.15 px.
+
+    The shift of coarse images leaves some tenths, by which tiles of a sharp image look strange
+    already; half of them at least say what is left.
+    """
+    shifted = moved.copy()
+    shift = shifted[chain.pattern.count :][:2]
+    with watch.stage("jump"):
+        shift[:] = coarse_shift(chain.reference, image)
+        sums = tile_sums(chain.reference, image, chain.pattern.motions.flow(shifted))
+        shift += tile_shift(chain.tiles, sums)
+    return shifted
 
 
 def _miss(chain: Chain, seen: Registered) -> float:

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from dic import TileReference, TileSums
+from dic import Status, TileBlocks, TileReference, TileSums, tile_gradient
 from models import Estimator, TilePattern
 from rig.system.arrays import F64, AnyArray, Mask
 
@@ -16,7 +16,7 @@ HIDDEN = 0.75  # of the tiles, beyond which the others say too little
 DARK = 0.3  # of the contrast of the reference, below which there is no pattern to follow
 DARKEST = 0.05  # of the visible tiles; fewer say nothing against the others
 FLAT = 0.1  # of the usual texture, below which the gain of a tile is not known
-COARSE = 512  # px, longer side of the images in which a jump is looked for: right to 0.2 px
+COARSE = 512  # px, longer side of the images in which a jump is looked for: right to 0.4 px
 
 
 class MaskedModels:
@@ -133,3 +133,20 @@ def coarse_shift(reference: TileReference, image: AnyArray) -> F64:
     window = cv2.createHanningWindow(size, cv2.CV_32F)
     (x, y), _ = cv2.phaseCorrelate(before, after, window)
     return np.array([x * width / size[0], y * height / size[1]])
+
+
+def tile_shift(blocks: TileBlocks, sums: TileSums) -> F64:
+    """Shift that the tiles of a frame have in common beyond their flow, (2,) px.
+
+    The median of what each tile says, its light left out; a hand over less than a half of them
+    does not mislead it.
+
+    Parameters
+    ----------
+    blocks : TileBlocks
+        Of one tile each.
+    sums : TileSums
+        Taken at a flow that is right to half a pixel or so.
+    """
+    left = (blocks.inverse @ tile_gradient(blocks, sums)[..., None])[..., 0]
+    return np.asarray(np.median(left[blocks.status == Status.OK], axis=0), dtype=np.float64)

@@ -1,12 +1,14 @@
 """A hand before the plate, a light that fails, a camera that is bumped: nothing is invented."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from skimage.registration import phase_cross_correlation
 
 import fe
+from dic import tile_sums
 from rig.live import chain as live, visibility
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
@@ -152,3 +154,24 @@ def test_a_finger_that_comes_and_goes_in_the_shade_leaves_no_trace(rig):
         pressed = sequence // 3 % 2 == 1
         found = rig.process(sequence, (hard,) * pressed, lambda light: light * shade)
         assert found.estimate.count == pressed, sequence
+
+
+def test_what_coarse_images_leave_of_a_jump_the_tiles_say_also_behind_a_hand(small, watch):
+    rig = Rig(small({"source.shift": [3.4, -2.6]}), watch)
+    image = (255.0 * Occluder(ARM + 60.0, 0.45).cover(rig.twin.frame(40, ()) / 255.0)).astype("u1")
+    motion = rig.chain.pattern.still()
+    motion[rig.chain.pattern.count :][:2] = 3.0, -2.3
+    sums = tile_sums(rig.chain.reference, image, rig.chain.pattern.motions.flow(motion))
+    np.testing.assert_allclose(visibility.tile_shift(rig.chain.tiles, sums), (0.4, -0.3), atol=0.15)
+    found = live.jumped(rig.chain, image, rig.chain.pattern.still(), watch)
+    np.testing.assert_allclose(found[rig.chain.pattern.count :][:2], (3.4, -2.6), atol=0.15)
+
+
+def test_a_camera_that_is_shaken_loses_no_frame(small, watch, rng):
+    rig, counts = Rig(small(), watch), []
+    for sequence in range(20, 32):
+        rig.twin = replace(rig.twin, shift=tuple(rng.uniform(-3.0, 3.0, 2)))
+        found = rig.process(1000 + sequence, (PRESS,))
+        assert not found.unusable_reason
+        counts.append(found.estimate.count)
+    assert set(counts) == {1}
