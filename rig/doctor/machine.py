@@ -19,6 +19,7 @@ EXTRAS = {
     "v4l2": (("linuxpy",), "frame numbers of V4L2 cameras"),
     "vision": (("harvesters", "pypylon"), "GenICam and Basler cameras"),
     "lsl": (("pylsl",), "touches by the Lab Streaming Layer"),
+    "mqtt": (("paho-mqtt",), "touches to an MQTT broker"),
 }
 """Packages of each extra, and what it is for."""
 TRAINER = "torch"

@@ -38,7 +38,7 @@ def open_outputs(
     Raises
     ------
     OSError
-        If a package is missing, a host is not known or a port is taken.
+        If a package is missing, a host is not known, a port is taken or no broker answers.
     """
     sinks: list[Sink] = []
     if way := outputs.tuio:
@@ -57,4 +57,8 @@ def open_outputs(
 
         lsl = LslOutlet(max_touches, way.name)
         sinks.append(lambda snapshot: lsl(snapshot.touches, snapshot.captured))
+    if way := outputs.mqtt:
+        from rig.out.mqtt import open_mqtt
+
+        sinks.append(open_parts.enter_context(open_mqtt(way.host, way.port, way.topic)))
     return sinks

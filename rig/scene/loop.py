@@ -72,9 +72,20 @@ class Lsl(Section):
     name: str = Field("touchplate", min_length=1, description="name that clients look for")
 
 
+class Mqtt(Section):
+    """Touches as JSON to an MQTT broker (needs paho-mqtt)."""
+
+    host: str = Field("127.0.0.1", min_length=1, description="address of the broker")
+    port: Count = Field(1883, ge=1, le=65535, description="port of the broker")
+    topic: str = Field(
+        "touchplate", pattern=r"^[^+#\x00]+$", description="what all topics begin with"
+    )
+
+
 class Outputs(Section):
     """Where touches are sent to; also by a headless run."""
 
     tuio: TuioSection | None = Field(None, description="tables of fingers")
     websocket: Websocket | None = Field(None, description="programs that read JSON")
     lsl: Lsl | None = Field(None, description="beside recordings of EEG and the like")
+    mqtt: Mqtt | None = Field(None, description="home automation, Node-RED and the like")
