@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rig.commands.output import emit, progress, warn
+from rig.commands.output import emit, progress, say, warn
 
 if TYPE_CHECKING:
     from rig.recording.session import Session
 
 
 def replay(
-    recording: Annotated[Path, typer.Argument(help="File of a recorded session.")],
+    recording: Annotated[
+        Path, typer.Argument(help="File of a recorded session, or with --page its folder.")
+    ],
+    page: Annotated[
+        bool, typer.Option("--page", help="Show it on the page, to play, pause and seek.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Find the touches of a recording again and compare them with those found then, bit for bit.
@@ -24,6 +30,9 @@ def replay(
     """
     from rig.recording.session import open_session
 
+    if page:
+        _show(recording)
+        return
     with open_session(recording) as session:
         if session.cut:
             warn(session.cut)
@@ -39,6 +48,20 @@ def replay(
     emit("\n".join(lines), said, as_json)
     if said["different"]:
         raise typer.Exit(1)
+
+
+def _show(recording: Path) -> None:
+    """Play recordings on the page until Ctrl-C."""
+    from rig.commands.page_panels import open_page
+    from rig.page.player import PagePlayer, newest
+    from rig.scene.loop import Page
+    from rig.system.process import interruptible
+
+    path = newest(recording) if recording.is_dir() else recording
+    with suppress(KeyboardInterrupt), open_page(Page.model_validate({"port": 0}), None) as publisher:
+        say(f"page: {publisher.url}   (Ctrl-C ends)")
+        with interruptible():
+            PagePlayer(publisher).play(path)
 
 
 def _replay(session: Session) -> dict[str, Any]:

@@ -63,7 +63,11 @@ def open_mqtt(host: str, port: int, topic: str) -> Generator[MqttClient]:
     online = f"{topic}/online"
     client.will_set(online, "0", retain=True)
     client.reconnect_delay_set(*AGAIN)
-    client.on_connect = lambda *_: client.publish(online, "1", retain=True)
+
+    def greet(*_: object) -> None:
+        client.publish(online, "1", retain=True)
+
+    client.on_connect = greet
     try:
         client.connect(host, port, KEEP_ALIVE)
     except OSError as error:

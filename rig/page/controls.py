@@ -60,6 +60,15 @@ class Wizard:
 
 
 @dataclass(frozen=True)
+class Played:
+    """A recording that is played: where it is, of how long, s, and whether it runs."""
+
+    seconds: float
+    length: float
+    running: bool
+
+
+@dataclass(frozen=True)
 class PageControls:
     """Everything beside the frame.
 
@@ -72,6 +81,8 @@ class PageControls:
     settings : tuple of PageSetting
     calibration : tuple of Measured
     wizard : Wizard or None
+    played : Played or None
+        None where frames are live.
     """
 
     notes: tuple[str, ...] = ()
@@ -79,3 +90,4 @@ class PageControls:
     settings: tuple[PageSetting, ...] = ()
     calibration: tuple[Measured, ...] = ()
     wizard: Wizard | None = None
+    played: Played | None = None

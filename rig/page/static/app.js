@@ -147,6 +147,10 @@ document.addEventListener("keydown", (event) => {
   if (key in KEYS) choose("component", KEYS[key]);
   if (key === "p") choose("view", choice.view === "camera" ? "projector" : "camera");
   if (key === "r" && frame?.recording && frame.controls) wish({ do: "record" });
+  if (key === " " && frame?.played && frame.controls && !event.target.matches("button, input")) {
+    event.preventDefault();
+    wish({ do: "play" });
+  }
   if (key === "t" && frame?.recording && frame.controls) wish({ do: "tare" });
 });
 find("view-canvas").addEventListener("pointermove", (event) => { pointer = view.toImage(event); if (frame) showProbe(); });

@@ -24,6 +24,7 @@ export function showControls(frame) {
   showSettings(frame);
   showCalibration(frame.calibration);
   showWizard(frame);
+  showPlayed(frame);
   find("controls").hidden = !frame.settings.length && !frame.calibration.length;
 }
 
@@ -86,5 +87,18 @@ function showWizard({ wizard, controls }) {
   }));
 }
 
+function showPlayed({ played, controls }) {
+  find("played").hidden = !played;
+  if (!played) return;
+  const { seconds, length, running } = played, seek = find("seek");
+  find("play").disabled = seek.disabled = !controls;
+  show("play", running ? "Pause" : "Play");
+  seek.max = length;
+  if (document.activeElement !== seek || running) seek.value = seconds;
+  show("played-at", `${seconds.toFixed(1)} of ${length.toFixed(1)} s`);
+}
+
+find("play").addEventListener("click", () => ask({ do: "play" }));
+find("seek").addEventListener("input", ({ target }) => ask({ do: "seek", to: Number(target.value) }));
 find("record").addEventListener("click", () => ask({ do: "record" }));
 find("tare").addEventListener("click", () => ask({ do: "tare" }));
