@@ -15,7 +15,7 @@ from playwright.sync_api import expect, sync_playwright
 from rig.calibration.guide import Progress
 from rig.live.snapshot import Mark
 from rig.page import serve
-from rig.page.controls import Measured, PageControls, PageSetting, Recording, Wizard
+from rig.page.controls import Measured, PageControls, PageSetting, Played, Recording, Wizard
 from rig.projector.markers import fit_plate
 from rig.web.access import Access
 
@@ -280,9 +280,36 @@ def test_notes_settings_and_calibration_are_shown_and_what_is_chosen_is_asked_fo
         assert wait_for_wish(publisher) == [{"do": "record"}]
         page.keyboard.press("r")
         assert wait_for_wish(publisher) == [{"do": "record"}]
+        page.get_by_role("button", name="Tare").click()
+        assert wait_for_wish(publisher) == [{"do": "tare"}]
+        page.keyboard.press("t")
+        assert wait_for_wish(publisher) == [{"do": "tare"}]
+        expect(page.locator("#played")).to_be_hidden()
         page.get_by_label("Marks").select_option("on")
         assert wait_for_wish(publisher) == [{"do": "set", "key": "projector.mode", "value": "on"}]
         expect(page.locator("#wizard")).to_be_hidden()
+    assert page.complaints == []
+
+
+def test_a_recording_is_paused_sought_and_changed(page, snapshot):
+    choice = PageSetting("recording", "Recording", "a.h5", ("a.h5", "b.h5"))
+    shown = PageControls(settings=(choice,), played=Played(2.5, 10.0, True))
+    with serve(0) as publisher, with_controls(publisher, snapshot, shown):
+        open_live(page, publisher)
+        expect(page.locator("#played-at")).to_have_text("2.5 of 10.0 s")
+        expect(page.locator("#recording")).to_be_hidden()
+        page.get_by_role("button", name="Pause").click()
+        assert wait_for_wish(publisher) == [{"do": "play"}]
+        page.locator("#view-canvas").click()
+        page.evaluate("document.activeElement.blur()")
+        page.keyboard.press("Space")
+        assert wait_for_wish(publisher) == [{"do": "play"}]
+        page.get_by_label("Place in the recording").evaluate(
+            "seek => { seek.value = 7.5; seek.dispatchEvent(new Event('input')); }"
+        )
+        assert wait_for_wish(publisher) == [{"do": "seek", "to": 7.5}]
+        page.locator("select[name=recording]").select_option("b.h5")
+        assert wait_for_wish(publisher) == [{"do": "set", "key": "recording", "value": "b.h5"}]
     assert page.complaints == []
 
 
