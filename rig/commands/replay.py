@@ -58,7 +58,10 @@ def _show(recording: Path) -> None:
     from rig.system.process import interruptible
 
     path = newest(recording) if recording.is_dir() else recording
-    with suppress(KeyboardInterrupt), open_page(Page.model_validate({"port": 0}), None) as publisher:
+    with (
+        suppress(KeyboardInterrupt),
+        open_page(Page.model_validate({"port": 0}), None) as publisher,
+    ):
         say(f"page: {publisher.url}   (Ctrl-C ends)")
         with interruptible():
             PagePlayer(publisher).play(path)

@@ -17,12 +17,13 @@ from rig.live.snapshot import Mark, Snapshot, StrainOverlay
 from rig.live.view import marks, plate_view, true_marks
 from rig.page.controls import PageControls, PageSetting, Played
 from rig.page.server import Publisher
-from rig.recording.layout import there
+from rig.recording.layout import LAST, there
 from rig.recording.paths import SUFFIX
 from rig.recording.session import Session, frame, open_session, reported
 from rig.system.arrays import F64, AnyArray
 
 RECORDING = "recording"  # what the page calls the choice among recordings
+UNKNOWN = (math.inf, math.inf, 0.0)  # σ of touches from strain is not recorded
 PACE = 1.0 / 30.0  # s between looks at what is asked for
 AGAIN = 0.25  # s after which a frame that stands still is given again: the page waits for one
 
@@ -99,8 +100,10 @@ class RecordedFrames:
         if camera is None or camera.size != (width, height):
             camera = scene.camera.build(scene.plate)
         self.session = session
-        times = session.columns()["frames/captured"]
+        columns = session.columns()
+        times, numbers = columns["frames/captured"], columns[LAST]
         self.times: F64 = times - times[0]
+        self._left_out = numbers - numbers[0] - np.arange(len(numbers))
         self._size, self._view = plate.size, plate_view(plate, camera, plate.thickness / 2)
         self._tiles = lay_tiles((height, width), scene.dic.tile) if scene.dic else None
 
@@ -134,7 +137,7 @@ class RecordedFrames:
             position_error_median=None,
             force_error_median=None,
             fps=(len(self.times) - 1) / max(float(self.times[-1]), 1e-9),
-            dropped=0,
+            dropped=int(self._left_out[index]),
             stages=(),
             latency=(math.nan, math.nan),
             noise=self.session.reference.noise,
@@ -152,7 +155,9 @@ class RecordedFrames:
 
 def _places(row: dict[str, AnyArray]) -> tuple[Mark, ...]:
     found = row.get("touches/from_strain")
-    return () if found is None else tuple(Mark(*place) for place in there(found).tolist())
+    if found is None:
+        return ()
+    return tuple(Mark(*place, UNKNOWN, math.inf) for place in there(found).tolist())
 
 
 class PagePlayer:

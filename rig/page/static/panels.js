@@ -58,10 +58,10 @@ function touchRows(marks, source, name) {
 }
 
 function cells(mark, exact) {
-  const [a, b, angle] = mark.sigma.map((part) => part ?? 0), c = Math.cos(angle), s = Math.sin(angle);
+  const [a, b, angle] = mark.sigma.map((part) => part ?? NaN), c = Math.cos(angle), s = Math.sin(angle);
   return [
     [mark.x, Math.hypot(a * c, b * s), 1], [mark.y, Math.hypot(a * s, b * c), 1], [mark.force, mark.sigma_force, 3],
-  ].map(([value, sigma, digits]) => make("td", {}, text(value, digits), make("em", {}, exact ? "" : `± ${text(sigma, digits)}`)));
+  ].map(([value, sigma, digits]) => make("td", {}, text(value, digits), make("em", {}, exact ? "" : `± ${text(Number.isNaN(sigma) ? null : sigma, digits)}`)));
 }
 
 export function showStages(frame) {
