@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Generator
+from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -12,9 +12,14 @@ from numpy.typing import ArrayLike
 
 from dic.arrays import AnyArray
 from dic.fields.displacement import DisplacementField, Status
+from dic.fields.invariants import strain_invariants
 from dic.fields.strain_field import StrainField
 from dic.images.image import check_image
 from dic.numbers import check_type, read_path
+
+
+INVARIANTS = ("principal_1", "principal_2", "principal_angle", "max_shear", "von_mises")
+"""Names of the invariants of strain in files."""
 
 
 @contextmanager
@@ -73,29 +78,62 @@ def columns(disp: DisplacementField, eps: StrainField) -> dict[str, AnyArray]:
     }
 
 
-def write_hdf5(path: str | Path, disp: DisplacementField, eps: StrainField) -> None:
+def invariant_columns(eps: StrainField) -> dict[str, AnyArray]:
+    """Principal strains, their angle, the largest shear, von Mises, and σ of each, (N,) by name.
+
+    The first principal strain is the larger one; the angle is from x towards y, rad.
+    """
+    found = strain_invariants(eps)
+    fields = (found.first, found.second, found.angle, found.max_shear, found.von_mises)
+    spread = zip(INVARIANTS, found.sigma.T, strict=True)
+    return dict(zip(INVARIANTS, fields, strict=True)) | {f"sigma_{n}": s for n, s in spread}
+
+
+def unit_of(name: str) -> str:
+    """Unit of a field by its name; "1" where it has none."""
+    if name.endswith("_mm"):
+        return "mm"
+    if name.endswith("angle"):
+        return "rad"
+    return "px" if name in ("x", "y", "u", "v", "sigma_u", "sigma_v") else "1"
+
+
+def write_hdf5(
+    path: str | Path,
+    disp: DisplacementField,
+    eps: StrainField,
+    more: Mapping[str, AnyArray] | None = None,
+) -> None:
     """Write all fields and how they were measured into one HDF5 file.
 
     Fields on a grid are (R, C) data sets, others (N,); units stand in the attribute `unit`, the
-    parameters in the attributes of the file.
+    parameters in the attributes of the file. `more` are further fields (N,) by name.
     """
     import h5py
 
-    table = columns(disp, eps)
+    table = columns(disp, eps) | dict(more or {})
     shape = disp.grid.shape if disp.grid is not None else (len(disp.xy),)
     with aside(path) as draft, h5py.File(draft, "w") as file:
         for name, values in table.items():
             data = file.create_dataset(name, data=values.reshape(shape), compression="gzip")
-            data.attrs["unit"] = _unit(name)
+            data.attrs["unit"] = unit_of(name)
         for name, value in _parameters(disp, eps).items():
             file.attrs[name] = value
         for status in Status:
             file["status"].attrs[status.name] = int(status)
 
 
-def write_csv(path: str | Path, disp: DisplacementField, eps: StrainField) -> None:
-    """Write one line a point under a header of field names, in px; `nan` where it was lost."""
-    table = columns(disp, eps)
+def write_csv(
+    path: str | Path,
+    disp: DisplacementField,
+    eps: StrainField,
+    more: Mapping[str, AnyArray] | None = None,
+) -> None:
+    """Write one line a point under a header of field names, in px; `nan` where it was lost.
+
+    `more` are further fields (N,) by name.
+    """
+    table = columns(disp, eps) | dict(more or {})
     whole = ("iterations", "status", "strain_valid")
     formats = ["%d" if name in whole else "%.9g" for name in table]
     with aside(path) as draft:
@@ -107,10 +145,6 @@ def write_csv(path: str | Path, disp: DisplacementField, eps: StrainField) -> No
             header=",".join(table),
             comments="",
         )
-
-
-def _unit(name: str) -> str:
-    return "px" if name in ("x", "y", "u", "v", "sigma_u", "sigma_v") else "1"
 
 
 def _parameters(disp: DisplacementField, eps: StrainField) -> dict[str, int | str]:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     import dic
     from rig.series.regions import Regions
+    from rig.series.tabulate import Measured
 
 Kind = Literal["small", "green-lagrange", "logarithmic"]
 Field = Literal["subset", "adaptive", "net"]
@@ -39,6 +40,10 @@ def correlate(
     order: Annotated[int, typer.Option(help="Order of the shape function.")] = 1,
     window: Annotated[int, typer.Option(help="Side of the strain window, points, odd.")] = 5,
     kind: Annotated[Kind, typer.Option(help="Definition of strain.")] = "small",
+    invariants: Annotated[
+        bool,
+        typer.Option("--invariants", help="Principal strains, largest shear, von Mises too."),
+    ] = False,
     field: Annotated[
         Field,
         typer.Option(help="One subset for all; windows that the data choose; or those and a net."),
@@ -71,9 +76,9 @@ def correlate(
     """Write u, v, Exx, Eyy, Exy, σ, ZNCC and status as HDF5 and CSV, and a plot of them."""
     import dic
     from rig.commands import whole_test
-    from rig.series.correlate import StrainOptions
     from rig.series.measure import measure
     from rig.series.regions import Regions, read_regions
+    from rig.series.tabulate import StrainOptions, strained
 
     frames = whole_test.frames_of(deformed)
     folder = out or Path("results") / (Path(deformed).stem if frames is None else "test")
@@ -89,20 +94,19 @@ def correlate(
     prepared = dic.prepare(
         before, subset=subset, step=step, order=order, roi=mask, prefilter=prefilter
     )
+    options = StrainOptions(window, kind, field, invariants)
     if frames is not None:
-        options = StrainOptions(window, kind, field)
         whole_test.correlate(folder, prepared, frames, drawn, options, (workers, force, as_json))
         return
     after = dic.read_image(deformed)
-    found = measure(prepared, after, field)
-    strain = dic.strain(found, window=window, kind=kind)
+    found = strained(measure(prepared, after, field), options)
     seconds = time.perf_counter() - start
 
     with folder_aside(folder) as aside:
-        _write(aside, before, found, strain)
+        _write(aside, before, found)
         if plots:
-            dic.export.draw_fields(aside, before, found, strain)
-    figures = _figures(found, strain) | {"seconds": seconds, "folder": str(folder)}
+            dic.export.draw_fields(aside, before, found.disp, found.strain)
+    figures = _figures(found.disp, found.strain) | {"seconds": seconds, "folder": str(folder)}
     emit(_tables(figures), figures, as_json)
 
 
@@ -131,14 +135,12 @@ def _chosen(image: np.ndarray) -> tuple[int, int]:
     return advice.subset, advice.step
 
 
-def _write(
-    folder: Path, image: np.ndarray, field: dic.DisplacementField, strain: dic.StrainField
-) -> None:
+def _write(folder: Path, image: np.ndarray, found: Measured) -> None:
     from dic import export
 
-    export.write_hdf5(folder / "fields.h5", field, strain)
-    export.write_csv(folder / "fields.csv", field, strain)
-    export.draw_overview(folder / "fields.png", image, field, strain)
+    export.write_hdf5(folder / "fields.h5", found.disp, found.strain, found.more)
+    export.write_csv(folder / "fields.csv", found.disp, found.strain, found.more)
+    export.draw_overview(folder / "fields.png", image, found.disp, found.strain)
 
 
 def _figures(field: dic.DisplacementField, strain: dic.StrainField) -> dict[str, Any]:

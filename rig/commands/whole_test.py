@@ -14,9 +14,9 @@ from rig.commands.output import emit, progress, require_free, say, warn
 
 if TYPE_CHECKING:
     import dic
-    from rig.series.correlate import StrainOptions
     from rig.series.frames import Frames
     from rig.series.regions import Regions
+    from rig.series.tabulate import StrainOptions
 
 PARTS, FIELDS, GRID, READINGS = "parts", "fields.h5", "fields.xdmf", "readings.csv"
 _SHOWN = 5  # errors of frames that are written out
@@ -66,8 +66,8 @@ def correlate(
         correlate_frames(ref, frames, parts, strain, workers, report)
     seconds = time.perf_counter() - start
     attributes = {name: value for name, value in settings.items() if name != "frames"}
-    write_result(folder / FIELDS, parts, frames.names, ref.grid, attributes)
-    write_xdmf(folder / GRID, folder / FIELDS, total, ref.grid)
+    write_result(folder / FIELDS, parts, frames.names, ref.grid, strain.fields, attributes)
+    write_xdmf(folder / GRID, folder / FIELDS, total, ref.grid, strain.fields)
     errors = _errors(parts, frames)
     if regions.extensometer or regions.gauge:
         _write_readings(folder / READINGS, parts, frames, ref, regions, strain)
@@ -100,6 +100,7 @@ def _settings(ref: dic.Reference, frames: Frames, strain: StrainOptions) -> dict
         "strain_window": strain.window,
         "strain_kind": strain.kind,
         "field": strain.field,
+        "invariants": strain.invariants,
     }
 
 

@@ -9,30 +9,15 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass
 from pathlib import Path
 
 import dic
-from dic import export
 from rig.series.frames import Frames
-from rig.series.measure import BLOCK, FieldKind, measure
+from rig.series.measure import measure
 from rig.series.parts import is_whole, missing_part, write_part
+from rig.series.tabulate import StrainOptions, strained
 
 Report = Callable[[int, int], None]
-
-
-@dataclass(frozen=True)
-class StrainOptions:
-    """Side of the strain window, points, the definition of strain, and the field it is taken of."""
-
-    window: int = 5
-    kind: dic.StrainKind = "small"
-    field: FieldKind = "subset"
-
-    def reach(self, ref: dic.Reference) -> float:
-        """Distance from which the errors of two strains are free of each other, px."""
-        step = 0 if ref.grid is None else ref.grid.step
-        return (self.window - 1) * step + ref.subset if self.field == "subset" else BLOCK
 
 
 def correlate_frames(
@@ -55,10 +40,9 @@ def correlate_frames(
         try:
             found = measure(ref, frames.read(number), strain.field)
         except (OSError, ValueError) as error:
-            write_part(parts, number, missing_part(len(ref.xy)), str(error))
+            write_part(parts, number, missing_part(strain.fields, len(ref.xy)), str(error))
             return
-        eps = dic.strain(found, window=strain.window, kind=strain.kind)
-        write_part(parts, number, export.columns(found, eps), "")
+        write_part(parts, number, strained(found, strain).table(strain.fields), "")
 
     count = workers or os.cpu_count() or 1
     with ThreadPoolExecutor(count) as pool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from zipfile import is_zipfile
 
@@ -16,7 +16,7 @@ FIELDS = (
     "u", "v", "sigma_u", "sigma_v", "zncc", "exx", "eyy", "exy", "sigma_exx", "sigma_eyy",
     "sigma_exy",
 )  # fmt: skip
-"""What is kept of a point, float32, beside its status."""
+"""What is always kept of a point, float32, beside its status."""
 
 NO_FRAME = -1
 """Status of every point of a frame that could not be read or compared."""
@@ -55,16 +55,16 @@ def is_whole(folder: Path, number: int) -> bool:
 
 
 def write_part(folder: Path, number: int, table: Mapping[str, AnyArray], error: str) -> None:
-    """Keep the fields of one frame, whole or not at all."""
-    small = {name: np.asarray(table[name], dtype=np.float32) for name in FIELDS}
+    """Keep the fields (N,) of one frame and their `status`, whole or not at all."""
+    small = {n: np.asarray(table[n], dtype=np.float32) for n in table if n != "status"}
     status = np.asarray(table["status"], dtype=np.int8)
     with export.aside(path_of(folder, number)) as draft, draft.open("wb") as file:
         np.savez(file, allow_pickle=False, status=status, error=np.array(error), **small)
 
 
-def missing_part(points: int) -> dict[str, AnyArray]:
+def missing_part(fields: Sequence[str], points: int) -> dict[str, AnyArray]:
     """Fields of a frame that gave none."""
-    table: dict[str, AnyArray] = {name: np.full(points, np.nan, np.float32) for name in FIELDS}
+    table: dict[str, AnyArray] = {name: np.full(points, np.nan, np.float32) for name in fields}
     return table | {"status": np.full(points, NO_FRAME, np.int8)}
 
 
@@ -75,7 +75,7 @@ def read_part(folder: Path, number: int) -> tuple[dict[str, AnyArray], str] | No
         return None
     try:
         with np.load(path, allow_pickle=False) as file:
-            return {name: file[name] for name in (*FIELDS, "status")}, str(file["error"])
+            return {name: file[name] for name in file if name != "error"}, str(file["error"])
     except (OSError, ValueError, KeyError, EOFError):
         path.unlink()
         return None

@@ -10,12 +10,10 @@ import numpy as np
 
 import dic
 from dic import export
-from rig.series.parts import FIELDS, NO_FRAME, read_part
+from rig.series.parts import NO_FRAME, read_part
 
 VERSION = 1
 """Of the layout of the file."""
-
-_LENGTHS = ("u", "v", "sigma_u", "sigma_v")  # in px; strains and the ZNCC have no unit
 
 
 def write_result(
@@ -23,12 +21,13 @@ def write_result(
     parts: Path,
     names: Sequence[str],
     grid: dic.Grid,
+    fields: Sequence[str],
     settings: Mapping[str, object],
     report: Callable[[int, int], None] = lambda done, total: None,
 ) -> None:
     """Assemble the parts of a test, frame by frame: the memory of one frame, whatever their number.
 
-    Fields are (F, R, C) float32, by frame, row and column of the grid; `x` (C,) and `y` (R,) are
+    `fields` are (F, R, C) float32, by frame, row and column of the grid; `x` (C,) and `y` (R,) are
     the places of its points, px; `frame` (F,) the names, `error` (F,) what kept a frame out.
     """
     import h5py
@@ -42,12 +41,12 @@ def write_result(
         text = h5py.string_dtype("utf-8")
         file.create_dataset("frame", data=list(names), dtype=text)
         errors = file.create_dataset("error", (len(names),), dtype=text)
-        for name in (*FIELDS, "status"):
+        for name in (*fields, "status"):
             kind = np.int8 if name == "status" else np.float32
             data = file.create_dataset(
                 name, shape, kind, chunks=(1, *grid.shape), compression="gzip", shuffle=True
             )
-            data.attrs["unit"] = "px" if name in _LENGTHS else "1"
+            data.attrs["unit"] = export.unit_of(name)
         file["status"].attrs["NO_FRAME"] = NO_FRAME
         for status in dic.Status:
             file["status"].attrs[status.name] = int(status)
@@ -61,7 +60,7 @@ def write_result(
             report(number + 1, len(names))
 
 
-def write_xdmf(path: Path, data: Path, frames: int, grid: dic.Grid) -> None:
+def write_xdmf(path: Path, data: Path, frames: int, grid: dic.Grid, fields: Sequence[str]) -> None:
     """Describe the fields to ParaView: a grid of nodes over time, by references into the HDF5."""
     rows, columns = grid.shape
     root = ET.Element("Xdmf", Version="3.0")
@@ -79,7 +78,7 @@ def write_xdmf(path: Path, data: Path, frames: int, grid: dic.Grid) -> None:
         place = ET.SubElement(one, "Geometry", GeometryType="ORIGIN_DXDY")
         _numbers(place, (int(grid.ys[0]), int(grid.xs[0])))
         _numbers(place, (grid.step, grid.step))
-        for name in (*FIELDS, "status"):
+        for name in (*fields, "status"):
             _slab(one, name, f"{data.name}:/{name}", number, (frames, rows, columns))
     with export.aside(path) as draft:
         ET.ElementTree(root).write(draft, encoding="utf-8", xml_declaration=True)

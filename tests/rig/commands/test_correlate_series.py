@@ -218,3 +218,39 @@ def test_regions_that_cannot_be_are_refused_in_a_sentence(series, correlate, tex
     assert code == 2
     assert words in said
     assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("kind", "along"),
+    [
+        ("small", lambda s: s),
+        ("green-lagrange", lambda s: s + s**2 / 2),
+        ("logarithmic", np.log1p),
+    ],
+)
+def test_invariants_of_a_stretch_are_those_of_its_closed_form(series, correlate, kind, along):
+    code, _, text = correlate(
+        "ref.png", "frames/*.png", "--kind", kind, "--invariants", "--out", "o"
+    )
+    assert code == 0, text
+    with h5py.File(series / "o" / "fields.h5") as file:
+        found = {name: np.nanmedian(file[name][2]) for name in file if "frame" not in name and
+                 file[name].ndim == 3}  # fmt: skip
+        assert file["principal_angle"].attrs["unit"] == "rad"
+    true = along(3 * STRETCH)
+    expected = {
+        "principal_1": true, "principal_2": 0, "max_shear": true, "von_mises": 2 / 3**0.5 * true,
+    }  # fmt: skip
+    for name, value in expected.items():
+        assert found[name] == pytest.approx(value, abs=2e-4)
+        assert 1e-6 < found[f"sigma_{name}"] < 2e-4
+    assert abs(found["principal_angle"]) < 0.02
+
+
+def test_invariants_of_a_pair_stand_in_its_csv(series, correlate):
+    assert correlate("ref.png", "frames/f9.png", "--invariants", "--out", "o")[0] == 0
+    with (series / "o" / "fields.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    first = [float(row["principal_1"]) for row in rows]
+    assert np.nanmedian(first) == pytest.approx(2 * STRETCH, abs=2e-4)
+    assert {"sigma_von_mises", "principal_angle"} < set(rows[0])
