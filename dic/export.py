@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dic.arrays import AnyArray
+from dic.arrays import U8, AnyArray
 from dic.fields.displacement import DisplacementField, Status
+from dic.fields.grid import Grid
 from dic.fields.invariants import strain_invariants
 from dic.fields.strain_field import StrainField
 from dic.images.image import check_image
-from dic.numbers import check_type, read_path
-
+from dic.numbers import check_type, read_array, read_path
 
 INVARIANTS = ("principal_1", "principal_2", "principal_angle", "max_shear", "von_mises")
 """Names of the invariants of strain in files."""
@@ -90,7 +90,7 @@ def invariant_columns(eps: StrainField) -> dict[str, AnyArray]:
 
 
 def unit_of(name: str) -> str:
-    """Unit of a field by its name; "1" where it has none."""
+    """Return the unit of a field by its name; "1" where it has none."""
     if name.endswith("_mm"):
         return "mm"
     if name.endswith("angle"):
@@ -198,3 +198,55 @@ def draw_fields(
         with aside(path) as draft:
             plot.draw(draft, image, name, table[name], disp)
     return paths
+
+
+def colour_limits(name: str, values: ArrayLike) -> tuple[float, float]:
+    """Return limits for the colours of a field, in the unit in which plots show it.
+
+    A few wild points do not move them; they are symmetric for what has a sign.
+    """
+    from dic.plots import plot
+
+    return plot.colour_limits(name, read_array(values, name, unit_of(name)))
+
+
+def paint(
+    image: ArrayLike,
+    name: str,
+    values: ArrayLike,
+    grid: Grid,
+    limits: tuple[float, float],
+    caption: str = "",
+) -> U8:
+    """Draw a field over the grey reference with its colour bar.
+
+    Parameters
+    ----------
+    image : (H, W), grey levels
+        The reference.
+    name : str
+        Of the field; says title, unit and colours.
+    values : (R·C,)
+        NaN is left grey.
+    grid : Grid
+    limits : (lowest, highest)
+        Of the colours, as `colour_limits` returns them.
+    caption : str
+        Stands behind the title.
+
+    Returns
+    -------
+    (high, wide, 3) uint8, RGB
+
+    Raises
+    ------
+    ValueError
+        The values are not those of the grid.
+    """
+    from dic.plots import plot
+
+    known = read_array(values, name, unit_of(name))
+    rows, columns = check_type(grid, Grid, "grid", "that of a field").shape
+    if known.shape != (rows * columns,):
+        raise ValueError(f"{name} must have {rows * columns} values, got shape {known.shape}")
+    return plot.paint(check_image(image, "reference"), name, known, grid, limits, caption)

@@ -50,7 +50,7 @@ from .modal.parameters import (
 )
 from .modal.plate import ModalPlate as ModalPlate
 from .output.plot import draw as draw
-from .output.vtu import write_vtu as write_vtu
+from .output.vtu import write_sheet as write_sheet, write_vtu as write_vtu
 from .plate.edges import (
     Clamped as Clamped,
     Edge as Edge,

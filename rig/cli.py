@@ -22,7 +22,7 @@ COMMANDS = {
     "run": "Run the live loop of a scene.",
     "record": "Run the live loop and keep all that it sees and says.",
     "replay": "Find the touches of a recording again.",
-    "export": "Write a recording as images, tables, surfaces or a video.",
+    "export": "Write a recording or a whole test as tables, arrays, surfaces, plots or a video.",
     "calibrate": "Calibrate camera, plate, projector, noise or latency, step by step.",
     "diagnose": "Name what of a bench is not as its scene says, from images of touches.",
     "collect": "Ask for known presses, and learn from them what the bench has wrong.",

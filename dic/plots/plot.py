@@ -6,7 +6,7 @@ Drawn by Pillow, pixel by pixel: a library for charts takes longer to load than 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -49,7 +49,17 @@ _STYLES = {
     "eyy": _Style("Strain eyy", "µε", 1e6, "diverging"),
     "exy": _Style("Shear strain exy (tensor)", "µε", 1e6, "diverging"),
     "sigma_u": _Style("Standard deviation of u", "px", 1, "magma"),
+    "sigma_v": _Style("Standard deviation of v", "px", 1, "magma"),
     "sigma_exx": _Style("Standard deviation of exx", "µε", 1e6, "magma"),
+    "sigma_eyy": _Style("Standard deviation of eyy", "µε", 1e6, "magma"),
+    "sigma_exy": _Style("Standard deviation of exy", "µε", 1e6, "magma"),
+    "u_mm": _Style("Displacement along x", "mm", 1, "viridis"),
+    "v_mm": _Style("Displacement along y", "mm", 1, "viridis"),
+    "principal_1": _Style("First principal strain", "µε", 1e6, "diverging"),
+    "principal_2": _Style("Second principal strain", "µε", 1e6, "diverging"),
+    "principal_angle": _Style("Angle of the first principal strain", "°", 180 / np.pi, "viridis"),
+    "max_shear": _Style("Largest shear in the plane", "µε", 1e6, "viridis"),
+    "von_mises": _Style("Equivalent strain of von Mises", "µε", 1e6, "viridis"),
     "zncc": _Style("Correlation ZNCC", "1", 1, "cividis"),
     "status": _Style("Status", "", 1, "status"),
 }
@@ -71,6 +81,44 @@ def draw_sheet(
     for box, (name, values) in zip(boxes, fields.items(), strict=False):
         _panel(sheet, box, image, name, values, disp)
     sheet.save(path, compress_level=1)
+
+
+def paint(
+    image: AnyArray,
+    name: str,
+    values: AnyArray,
+    grid: Grid,
+    limits: tuple[float, float],
+    caption: str,
+) -> U8:
+    """Draw the field `values` (N,) of a grid within `limits`, (high, wide, 3) RGB.
+
+    `limits` are those of `colour_limits`; `caption` stands behind the title.
+    """
+    sheet, boxes = _frame(image.shape, _ALONE, (1, 1))
+    style = _style(name)
+    titled = replace(style, title=f"{style.title} · {caption}" if caption else style.title)
+    _panel_in(sheet, boxes[0], image, titled, values, (grid, grid.xy), limits)
+    return np.asarray(sheet, dtype=np.uint8)
+
+
+def colour_limits(name: str, values: AnyArray) -> tuple[float, float]:
+    """Limits of the colours of a field, in the unit in which it is drawn."""
+    style = _style(name)
+    if style.colours == "status":
+        return 0.0, float(len(_STATUS_COLOURS))
+    return _limits(values * style.scale, style.colours)
+
+
+def _style(name: str) -> _Style:
+    """How a field is drawn; one of an unknown name by its name."""
+    if name in _STYLES:
+        return _STYLES[name]
+    if name.startswith("sigma_"):
+        of = _style(name.removeprefix("sigma_"))
+        words = f"{of.title[0].lower()}{of.title[1:]}".split(",")[0]
+        return _Style(f"Standard deviation of {words}", of.unit, of.scale, "magma")
+    return _Style(name.replace("_", " "), "", 1, "viridis")
 
 
 def _frame(
@@ -97,23 +145,36 @@ def _panel(
     values: AnyArray,
     disp: DisplacementField,
 ) -> None:
+    """Draw a field over the image on its own scale."""
+    limits = colour_limits(name, values)
+    _panel_in(sheet, box, image, _style(name), values, (disp.grid, disp.xy), limits)
+
+
+def _panel_in(
+    sheet: Image.Image,
+    box: SheetBox,
+    image: AnyArray,
+    style: _Style,
+    values: AnyArray,
+    points: tuple[Grid | None, F64],
+    limits: tuple[float, float],
+) -> None:
     """Draw a field over the image, the axes about it and its scale beside it."""
-    style = _STYLES[name]
     colours, values, known = _colours(style.colours), values * style.scale, np.isfinite(values)
-    limits = (0.0, float(len(colours))) if name == "status" else _limits(values, style.colours)
+    grid, xy = points
     height = np.where(known, (values - limits[0]) / (limits[1] - limits[0]), 0)
     shades = colours[np.clip(height * len(colours), 0, len(colours) - 1).astype(int)]
     grey = _grey(image, box)
-    if disp.grid is None:
-        pixels = _dots(grey, shades, known, image.shape, disp.xy)
+    if grid is None:
+        pixels = _dots(grey, shades, known, image.shape, xy)
     else:
-        pixels = _cells(grey, shades, known, image.shape, disp.grid)
+        pixels = _cells(grey, shades, known, image.shape, grid)
     sheet.paste(Image.fromarray(pixels), (box.left, box.top))
     pen = ImageDraw.Draw(sheet)
     axes.draw_axes(pen, box, image.shape, style.title)
     faded = np.rint(_OPACITY * colours + (1 - _OPACITY) * 255).astype(np.uint8)
-    if name == "status":
-        axes.draw_legend(pen, box, faded, _counted(values))
+    if style.colours == "status":
+        axes.draw_legend(pen, box, faded, _counted(values[known]))
     else:
         axes.draw_scale(sheet, box, faded, limits, style.unit)
 

@@ -66,7 +66,7 @@ def correlate(
         correlate_frames(ref, frames, parts, strain, workers, report)
     seconds = time.perf_counter() - start
     attributes = {name: value for name, value in settings.items() if name != "frames"}
-    write_result(folder / FIELDS, parts, frames.names, ref.grid, strain.fields, attributes)
+    write_result(folder / FIELDS, parts, frames.names, ref, strain.fields, attributes)
     write_xdmf(folder / GRID, folder / FIELDS, total, ref.grid, strain.fields)
     errors = _errors(parts, frames)
     if regions.extensometer or regions.gauge:

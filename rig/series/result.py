@@ -12,15 +12,15 @@ import dic
 from dic import export
 from rig.series.parts import NO_FRAME, read_part
 
-VERSION = 1
-"""Of the layout of the file."""
+FORMAT, VERSION = "touchplate test", 2
+"""What the file calls itself, and the version of its layout."""
 
 
 def write_result(
     path: Path,
     parts: Path,
     names: Sequence[str],
-    grid: dic.Grid,
+    ref: dic.Reference,
     fields: Sequence[str],
     settings: Mapping[str, object],
     report: Callable[[int, int], None] = lambda done, total: None,
@@ -28,15 +28,26 @@ def write_result(
     """Assemble the parts of a test, frame by frame: the memory of one frame, whatever their number.
 
     `fields` are (F, R, C) float32, by frame, row and column of the grid; `x` (C,) and `y` (R,) are
-    the places of its points, px; `frame` (F,) the names, `error` (F,) what kept a frame out.
+    the places of its points, px; `frame` (F,) the names, `error` (F,) what kept a frame out, and
+    `image` (H, W) the reference.
+
+    Raises
+    ------
+    OSError
+        A part is missing, or the folder cannot be written.
+    ValueError
+        The points of the reference lie on no grid.
     """
     import h5py
 
+    grid = ref.grid
+    if grid is None:
+        raise ValueError("a whole test is correlated on a grid; leave out the points")
     shape = len(names), *grid.shape
     with export.aside(path) as draft, h5py.File(draft, "w") as file:
-        for name, value in settings.items():
+        for name, value in ({"format": FORMAT, "version": VERSION} | dict(settings)).items():
             file.attrs[name] = value
-        file.attrs["version"] = VERSION
+        file.create_dataset("image", data=ref.image, compression="gzip", shuffle=True)
         file["x"], file["y"] = grid.xs, grid.ys
         text = h5py.string_dtype("utf-8")
         file.create_dataset("frame", data=list(names), dtype=text)

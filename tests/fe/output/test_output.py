@@ -187,3 +187,10 @@ def test_a_touch_outside_is_refused_and_an_older_file_stays(state, tmp_path):
 def test_mechanics_draw_nothing_until_asked():
     code = "import sys, fe, fe.output.plot, fe.output.vtu; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_a_field_that_is_not_of_the_sheet_is_refused(tmp_path):
+    points = np.zeros((3, 4, 3))
+    with pytest.raises(ValueError, match=r"field exx must be of \(3, 4\) nodes"):
+        fe.write_sheet(tmp_path / "sheet.vtu", points, {"exx": np.zeros((4, 3))})
+    assert list(tmp_path.iterdir()) == []
