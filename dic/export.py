@@ -103,11 +103,13 @@ def write_hdf5(
     disp: DisplacementField,
     eps: StrainField,
     more: Mapping[str, AnyArray] | None = None,
+    settings: Mapping[str, str | float] | None = None,
 ) -> None:
     """Write all fields and how they were measured into one HDF5 file.
 
     Fields on a grid are (R, C) data sets, others (N,); units stand in the attribute `unit`, the
-    parameters in the attributes of the file. `more` are further fields (N,) by name.
+    parameters in the attributes of the file. `more` are further fields (N,) by name, `settings`
+    further attributes.
     """
     import h5py
 
@@ -117,7 +119,7 @@ def write_hdf5(
         for name, values in table.items():
             data = file.create_dataset(name, data=values.reshape(shape), compression="gzip")
             data.attrs["unit"] = unit_of(name)
-        for name, value in _parameters(disp, eps).items():
+        for name, value in (_parameters(disp, eps) | dict(settings or {})).items():
             file.attrs[name] = value
         for status in Status:
             file["status"].attrs[status.name] = int(status)
@@ -147,7 +149,7 @@ def write_csv(
         )
 
 
-def _parameters(disp: DisplacementField, eps: StrainField) -> dict[str, int | str]:
+def _parameters(disp: DisplacementField, eps: StrainField) -> dict[str, str | float]:
     grid = {} if disp.grid is None else {"step": disp.grid.step}
     return {
         "subset": disp.subset,

@@ -59,7 +59,12 @@ class StrainField:
         return 2 * self.exy
 
 
-def strain(disp: DisplacementField, window: int = 5, kind: StrainKind = "small") -> StrainField:
+def strain(
+    disp: DisplacementField,
+    window: int = 5,
+    kind: StrainKind = "small",
+    slopes: F64 | None = None,
+) -> StrainField:
     """Strain from a least-squares plane through u and v over a window of points.
 
     Parameters
@@ -74,11 +79,15 @@ def strain(disp: DisplacementField, window: int = 5, kind: StrainKind = "small")
         half of the window and its centre must be valid.
     kind : {"small", "green-lagrange", "logarithmic"}
         With F = 1 + ∇u: the symmetric part of ∇u; (FᵀF - 1)/2; and ln U = ½ ln FᵀF (Hencky).
+    slopes : (N, 2, 2) float64 or None
+        Of the true places of the points in their px, where the displacement is one of places: of a
+        lens, or of a camera that looks askew. Strain is then along the axes of the places.
 
     Raises
     ------
     ValueError
-        The kind is unknown, the window is not odd or larger than the grid, or there is no gradient.
+        The kind is unknown, the window is not odd or larger than the grid, there is no gradient, or
+        the slopes are not of the points or have no inverse.
 
     Notes
     -----
@@ -99,6 +108,8 @@ def strain(disp: DisplacementField, window: int = 5, kind: StrainKind = "small")
         check_fits(window, disp.grid.shape)
         gradient, variance = _of_windows(disp, disp.grid, window)
         vsg = (window - 1) * disp.grid.step + disp.subset
+    if slopes is not None:
+        gradient, variance = _by_place(gradient, variance, slopes)
     e, sigma = _measure_with_sigma(gradient, variance, kind)
     return StrainField(
         xy=disp.xy,
@@ -112,6 +123,18 @@ def strain(disp: DisplacementField, window: int = 5, kind: StrainKind = "small")
         kind=kind,
         grid=disp.grid,
     )
+
+
+def _by_place(gradient: AnyArray, variance: AnyArray, slopes: F64) -> tuple[AnyArray, AnyArray]:
+    """Slopes in places rather than in px, and their variances."""
+    given = read_array(slopes, "slopes", "per px")
+    if given.shape != gradient.shape:
+        raise ValueError(f"slopes must be {gradient.shape}, got shape {given.shape}; stack them so")
+    turn = np.abs(np.linalg.det(given))
+    if not np.all(turn > 1e-12 * np.sum(given**2, axis=(1, 2))):
+        raise ValueError("slopes must have an inverse at every point; correct the map of places")
+    inverse = np.linalg.inv(given)
+    return gradient @ inverse, variance @ inverse**2
 
 
 def check_window(window: int) -> int:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     import dic
     from rig.series.regions import Regions
+    from rig.series.scale import Scale, ScaledPoints
     from rig.series.tabulate import Measured
 
 Kind = Literal["small", "green-lagrange", "logarithmic"]
@@ -51,6 +52,14 @@ def correlate(
     roi: Annotated[
         Path | None, typer.Option(metavar="MASK", help="Image that is black where to leave out.")
     ] = None,
+    scale: Annotated[
+        str | None,
+        typer.Option(metavar="'X1,Y1,X2,Y2=L mm'", help="Two points, px, and their distance."),
+    ] = None,
+    camera: Annotated[
+        Path | None,
+        typer.Option(metavar="JSON", help="Calibration whose lens, and pose, are taken out."),
+    ] = None,
     regions: Annotated[
         Path | None,
         typer.Option(metavar="TOML", help="Polygons of the ROI, extensometers, gauges."),
@@ -76,6 +85,7 @@ def correlate(
     """Write u, v, Exx, Eyy, Exy, σ, ZNCC and status as HDF5 and CSV, and a plot of them."""
     import dic
     from rig.commands import whole_test
+    from rig.commands.scale import scale_of
     from rig.series.measure import measure
     from rig.series.regions import Regions, read_regions
     from rig.series.tabulate import StrainOptions, strained
@@ -87,6 +97,7 @@ def correlate(
     before = dic.read_image(reference)
     drawn = read_regions(regions) if regions else Regions()
     mask = _mask(before, roi, drawn)
+    on_object = scale_of(scale, camera, before.shape)
     if auto:
         subset, step = _chosen(before)
 
@@ -94,7 +105,8 @@ def correlate(
     prepared = dic.prepare(
         before, subset=subset, step=step, order=order, roi=mask, prefilter=prefilter
     )
-    options = StrainOptions(window, kind, field, invariants)
+    scaled = _scaled(on_object, prepared)
+    options = StrainOptions(window, kind, field, invariants, scaled)
     if frames is not None:
         whole_test.correlate(folder, prepared, frames, drawn, options, (workers, force, as_json))
         return
@@ -103,11 +115,22 @@ def correlate(
     seconds = time.perf_counter() - start
 
     with folder_aside(folder) as aside:
-        _write(aside, before, found)
+        _write(aside, before, found, {} if scaled is None else scaled.settings)
         if plots:
             dic.export.draw_fields(aside, before, found.disp, found.strain)
     figures = _figures(found.disp, found.strain) | {"seconds": seconds, "folder": str(folder)}
     emit(_tables(figures), figures, as_json)
+
+
+def _scaled(scale: Scale | None, ref: dic.Reference) -> ScaledPoints | None:
+    """Points of a reference on the object; None without a scale."""
+    if scale is None:
+        return None
+    from rig.series.scale import scaled_points
+
+    points = scaled_points(scale, ref.xy)
+    say(f"{points.mm_per_px:.6g} mm a px, from {scale.described}")
+    return points
 
 
 def _mask(image: np.ndarray, roi: Path | None, drawn: Regions) -> np.ndarray | None:
@@ -135,10 +158,10 @@ def _chosen(image: np.ndarray) -> tuple[int, int]:
     return advice.subset, advice.step
 
 
-def _write(folder: Path, image: np.ndarray, found: Measured) -> None:
+def _write(folder: Path, image: np.ndarray, found: Measured, scale: dict[str, str | float]) -> None:
     from dic import export
 
-    export.write_hdf5(folder / "fields.h5", found.disp, found.strain, found.more)
+    export.write_hdf5(folder / "fields.h5", found.disp, found.strain, found.more, scale)
     export.write_csv(folder / "fields.csv", found.disp, found.strain, found.more)
     export.draw_overview(folder / "fields.png", image, found.disp, found.strain)
 

@@ -66,7 +66,8 @@ def correlate(
         correlate_frames(ref, frames, parts, strain, workers, report)
     seconds = time.perf_counter() - start
     attributes = {name: value for name, value in settings.items() if name != "frames"}
-    write_result(folder / FIELDS, parts, frames.names, ref, strain.fields, attributes)
+    places = None if strain.scaled is None else strain.scaled.places
+    write_result(folder / FIELDS, parts, frames.names, ref, strain.fields, attributes, places)
     write_xdmf(folder / GRID, folder / FIELDS, total, ref.grid, strain.fields)
     errors = _errors(parts, frames)
     if regions.extensometer or regions.gauge:
@@ -89,6 +90,7 @@ def correlate(
 
 def _settings(ref: dic.Reference, frames: Frames, strain: StrainOptions) -> dict[str, object]:
     """List what the parts of a test depend on: images, subset, and how they are compared."""
+    scaled = strain.scaled
     return {
         "reference": hashlib.sha256(ref.image.tobytes()).hexdigest(),
         "roi": hashlib.sha256(ref.texture[3].tobytes()).hexdigest(),
@@ -101,7 +103,7 @@ def _settings(ref: dic.Reference, frames: Frames, strain: StrainOptions) -> dict
         "strain_kind": strain.kind,
         "field": strain.field,
         "invariants": strain.invariants,
-    }
+    } | ({} if scaled is None else scaled.settings)
 
 
 def _errors(parts: Path, frames: Frames) -> list[tuple[str, str]]:
@@ -137,14 +139,14 @@ def _readings(
     from rig.series.parts import read_part
     from rig.series.regions import elongation, gauge_strain
 
-    grid = ref.grid
+    grid, places = ref.grid, None if strain.scaled is None else strain.scaled.places
     for number, name in enumerate(frames.names):
         part = read_part(parts, number)
         if part is None or grid is None:
             continue
         row: dict[str, object] = {"frame": name}
         for one in regions.extensometer:
-            row[one.name], row[f"sigma_{one.name}"] = elongation(one, grid, part[0])
+            row[one.name], row[f"sigma_{one.name}"] = elongation(one, grid, part[0], places)
         vsg = strain.reach(ref)
         for gauge in regions.gauge:
             for field, (mean, spread) in gauge_strain(gauge, grid, part[0], vsg).items():

@@ -137,8 +137,8 @@ def _check(path: Path, attributes: Mapping[str, Any]) -> None:
         )
 
 
-def _read(path: Path, file: Mapping[str, Any]) -> SeriesResult:
-    settings = dict(file.attrs)  # pyright: ignore[reportAttributeAccessIssue]
+def _read(path: Path, file: Any) -> SeriesResult:
+    settings: dict[str, Any] = dict(file.attrs)
     xs, ys = np.asarray(file["x"][()]), np.asarray(file["y"][()])
     grid = dic.Grid(xs, ys, int(settings["subset"]), int(settings["step"]))
     names = tuple(name.decode() for name in file["frame"][()])

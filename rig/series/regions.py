@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 import dic
+from rig.series.scale import SCALED
 from rig.system.arrays import F64, AnyArray, Mask
 
 Point = tuple[float, float]
+UV, SIGMA_UV = ("u", "v"), ("sigma_u", "sigma_v")
 
 
 class _Part(BaseModel):
@@ -101,41 +106,73 @@ def _filled(points: list[Point], shape: tuple[int, int]) -> Mask:
 
 
 def elongation(
-    one: Extensometer, grid: dic.Grid, table: dict[str, AnyArray]
+    one: Extensometer, grid: dic.Grid, table: Mapping[str, AnyArray], places: F64 | None = None
 ) -> tuple[float, float]:
     """Change of length over length of an extensometer in a frame, and its σ; NaN where lost.
 
+    With `places` (R·C, 2) mm of the points on the object, lengths are those on the object.
+
     σ takes the points between which an end lies for fully correlated: an upper bound.
     """
-    start, end = np.array(one.start), np.array(one.end)
-    (first, loose), (second, slack) = (_motion(place, grid, table) for place in (start, end))
-    length = float(np.linalg.norm(end - start))
-    along = (end - start) / length
-    after = float(np.linalg.norm(end + second - start - first))
-    spread = np.sqrt(np.sum(along**2 * (loose**2 + slack**2)))
+    ends = [lay(grid, np.array([place])) for place in (one.start, one.end)]
+    known = table if places is None else dict(table) | {"X": places[:, 0], "Y": places[:, 1]}
+    moved, loose = (UV, SIGMA_UV) if places is None else (SCALED[:2], SCALED[2:])
+    first, second = (_pair(end, known, moved) for end in ends)
+    loose_1, loose_2 = (_pair(end, known, loose) for end in ends)
+    if places is None:
+        apart = np.array(one.end) - np.array(one.start)
+    else:
+        apart = _pair(ends[1], known, ("X", "Y")) - _pair(ends[0], known, ("X", "Y"))
+    length = float(np.linalg.norm(apart))
+    along = apart / length
+    after = float(np.linalg.norm(apart + second - first))
+    spread = np.sqrt(np.sum(along**2 * (loose_1**2 + loose_2**2)))
     return after / length - 1, float(spread) / length
 
 
-def _motion(place: F64, grid: dic.Grid, table: dict[str, AnyArray]) -> tuple[F64, F64]:
-    """Displacement (2,) px at a place between four points, and its σ; NaN beyond the grid."""
-    x, y = (place[0] - grid.xs[0]) / grid.step, (place[1] - grid.ys[0]) / grid.step
-    i, j = int(np.floor(x)), int(np.floor(y))
+@dataclass(frozen=True, eq=False)
+class Between:
+    """Places on a grid, each between four of its points; NaN is read beyond the grid.
+
+    Attributes
+    ----------
+    corners : (K, 4) int64
+        Numbers of the points, row by row.
+    weights : (K, 4) float64
+        Of their values.
+    """
+
+    corners: NDArray[np.int64]
+    weights: F64
+
+    def read(self, values: AnyArray) -> F64:
+        """Read a field (R·C,) or (R, C) at the places, (K,)."""
+        cut = np.asarray(values, dtype=np.float64).ravel()[self.corners]
+        return np.sum(np.where(self.weights == 0, 0, self.weights * cut), axis=1)
+
+
+def lay(grid: dic.Grid, places: F64) -> Between:
+    """Find the points of a grid about places (K, 2) px."""
     rows, columns = grid.shape
-    i, j = i - (i == columns - 1 and x == i), j - (j == rows - 1 and y == j)
-    if not (0 <= i < columns - 1 and 0 <= j < rows - 1):
-        return np.full(2, np.nan), np.full(2, np.nan)
+    x = (places[:, 0] - grid.xs[0]) / grid.step
+    y = (places[:, 1] - grid.ys[0]) / grid.step
+    i = np.clip(np.floor(x), 0, max(columns - 2, 0)).astype(np.int64)
+    j = np.clip(np.floor(y), 0, max(rows - 2, 0)).astype(np.int64)
     s, t = x - i, y - j
-    weights = np.array([[(1 - s) * (1 - t), s * (1 - t)], [(1 - s) * t, s * t]])
-    cut = [table[n].reshape(grid.shape)[j : j + 2, i : i + 2] for n in ("u", "v")]
-    loose = [table[n].reshape(grid.shape)[j : j + 2, i : i + 2] for n in ("sigma_u", "sigma_v")]
-    return (
-        np.array([np.sum(weights * part) for part in cut], dtype=np.float64),
-        np.array([np.sum(weights * part) for part in loose], dtype=np.float64),
-    )
+    right, below = np.minimum(i + 1, columns - 1), np.minimum(j + 1, rows - 1)
+    corners = [row * columns + column for row in (j, below) for column in (i, right)]
+    weights = np.stack([(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t], axis=1)
+    outside = (x < 0) | (y < 0) | (x > columns - 1) | (y > rows - 1)
+    weights[outside] = np.nan
+    return Between(np.stack(corners, axis=1), weights)
+
+
+def _pair(between: Between, table: Mapping[str, AnyArray], names: tuple[str, ...]) -> F64:
+    return np.array([between.read(table[name])[0] for name in names])
 
 
 def gauge_strain(
-    one: Gauge, grid: dic.Grid, table: dict[str, AnyArray], vsg: float
+    one: Gauge, grid: dic.Grid, table: Mapping[str, AnyArray], vsg: float
 ) -> dict[str, tuple[float, float]]:
     """Mean strain of the points inside a gauge, and its σ; NaN where there is none.
 

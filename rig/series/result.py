@@ -11,6 +11,7 @@ import numpy as np
 import dic
 from dic import export
 from rig.series.parts import NO_FRAME, read_part
+from rig.system.arrays import F64
 
 FORMAT, VERSION = "touchplate test", 2
 """What the file calls itself, and the version of its layout."""
@@ -23,13 +24,15 @@ def write_result(
     ref: dic.Reference,
     fields: Sequence[str],
     settings: Mapping[str, object],
+    places: F64 | None = None,
     report: Callable[[int, int], None] = lambda done, total: None,
 ) -> None:
     """Assemble the parts of a test, frame by frame: the memory of one frame, whatever their number.
 
     `fields` are (F, R, C) float32, by frame, row and column of the grid; `x` (C,) and `y` (R,) are
     the places of its points, px; `frame` (F,) the names, `error` (F,) what kept a frame out, and
-    `image` (H, W) the reference.
+    `image` (H, W) the reference. `places` (R·C, 2) mm, of the points on the object, are stored as
+    `place` (R, C, 2).
 
     Raises
     ------
@@ -49,6 +52,9 @@ def write_result(
             file.attrs[name] = value
         file.create_dataset("image", data=ref.image, compression="gzip", shuffle=True)
         file["x"], file["y"] = grid.xs, grid.ys
+        if places is not None:
+            file["place"] = places.reshape(*grid.shape, 2)
+            file["place"].attrs["unit"] = "mm"
         text = h5py.string_dtype("utf-8")
         file.create_dataset("frame", data=list(names), dtype=text)
         errors = file.create_dataset("error", (len(names),), dtype=text)

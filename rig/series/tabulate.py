@@ -8,6 +8,7 @@ import dic
 from dic import export
 from rig.series.measure import BLOCK, FieldKind
 from rig.series.parts import FIELDS
+from rig.series.scale import SCALED, ScaledPoints, in_mm, scaled_columns
 from rig.system.arrays import AnyArray
 
 
@@ -15,13 +16,15 @@ from rig.system.arrays import AnyArray
 class StrainOptions:
     """Side of the strain window, points, the definition of strain, and the field it is taken of.
 
-    With `invariants` the principal strains, the largest shear and von Mises are kept too.
+    With `invariants` the principal strains, the largest shear and von Mises are kept too; with
+    `scaled`, the points on the object, the displacement in mm, and strain is that on the object.
     """
 
     window: int = 5
     kind: dic.StrainKind = "small"
     field: FieldKind = "subset"
     invariants: bool = False
+    scaled: ScaledPoints | None = None
 
     def reach(self, ref: dic.Reference) -> float:
         """Distance from which the errors of two strains are free of each other, px."""
@@ -31,9 +34,9 @@ class StrainOptions:
     @property
     def fields(self) -> tuple[str, ...]:
         """Names of the fields that are kept of a point, beside its status."""
-        if not self.invariants:
-            return FIELDS
-        return (*FIELDS, *export.INVARIANTS, *(f"sigma_{name}" for name in export.INVARIANTS))
+        spread = tuple(f"sigma_{name}" for name in export.INVARIANTS)
+        more = export.INVARIANTS + spread if self.invariants else ()
+        return FIELDS + more + (SCALED if self.scaled else ())
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +59,13 @@ def strained(disp: dic.DisplacementField, options: StrainOptions) -> Measured:
     Raises
     ------
     ValueError
-        As `dic.strain`.
+        As `dic.strain`, or the camera does not see where a point has moved to.
     """
-    eps = dic.strain(disp, window=options.window, kind=options.kind)
-    return Measured(disp, eps, export.invariant_columns(eps) if options.invariants else {})
+    if options.scaled is None:
+        eps, more = dic.strain(disp, options.window, options.kind), {}
+    else:
+        moved = in_mm(options.scaled, disp)
+        eps = dic.strain(moved, options.window, options.kind, options.scaled.slopes)
+        x, y = options.scaled.places.T
+        more = {"x_mm": x, "y_mm": y} | scaled_columns(moved)
+    return Measured(disp, eps, more | (export.invariant_columns(eps) if options.invariants else {}))

@@ -102,7 +102,7 @@ GENERAL = {  # functions that are given no more than numbers and arrays, with wh
     "tiles_at_points": {"found": "disp", "tiles": "adapted"},
     "correlate_sequence": {"ref": "ref", "frames": "frames"},
     "compose_displacements": {"first": "disp", "second": "disp"},
-    "strain": {"disp": "disp", "window": 3, "kind": "small"},
+    "strain": {"disp": "disp", "window": 3, "kind": "small", "slopes": None},
     "strain_invariants": {"eps": "eps"},
     "strain_measure": {"gradient": np.eye(2), "kind": "logarithmic"},
     "strain_operator": {"valid": np.ones((5, 6), bool), "step": 5, "window": 3},

@@ -254,3 +254,25 @@ def test_invariants_of_a_pair_stand_in_its_csv(series, correlate):
     first = [float(row["principal_1"]) for row in rows]
     assert np.nanmedian(first) == pytest.approx(2 * STRETCH, abs=2e-4)
     assert {"sigma_von_mises", "principal_angle"} < set(rows[0])
+
+
+def test_a_scale_of_two_points_stands_in_the_file_and_in_mm(series, correlate):
+    code, _, text = correlate(
+        "ref.png", "frames/*.png", "--scale", "20,30,120,30=25 mm", "--out", "o"
+    )
+    assert code == 0, text
+    with h5py.File(series / "o" / "fields.h5") as file:
+        assert file.attrs["mm_per_px"] == pytest.approx(0.25)
+        assert file.attrs["scale"] == "two points, 20,30,120,30=25 mm"
+        np.testing.assert_allclose(file["u_mm"][:], 0.25 * file["u"][:], rtol=1e-5, atol=1e-7)
+        np.testing.assert_allclose(file["sigma_v_mm"][:], 0.25 * file["sigma_v"][:], rtol=1e-5)
+        np.testing.assert_allclose(file["place"][0, :, 0], 0.25 * file["x"][:])
+        assert file["u_mm"].attrs["unit"] == "mm"
+        assert np.nanmedian(file["exx"][2]) == pytest.approx(3 * STRETCH, abs=1.5e-4)
+
+
+def test_a_scale_that_is_none_ends_in_one_sentence(series, correlate):
+    code, _, text = correlate("ref.png", "frames/*.png", "--scale", "here", "--out", "o")
+    assert code == 2
+    assert text.count("\n") == 1
+    assert not (series / "o").exists()
