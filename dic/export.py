@@ -103,7 +103,7 @@ def write_hdf5(
     disp: DisplacementField,
     eps: StrainField,
     more: Mapping[str, AnyArray] | None = None,
-    settings: Mapping[str, str | float] | None = None,
+    settings: Mapping[str, object] | None = None,
 ) -> None:
     """Write all fields and how they were measured into one HDF5 file.
 
@@ -149,7 +149,7 @@ def write_csv(
         )
 
 
-def _parameters(disp: DisplacementField, eps: StrainField) -> dict[str, str | float]:
+def _parameters(disp: DisplacementField, eps: StrainField) -> dict[str, object]:
     grid = {} if disp.grid is None else {"step": disp.grid.step}
     return {
         "subset": disp.subset,

@@ -158,7 +158,7 @@ def _chosen(image: np.ndarray) -> tuple[int, int]:
     return advice.subset, advice.step
 
 
-def _write(folder: Path, image: np.ndarray, found: Measured, scale: dict[str, str | float]) -> None:
+def _write(folder: Path, image: np.ndarray, found: Measured, scale: dict[str, object]) -> None:
     from dic import export
 
     export.write_hdf5(folder / "fields.h5", found.disp, found.strain, found.more, scale)

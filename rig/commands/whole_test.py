@@ -91,7 +91,7 @@ def correlate(
 def _settings(ref: dic.Reference, frames: Frames, strain: StrainOptions) -> dict[str, object]:
     """List what the parts of a test depend on: images, subset, and how they are compared."""
     scaled = strain.scaled
-    return {
+    settings: dict[str, object] = {
         "reference": hashlib.sha256(ref.image.tobytes()).hexdigest(),
         "roi": hashlib.sha256(ref.texture[3].tobytes()).hexdigest(),
         "frames": list(frames.names),
@@ -103,7 +103,8 @@ def _settings(ref: dic.Reference, frames: Frames, strain: StrainOptions) -> dict
         "strain_kind": strain.kind,
         "field": strain.field,
         "invariants": strain.invariants,
-    } | ({} if scaled is None else scaled.settings)
+    }
+    return settings | ({} if scaled is None else scaled.settings)
 
 
 def _errors(parts: Path, frames: Frames) -> list[tuple[str, str]]:
@@ -135,20 +136,15 @@ def _write_readings(
 
 def _readings(
     parts: Path, frames: Frames, ref: dic.Reference, regions: Regions, strain: StrainOptions
-) -> Iterator[dict[str, object]]:
+) -> Iterator[dict[str, str | float]]:
     from rig.series.parts import read_part
-    from rig.series.regions import elongation, gauge_strain
+    from rig.series.readings import Reader
 
-    grid, places = ref.grid, None if strain.scaled is None else strain.scaled.places
+    if ref.grid is None:
+        return
+    places = None if strain.scaled is None else strain.scaled.places
+    reader = Reader(regions, ref.grid, strain.reach(ref), places)
     for number, name in enumerate(frames.names):
         part = read_part(parts, number)
-        if part is None or grid is None:
-            continue
-        row: dict[str, object] = {"frame": name}
-        for one in regions.extensometer:
-            row[one.name], row[f"sigma_{one.name}"] = elongation(one, grid, part[0], places)
-        vsg = strain.reach(ref)
-        for gauge in regions.gauge:
-            for field, (mean, spread) in gauge_strain(gauge, grid, part[0], vsg).items():
-                row[f"{gauge.name}_{field}"], row[f"sigma_{gauge.name}_{field}"] = mean, spread
-        yield row
+        if part is not None:
+            yield {"frame": name} | reader.read(part[0])

@@ -64,16 +64,24 @@ class SeriesResult:
         OSError
             That part of the file is damaged.
         """
-        if name not in self.arrays:
-            raise ValueError(
-                f"'{self.path}' holds no field '{name}'; name one of {', '.join(self.fields)}"
-            )
+        self._require(name)
         try:
             return np.asarray(self.arrays[name][number])
         except _DAMAGE as error:
             raise OSError(
                 f"'{self.path}' is damaged at frame {number + 1}; correlate the test again"
             ) from error
+
+    def unit(self, name: str) -> str:
+        """Return the unit of a field.
+
+        Raises
+        ------
+        ValueError
+            There is no field of that name.
+        """
+        self._require(name)
+        return str(self.arrays[name].attrs.get("unit", "1"))
 
     def frame(self, number: int) -> dict[str, AnyArray]:
         """Return all fields of a frame, (R, C) each.
@@ -84,6 +92,12 @@ class SeriesResult:
             That part of the file is damaged.
         """
         return {name: self.field(name, number) for name in self.fields}
+
+    def _require(self, name: str) -> None:
+        if name not in self.arrays:
+            raise ValueError(
+                f"'{self.path}' holds no field '{name}'; name one of {', '.join(self.fields)}"
+            )
 
 
 def is_result(path: Path) -> bool:

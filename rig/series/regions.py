@@ -6,11 +6,11 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 import dic
 from rig.series.scale import SCALED
@@ -37,6 +37,12 @@ class Extensometer(_Part):
     name: str
     start: Annotated[Point, Field(description="(x, y), px.")]
     end: Annotated[Point, Field(description="(x, y), px.")]
+
+    @model_validator(mode="after")
+    def _has_length(self) -> Self:
+        if self.start == self.end:
+            raise ValueError(f"extensometer {self.name} has both ends at one point")
+        return self
 
 
 class Gauge(_Part):
@@ -149,6 +155,13 @@ class Between:
         """Read a field (R·C,) or (R, C) at the places, (K,)."""
         cut = np.asarray(values, dtype=np.float64).ravel()[self.corners]
         return np.sum(np.where(self.weights == 0, 0, self.weights * cut), axis=1)
+
+    def nearest(self) -> Between:
+        """Return the nearest point of each place alone."""
+        weights = np.where(np.isnan(self.weights), np.nan, 0.0)
+        rows, last = np.arange(len(weights)), np.argmax(self.weights, axis=1)
+        weights[rows, last] = np.where(np.isnan(self.weights[:, 0]), np.nan, 1.0)
+        return Between(self.corners, weights)
 
 
 def lay(grid: dic.Grid, places: F64) -> Between:

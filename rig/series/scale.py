@@ -123,7 +123,7 @@ class ScaledPoints:
         return float(np.sqrt(np.median(np.abs(np.linalg.det(self.slopes)))))
 
     @property
-    def settings(self) -> dict[str, str | float]:
+    def settings(self) -> dict[str, object]:
         """What files say of the scale."""
         digest = hashlib.sha256(self.places.tobytes()).hexdigest()
         return {"scale": self.scale.described, "mm_per_px": self.mm_per_px, "places": digest}

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import dic
 from dic import export
-from rig.series.measure import BLOCK, FieldKind
+from rig.series.measure import FieldKind
 from rig.series.parts import FIELDS
+from rig.series.readings import reach
 from rig.series.scale import SCALED, ScaledPoints, in_mm, scaled_columns
 from rig.system.arrays import AnyArray
 
@@ -29,7 +30,7 @@ class StrainOptions:
     def reach(self, ref: dic.Reference) -> float:
         """Distance from which the errors of two strains are free of each other, px."""
         step = 0 if ref.grid is None else ref.grid.step
-        return (self.window - 1) * step + ref.subset if self.field == "subset" else BLOCK
+        return reach(self.field, self.window, step, ref.subset)
 
     @property
     def fields(self) -> tuple[str, ...]:

@@ -39,6 +39,6 @@ def result(tmp_path, ref):
         else:
             write_part(parts, number, table_of(ref, number), "")
     path = tmp_path / "fields.h5"
-    settings = {"subset": 21, "step": 8, "strain_kind": "small", "strain_window": 5}
+    settings = {"subset": 21, "step": 8, "strain_window": 5, "field": "subset"}
     write_result(path, parts, ["a.tif", "b.tif", "c.tif", "d.tif"], ref, FIELDS, settings)
     return path
