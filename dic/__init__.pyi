@@ -16,8 +16,11 @@ from .correlation.reference import (
     prepare as prepare,
 )
 from .correlation.sequence import (
+    SequenceState as SequenceState,
     compose_displacements as compose_displacements,
     correlate_sequence as correlate_sequence,
+    follow_frame as follow_frame,
+    renewed_reference as renewed_reference,
 )
 from .fields.displacement import (
     DisplacementField as DisplacementField,

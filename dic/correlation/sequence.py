@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dic.arrays import I64
+from dic.arrays import I64, AnyArray
 from dic.correlation.correlation import correlate
 from dic.correlation.reference import Reference, prepare
 from dic.fields.displacement import DisplacementField, Status
+from dic.images.image import check_image
 from dic.numbers import check_type
 
 _KEPT = 0.98  # fraction of the points followed so far that a frame must find again
@@ -49,18 +50,92 @@ def correlate_sequence(ref: Reference, frames: Iterable[ArrayLike]) -> Iterator[
         frames = iter(frames)
     except TypeError:
         raise ValueError("frames must be images (H, W), one after the other; list them") from None
-    base, start, here = ref, None, np.arange(len(ref.xy))
-    last, before = None, None
+    state = SequenceState()
+    base = ref
     for frame in frames:
-        found = correlate(base, frame, guess=last)
-        if last is not None and before is not None and _has_changed(last, found):
-            start = _joined(start, last, here)
-            here = _kept(ref, start)
-            moved = ref.xy[here] + np.column_stack([start.u, start.v])[here]
-            base = prepare(before, ref.subset, order=ref.order, points=moved)
-            found = correlate(base, frame, guess=np.zeros_like(moved))
-        yield _joined(start, found, here)
-        last, before = found, frame
+        found, base, state = follow_frame(ref, base, state, frame)
+        yield found
+
+
+@dataclass(frozen=True, eq=False)
+class SequenceState:
+    """What goes from one frame of a test to the next.
+
+    Attributes
+    ----------
+    start : DisplacementField or None
+        Motion of the points of the first reference up to that of now; None while it is the first.
+    last : DisplacementField or None
+        What the frame before showed, from the reference of now; None before the first frame.
+    before : (H, W) or None
+        That frame.
+    renewals : int
+        How often the reference was renewed.
+    """
+
+    start: DisplacementField | None = None
+    last: DisplacementField | None = None
+    before: AnyArray | None = None
+    renewals: int = 0
+
+
+def follow_frame(
+    ref: Reference, base: Reference, state: SequenceState, frame: ArrayLike
+) -> tuple[DisplacementField, Reference, SequenceState]:
+    """Measure one frame of a test, as `correlate_sequence` does.
+
+    Parameters
+    ----------
+    ref, base : Reference
+        The first, and the one of now: `ref` again, or what the frame before returned.
+    state : SequenceState
+        Of the frame before; an empty one before the first.
+    frame : (H, W)
+
+    Returns
+    -------
+    tuple
+        Displacement at the points of `ref`, the reference of now, and what goes to the next frame.
+
+    Raises
+    ------
+    ValueError
+        The image cannot be used.
+    """
+    check_type(ref, Reference, "ref", "dic.prepare")
+    check_type(base, Reference, "base", "dic.prepare")
+    check_type(state, SequenceState, "state", "dic.SequenceState()")
+    frame = check_image(frame, "deformed")
+    found = correlate(base, frame, guess=state.last)
+    start, renewals = state.start, state.renewals
+    if state.last is not None and state.before is not None and _has_changed(state.last, found):
+        start, renewals = _joined(start, state.last, _here(ref, start)), renewals + 1
+        base = renewed_reference(ref, start, state.before)
+        found = correlate(base, frame, guess=np.zeros_like(base.xy))
+    joined = _joined(start, found, _here(ref, start))
+    return joined, base, SequenceState(start, found, frame, renewals)
+
+
+def renewed_reference(ref: Reference, start: DisplacementField, image: ArrayLike) -> Reference:
+    """Prepare a later frame at the points to which those of the first reference have moved.
+
+    Parameters
+    ----------
+    ref : Reference
+        The first.
+    start : DisplacementField
+        Motion up to `image`. Lost points are left out.
+    image : (H, W)
+    """
+    check_type(ref, Reference, "ref", "dic.prepare")
+    check_type(start, DisplacementField, "start", "dic.correlate")
+    moved = (ref.xy + np.column_stack([start.u, start.v]))[_here(ref, start)]
+    return prepare(image, ref.subset, order=ref.order, points=moved)
+
+
+def _here(ref: Reference, start: DisplacementField | None) -> I64:
+    """Points of the first reference that the one of now has."""
+    return np.arange(len(ref.xy)) if start is None else _kept(ref, start)
 
 
 def _has_changed(last: DisplacementField, found: DisplacementField) -> bool:

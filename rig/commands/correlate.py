@@ -70,6 +70,10 @@ def correlate(
     auto: Annotated[
         bool, typer.Option("--auto", help="Choose subset and step for the pattern.")
     ] = False,
+    follow: Annotated[
+        bool,
+        typer.Option("--follow", help="In turn; renew the reference as the pattern changes."),
+    ] = False,
     workers: Annotated[
         int | None, typer.Option(min=1, help="Threads for a whole test, else one a core.")
     ] = None,
@@ -108,7 +112,8 @@ def correlate(
     scaled = _scaled(on_object, prepared)
     options = StrainOptions(window, kind, field, invariants, scaled)
     if frames is not None:
-        whole_test.correlate(folder, prepared, frames, drawn, options, (workers, force, as_json))
+        run = whole_test.Run(workers, force, as_json, follow)
+        whole_test.correlate(folder, prepared, frames, drawn, options, run)
         return
     after = dic.read_image(deformed)
     found = strained(measure(prepared, after, field), options)

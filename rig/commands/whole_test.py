@@ -7,6 +7,7 @@ import hashlib
 import shutil
 import time
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,6 +21,16 @@ if TYPE_CHECKING:
 
 PARTS, FIELDS, GRID, READINGS = "parts", "fields.h5", "fields.xdmf", "readings.csv"
 _SHOWN = 5  # errors of frames that are written out
+
+
+@dataclass(frozen=True)
+class Run:
+    """How a test is run: threads, whether files are replaced, JSON, a renewed reference."""
+
+    workers: int | None
+    force: bool
+    as_json: bool
+    follow: bool
 
 
 def frames_of(deformed: str) -> Frames | None:
@@ -42,28 +53,28 @@ def correlate(
     frames: Frames,
     regions: Regions,
     strain: StrainOptions,
-    how: tuple[int | None, bool, bool],
+    how: Run,
 ) -> None:
-    """Correlate all frames; write the HDF5, its XDMF and what the regions read.
-
-    `how` is the number of threads, whether files are replaced, and whether JSON is printed.
-    """
+    """Correlate all frames; write the HDF5, its XDMF and what the regions read."""
     from rig.series.correlate import correlate_frames
+    from rig.series.follow import follow_frames
     from rig.series.parts import open_parts
     from rig.series.result import write_result, write_xdmf
 
-    workers, force, as_json = how
-    parts, settings = folder / PARTS, _settings(ref, frames, strain)
-    if force and folder.exists():
+    parts, settings = folder / PARTS, _settings(ref, frames, strain) | {"follow": how.follow}
+    if how.force and folder.exists():
         shutil.rmtree(parts, ignore_errors=True)
     if not parts.exists():
-        require_free(folder, force)
+        require_free(folder, how.force)
     open_parts(parts, settings)
     if ref.grid is None:
         raise ValueError("a whole test is correlated on a grid; leave out the points")
     start, total = time.perf_counter(), len(frames.names)
     with progress("correlating") as report:
-        correlate_frames(ref, frames, parts, strain, workers, report)
+        if how.follow:
+            follow_frames(ref, frames, parts, strain, report)
+        else:
+            correlate_frames(ref, frames, parts, strain, how.workers, report)
     seconds = time.perf_counter() - start
     attributes = {name: value for name, value in settings.items() if name != "frames"}
     places = None if strain.scaled is None else strain.scaled.places
@@ -85,7 +96,7 @@ def correlate(
         "folder": str(folder),
     }
     text = f"{total} frames, {len(errors)} left out; {seconds:.1f} s; written to {folder}"
-    emit(text, figures, as_json)
+    emit(text, figures, how.as_json)
 
 
 def _settings(ref: dic.Reference, frames: Frames, strain: StrainOptions) -> dict[str, object]:

@@ -16,7 +16,7 @@ from rig.system.arrays import F64
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_DRAWN = 8  # frames of a profile; more cannot be told apart
+_DRAWN = 8  # frames of a profile; more look alike
 _SIZE = 8.0, 4.5  # in
 
 

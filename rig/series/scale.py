@@ -5,13 +5,15 @@ from __future__ import annotations
 import hashlib
 import re
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 import dic
-import synthetic
 from rig.system.arrays import F64, AnyArray
+
+if TYPE_CHECKING:
+    import synthetic
 
 SCALED = ("u_mm", "v_mm", "sigma_u_mm", "sigma_v_mm")
 """Fields of a frame that a test with a scale has too."""

@@ -101,6 +101,8 @@ GENERAL = {  # functions that are given no more than numbers and arrays, with wh
                        "valid": np.ones((9, 8), bool)},
     "tiles_at_points": {"found": "disp", "tiles": "adapted"},
     "correlate_sequence": {"ref": "ref", "frames": "frames"},
+    "follow_frame": {"ref": "ref", "base": "ref", "state": dic.SequenceState(), "frame": "image"},
+    "renewed_reference": {"ref": "ref", "start": "disp", "image": "image"},
     "compose_displacements": {"first": "disp", "second": "disp"},
     "strain": {"disp": "disp", "window": 3, "kind": "small", "slopes": None},
     "strain_invariants": {"eps": "eps"},

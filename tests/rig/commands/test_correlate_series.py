@@ -18,9 +18,9 @@ SHAPE = (110, 140)
 STRETCH = 0.004  # a frame
 
 
-def speckle(stretch=0.0):
+def speckle(stretch=0.0, seed=5):
     """Gaussian spots that move before they are drawn, (H, W) uint8."""
-    rng = np.random.default_rng(5)
+    rng = np.random.default_rng(seed)
     height, width = SHAPE
     middle = np.array([width - 1, height - 1]) / 2
     centres = rng.uniform(-10, [width + 10, height + 10], (1000, 2))
@@ -276,3 +276,70 @@ def test_a_scale_that_is_none_ends_in_one_sentence(series, correlate):
     assert code == 2
     assert text.count("\n") == 1
     assert not (series / "o").exists()
+
+
+def changing(images):
+    """Frames at rest whose pattern turns into another one."""
+    rng = np.random.default_rng(2)
+    other = speckle(seed=6).astype(float)
+    weights = np.linspace(0, 1, 9)
+    frames = [(1 - w) * images[0] + w * other for w in weights]
+    return [np.rint(f + rng.normal(0, 1, SHAPE)).clip(0, 255).astype(np.uint8) for f in frames]
+
+
+@pytest.fixture
+def worn(series, images):
+    for path in (series / "frames").iterdir():
+        path.unlink()
+    for number, image in enumerate(changing(images)):
+        Image.fromarray(image).save(series / "frames" / f"w{number}.png")
+    (series / "frames" / "w2b.png").write_bytes(b"no image")
+    return series
+
+
+def test_a_pattern_that_wears_off_is_followed_by_renewed_references(worn, correlate):
+    valid = {}
+    for name, more in (("each", ()), ("in turn", ("--follow",))):
+        code, _, text = correlate("ref.png", "frames/*.png", *more, "--out", name)
+        assert code == 0, text
+        with h5py.File(worn / name / "fields.h5") as file:
+            last = file["status"][-1] == 0
+            valid[name] = last.mean()
+            if more:
+                assert np.median(np.abs(file["u"][-1][last])) < 0.5  # what of both remains drags it
+                assert np.median(file["sigma_u"][-1][last]) > np.nanmedian(file["sigma_u"][0])
+                assert b"not an image" in file["error"][3]
+    assert valid["in turn"] > valid["each"] + 0.4
+
+
+def test_a_followed_test_that_was_killed_ends_in_the_same_bytes(worn, correlate, monkeypatch):
+    command = ("ref.png", "frames/*.png", "--follow", "--out")
+    assert correlate(*command, "whole")[0] == 0
+    import rig.series.follow as engine
+
+    kept = engine.write_part
+
+    def killed_after_three(folder, number, *rest):
+        if number == 5:
+            raise KeyboardInterrupt
+        kept(folder, number, *rest)
+
+    monkeypatch.setattr(engine, "write_part", killed_after_three)
+    try:
+        code = correlate(*command, "twice")[0]
+    except KeyboardInterrupt:
+        code = None
+    assert code != 0
+    assert not (worn / "twice" / "fields.h5").exists()
+    written = []
+    monkeypatch.setattr(engine, "write_part", lambda *a: (written.append(a[1]), kept(*a)))
+    assert correlate(*command, "twice")[0] == 0
+    assert written == [5, 6, 7, 8, 9]
+    for name in ("fields.h5", "fields.xdmf"):
+        assert (worn / "twice" / name).read_bytes() == (worn / "whole" / name).read_bytes()
+
+
+def test_following_windows_that_the_data_choose_is_refused(series, correlate):
+    code, _, text = correlate("ref.png", "frames/*.png", "--follow", "--field", "adaptive")
+    assert code == 2
+    assert "leave out one" in text
