@@ -4,7 +4,7 @@
 # pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping
+from collections.abc import Collection, Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import dic
+from rig.series.parts import FIELDS
 from rig.series.result import FORMAT, VERSION
 from rig.system.arrays import AnyArray
 
@@ -166,9 +167,15 @@ def _read(path: Path, file: Any) -> SeriesResult:
         grid=grid,
         names=names,
         errors=tuple(error.decode() for error in file["error"][()]),
-        fields=(*(name for name in arrays if name != "status"), "status"),
+        fields=_in_order(arrays),
         image=np.asarray(file["image"][()]),
         settings=settings,
         places=np.asarray(file["place"][()]) if "place" in file else None,
         arrays=arrays,
     )
+
+
+def _in_order(names: Collection[str]) -> tuple[str, ...]:
+    """Return what every result has first, and the status last."""
+    more = [name for name in names if name not in FIELDS and name != "status"]
+    return (*(name for name in FIELDS if name in names), *more, "status")

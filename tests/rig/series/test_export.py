@@ -104,7 +104,7 @@ def test_the_video_has_every_frame(export):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("--to", "png", "--field", "nosuch"), "no field 'nosuch'; name one of exx, "),
+        (("--to", "png", "--field", "nosuch"), "no field 'nosuch'; name one of u, v, "),
         (("--to", "tiff"), "which is not exported to tiff; use csv, npz"),
     ],
 )
