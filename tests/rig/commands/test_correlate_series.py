@@ -343,3 +343,36 @@ def test_following_windows_that_the_data_choose_is_refused(series, correlate):
     code, _, text = correlate("ref.png", "frames/*.png", "--follow", "--field", "adaptive")
     assert code == 2
     assert "leave out one" in text
+
+
+def test_a_calibration_puts_displacement_and_extensometers_on_the_plate(series, correlate):
+    """Under a camera straight above, x of the plate is to the right and y upwards."""
+    import synthetic
+    from rig.calibration.lens import Lens
+    from rig.calibration.pose import Pose
+    from rig.calibration.store import keep
+
+    size, focal, height = (SHAPE[1], SHAPE[0]), 400.0, 200.0
+    pose = np.diag([1.0, -1.0, -1.0, 1.0])
+    pose[:3, 3] = -30, 25, height
+    lens = Lens(size, focal, (70.0, 55.0), synthetic.Distortion(), 1.0, 0.1, 0.01, ())
+    keep(series / "bench.json", lens)
+    keep(series / "bench.json", Pose(lens.camera(pose), np.eye(6) * 1e-8, 0.1, 0.01))
+    (series / "r.toml").write_text(
+        '[[extensometer]]\nname = "e"\nstart = [30, 50]\nend = [110, 50]\n', encoding="utf-8"
+    )
+    code, _, text = correlate(
+        "ref.png", "frames/*.png", "--camera", "bench.json", "--regions", "r.toml", "--out", "o"
+    )
+    assert code == 0, text
+    scale = height / focal
+    with h5py.File(series / "o" / "fields.h5") as file:
+        assert file.attrs["mm_per_px"] == pytest.approx(scale)
+        assert file.attrs["scale"] == "lens and pose of bench.json"
+        np.testing.assert_allclose(file["u_mm"][:], scale * file["u"][:], rtol=1e-4, atol=1e-6)
+        np.testing.assert_allclose(file["v_mm"][:], -scale * file["v"][:], rtol=1e-4, atol=1e-6)
+        np.testing.assert_allclose(file["place"][0, :, 0], 30 + scale * (file["x"][:] - 70))
+        assert np.nanmedian(file["exx"][2]) == pytest.approx(3 * STRETCH, abs=1.5e-4)
+    with (series / "o" / "readings.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert float(rows[2]["e"]) == pytest.approx(3 * STRETCH, abs=2e-4)
