@@ -157,7 +157,7 @@ def _places(row: dict[str, AnyArray]) -> tuple[Mark, ...]:
     found = row.get("touches/from_strain")
     if found is None:
         return ()
-    return tuple(Mark(*place, UNKNOWN, math.inf) for place in there(found).tolist())
+    return tuple(Mark(x, y, force, UNKNOWN, math.inf) for x, y, force in there(found).tolist())
 
 
 class PagePlayer:
