@@ -97,6 +97,10 @@ def correlate(
     frames = whole_test.frames_of(deformed)
     folder = out or Path("results") / (Path(deformed).stem if frames is None else "test")
     if frames is None:
+        if follow:
+            raise ValueError(
+                f"--follow is for several frames, and '{deformed}' is one; leave it out"
+            )
         require_free(folder, force)
     before = dic.read_image(reference)
     drawn = read_regions(regions) if regions else Regions()

@@ -343,6 +343,9 @@ def test_following_windows_that_the_data_choose_is_refused(series, correlate):
     code, _, text = correlate("ref.png", "frames/*.png", "--follow", "--field", "adaptive")
     assert code == 2
     assert "leave out one" in text
+    code, _, text = correlate("ref.png", "frames/f9.png", "--follow")
+    assert code == 2
+    assert "is one; leave it out" in text
 
 
 def test_a_calibration_puts_displacement_and_extensometers_on_the_plate(series, correlate):
