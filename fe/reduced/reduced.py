@@ -234,7 +234,8 @@ def reduced_plate(
     check_thin(plate)
     mesh = _mesh(plate) if mesh is None else mesh_for(plate, mesh)
     karman = Karman(plate, mesh)
-    touches = sample(plate, force, len(symmetries(plate, mesh)))
+    # A quarter of the states with four copies of each left an error of 13 %, a half of them 1 %.
+    touches = sample(plate, force, max(len(symmetries(plate, mesh)) // 2, 1))
     steps = Steps(progress, len(touches) + form_steps(mesh))
     shapes = touch_shapes(karman)
     found, largest = _trained(shapes, touches, steps.one)

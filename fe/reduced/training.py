@@ -23,6 +23,8 @@ MARGIN = 0.05
 
 # One touch and two touches.
 _ONE, _TWO = 160, 50
+# Pairs that stretch a plate most. Few states seldom come as far, and up to there it is trusted.
+_FARTHEST = np.array([[[1 / 3, 0.5, 1.0], [2 / 3, 0.5, 1.0]], [[0.5, 0.5, 1.0], [0.4, 0.6, 1.0]]])
 # Smallest force, in parts of the largest. Below it the plate is nearly linear, which is exact.
 _SOFTEST = 0.2
 # Residual at which a state is good enough to learn from; the reduced plate errs by 1e-3.
@@ -76,6 +78,8 @@ def sample(plate: Plate, force: float, copies: int = 1) -> list[tuple[Touch, ...
     """
     one = evenly(ceil(_ONE / copies), 3)
     two = evenly(ceil(_TWO / copies), 6).reshape(-1, 2, 3)
+    two = np.concatenate([two, _FARTHEST])
+    one = np.concatenate([one, [[0.5, 0.5, 1.0]]])
     return [
         *((_touch(plate, force, part),) for part in one),
         *((_touch(plate, force, a), _touch(plate, force, b)) for a, b in two),

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Mapping
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
@@ -69,8 +69,8 @@ class Session:
     reference: ReferenceFrame
     frames: int
     arrays: Mapping[str, h5py.Dataset]
-    tares: Mapping[str, h5py.Dataset]
     cut: str = ""
+    tares: Mapping[str, h5py.Dataset] = field(default_factory=dict[str, "h5py.Dataset"])
 
     def row(self, index: int) -> dict[str, AnyArray]:
         """Arrays of one frame.
