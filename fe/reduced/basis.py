@@ -19,7 +19,7 @@ from fe.reduced.training import SnapshotParts, Snapshots
 # Shapes of w from linear solutions, which couple one touch to another, and from what touches leave;
 # stresses; displacements in the plane. A quarter more stresses and a tenth more shapes lower errors
 # of strain by a tenth.
-_LINEAR, _REST, _STRESSES, _DRIFTS = 16, 24, 110, 48
+_LINEAR, _REST, _STRESSES, _DRIFTS = 16, 24, 110, 64
 # States whose strain is computed at once: at all Gauss points it takes memory.
 _TOGETHER = 12
 
