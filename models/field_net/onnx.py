@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from models.field_net.store import FieldNet
 from models.field_net.unet import INPUTS, OUTPUTS
+from models.nets.onnx import require_onnx, write_model
 
 if TYPE_CHECKING:
     from onnx import ModelProto, NodeProto
@@ -30,13 +30,7 @@ def write_field_onnx(path: str | Path, net: FieldNet) -> None:
     OSError
         The file cannot be written.
     """
-    model = field_onnx(net)
-    try:
-        Path(path).write_bytes(model.SerializeToString())
-    except OSError as error:
-        raise OSError(
-            f"ONNX file {path} cannot be written ({error.strerror or error}); choose another place"
-        ) from error
+    write_model(path, field_onnx(net))
 
 
 def field_onnx(net: FieldNet) -> ModelProto:
@@ -47,8 +41,7 @@ def field_onnx(net: FieldNet) -> ModelProto:
     ValueError
         onnx is not installed.
     """
-    if find_spec("onnx") is None:
-        raise ValueError("onnx is not installed and the export needs it; run 'pip install onnx'")
+    require_onnx()
     from onnx import TensorProto, checker, helper, numpy_helper
 
     nodes = _nodes()

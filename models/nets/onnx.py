@@ -34,7 +34,7 @@ def write_onnx(path: str | Path, net: Net) -> None:
     OSError
         When the file cannot be written.
     """
-    _write(path, to_onnx(net))
+    write_model(path, to_onnx(net))
 
 
 def write_model_onnx(path: str | Path, model: Model) -> None:
@@ -51,9 +51,9 @@ def write_model_onnx(path: str | Path, model: Model) -> None:
     """
     match model:
         case Trained(net=net):
-            _write(path, to_onnx(net))
+            write_model(path, to_onnx(net))
         case TrainedTwoStep():
-            _write(path, two_step_to_onnx(model.nets))
+            write_model(path, two_step_to_onnx(model.nets))
         case _:
             raise ValueError(
                 "a regression is no net and cannot be exported to ONNX; leave --onnx out"
@@ -68,7 +68,7 @@ def to_onnx(net: Net) -> ModelProto:
     ValueError
         When onnx is not installed.
     """
-    _require()
+    require_onnx()
     graph, poles, reported = Graph([], {}), net.options.poles, len(net.layers[-1][1])
     out = graph.layers(net, graph.scaled(net, "strain"), "" if poles else "targets")
     columns = reported
@@ -80,7 +80,7 @@ def to_onnx(net: Net) -> ModelProto:
 
 def two_step_to_onnx(nets: TwoStep) -> ModelProto:
     """Return the graph of a net of two steps in double precision; raises as `to_onnx`."""
-    _require()
+    require_onnx()
     graph, gauges = Graph([], {}), len(nets.shape.scaling.centre)
     base = graph.layers(nets.shape, graph.scaled(nets.shape, "before"))
     seen = "strain"
@@ -93,12 +93,14 @@ def two_step_to_onnx(nets: TwoStep) -> ModelProto:
     return graph.model({"before": gauges, "strain": gauges}, out, len(nets.place.layers[-1][1]))
 
 
-def _require() -> None:
+def require_onnx() -> None:
+    """Refuse an export where onnx is not installed."""
     if find_spec("onnx") is None:
         raise ValueError("onnx is not installed and the export needs it; run 'pip install onnx'")
 
 
-def _write(path: str | Path, model: ModelProto) -> None:
+def write_model(path: str | Path, model: ModelProto) -> None:
+    """Write a graph to a file."""
     try:
         Path(path).write_bytes(model.SerializeToString())
     except OSError as error:
