@@ -86,7 +86,6 @@ class Broker:
 
 @pytest.fixture
 def broker():
-    pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")
     opened = Broker()
     yield opened
     opened.close()
@@ -163,7 +162,6 @@ def test_no_more_than_one_frame_waits_for_a_slow_broker():
 
 
 def test_a_broker_that_is_not_there_is_a_sentence():
-    pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
     ways = rig.load("twin", {"outputs": {"mqtt": {"port": port}}}).outputs
