@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -49,7 +50,7 @@ class Tangent:
 
 @dataclass(frozen=True, eq=False)
 class Pressed:
-    """A state of the plate under touches, as amplitudes of n functions and U drifts.
+    """A state of the plate under touches, as amplitudes of n functions, D details and U drifts.
 
     Attributes
     ----------
@@ -78,10 +79,16 @@ class Pressed:
 
     @property
     def values(self) -> F64:
-        """Amplitudes of the n functions and the U drifts, (n + U,)."""
+        """Amplitudes of the n functions, the D details and the U drifts, (n + D + U,)."""
         pulls, shaped = self.drifting
         drift = (0.5 * pulls + shaped) @ self.amplitudes[self.bench.taking_part]
-        return np.concatenate([self.amplitudes, drift + self.bench.slipping @ self.stress])
+        drift += self.bench.slipping @ self.stress
+        return np.concatenate([self.amplitudes, self.details, drift])
+
+    @cached_property
+    def details(self) -> F64:
+        """Amplitudes of the details, (D,): each bends by itself."""
+        return -self.touches[:, 2] @ self.bench.details_at(self.touches)
 
     @cached_property
     def drifting(self) -> tuple[F64, F64]:
@@ -94,20 +101,30 @@ class Pressed:
         return self.bench.tangent(self.stress, self.along)
 
     def jacobian(self) -> F64:
-        """Compute derivatives of `values` by x1, y1, F1, x2, …: (n + U, 3T)."""
-        force = self.touches[:, 2]
-        slopes = self.bench.at(self.touches, 1, 0), self.bench.at(self.touches, 0, 1)
-        along_x, along_y = (-force[:, None] * slope for slope in slopes)
-        pushes = np.stack([along_x, along_y, -self.bench.at(self.touches)], axis=1)
-        loads = pushes.reshape(3 * len(force), -1).T
-        return self.moved(self.bench.released(loads), np.zeros((len(self.stress), len(loads.T))))
+        """Compute derivatives of `values` by x1, y1, F1, x2, …: (n + D + U, 3T)."""
+        loads = self._by_touches(self.bench.at)
+        moved = self.moved(self.bench.released(loads), np.zeros((len(self.stress), len(loads.T))))
+        return self._with_details(moved, self._by_touches(self.bench.details_at))
+
+    def _by_touches(self, at: Callable[..., F64]) -> F64:
+        """Compute derivatives of what touches press by x1, y1, F1, x2, …: (k, 3T)."""
+        force, here = self.touches[:, 2], self.touches
+        along_x, along_y = (-force[:, None] * at(here, *order) for order in ((1, 0), (0, 1)))
+        return np.stack([along_x, along_y, -at(here)], axis=1).reshape(3 * len(force), -1).T
 
     def by_parameters(self) -> F64:
-        """Compute derivatives of `values` by the parameters of the bench: (n + U, 30)."""
-        return self.bench.by_parameters(self)
+        """Compute derivatives of `values` by the parameters of the bench: (n + D + U, 41)."""
+        details = np.zeros((len(self.details), len(NAMES)))
+        details[:, YOUNG], details[:, THICKNESS] = -self.details, -3.0 * self.details
+        return self._with_details(self.bench.by_parameters(self), details)
+
+    def _with_details(self, moved: F64, details: F64) -> F64:
+        """Put rows of the details between those of the functions and the drifts."""
+        functions, drifts = np.split(moved, [len(self.amplitudes)])
+        return np.concatenate([functions, details, drifts])
 
     def moved(self, loads: F64, strains: F64) -> F64:
-        """Compute changes of `values` by loads (n, P) and by stresses of themselves (M, P)."""
+        """Compute changes of functions and drifts by loads (n, P) and by stresses (M, P)."""
         (tangent, gained), bench = self.exact, self.bench
         forces = np.zeros_like(loads)
         forces[bench.taking_part] = self.along.T @ strains
@@ -184,6 +201,11 @@ class BenchPlate:
     def at(self, touches: F64, p: int = 0, q: int = 0) -> F64:
         """Compute derivatives of the functions where touches press, (T, n)."""
         return derivative(self.modal.mesh, touches[:, :2], p, q).of(self.modal.values)
+
+    def details_at(self, touches: F64, p: int = 0, q: int = 0) -> F64:
+        """Compute derivatives of the details by 1 N where touches press, (T, D)."""
+        firm = np.exp(self.values[YOUNG] + 3.0 * self.values[THICKNESS]) * self.modal.firmness
+        return derivative(self.modal.mesh, touches[:, :2], p, q).of(self.modal.details) / firm
 
     def released(self, forces: F64) -> F64:
         """Let edges give to forces (n, …): a turn moves by its compliance times its moment.
@@ -297,7 +319,7 @@ class BenchPlate:
         matrix[np.ix_(self.taking_part, self.taking_part)] += part
 
     def by_parameters(self, state: Pressed) -> F64:
-        """See `Pressed.by_parameters`."""
+        """Compute derivatives of functions and drifts by the parameters, (n + U, 41)."""
         modal, a, stress = self.modal, state.amplitudes, state.stress
         count, names = len(stress), len(NAMES)
         part = a[self.taking_part]

@@ -73,6 +73,8 @@ def _assembled(plate: Plate, functions: Transverse, forms: F64, plane: Stresses)
         easing=np.stack([grading(rigid, plane.stress, weight) for weight in rising]),
         giving=plane.giving,
         slipping=plane.slipping,
+        details=functions.details,
+        firmness=functions.firmness,
     )
 
 

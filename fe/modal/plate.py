@@ -5,7 +5,8 @@ Von Kármán's plate after Marguerre, w beside a shape w₀ at rest and stress N
     K w + N₀ : ∇∇w + N : ∇∇(w + w₀) = F δ,   N = C (ε(u) + ½ ∇w∇w + ∇w₀∇w)
 
 with w in modes and turns of the edges, N in stresses that balance themselves. All that remains of
-the mesh are products of these functions.
+the mesh are products of these functions. The details, modes beyond those, bend alone: what a touch
+moves at its place, which tension hardly changes (residual flexibility).
 """
 
 from __future__ import annotations
@@ -63,6 +64,10 @@ class ModalPlate:
         That of the edges.
     slipping : (8, U, M) float64
         Drifts by stresses, for each edge and its slope.
+    details : (2 nx + 2, 2 ny + 2, D) float64
+        Unknowns of the modes beyond the first K, 1/mm, orthonormal over the plate.
+    firmness : (D,) float64
+        Their bending energy.
     """
 
     plate: Plate
@@ -79,15 +84,21 @@ class ModalPlate:
     easing: F64
     giving: F64
     slipping: F64
+    details: F64
+    firmness: F64
 
-    def value(self, xy: F64) -> F64:
-        """Functions of the deflection at points (N, 2) mm: (N, n)."""
-        return derivative(self.mesh, xy).of(self.values)
+    def value(self, xy: F64, details: int = 0) -> F64:
+        """Functions of the deflection, and some details, at points (N, 2) mm: (N, n + details)."""
+        return derivative(self.mesh, xy).of(self._with(details))
 
-    def slope(self, xy: F64) -> F64:
-        """Their slopes along x and y: (N, n, 2)."""
-        slopes = [derivative(self.mesh, xy, *order).of(self.values) for order in ((1, 0), (0, 1))]
+    def slope(self, xy: F64, details: int = 0) -> F64:
+        """Their slopes along x and y: (N, n + details, 2)."""
+        values = self._with(details)
+        slopes = [derivative(self.mesh, xy, *order).of(values) for order in ((1, 0), (0, 1))]
         return np.stack(slopes, axis=2)
+
+    def _with(self, details: int) -> F64:
+        return np.concatenate([self.values, self.details[..., :details]], axis=2)
 
     @property
     def turns(self) -> int:

@@ -44,12 +44,15 @@ class BenchFields:
         Numbers of the camera, about which `seen` was made.
     resolved : int
         Fields in the plane that are measured, where there are as many.
+    detailed : int
+        Details of the deflection that are measured: none, an image takes them for its modes.
     """
 
     bench: fe.BenchPlate
     seen: Seen | None = None
     camera: F64 = field(default_factory=lambda: np.zeros(len(CAMERA)))
     resolved: int = MEASURED_DRIFTS
+    detailed: int = 0
 
     @property
     def plate(self) -> fe.Plate:
@@ -58,8 +61,8 @@ class BenchFields:
 
     @property
     def count(self) -> int:
-        """Number of functions of the deflection."""
-        return len(self.bench.modal.stiffness)
+        """Number of functions of the deflection that are measured, K."""
+        return len(self.bench.modal.stiffness) + self.detailed
 
     @property
     def drifts(self) -> int:
@@ -68,8 +71,13 @@ class BenchFields:
 
     @property
     def whole(self) -> BenchFields:
-        """The same with all fields in the plane."""
-        return replace(self, seen=None, resolved=self.bench.modal.drifts.shape[-1])
+        """The same with all details and all fields in the plane."""
+        drifts, details = self.bench.modal.drifts.shape[-1], len(self.bench.modal.firmness)
+        return replace(self, seen=None, resolved=drifts, detailed=details)
+
+    def through(self, seen: Seen, camera: F64) -> BenchFields:
+        """Return the same through a camera of given numbers (9,), which sees them so."""
+        return replace(self, seen=seen, camera=camera)
 
     @property
     def values(self) -> F64:
@@ -78,11 +86,11 @@ class BenchFields:
 
     def value(self, xy: F64) -> F64:
         """Functions of the deflection at points (N, 2) mm: (N, K)."""
-        return self.bench.modal.value(xy)
+        return self.bench.modal.value(xy, self.detailed)
 
     def slope(self, xy: F64) -> F64:
         """Their slopes along x and y: (N, K, 2)."""
-        return self.bench.modal.slope(xy)
+        return self.bench.modal.slope(xy, self.detailed)
 
     def drift(self, places: F64) -> F64:
         """Motion in the plane by a unit of each field, (N, 2) mm → (N, 2, U) mm."""
@@ -106,11 +114,13 @@ class BenchFields:
 
     @cached_property
     def seeing(self) -> F64:
-        """Amplitudes measured by those of the plate, (K + U, K + all drifts)."""
+        """Amplitudes measured by those of the plate, (K + U, all of them)."""
         if self.seen is not None:
             return self.seen.matrix
         modal = self.bench.modal
-        return np.eye(self.count + self.drifts, self.count + modal.drifts.shape[-1])
+        functions = len(modal.stiffness) + len(modal.firmness)
+        every = np.eye(functions + modal.drifts.shape[-1])
+        return np.concatenate([every[: self.count], every[functions : functions + self.drifts]])
 
     def forward(self, factor: F64) -> BenchForward:
         """Forward model of amplitudes whitened by a factor (K + U, m)."""
@@ -154,7 +164,7 @@ class BenchForward:
 
     @cached_property
     def reading(self) -> F64:
-        """From the amplitudes of the plate to what is measured, (m, K + all drifts)."""
+        """From the amplitudes of the plate to what is measured, (m, all of them)."""
         return self.whitening @ self.fields.seeing
 
     def whiten(self, measured: ArrayLike) -> F64:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import exp
@@ -10,8 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 import synthetic
+from dic import Tiles
 from models.arrays import F64
-from models.forward.image_motion import ImageMotions, InPlane, at_middles, plate_motions
+from models.forward.image_motion import Field, InPlane, at_middles, plate_motions, tile_mean
+from models.forward.tile_pattern import TilePattern
 
 CAMERA = (
     ("turn_x", "rad"),
@@ -55,8 +58,8 @@ class CameraChange:
 
     Attributes
     ----------
-    motions : ImageMotions
-        Of the measured fields, through the camera described.
+    pattern : TilePattern
+        What is measured, through the camera described.
     fields : InPlane
         All A of the plate, the measured ones first.
     camera : synthetic.AnyCamera
@@ -64,7 +67,7 @@ class CameraChange:
         Height of the seen face over the plate's middle plane.
     """
 
-    motions: ImageMotions
+    pattern: TilePattern
     fields: InPlane
     camera: synthetic.AnyCamera
     height: float
@@ -73,8 +76,8 @@ class CameraChange:
         """Amplitudes seen by a camera whose numbers are `values` (9,), and their derivatives.
 
         The plate is thicker by a factor, of which `thicker` is the logarithm. The motion of the
-        tiles by each field is resolved into the motions described, those of the camera with them:
-        what resembles a shift of the camera is taken for one. Only a pinhole has such numbers.
+        tiles by each field is resolved as that of an image is, see `TilePattern.resolve`: what
+        resembles a shift of the camera is taken for one. Only a pinhole has such numbers.
         """
         camera, height = self.camera, self.height * exp(thicker)
         if isinstance(camera, synthetic.Camera):
@@ -100,20 +103,23 @@ class CameraChange:
 
     def _seen(self, camera: synthetic.AnyCamera, height: float) -> F64:
         """Amplitudes (K, A) that a camera sees."""
-        return self._inverse @ self._motion(camera, height)
+        return self.pattern.resolve(self._motion(camera, height, at_middles)) + self._over_tiles
 
     @cached_property
-    def _inverse(self) -> F64:
-        known = self.motions.fields
-        camera = self.motions.tile_basis().reshape(-1, self.motions.basis.shape[1])[:, known:]
-        plate = self._motion(self.camera, self.height)[:, :known]
-        basis = np.concatenate([plate, camera], axis=1)
-        return np.asarray(np.linalg.pinv(basis)[:known], dtype=np.float64)
+    def _over_tiles(self) -> F64:
+        """What means over tiles add to their middles, through the camera described, (K, A)."""
+        mean, middle = (
+            self._motion(self.camera, self.height, take) for take in (tile_mean, at_middles)
+        )
+        return self.pattern.resolve(mean - middle)
 
-    def _motion(self, camera: synthetic.AnyCamera, height: float) -> F64:
-        """Motion of the middles of tiles by each field, smooth, (2T, A) px."""
-        tiles, fields, spread = self.motions.tiles, self.fields, self.motions.spread
-        seen = plate_motions(fields, camera, height, tiles, fields, at_middles)
+    def _motion(
+        self, camera: synthetic.AnyCamera, height: float, take: Callable[[Tiles, Field], F64]
+    ) -> F64:
+        """Motion of tiles by each field, smooth, (2T, A) px."""
+        motions, fields = self.pattern.motions, self.fields
+        tiles, spread = motions.tiles, motions.spread
+        seen = plate_motions(fields, camera, height, tiles, fields, take)
         smooth = spread.over_tiles(spread.fit(seen.reshape(len(seen), -1)))
         return smooth.reshape(-1, seen.shape[2])
 

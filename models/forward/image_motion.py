@@ -210,8 +210,8 @@ def prepare_motions(
         `with_tilts` where it may tilt as well.
     """
     spread, skirt = spread_over(tiles.shape), float(SKIRT * tiles.size)
-    seen = plate_motions(modes, camera, height, tiles, large, _tile_mean)
-    motions = np.concatenate([seen, _tile_mean(tiles, lambda px: moves(camera, px))], axis=2)
+    seen = plate_motions(modes, camera, height, tiles, large, tile_mean)
+    motions = np.concatenate([seen, tile_mean(tiles, lambda px: moves(camera, px))], axis=2)
     coefficients = spread.fit(motions.reshape(len(motions), -1))
     basis = coefficients.reshape(-1, motions.shape[2]).astype(np.float32)
     nearer = np.zeros((len(basis) // 2, motions.shape[2]), dtype=np.float32)
@@ -311,7 +311,7 @@ def at_middles(tiles: Tiles, field: Field) -> F64:
     return field(tiles.xy)
 
 
-def _tile_mean(tiles: Tiles, field: Field) -> F64:
+def tile_mean(tiles: Tiles, field: Field) -> F64:
     """Mean of a field over each tile by 2 x 2 Gauss points, (T, 2, k)."""
     step = 0.5 * tiles.size / np.sqrt(3.0)
     corners = [(-step, -step), (step, -step), (-step, step), (step, step)]

@@ -140,6 +140,23 @@ class TilePattern:
         modal = self._eliminated(right)
         return solve_triangular(self.factor, modal, lower=True, check_finite=False) / noise
 
+    def resolve(self, motions: F64) -> F64:
+        """Amplitudes of the plate that an image takes motions of all tiles for, (2T, n) → (K, n).
+
+        Each tile counts by what it tells; what resembles the camera or the light stands aside.
+        """
+        return self._resolving @ motions
+
+    @cached_property
+    def _resolving(self) -> F64:
+        """Amplitudes by the motion of each tile, x then y, (K, 2T)."""
+        basis, hessian = self.motions.tile_basis(), self.reference.hessian[:, [[0, 1], [1, 2]]]
+        told = (hessian @ basis).reshape(-1, basis.shape[2])
+        light = -self.reference.light[:, [[0, 2], [1, 3]]].reshape(-1, LIGHT)
+        right = np.concatenate([told, light], axis=1).T
+        modal = self._eliminated(right)
+        return np.asarray(cho_solve((self.factor, True), modal), dtype=np.float64)
+
     def motion(self, right: F64) -> F64:
         """Amplitudes of modes and rigid motions that a frame shows, whatever moved it, (K + R,)."""
         modal = cho_solve((self._held, True), self._eliminated(right), check_finite=False)
@@ -154,7 +171,7 @@ class TilePattern:
         return np.asarray(held, dtype=np.float64)
 
     def _eliminated(self, right: F64) -> F64:
-        """Right-hand side of the modes with camera and light eliminated, (K,)."""
+        """Right-hand side of the modes with camera and light eliminated, (K, …)."""
         return right[: self.count] - self.elimination @ right[self.count :]
 
     def amplitudes(self, estimate: Estimate, right: F64) -> F64:

@@ -13,6 +13,7 @@ from rig.calibration.store import Calibration
 from rig.camera.files import read_grey
 from rig.live.baseline import average_reference
 from rig.live.chain import Chain
+from rig.live.known_bench import KnownBench
 from rig.scene import Scene
 
 TOUCHES = 8  # are enough to tell one cause from another
@@ -46,8 +47,7 @@ def diagnose_images(
             f"{len(presses)} touches of {_MIN_FORCE:g} N or more are found in '{folder}'; press at"
             f" {TOUCHES} places, far apart"
         )
-    fields = models.BenchFields(forward.fields.bench)
-    look = models.CameraChange(bench.motions, fields.whole, bench.camera, bench.height)
+    look = KnownBench(bench.known, bench.camera).look(chain.pattern)
     return models.diagnose(forward, presses, bench.known, look, report)
 
 

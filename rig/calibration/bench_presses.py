@@ -16,6 +16,7 @@ from rig.camera.files import image_paths, read_grey
 from rig.live.baseline import average_reference
 from rig.live.bench import Bench, build_bench
 from rig.live.chain import STRANGE, Chain, Registered, jumped, register, strangeness
+from rig.live.known_bench import KnownBench
 from rig.scene import Scene
 from rig.scene.sensing import PatternEstimator
 from rig.system.arrays import F32, F64
@@ -123,8 +124,7 @@ def identify_bench(
     if not isinstance(forward, models.BenchForward) or bench.known is None:
         raise ValueError(f"scene '{scene.title}' has no estimator of kind 'pattern'; give it one")
     presses = [_press(chain, bench, one, paths) for one in listed]
-    fields = models.BenchFields(forward.fields.bench)
-    look = models.CameraChange(bench.motions, fields.whole, bench.camera, bench.height)
+    look = KnownBench(bench.known, bench.camera).look(chain.pattern)
     names = free or tuple(name for name, _ in models.BENCH)
     return models.identify(forward, presses, bench.known, look, names, report)
 

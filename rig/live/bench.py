@@ -15,7 +15,7 @@ from models import ImageMotions, bench_before, prepare_motions
 from rig.live.alignment import Alignment
 from rig.live.baseline import ReferenceFrame
 from rig.live.chain import Chain, StrainChain, prepare_chain, prepare_strain
-from rig.live.known_bench import on_bench
+from rig.live.known_bench import KnownBench, motions_on_bench
 from rig.plates.cached import plate_modes, reduced
 from rig.scene import Scene
 from rig.scene.bench import CameraSection
@@ -129,7 +129,8 @@ class Bench:
                 f" [{width}, {height}]"
             )
         try:
-            chain = prepare_chain(reference, self.motions, self.max_touches, self.known)
+            known = None if self.known is None else KnownBench(self.known, self.camera)
+            chain = prepare_chain(reference, self.motions, self.max_touches, known)
         except np.linalg.LinAlgError:
             raise ValueError(
                 f"images of {self.camera.size[0]} × {self.camera.size[1]} px cannot tell"
@@ -202,7 +203,7 @@ def build_bench(
     if known is None and isinstance(estimator, PatternEstimator) and estimator.bench == "usual":
         known = bench_before(flat)
     if known is not None:
-        motions = on_bench(known, flat, view, tiles, report)
+        motions = motions_on_bench(known, flat, view, tiles, report)
     else:
         modes, large = _fields(flat, count, theory, report)
         motions = prepare_motions(modes, view, height, tiles, large)

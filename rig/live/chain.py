@@ -17,7 +17,6 @@ from dic import (
     tile_sums,
 )
 from models import (
-    BenchEstimate,
     Estimate,
     Estimator,
     ImageMotions,
@@ -31,6 +30,7 @@ from models import (
 from rig.live.alignment import Alignment
 from rig.live.baseline import ReferenceFrame, is_consistent, update_drift
 from rig.live.illumination import sums_without_gain_offset, without_gain_offset
+from rig.live.known_bench import KnownBench
 from rig.live.memory import Memory
 from rig.live.visibility import (
     MaskedModels,
@@ -88,13 +88,16 @@ def prepare_chain(
     reference: ReferenceFrame,
     motions: ImageMotions,
     max_touches: int,
-    known: BenchEstimate | None = None,
+    known: KnownBench | None = None,
 ) -> Chain:
     """Prepare the chain for a reference, on a bench of which so much is known."""
     tile_reference, noise = prepare_tiles(reference.image, motions.tiles.size), reference.noise
     tiles = prepare_blocks(tile_reference, 1)
     pattern = prepare_pattern(motions, without_gain_offset(tiles))
-    estimator = Estimator(pattern.forward(noise), max_touches=max_touches, bench=known)
+    if known is not None:
+        pattern = known.seen(pattern)
+    bench = None if known is None else known.estimate
+    estimator = Estimator(pattern.forward(noise), max_touches=max_touches, bench=bench)
     return Chain(tile_reference, tiles, MaskedModels(pattern, estimator, noise), noise)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import fe
 import models
@@ -11,8 +11,10 @@ import synthetic
 from dic import Tiles
 from rig.plates.cached import modal
 
+_PLATE = len(fe.BENCH_PARAMETERS)
 
-def on_bench(
+
+def motions_on_bench(
     known: models.BenchEstimate,
     plate: fe.Plate,
     camera: synthetic.AnyCamera,
@@ -21,13 +23,49 @@ def on_bench(
 ) -> models.ImageMotions:
     """Prepare the motions of a plate whose bench is `known`, through the camera described.
 
-    What the camera sees otherwise is taken in, and its tilts are free.
+    The tilts of the camera are free.
     """
-    height, plate_numbers = plate.thickness / 2, len(fe.BENCH_PARAMETERS)
-    bench = fe.BenchPlate(modal(plate, report), known.values[:plate_numbers])
-    fields = models.BenchFields(bench)
-    motions = models.prepare_motions(fields, camera, height, tiles, fields, models.with_tilts)
-    values, thicker = known.values[plate_numbers:], known["thickness"][0]
-    seen = models.CameraChange(motions, fields.whole, camera, height).at(values, thicker)
-    through = models.BenchFields(bench, seen, values)
-    return replace(motions, modes=through, large=through)
+    fields = models.BenchFields(fe.BenchPlate(modal(plate, report), known.values[:_PLATE]))
+    return models.prepare_motions(
+        fields, camera, plate.thickness / 2, tiles, fields, models.with_tilts
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class KnownBench:
+    """What is known of a bench, and the camera that is described.
+
+    Attributes
+    ----------
+    estimate : models.BenchEstimate
+    camera : synthetic.AnyCamera
+    """
+
+    estimate: models.BenchEstimate
+    camera: synthetic.AnyCamera
+
+    def look(self, pattern: models.TilePattern) -> models.CameraChange:
+        """Prepare what the camera makes of the plate's fields, as a pattern shows them.
+
+        Raises
+        ------
+        ValueError
+            If the pattern was not prepared on a bench.
+        """
+        fields = _fields(pattern)
+        height = fields.plate.thickness / 2
+        return models.CameraChange(pattern, fields.whole, self.camera, height)
+
+    def seen(self, pattern: models.TilePattern) -> models.TilePattern:
+        """Return the pattern as the camera sees it, which may stand otherwise than described."""
+        numbers, look = self.estimate.values[_PLATE:], self.look(pattern)
+        seen = look.at(numbers, self.estimate["thickness"][0])
+        through = _fields(pattern).through(seen, numbers)
+        return replace(pattern, motions=replace(pattern.motions, modes=through, large=through))
+
+
+def _fields(pattern: models.TilePattern) -> models.BenchFields:
+    fields = pattern.motions.large
+    if not isinstance(fields, models.BenchFields):
+        raise ValueError("the pattern was prepared for an exact bench; use motions_on_bench")
+    return fields
