@@ -30,9 +30,9 @@ CAMERA = (
 """Numbers of a camera and their units: the plate's turn and shift under it about the middle of the
 plate, ln of the focal length, distortion beside that of the description."""
 
-# Of derivatives by difference: the error of second order is 1e-4 of them, rounding less.
-_STEPS = np.array([1e-3, 1e-3, 1e-3, 0.2, 0.2, 0.2, 1e-3, 3e-3, 3e-3])
-_THICKER = 0.01
+# Of derivatives by difference: what is left out is 1e-4 of them, rounding less.
+_STEPS = np.array([1e-4, 1e-4, 1e-4, 0.02, 0.02, 0.02, 1e-4, 3e-4, 3e-4])
+_THICKER = 1e-3
 
 
 class Seen(NamedTuple):
@@ -76,17 +76,14 @@ class CameraChange:
         """Amplitudes seen by a camera whose numbers are `values` (9,), and their derivatives.
 
         The plate is thicker by a factor, of which `thicker` is the logarithm. The motion of the
-        tiles by each field is resolved as that of an image is, see `TilePattern.resolve`: what
+        tiles by each field is resolved as that of an image is, see `TilePattern.resolving`: what
         resembles a shift of the camera is taken for one. Only a pinhole has such numbers.
         """
         camera, height = self.camera, self.height * exp(thicker)
         if isinstance(camera, synthetic.Camera):
             camera = varied(camera, self._middle, values)
         matrix = self._seen(camera, height)
-        raised, lowered = (
-            self._seen(camera, height * exp(sign * _THICKER)) for sign in (1.0, -1.0)
-        )
-        by_thickness = (raised - lowered) / (2.0 * _THICKER)
+        by_thickness = (self._seen(camera, height * exp(_THICKER)) - matrix) / _THICKER
         return Seen(matrix, self._derivatives(values, height, matrix), by_thickness)
 
     def _derivatives(self, values: F64, height: float, matrix: F64) -> F64:
@@ -94,16 +91,13 @@ class CameraChange:
         derivatives = np.zeros((len(_STEPS), *matrix.shape))
         if isinstance(self.camera, synthetic.Camera):
             for k, step in enumerate(np.diag(_STEPS)):
-                ahead, behind = (
-                    self._seen(varied(self.camera, self._middle, values + change), height)
-                    for change in (step, -step)
-                )
-                derivatives[k] = (ahead - behind) / (2.0 * _STEPS[k])
+                beside = varied(self.camera, self._middle, values + step)
+                derivatives[k] = (self._seen(beside, height) - matrix) / _STEPS[k]
         return derivatives
 
     def _seen(self, camera: synthetic.AnyCamera, height: float) -> F64:
         """Amplitudes (K, A) that a camera sees."""
-        return self.pattern.resolve(self._motion(camera, height, at_middles)) + self._over_tiles
+        return self._resolving @ self._motion(camera, height, at_middles) + self._over_tiles
 
     @cached_property
     def _over_tiles(self) -> F64:
@@ -111,17 +105,22 @@ class CameraChange:
         mean, middle = (
             self._motion(self.camera, self.height, take) for take in (tile_mean, at_middles)
         )
-        return self.pattern.resolve(mean - middle)
+        return self._resolving @ (mean - middle)
+
+    @cached_property
+    def _resolving(self) -> F64:
+        """Amplitudes by motion that is not yet smooth, (K, 2T)."""
+        pattern = self.pattern
+        tiles = pattern.resolving.T.reshape(len(pattern.reference.hessian), -1)
+        return pattern.motions.spread.smooth_adjoint(tiles).reshape(-1, pattern.count).T
 
     def _motion(
         self, camera: synthetic.AnyCamera, height: float, take: Callable[[Tiles, Field], F64]
     ) -> F64:
-        """Motion of tiles by each field, smooth, (2T, A) px."""
-        motions, fields = self.pattern.motions, self.fields
-        tiles, spread = motions.tiles, motions.spread
+        """Motion of tiles by each field, (2T, A) px."""
+        tiles, fields = self.pattern.motions.tiles, self.fields
         seen = plate_motions(fields, camera, height, tiles, fields, take)
-        smooth = spread.over_tiles(spread.fit(seen.reshape(len(seen), -1)))
-        return smooth.reshape(-1, seen.shape[2])
+        return seen.reshape(-1, seen.shape[2])
 
     @property
     def _middle(self) -> tuple[float, float, float]:

@@ -140,16 +140,13 @@ class TilePattern:
         modal = self._eliminated(right)
         return solve_triangular(self.factor, modal, lower=True, check_finite=False) / noise
 
-    def resolve(self, motions: F64) -> F64:
-        """Amplitudes of the plate that an image takes motions of all tiles for, (2T, n) → (K, n).
-
-        Each tile counts by what it tells; what resembles the camera or the light stands aside.
-        """
-        return self._resolving @ motions
-
     @cached_property
-    def _resolving(self) -> F64:
-        """Amplitudes by the motion of each tile, x then y, (K, 2T)."""
+    def resolving(self) -> F64:
+        """Amplitudes of the plate that an image takes a motion of each tile for, (K, 2T).
+
+        By x then y of each. A tile counts by what it tells; what resembles the camera or the light
+        stands aside.
+        """
         basis, hessian = self.motions.tile_basis(), self.reference.hessian[:, [[0, 1], [1, 2]]]
         told = (hessian @ basis).reshape(-1, basis.shape[2])
         light = -self.reference.light[:, [[0, 2], [1, 3]]].reshape(-1, LIGHT)

@@ -60,6 +60,11 @@ class TileSpline:
         """Coefficients that come closest to values at the tiles, (T, k) → (m·n, k)."""
         return self._apply(np.linalg.pinv(self.down), np.linalg.pinv(self.across), values)
 
+    def smooth_adjoint(self, values: F64) -> F64:
+        """Adjoint of `over_tiles` after `fit`, (T, k) → (T, k)."""
+        down, across = (np.linalg.pinv(part).T for part in (self.down, self.across))
+        return self._apply(down, across, self.project(values))
+
     @staticmethod
     def _apply(down: AnyArray, across: AnyArray, values: F64) -> F64:
         rows = down @ values.reshape(down.shape[1], -1)
