@@ -117,10 +117,14 @@ def prepare_strain(
     """Prepare strain over blocks of `block` tiles and windows of `window` blocks a side."""
     blocks = prepare_blocks(chain.reference, block)
     strain_map = prepare_strain_map(chain.pattern, blocks, camera, window)
-    large, factor = chain.pattern.motions.large, strain_map.factor / chain.noise
-    forward = large.forward(factor) if large else strain_map.forward(chain.noise)
-    estimator = replace(chain.estimator, forward=forward)
-    return StrainChain(blocks, strain_map, estimator, chain.noise)
+    return strain_of(StrainChain(blocks, strain_map, chain.estimator, chain.noise), chain)
+
+
+def strain_of(strain: StrainChain, chain: Chain) -> StrainChain:
+    """Estimate touches from strain on the bench on which a chain stands."""
+    large, factor = chain.pattern.motions.large, strain.map.factor / chain.noise
+    forward = large.forward(factor) if large else strain.map.forward(chain.noise)
+    return replace(strain, estimator=replace(chain.estimator, forward=forward))
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,6 +179,8 @@ class FrameEstimate:
         None where a part of the strain map is lost in this frame, by a hand for instance.
     from_pattern : Estimate or None
         Of the whole pattern, where a net estimates the touches.
+    measured : (m,) float64 or None
+        The frame in units of its noise, as touches explain it; None where none can be estimated.
     """
 
     estimate: Estimate
@@ -185,6 +191,7 @@ class FrameEstimate:
     strain: F64 | None = None
     from_strain: Estimate | None = None
     from_pattern: Estimate | None = None
+    measured: F64 | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -311,7 +318,7 @@ def _estimated(
             crept = estimator.without_memory(measured, memory.left)
             rest = update_drift(rest, pattern, crept, chain.noise, drift)
     after = replace(state, motion=motion, rest=rest, touches=_places(estimate), memory=memory)
-    return FrameEstimate(estimate, seen.sums, seen.hidden, "", after)
+    return FrameEstimate(estimate, seen.sums, seen.hidden, "", after, measured=measured)
 
 
 def _fitted(estimator: Estimator, measured: F64, state: ChainState) -> tuple[Estimate, Memory]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import asdict, replace
 from math import inf
 from typing import Any
 
@@ -17,6 +17,7 @@ from rig.live.bench import Bench
 from rig.live.chain import FrameEstimate, StrainChain
 from rig.live.frame_record import FrameRecord, Recorder
 from rig.live.gestures import Gesture, Gestures
+from rig.live.learning import Learning
 from rig.live.quality import signs
 from rig.live.run_score import RunScore
 from rig.live.snapshot import Snapshot, StrainOverlay
@@ -93,6 +94,7 @@ class Loop:
         self._finished: deque[float] = deque(maxlen=PACE)
         self._gestures, self._recent = Gestures(), tuple[Gesture, ...]()
         self._tare = Tare(bench)
+        self._learning = _learning(bench) if recorder is None else None
 
     @property
     def fps(self) -> float:
@@ -187,6 +189,7 @@ class Loop:
             "strain": self.strain_score.summary() if self.bench.strain else None,
             "net": self.net_score.summary() if self.bench.net else None,
             "recorded": self._recorder.summary() if self._recorder else None,
+            "learned": asdict(self._learning.learned) if self._learning else None,
         }
 
     def _take(self, frame: Frame, follower: FrameProcessor, view: View) -> Snapshot:
@@ -195,6 +198,7 @@ class Loop:
         self._sequence = frame.sequence
         self._renew(follower)
         result = follower.process(frame)
+        self._learn(frame, follower, result)
         shift = result.frame_estimate.state.motion[follower.chain.pattern.count :][:2]
         self._tare.follow(frame, result.frame_estimate, shift)
         if self._recorder:
@@ -215,6 +219,16 @@ class Loop:
             follower.renew(prepared)
             if self._recorder:
                 self._recorder.renew(prepared.reference, prepared.chain)
+
+    def _learn(self, frame: Frame, follower: FrameProcessor, result: FrameResult) -> None:
+        """Learn the bench on from a touch that is held, where it is not known exactly."""
+        if self._learning is None:
+            return
+        found = result.frame_estimate
+        if bench := self._learning.follow(frame.captured, found, follower.chain):
+            follower.stand_on(bench)
+            self.bench = replace(self.bench, known=bench)
+            self._tare.stand_on(self.bench)
 
     def _follow_gestures(self, frame: Frame, result: FrameResult) -> None:
         estimate = result.frame_estimate.estimate
@@ -319,6 +333,11 @@ class Loop:
             estimate=frame_estimate.estimate,
             notice=self._tare.current_notice(frame.captured),
         )
+
+
+def _learning(bench: Bench) -> Learning | None:
+    """Learn of a bench that is not known exactly."""
+    return Learning(bench.known, bench.reference_frames) if bench.known else None
 
 
 def _sigma(estimate: Estimate, index: int) -> float:

@@ -52,6 +52,10 @@ class Tare:
             self._images = []
             self._say("tare: a new reference is taken, touch nothing")
 
+    def stand_on(self, bench: Bench) -> None:
+        """Prepare the next reference on a bench of which more is known."""
+        self._bench = bench
+
     def follow(self, frame: Frame, found: FrameEstimate, shift: F64) -> None:
         """Gather a frame, if frames are wanted and this one shows the plate at rest.
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models import BenchForward, Estimate, LargeForward, Result
+from models import BenchEstimate, BenchForward, Estimate, LargeForward, Result
 from rig.live.baseline import ReferenceFrame, drift_weight, is_consistent
 from rig.live.bench import Bench, PreparedBench
 from rig.live.chain import (
@@ -17,8 +17,10 @@ from rig.live.chain import (
     FrameEstimate,
     at_rest,
     estimate_frame,
+    strain_of,
     with_strain,
 )
+from rig.live.learning import on_learned
 from rig.live.memory import Memory
 from rig.live.quality import SLIGHT
 from rig.live.tracks import Event, Track, Tracks
@@ -127,6 +129,12 @@ class FrameProcessor:
             from_strain=before.from_strain,
             memory=Memory(held=before.memory.held),
         )
+
+    def stand_on(self, bench: BenchEstimate) -> None:
+        """Take another bench near by from the next frame on."""
+        self.chain = on_learned(self.chain, bench)
+        if self.strain is not None:
+            self.strain = strain_of(self.strain, self.chain)
 
     def miss(self, time: float) -> tuple[Event, ...]:
         """Let touches leave while no frames come."""

@@ -125,10 +125,11 @@ def scored(
     case: str, scene: Path, known: Calibration, made: list[Touched], bars: Bars
 ) -> Iterator[Figure]:
     """Figures of one run."""
-    yield from line(TABLE, case, **_cells(score(scene, known, made), bars))
+    yield from line(TABLE, case, **cells(score(scene, known, made), bars))
 
 
-def _cells(seen: Score, bars: Bars) -> dict[str, Cell]:
+def cells(seen: Score, bars: Bars) -> dict[str, Cell]:
+    """Give what a run found as cells of a line."""
     count, inside = len(seen.place), np.abs(seen.within)
     touched = count + seen.missed
     one, two = (100.0 * float(np.mean(inside < limit)) for limit in (1.0, 2.0))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -51,6 +52,11 @@ class Score:
 def score(scene: Path, known: Calibration, made: list[Touched]) -> Score:
     """Run a scene over its images and compare what is found with what was made."""
     found, taken = _run(scene, known)
+    return compared(found, made, float(np.median(taken)))
+
+
+def compared(found: dict[int, Estimate], made: Sequence[Touched], seconds: float) -> Score:
+    """Compare what is found in frames, by their numbers, with what was made."""
     touches = {one.sequence: one.touch for one in made if one.touch is not None}
     touched = [(found[k], touch) for k, touch in touches.items() if k in found and found[k].count]
     hit = [_nearest(estimate, touch) for estimate, touch in touched]
@@ -64,7 +70,7 @@ def score(scene: Path, known: Calibration, made: list[Touched]) -> Score:
         phantoms=sum(estimate.count > 1 for estimate, _ in touched),
         false=sum(estimate.count for estimate in alone),
         alone=len(alone),
-        seconds=float(np.median(taken)),
+        seconds=seconds,
     )
 
 

@@ -73,6 +73,10 @@ class Truth:
             moved = moved + self.bench.leftover * before
         return self.later.render(moved, _SENSOR, np.random.default_rng((self.seed, number)))
 
+    def image(self, moved: F64, *number: int) -> Grey:
+        """Photograph points that moved from a flat plate, (K, 3) mm."""
+        return self.later.render(moved, _SENSOR, np.random.default_rng((self.seed, *number)))
+
     def left(self, touches: tuple[fe.Touch, ...]) -> F64 | None:
         """Compute what touches move, where the plate keeps a part of it."""
         if not self.bench.leftover:

@@ -1,0 +1,138 @@
+"""A bench that is learned on while it is used: each touch of which nothing is known says a little.
+
+One step of an iterated, extended Kalman filter over all numbers of the bench: what they may have
+wandered by since the last touch is added, the place and the force of the touch are eliminated, and
+what is left of the measurement moves the bench, as far as its covariance allows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import chi2
+
+from models.arrays import F64
+from models.bench.bench import NAMES, BenchEstimate
+from models.bench.joint import solve_lower, through
+from models.bench.limits import pushing
+from models.bench.marginal import NONE, own_error
+from models.bench.press import Press
+from models.forward.bench_forward import BenchForward
+
+_STEPS = 3
+_LIGHTEST = 1e-3  # N
+_STRANGE = 1e-3
+"""Probability below which a touch says nothing of the bench: something else is the matter."""
+_HOUR = 3600.0
+_ANYTHING = 0.1
+"""Of the prior's σ, by which any number wanders in an hour: frames move, glue creeps."""
+_WARMING = 0.5
+"""The same of the tension, in a minute: a kelvin in ten minutes (PVC of 1 mm in a stiff frame)."""
+
+
+def wandered(bench: BenchEstimate, seconds: float) -> BenchEstimate:
+    """Let the numbers of a bench be less sure after some time.
+
+    Each is a random walk that ends where nothing is known but the prior. What the tension follows,
+    the temperature of a plate in its frame, changes in minutes; all others in days.
+
+    Parameters
+    ----------
+    bench : BenchEstimate
+    seconds : float
+        Since its covariance was that.
+
+    Raises
+    ------
+    ValueError
+        If the time is negative.
+    """
+    if seconds < 0:
+        raise ValueError(
+            f"time since a bench was known must not be negative, got {seconds:g} s; give frames in"
+            " their order"
+        )
+    rate = bench.prior**2 * _ANYTHING**2 / _HOUR
+    warming = [k for k, name in enumerate(NAMES) if name.startswith("tension")]
+    rate[warming] = bench.prior[warming] ** 2 * _WARMING**2 / 60.0
+    free = 1.0 - (bench.sigma / np.where(bench.prior > 0, bench.prior, np.inf)) ** 2
+    added = np.minimum(rate * seconds, bench.prior**2) * np.clip(free, 0.0, 1.0)
+    return replace(bench, covariance=bench.covariance + np.diag(added))
+
+
+def learn(
+    forward: BenchForward, bench: BenchEstimate, press: Press, left: F64 = NONE
+) -> BenchEstimate | None:
+    """Learn on a bench from a touch of which nothing is known.
+
+    Parameters
+    ----------
+    forward : BenchForward
+        On any bench near by.
+    bench : BenchEstimate
+        What is known before the touch.
+    press : Press
+        Mean of its frames, and a start; its labels are not looked at.
+    left : (n, 3) float64, mm, mm, N
+        Touches that ended, of which the plate may still show a part.
+
+    Returns
+    -------
+    BenchEstimate or None
+        None where the touch fits no bench that is likely: it says nothing.
+    """
+    values, touch, step = bench.values, press.touch, None
+    for _ in range(_STEPS):
+        step = _step(through(forward.moved(values), press), bench, press, touch, left)
+        values, touch = values + step.change, touch + step.touch
+        touch[2] = max(touch[2], _LIGHTEST)
+    if step is None or chi2.sf(step.chi2, len(press.measured) - 3) < _STRANGE:
+        return None
+    kept = np.eye(len(values)) - step.gain @ step.seen
+    # Joseph's form stays positive.
+    covariance = kept @ bench.covariance @ kept.T + step.gain @ step.gain.T
+    return replace(bench, values=values, covariance=covariance)
+
+
+class _Step(NamedTuple):
+    """Change of bench (50,) and touch (3,), how it came about, and χ² of what it explains."""
+
+    change: F64
+    touch: F64
+    gain: F64
+    seen: F64
+    chi2: float
+
+
+def _step(on: BenchForward, bench: BenchEstimate, press: Press, touch: F64, left: F64) -> _Step:
+    """Take a step of Gauss and Newton from a bench and a touch."""
+    values = on.fields.values
+    residual, own, shared = _whitened(on, bench, press, touch, left)
+    basis = np.linalg.qr(own)[0]
+    freed, seen = (part - basis @ (basis.T @ part) for part in (residual, shared))
+    rows, excess = pushing(values, on.fields.bench.modal.described, bench)
+    seen, freed = np.concatenate([seen, rows]), np.concatenate([freed, -excess])
+    spread = np.eye(len(seen)) + seen @ bench.covariance @ seen.T
+    gain = np.asarray(np.linalg.solve(spread, seen @ bench.covariance).T, dtype=np.float64)
+    left_over = freed + seen @ (values - bench.values)
+    change = bench.values + gain @ left_over - values
+    moved = np.linalg.lstsq(own, residual - shared @ change, rcond=None)[0]
+    size = float(left_over @ np.linalg.solve(spread, left_over))
+    return _Step(change, np.asarray(moved, dtype=np.float64), gain, seen, size)
+
+
+def _whitened(
+    on: BenchForward, bench: BenchEstimate, press: Press, touch: F64, left: F64
+) -> tuple[F64, F64, F64]:
+    """Whiten what a touch leaves (m,), its derivatives by the touch (m, 3) and bench (m, 50)."""
+    predicted, own = on.read(touch[None])
+    variance = press.noise**2 + bench.discrepancy**2 * own_error(predicted)
+    spread = variance * np.eye(len(predicted))
+    if len(left):
+        shown = bench.memory * on.left(left)
+        spread += shown.T @ shown
+    rows = np.concatenate([(press.measured - predicted)[None], own, on.by_bench(touch[None])]).T
+    white = solve_lower(np.asarray(np.linalg.cholesky(spread), dtype=np.float64), rows)
+    return white[:, 0], white[:, 1:4], white[:, 4:]

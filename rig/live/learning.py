@@ -1,0 +1,189 @@
+"""The bench learned on while the loop runs, from touches of which nobody says where they are.
+
+A touch that is held still for some frames counts as a press of unknown place and force. What it
+says of the bench is worked out beside the loop, and taken over a fixed number of frames later, so
+that a run over recorded images ends the same however fast they come.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from math import hypot, inf, sqrt
+
+import numpy as np
+
+import models
+from models import BenchEstimate, BenchForward, Result
+from rig.live.baseline import is_consistent
+from rig.live.chain import Chain, FrameEstimate
+from rig.live.visibility import MaskedModels
+from rig.system.arrays import F64
+
+HELD = 8
+"""Frames that a touch must be held for, and is looked at for."""
+LATER = 20
+"""Frames after which what was learned is taken over."""
+_STILL, _STEADY = 0.5, 0.05  # mm and fraction of the force between frames of one touch
+_ELSEWHERE = 15.0  # mm from the touch before, which a touch must lie away to say something new,
+_LONG_AGO = 20.0  # s, or so long after it
+_STRONG = 0.5  # N
+_UNSURE = 30.0  # s after which a bench that showed nothing is less sure
+
+
+@dataclass(frozen=True)
+class Learned:
+    """How far the learning has come.
+
+    Attributes
+    ----------
+    touches : int
+        That have said something of the bench.
+    strange : int
+        That fitted no likely bench and were left aside.
+    """
+
+    touches: int = 0
+    strange: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class _Held:
+    """A touch that is held: its first place and force (3,), and what frames have shown so far."""
+
+    touch: F64
+    shown: tuple[F64, ...]
+    left: F64
+
+
+class Learning:
+    """Learns the bench of a chain on.
+
+    Parameters
+    ----------
+    bench : BenchEstimate
+        What is known of it at the start.
+    references : int
+        Frames of the reference, whose noise all touches share.
+
+    Attributes
+    ----------
+    bench : BenchEstimate
+        What is known of it now.
+    learned : Learned
+    """
+
+    def __init__(self, bench: BenchEstimate, references: int):
+        self.bench, self.learned = bench, Learned()
+        self._references = references
+        self._held: _Held | None = None
+        self._last: tuple[float, F64] | None = None  # time and touch of what was learned last
+        self._known_at: float | None = None
+        self._next: Future[BenchEstimate | None] | None = None
+        self._wait = 0
+
+    def follow(self, time: float, found: FrameEstimate, chain: Chain) -> BenchEstimate | None:
+        """Look at a frame; give the bench where it is another one from the next frame on.
+
+        Parameters
+        ----------
+        time : float, s
+            Of the capture.
+        found : FrameEstimate
+        chain : Chain
+            That found it.
+        """
+        self._known_at = time if self._known_at is None else self._known_at
+        if self._next is not None:
+            return self._taken_over()
+        self._held = self._holding(found)
+        if self._held is not None and len(self._held.shown) == HELD:
+            self._ask(time, self._held, chain)
+            self._held = None
+        return self._less_sure(time) if self._next is None else None
+
+    def _less_sure(self, time: float) -> BenchEstimate | None:
+        """Let a bench that has shown nothing for some time be less sure."""
+        if self._known_at is None or time - self._known_at < _UNSURE:
+            return None
+        self.bench = models.wandered(self.bench, time - self._known_at)
+        self._known_at = time
+        return self.bench
+
+    def _taken_over(self) -> BenchEstimate | None:
+        self._wait -= 1
+        if self._wait or self._next is None:
+            return None
+        made, self._next = self._next.result(), None
+        if made is None:
+            self.learned = replace(self.learned, strange=self.learned.strange + 1)
+            return None
+        self.bench = made
+        self.learned = replace(self.learned, touches=self.learned.touches + 1)
+        return made
+
+    def _holding(self, found: FrameEstimate) -> _Held | None:
+        """Add a frame to the touch that is held; None where it shows no single, steady touch."""
+        estimate = found.estimate
+        if (
+            found.measured is None
+            or estimate.result is not Result.FOUND
+            or estimate.count != 1
+            or found.hidden.any()
+            or not is_consistent(estimate)
+        ):
+            return None
+        touch = np.array([*estimate.xy[0], estimate.force[0]])
+        if touch[2] < _STRONG:
+            return None
+        if self._held is None or not _same(self._held.touch, touch):
+            return _Held(touch, (found.measured,), found.state.memory.left)
+        return replace(self._held, shown=(*self._held.shown, found.measured))
+
+    def _ask(self, time: float, held: _Held, chain: Chain) -> None:
+        """Work out what a touch says, where it is not the one that was looked at last."""
+        forward = chain.estimator.forward
+        if not isinstance(forward, BenchForward) or not self._is_new(time, held.touch):
+            return
+        self._last = time, held.touch
+        since = 0.0 if self._known_at is None else max(time - self._known_at, 0.0)
+        self.bench, self._known_at = models.wandered(self.bench, since), time
+        still = 1.0 / self._references
+        noise = sqrt((1.0 / len(held.shown) + still) / (1.0 + still))
+        shown = np.mean(held.shown, axis=0)
+        press = models.Press(shown, held.touch, np.full(3, inf), min(noise, 1.0))
+        worker = ThreadPoolExecutor(1, "learning")
+        self._next = worker.submit(models.learn, forward, self.bench, press, held.left)
+        worker.shutdown(wait=False)
+        self._wait = LATER
+
+    def _is_new(self, time: float, touch: F64) -> bool:
+        if self._last is None:
+            return True
+        then, before = self._last
+        return time - then > _LONG_AGO or hypot(*(touch[:2] - before[:2])) > _ELSEWHERE
+
+
+def _same(before: F64, touch: F64) -> bool:
+    """Whether a touch is the one before, held still."""
+    moved = hypot(*(touch[:2] - before[:2]))
+    return moved < _STILL and abs(touch[2] - before[2]) < _STEADY * before[2]
+
+
+def on_learned(chain: Chain, bench: BenchEstimate) -> Chain:
+    """Stand a chain on a bench near by; its candidates stay where they are.
+
+    Raises
+    ------
+    ValueError
+        If the chain stands on an exact bench.
+    """
+    before, pattern = chain.estimator, chain.pattern
+    if not isinstance(before.forward, BenchForward):
+        raise ValueError("the chain stands on an exact bench, which nothing is learned of")
+    forward = before.forward.moved(bench.values)
+    motions = replace(pattern.motions, modes=forward.fields, large=forward.fields)
+    grid = replace(before.candidates, forward=forward)
+    estimator = replace(before, forward=forward, bench=bench, grid=grid)
+    masked = MaskedModels(replace(pattern, motions=motions), estimator, chain.noise)
+    return replace(chain, masked_models=masked)

@@ -1,0 +1,144 @@
+"""An hour on a bench that changes: a plate that warms, creeps and a camera that drifts.
+
+Parts: few (20 touches), hour (60, one a minute). Nine presses show the bench once, before it begins
+to change: all that `as_it_is` has wrong together. Then the plate warms by 1 K against its frame in
+ten minutes and cools again in as many, keeps 5 % of every touch that ended, and the camera drifts
+by 0.05 px a minute. Each touch is held for some frames, of which the last one counts, and a frame
+of the plate alone follows it. Truth is the whole plate of von Kármán, as there.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+import fe
+import rig
+from rig.live.bench import build_bench
+from rig.live.loop import Loop
+from rig.report.figure import Figure, at_most
+from rig.studies.real_bench.as_it_is import cells, identified, kept
+from rig.studies.real_bench.departure import ALL, SAID, RealBench
+from rig.studies.real_bench.score import compared
+from rig.studies.real_bench.session import REFERENCES, Touched, write_presses, write_scene
+from rig.studies.real_bench.truth import Truth
+from rig.studies.study import line, run
+from rig.system.arrays import F64, Grey
+from rig.system.frame import Frame
+
+TABLE = "The bench as it is, for an hour"
+SEED = 3
+BARS = at_most(0.4), None, at_most(2.0)
+HELD = 22  # frames of a touch: some show the bench, and some pass until it is taken over
+_MINUTE, _INTERVAL = 60.0, 1.0 / 30.0  # s
+_WARMING = 10  # minutes in which it warms by 1 K, and in which it cools again
+_KELVIN = SAID.young * SAID.thickness * 7e-5 / (1.0 - SAID.poisson)  # N/mm, PVC
+_DRIFT = 0.05 * 500.0 / 1850.0  # mm a minute, 0.05 px
+_MARGIN = 25.0  # mm
+
+
+def bench_after(minute: int) -> RealBench:
+    """Return the bench so many minutes after it was calibrated."""
+    phase = minute % (2 * _WARMING)
+    kelvin = min(phase, 2 * _WARMING - phase) / _WARMING
+    xx, yy, xy = ALL.plate.tension
+    tension = (xx - _KELVIN * kelvin, yy - _KELVIN * kelvin, xy)
+    moved = (0.0, 0.0, 0.0, _DRIFT * minute, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return replace(ALL, plate=replace(ALL.plate, tension=tension), moved=moved, leftover=0.05)
+
+
+@dataclass(frozen=True)
+class Minute:
+    """Frames of one touch and of the plate alone after it, and what touched."""
+
+    number: int
+    touch: F64
+    images: tuple[Grey, ...]
+
+
+def minutes(count: int) -> Iterator[Minute]:
+    """Photograph a touch a minute."""
+    rng, before = np.random.default_rng((SEED, 7)), None
+    for number in range(1, count + 1):
+        truth = Truth(bench_after(number), SEED)
+        place = rng.uniform(_MARGIN, np.array(SAID.size) - _MARGIN)
+        touch = fe.Touch(float(place[0]), float(place[1]), float(rng.uniform(0.5, 4.0)))
+        moved = truth.displacement(truth.later.points, (touch,))
+        rest = truth.displacement(truth.later.points, ())
+        shown = 0.0 if before is None else truth.bench.leftover * before
+        held = [truth.image(moved + shown, number, k) for k in range(HELD)]
+        before = moved - rest
+        alone = truth.image(rest + truth.bench.leftover * before, number, HELD)
+        yield Minute(number, np.array([*place, touch.force]), (*held, alone))
+
+
+class HourSource:
+    """Frames of the minutes, with the times at which they would have come.
+
+    Attributes
+    ----------
+    now : float, s
+        Time of the last frame.
+    made : list of Touched
+        What touched the plate in the frames that count.
+    """
+
+    status = "an hour"
+
+    def __init__(self, count: int):
+        self.now, self.made = 0.0, list[Touched]()
+        self._frames = self._all(count)
+
+    def grab(self, timeout: float) -> Frame | None:
+        """See `Source.grab`."""
+        del timeout  # a frame is always there
+        frame = next(self._frames, None)
+        if frame is None:
+            raise EOFError("the hour is over")
+        self.now = frame.captured
+        return frame
+
+    def _all(self, count: int) -> Iterator[Frame]:
+        rest = Truth(ALL, SEED)
+        for number in range(REFERENCES):
+            yield Frame(number, number * _INTERVAL, rest.reference(number))
+        sequence = REFERENCES
+        for minute in minutes(count):
+            for k, image in enumerate(minute.images):
+                if k >= HELD - 1:
+                    self.made.append(Touched(sequence, minute.touch if k < HELD else None))
+                yield Frame(sequence, minute.number * _MINUTE + k * _INTERVAL, image)
+                sequence += 1
+
+
+def hour(count: int) -> Iterator[Figure]:
+    """Score touches on a bench that changes, and what is found where nothing touches."""
+    with tempfile.TemporaryDirectory() as place:
+        path = write_scene(Path(place), Path(place) / "touches")
+        listed = write_presses(Truth(ALL, SEED), Path(place) / "presses", 9)
+        known = kept(identified(path, listed, listed.with_suffix("")), Path(place))
+        scene = rig.load(path)
+    source = HourSource(count)
+    bench = build_bench(scene, lambda done, total: None, known)
+    loop = Loop(bench, source, lambda: source.now)
+    found = {one.sequence: one.estimate for one in loop if one.estimate is not None}
+    seen = compared(found, source.made, float("nan"))
+    learned = loop.summary()["learned"]
+    yield from line(
+        TABLE,
+        f"{count} minutes, all wrong together and changing",
+        **{name: cell for name, cell in cells(seen, BARS).items() if name != "frame"},
+        learned=(float(learned["touches"]), "touches"),
+        strange=(float(learned["strange"]), "touches"),
+    )
+
+
+PARTS = {"few": partial(hour, 20), "hour": partial(hour, 60)}
+
+if __name__ == "__main__":
+    run(PARTS, __doc__)

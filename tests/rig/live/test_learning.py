@@ -1,0 +1,122 @@
+"""The bench learned on while the loop runs: which touches count, and when they are taken over."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import fe
+import models
+from models import Estimate, Result
+from rig.live.learning import HELD, LATER, Learning
+from rig.live.memory import Memory
+
+PLATE = fe.Plate((150.0, 110.0), 1.0, 3000.0, 0.38)
+NAMES = [name for name, _ in models.BENCH]
+TENSION = [NAMES.index("tension_xx"), NAMES.index("tension_yy")]
+NOISE = 2e-3  # of an amplitude, mm²
+INTERVAL = 1.0 / 30.0
+TOUCH = np.array([60.0, 50.0, 2.0])
+
+
+@pytest.fixture(scope="module")
+def forward():
+    modal = fe.modal_plate(PLATE, 30, fe.grid(PLATE, 16))
+    fields = models.BenchFields(fe.BenchPlate(modal, fe.bench_values()))
+    return models.BenchForward(fields, np.eye(fields.count + fields.drifts) / NOISE)
+
+
+@pytest.fixture
+def learning():
+    prior = models.bench_before(PLATE)
+    known = models.BenchEstimate(
+        prior.values, 0.02**2 * prior.covariance, 1e-3, prior.prior, memory=0.0
+    )
+    return Learning(known, 16)
+
+
+@pytest.fixture
+def frames(forward):
+    """Give what a loop finds frame after frame on a plate that has warmed."""
+    rng, values = np.random.default_rng(1), np.zeros(len(NAMES))
+    values[TENSION] = -0.05
+    true = forward.on(values, None)
+
+    def found(touch, **changed):
+        touches = np.asarray(touch, dtype=float).reshape(-1, 3)
+        seen = true.read(touches)[0]
+        estimate = Estimate(
+            touches[:, :2],
+            touches[:, 2],
+            1e-4 * np.eye(touches.size),
+            float(len(seen)),
+            len(seen) - touches.size,
+            0.5,
+            Result.FOUND if len(touches) else Result.NO_TOUCH,
+        )
+        one = SimpleNamespace(
+            estimate=estimate,
+            measured=seen + rng.standard_normal(len(seen)),
+            hidden=np.zeros(4, dtype=bool),
+            state=SimpleNamespace(memory=Memory()),
+        )
+        return SimpleNamespace(**{**vars(one), **changed})
+
+    return found
+
+
+def follow(learning, forward, shown, start=100.0):
+    """Show frames; give the numbers of those after which the bench is another one."""
+    chain = SimpleNamespace(estimator=SimpleNamespace(forward=forward))
+    begun = [learning.follow(start + k * INTERVAL, one, chain) for k, one in enumerate(shown)]
+    return [k for k, bench in enumerate(begun) if bench is not None]
+
+
+def test_a_touch_that_is_held_is_learned_from_a_fixed_number_of_frames_later(
+    learning, forward, frames
+):
+    before = learning.bench
+    learning.bench = models.wandered(before, 60.0)
+    shown = [frames(TOUCH) for _ in range(HELD)] + [frames([]) for _ in range(2 * LATER)]
+    assert follow(learning, forward, shown) == [HELD - 1 + LATER]
+    assert (learning.learned.touches, learning.learned.strange) == (1, 0)
+    assert np.abs(learning.bench.values[TENSION] + 0.05).max() < 0.03
+
+
+@pytest.mark.parametrize("what", ["two", "moving", "light", "hidden", "unusable", "left too soon"])
+def test_what_is_no_still_touch_says_nothing(learning, forward, frames, what):
+    shown = {
+        "two": [frames([TOUCH, [110.0, 40.0, 2.0]])] * 40,
+        "moving": [frames(TOUCH + np.array([k, 0.0, 0.0])) for k in range(40)],
+        "light": [frames(TOUCH * np.array([1.0, 1.0, 0.1]))] * 40,
+        "hidden": [frames(TOUCH, hidden=np.array([False, True, False, False]))] * 40,
+        "unusable": [frames(TOUCH, measured=None)] * 40,
+        "left too soon": [*[frames(TOUCH)] * (HELD - 1), *[frames([])] * 40],
+    }[what]
+    before = learning.bench
+    assert follow(learning, forward, shown) == []
+    assert learning.bench is before
+
+
+def test_a_touch_that_stays_is_looked_at_once(learning, forward, frames):
+    follow(learning, forward, [frames(TOUCH) for _ in range(4 * (HELD + LATER))])
+    assert learning.learned.touches + learning.learned.strange == 1
+
+
+def test_a_touch_that_fits_no_likely_bench_is_left_aside(learning, forward, frames):
+    strange = [frames(TOUCH) for _ in range(HELD + LATER)]
+    strange = [
+        SimpleNamespace(**{**vars(one), "measured": one.measured[::-1].copy()}) for one in strange
+    ]
+    before = learning.bench.values
+    assert follow(learning, forward, strange) == []
+    assert learning.learned.strange == 1
+    np.testing.assert_array_equal(learning.bench.values, before)
+
+
+def test_a_bench_that_nothing_is_seen_of_is_less_and_less_sure(learning, forward, frames):
+    before = learning.bench.sigma[TENSION]
+    chain = SimpleNamespace(estimator=SimpleNamespace(forward=forward))
+    begun = [learning.follow(100.0 + 10.0 * k, frames([]), chain) for k in range(10)]
+    assert [k for k, one in enumerate(begun) if one is not None] == [3, 6, 9]
+    assert (learning.bench.sigma[TENSION] > 2.0 * before).all()
