@@ -15,8 +15,8 @@ from importlib.util import find_spec
 from itertools import islice
 from typing import Any, Protocol
 
-# Waits for a scheduler to respond, and to come back where it was lost, s.
-_PATIENCE = 10
+PATIENCE = 10.0
+"""Wait for a scheduler to respond, and to come back where it was lost, s."""
 
 # Items handed out for each thread of the workers, so that none waits for the oldest result.
 _AHEAD = 2
@@ -61,7 +61,7 @@ def workers(address: str | None) -> Generator[Map, None, None]:
         # What they say of connections that come and go, an error here says in one sentence.
         logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
-        client = Client(address, timeout=_PATIENCE, set_as_default=False)
+        client = Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError) as error:
         raise OSError(
             f"scheduler {address} cannot be reached ({_first_line(error)}); start it with 'dask "

@@ -148,9 +148,9 @@ class TilePattern:
         stands aside.
         """
         basis, hessian = self.motions.tile_basis(), self.reference.hessian[:, [[0, 1], [1, 2]]]
-        told = (hessian @ basis).reshape(-1, basis.shape[2])
+        weighed = (hessian @ basis).reshape(-1, basis.shape[2])
         light = -self.reference.light[:, [[0, 2], [1, 3]]].reshape(-1, LIGHT)
-        right = np.concatenate([told, light], axis=1).T
+        right = np.concatenate([weighed, light], axis=1).T
         modal = self._eliminated(right)
         return np.asarray(cho_solve((self.factor, True), modal), dtype=np.float64)
 

@@ -6,6 +6,7 @@ import socket
 import subprocess
 import sys
 import time
+from importlib import import_module
 
 import cloudpickle
 import numpy as np
@@ -138,7 +139,8 @@ def test_a_scheduler_that_goes_is_one_sentence_and_what_was_done_is_kept(cluster
     assert len(read_dataset(path)) == PLAN.rows
 
 
-def test_a_scheduler_that_is_not_there_is_one_sentence():
+def test_a_scheduler_that_is_not_there_is_one_sentence(monkeypatch):
+    monkeypatch.setattr(import_module("models.workers"), "PATIENCE", 0.5)
     with (
         pytest.raises(OSError, match=r"scheduler tcp://127.0.0.1:9 cannot be reached .* without"),
         workers("tcp://127.0.0.1:9"),

@@ -68,13 +68,20 @@ def minutes(count: int) -> Iterator[Minute]:
         truth = Truth(bench_after(number), SEED)
         place = rng.uniform(_MARGIN, np.array(SAID.size) - _MARGIN)
         touch = fe.Touch(float(place[0]), float(place[1]), float(rng.uniform(0.5, 4.0)))
-        moved = truth.displacement(truth.later.points, (touch,))
-        rest = truth.displacement(truth.later.points, ())
-        shown = 0.0 if before is None else truth.bench.leftover * before
-        held = [truth.image(moved + shown, number, k) for k in range(HELD)]
-        before = moved - rest
-        alone = truth.image(rest + truth.bench.leftover * before, number, HELD)
-        yield Minute(number, np.array([*place, touch.force]), (*held, alone))
+        points = truth.later.points
+        shown = 0.0 if before is None else _left(*before, points)
+        pressed = truth.displacement(points, (touch,))
+        held = [truth.image(pressed + shown, number, k) for k in range(HELD)]
+        before = truth, touch
+        alone = truth.displacement(points, ()) + _left(*before, points)
+        images = *held, truth.image(alone, number, HELD)
+        yield Minute(number, np.array([*place, touch.force]), images)
+
+
+def _left(truth: Truth, touch: fe.Touch, points: F64) -> F64:
+    """Compute what a touch that ended leaves in the plate, (K, 3) mm."""
+    moved = truth.displacement(points, (touch,)) - truth.displacement(points, ())
+    return truth.bench.leftover * moved
 
 
 class HourSource:

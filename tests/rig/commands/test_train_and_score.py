@@ -4,8 +4,12 @@ import json
 import os
 import subprocess
 import sys
+import warnings
+from importlib import import_module
 
 import pytest
+
+from rig.cli import main
 
 SCENE = """
 title = "An oblong plate with 20 gauges"
@@ -49,6 +53,25 @@ def bench(tmp_path_factory):
     return folder, touchplate
 
 
+@pytest.fixture
+def here(bench, monkeypatch, capfd):
+    """Return a function that runs the command there in this process."""
+    monkeypatch.chdir(bench[0])
+    monkeypatch.setenv("TOUCHPLATE_CACHE", str(bench[0] / "cache"))
+    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # that of the command ends
+
+    def touchplate(*arguments):
+        monkeypatch.setattr(sys, "argv", ["touchplate", *arguments])
+        try:
+            main()
+            code = 0
+        except SystemExit as end:
+            code = end.code or 0
+        return code, *capfd.readouterr()
+
+    return touchplate
+
+
 @pytest.fixture(scope="module")
 def trained(bench):
     folder, touchplate = bench
@@ -71,19 +94,19 @@ def test_training_stores_the_net_and_prints_one_json_object(trained):
 
 
 @pytest.mark.parametrize("model", ["oblong", "oblong.toml", "results/oblong/model.h5"])
-def test_score_repeats_the_figures_of_training_from_the_file_alone(bench, trained, model):
-    done = bench[1]("score", model, "--json")
-    assert done.returncode == 0, done.stderr
-    figures = json.loads(done.stdout)
+def test_score_repeats_the_figures_of_training_from_the_file_alone(trained, here, model):
+    code, out, err = here("score", model, "--json")
+    assert code == 0, err
+    figures = json.loads(out)
     for name in ("training", "validation", "test"):
         assert figures[name] == trained[1][name]
 
 
-def test_the_error_over_the_plate_is_written_and_drawn(bench, trained):
-    folder, touchplate = bench
+def test_the_error_over_the_plate_is_written_and_drawn(bench, trained, here):
+    folder = bench[0]
     for name in ("map.csv", "map.png"):
-        done = touchplate("score", "oblong", "--map", name, "--json")
-        assert done.returncode == 0, done.stderr
+        code, _, err = here("score", "oblong", "--map", name, "--json")
+        assert code == 0, err
     head, *rows = (folder / "map.csv").read_text().splitlines()
     assert head == "x_mm,y_mm,touches,mean_mm,largest_mm"
     assert len(rows) == 12 * 8
@@ -138,15 +161,17 @@ def test_score_prints_a_table_and_needs_no_torch(bench, trained):
         (["train", "oblong.toml", "--set", "training.spacing=7"], "must divide the 40 mm"),
     ],
 )
-def test_bad_input_ends_in_one_sentence_with_the_remedy(bench, trained, arguments, sentence):
-    folder, touchplate = bench
-    (folder / "foreign.h5").write_text("not a model")
-    done = touchplate(*arguments)
-    assert done.returncode == 2
-    assert done.stderr.count("\n") == 1
-    assert done.stderr.startswith("touchplate: ")
-    assert sentence in done.stderr
-    assert done.stdout == ""
+def test_bad_input_ends_in_one_sentence_with_the_remedy(
+    bench, trained, here, monkeypatch, arguments, sentence
+):
+    (bench[0] / "foreign.h5").write_text("not a model")
+    monkeypatch.setattr(import_module("models.workers"), "PATIENCE", 0.5)
+    code, out, err = here(*arguments)
+    assert code == 2
+    assert err.count("\n") == 1
+    assert err.startswith("touchplate: ")
+    assert sentence in err
+    assert out == ""
 
 
 def test_training_that_fails_leaves_no_file(bench):
