@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,8 +10,6 @@ import typer
 from rig.commands.output import emit, folder_aside, progress, require_free, warn
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from rig.series.read import SeriesResult
     from rig.series.regions import Regions
 
@@ -110,43 +107,13 @@ def _write_readings(
     import numpy as np
 
     from rig.series.curves import draw_readings
+    from rig.series.readings import curves_of, readings_of, time_axis, write_readings
 
-    table = _readings(result, regions)
-    count = np.arange(len(result.names))
-    time, axis = (count, "frame") if interval is None else (count * interval, "time, s")
-    with (folder / f"{READINGS}.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(["number", "frame", *([] if interval is None else ["time_s"]), *table])
-        for n, name in enumerate(result.names):
-            when = [] if interval is None else [f"{time[n]:.9g}"]
-            writer.writerow([n, name, *when, *(f"{values[n]:.9g}" for values in table.values())])
-    curves = {
-        name: (values, table[f"sigma_{name}"])
-        for name, values in table.items()
-        if f"sigma_{name}" in table
-    }
+    with progress(READINGS) as report:
+        table = readings_of(result, regions, report)
+    write_readings(folder / f"{READINGS}.csv", result, table, interval)
+    curves = curves_of(table)
     for name, (values, _) in curves.items():
         if not np.isfinite(values).any():
             warn(f"{name} reads nothing in any frame; check whether it lies on measured points")
-    draw_readings(folder / f"{READINGS}.png", time.astype(np.float64), axis, curves)
-
-
-def _readings(result: SeriesResult, regions: Regions) -> dict[str, np.ndarray]:
-    """Read the regions in every frame, (F,) by name."""
-    import numpy as np
-
-    from rig.series.readings import Reader, reach
-
-    settings = result.settings
-    vsg = reach(
-        str(settings["field"]), int(settings["strain_window"]), result.grid.step, result.grid.subset
-    )
-    places = None if result.places is None else result.places.reshape(-1, 2)
-    reader = Reader(regions, result.grid, vsg, places)
-    with progress(READINGS) as report:
-        rows: list[dict[str, float]] = []
-        for number in range(len(result.names)):
-            frame = {name: values.ravel() for name, values in result.frame(number).items()}
-            rows.append(reader.read(frame))
-            report(number + 1, len(result.names))
-    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    draw_readings(folder / f"{READINGS}.png", *time_axis(result, interval), curves)

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import csv
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
 
 import dic
 from rig.series.measure import BLOCK
+from rig.series.read import SeriesResult
 from rig.series.regions import Regions, elongation, gauge_strain
 from rig.system.arrays import F64, AnyArray
 
@@ -51,3 +56,48 @@ class Reader:
 def reach(field: str, window: int, step: int, subset: int) -> float:
     """Distance from which the errors of two strains are free of each other, px."""
     return (window - 1) * step + subset if field == "subset" else BLOCK
+
+
+def readings_of(
+    result: SeriesResult,
+    regions: Regions,
+    report: Callable[[int, int], None] = lambda done, total: None,
+) -> dict[str, F64]:
+    """Read extensometers and gauges in every frame of a result, and their σ, (F,) by name."""
+    settings, grid = result.settings, result.grid
+    vsg = reach(str(settings["field"]), int(settings["strain_window"]), grid.step, grid.subset)
+    places = None if result.places is None else result.places.reshape(-1, 2)
+    reader = Reader(regions, grid, vsg, places)
+    rows: list[dict[str, float]] = []
+    for number in range(len(result.names)):
+        frame = {name: values.ravel() for name, values in result.frame(number).items()}
+        rows.append(reader.read(frame))
+        report(number + 1, len(result.names))
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+def write_readings(
+    path: Path, result: SeriesResult, table: Mapping[str, F64], interval: float | None
+) -> None:
+    """Write readings as CSV, a line a frame; with `interval`, s from frame to frame, its time."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["number", "frame", *([] if interval is None else ["time_s"]), *table])
+        for n, name in enumerate(result.names):
+            when = [] if interval is None else [f"{n * interval:.9g}"]
+            writer.writerow([n, name, *when, *(f"{values[n]:.9g}" for values in table.values())])
+
+
+def curves_of(table: Mapping[str, F64]) -> dict[str, tuple[F64, F64]]:
+    """Pair what was read with its σ, by name."""
+    return {
+        name: (values, table[f"sigma_{name}"])
+        for name, values in table.items()
+        if f"sigma_{name}" in table
+    }
+
+
+def time_axis(result: SeriesResult, interval: float | None) -> tuple[F64, str]:
+    """Return the times of the frames (F,), and the name of their axis; without one they count."""
+    count = np.arange(len(result.names), dtype=np.float64)
+    return (count, "frame") if interval is None else (count * interval, "time, s")
