@@ -11,6 +11,7 @@ from .adaptive.adaptive_tiles import (
     denoised_tiles as denoised_tiles,
 )
 from .correlation.correlation import correlate as correlate
+from .correlation.point_status import expected_sigma as expected_sigma
 from .correlation.reference import (
     Reference as Reference,
     prepare as prepare,

@@ -6,6 +6,7 @@ import os
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +18,9 @@ from dic.fields.invariants import strain_invariants
 from dic.fields.strain_field import StrainField
 from dic.images.image import check_image
 from dic.numbers import check_type, read_array, read_path
+
+if TYPE_CHECKING:
+    from dic.plots.plot import FieldStyle
 
 INVARIANTS = ("principal_1", "principal_2", "principal_angle", "max_shear", "von_mises")
 """Names of the invariants of strain in files."""
@@ -210,6 +214,13 @@ def colour_limits(name: str, values: ArrayLike) -> tuple[float, float]:
     from dic.plots import plot
 
     return plot.colour_limits(name, read_array(values, name, unit_of(name)))
+
+
+def field_style(name: str) -> FieldStyle:
+    """Return title, unit, factor and colours in which plots show a field, by its name."""
+    from dic.plots import plot
+
+    return plot.field_style(name)
 
 
 def paint(

@@ -14,7 +14,9 @@ from dic.correlation.newton import Points
 from dic.correlation.reference import Reference
 from dic.fields.displacement import DisplacementField, Status
 from dic.fields.roughness import excess, flattening
+from dic.images.prefilter import gaussian_power
 from dic.images.spline import noise_power, noise_slope
+from dic.numbers import check_type, read_real
 
 Clipped: TypeAlias = list[tuple[F64, Status]]  # fraction of each subset, DARK or SATURATED
 
@@ -84,6 +86,47 @@ def displacement_field(ref: Reference, points: Points, frame: DeformedImage) -> 
         grid=ref.grid,
         prefilter=ref.prefilter.sigma,
     )
+
+
+def expected_sigma(ref: Reference, noise: float | None = None) -> F64:
+    """σ of u and v to expect of a frame that fits, before there is one.
+
+    It is what `correlate` states where noise and interpolation alone are left over: no motion
+    bends a subset beyond its shape function, and the light stays.
+
+    Parameters
+    ----------
+    ref : Reference
+    noise : float, grey levels, optional
+        Standard deviation of the noise of reference and frame; without it that which the spectrum
+        of the reference shows.
+
+    Returns
+    -------
+    (N, 2) float64, px
+        NaN where a point will not be measured.
+
+    Raises
+    ------
+    ValueError
+        The noise is not known, because the prefilter was named, or is negative.
+    """
+    check_type(ref, Reference, "ref", "dic.prepare")
+    given = ref.prefilter.noise if noise is None else read_real(noise, "noise", "grey levels")
+    if not given >= 0:
+        raise ValueError(
+            f"noise must be 0 grey levels or more, got {given:g}; give that of the camera, or"
+            " prepare the reference without a prefilter"
+        )
+    level = np.full(len(ref.xy), given * np.sqrt(gaussian_power(ref.prefilter.sigma)))
+    fraction = _noise_fraction(ref, level)
+    count = (ref.inverse.shape[1] - 2) // 2
+    variance = np.diagonal(ref.inverse, axis1=1, axis2=2)[:, [0, count]]
+    scale = level / np.sqrt(1 - fraction) * _widening(ref, fraction)
+    spread = scale[:, None] * np.sqrt(2 * variance * ref.noise_gain)
+    spread = np.hypot(spread, ref.prefilter.bias)  # rms of its sine over the fraction of a px
+    measured = (ref.status == Status.OK) & ~_is_flat(ref, float(level.max(initial=0.0)))
+    return np.where(measured[:, None], spread, np.nan)
 
 
 def _contrast(ref: Reference) -> F64:

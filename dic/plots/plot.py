@@ -65,6 +65,31 @@ _STYLES = {
 }
 
 
+@dataclass(frozen=True, eq=False)
+class FieldStyle:
+    """How a field is drawn.
+
+    Attributes
+    ----------
+    title, unit : str
+    factor : float
+        Values are multiplied by this to be in the unit.
+    colours : (K, 3) uint8
+        RGB from the lowest value to the highest; one a status for "status".
+    """
+
+    title: str
+    unit: str
+    factor: float
+    colours: U8
+
+
+def field_style(name: str) -> FieldStyle:
+    """Return how a field is drawn, by its name."""
+    style = _style(name)
+    return FieldStyle(style.title, style.unit, style.scale, _colours(style.colours))
+
+
 def draw(path: Path, image: AnyArray, name: str, values: AnyArray, disp: DisplacementField) -> None:
     """Draw the field `values` (N,) called `name` over `image` (H, W) into a PNG at `path`."""
     sheet, boxes = _frame(image.shape, _ALONE, (1, 1))

@@ -37,7 +37,11 @@ def draw_profile(path: Path, names: Sequence[str], profile: Profile, length: str
 
 
 def draw_readings(
-    path: Path, time: F64, axis: str, readings: Mapping[str, tuple[F64, F64]]
+    path: Path,
+    time: F64,
+    axis: str,
+    readings: Mapping[str, tuple[F64, F64]],
+    quantity: str = "strain, 1",
 ) -> None:
     """Draw readings (F,) and their σ (F,) by name over the frames or over time."""
     from matplotlib.figure import Figure
@@ -47,7 +51,7 @@ def draw_readings(
     for index, (name, curve) in enumerate(readings.items()):
         _band(axes, time, curve, name, f"C{index % 10}")
     axes.set_xlabel(axis)
-    axes.set_ylabel("strain, 1")
+    axes.set_ylabel(quantity)
     _finish(axes)
     figure.savefig(path, dpi=120)
 

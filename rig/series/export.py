@@ -23,19 +23,23 @@ def to_csv(result: SeriesResult, folder: Path, field: str, report: Report) -> li
     lines = zip(result.names, result.errors, strict=True)
     text = "".join(f"{n},{_quoted(name)},{_quoted(said)}\n" for n, (name, said) in enumerate(lines))
     paths[0].write_text("number,frame,error\n" + text, encoding="utf-8")
-    places = _places(result)
     for number in _reported(result, report):
-        table = places | result.frame(number)
         paths.append(folder / f"frame-{number:06d}.csv")
-        np.savetxt(
-            paths[-1],
-            np.column_stack([values.ravel() for values in table.values()]),
-            fmt=["%d" if name == "status" else "%.7g" for name in table],
-            delimiter=",",
-            header=",".join(table),
-            comments="",
-        )
+        write_frame(paths[-1], result, number)
     return paths
+
+
+def write_frame(path: Path, result: SeriesResult, number: int) -> None:
+    """Write one frame as CSV, a line a point: where it is, and all fields."""
+    table = _places(result) | result.frame(number)
+    np.savetxt(
+        path,
+        np.column_stack([values.ravel() for values in table.values()]),
+        fmt=["%d" if name == "status" else "%.7g" for name in table],
+        delimiter=",",
+        header=",".join(table),
+        comments="",
+    )
 
 
 def to_npz(result: SeriesResult, folder: Path, field: str, report: Report) -> list[Path]:

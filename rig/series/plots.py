@@ -50,17 +50,26 @@ def _plots(
     result: SeriesResult, field: str, report: Callable[[int, int], None]
 ) -> Iterator[AnyArray]:
     """Draw all frames in turn, (H, W, 3) uint8 BGR."""
-    limits = _limits(result, field)
-    for number, name in enumerate(result.names):
-        values = result.field(field, number).ravel().astype(np.float64)
-        if field == "status":  # a frame that was left out has none
-            values[values < 0] = np.nan
-        drawn = export.paint(result.image, field, values, result.grid, limits, name)
-        yield np.ascontiguousarray(drawn[..., ::-1])
+    limits = limits_of(result, field)
+    for number in range(len(result.names)):
+        yield paint_frame(result, field, number, limits)
         report(number + 1, len(result.names))
 
 
-def _limits(result: SeriesResult, field: str) -> tuple[float, float]:
+def paint_frame(
+    result: SeriesResult, field: str, number: int, limits: tuple[float, float]
+) -> AnyArray:
+    """Draw a field of one frame with its colour bar, (H, W, 3) uint8 BGR."""
+    values = result.field(field, number).ravel().astype(np.float64)
+    if field == "status":  # a frame that was left out has none
+        values[values < 0] = np.nan
+    name = result.names[number]
+    drawn = export.paint(result.image, field, values, result.grid, limits, name)
+    return np.ascontiguousarray(drawn[..., ::-1])
+
+
+def limits_of(result: SeriesResult, field: str) -> tuple[float, float]:
+    """Return limits for the colours of a field over all frames, in the unit that it is drawn in."""
     count = len(result.names)
     numbers = np.unique(np.linspace(0, count - 1, min(count, _SAMPLED)).astype(int))
     values = np.concatenate([result.field(field, n).ravel() for n in numbers.tolist()])

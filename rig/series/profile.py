@@ -46,11 +46,12 @@ def profiles(
     line: tuple[float, float, float, float],
     fields: Sequence[str],
     report: Callable[[int, int], None] = lambda done, total: None,
+    numbers: Sequence[int] | None = None,
 ) -> list[Profile]:
-    """Read fields along a line from (x1, y1) to (x2, y2), px.
+    """Read fields along a line from (x1, y1) to (x2, y2), px, in the frames `numbers`, or in all.
 
     A value lies between the four points about its place. Its σ takes these for fully correlated:
-    an upper bound.
+    an upper bound. A line of no length is a point.
 
     Raises
     ------
@@ -66,18 +67,19 @@ def profiles(
             f" {result.grid.ys[-1]}) px; draw it there"
         )
     distance = _distance(result, between, xy)
-    shape = len(result.names), len(xy)
+    chosen = range(len(result.names)) if numbers is None else numbers
+    shape = len(chosen), len(xy)
     found = [
         Profile(name, unit, xy, distance, np.full(shape, np.nan), np.full(shape, np.nan))
         for name, unit in ((name, result.unit(name)) for name in fields)
     ]
-    for number in range(shape[0]):
+    for row, number in enumerate(chosen):
         for one in found:
             where = between.nearest() if one.field in JUMPING else between
-            one.values[number] = where.read(result.field(one.field, number))
+            one.values[row] = where.read(result.field(one.field, number))
             if f"sigma_{one.field}" in result.fields:
-                one.sigma[number] = where.read(result.field(f"sigma_{one.field}", number))
-        report(number + 1, shape[0])
+                one.sigma[row] = where.read(result.field(f"sigma_{one.field}", number))
+        report(row + 1, shape[0])
     return found
 
 

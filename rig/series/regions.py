@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -76,6 +77,29 @@ def read_regions(path: Path) -> Regions:
         first = error.errors()[0]
         place = ".".join(str(part) for part in first["loc"])
         raise ValueError(f"{path}: {place}: {first['msg'].lower()}; correct it there") from None
+
+
+def regions_toml(regions: Regions) -> str:
+    """Write regions as the TOML that `read_regions` reads."""
+    lines: list[str] = []
+    for one in regions.roi:
+        lines += ["[[roi]]", f"points = {_points(one.points)}"]
+        lines += ["hole = true", ""] if one.hole else [""]
+    for one in regions.extensometer:
+        lines += ["[[extensometer]]", f"name = {json.dumps(one.name)}"]
+        lines += [f"start = {_point(one.start)}", f"end = {_point(one.end)}", ""]
+    for one in regions.gauge:
+        lines += ["[[gauge]]", f"name = {json.dumps(one.name)}", f"points = {_points(one.points)}"]
+        lines += [""]
+    return "\n".join(lines)
+
+
+def _points(points: list[Point]) -> str:
+    return f"[{', '.join(map(_point, points))}]"
+
+
+def _point(point: Point) -> str:
+    return f"[{point[0]:g}, {point[1]:g}]"
 
 
 def mask_of(polygons: list[Polygon], shape: tuple[int, int]) -> Mask | None:
