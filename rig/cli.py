@@ -19,6 +19,7 @@ COMMANDS = {
     "design": "Say what a bench will reach, before anything is bought.",
     "print": "Print the board of a calibration or a speckle pattern, at true scale.",
     "correlate": "Correlate two images: displacement, strain and their uncertainty.",
+    "view": "Show a whole test on a page, or correlate images there.",
     "profile": "Read lines, extensometers and gauges from the result of a whole test.",
     "run": "Run the live loop of a scene.",
     "record": "Run the live loop and keep all that it sees and says.",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,7 +12,15 @@ import numpy as np
 import dic
 from rig.series.measure import BLOCK
 from rig.series.read import SeriesResult
-from rig.series.regions import Regions, elongation, gauge_strain
+from rig.series.regions import (
+    SIGMA_UV,
+    STRAINS,
+    UV,
+    Regions,
+    elongation,
+    gauge_strain,
+)
+from rig.series.scale import SCALED
 from rig.system.arrays import F64, AnyArray
 
 
@@ -34,6 +42,15 @@ class Reader:
     grid: dic.Grid
     vsg: float
     places: F64 | None = None
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """Names of the fields that are read."""
+        lengths = UV + SIGMA_UV if self.places is None else SCALED
+        strains = tuple(f"{prefix}{name}" for prefix in ("", "sigma_") for name in STRAINS)
+        return (lengths if self.regions.extensometer else ()) + (
+            strains if self.regions.gauge else ()
+        )
 
     def read(self, table: Mapping[str, AnyArray]) -> dict[str, float]:
         """Read a frame, by name of extensometer and by name and strain of gauge; NaN where lost.
@@ -62,17 +79,25 @@ def readings_of(
     result: SeriesResult,
     regions: Regions,
     report: Callable[[int, int], None] = lambda done, total: None,
+    numbers: Sequence[int] | None = None,
 ) -> dict[str, F64]:
-    """Read extensometers and gauges in every frame of a result, and their σ, (F,) by name."""
+    """Read extensometers and gauges in the frames `numbers`, or in all, with σ, (F,) by name.
+
+    Raises
+    ------
+    OSError
+        A part of the file is damaged.
+    """
     settings, grid = result.settings, result.grid
     vsg = reach(str(settings["field"]), int(settings["strain_window"]), grid.step, grid.subset)
     places = None if result.places is None else result.places.reshape(-1, 2)
     reader = Reader(regions, grid, vsg, places)
     rows: list[dict[str, float]] = []
-    for number in range(len(result.names)):
-        frame = {name: values.ravel() for name, values in result.frame(number).items()}
+    chosen = range(len(result.names)) if numbers is None else numbers
+    for row, number in enumerate(chosen):
+        frame = {name: result.field(name, number).ravel() for name in reader.fields}
         rows.append(reader.read(frame))
-        report(number + 1, len(result.names))
+        report(row + 1, len(chosen))
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 

@@ -19,6 +19,7 @@ from rig.system.arrays import F64, AnyArray, Mask
 
 Point = tuple[float, float]
 UV, SIGMA_UV = ("u", "v"), ("sigma_u", "sigma_v")
+STRAINS = ("exx", "eyy", "exy")
 
 
 class _Part(BaseModel):
@@ -222,7 +223,7 @@ def gauge_strain(
     inside = _filled(one.points, (int(shape[0]), int(shape[1])))
     here: Mask = inside[np.asarray(grid.ys, np.int64)][:, np.asarray(grid.xs, np.int64)].ravel()
     found: dict[str, tuple[float, float]] = {}
-    for name in ("exx", "eyy", "exy"):
+    for name in STRAINS:
         values, spread = table[name][here], table[f"sigma_{name}"][here]
         known = np.isfinite(values) & np.isfinite(spread)
         if not known.any():

@@ -100,9 +100,14 @@ class _Server(uvicorn.Server):
 
 
 @contextmanager
-def serving(application: Starlette, listener: socket.socket, name: str) -> Generator[None]:
+def serving(
+    application: Starlette,
+    listener: socket.socket,
+    name: str,
+    requests: type[LimitedRequests] = LimitedRequests,
+) -> Generator[None]:
     """Serve an application in a thread called `name` while the block runs."""
-    server = _Server(_configuration(application))
+    server = _Server(_configuration(application, requests))
     thread = threading.Thread(target=server.run, args=([listener],), name=name)
     usual = sys.getswitchinterval()
     sys.setswitchinterval(min(usual, TURN))
@@ -128,10 +133,10 @@ def _refusal(port: int, key: str, error: OSError) -> str:
     )
 
 
-def _configuration(application: Starlette) -> uvicorn.Config:
+def _configuration(application: Starlette, requests: type[LimitedRequests]) -> uvicorn.Config:
     return uvicorn.Config(
         application,
-        http=LimitedRequests,
+        http=requests,
         ws=LimitedPages,
         backlog=BATCH,
         ws_per_message_deflate=False,  # images do not shrink, and it costs a third of the frames

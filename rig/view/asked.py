@@ -1,0 +1,58 @@
+"""What a page asks for, checked before anything is done with it."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from rig.series.regions import Extensometer, Polygon, Regions
+
+_Number = Annotated[float, Field(allow_inf_nan=False)]
+Ends = tuple[_Number, _Number, _Number, _Number]
+"""(x1, y1, x2, y2), px."""
+
+
+class _Asked(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class AskedSettings(_Asked):
+    """How images shall be correlated."""
+
+    reference: Annotated[str, Field(description="Name of the image before.")]
+    subset: Annotated[int, Field(description="px, odd.")] = 21
+    step: Annotated[int, Field(description="px.")] = 5
+    order: Annotated[int, Field(description="Of the shape function.")] = 1
+    window: Annotated[int, Field(description="Points, odd.")] = 5
+    kind: Literal["small", "green-lagrange", "logarithmic"] = "small"
+    roi: list[Polygon] = []
+    extensometer: list[Extensometer] = []
+
+    @property
+    def regions(self) -> Regions:
+        """Regions that the test reads and is limited to."""
+        return Regions(roi=self.roi, extensometer=self.extensometer)
+
+
+class AskedReading(_Asked):
+    """A field to be read at a point (its ends are one), or along a line."""
+
+    field: str
+    ends: Ends
+    frame: Annotated[int | None, Field(description="None for all of them.")] = None
+
+
+class AskedLengths(_Asked):
+    """Extensometers to be read in all frames, or in one."""
+
+    extensometer: Annotated[list[Extensometer], Field(min_length=1)]
+    frame: int | None = None
+
+
+def first_sentence(error: ValidationError) -> str:
+    """Return what is wrong with what was asked, as one sentence."""
+    first = error.errors()[0]
+    place = ".".join(str(part) for part in first["loc"])
+    message = f"{place}: {first['msg'].lower()}" if place else first["msg"].lower()
+    return f"{message}; correct it on the page"

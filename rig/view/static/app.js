@@ -1,0 +1,337 @@
+// The page of a test: a frame, a field over it, marks on it, and what they read.
+
+import { Colours } from "./colours.js";
+import { Drawing } from "./drawing.js";
+import { exportFile } from "./files.js";
+import { addMark, drawMarks, onPick, readMarks, redrawCharts, removeMark, showMarks } from "./marks.js";
+import { make } from "./parts.js";
+import { closeRegion, watchPointer } from "./pointer.js";
+import { getJSON } from "./server.js";
+import { follow, openSetup, preview, previewIsShown, showJob } from "./setup.js";
+import { short } from "./curves.js";
+import { drawnNow, fieldNow, find, forget, frames, read, result, state } from "./state.js";
+
+const PACE = 140;  // ms a frame while it plays
+const OF_ROI = "#ffd43b";
+const TOOLS = { v: "look", p: "point", l: "line", e: "extensometer", r: "roi" };
+
+const drawing = new Drawing(find("view-canvas"), find("frame"));
+let reading = 0, playing = 0, waiting = false;
+
+function complain(sentence) {
+  find("complaint").hidden = !sentence;
+  find("complaint").textContent = sentence;
+}
+
+async function load() {
+  state.info = await getJSON("state");
+  forget();
+  state.frame = result() ? result().frames.length - 1 : 0;
+  state.field ??= result()?.fields[0].name ?? null;
+  document.body.dataset.mode = result() ? "result" : "images";
+  for (const id of ["field-tools", "key", "state-card", "files-card"]) find(id).hidden = !result();
+  find("under").hidden = !result() || !state.info.images.length;
+  const fields = result()?.fields ?? [];
+  find("field").replaceChildren(...fields.map(({ name, title }) => make("option", { value: name, selected: name === state.field }, title)));
+  find("setup-title").firstChild.textContent = `Correlate ${Math.max(state.info.images.length - 1, 0)} frames `;
+  find("seek").max = frames().length - 1;
+  showJob();
+}
+
+async function reload() {
+  await load();
+  await show();
+  await readMarks();
+}
+
+async function show(frame = state.frame) {
+  state.frame = Math.min(Math.max(frame, 0), frames().length - 1);
+  const mine = ++reading;
+  try {
+    const shown = await read();
+    if (mine !== reading) return;
+    state.shown = shown;
+    if (result()) await limits();
+    if (mine === reading && find("complaint").dataset.of === "frame") complain("");
+  } catch (error) {
+    if (mine !== reading) return;
+    find("complaint").dataset.of = "frame";
+    complain(error.message);
+  }
+  for (const mark of state.marks) mark.now = null;
+  showFrame();
+  redraw();
+  if (state.marks.some((mark) => mark.kind === "line")) await readMarks((mark) => mark.kind === "line");
+  else showMarks();
+  redraw();
+}
+
+async function limits() {
+  const { name } = drawnNow();
+  if (!state.limits.has(name)) state.limits.set(name, await getJSON("limits", { name }));
+}
+
+function showFrame() {
+  const { name, error } = frames()[state.frame];
+  find("seek").value = state.frame;
+  find("frame-name").textContent = `${state.frame + 1} of ${frames().length} · ${name}`;
+  const { settings } = result() ?? {};
+  find("status").textContent = result()
+    ? `${result().path} · subset ${settings.subset} px, step ${settings.step} px, ${settings.strain_kind} strain`
+    : `${frames().length} images; draw a ROI, look at the noise floor, correlate`;
+  find("notice").hidden = !error;
+  find("notice").children[0].textContent = error ? "This frame was left out" : "";
+  find("notice").children[1].textContent = error;
+  document.body.dataset.frame = state.frame;  // for who waits until it is drawn
+  if (result()) showKey();
+  if (result()) showStates();
+}
+
+function showKey() {
+  const drawn = drawnNow(), status = drawn.name === "status";
+  const [low, high] = state.limits.get(drawn.name) ?? [0, 1];
+  for (const [id, value] of [["low", low], ["high", high]]) {
+    if (document.activeElement !== find(id)) find(id).value = +value.toPrecision(4);
+  }
+  new Colours(drawn).paintRamp(find("ramp"));
+  find("bar").hidden = status;
+  find("unit").textContent = drawn.unit;
+  find("bar-title").textContent = drawn.title;
+  find("legend").hidden = !status;
+  for (const input of document.querySelectorAll("[name=part]")) input.disabled = !fieldNow().sigma;
+  if (status) find("legend").replaceChildren(...counted().map(([one, count]) => make("li", {}, swatch(drawn.colours[one.value]), `${one.name} ${count}`)));
+}
+
+function swatch(colour) {
+  const dot = make("i");
+  dot.style.background = colour;
+  return dot;
+}
+
+function counted() {
+  const counts = new Map();
+  for (const value of state.shown?.status ?? []) counts.set(value, (counts.get(value) ?? 0) + 1);
+  return state.info.status.map((one) => [one, counts.get(one.value) ?? 0]).filter(([, count]) => count);
+}
+
+// What became of the points, in words, the commonest first.
+function showStates() {
+  const total = state.shown?.status.length ?? 0, found = counted().sort((a, b) => b[1] - a[1]);
+  find("state-title").textContent = `${total} points`;
+  find("states").replaceChildren(...found.map(([{ name, sentence }, count]) => make("div", {},
+    make("dt", {}, name), make("dd", {}, `${(100 * count / total).toFixed(1)} %`), make("dd", {}, sentence))));
+}
+
+function redraw() {
+  if (waiting) return;
+  waiting = true;
+  requestAnimationFrame(() => {
+    waiting = false;
+    draw();
+  });
+}
+
+function draw() {
+  const { shown } = state;
+  if (!shown) return;
+  drawing.begin(shown.image.size);
+  drawing.image(shown.image.bitmap);
+  if (previewIsShown()) drawPreview();
+  else if (result() && state.shown.value) drawField();
+  drawRegions();
+  drawMarks(drawing, shown.motion ?? null);
+  showProbe();
+}
+
+function drawField() {
+  const drawn = drawnNow(), { shown } = state, values = state.part === "sigma" && shown.sigma ? shown.sigma : shown.value;
+  const colours = new Colours(drawn).of(values, state.limits.get(drawn.name) ?? [0, 1]);
+  drawing.field(state.grid, colours, state.opacity, shown.motion);
+}
+
+function drawPreview() {
+  const { grid, sigma, field, subset } = state.preview, known = [...sigma].filter(Number.isFinite).sort((a, b) => a - b);
+  if (known.length) {
+    const at = (part) => known[Math.floor(part * (known.length - 1))];
+    drawing.field(grid, new Colours(field).of(sigma, [0.8 * at(0.02), 1.1 * at(0.98)]), 0.45);
+  }
+  const number = state.pointer ? grid.nearest(state.pointer) : -1;
+  if (number < 0) return;
+  const place = grid.place(number);
+  drawing.square(place, subset, "#ffffff");
+  drawing.points(grid, [number, number - 1, number + 1, number - grid.columns, number + grid.columns].filter((one) => one >= 0 && one < sigma.length));
+}
+
+function drawRegions() {
+  if (result() && state.tool !== "roi") return;
+  drawing.shade(state.roi);
+  for (const { points, hole } of state.roi) {
+    drawing.path(points, OF_ROI, 2, true, hole ? [5, 4] : []);
+    if (state.tool === "roi") for (const place of points) drawing.handle(place, OF_ROI);
+  }
+  if (!state.corners.length) return;
+  const tail = state.pointer ? [...state.corners, state.pointer] : state.corners;
+  drawing.path(tail, OF_ROI, 2, false, [5, 4]);
+  for (const place of state.corners) drawing.handle(place, OF_ROI);
+}
+
+function showProbe() {
+  const probe = find("probe"), { pointer } = state;
+  probe.hidden = !pointer;
+  if (!pointer) return;
+  const [x, y] = pointer;
+  probe.textContent = `x ${x.toFixed(1)}   y ${y.toFixed(1)} px${previewIsShown() ? expectedAt(pointer) : valueAt(pointer)}`;
+}
+
+function expectedAt(place) {
+  const { grid, sigma, status, subset } = state.preview, number = grid.nearest(place);
+  if (number < 0) return "";
+  const value = sigma[number];
+  const words = Number.isNaN(value) ? state.info.status.find((one) => one.value === status[number]).name : `σ ${short(1e3 * value)} mpx`;
+  return `    ${words}   subset ${subset} px`;
+}
+
+function valueAt(place) {
+  const { shown, grid } = state, number = grid && shown.value ? grid.nearest(place) : -1;
+  if (number < 0) return "";
+  const field = fieldNow(), status = state.info.status.find((one) => one.value === shown.status[number]);
+  if (field.name === "status") return `    ${status?.name ?? "no frame"}`;
+  const value = short(shown.value[number] * field.factor);
+  const sigma = shown.sigma ? ` ± ${short(shown.sigma[number] * field.factor)}` : "";
+  return `    ${field.name.replaceAll("_", " ")} ${value}${sigma} ${field.unit}   ${status?.name ?? "no frame"}`;
+}
+
+async function chooseField(name) {
+  state.field = name;
+  find("field").value = name;
+  if (!fieldNow().sigma) choosePart("value", false);
+  await show();
+  await readMarks((mark) => mark.kind !== "extensometer");
+}
+
+function choosePart(part, again = true) {
+  state.part = part;
+  document.querySelector(`[name=part][value=${part}]`).checked = true;
+  if (again) show();
+}
+
+function chooseUnder(under) {
+  if (find("under").hidden) return;
+  state.under = under;
+  document.querySelector(`[name=under][value=${under}]`).checked = true;
+  show();
+}
+
+function chooseTool(tool) {
+  state.tool = tool;
+  state.corners = [];
+  document.body.dataset.tool = tool;
+  document.querySelector(`[name=tool][value=${tool}]`).checked = true;
+  find("hole-choice").hidden = tool !== "roi";
+  redraw();
+}
+
+function play(on = !playing) {
+  clearInterval(playing);
+  playing = on ? setInterval(() => show(state.frame + 1 < frames().length ? state.frame + 1 : 0), PACE) : 0;
+  find("play").textContent = on ? "Pause" : "Play";
+}
+
+function zoom(factor) {
+  drawing.zoomAbout(drawing.size.map((length, i) => drawing.middle[i] * length - 0.5), factor);
+  redraw();
+}
+
+const nextField = (by) => {
+  const names = result().fields.map(({ name }) => name);
+  return chooseField(names[(names.indexOf(state.field) + by + names.length) % names.length]);
+};
+
+const ACTS = {
+  arrowleft: () => show(state.frame - 1), arrowright: () => show(state.frame + 1),
+  home: () => show(0), end: () => show(frames().length - 1),
+  " ": () => play(), s: () => fieldNow()?.sigma && choosePart(state.part === "sigma" ? "value" : "sigma"),
+  f: (event) => result() && nextField(event.shiftKey ? -1 : 1),
+  d: () => chooseUnder(state.under === "frame" ? "reference" : "frame"),
+  "+": () => zoom(1.4), "=": () => zoom(1.4), "-": () => zoom(1 / 1.4), 0: () => { drawing.fit(); redraw(); },
+  enter: () => { closeRegion(); redraw(); },
+  backspace: () => { state.corners.pop(); redraw(); },
+  escape: () => { state.corners = []; state.chosen = null; showMarks(); redraw(); },
+  delete: () => { if (state.chosen) removeMark(state.chosen); redraw(); },
+  "?": () => find("keys").showModal(),
+};
+
+document.addEventListener("keydown", (event) => {
+  if (event.ctrlKey || event.metaKey || event.altKey || find("keys").open) return;
+  if (event.target.matches("input:not([type=radio], [type=checkbox], [type=range]), select")) return;
+  const key = event.key.toLowerCase();
+  const used = event.target.matches("input, button") && [" ", "enter", "arrowleft", "arrowright", "home", "end"].includes(key);
+  if (used) return;
+  if (key in TOOLS) chooseTool(TOOLS[key]);
+  else if (key in ACTS) {
+    event.preventDefault();
+    ACTS[key](event);
+  }
+});
+
+find("tool").addEventListener("change", ({ target }) => chooseTool(target.value));
+find("part").addEventListener("change", ({ target }) => choosePart(target.value));
+find("under").addEventListener("change", ({ target }) => chooseUnder(target.value));
+find("field").addEventListener("change", ({ target }) => chooseField(target.value));
+find("opacity").addEventListener("input", ({ target }) => { state.opacity = target.value / 100; redraw(); });
+find("seek").addEventListener("input", ({ target }) => show(Number(target.value)));
+find("play").addEventListener("click", () => play());
+find("fit").addEventListener("click", () => { drawing.fit(); redraw(); });
+find("help").addEventListener("click", () => find("keys").showModal());
+for (const id of ["low", "high"]) {
+  find(id).addEventListener("change", () => {
+    const [low, high] = [find("low"), find("high")].map((input) => Number(input.value));
+    if (low < high) state.limits.set(drawnNow().name, [low, high]);
+    redraw();
+  });
+}
+find("auto-limits").addEventListener("click", async () => {
+  state.limits.delete(drawnNow().name);
+  await show();
+});
+find("files-card").addEventListener("click", async ({ target }) => {
+  const { file } = target.dataset;
+  if (!file) return;
+  target.disabled = true;
+  try {
+    await exportFile(file, drawing.canvas);
+    complain("");
+  } catch (error) {
+    complain(error.message);
+  }
+  target.disabled = false;
+});
+find("marks").addEventListener("click", redraw);
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redrawCharts);
+new ResizeObserver(() => { redraw(); redrawCharts(); }).observe(find("frame"));
+
+onPick((frame) => show(frame));
+watchPointer(drawing, redraw);
+
+async function open() {
+  try {
+    await load();
+    state.roi = state.info.regions.roi;
+    for (const { name, start, end } of state.info.regions.extensometer) addMark("extensometer", [start, end], name);
+    state.chosen = null;
+    openSetup({
+      complain, redraw, reload,
+      showReference: () => show(result() ? state.frame : state.info.images.indexOf(find("reference").value)),
+    });
+    chooseTool("look");
+    await show();
+    await readMarks();
+    if (state.info.images.length) await preview();
+    if (state.info.job.running) await follow();
+    document.body.dataset.ready = "yes";
+  } catch (error) {
+    complain(error.message);
+  }
+}
+
+open();
