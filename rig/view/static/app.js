@@ -8,7 +8,7 @@ import { make } from "./parts.js";
 import { closeRegion, watchPointer } from "./pointer.js";
 import { getJSON } from "./server.js";
 import { follow, openSetup, preview, previewIsShown, showJob } from "./setup.js";
-import { short } from "./curves.js";
+import { short, withSigma } from "./curves.js";
 import { drawnNow, fieldNow, find, forget, frames, read, result, state } from "./state.js";
 
 const PACE = 140;  // ms a frame while it plays
@@ -29,17 +29,18 @@ async function load() {
   state.frame = result() ? result().frames.length - 1 : 0;
   state.field ??= result()?.fields[0].name ?? null;
   document.body.dataset.mode = result() ? "result" : "images";
-  for (const id of ["field-tools", "key", "state-card", "files-card"]) find(id).hidden = !result();
+  for (const id of ["field-tools", "state-card", "files-card"]) find(id).hidden = !result();
   find("under").hidden = !result() || !state.info.images.length;
   const fields = result()?.fields ?? [];
   find("field").replaceChildren(...fields.map(({ name, title }) => make("option", { value: name, selected: name === state.field }, title)));
-  find("setup-title").firstChild.textContent = `Correlate ${Math.max(state.info.images.length - 1, 0)} frames `;
+  find("setup-title").textContent = `Correlate ${Math.max(state.info.images.length - 1, 0)} frames`;
   find("seek").max = frames().length - 1;
   showJob();
 }
 
 async function reload() {
   await load();
+  if (state.tool === "roi") chooseTool("look");
   await show();
   await readMarks();
 }
@@ -74,7 +75,7 @@ async function limits() {
 function showFrame() {
   const { name, error } = frames()[state.frame];
   find("seek").value = state.frame;
-  find("frame-name").textContent = `${state.frame + 1} of ${frames().length} · ${name}`;
+  find("frame-name").textContent = `frame ${state.frame} · ${name}`;
   const { settings } = result() ?? {};
   find("status").textContent = result()
     ? `${result().path} · subset ${settings.subset} px, step ${settings.step} px, ${settings.strain_kind} strain`
@@ -83,22 +84,27 @@ function showFrame() {
   find("notice").children[0].textContent = error ? "This frame was left out" : "";
   find("notice").children[1].textContent = error;
   document.body.dataset.frame = state.frame;  // for who waits until it is drawn
-  if (result()) showKey();
   if (result()) showStates();
 }
 
+// What the colours over the image mean: a field, or the noise floor of the preview.
+const coloured = () => (previewIsShown() ? { ...state.preview.field, name: "preview" } : result() && drawnNow());
+
 function showKey() {
-  const drawn = drawnNow(), status = drawn.name === "status";
-  const [low, high] = state.limits.get(drawn.name) ?? [0, 1];
+  const drawn = coloured();
+  find("key").hidden = !drawn;
+  if (!drawn) return;
+  const [low, high] = state.limits.get(drawn.name) ?? [0, 1], status = drawn.name === "status";
   for (const [id, value] of [["low", low], ["high", high]]) {
     if (document.activeElement !== find(id)) find(id).value = +value.toPrecision(4);
   }
   new Colours(drawn).paintRamp(find("ramp"));
   find("bar").hidden = status;
+  find("auto-limits").hidden = find("frame-limits").hidden = drawn.name === "preview";
   find("unit").textContent = drawn.unit;
   find("bar-title").textContent = drawn.title;
   find("legend").hidden = !status;
-  for (const input of document.querySelectorAll("[name=part]")) input.disabled = !fieldNow().sigma;
+  for (const input of document.querySelectorAll("[name=part]")) input.disabled = !fieldNow()?.sigma;
   if (status) find("legend").replaceChildren(...counted().map(([one, count]) => make("li", {}, swatch(drawn.colours[one.value]), `${one.name} ${count}`)));
 }
 
@@ -140,6 +146,7 @@ function draw() {
   else if (result() && state.shown.value) drawField();
   drawRegions();
   drawMarks(drawing, shown.motion ?? null);
+  showKey();
   showProbe();
 }
 
@@ -150,11 +157,8 @@ function drawField() {
 }
 
 function drawPreview() {
-  const { grid, sigma, field, subset } = state.preview, known = [...sigma].filter(Number.isFinite).sort((a, b) => a - b);
-  if (known.length) {
-    const at = (part) => known[Math.floor(part * (known.length - 1))];
-    drawing.field(grid, new Colours(field).of(sigma, [0.8 * at(0.02), 1.1 * at(0.98)]), 0.45);
-  }
+  const { grid, sigma, field, subset } = state.preview;
+  drawing.field(grid, new Colours(field).of(sigma, state.limits.get("preview")), 0.6 * state.opacity);
   const number = state.pointer ? grid.nearest(state.pointer) : -1;
   if (number < 0) return;
   const place = grid.place(number);
@@ -196,9 +200,9 @@ function valueAt(place) {
   if (number < 0) return "";
   const field = fieldNow(), status = state.info.status.find((one) => one.value === shown.status[number]);
   if (field.name === "status") return `    ${status?.name ?? "no frame"}`;
-  const value = short(shown.value[number] * field.factor);
-  const sigma = shown.sigma ? ` ± ${short(shown.sigma[number] * field.factor)}` : "";
-  return `    ${field.name.replaceAll("_", " ")} ${value}${sigma} ${field.unit}   ${status?.name ?? "no frame"}`;
+  const value = shown.value[number] * field.factor;
+  const words = shown.sigma ? withSigma(value, shown.sigma[number] * field.factor) : short(value);
+  return `    ${field.name.replaceAll("_", " ")} ${words} ${field.unit}   ${status?.name ?? "no frame"}`;
 }
 
 async function chooseField(name) {
@@ -286,13 +290,19 @@ find("help").addEventListener("click", () => find("keys").showModal());
 for (const id of ["low", "high"]) {
   find(id).addEventListener("change", () => {
     const [low, high] = [find("low"), find("high")].map((input) => Number(input.value));
-    if (low < high) state.limits.set(drawnNow().name, [low, high]);
+    if (low < high) state.limits.set(coloured().name, [low, high]);
     redraw();
   });
 }
 find("auto-limits").addEventListener("click", async () => {
   state.limits.delete(drawnNow().name);
   await show();
+});
+find("frame-limits").addEventListener("click", () => {
+  const { shown, part } = state, drawn = drawnNow(), values = part === "sigma" && shown.sigma ? shown.sigma : shown.value;
+  const known = [...values].filter(Number.isFinite).sort((a, b) => a - b), at = (where) => known[Math.round(where * (known.length - 1))] * drawn.factor;
+  if (known.length && at(0.01) < at(0.99)) state.limits.set(drawn.name, [at(0.01), at(0.99)]);
+  redraw();
 });
 find("files-card").addEventListener("click", async ({ target }) => {
   const { file } = target.dataset;

@@ -123,7 +123,7 @@ export class Curves {
     Object.assign(pen, { font: "600 11px system-ui, sans-serif", textAlign: "right", textBaseline: "top", lineWidth: 3, strokeStyle: ink("card") });
     this.shown.series.forEach(({ name, colour, x, y, s }, row) => {
       const i = x.reduce((best, value, n) => (Math.abs(value - at) < Math.abs(x[best] - at) ? n : best), 0);
-      const text = `${name}  ${short(x[i])}: ${short(y[i])} ± ${short(s[i])}`;
+      const text = `${name}  ${short(x[i])}: ${withSigma(y[i], s[i])}`;
       pen.strokeText(text, wide - RIGHT, TOP + 14 * row);
       pen.fillStyle = colour;
       pen.fillText(text, wide - RIGHT, TOP + 14 * row);
@@ -135,6 +135,13 @@ export function short(value) {
   if (!Number.isFinite(value)) return "–";
   const size = Math.abs(value);
   return (size >= 1000 ? value.toFixed(0) : String(+value.toPrecision(size >= 100 ? 4 : 3))).replace("-", "−");
+}
+
+// A value and its σ, both to the second digit of σ.
+export function withSigma(value, sigma) {
+  if (!Number.isFinite(sigma) || !Number.isFinite(value) || sigma <= 0) return `${short(value)} ± ${short(sigma)}`;
+  const places = Math.min(Math.max(0, 1 - Math.floor(Math.log10(sigma))), 9);
+  return `${value.toFixed(places).replace("-", "−")} ± ${sigma.toFixed(places)}`;
 }
 
 function runs(values) {

@@ -14,8 +14,8 @@ export class Drawing {
   begin(size) {
     if (size[0] !== this.size[0] || size[1] !== this.size[1]) this.fit(size);
     const dots = window.devicePixelRatio || 1;
-    const high = getComputedStyle(this.box).flexGrow === "0" ? this.box.clientWidth * size[1] / size[0] : this.box.clientHeight;
-    const [w, h] = [Math.round(this.box.clientWidth * dots), Math.round(Math.max(high, 100) * dots)];
+    this.box.style.setProperty("--ratio", size[0] / size[1]);  // where the box has no height of its own
+    const [w, h] = [Math.round(this.box.clientWidth * dots), Math.round(this.box.clientHeight * dots)];
     if (this.canvas.width !== w || this.canvas.height !== h) {
       Object.assign(this.canvas, { width: w, height: h });
       Object.assign(this.canvas.style, { width: `${w / dots}px`, height: `${h / dots}px` });
@@ -65,9 +65,11 @@ export class Drawing {
 
   // Cells of a grid in their colours; moved by what the points have moved, if that is given.
   field(grid, colours, opacity, motion = null) {
-    this.context.globalAlpha = opacity;
-    if (motion) this.movedCells(grid, colours, motion);
-    else this.cells(grid, colours);
+    const sheet = motion ? this.movedCells(grid, colours, motion) : this.cells(grid, colours);
+    const [left, top] = motion ? [0, 0] : this.at([grid.x[0] - grid.step / 2, grid.y[0] - grid.step / 2]);
+    const side = motion ? 1 : grid.step * this.scale;
+    Object.assign(this.context, { globalAlpha: opacity, imageSmoothingEnabled: false });
+    this.context.drawImage(sheet, left, top, sheet.width * side, sheet.height * side);
     this.context.globalAlpha = 1;
   }
 
@@ -75,26 +77,28 @@ export class Drawing {
     Object.assign(this.map, { width: grid.columns, height: grid.rows });
     const image = new ImageData(new Uint8ClampedArray(colours.buffer), grid.columns, grid.rows);
     this.map.getContext("2d").putImageData(image, 0, 0);
-    const [left, top] = this.at([grid.x[0] - grid.step / 2, grid.y[0] - grid.step / 2]);
-    this.context.imageSmoothingEnabled = false;
-    this.context.drawImage(this.map, left, top, grid.columns * grid.step * this.scale, grid.rows * grid.step * this.scale);
+    return this.map;
   }
 
+  // Each cell between its moved corners, with a rim of its colour so that no seam shows.
   movedCells(grid, colours, motion) {
-    const { context, scale } = this, [du, dv] = corners(grid, motion), wide = grid.columns + 1;
-    const bytes = new Uint8Array(colours.buffer), half = grid.step / 2;
+    const { scale, map } = this, [du, dv] = corners(grid, motion), wide = grid.columns + 1;
+    Object.assign(map, { width: this.canvas.width, height: this.canvas.height });
+    const pen = map.getContext("2d"), bytes = new Uint8Array(colours.buffer), side = grid.step * scale;
     for (let n = 0; n < colours.length; n++) {
       if (!colours[n] || Number.isNaN(motion.u[n])) continue;
-      const row = Math.floor(n / grid.columns), column = n % grid.columns;
-      const [x, y] = this.at([grid.x[column] - half, grid.y[row] - half]), side = grid.step * scale;
-      const first = row * wide + column;
-      context.fillStyle = `rgb(${bytes[4 * n]} ${bytes[4 * n + 1]} ${bytes[4 * n + 2]})`;
-      context.beginPath();
+      const row = Math.floor(n / grid.columns), column = n % grid.columns, first = row * wide + column;
+      const [x, y] = this.at([grid.x[column] - grid.step / 2, grid.y[row] - grid.step / 2]);
+      pen.fillStyle = pen.strokeStyle = `rgb(${bytes[4 * n]} ${bytes[4 * n + 1]} ${bytes[4 * n + 2]})`;
+      pen.beginPath();
       for (const [at, right, down] of [[first, 0, 0], [first + 1, side, 0], [first + wide + 1, side, side], [first + wide, 0, side]]) {
-        context.lineTo(x + right + du[at] * scale, y + down + dv[at] * scale);
+        pen.lineTo(x + right + du[at] * scale, y + down + dv[at] * scale);
       }
-      context.fill();
+      pen.closePath();
+      pen.fill();
+      pen.stroke();
     }
+    return map;
   }
 
   points(grid, numbers) {

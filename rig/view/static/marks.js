@@ -1,6 +1,6 @@
 // Points, lines and extensometers: drawn on the image, read by the server, listed with their values.
 
-import { Curves, short } from "./curves.js";
+import { Curves, short, withSigma } from "./curves.js";
 import { MARKS } from "./colours.js";
 import { moved } from "./grid.js";
 import { post } from "./server.js";
@@ -115,7 +115,7 @@ function valueNow(mark) {
 
 export function wordsOf(mark) {
   const found = result() && valueNow(mark);
-  return found ? `${short(found[0])} ± ${short(found[1])} ${unit(mark)}` : "";
+  return found ? `${withSigma(...found)} ${unit(mark)}` : "";
 }
 
 export function showMarks() {
@@ -161,7 +161,7 @@ function row(mark) {
   remove.addEventListener("click", () => removeMark(mark));
   const dot = make("i");
   dot.style.background = mark.colour;
-  const line = make("li", { mark }, dot, make("span", {}, `${mark.kind === "extensometer" ? "Extens." : mark.kind === "line" ? "Line" : "Point"} ${mark.name}`), input, make("output"), remove);
+  const line = make("li", { mark }, dot, make("span", { title: mark.kind }, mark.name), input, make("output"), remove);
   line.addEventListener("click", () => { state.chosen = mark; showMarks(); });
   return line;
 }

@@ -55,7 +55,6 @@ export function watchPointer(drawing, redraw) {
 
   canvas.addEventListener("pointerdown", (event) => {
     if (event.button > 1) return;
-    canvas.focus({ preventScroll: true });
     held = event.button === 1 ? { pan: true } : grabbed(event) ?? began(event);
     if (held?.mark) state.chosen = held.mark;
     if (held) canvas.setPointerCapture(event.pointerId);

@@ -40,6 +40,7 @@ export async function preview() {
     if (asked !== key) return;
     const sigma = Float32Array.from(found.sigma, (value) => (value === null ? NaN : value));
     state.preview = { ...found, sigma, grid: new PointGrid(found), subset: wanted.subset };
+    state.limits.set("preview", limitsOf([...sigma]));
     showExpected(found);
     act.complain("");
   } catch (error) {
@@ -52,6 +53,12 @@ export async function preview() {
   find("setup-note").textContent = "";
   find("correlate").disabled = !state.preview?.measured || state.info.job.running;
   act.redraw();
+}
+
+// Limits between which nearly all values lie.
+function limitsOf(values) {
+  const known = values.filter(Number.isFinite).sort((a, b) => a - b), at = (part) => known[Math.floor(part * (known.length - 1))];
+  return known.length ? [0.9 * at(0.02), 1.1 * at(0.98)] : [0, 1];
 }
 
 const later = settled(preview, 200);
@@ -90,7 +97,10 @@ export async function follow() {
   const { running, results, error } = state.info.job;
   showJob();
   if (running) setTimeout(() => tried(follow), POLL);
-  else if (results > before.results) await act.reload();
+  else if (results > before.results) {
+    find("setup").open = false;
+    await act.reload();
+  }
   else if (error) act.complain(error);
 }
 

@@ -9,7 +9,7 @@ export const state = {
   info: null,       // what the server describes
   grid: null,       // of the result
   frame: 0,
-  field: null, part: "value", under: "reference", opacity: 0.7,
+  field: null, part: "value", under: "reference", opacity: 0.75,
   limits: new Map(),  // by name of a field; in its unit
   tool: "look",
   marks: [], chosen: null,
@@ -28,7 +28,7 @@ export const drawnNow = () => (state.part === "sigma" && fieldNow()?.sigma) || f
 
 export function forget() {
   fields.clear();
-  state.limits.clear();
+  for (const name of [...state.limits.keys()]) if (name !== "preview") state.limits.delete(name);
   state.grid = result() ? new PointGrid(result()) : null;
 }
 
