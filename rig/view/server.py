@@ -62,14 +62,15 @@ def serve(test: ViewedTest, port: int = 0, access: Access | None = None) -> Gene
         If the port cannot be had.
     """
     access = access or Access()
-    with listen(port, "port") as listener:
+    with listen(port, "port", option="--port") as listener:
         query = "" if access.alone else f"?token={access.token}"
         address = f"http://{HOST}:{listener.getsockname()[1]}/{query}"
-        with serving(_application(test, access), listener, "view", PatientRequests):
+        with serving(application(test, access), listener, "view", PatientRequests):
             yield address
 
 
-def _application(test: ViewedTest, access: Access) -> Starlette:
+def application(test: ViewedTest, access: Access) -> Starlette:
+    """Return what answers the requests of the page of a test."""
     routes = [
         *(_route(test, path, answer, "GET") for path, answer in GETS.items()),
         *(_route(test, path, answer, "POST") for path, answer in POSTS.items()),

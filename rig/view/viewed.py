@@ -78,8 +78,8 @@ class ViewedTest:
             self.show(result)
         elif frames is not None and len(frames.names) < 2:
             raise ValueError(
-                f"'{', '.join(frames.names)}' is one image, and a field needs two or more; name a folder or"
-                " a pattern with the image before and those after"
+                f"'{', '.join(frames.names)}' is one image, and a field needs two or more; name a"
+                " folder or a pattern with the image before and those after"
             )
 
     def __enter__(self) -> ViewedTest:

@@ -53,7 +53,7 @@ class Newest(Generic[T]):
         self._closed = True
 
 
-def listen(port: int, key: str, host: str = HOST) -> socket.socket:
+def listen(port: int, key: str, host: str = HOST, option: str | None = None) -> socket.socket:
     """Take a port; 0 takes a free one.
 
     Parameters
@@ -63,6 +63,8 @@ def listen(port: int, key: str, host: str = HOST) -> socket.socket:
         Key of the scene that sets it, for the sentences.
     host : str
         Address that it is taken on; only the loopback address unless said otherwise.
+    option : str or None
+        What sets it on the command line where no scene does, such as ``--port``.
 
     Raises
     ------
@@ -71,10 +73,11 @@ def listen(port: int, key: str, host: str = HOST) -> socket.socket:
     OSError
         If it cannot be had.
     """
+    words = f"--set {key}=" if option is None else f"{option} "
     if not 0 <= port <= 65535:
         raise ValueError(
             f"{key.replace('.', ' ')} must lie in 0..65535, got {port}; choose another with"
-            f" --set {key}=8765"
+            f" {words}8765"
         )
     # asyncio sends without delay only where the protocol is named; else small parts wait 40 ms
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
@@ -85,7 +88,7 @@ def listen(port: int, key: str, host: str = HOST) -> socket.socket:
         listener.listen()
     except OSError as error:
         listener.close()
-        raise OSError(_refusal(port, key, error)) from error
+        raise OSError(_refusal(port, words, error)) from error
     return listener
 
 
@@ -120,16 +123,16 @@ def serving(
         sys.setswitchinterval(usual)
 
 
-def _refusal(port: int, key: str, error: OSError) -> str:
+def _refusal(port: int, words: str, error: OSError) -> str:
     other = port + 1 if 1024 <= port < 65535 else 8765
     if error.errno == errno.EADDRINUSE:
         return (
             f"port {port} on {HOST} is in use; "
-            f"choose another with --set {key}={other} or stop the other program"
+            f"choose another with {words}{other} or stop the other program"
         )
     return (
         f"port {port} on {HOST} cannot be opened ({error.strerror}); "
-        f"choose another with --set {key}={other}"
+        f"choose another with {words}{other}"
     )
 
 

@@ -309,7 +309,7 @@ find("files-card").addEventListener("click", async ({ target }) => {
   if (!file) return;
   target.disabled = true;
   try {
-    await exportFile(file, drawing.canvas);
+    await exportFile(file, drawing);
     complain("");
   } catch (error) {
     complain(error.message);

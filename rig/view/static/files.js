@@ -26,30 +26,33 @@ function wanted(file) {
   }
 }
 
-export async function exportFile(file, canvas) {
-  if (file === "screen.png") keep(await screen(canvas), `${drawnNow().name}-${String(state.frame).padStart(6, "0")}-seen.png`);
+export async function exportFile(file, drawing) {
+  if (file === "screen.png") keep(await screen(drawing), `${drawnNow().name}-${String(state.frame).padStart(6, "0")}-seen.png`);
   else await save(...wanted(file));
 }
 
-// The canvas, and below it what the colours mean.
-function screen(canvas) {
-  const dots = window.devicePixelRatio || 1, below = 64 * dots, drawn = drawnNow();
-  const sheet = new OffscreenCanvas(canvas.width, canvas.height + below), pen = sheet.getContext("2d");
+// What is seen of the image, and below it what the colours mean.
+function screen({ canvas, origin, size, scale, dots }) {
+  const below = 64 * dots, drawn = drawnNow(), narrowest = 420 * dots;
+  const [left, top] = origin.map((at) => Math.max(Math.floor(at), 0));
+  const [right, bottom] = [canvas.width, canvas.height].map((end, i) => Math.min(Math.ceil(origin[i] + size[i] * scale), end));
+  const [wide, high] = [right - left, bottom - top];
+  const sheet = new OffscreenCanvas(Math.max(wide, narrowest), high + below), pen = sheet.getContext("2d");
   pen.fillStyle = "#ffffff";
   pen.fillRect(0, 0, sheet.width, sheet.height);
-  pen.drawImage(canvas, 0, 0);
+  pen.drawImage(canvas, left, top, wide, high, 0, 0, wide, high);
   Object.assign(pen, { fillStyle: "#14181b", font: `${13 * dots}px system-ui, sans-serif`, textBaseline: "middle" });
-  const y = canvas.height + 22 * dots, wide = Math.min(260 * dots, canvas.width / 3);
-  pen.fillText(`${drawn.title}${drawn.unit && `, ${drawn.unit}`} · ${frames()[state.frame].name}`, 14 * dots, canvas.height + 46 * dots);
+  const y = high + 22 * dots, long = Math.min(260 * dots, sheet.width / 3);
+  pen.fillText(`${drawn.title}${drawn.unit && `, ${drawn.unit}`} · ${frames()[state.frame].name}`, 14 * dots, high + 46 * dots);
   const limits = state.limits.get(drawn.name);
   if (limits && drawn.name !== "status") {
     const ramp = document.createElement("canvas");
     ramp.height = 1;
     new Colours(drawn).paintRamp(ramp);
-    const low = short(limits[0]), left = 22 * dots + pen.measureText(low).width;
+    const low = short(limits[0]), from = 22 * dots + pen.measureText(low).width;
     pen.fillText(low, 14 * dots, y);
-    pen.drawImage(ramp, left, y - 7 * dots, wide, 14 * dots);
-    pen.fillText(`${short(limits[1])} ${drawn.unit}`, left + wide + 8 * dots, y);
+    pen.drawImage(ramp, from, y - 7 * dots, long, 14 * dots);
+    pen.fillText(`${short(limits[1])} ${drawn.unit}`, from + long + 8 * dots, y);
   }
   return sheet.convertToBlob({ type: "image/png" });
 }
