@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from threading import Lock, Thread
+from threading import Event, Lock, Thread
 from typing import Any
 
 Report = Callable[[int, int], None]
@@ -44,12 +44,18 @@ class JobState:
 
 
 class Job:
-    """Runs one correlation at a time."""
+    """Runs one correlation at a time.
+
+    Attributes
+    ----------
+    stopping : Event
+        Set from the wish to stop until the next correlation starts.
+    """
 
     def __init__(self) -> None:
         self._state, self._lock = JobState(), Lock()
         self._thread: Thread | None = None
-        self._stop = False
+        self.stopping = Event()
 
     @property
     def state(self) -> JobState:
@@ -68,13 +74,13 @@ class Job:
             if self._state.running:
                 raise ValueError("a correlation is running; stop it first, or wait for its end")
             self._state = JobState(running=True, results=self._state.results)
-            self._stop = False
+            self.stopping.clear()
             self._thread = Thread(target=self._run, args=(work, finish), name="correlation")
             self._thread.start()
 
     def stop(self) -> None:
         """Stop the correlation after the frames that it is at; what was done is kept."""
-        self._stop = True
+        self.stopping.set()
         if self._thread is not None:
             self._thread.join()
 
@@ -92,5 +98,5 @@ class Job:
 
     def _report(self, done: int, total: int) -> None:
         self._state = replace(self._state, done=done, total=total)
-        if self._stop:
+        if self.stopping.is_set():
             raise Stopped

@@ -29,7 +29,8 @@ def draw(stretch, seed=5):
     x = np.exp(-(((np.arange(width)[:, None] - centres[:, 0]) / 2.2) ** 2))
     y = np.exp(-(((np.arange(height)[:, None] - centres[:, 1]) / 2.2) ** 2))
     clean = 230 - 190 * (1 - np.exp(-0.9 * (y @ x.T)))
-    return np.clip(np.rint(clean + rng.normal(0, 1.5, SHAPE)), 0, 255).astype(np.uint8)
+    noise = np.random.default_rng(round(1e6 * stretch)).normal(0, 2.0, SHAPE)
+    return np.clip(np.rint(clean + noise), 0, 255).astype(np.uint8)
 
 
 @pytest.fixture(scope="session")
