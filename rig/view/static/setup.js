@@ -17,6 +17,7 @@ export function openSetup(actions) {
   act = actions;
   const { images } = state.info;
   find("setup").hidden = !images.length;
+  find("setup").open = !result();
   if (!images.length) return;
   find("reference").replaceChildren(...images.map((name) => make("option", { value: name }, name)));
   askPreview();

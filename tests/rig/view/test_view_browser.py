@@ -1,0 +1,302 @@
+"""The page of a test in a real browser: from photographs to a curve, by pointer and by keys."""
+
+import base64
+import csv
+import io
+import re
+from urllib.parse import urlsplit
+
+import cv2
+import h5py
+import numpy as np
+import pytest
+from playwright.sync_api import expect, sync_playwright
+
+from rig.series.frames import open_frames
+from rig.series.regions import read_regions
+from rig.view import ViewedTest, serve
+from rig.web.access import Access
+
+pytestmark = pytest.mark.browser
+
+WIDE, HIGH = 150, 110  # px of the photographs
+STRETCH = 0.004  # a frame
+ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with sync_playwright() as play:
+        chromium = play.chromium.launch(executable_path="/usr/bin/chromium", args=ARGUMENTS)
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture
+def page(browser):
+    """Open a page that remembers complaints and every address that it asked for."""
+    context = browser.new_context(viewport={"width": 1440, "height": 900})
+    page = context.new_page()
+    page.complaints, page.asked = [], []
+    page.on("console", lambda message: page.complaints.append(message.text))
+    page.on("pageerror", lambda error: page.complaints.append(str(error)))
+    page.on("request", lambda request: page.asked.append(request.url))
+    yield page
+    context.close()
+
+
+@pytest.fixture
+def photos(photographs, tmp_path):
+    """Serve the photographs; gives the address."""
+    with (
+        ViewedTest(open_frames(str(photographs)), None, tmp_path / "test") as test,
+        serve(test) as address,
+    ):
+        yield address
+
+
+@pytest.fixture
+def looked_at(viewed):
+    """Serve the result with its images; gives the address."""
+    with serve(viewed) as address:
+        yield address
+
+
+def open_page(page, address):
+    page.goto(address)
+    expect(page.locator("body")).to_have_attribute("data-ready", "yes", timeout=30_000)
+
+
+def on_image(page, x, y):
+    """Place in the window of a place of the image, which is fitted into the canvas."""
+    box = page.locator("#view-canvas").bounding_box()
+    scale = min(box["width"] / WIDE, box["height"] / HIGH)
+    left, top = box["width"] - WIDE * scale, box["height"] - HIGH * scale
+    return (
+        box["x"] + left / 2 + (x + 0.5) * scale,
+        box["y"] + top / 2 + (y + 0.5) * scale,
+    )
+
+
+def click(page, x, y):
+    page.mouse.click(*on_image(page, x, y))
+
+
+def drag(page, start, end):
+    page.mouse.move(*on_image(page, *start))
+    page.mouse.down()
+    page.mouse.move(*on_image(page, *end), steps=4)
+    page.mouse.up()
+
+
+def pixels(page):
+    """Canvas of the image, (H, W, 3) RGB."""
+    png = page.evaluate(
+        "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame("
+        "() => done(document.getElementById('view-canvas').toDataURL()))))"
+    ).partition(",")[2]
+    return cv2.imdecode(np.frombuffer(base64.b64decode(png), np.uint8), cv2.IMREAD_COLOR)[..., ::-1]
+
+
+def downloaded(page, name):
+    """Click on a file; gives its name and what it holds."""
+    with page.expect_download() as found:
+        page.locator(f'[data-file="{name}"]').click()
+    return found.value.suggested_filename, found.value.path().read_bytes()
+
+
+def test_from_photographs_to_a_curve_a_table_and_an_image(page, photos, tmp_path):
+    open_page(page, photos)
+    expect(page.locator("#status")).to_contain_text("4 images")
+    page.keyboard.press("r")
+    for corner in ((15, 14), (134, 14), (134, 95), (15, 95)):
+        click(page, *corner)
+    page.keyboard.press("Enter")
+    expect(page.locator("#expected")).to_contain_text("mpx")
+    before = page.locator("#expected").inner_text()
+    page.locator("#subset").fill("31")
+    expect(page.locator("#expected")).not_to_have_text(before)
+    page.locator("#subset").fill("21")
+    with page.expect_download() as found:
+        page.locator("#save-roi").click()
+    (tmp_path / "roi.toml").write_bytes(found.value.path().read_bytes())
+    (polygon,) = read_regions(tmp_path / "roi.toml").roi
+    np.testing.assert_allclose(polygon.points[1], (134, 14), atol=0.6)
+    page.locator("#correlate").click()
+    expect(page.locator("body")).to_have_attribute("data-mode", "result", timeout=60_000)
+    page.keyboard.press("e")
+    drag(page, (35, 50), (115, 50))
+    expect(page.locator("#marks output")).to_contain_text("µε")
+    expect(page.locator("#lengths-card")).to_be_visible()
+    name, table = downloaded(page, "readings.csv")
+    rows = list(csv.DictReader(io.StringIO(table.decode())))
+    assert name == "readings.csv"
+    assert [row["frame"] for row in rows] == ["f1.png", "f2.png", "f3.png"]
+    for n, row in enumerate(rows, start=1):
+        assert abs(float(row["E1"]) - STRETCH * n) < 5 * float(row["sigma_E1"]) < 3e-3
+    for name in ("field.png", "screen.png", "readings.png"):
+        plot = cv2.imdecode(np.frombuffer(downloaded(page, name)[1], np.uint8), cv2.IMREAD_COLOR)
+        assert plot.std() > 10, name
+    assert page.complaints == []
+    assert {urlsplit(url).hostname for url in page.asked if not url.startswith(("data:", "blob:"))
+            } == {"127.0.0.1"}  # fmt: skip
+
+
+def test_the_probe_reads_what_the_file_holds(page, looked_at, result):
+    open_page(page, looked_at)
+    page.keyboard.press("End")
+    with h5py.File(result) as file:
+        xs, ys = file["x"][:], file["y"][:]
+        row, column = len(ys) // 2, len(xs) // 2
+        value, sigma = (1e6 * file[name][2, row, column] for name in ("exx", "sigma_exx"))
+    page.mouse.move(*on_image(page, xs[column], ys[row]))
+    expect(page.locator("#probe")).to_contain_text("ok")
+    text = page.locator("#probe").inner_text().replace("−", "-")
+    shown = re.search(r"exx (-?\d+) ± (\d+) µε", text)
+    assert abs(int(shown[1]) - value) <= 1
+    assert abs(int(shown[2]) - sigma) <= 1
+
+
+def test_keys_choose_frame_field_part_and_what_lies_under(page, looked_at):
+    open_page(page, looked_at)
+    body = page.locator("body")
+    expect(body).to_have_attribute("data-frame", "2")
+    seen = {"exx": pixels(page)}
+    page.keyboard.press("Home")
+    expect(body).to_have_attribute("data-frame", "0")
+    seen["first"] = pixels(page)
+    page.keyboard.press("ArrowRight")
+    expect(body).to_have_attribute("data-frame", "1")
+    page.keyboard.press("End")
+    expect(body).to_have_attribute("data-frame", "2")
+    page.keyboard.press("s")
+    expect(page.locator("#bar-title")).to_have_text("Standard deviation of exx")
+    seen["sigma"] = pixels(page)
+    page.keyboard.press("s")
+    page.keyboard.press("f")
+    expect(page.locator("#bar-title")).to_have_text("Strain eyy")
+    page.keyboard.press("Shift+f")
+    expect(page.locator("#bar-title")).to_have_text("Strain exx")
+    page.keyboard.press("d")
+    expect(page.locator("[name=under][value=frame]")).to_be_checked()
+    page.wait_for_function("document.body.dataset.frame === '2'")
+    page.locator("#field").select_option("status")
+    expect(page.locator("#legend")).to_contain_text("ok")
+    seen["status"] = pixels(page)
+    images = list(seen.values())
+    for n, one in enumerate(images):
+        for other in images[n + 1 :]:
+            assert np.abs(one.astype(int) - other).mean() > 1
+    page.keyboard.press("?")
+    expect(page.locator("#keys")).to_be_visible()
+    page.keyboard.press("Escape")
+    page.locator("#field").select_option("u")
+    page.locator("#low").fill("1")  # keys that are typed into a field do nothing else
+    page.keyboard.press("p")
+    expect(page.locator("[name=tool][value=look]")).to_be_checked()
+    assert page.complaints == []
+
+
+def test_marks_are_dragged_typed_and_removed(page, looked_at):
+    open_page(page, looked_at)
+    page.keyboard.press("p")
+    click(page, 60, 50)
+    expect(page.locator("#points-card")).to_be_visible()
+    page.keyboard.press("l")
+    drag(page, (30, 70), (120, 72))
+    expect(page.locator("#lines-card")).to_be_visible()
+    page.keyboard.press("e")
+    drag(page, (40, 40), (100, 40))
+    expect(page.locator("#marks li")).to_have_count(3)
+    ends = page.locator("#marks li").nth(2).locator("input")
+    first = ends.input_value()
+    drag(page, (100, 40), (120, 60))
+    expect(ends).not_to_have_value(first)
+    ends.fill("45, 50, 105, 50")
+    ends.press("Enter")
+    value = page.locator("#marks li").nth(2).locator("output")
+    expect(value).to_contain_text("µε")
+    shown = re.match(r"(\d+) ± (\d+)", value.inner_text())
+    assert abs(int(shown[1]) - 3e6 * STRETCH) < 5 * int(shown[2])
+    ends.fill("45, 50, 900, 50")
+    ends.press("Enter")
+    expect(value).not_to_contain_text("12")
+    page.locator("#marks li span").nth(0).click()
+    page.keyboard.press("Delete")
+    expect(page.locator("#marks li")).to_have_count(2)
+    expect(page.locator("#points-card")).to_be_hidden()
+    assert page.complaints == []
+
+
+def test_the_wheel_zooms_and_the_image_comes_back(page, looked_at):
+    open_page(page, looked_at)
+    whole = pixels(page)
+    page.mouse.move(*on_image(page, 75, 55))
+    page.mouse.wheel(0, -600)
+    page.wait_for_function("true")
+    near = pixels(page)
+    assert np.abs(whole.astype(int) - near).mean() > 5
+    page.keyboard.press("0")
+    page.mouse.move(5, 5)
+    assert np.abs(whole.astype(int) - pixels(page)).mean() < 1
+
+
+def test_a_roi_that_cannot_be_used_is_a_sentence_that_goes_again(page, photos):
+    open_page(page, photos)
+    page.locator("#subset").fill("30")
+    expect(page.locator("#complaint")).to_contain_text("must be odd")
+    expect(page.locator("#correlate")).to_be_disabled()
+    page.locator("#subset").fill("21")
+    expect(page.locator("#complaint")).to_be_hidden()
+    page.locator("#tool").get_by_text("ROI").click()
+    for corner in ((2, 2), (9, 2), (2, 9)):
+        click(page, *corner)
+    page.keyboard.press("Enter")
+    expect(page.locator("#expected")).to_contain_text("0 of")
+    expect(page.locator("#correlate")).to_be_disabled()
+    page.locator("#clear-roi").click()
+    expect(page.locator("#correlate")).to_be_enabled()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_both_schemes_and_a_phone_show_all_of_it(page, looked_at, scheme):
+    page.emulate_media(color_scheme=scheme)
+    open_page(page, looked_at)
+    ground = page.evaluate("getComputedStyle(document.body).backgroundColor")
+    level = np.mean([int(part) for part in re.findall(r"\d+", ground)[:3]])
+    assert (level > 200) if scheme == "light" else (level < 60)
+    assert page.evaluate("document.documentElement.scrollHeight <= innerHeight")
+    page.set_viewport_size({"width": 390, "height": 844})
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    assert page.locator("#view-canvas").bounding_box()["height"] > 150
+
+
+def test_names_are_text_and_a_frame_that_was_left_out_says_why(
+    page, photographs, tmp_path, browser
+):
+    folder = tmp_path / "named"
+    folder.mkdir()
+    for n in (0, 1):
+        (folder / f"f{n}.png").write_bytes((photographs / f"f{n}.png").read_bytes())
+    (folder / "f2 <b>x<b>.png").write_bytes(b"no image")
+    with ViewedTest(open_frames(str(folder)), None, tmp_path / "test") as test:
+        with serve(test) as address:
+            open_page(page, address)
+            page.locator("#correlate").click()
+            expect(page.locator("body")).to_have_attribute("data-mode", "result", timeout=60_000)
+            page.keyboard.press("End")
+            expect(page.locator("#notice")).to_contain_text("left out")
+            expect(page.locator("#notice")).to_contain_text("f2 <b>x<b>.png is not an image")
+            page.keyboard.press("Home")
+            expect(page.locator("#notice")).to_be_hidden()
+        page.keyboard.press("s")
+        page.keyboard.press("f")
+        expect(page.locator("#complaint")).to_contain_text("start touchplate view again")
+
+
+def test_a_machine_with_other_users_needs_the_link(page, viewed):
+    with serve(viewed, access=Access("secret", control=True, network=False, alone=False)) as link:
+        assert page.goto(link.partition("?")[0]).status == 403
+        open_page(page, link)
+        assert "secret" not in page.url
+        expect(page.locator("#status")).to_contain_text("fields.h5")
