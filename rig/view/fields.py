@@ -16,7 +16,7 @@ import numpy as np
 import dic
 from dic import export
 from rig.series.read import SeriesResult
-from rig.system.arrays import AnyArray
+from rig.system.arrays import AnyArray, Mask
 
 BUDGET = 256 << 20  # bytes of fields that are kept
 _STRAINS = ("exx", "eyy", "exy")
@@ -105,7 +105,7 @@ def _invariants(parts: list[AnyArray]) -> dict[str, AnyArray]:
     shape = parts[0].shape
     flat = np.array([part.ravel() for part in parts], dtype=np.float64)
     points = np.zeros((flat.shape[1], 2))
-    valid = np.isfinite(flat[:3]).all(axis=0)
+    valid: Mask = np.all(np.isfinite(flat[:3]), axis=0)
     exx, eyy, exy = flat[:3]
     eps = dic.StrainField(points, exx, eyy, exy, flat[3:].T, valid, 0, 1, "small", None)
     found = export.invariant_columns(eps)

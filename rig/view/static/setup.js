@@ -33,7 +33,10 @@ export const settings = () => ({
 export async function preview() {
   if (!find("reference").value) return;
   const wanted = settings(), key = JSON.stringify([wanted.reference, wanted.subset, wanted.step, wanted.order, wanted.window, wanted.kind, wanted.roi]);
-  if (key === asked) return;
+  if (key === asked) {
+    find("setup-note").textContent = "";
+    return;
+  }
   asked = key;
   find("setup-note").textContent = "looking…";
   try {
@@ -79,6 +82,7 @@ async function tried(work) {
     await work();
     act.complain("");
   } catch (error) {
+    find("setup-note").textContent = "";
     act.complain(error.message);
   }
 }
@@ -110,6 +114,7 @@ find("setup").addEventListener("submit", (event) => event.preventDefault());
 find("show-preview").addEventListener("change", () => act.redraw());
 find("reference").addEventListener("change", () => act.showReference());
 find("suggest").addEventListener("click", () => tried(async () => {
+  find("setup-note").textContent = "looking…";
   const { subset, step } = await getJSON("recommend", { reference: beforeName() });
   Object.assign(find("subset"), { value: subset });
   Object.assign(find("step"), { value: step });

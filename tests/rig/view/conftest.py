@@ -1,9 +1,11 @@
 """Photographs of a sheet that is pulled along x, drawn exactly, and their result."""
 
+import asyncio
+
+import httpx
 import numpy as np
 import pytest
 from PIL import Image
-from starlette.testclient import TestClient
 
 import dic
 from rig.series.frames import open_frames
@@ -17,6 +19,7 @@ from rig.web.access import Access
 SHAPE = (110, 150)
 STRETCH = 0.004  # a frame
 SUBSET, STEP = 21, 7
+ADDRESS = "http://127.0.0.1:8765"
 
 
 def draw(stretch, seed=5):
@@ -52,15 +55,30 @@ def result(photographs, tmp_path_factory):
     return folder / FIELDS
 
 
+class Client:
+    """Asks the page's server in this process, as a browser at an address does."""
+
+    def __init__(self, test, access=None, peer="127.0.0.1"):
+        self.application, self.peer = application(test, access or Access()), (peer, 50000)
+
+    def _ask(self, method, path, **more):
+        async def asked():
+            way = httpx.ASGITransport(self.application, client=self.peer)
+            async with httpx.AsyncClient(transport=way, base_url=ADDRESS) as client:
+                return await client.request(method, path, **more)
+
+        return asyncio.run(asked())
+
+    def get(self, path, **more):
+        return self._ask("GET", path, **more)
+
+    def post(self, path, **more):
+        return self._ask("POST", path, **more)
+
+
 @pytest.fixture
 def client():
-    """Ask the page's server as this machine does, in this process."""
-
-    def ask(test, access=None, peer="127.0.0.1"):
-        app = application(test, access or Access())
-        return TestClient(app, base_url="http://127.0.0.1:8765", client=(peer, 50000))
-
-    return ask
+    return Client
 
 
 @pytest.fixture
