@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from rich.console import Group
 
     import dic
+    from rig.series.frames import Frames
     from rig.series.regions import Regions
     from rig.series.scale import Scale, ScaledPoints
     from rig.series.tabulate import Measured
@@ -107,7 +108,7 @@ def correlate(
     mask = _mask(before, roi, drawn)
     on_object = scale_of(scale, camera, before.shape)
     if auto:
-        subset, step = _chosen(before)
+        subset, step = _chosen(before, deformed, frames)
 
     start = time.perf_counter()
     prepared = dic.prepare(
@@ -154,17 +155,28 @@ def _mask(image: np.ndarray, roi: Path | None, drawn: Regions) -> np.ndarray | N
     return mask if polygons is None or mask.shape != polygons.shape else mask & polygons
 
 
-def _chosen(image: np.ndarray) -> tuple[int, int]:
-    """Subset and step for the pattern and the noise that its spectrum shows."""
+def _chosen(before: np.ndarray, deformed: str, frames: Frames | None) -> tuple[int, int]:
+    """Subset and step for the pattern, and for the noise between it and the first frame."""
     import dic
+    from rig.series.noise import image_noise
 
-    noise = dic.prepare(image).prefilter.noise
-    advice = dic.recommend_settings(image, noise)
+    after = dic.read_image(deformed) if frames is None else _first(frames)
+    name = Path(deformed).name if frames is None else frames.names[0]
+    noise = image_noise(before, after, name)
+    advice = dic.recommend_settings(before, noise.level)
     say(
         f"subset {advice.subset} px, step {advice.step} px: speckles of {advice.speckle:.1f} px, "
-        f"σ of {1e3 * advice.sigma:.1f} mpx"
+        f"σ of {1e3 * advice.sigma:.1f} mpx at a noise of {noise.level:.3g} grey levels, "
+        f"{noise.source}"
     )
     return advice.subset, advice.step
+
+
+def _first(frames: Frames) -> np.ndarray | None:
+    try:
+        return frames.read(0)
+    except (OSError, ValueError):  # it is left out of the test too
+        return None
 
 
 def _write(folder: Path, image: np.ndarray, found: Measured, scale: dict[str, object]) -> None:

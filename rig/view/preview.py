@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import dic
+from rig.series.noise import ImageNoise
 from rig.series.regions import mask_of
 from rig.system.arrays import F32, F64, AnyArray
 from rig.view.asked import AskedSettings
@@ -29,8 +30,8 @@ class Preview:
     strain_sigma : float
         Median of the largest of exx, eyy and exy; NaN where the window does not fit.
     gauge_length : int, px
-    reason : str
-        What prefilter was chosen, and why.
+    noise : ImageNoise
+        Of the images, from which σ follows.
     """
 
     grid: dic.Grid
@@ -38,7 +39,7 @@ class Preview:
     sigma: F32
     strain_sigma: float
     gauge_length: int
-    reason: str
+    noise: ImageNoise
 
     @property
     def measured(self) -> int:
@@ -78,7 +79,8 @@ def preview(test: ViewedTest, asked: AskedSettings) -> Preview:
     ref = prepared(test, asked)
     if ref.grid is None:
         raise ValueError("a preview needs a grid; leave out the points")
-    spread = dic.expected_sigma(ref)
+    noise = test.noise(asked.reference)
+    spread = dic.expected_sigma(ref, noise.level)
     length = (asked.window - 1) * ref.grid.step + ref.subset
     return Preview(
         ref.grid,
@@ -86,7 +88,7 @@ def preview(test: ViewedTest, asked: AskedSettings) -> Preview:
         spread.max(axis=1).astype(np.float32),
         _strain_sigma(ref, spread, asked),
         length,
-        ref.prefilter.reason,
+        noise,
     )
 
 
@@ -116,12 +118,11 @@ def _strain_sigma(ref: dic.Reference, spread: F64, asked: AskedSettings) -> floa
 
 
 def recommended(test: ViewedTest, reference: str) -> dic.SettingsAdvice:
-    """Recommend subset and step for the pattern and the noise that its spectrum shows.
+    """Recommend subset and step for the pattern and the noise of the images.
 
     Raises
     ------
     OSError, ValueError
         The image cannot be used, or no subset is good enough.
     """
-    image = test.image(reference)
-    return dic.recommend_settings(image, dic.prepare(image).prefilter.noise)
+    return dic.recommend_settings(test.image(reference), test.noise(reference).level)

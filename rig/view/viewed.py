@@ -9,6 +9,7 @@ from pathlib import Path
 from threading import RLock
 
 from rig.series.frames import Frames, open_frames
+from rig.series.noise import ImageNoise, image_noise
 from rig.series.read import SeriesResult, open_result
 from rig.series.regions import Regions
 from rig.system.arrays import AnyArray
@@ -74,6 +75,7 @@ class ViewedTest:
         self.job = Job()
         self._lock, self._open = RLock(), ExitStack()
         self._result: SeriesResult | None = None
+        self._noise: dict[str, ImageNoise] = {}
         if result is not None:
             self.show(result)
         elif frames is not None and len(frames.names) < 2:
@@ -147,6 +149,28 @@ class ViewedTest:
         if self.frames is None or name not in self.frames.names:
             raise ValueError(f"there is no image '{name}'; name the images with --frames")
         return self.frames.read(self.frames.names.index(name))
+
+    def noise(self, name: str) -> ImageNoise:
+        """Measure the noise of the images, between the one of this name and its neighbour.
+
+        Raises
+        ------
+        OSError, ValueError
+            The image cannot be read or used.
+        """
+        if name not in self._noise:
+            reference, other = self.image(name), self._neighbour(name)
+            try:
+                frame = self.image(other)
+            except (OSError, ValueError):  # it is left out of the test too
+                frame = None
+            self._noise[name] = image_noise(reference, frame, other)
+        return self._noise[name]
+
+    def _neighbour(self, name: str) -> str:
+        names = () if self.frames is None else self.frames.names
+        number = names.index(name)
+        return names[number + 1 if number + 1 < len(names) else number - 1]
 
 
 def open_test(
