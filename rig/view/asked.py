@@ -26,6 +26,7 @@ class AskedSettings(_Asked):
     order: Annotated[int, Field(description="Of the shape function.")] = 1
     window: Annotated[int, Field(description="Points, odd.")] = 5
     kind: Literal["small", "green-lagrange", "logarithmic"] = "small"
+    scale: Annotated[str, Field(description="Two points, px, and their distance; or empty.")] = ""
     roi: list[Polygon] = []
     extensometer: list[Extensometer] = []
 

@@ -9,6 +9,7 @@ import dic
 from dic import export
 from rig.series.regions import regions_toml
 from rig.series.run import FIELDS, PARTS, run_series
+from rig.series.scale import scaled_points, two_points
 from rig.series.tabulate import StrainOptions
 from rig.view.asked import AskedSettings
 from rig.view.job import Report
@@ -29,7 +30,8 @@ def start(test: ViewedTest, asked: AskedSettings) -> None:
     ref, frames = prepared(test, asked), _frames(test, asked.reference)
     if not (ref.status == dic.Status.OK).any():
         raise ValueError("no point can be measured; draw the ROI over the pattern")
-    strain = StrainOptions(asked.window, asked.kind)
+    scaled = scaled_points(two_points(asked.scale, None), ref.xy) if asked.scale.strip() else None
+    strain = StrainOptions(asked.window, asked.kind, scaled=scaled)
 
     def work(report: Report) -> Path:
         folder = _folder(test.out, saved_regions(asked))
@@ -78,5 +80,6 @@ def saved_regions(asked: AskedSettings) -> str:
         f"# touchplate correlate {asked.reference} FRAMES --subset {asked.subset}"
         f" --step {asked.step} --order {asked.order} --window {asked.window}"
         f" --kind {asked.kind} --regions regions.toml"
+        + (f" --scale '{asked.scale}'" if asked.scale.strip() else "")
     )
     return f"{' '.join(words.split())}\n\n{regions_toml(asked.regions)}"

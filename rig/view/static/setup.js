@@ -27,6 +27,7 @@ export const settings = () => ({
   reference: beforeName(),
   subset: Number(find("subset").value), step: Number(find("step").value),
   order: Number(find("order").value), window: Number(find("window").value), kind: find("kind").value,
+  scale: find("scale").value.trim(),
   roi: state.roi, extensometer: extensometers(),
 });
 
@@ -113,6 +114,9 @@ find("setup").addEventListener("input", ({ target }) => { if (target.id !== "sho
 find("setup").addEventListener("submit", (event) => event.preventDefault());
 find("show-preview").addEventListener("change", () => act.redraw());
 find("reference").addEventListener("change", () => act.showReference());
+find("scale").addEventListener("focus", ({ target }) => {
+  if (!target.value && state.chosen?.kind === "line") target.value = `${state.chosen.ends.flat().map((x) => +x.toFixed(1)).join(",")}=`;
+});
 find("suggest").addEventListener("click", () => tried(async () => {
   find("setup-note").textContent = "looking…";
   const { subset, step } = await getJSON("recommend", { reference: beforeName() });

@@ -88,6 +88,22 @@ def test_the_page_writes_the_bytes_that_the_command_writes(
         assert (own / name).read_bytes() == (tmp_path / "command" / name).read_bytes(), name
 
 
+def test_a_scale_makes_lengths_those_of_the_object(images, client):
+    ask = client(images)
+    scaled = json.dumps(ASKED | {"scale": "20,50,120,50=50 mm"})
+    assert ask.post("/correlate", content=scaled).status_code == 200
+    finished(images)
+    described = ask.get("/state").json()["result"]
+    assert described["length"] == "mm"
+    assert described["settings"]["mm_per_px"] == pytest.approx(0.5)
+    line = {"field": "u_mm", "ends": [40.0, 50.0, 100.0, 50.0], "frame": 0}
+    read = ask.post("/line", content=json.dumps(line)).json()
+    assert read["distance"][-1] == pytest.approx(30.0)
+    wrong = ask.post("/correlate", content=json.dumps(ASKED | {"scale": "100 mm"}))
+    assert wrong.status_code == 400
+    assert "two points" in wrong.text
+
+
 def test_a_second_correlation_has_a_folder_of_its_own_and_the_first_stays(images, client, tmp_path):
     ask = client(images)
     ask.post("/correlate", content=json.dumps(ASKED))
