@@ -78,6 +78,10 @@ def correlate(
     workers: Annotated[
         int | None, typer.Option(min=1, help="Threads for a whole test, else one a core.")
     ] = None,
+    cluster: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Dask scheduler, tcp://HOST:PORT, for a whole test."),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder of the results, else results/DEF.")
     ] = None,
@@ -97,11 +101,8 @@ def correlate(
 
     frames = whole_test.frames_of(deformed)
     folder = out or Path("results") / (Path(deformed).stem if frames is None else "test")
+    _check_how(frames, deformed, follow, workers, cluster)
     if frames is None:
-        if follow:
-            raise ValueError(
-                f"--follow is for several frames, and '{deformed}' is one; leave it out"
-            )
         require_free(folder, force)
     before = dic.read_image(reference)
     drawn = read_regions(regions) if regions else Regions()
@@ -117,7 +118,7 @@ def correlate(
     scaled = _scaled(on_object, prepared)
     options = StrainOptions(window, kind, field, invariants, scaled)
     if frames is not None:
-        run = whole_test.Run(workers, force, as_json, follow)
+        run = whole_test.Run(workers, force, as_json, follow, cluster)
         whole_test.correlate(folder, prepared, frames, drawn, options, run)
         return
     after = dic.read_image(deformed)
@@ -130,6 +131,19 @@ def correlate(
             dic.export.draw_fields(aside, before, found.disp, found.strain)
     figures = _figures(found.disp, found.strain) | {"seconds": seconds, "folder": str(folder)}
     emit(_tables(figures), figures, as_json)
+
+
+def _check_how(
+    frames: Frames | None, deformed: str, follow: bool, workers: int | None, cluster: str | None
+) -> None:
+    """Refuse options that say how several frames are taken where there is one, or that differ."""
+    if frames is None and (follow or cluster):
+        option = "--follow" if follow else "--cluster"
+        raise ValueError(f"{option} is for several frames, and '{deformed}' is one; leave it out")
+    if cluster and (follow or workers):
+        reason = "takes frames in turn" if follow else "counts threads of this machine"
+        option = "--follow" if follow else "--workers"
+        raise ValueError(f"{option} {reason}, and --cluster works elsewhere; leave out one")
 
 
 def _scaled(scale: Scale | None, ref: dic.Reference) -> ScaledPoints | None:

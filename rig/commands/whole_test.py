@@ -20,12 +20,13 @@ _SHOWN = 5  # errors of frames that are written out
 
 @dataclass(frozen=True)
 class Run:
-    """How a test is run: threads, whether files are replaced, JSON, a renewed reference."""
+    """How a test is run: threads, whether files are replaced, JSON, a renewed reference, where."""
 
     workers: int | None
     force: bool
     as_json: bool
     follow: bool
+    cluster: str | None = None
 
 
 def frames_of(deformed: str) -> Frames | None:
@@ -59,7 +60,9 @@ def correlate(
     if not parts.exists():
         require_free(folder, how.force)
     with progress("correlating") as report:
-        done = run_series(folder, ref, frames, regions, strain, how.workers, how.follow, report)
+        done = run_series(
+            folder, ref, frames, regions, strain, how.workers, how.follow, how.cluster, report
+        )
     for name, error in done.errors[:_SHOWN]:
         warn(f"{name}: {error}")
     say(ref.prefilter.reason)

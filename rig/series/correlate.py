@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from functools import partial
 from pathlib import Path
 
 import dic
@@ -16,6 +17,7 @@ from rig.series.frames import Frames
 from rig.series.measure import measure
 from rig.series.parts import is_whole, missing_part, write_part
 from rig.series.tabulate import StrainOptions, strained
+from rig.system.arrays import AnyArray
 
 Report = Callable[[int, int], None]
 
@@ -37,17 +39,71 @@ def correlate_frames(
     report(total - len(missing), total)
 
     def one(number: int) -> None:
-        try:
-            found = measure(ref, frames.read(number), strain.field)
-        except (OSError, ValueError) as error:
-            write_part(parts, number, missing_part(strain.fields, len(ref.xy)), str(error))
-            return
-        write_part(parts, number, strained(found, strain).table(strain.fields), "")
+        _, table, error = _fields(ref, strain, _read(frames, number))
+        write_part(parts, number, table, error)
 
     count = workers or os.cpu_count() or 1
     with ThreadPoolExecutor(count) as pool:
         for done, _ in enumerate(_in_turn(pool, one, missing, 2 * count), total - len(missing)):
             report(done + 1, total)
+
+
+def correlate_on_workers(
+    address: str,
+    ref: dic.Reference,
+    frames: Frames,
+    parts: Path,
+    strain: StrainOptions,
+    report: Report = lambda done, total: None,
+) -> None:
+    """Write the part of every frame that has none yet, with the workers of a Dask scheduler.
+
+    Frames are read here and fields are written here: the workers need no folder of ours. The frames
+    of a worker that dies are correlated again by another.
+
+    Raises
+    ------
+    OSError
+        The scheduler cannot be reached or is lost; what was done is kept.
+    ValueError
+        Dask is not installed.
+    """
+    from models import workers
+
+    total = len(frames.names)
+    missing = [n for n in range(total) if not is_whole(parts, n)]
+    report(total - len(missing), total)
+    read = (_read(frames, number) for number in missing)
+    with workers(address) as each:
+        fields = each(partial(_fields, ref, strain), read)
+        for done, (number, table, error) in enumerate(fields, total - len(missing) + 1):
+            write_part(parts, number, table, error)
+            report(done, total)
+
+
+Frame = tuple[int, AnyArray | None, str]
+"""Number of a frame, its image, and what kept it from being read."""
+
+
+def _read(frames: Frames, number: int) -> Frame:
+    try:
+        return number, frames.read(number), ""
+    except (OSError, ValueError) as error:
+        return number, None, str(error)
+
+
+def _fields(
+    ref: dic.Reference, strain: StrainOptions, frame: Frame
+) -> tuple[int, dict[str, AnyArray], str]:
+    """Fields of a frame; none, and the sentence why, where it does not fit the reference."""
+    number, image, error = frame
+    if image is not None:
+        try:
+            found = measure(ref, image, strain.field)
+            return number, strained(found, strain).table(strain.fields), ""
+        except (OSError, ValueError) as refusal:
+            error = str(refusal)
+    return number, missing_part(strain.fields, len(ref.xy)), error
 
 
 def _in_turn(

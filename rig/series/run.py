@@ -12,7 +12,7 @@ from pathlib import Path
 
 import dic
 from dic import export
-from rig.series.correlate import correlate_frames
+from rig.series.correlate import correlate_frames, correlate_on_workers
 from rig.series.follow import follow_frames
 from rig.series.frames import Frames
 from rig.series.parts import open_parts, read_part
@@ -51,17 +51,19 @@ def run_series(
     strain: StrainOptions,
     workers: int | None = None,
     follow: bool = False,
+    cluster: str | None = None,
     report: Callable[[int, int], None] = lambda done, total: None,
 ) -> SeriesOutcome:
     """Correlate all frames; write the HDF5, its XDMF and what the regions read.
 
     A test that was stopped in this folder goes on. With `follow` the frames are taken in turn and
-    the reference is renewed.
+    the reference is renewed; with `cluster`, the address of a Dask scheduler, its workers correlate
+    them.
 
     Raises
     ------
     OSError
-        The folder holds parts of another test, or cannot be written.
+        The folder holds parts of another test, or cannot be written; the scheduler is not there.
     ValueError
         The points of the reference lie on no grid.
     """
@@ -72,6 +74,8 @@ def run_series(
     start = time.perf_counter()
     if follow:
         follow_frames(ref, frames, parts, strain, report)
+    elif cluster is not None:
+        correlate_on_workers(cluster, ref, frames, parts, strain, report)
     else:
         correlate_frames(ref, frames, parts, strain, workers, report)
     seconds = time.perf_counter() - start
