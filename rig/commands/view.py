@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from rig.commands.output import say
+from rig.commands.output import emit, say
 
 
 def view(
@@ -33,6 +34,7 @@ def view(
         Path | None, typer.Option(metavar="DIR", help="Folder of a correlation, else results/test.")
     ] = None,
     port: Annotated[int, typer.Option(help="Port on 127.0.0.1; 0 takes a free one.")] = 0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Show images, fields, σ, points, lines and extensometers of a whole test on a page."""
     from rig.series.regions import read_regions
@@ -49,6 +51,9 @@ def view(
         open_test(what, frames, out, drawn, interval) as test,
         serve(test, port, access_of("user", control=True)) as address,
     ):
+        if as_json:
+            emit("", {"page": address, "out": str(test.out)}, as_json)
+            sys.stdout.flush()  # whoever waits for the address has a pipe
         say(f"page: {address}   (Ctrl-C ends)")
         with interruptible():
             _wait()
