@@ -16,12 +16,19 @@ const OF_ROI = "#ffd43b";
 const TOOLS = { v: "look", p: "point", l: "line", e: "extensometer", r: "roi" };
 
 const drawing = new Drawing(find("view-canvas"), find("frame"));
-let reading = 0, playing = 0, waiting = false;
+let playing = false, turn = 0, waiting = false;
 
-function complain(sentence) {
-  find("complaint").hidden = !sentence;
-  find("complaint").textContent = sentence;
+// What is wrong, by who says it: each takes back what it has said and nothing else.
+const sentences = new Map();
+
+function said(who, sentence) {
+  if (sentence) sentences.set(who, sentence);
+  else sentences.delete(who);
+  find("complaint").hidden = !sentences.size;
+  find("complaint").textContent = [...sentences.values()].at(-1) ?? "";
 }
+
+const complain = (sentence) => said("act", sentence);
 
 async function load() {
   state.info = await getJSON("state");
@@ -31,6 +38,7 @@ async function load() {
   document.body.dataset.mode = result() ? "result" : "images";
   for (const id of ["field-tools", "state-card", "files-card"]) find(id).hidden = !result();
   find("under").hidden = !result() || !state.info.images.length;
+  document.querySelector("[name=tool][value=roi]").parentElement.hidden = !state.info.images.length;
   const fields = result()?.fields ?? [];
   find("field").replaceChildren(...fields.map(({ name, title }) => make("option", { value: name, selected: name === state.field }, title)));
   find("setup-title").textContent = `Correlate ${Math.max(state.info.images.length - 1, 0)} frames`;
@@ -45,19 +53,32 @@ async function reload() {
   await readMarks();
 }
 
-async function show(frame = state.frame) {
+// Show a frame. While one is read, no more than the last that was asked for waits.
+let pending = null, again = false;
+
+function show(frame = state.frame) {
   state.frame = Math.min(Math.max(frame, 0), frames().length - 1);
-  const mine = ++reading;
+  again = true;
+  pending ??= showAll();
+  return pending;
+}
+
+async function showAll() {
+  while (again) {
+    again = false;
+    await showOne();
+  }
+  pending = null;
+}
+
+async function showOne() {
   try {
     const shown = await read();
-    if (mine !== reading) return;
-    state.shown = shown;
     if (result()) await limits();
-    if (mine === reading && find("complaint").dataset.of === "frame") complain("");
+    state.shown = shown;
+    said("frame", "");
   } catch (error) {
-    if (mine !== reading) return;
-    find("complaint").dataset.of = "frame";
-    complain(error.message);
+    said("frame", error.message);
   }
   for (const mark of state.marks) mark.now = null;
   showFrame();
@@ -235,10 +256,15 @@ function chooseTool(tool) {
   redraw();
 }
 
-function play(on = !playing) {
-  clearInterval(playing);
-  playing = on ? setInterval(() => show(state.frame + 1 < frames().length ? state.frame + 1 : 0), PACE) : 0;
+async function play(on = !playing) {
+  const mine = ++turn;
+  playing = on;
   find("play").textContent = on ? "Pause" : "Play";
+  while (playing && mine === turn) {
+    const began = performance.now();
+    await show(state.frame + 1 < frames().length ? state.frame + 1 : 0);
+    await new Promise((done) => setTimeout(done, Math.max(PACE - (performance.now() - began), 0)));
+  }
 }
 
 function zoom(factor) {
@@ -251,6 +277,15 @@ const nextField = (by) => {
   return chooseField(names[(names.indexOf(state.field) + by + names.length) % names.length]);
 };
 
+// A mark in the middle, for who has no pointer: its ends can be typed.
+function place() {
+  if (state.tool === "look" || !state.shown) return;
+  const [wide, high] = state.shown.image.size.map((length) => length / 2);
+  const reach = state.tool === "point" ? 0 : wide / 2;
+  const mark = addMark(state.tool, [[wide - reach, high], [wide + reach, high]]);
+  readMarks((one) => one === mark).then(redraw);
+}
+
 const ACTS = {
   arrowleft: () => show(state.frame - 1), arrowright: () => show(state.frame + 1),
   home: () => show(0), end: () => show(frames().length - 1),
@@ -258,7 +293,7 @@ const ACTS = {
   f: (event) => result() && nextField(event.shiftKey ? -1 : 1),
   d: () => chooseUnder(state.under === "frame" ? "reference" : "frame"),
   "+": () => zoom(1.4), "=": () => zoom(1.4), "-": () => zoom(1 / 1.4), 0: () => { drawing.fit(); redraw(); },
-  enter: () => { closeRegion(); redraw(); },
+  enter: () => (state.tool === "roi" ? closeRegion() : place()),
   backspace: () => { state.corners.pop(); redraw(); },
   escape: () => { state.corners = []; state.chosen = null; showMarks(); redraw(); },
   delete: () => { if (state.chosen) removeMark(state.chosen); redraw(); },
@@ -271,10 +306,11 @@ document.addEventListener("keydown", (event) => {
   const key = event.key.toLowerCase();
   const used = event.target.matches("input, button") && [" ", "enter", "arrowleft", "arrowright", "home", "end"].includes(key);
   if (used) return;
-  if (key in TOOLS) chooseTool(TOOLS[key]);
+  if (key in TOOLS && (key !== "r" || state.info?.images.length)) chooseTool(TOOLS[key]);
   else if (key in ACTS) {
     event.preventDefault();
     ACTS[key](event);
+    redraw();
   }
 });
 

@@ -63,7 +63,7 @@ export async function preview() {
 // Limits between which nearly all values lie.
 function limitsOf(values) {
   const known = values.filter(Number.isFinite).sort((a, b) => a - b), at = (part) => known[Math.floor(part * (known.length - 1))];
-  return known.length ? [0.9 * at(0.02), 1.1 * at(0.98)] : [0, 1];
+  return known.length ? [0.9 * at(0.02), 1.3 * at(0.9)] : [0, 1];
 }
 
 const later = settled(preview, 200);

@@ -112,6 +112,7 @@ def test_options_that_do_not_go_together_are_one_sentence(folder, monkeypatch, c
     assert text.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_is_not_there_is_one_sentence_and_nothing_is_lost(folder, monkeypatch):
     monkeypatch.setattr(import_module("models.workers"), "_PATIENCE", 1)
     frames = open_frames(str(folder / "frames"))

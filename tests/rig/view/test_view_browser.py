@@ -227,6 +227,32 @@ def test_marks_are_dragged_typed_and_removed(page, looked_at):
     assert page.complaints == []
 
 
+def test_a_mark_is_set_by_keys_alone_and_frames_play(page, looked_at):
+    open_page(page, looked_at)
+    page.keyboard.press("e")
+    page.keyboard.press("Enter")
+    expect(page.locator("#marks input")).to_have_value("37.5, 55 → 112.5, 55")
+    expect(page.locator("#marks output")).to_contain_text("µε")
+    page.keyboard.press("Home")
+    expect(page.locator("body")).to_have_attribute("data-frame", "0")
+    page.keyboard.press(" ")
+    expect(page.locator("#play")).to_have_text("Pause")
+    expect(page.locator("body")).to_have_attribute("data-frame", "2")
+    page.keyboard.press(" ")
+    expect(page.locator("#play")).to_have_text("Play")
+    assert page.complaints == []
+
+
+def test_a_result_alone_has_no_form_and_no_roi(page, result, tmp_path):
+    with ViewedTest(None, result, tmp_path / "test") as test, serve(test) as address:
+        open_page(page, address)
+        expect(page.locator("#setup")).to_be_hidden()
+        expect(page.locator("#under")).to_be_hidden()
+        expect(page.locator("#tool").get_by_text("ROI")).to_be_hidden()
+        page.keyboard.press("r")
+        expect(page.locator("[name=tool][value=look]")).to_be_checked()
+
+
 def test_the_wheel_zooms_and_the_image_comes_back(page, looked_at):
     open_page(page, looked_at)
     whole = pixels(page)
