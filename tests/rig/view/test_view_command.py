@@ -8,6 +8,8 @@ import sys
 import httpx
 import pytest
 
+from rig import cli
+
 COMMAND = [sys.executable, "-c", "from rig.cli import main; main()", "view"]
 
 
@@ -36,11 +38,13 @@ def test_it_serves_until_it_is_interrupted(result, photographs, tmp_path):
         (["{result}", "--port", "99999"], "--port 8765"),
     ],
 )
-def test_what_cannot_be_shown_is_one_sentence(words, said, result, tmp_path):
+def test_what_cannot_be_shown_is_one_sentence(words, said, result, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
     words = [word.format(result=result) for word in words]
-    done = subprocess.run(
-        [*COMMAND, *words], capture_output=True, text=True, cwd=tmp_path, check=False
-    )
-    assert done.returncode == 2
-    assert said in done.stderr
-    assert done.stderr.count("\n") == 1
+    monkeypatch.setattr(sys, "argv", ["touchplate", "view", *words])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    text = capsys.readouterr().err
+    assert ended.value.code == 2
+    assert said in text
+    assert text.count("\n") == 1
