@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections.abc import Callable
 from typing import Any
 
@@ -62,8 +63,8 @@ def _preview(test: ViewedTest, request: Request, body: bytes) -> Response:
         "step": found.grid.step,
         "points": len(found.status),
         "measured": found.measured,
-        "sigma": reading.listed(found.sigma.tolist()),
-        "status": found.status.tolist(),
+        "sigma": b64encode(found.sigma.astype("<f4").tobytes()).decode(),
+        "status": b64encode(found.status.astype("i1").tobytes()).decode(),
         "median": reading.listed([middle])[0],
         "high": reading.listed([high])[0],
         "strain": reading.listed([found.strain_sigma])[0],

@@ -130,15 +130,25 @@ function draw() {
   showProbe();
 }
 
+// Colours of some values; the same ones as long as values and limits are.
+let last = { colours: null };
+
+function painted(values, drawn, name = drawn.name) {
+  const limits = state.limits.get(name) ?? [0, 1];
+  if (last.values !== values || last.limits !== limits || last.name !== name) {
+    last = { values, limits, name, colours: new Colours(drawn).of(values, limits) };
+  }
+  return last.colours;
+}
+
 function drawField() {
-  const drawn = drawnNow(), { shown } = state, values = state.part === "sigma" && shown.sigma ? shown.sigma : shown.value;
-  const colours = new Colours(drawn).of(values, state.limits.get(drawn.name) ?? [0, 1]);
-  drawing.field(state.grid, colours, state.opacity, shown.motion);
+  const { shown } = state, values = state.part === "sigma" && shown.sigma ? shown.sigma : shown.value;
+  drawing.field(state.grid, painted(values, drawnNow()), state.opacity, shown.motion);
 }
 
 function drawPreview() {
   const { grid, sigma, field, subset } = state.preview;
-  drawing.field(grid, new Colours(field).of(sigma, state.limits.get("preview")), 0.6 * state.opacity);
+  drawing.field(grid, painted(sigma, field, "preview"), 0.6 * state.opacity);
   const number = state.pointer ? grid.nearest(state.pointer) : -1;
   if (number < 0) return;
   const place = grid.place(number);

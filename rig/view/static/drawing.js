@@ -65,7 +65,7 @@ export class Drawing {
 
   // Cells of a grid in their colours; moved by what the points have moved, if that is given.
   field(grid, colours, opacity, motion = null) {
-    const sheet = motion ? this.movedCells(grid, colours, motion) : this.cells(grid, colours);
+    const sheet = this.sheet(grid, colours, motion);
     const [left, top] = motion ? [0, 0] : this.at([grid.x[0] - grid.step / 2, grid.y[0] - grid.step / 2]);
     const side = motion ? 1 : grid.step * this.scale;
     Object.assign(this.context, { globalAlpha: opacity, imageSmoothingEnabled: false });
@@ -73,11 +73,21 @@ export class Drawing {
     this.context.globalAlpha = 1;
   }
 
+  // The cells are painted anew only where they or the view have changed: not as the pointer moves.
+  sheet(grid, colours, motion) {
+    const key = [grid, colours, motion, ...(motion ? [this.scale, ...this.origin, this.canvas.width, this.canvas.height] : [])];
+    if (this.painted?.length !== key.length || key.some((part, i) => part !== this.painted[i])) {
+      this.painted = key;
+      if (motion) this.movedCells(grid, colours, motion);
+      else this.cells(grid, colours);
+    }
+    return this.map;
+  }
+
   cells(grid, colours) {
     Object.assign(this.map, { width: grid.columns, height: grid.rows });
     const image = new ImageData(new Uint8ClampedArray(colours.buffer), grid.columns, grid.rows);
     this.map.getContext("2d").putImageData(image, 0, 0);
-    return this.map;
   }
 
   // Each cell between its moved corners, with a rim of its colour so that no seam shows.
@@ -98,7 +108,6 @@ export class Drawing {
       pen.fill();
       pen.stroke();
     }
-    return map;
   }
 
   points(grid, numbers) {

@@ -43,8 +43,8 @@ export async function preview() {
   try {
     const found = await post("preview", wanted);
     if (asked !== key) return;
-    const sigma = Float32Array.from(found.sigma, (value) => (value === null ? NaN : value));
-    state.preview = { ...found, sigma, grid: new PointGrid(found), subset: wanted.subset };
+    const sigma = new Float32Array(bytes(found.sigma).buffer), status = new Int8Array(bytes(found.status).buffer);
+    state.preview = { ...found, sigma, status, grid: new PointGrid(found), subset: wanted.subset };
     state.limits.set("preview", limitsOf([...sigma]));
     showExpected(found);
     act.complain("");
@@ -59,6 +59,8 @@ export async function preview() {
   find("correlate").disabled = !state.preview?.measured || state.info.job.running;
   act.redraw();
 }
+
+const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
 
 // Limits between which nearly all values lie.
 function limitsOf(values) {
