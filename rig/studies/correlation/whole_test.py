@@ -5,6 +5,7 @@ one; the frames are six images under 500 names, so that reading costs what it co
 the same on fewer frames, as many as its samples say.
 """
 
+import os
 import resource
 import signal
 import subprocess
@@ -44,16 +45,18 @@ def _rate(frames: int) -> Iterator[Figure]:
         folder = Path(name)
         _draw(folder, SIDE, frames)
         sizes: list[float] = []
-        seconds = 0.0
+        seconds = work = 0.0
         for count in (BEFORE, frames):
-            start = time.perf_counter()
+            start, worked = time.perf_counter(), _cpu()
             pattern = "frames/f0[0-4]?.png" if count == BEFORE else "frames/*.png"
             sizes.append(_correlate(folder, pattern, f"out{count}"))
-            seconds = time.perf_counter() - start
+            seconds, work = time.perf_counter() - start, _cpu() - worked
         yield from line(
             TABLE,
             "500 frames of 5 MP, step 8, two cores",
             rate=(frames / seconds, "frames/s", at_least(3), frames),
+            processor=(work / frames, "s a frame"),
+            busy_with_us=(100 * work / seconds / (os.cpu_count() or 1), "% of the cores"),
             memory=(sizes[1], "MB"),
             memory_over_that_of_50_frames=sizes[1] / sizes[0],
         )
@@ -112,6 +115,12 @@ def _draw(folder: Path, side: int, frames: int) -> None:
         Image.fromarray(eight_bit(moved, NOISE, rng)).save(path, compress_level=1)
     for n in range(frames):
         (folder / "frames" / f"f{n:03d}.png").symlink_to(folder / "images" / f"{n % IMAGES}.png")
+
+
+def _cpu() -> float:
+    """CPU time of all commands run so far, s."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def _command(frames: str, out: str) -> list[str]:
