@@ -30,13 +30,13 @@ class LimitedRequests(H11Protocol):
     """Requests, each with a deadline, on no more connections than `REQUESTS`."""
 
     accepted = True
-    patience = PATIENCE
+    longer = 1  # times the usual patience
 
     def connection_made(self, transport: Any) -> None:
         """Take a connection, and let the longest silent one go if there are too many."""
         super().connection_made(transport)
         self.heard = time.monotonic()
-        self._late = self.loop.call_later(self.patience, transport.abort)
+        self._late = self.loop.call_later(self.longer * PATIENCE, transport.abort)
         _make_room(self.connections, LimitedRequests, request_limit())
 
     def data_received(self, data: bytes) -> None:
@@ -52,7 +52,7 @@ class LimitedRequests(H11Protocol):
     def on_response_complete(self) -> None:
         """Give the next request on this connection its own deadline."""
         self._late.cancel()
-        self._late = self.loop.call_later(self.patience, self.transport.abort)
+        self._late = self.loop.call_later(self.longer * PATIENCE, self.transport.abort)
         super().on_response_complete()
 
     def connection_lost(self, exc: Exception | None) -> None:
@@ -64,7 +64,7 @@ class LimitedRequests(H11Protocol):
 class PatientRequests(LimitedRequests):
     """Requests to a server that computes what it gives: a minute's work is no attack."""
 
-    patience = 60 * PATIENCE
+    longer = 60
 
 
 class LimitedPages(WebSocketsSansIOProtocol):
