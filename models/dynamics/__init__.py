@@ -1,0 +1,1 @@
+"""The plate in time: modes that ring, forces that change between frames, and material that creeps."""

@@ -1,0 +1,226 @@
+"""Touches of a plate that does not wait for its equilibrium: frame after frame.
+
+A plate at rest or under a steady press is what the estimator of one frame takes it for, and stays
+with it. From a landing to the end of the ringing the modes are followed; what they are off from
+equilibrium is taken from the measurement before that estimator counts the touches.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+import fe
+from models.arrays import F64, Mask
+from models.dynamics.follow import Followed, Seeing, equilibrium, follow, within
+from models.dynamics.landing import landings
+from models.dynamics.oscillators import PlateDynamics, span
+from models.dynamics.vibration import FORCE, Vibration, at_rest, at_equilibrium
+from models.estimate import Estimate, Result
+from models.inverse.estimator import Estimator
+
+SAME = 20.0  # mm, within which two touches are one
+FAST = 200.0  # mm/s: a finger that slides faster is looked at frame by frame
+STEADY = 0.05  # change of a force from one frame to the next, of the force, up to which it is a rest
+FITS = 1e-3  # p-value below which an equilibrium does not explain a frame
+SILENT = 1.0  # standard deviations of a measurement: modes that are off by less are at equilibrium
+PAUSE = 1.0  # s without a frame after which what moved is at rest
+LANDING = 4  # how often the frame of a landing is taken about what was found
+SETTLED = 0.06  # s after which the ringing has said what it can of the force that began it
+SURE = 3.0  # standard deviations of a force that is one
+
+
+@dataclass(frozen=True, eq=False)
+class InTime:
+    """What goes from one frame to the next.
+
+    Attributes
+    ----------
+    time : float or None, s
+        End of the last exposure.
+    touches : (n, 3) float64, mm, mm, N
+        Those of the last frame.
+    covariance : (3n, 3n) float64
+    vibration : Vibration or None
+        None while all is at equilibrium.
+    """
+
+    time: float | None = None
+    touches: F64 = field(default_factory=lambda: np.empty((0, 3)))
+    covariance: F64 = field(default_factory=lambda: np.empty((0, 0)))
+    vibration: Vibration | None = None
+    taps: tuple[Tap, ...] = ()
+
+
+@dataclass(frozen=True)
+class Tap:
+    """A touch that has ended, at its strongest.
+
+    Attributes
+    ----------
+    x, y : float, mm
+    force : float, N
+        Largest force, between frames or in one.
+    time : float, s
+        When that was.
+    sigma : (float, float, float), mm, mm, N
+        Standard deviations of x, y and force.
+    """
+
+    x: float
+    y: float
+    force: float
+    time: float
+    sigma: tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Recipe:
+    """What is known of a plate in time.
+
+    Attributes
+    ----------
+    modes : fe.Modes
+    dynamics : PlateDynamics
+    exposure : float, s
+    """
+
+    modes: fe.Modes
+    dynamics: PlateDynamics
+    exposure: float
+
+
+def estimate_in_time(
+    recipe: Recipe,
+    estimator: Estimator,
+    factor: F64,
+    measured: F64,
+    before: InTime,
+    time: float,
+) -> tuple[Estimate, InTime]:
+    """Find the touches of a frame.
+
+    Parameters
+    ----------
+    recipe : Recipe
+    estimator : Estimator
+        Of a frame at equilibrium.
+    factor : (K, m) float64
+        Whitened measurement of a unit of each mode.
+    measured : (m,) float64
+    before : InTime
+    time : float, s
+        At the end of the exposure.
+    """
+    interval = None if before.time is None else time - before.time
+    vibration = before.vibration
+    if vibration is None or interval is None or not 0 < interval <= PAUSE:
+        estimate = estimator.fit_whitened(measured, before.touches)
+        if interval is None or not 0 < interval <= PAUSE or _at_rest(before, estimate, interval):
+            return estimate, InTime(time, _touches(estimate), estimate.covariance)
+        vibration = at_equilibrium(recipe.modes, before.touches, before.covariance)
+    seeing = Seeing(recipe.modes, factor)
+    spanned = span(recipe.dynamics, interval, recipe.exposure)
+    followed = follow(vibration, spanned, seeing, measured, time)
+    estimate = _counted(estimator, seeing, followed, measured)
+    while vibration.pressing.sum() < estimator.max_touches and _new(followed, estimate):
+        left = measured - followed.amplitudes @ factor
+        place, forces = landings(spanned, seeing).best(left)
+        vibration = vibration.with_touch(place)
+        followed = follow(vibration, spanned, seeing, measured, time, forces, LANDING)
+        estimate = _counted(estimator, seeing, followed, measured)
+    return _stated(recipe, estimate, followed, factor, time)
+
+
+def _counted(
+    estimator: Estimator, seeing: Seeing, followed: Followed, measured: F64
+) -> Estimate:
+    """Count the touches in what is left of a measurement when all is at equilibrium."""
+    pressing = followed.vibration.pressing
+    places, forces = followed.vibration.touches[pressing, :2], followed.forces[pressing]
+    away = followed.amplitudes - equilibrium(seeing.modes, places, forces)
+    start = np.column_stack([within(seeing.modes, places), forces])
+    return estimator.fit_whitened(measured - away @ seeing.factor, start[forces > 0])
+
+
+def _new(followed: Followed, estimate: Estimate) -> bool:
+    """Whether an estimate has a touch that is none of those followed."""
+    known = followed.vibration.touches[followed.vibration.pressing]
+    return any(not _near(known, touch).any() for touch in _touches(estimate))
+
+
+def _stated(
+    recipe: Recipe, estimate: Estimate, followed: Followed, factor: F64, time: float
+) -> tuple[Estimate, InTime]:
+    """State the touches of a frame whose modes were followed."""
+    sigma = np.linalg.norm(followed.touch_factor[:, 2], axis=1)
+    pressing = followed.vibration.pressing
+    there = pressing & (followed.forces > SURE * sigma)
+    vibration = followed.vibration
+    if (pressing & ~there).any():
+        vibration = vibration.ending(pressing & ~there, time)
+    past = vibration.ended <= time - SETTLED
+    taps = tuple(_tap(vibration, index) for index in np.flatnonzero(past))
+    found = np.column_stack([vibration.touches[there, :2], followed.forces[there]])
+    order = np.lexsort((found[:, 1], found[:, 0]))
+    rows = followed.touch_factor[there][order].reshape(3 * len(order), followed.touch_factor.shape[2])
+    stated = replace(
+        estimate,
+        xy=found[order, :2],
+        force=found[order, 2],
+        covariance=rows @ rows.T,
+        result=Result.FOUND if len(found) else Result.NO_TOUCH,
+    )
+    vibration = vibration.keeping(~past)
+    kept = None if _silent(recipe, vibration, factor) else vibration
+    return stated, InTime(time, found[order], stated.covariance, kept, taps)
+
+
+def _at_rest(before: InTime, estimate: Estimate, interval: float) -> bool:
+    """Whether nothing began since the last frame, at which all was at equilibrium."""
+    found = _touches(estimate)
+    if len(found) != len(before.touches) or estimate.p_value < FITS:
+        return False
+    moved = np.abs(found - before.touches)
+    sigma = np.sqrt(np.diag(estimate.covariance)).reshape(-1, 3)
+    close = np.hypot(moved[:, 0], moved[:, 1]) <= FAST * interval + SURE * sigma[:, 0]
+    steady = moved[:, 2] <= STEADY * before.touches[:, 2] + SURE * sigma[:, 2]
+    return bool(close.all() and steady.all())
+
+
+def _near(touches: F64, touch: F64) -> Mask:
+    return np.hypot(touches[:, 0] - touch[0], touches[:, 1] - touch[1]) <= SAME
+
+
+def _silent(recipe: Recipe, vibration: Vibration, factor: F64) -> bool:
+    """Whether modes are at equilibrium as far as a measurement could show, and known to be."""
+    size = np.linalg.norm(factor, axis=1)
+    off = vibration.amplitudes.copy()
+    spread = vibration.amplitude_factor.copy()
+    pressing = np.flatnonzero(vibration.pressing)
+    if len(pressing) < vibration.count:
+        return False
+    if len(pressing):
+        places, forces = vibration.touches[:, :2], vibration.touches[:, FORCE]
+        off[0] -= equilibrium(recipe.modes, places, forces)
+        response = recipe.modes.response(within(recipe.modes, places))
+        spread[0] -= np.einsum("nr,nk->kr", vibration.touch_factor[:, FORCE], response)
+        slope = recipe.modes.gradient(within(recipe.modes, places))
+        spread[0] -= np.einsum("n,nar,nka->kr", forces, vibration.touch_factor[:, :2], slope)
+    shown = np.square(off * size).sum() + np.square(spread * size[:, None]).sum()
+    return bool(shown <= SILENT**2)
+
+
+def _touches(estimate: Estimate) -> F64:
+    return np.column_stack([estimate.xy, estimate.force])
+
+
+def _tap(ended: Vibration, index: int) -> Tap:
+    """State the strongest moment of a touch."""
+    best = int(ended.forces[index].argmax())
+    rows = np.vstack([ended.touch_factor[index, :2], ended.force_factor[index, best]])
+    sigma_x, sigma_y, sigma_force = np.linalg.norm(rows, axis=1).tolist()
+    x, y = ended.touches[index, :2].tolist()
+    force, time = float(ended.forces[index, best]), float(ended.times[best])
+    return Tap(x, y, force, time, (sigma_x, sigma_y, sigma_force))

@@ -1,0 +1,181 @@
+"""Modes of a plate as damped oscillators under forces that are piecewise linear in time.
+
+A mode of stiffness λ on a plate of density ρ and thickness h obeys q̈ + 2 ζ ω q̇ + ω² q = ω² u with
+ω² = λ / (ρ h), where u is its amplitude at equilibrium under the forces of that moment. Between two
+knots at which u is known, and linear between, its motion is exact (Nigam & Jennings 1969).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+import fe
+from models.arrays import F64
+
+LONGEST = 0.004  # s between two knots of a force: a tap of 20 ms has five
+MOST = 12  # segments of the time between two frames, however long
+
+
+@dataclass(frozen=True, eq=False)
+class PlateDynamics:
+    """Frequencies and damping of the modes of a plate.
+
+    Attributes
+    ----------
+    omega : (K,) float64, rad/s
+        Angular frequencies without damping.
+    damping : (K,) float64
+        Ratios to critical damping, above 0 and below 1.
+    """
+
+    omega: F64
+    damping: F64
+
+    def scaled(self, frequency: float, damping: float) -> PlateDynamics:
+        """Frequencies times a factor, and one ratio of damping for all modes."""
+        return PlateDynamics(self.omega * frequency, np.full_like(self.omega, damping))
+
+
+@dataclass(frozen=True, eq=False)
+class Span:
+    """What modes do from one frame to the next, by their state before and the forces meanwhile.
+
+    States are amplitude q and velocity over frequency q̇ / ω, (2, K).
+
+    Attributes
+    ----------
+    steps : (p,) float64, s
+        Times from knot to knot.
+    carry : (2, 2, K) float64
+        State at the end by the state before.
+    carried : (2, p + 1, K) float64
+        State at the end by the amplitudes at equilibrium at each knot.
+    seen : (2, K) float64
+        Mean amplitude over the exposure by the state before.
+    pressed : (p + 1, K) float64
+        The same by the amplitudes at equilibrium at each knot.
+    weights : (p + 1,) float64
+        Mean over the exposure of what is linear between knots.
+    turn : (K,) float64, rad
+        By which each mode turns in its phase.
+    """
+
+    steps: F64
+    carry: F64
+    carried: F64
+    seen: F64
+    pressed: F64
+    weights: F64
+    turn: F64
+
+
+def plate_dynamics(modes: fe.Modes, density: float, damping: float) -> PlateDynamics:
+    """Frequencies of the modes of a plate in vacuo, all damped alike.
+
+    Parameters
+    ----------
+    modes : fe.Modes
+    density : float, kg/m³
+    damping : float
+        Ratio to critical damping; half the loss factor of the material.
+
+    Raises
+    ------
+    ValueError
+        The density is not positive, or the damping not between 0 and 1.
+    """
+    if not density > 0:
+        raise ValueError(f"density must be positive, got {density:g} kg/m³; PVC has 1400")
+    if not 0 < damping < 1:
+        raise ValueError(f"damping must lie between 0 and 1, got {damping:g}; PVC has about 0.02")
+    heavy = 1e-12 * density * modes.plate.thickness  # t/mm²
+    return PlateDynamics(np.sqrt(modes.stiffness / heavy), np.full(modes.count, float(damping)))
+
+
+def span(dynamics: PlateDynamics, interval: float, exposure: float) -> Span:
+    """Lay knots between two frames and follow the modes over them.
+
+    Parameters
+    ----------
+    dynamics : PlateDynamics
+    interval : float, s
+        From the end of one exposure to the end of the next.
+    exposure : float, s
+        Of the second; no more of it than the interval counts.
+
+    Raises
+    ------
+    ValueError
+        The interval or the exposure is not positive.
+    """
+    if not (interval > 0 and exposure > 0):
+        raise ValueError(
+            f"interval and exposure of a frame must be positive, got {interval:g} s and"
+            f" {exposure:g} s; leave frames out that are not later than the last"
+        )
+    exposure = min(exposure, interval)
+    steps = _steps(interval, exposure)
+    before = np.cumsum(steps) <= interval - exposure + 1e-12
+    count, modes = len(steps), len(dynamics.omega)
+    carry = np.zeros((2, 2, modes))
+    carry[0, 0] = carry[1, 1] = 1.0
+    carried = np.zeros((2, count + 1, modes))
+    opened = carry, carried
+    for k, step in enumerate(steps.tolist()):
+        free, first, second = _segment(dynamics, step)
+        carry = np.einsum("abk,bck->ack", free, carry)
+        carried = np.einsum("abk,bjk->ajk", free, carried)
+        carried[:, k] += first
+        carried[:, k + 1] += second
+        if before[k]:
+            opened = carry, carried
+    weights = _trapezoids(np.where(before, 0.0, steps)) / exposure
+    seen = _mean(dynamics, carry - opened[0], exposure)
+    pressed = _mean(dynamics, carried - opened[1], exposure) + weights[:, None]
+    return Span(steps, carry, carried, seen, pressed, weights, dynamics.omega * interval)
+
+
+def _steps(interval: float, exposure: float) -> F64:
+    """Times between knots, of which one lies where the exposure begins."""
+    parts = [part for part in (interval - exposure, exposure) if part > 1e-9]
+    longest = max(LONGEST, interval / (MOST - 1))
+    counts = [int(np.ceil(part / longest - 1e-9)) for part in parts]
+    return np.concatenate([np.full(n, part / n) for part, n in zip(parts, counts, strict=True)])
+
+
+def _trapezoids(steps: F64) -> F64:
+    """Weights of knots in the integral of what is linear between them."""
+    weights = np.zeros(len(steps) + 1)
+    weights[:-1] += steps / 2
+    weights[1:] += steps / 2
+    return weights
+
+
+def _mean(dynamics: PlateDynamics, change: F64, exposure: float) -> F64:
+    """Mean amplitude beyond that at equilibrium, by the change of state over an exposure.
+
+    The equation of motion integrated: ω² ∫(q - u) dt = -Δq̇ - 2 ζ ω Δq.
+    """
+    return -(change[1] + 2 * dynamics.damping * change[0]) / (dynamics.omega * exposure)
+
+
+def _segment(dynamics: PlateDynamics, step: float) -> tuple[F64, F64, F64]:
+    """State after a step by that before, (2, 2, K), and by u at its two ends, (2, K) each.
+
+    With u linear, q - u + 2 ζ u̇ / ω swings freely.
+    """
+    omega, zeta = dynamics.omega, dynamics.damping
+    root = np.sqrt(1.0 - zeta**2)
+    fade = np.exp(-zeta * omega * step)
+    sine, cosine = fade * np.sin(root * omega * step) / root, fade * np.cos(root * omega * step)
+    free = np.array([[cosine + zeta * sine, sine], [-sine, cosine - zeta * sine]])
+    # By the slope s = u̇ / ω: away = (q - u + 2 ζ s, q̇ / ω - s).
+    by_slope = np.array([2 * zeta, -np.ones_like(zeta)])
+    turned = np.einsum("abk,bk->ak", free, by_slope)
+    ramp = (turned - by_slope) / (omega * step)
+    even = np.array([1.0 - free[0, 0], -free[1, 0]])
+    # A unit of u at the end is a slope of 1 / (ω step) and an end 1 higher than its beginning.
+    second = ramp + np.array([np.ones_like(zeta), np.zeros_like(zeta)])
+    return free, even - second, second
