@@ -1,41 +1,60 @@
 """One frame of a plate that vibrates: predicted from the last, corrected by what it shows.
 
-An iterated extended Kalman filter (Bell & Cathey 1993) whose covariance is kept as a factor of few
-columns (Verlaan & Heemink 1997): all that is not known of the modes came from few numbers of the
-forces. The force of a touch is an integrated Ornstein-Uhlenbeck process between knots; how fast it
-and the place may change is chosen in each frame, by the likelihood of what is seen.
+An extended Kalman filter whose covariance is kept as a factor of few columns (Verlaan & Heemink
+1997): all that is not known of the modes came from few numbers of the forces.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
-import fe
-from models.arrays import F64
+from models.arrays import F64, I64
+from models.dynamics.forces import force_knots
 from models.dynamics.oscillators import Span
-from models.dynamics.scales import Columns, choose_scales
+from models.dynamics.seeing import Seeing, Tangent
 from models.dynamics.vibration import FORCE, RATE, REMEMBERED, Vibration
 
-KEPT = 0.1  # s for which a force keeps the speed with which it changes
 # Parts of a frequency that a mode may be off, and for how many modes that is followed.
 _DETUNED, _LOUDEST = 0.005, 6
+# How fast a finger moves that stays and that slides, mm/s, and how much likelier what is seen must
+# be by a slide: an odd chance of 1 in 50.
+_STAYS, _SLIDES, _RARE = 5.0, 200.0, 4.0
 
 
-@dataclass(frozen=True, eq=False)
-class Seeing:
-    """What turns modes into a measurement.
+class View(NamedTuple):
+    """One frame.
 
     Attributes
     ----------
-    modes : fe.Modes
-    factor : (K, m) float64
-        Whitened measurement of a unit of each mode.
+    span : Span
+        Since the frame before.
+    measured : (m,) float64
+        In units of its noise.
+    time : float, s
+        End of its exposure.
     """
 
-    modes: fe.Modes
-    factor: F64
+    span: Span
+    measured: F64
+    time: float
+
+
+class About(NamedTuple):
+    """Where the effect of places and forces is taken to first order.
+
+    Attributes
+    ----------
+    places : (n, 2) float64, mm
+    forces : (n, p + 1) float64, N
+        At the knots of a span.
+    """
+
+    places: F64
+    forces: F64
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,44 +65,40 @@ class Followed:
     ----------
     vibration : Vibration
         At its end.
-    amplitudes : (K,) float64
-        Mean of the modes over its exposure.
-    amplitude_factor : (K, r) float64
-        What a standard deviation along each direction does to these.
+    amplitudes : (k,) float64
+        Mean of the low modes over its exposure.
     forces : (n,) float64, N
         Mean force of each touch over the exposure.
     touch_factor : (n, 3, r) float64
         What a standard deviation along each direction does to x, y and that force.
+    knots : (n, p + 1) float64, N
+        Forces at the knots since the last frame.
     likelihood : float
-        Logarithm of the likelihood of what was seen, but for what no forces change.
+        Its logarithm for what was seen, but for a constant.
     """
 
     vibration: Vibration
     amplitudes: F64
-    amplitude_factor: F64
     forces: F64
     touch_factor: F64
+    knots: F64
     likelihood: float
 
 
-@dataclass(frozen=True, eq=False)
-class _Knots:
-    """Forces (n, p + 1) at the knots of a span, by each direction (n, p + 1, r), and at the end."""
+class _Predicted(NamedTuple):
+    """What is expected at the end of a frame, and what it would show."""
 
-    forces: F64
-    factor: F64
-    rates: F64
-    rate_factor: F64
+    vibration: Vibration
+    knots: F64
+    knot_factor: F64
+    amplitudes: F64
+    amplitude_factor: F64
+    shown: F64
+    shown_factor: F64
 
 
 def follow(
-    before: Vibration,
-    span: Span,
-    seeing: Seeing,
-    measured: F64,
-    time: float,
-    landing: F64 | None = None,
-    rounds: int = 1,
+    before: Vibration, view: View, seeing: Seeing, restless: float, about: About | None = None
 ) -> Followed:
     """Follow modes and touches into a frame.
 
@@ -91,165 +106,155 @@ def follow(
     ----------
     before : Vibration
         At the end of the exposure of the last frame.
-    span : Span
+    view : View
     seeing : Seeing
-    measured : (m,) float64
-        In units of its noise.
-    time : float, s
-        At the end of the exposure.
-    landing : (p + 1,) float64, N, optional
-        Force of the last touch at the knots, where it has just landed.
-    rounds : int
-        How often the effect of the places is taken anew about what was found.
+    restless : float, N/s per √s
+        By which the rates of forces change.
+    about : About, optional
+        Of all touches, where something better is known than what is expected.
     """
-    grown, columns = _grown(before, span, seeing)
-    knots = _knots(grown, span, columns)
-    places, history = grown.touches[:, :2], knots.forces
-    if landing is not None:
-        history = np.vstack([history[:-1], landing])
-    after, history, mean, mean_factor, likelihood = _round(
-        grown, columns, knots, span, seeing, measured, places, history
-    )
-    for _ in range(rounds - 1):
-        after, history, mean, mean_factor, likelihood = _round(
-            grown, columns, knots, span, seeing, measured, after.touches[:, :2], history
-        )
-    times = time - span.steps.sum() + np.cumsum(span.steps)
-    count = len(times)
-    remembered = replace(
-        after, times=np.concatenate([before.times, times])
-    ).recent(time - REMEMBERED)
-    weighed = span.weights[-count:]
-    forces = after.forces[:, -count:] @ weighed
-    first = span.weights[0]
-    touch_factor = np.concatenate(
-        [
-            after.touch_factor[:, :2],
-            np.einsum("j,njr->nr", weighed, after.force_factor[:, -count:])[:, None],
-        ],
-        axis=1,
-    )
-    if first:
-        forces = forces + first * history[:, 0]
-    size = np.linalg.norm(seeing.factor, axis=1)
-    return Followed(remembered.compressed(size), mean, mean_factor, forces, touch_factor, likelihood)
+    grown = _grown(before, view.span, seeing)
+    if about is None:
+        about = About(before.touches[:, :2], _expected(before, view.span))
+    tangent = seeing.about(about.places)
+    predicted = _predicted(grown, view.span, seeing, tangent, about, restless)
+    reduced = tangent.reduced(seeing, view.measured)
+    beside = float(view.measured @ view.measured - reduced @ reduced)
+    return _corrected(before, view, grown, predicted, reduced - predicted.shown, beside)
 
 
-def _round(
-    grown: Vibration,
-    columns: Columns,
-    knots: _Knots,
-    span: Span,
-    seeing: Seeing,
-    measured: F64,
-    places: F64,
-    history: F64,
-) -> tuple[Vibration, F64, F64, F64, float]:
-    """Correct a frame with the effect of places and forces taken about some of them."""
-    predicted = _predicted(grown, knots, span, seeing.modes, places, history)
-    mean, mean_factor, at_end = predicted
-    seen = seeing.factor.T @ mean_factor
-    away = measured - mean @ seeing.factor
-    scale, likelihood = choose_scales(columns, seen, away)
-    count = knots.forces.shape[1] - 1
-    joined = replace(
-        at_end,
-        forces=np.concatenate([grown.forces, knots.forces[:, 1:]], axis=1),
-        force_factor=np.concatenate([grown.force_factor, knots.factor[:, 1:]], axis=1),
-    )
-    inner = np.eye(len(scale)) + (seen * scale).T @ (seen * scale)
-    turn = np.linalg.inv(np.linalg.cholesky(inner)).T
-    step = turn @ (turn.T @ (scale * (seen.T @ away)))
-    after = joined.moved(scale * step).turned(scale[:, None] * turn)
-    begun = knots.forces[:, :1] + knots.factor[:, 0] @ (scale * step)[:, None]
-    history = np.concatenate([begun, after.forces[:, -count:]], axis=1)
-    return after, history, mean + mean_factor @ (scale * step), mean_factor * scale @ turn, likelihood
+def _expected(before: Vibration, span: Span) -> F64:
+    """Forces (n, p + 1) at the knots as they would go on."""
+    by_start = force_knots(span.steps)[0][:, :2]
+    return before.touches[:, FORCE:] @ by_start.T
 
 
-def _grown(before: Vibration, span: Span, seeing: Seeing) -> tuple[Vibration, Columns]:
-    """Add directions of unit noise: of frequencies, of places and of forces between knots."""
+class _Grown(NamedTuple):
+    """A plate with directions for what a frame may bring, and which of them move places."""
+
+    vibration: Vibration
+    places: I64
+    forces: I64
+
+
+def _grown(before: Vibration, span: Span, seeing: Seeing) -> _Grown:
+    """Add directions of frequencies that are off, of places by 1 mm and of forces."""
     pressing = np.flatnonzero(before.pressing)
-    rest = equilibrium(seeing.modes, before.touches[pressing][:, :2], before.touches[pressing, FORCE])
-    swing = np.hypot(before.amplitudes[0] - rest, before.amplitudes[1])
-    shown = swing * np.linalg.norm(seeing.factor, axis=1) * span.turn * _DETUNED
-    loud = np.argsort(shown)[-_LOUDEST:]
-    loud = loud[shown[loud] > 0.1]
-    columns = Columns(before.rank, 2 * len(loud), len(pressing), len(span.steps), span.steps.sum())
-    grown = before.turned(np.eye(before.rank, columns.total))
+    rest = seeing.equilibrium(before.touches[pressing, :2], before.touches[pressing, FORCE])
+    swing = np.hypot(before.amplitudes[0] - rest, before.amplitudes[1]) * span.turn * _DETUNED
+    loud = np.argsort(swing * seeing.size)[-_LOUDEST:]
+    loud = loud[swing[loud] * seeing.size[loud] > 0.1]
+    first = before.rank + 2 * len(loud)
+    places = first + np.arange(2 * len(pressing))
+    forces = first + 2 * len(pressing) + np.arange(len(span.steps) * len(pressing))
+    grown = before.turned(np.eye(before.rank, first + len(places) + len(forces)))
     for part in (0, 1):
         where = before.rank + 2 * np.arange(len(loud)) + part
-        grown.amplitude_factor[part, loud, where] = (swing * span.turn * _DETUNED)[loud]
-    for number, touch in enumerate(pressing):
-        for axis in (0, 1):
-            grown.touch_factor[touch, axis, columns.place(number) + axis] = 1.0
-    return grown, columns
-
-
-def _knots(grown: Vibration, span: Span, columns: Columns) -> _Knots:
-    """Carry the forces on from knot to knot."""
-    force, rate = grown.touches[:, FORCE], grown.touches[:, RATE]
-    by_force, by_rate = grown.touch_factor[:, FORCE], grown.touch_factor[:, RATE]
-    forces, factors = [force], [by_force]
-    pressing = np.flatnonzero(grown.pressing)
-    own = columns.force(np.arange(len(pressing)))
-    for k, step in enumerate(span.steps.tolist()):
-        held = np.exp(-step / KEPT)
-        after, by_after = held * rate, held * by_rate
-        by_after[pressing, own + k] += np.sqrt(step)
-        forces.append(forces[-1] + 0.5 * step * (rate + after))
-        factors.append(factors[-1] + 0.5 * step * (by_rate + by_after))
-        rate, by_rate = after, by_after
-    return _Knots(np.stack(forces, axis=1), np.stack(factors, axis=1), rate, by_rate)
-
-
-def within(modes: fe.Modes, places: F64) -> F64:
-    """Places (n, 2) mm, those beside the plate on its edge."""
-    return np.clip(places, 0.0, np.array(modes.plate.size))
-
-
-def equilibrium(modes: fe.Modes, places: F64, forces: F64) -> F64:
-    """Amplitudes (K,) of a plate that rests under touches (n, 2) mm and (n,) N."""
-    if not len(forces):
-        return np.zeros(modes.count)
-    return forces @ modes.response(within(modes, places))
+        grown.amplitude_factor[part, loud, where] = swing[loud]
+    grown.touch_factor[pressing, 0, places[::2]] = 1.0
+    grown.touch_factor[pressing, 1, places[1::2]] = 1.0
+    return _Grown(grown, places, forces)
 
 
 def _predicted(
-    grown: Vibration, knots: _Knots, span: Span, modes: fe.Modes, places: F64, history: F64
-) -> tuple[F64, F64, Vibration]:
-    """Mean of the modes over the exposure (K,) and (K, r), and the plate at its end.
-
-    The amplitudes at equilibrium F r(x, y) are taken to first order about `places` (n, 2) and
-    `history` (n, p + 1) of the forces.
-    """
-    places = within(modes, places)
-    response, slope = modes.response(places), modes.gradient(places)
-    total = knots.factor.shape[2]
-    off = grown.touches[:, :2] - places
-    amplitudes = np.einsum("abk,bk->ak", span.carry, grown.amplitudes)
-    factor = np.einsum("abk,bkr->akr", span.carry, grown.amplitude_factor)
-    mean = np.einsum("bk,bk->k", span.seen, grown.amplitudes)
-    mean_factor = np.einsum("bk,bkr->kr", span.seen, grown.amplitude_factor)
-    kernels = np.concatenate([span.carried, span.pressed[None]])  # (3, p + 1, K)
-    for touch in np.flatnonzero(grown.pressing):
-        by_force = kernels * response[touch]
-        by_place = np.einsum("j,sjk,ka->sak", history[touch], kernels, slope[touch])
-        change = np.einsum("sjk,j->sk", by_force, knots.forces[touch])
-        change += np.einsum("sak,a->sk", by_place, off[touch])
-        basis = np.concatenate([by_force, by_place], axis=1)
-        rows = np.concatenate([knots.factor[touch], grown.touch_factor[touch, :2]])
-        spread = basis.transpose(0, 2, 1).reshape(-1, len(rows)) @ rows
-        spread = spread.reshape(3, -1, total)
-        amplitudes, mean = amplitudes + change[:2], mean + change[2]
-        factor, mean_factor = factor + spread[:2], mean_factor + spread[2]
-    touches, touch_factor = grown.touches.copy(), grown.touch_factor.copy()
-    touches[:, FORCE], touches[:, RATE] = knots.forces[:, -1], knots.rates
-    touch_factor[:, FORCE], touch_factor[:, RATE] = knots.factor[:, -1], knots.rate_factor
-    ended = replace(
-        grown,
-        amplitudes=amplitudes,
+    grown: _Grown, span: Span, seeing: Seeing, tangent: Tangent, about: About, restless: float
+) -> _Predicted:
+    """Predict modes, touches and what is seen, with what each direction does to them."""
+    vibration = grown.vibration
+    by_force, by_rate = force_knots(span.steps)
+    pressing = np.flatnonzero(vibration.pressing)
+    start, start_factor = vibration.touches[:, FORCE:], vibration.touch_factor[:, FORCE:]
+    count = len(span.steps)
+    knots = start @ by_force[:, :2].T
+    knot_factor = np.einsum("jb,nbr->njr", by_force[:, :2], start_factor)
+    rate_factor = np.einsum("b,nbr->nr", by_rate[-1, :2], start_factor)
+    for number, touch in enumerate(pressing):
+        own = grown.forces[count * number : count * (number + 1)]
+        knot_factor[touch][:, own] += restless * by_force[:, 2:]
+        rate_factor[touch, own] += restless * by_rate[-1, 2:]
+    off = vibration.touches[:, :2] - about.places
+    # Amplitude and velocity at the end of the span, and mean amplitude over the exposure.
+    free = np.concatenate([span.carry, span.seen[None]])  # (3, 2, k)
+    forced = np.concatenate([span.carried, span.pressed[None]])  # (3, p + 1, k)
+    amplitudes = np.einsum("sbk,bk->sk", free, vibration.amplitudes)
+    factor = np.einsum("sbk,bkr->skr", free, vibration.amplitude_factor)
+    shown = np.zeros(tangent.stiff.shape[2])
+    shown_factor = np.zeros((len(shown), vibration.rank))
+    for touch in pressing:
+        low, stiff = tangent.low[touch], tangent.stiff[touch]
+        by_place = np.einsum("j,sjk,ak->sak", about.forces[touch], forced, low[1:])
+        basis = np.concatenate([forced * low[0], by_place], axis=1)  # (3, p + 3, k)
+        values = np.concatenate([knots[touch], off[touch]])
+        rows = np.concatenate([knot_factor[touch], vibration.touch_factor[touch, :2]])
+        amplitudes = amplitudes + np.einsum("sjk,j->sk", basis, values)
+        factor = factor + (basis.transpose(0, 2, 1) @ rows)
+        held = float(about.forces[touch] @ span.weights)
+        quick = np.column_stack([np.outer(stiff[0], span.weights), held * stiff[1:].T])
+        shown += quick @ values
+        shown_factor += quick @ rows
+    low = len(seeing.of_low)
+    shown[:low] += seeing.of_low @ amplitudes[2]
+    shown_factor[:low] += seeing.of_low @ factor[2]
+    touches, touch_factor = vibration.touches.copy(), vibration.touch_factor.copy()
+    touches[:, FORCE], touch_factor[:, FORCE] = knots[:, -1], knot_factor[:, -1]
+    touches[:, RATE], touch_factor[:, RATE] = start @ by_rate[-1, :2], rate_factor
+    end = replace(
+        vibration,
+        amplitudes=amplitudes[:2],
+        amplitude_factor=factor[:2],
         touches=touches,
-        amplitude_factor=factor,
         touch_factor=touch_factor,
+        forces=np.concatenate([vibration.forces, knots[:, 1:]], axis=1),
+        force_factor=np.concatenate([vibration.force_factor, knot_factor[:, 1:]], axis=1),
     )
-    return mean, mean_factor, ended
+    return _Predicted(end, knots, knot_factor, amplitudes[2], factor[2], shown, shown_factor)
+
+
+def _corrected(
+    before: Vibration,
+    view: View,
+    grown: _Grown,
+    predicted: _Predicted,
+    away: F64,
+    beside: float,
+) -> Followed:
+    """Correct what was predicted by how far (d,) the measurement is away from it.
+
+    `beside` is the sum of squares of what no direction could explain.
+    """
+    scale, turn, step, likelihood = _posterior(grown, predicted.shown_factor, away, view.span)
+    end = predicted.vibration.moved(scale * step).turned(scale[:, None] * turn)
+    knots = predicted.knots + predicted.knot_factor @ (scale * step)
+    amplitudes = predicted.amplitudes + predicted.amplitude_factor @ (scale * step)
+    weights = view.span.weights
+    by_force = np.einsum("j,njr->nr", weights, predicted.knot_factor * scale) @ turn
+    touch_factor = np.concatenate([end.touch_factor[:, :2], by_force[:, None]], axis=1)
+    times = view.time - view.span.steps.sum() + np.cumsum(view.span.steps)
+    known = replace(end, times=np.concatenate([before.times, times]))
+    return Followed(
+        known.recent(view.time - REMEMBERED),
+        amplitudes,
+        knots @ weights,
+        touch_factor,
+        knots,
+        likelihood - 0.5 * (beside + float(away @ away)),
+    )
+
+
+def _posterior(
+    grown: _Grown, seen: F64, away: F64, span: Span
+) -> tuple[F64, F64, F64, float]:
+    """Size (r,) of each direction, what becomes of it (r, r), step (r,) and log-likelihood."""
+    gram, towards = seen.T @ seen, seen.T @ away
+    slides = (_STAYS, _SLIDES) if len(grown.places) else (_STAYS,)
+    found: list[tuple[float, F64, F64, F64, float]] = []
+    for slide in slides:
+        scale = np.ones(len(gram))
+        scale[grown.places] = slide * float(span.steps.sum())
+        lower = np.linalg.cholesky(np.eye(len(gram)) + scale[:, None] * gram * scale)
+        white = solve_triangular(lower, scale * towards, lower=True, check_finite=False)
+        fit = 0.5 * float(white @ white) - float(np.log(np.diag(lower)).sum())
+        found.append((fit - (_RARE if slide == _SLIDES else 0.0), scale, lower, white, fit))
+    _, scale, lower, white, fit = max(found, key=lambda one: one[0])
+    turn = solve_triangular(lower, np.eye(len(gram)), lower=True, check_finite=False).T
+    return scale, turn, turn @ white, fit

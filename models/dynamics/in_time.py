@@ -13,10 +13,12 @@ import numpy as np
 
 import fe
 from models.arrays import F64, Mask
-from models.dynamics.follow import Followed, Seeing, equilibrium, follow, within
-from models.dynamics.landing import landings
+from models.dynamics.bank import RESTLESS, Bank, advance, land, left, new_bank
+from models.dynamics.follow import Followed, View
+from models.dynamics.landing import find_landing
 from models.dynamics.oscillators import PlateDynamics, span
-from models.dynamics.vibration import FORCE, Vibration, at_rest, at_equilibrium
+from models.dynamics.seeing import Seeing
+from models.dynamics.vibration import Vibration, at_equilibrium
 from models.estimate import Estimate, Result
 from models.inverse.estimator import Estimator
 
@@ -26,7 +28,6 @@ STEADY = 0.05  # change of a force from one frame to the next, of the force, up 
 FITS = 1e-3  # p-value below which an equilibrium does not explain a frame
 SILENT = 1.0  # standard deviations of a measurement: modes that are off by less are at equilibrium
 PAUSE = 1.0  # s without a frame after which what moved is at rest
-LANDING = 4  # how often the frame of a landing is taken about what was found
 SETTLED = 0.06  # s after which the ringing has said what it can of the force that began it
 SURE = 3.0  # standard deviations of a force that is one
 
@@ -42,14 +43,16 @@ class InTime:
     touches : (n, 3) float64, mm, mm, N
         Those of the last frame.
     covariance : (3n, 3n) float64
-    vibration : Vibration or None
+    bank : Bank or None
         None while all is at equilibrium.
+    taps : tuple of Tap
+        Touches that ended, of which this frame has said the last.
     """
 
     time: float | None = None
     touches: F64 = field(default_factory=lambda: np.empty((0, 3)))
     covariance: F64 = field(default_factory=lambda: np.empty((0, 0)))
-    vibration: Vibration | None = None
+    bank: Bank | None = None
     taps: tuple[Tap, ...] = ()
 
 
@@ -113,24 +116,24 @@ def estimate_in_time(
     time : float, s
         At the end of the exposure.
     """
-    interval = None if before.time is None else time - before.time
-    vibration = before.vibration
-    if vibration is None or interval is None or not 0 < interval <= PAUSE:
+    interval = PAUSE if before.time is None else time - before.time
+    bank = before.bank
+    if bank is None or not 0 < interval < PAUSE:
         estimate = estimator.fit_whitened(measured, before.touches)
-        if interval is None or not 0 < interval <= PAUSE or _at_rest(before, estimate, interval):
+        if not 0 < interval < PAUSE or _at_rest(before, estimate, interval):
             return estimate, InTime(time, _touches(estimate), estimate.covariance)
-        vibration = at_equilibrium(recipe.modes, before.touches, before.covariance)
     seeing = Seeing(recipe.modes, factor)
-    spanned = span(recipe.dynamics, interval, recipe.exposure)
-    followed = follow(vibration, spanned, seeing, measured, time)
+    if bank is None or not 0 < interval < PAUSE:
+        bank = new_bank(at_equilibrium(seeing, before.touches, before.covariance))
+    view = View(span(recipe.dynamics, interval, recipe.exposure), measured, time)
+    after, followed = advance(bank, view, seeing)
     estimate = _counted(estimator, seeing, followed, measured)
-    while vibration.pressing.sum() < estimator.max_touches and _new(followed, estimate):
-        left = measured - followed.amplitudes @ factor
-        place, forces = landings(spanned, seeing).best(left)
-        vibration = vibration.with_touch(place)
-        followed = follow(vibration, spanned, seeing, measured, time, forces, LANDING)
+    while after.best.pressing.sum() < estimator.max_touches and _new(followed, estimate):
+        landing = find_landing(view.span, seeing, left(seeing, followed, measured), RESTLESS)
+        after, followed = land(bank, view, seeing, landing)
+        bank = replace(bank, members=after.begun)
         estimate = _counted(estimator, seeing, followed, measured)
-    return _stated(recipe, estimate, followed, factor, time)
+    return _stated(seeing, estimate, after, followed, time)
 
 
 def _counted(
@@ -138,10 +141,11 @@ def _counted(
 ) -> Estimate:
     """Count the touches in what is left of a measurement when all is at equilibrium."""
     pressing = followed.vibration.pressing
-    places, forces = followed.vibration.touches[pressing, :2], followed.forces[pressing]
-    away = followed.amplitudes - equilibrium(seeing.modes, places, forces)
-    start = np.column_stack([within(seeing.modes, places), forces])
-    return estimator.fit_whitened(measured - away @ seeing.factor, start[forces > 0])
+    places, forces = seeing.within(followed.vibration.touches[pressing, :2]), followed.forces
+    away = followed.amplitudes - seeing.equilibrium(places, forces[pressing])
+    start = np.column_stack([places, forces[pressing]])
+    swinging = away @ seeing.factor[: seeing.low]
+    return estimator.fit_whitened(measured - swinging, start[start[:, 2] > 0])
 
 
 def _new(followed: Followed, estimate: Estimate) -> bool:
@@ -151,20 +155,22 @@ def _new(followed: Followed, estimate: Estimate) -> bool:
 
 
 def _stated(
-    recipe: Recipe, estimate: Estimate, followed: Followed, factor: F64, time: float
+    seeing: Seeing, estimate: Estimate, bank: Bank, followed: Followed, time: float
 ) -> tuple[Estimate, InTime]:
     """State the touches of a frame whose modes were followed."""
-    sigma = np.linalg.norm(followed.touch_factor[:, 2], axis=1)
-    pressing = followed.vibration.pressing
-    there = pressing & (followed.forces > SURE * sigma)
     vibration = followed.vibration
-    if (pressing & ~there).any():
-        vibration = vibration.ending(pressing & ~there, time)
+    sigma = np.linalg.norm(followed.touch_factor[:, 2], axis=1)
+    there = vibration.pressing & (followed.forces > SURE * sigma)
+    begun = np.maximum(vibration.forces, 0.0).max(axis=1, initial=0.0) > 2 * followed.forces
+    ending = vibration.pressing & ~there & begun
+    if ending.any():
+        bank = bank.ending(ending, time)
     past = vibration.ended <= time - SETTLED
-    taps = tuple(_tap(vibration, index) for index in np.flatnonzero(past))
-    found = np.column_stack([vibration.touches[there, :2], followed.forces[there]])
+    taps = tuple(_tap(bank.best, index) for index in np.flatnonzero(past))
+    found = np.column_stack([seeing.within(vibration.touches[there, :2]), followed.forces[there]])
     order = np.lexsort((found[:, 1], found[:, 0]))
-    rows = followed.touch_factor[there][order].reshape(3 * len(order), followed.touch_factor.shape[2])
+    rows = followed.touch_factor[there][order]
+    rows = rows.reshape(3 * len(order), followed.touch_factor.shape[2])
     stated = replace(
         estimate,
         xy=found[order, :2],
@@ -172,8 +178,8 @@ def _stated(
         covariance=rows @ rows.T,
         result=Result.FOUND if len(found) else Result.NO_TOUCH,
     )
-    vibration = vibration.keeping(~past)
-    kept = None if _silent(recipe, vibration, factor) else vibration
+    bank = bank.keeping(~past)
+    kept = None if _silent(seeing, bank.best) else bank
     return stated, InTime(time, found[order], stated.covariance, kept, taps)
 
 
@@ -193,22 +199,12 @@ def _near(touches: F64, touch: F64) -> Mask:
     return np.hypot(touches[:, 0] - touch[0], touches[:, 1] - touch[1]) <= SAME
 
 
-def _silent(recipe: Recipe, vibration: Vibration, factor: F64) -> bool:
+def _silent(seeing: Seeing, vibration: Vibration) -> bool:
     """Whether modes are at equilibrium as far as a measurement could show, and known to be."""
-    size = np.linalg.norm(factor, axis=1)
-    off = vibration.amplitudes.copy()
-    spread = vibration.amplitude_factor.copy()
-    pressing = np.flatnonzero(vibration.pressing)
-    if len(pressing) < vibration.count:
+    if vibration.count:
         return False
-    if len(pressing):
-        places, forces = vibration.touches[:, :2], vibration.touches[:, FORCE]
-        off[0] -= equilibrium(recipe.modes, places, forces)
-        response = recipe.modes.response(within(recipe.modes, places))
-        spread[0] -= np.einsum("nr,nk->kr", vibration.touch_factor[:, FORCE], response)
-        slope = recipe.modes.gradient(within(recipe.modes, places))
-        spread[0] -= np.einsum("n,nar,nka->kr", forces, vibration.touch_factor[:, :2], slope)
-    shown = np.square(off * size).sum() + np.square(spread * size[:, None]).sum()
+    shown = np.square(vibration.amplitudes * seeing.size).sum()
+    shown += np.square(vibration.amplitude_factor * seeing.size[:, None]).sum()
     return bool(shown <= SILENT**2)
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 import fe
 from models.arrays import F64
+from models.dynamics.seeing import RINGING
 
 LONGEST = 0.004  # s between two knots of a force: a tap of 20 ms has five
 MOST = 12  # segments of the time between two frames, however long
@@ -72,7 +73,7 @@ class Span:
 
 
 def plate_dynamics(modes: fe.Modes, density: float, damping: float) -> PlateDynamics:
-    """Frequencies of the modes of a plate in vacuo, all damped alike.
+    """Frequencies of the lowest modes of a plate in vacuo, all damped alike.
 
     Parameters
     ----------
@@ -91,7 +92,8 @@ def plate_dynamics(modes: fe.Modes, density: float, damping: float) -> PlateDyna
     if not 0 < damping < 1:
         raise ValueError(f"damping must lie between 0 and 1, got {damping:g}; PVC has about 0.02")
     heavy = 1e-12 * density * modes.plate.thickness  # t/mm²
-    return PlateDynamics(np.sqrt(modes.stiffness / heavy), np.full(modes.count, float(damping)))
+    omega = np.sqrt(modes.stiffness[:RINGING] / heavy)
+    return PlateDynamics(omega, np.full(len(omega), float(damping)))
 
 
 def span(dynamics: PlateDynamics, interval: float, exposure: float) -> Span:

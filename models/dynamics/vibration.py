@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-import fe
 from models.arrays import F64, Mask
+from models.dynamics.seeing import Seeing
 
 X, Y, FORCE, RATE = range(4)
 REMEMBERED = 0.4  # s for which forces are kept and go on being corrected
@@ -170,23 +170,23 @@ def at_rest(modes: int) -> Vibration:
     )
 
 
-def at_equilibrium(modes: fe.Modes, touches: F64, covariance: F64) -> Vibration:
+def at_equilibrium(seeing: Seeing, touches: F64, covariance: F64) -> Vibration:
     """All at rest under touches x, y, F (n, 3) of which so much is known, (3n, 3n)."""
     count = len(touches)
-    rest = at_rest(modes.count)
+    rest = at_rest(seeing.low)
     if not count:
         return rest
     values, vectors = np.linalg.eigh(covariance)
     root = (vectors * np.sqrt(np.maximum(values, 0.0))).reshape(count, 3, -1)
-    rows = np.zeros((count, 4, 3 * count + count))
+    rows = np.zeros((count, 4, 4 * count))
     rows[:, :3, : 3 * count] = root
     rows[np.arange(count), RATE, 3 * count + np.arange(count)] = _RESTLESS * touches[:, 2]
-    response, slope = modes.response(touches[:, :2]), modes.gradient(touches[:, :2])
-    spread = np.zeros((2, modes.count, rows.shape[2]))
-    spread[0] = np.einsum("nr,nk->kr", rows[:, FORCE], response)
-    spread[0] += np.einsum("n,nar,nka->kr", touches[:, 2], rows[:, :2], slope)
-    amplitudes = np.zeros((2, modes.count))
-    amplitudes[0] = touches[:, 2] @ response
+    low = seeing.about(touches[:, :2]).low
+    spread = np.zeros((2, seeing.low, 4 * count))
+    spread[0] = np.einsum("nr,nk->kr", rows[:, FORCE], low[:, 0])
+    spread[0] += np.einsum("n,nar,nak->kr", touches[:, 2], rows[:, :2], low[:, 1:])
+    amplitudes = np.zeros((2, seeing.low))
+    amplitudes[0] = touches[:, 2] @ low[:, 0]
     return replace(
         rest,
         amplitudes=amplitudes,
@@ -195,5 +195,5 @@ def at_equilibrium(modes: fe.Modes, touches: F64, covariance: F64) -> Vibration:
         ended=np.full(count, np.nan),
         amplitude_factor=spread,
         touch_factor=rows,
-        force_factor=np.zeros((count, 0, rows.shape[2])),
+        force_factor=np.zeros((count, 0, 4 * count)),
     )

@@ -1,0 +1,166 @@
+"""Several filters side by side, each with forces that change as fast; what is seen weighs them.
+
+Multiple model adaptive estimation (Magill 1965): how restless a finger is cannot be known before,
+and one frame says too little of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from models.arrays import F64, Mask
+from models.dynamics.follow import About, Followed, View, follow
+from models.dynamics.landing import Landing
+from models.dynamics.seeing import Seeing
+from models.dynamics.vibration import Vibration
+
+RESTLESS = (20.0, 100.0, 500.0, 2500.0, 12500.0)
+"""N/s per √s, by which the rate of a force changes: of a slow press up to a hard tap."""
+_HOPELESS = 12.0  # by which a logarithm of likelihood may stay behind the best
+_ROUNDS, _SETTLED = 3, 0.3  # passes over the frames since a landing at most, and mm by which a place moves
+LANDING_FRAMES = 6
+"""Frames since a landing that are passed again as its place becomes known."""
+
+
+@dataclass(frozen=True, eq=False)
+class Member:
+    """One filter: how restless its forces are, how likely all it has seen, and what it knows."""
+
+    restless: float
+    likelihood: float
+    vibration: Vibration
+
+
+@dataclass(frozen=True, eq=False)
+class Bank:
+    """Filters of one plate, the likeliest first, and the frames since the last landing.
+
+    Attributes
+    ----------
+    members : tuple of Member
+    since : tuple of View
+        Frames that are passed again when places turn out to be others; empty once they are known.
+    begun : tuple of Member
+        The members before these.
+    """
+
+    members: tuple[Member, ...]
+    since: tuple[View, ...] = ()
+    begun: tuple[Member, ...] = ()
+
+    @property
+    def best(self) -> Vibration:
+        """What the likeliest filter knows."""
+        return self.members[0].vibration
+
+    def ending(self, ended: Mask, time: float) -> Bank:
+        """Let touches (n,) end, for all filters."""
+        return Bank(self._each(lambda vibration: vibration.ending(ended, time)))
+
+    def keeping(self, kept: Mask) -> Bank:
+        """Forget touches other than those kept (n,)."""
+        if kept.all():
+            return self
+        return Bank(self._each(lambda vibration: vibration.keeping(kept)))
+
+    def _each(self, change: Callable[[Vibration], Vibration]) -> tuple[Member, ...]:
+        return tuple(replace(one, vibration=change(one.vibration)) for one in self.members)
+
+
+def new_bank(vibration: Vibration) -> Bank:
+    """Begin with one state for all."""
+    return Bank(tuple(Member(restless, 0.0, vibration) for restless in RESTLESS))
+
+
+def advance(bank: Bank, view: View, seeing: Seeing) -> tuple[Bank, Followed]:
+    """Pass a frame, and those since a landing again where that has become clearer."""
+    if bank.since:
+        since = (*bank.since, view)
+        members, followed = _passed_again(bank, since, seeing)
+        going = len(since) < LANDING_FRAMES
+        return Bank(members, since if going else (), bank.begun if going else ()), followed
+    members, followed = _passed(bank.members, view, seeing)
+    return Bank(members), followed
+
+
+def land(
+    bank: Bank, view: View, seeing: Seeing, landing: Landing
+) -> tuple[Bank, Followed]:
+    """Let a touch land within a frame: `bank` is that before it."""
+    begun = tuple(
+        Member(one.restless, one.likelihood, one.vibration.with_touch(landing.place))
+        for one in bank.members
+    )
+    grown = Bank(begun, (), begun)
+    first = np.zeros((begun[0].vibration.count, len(landing.forces)))
+    first[-1] = landing.forces
+    about = [About(begun[0].vibration.touches[:, :2], first)]
+    members, followed = _rounds(grown, (view,), seeing, about)
+    return Bank(members, (view,), begun), followed
+
+
+def _passed_again(
+    bank: Bank, since: tuple[View, ...], seeing: Seeing
+) -> tuple[tuple[Member, ...], Followed]:
+    members, followed = _passed(bank.members, since[-1], seeing)
+    return _rounds(bank, since, seeing, _abouts(followed, since))
+
+
+def _rounds(
+    bank: Bank, since: tuple[View, ...], seeing: Seeing, abouts: list[About]
+) -> tuple[tuple[Member, ...], Followed]:
+    """Pass frames about what was found of places and forces until places rest."""
+    for _ in range(_ROUNDS):
+        members = bank.begun
+        for view, about in zip(since, abouts, strict=True):
+            members, followed = _passed(members, view, seeing, about)
+        places, abouts = abouts[-1].places, _abouts(followed, since)
+        if np.abs(abouts[-1].places - places).max(initial=0.0) < _SETTLED:
+            break
+    return members, followed
+
+
+def _abouts(followed: Followed, since: tuple[View, ...]) -> list[About]:
+    """Places and forces in frames so far, as they are known after the last."""
+    vibration, ends = followed.vibration, 0
+    counts = [len(view.span.steps) for view in since]
+    forces = vibration.forces[:, -sum(counts) :]
+    first = np.zeros((vibration.count, 1))
+    first[:, :] = followed.knots[:, :1] if len(since) == 1 else forces[:, :1]
+    knots = np.concatenate([first, forces], axis=1)
+    abouts: list[About] = []
+    for count in counts:
+        abouts.append(About(vibration.touches[:, :2], knots[:, ends : ends + count + 1]))
+        ends += count
+    return abouts
+
+
+def _passed(
+    members: tuple[Member, ...], view: View, seeing: Seeing, about: About | None = None
+) -> tuple[tuple[Member, ...], Followed]:
+    """Pass a frame through each filter; the likeliest first, without those left behind."""
+    passed: list[tuple[Member, Followed]] = []
+    for one in members:
+        followed = follow(one.vibration, view, seeing, one.restless, about)
+        likelihood = one.likelihood + followed.likelihood
+        passed.append((Member(one.restless, likelihood, followed.vibration), followed))
+    passed.sort(key=lambda pair: -pair[0].likelihood)
+    best = passed[0][0].likelihood
+    kept = [
+        Member(one.restless, one.likelihood - best, one.vibration.compressed(seeing.size))
+        for one, _ in passed
+        if one.likelihood > best - _HOPELESS
+    ]
+    return tuple(kept), passed[0][1]
+
+
+def left(seeing: Seeing, followed: Followed, measured: F64) -> F64:
+    """What modes and touches leave of a measurement, (m,)."""
+    still = followed.vibration.pressing
+    response = seeing.modes.response(seeing.within(followed.vibration.touches[still, :2]))
+    stiff = followed.forces[still] @ response[:, seeing.low :] if still.any() else 0.0
+    low = followed.amplitudes @ seeing.factor[: seeing.low]
+    return measured - low - np.asarray(stiff @ seeing.factor[seeing.low :] if still.any() else 0.0)
