@@ -15,7 +15,7 @@ from models.arrays import F64, Mask
 from models.dynamics.follow import About, Followed, View, follow
 from models.dynamics.landing import Landing
 from models.dynamics.seeing import Seeing
-from models.dynamics.vibration import Vibration
+from models.dynamics.vibration import FORCE, Vibration
 
 RESTLESS = (20.0, 100.0, 500.0, 2500.0, 12500.0)
 """N/s per √s, by which the rate of a force changes: of a slow press up to a hard tap."""
@@ -45,11 +45,17 @@ class Bank:
         Frames that are passed again when places turn out to be others; empty once they are known.
     begun : tuple of Member
         The members before these.
+    before : tuple of Member
+        The members before the last frame.
+    last : View, optional
+        That frame.
     """
 
     members: tuple[Member, ...]
     since: tuple[View, ...] = ()
     begun: tuple[Member, ...] = ()
+    before: tuple[Member, ...] = ()
+    last: View | None = None
 
     @property
     def best(self) -> Vibration:
@@ -58,13 +64,19 @@ class Bank:
 
     def ending(self, ended: Mask, time: float) -> Bank:
         """Let touches (n,) end, for all filters."""
-        return Bank(self._each(lambda vibration: vibration.ending(ended, time)))
+        return replace(
+            self,
+            members=self._each(lambda vibration: vibration.ending(ended, time)),
+            since=(),
+            begun=(),
+        )
 
     def keeping(self, kept: Mask) -> Bank:
         """Forget touches other than those kept (n,)."""
         if kept.all():
             return self
-        return Bank(self._each(lambda vibration: vibration.keeping(kept)))
+        members = self._each(lambda vibration: vibration.keeping(kept))
+        return Bank(members)
 
     def _each(self, change: Callable[[Vibration], Vibration]) -> tuple[Member, ...]:
         return tuple(replace(one, vibration=change(one.vibration)) for one in self.members)
@@ -81,25 +93,30 @@ def advance(bank: Bank, view: View, seeing: Seeing) -> tuple[Bank, Followed]:
         since = (*bank.since, view)
         members, followed = _passed_again(bank, since, seeing)
         going = len(since) < LANDING_FRAMES
-        return Bank(members, since if going else (), bank.begun if going else ()), followed
+        return (
+            Bank(members, since if going else (), bank.begun if going else (), bank.members, view),
+            followed,
+        )
     members, followed = _passed(bank.members, view, seeing)
-    return Bank(members), followed
+    return Bank(members, (), (), bank.members, view), followed
 
 
 def land(
-    bank: Bank, view: View, seeing: Seeing, landing: Landing
+    bank: Bank, views: tuple[View, ...], seeing: Seeing, landing: Landing
 ) -> tuple[Bank, Followed]:
-    """Let a touch land within a frame: `bank` is that before it."""
+    """Let a touch land within the last of some frames; `bank` is that before all of them."""
     begun = tuple(
         Member(one.restless, one.likelihood, one.vibration.with_touch(landing.place))
         for one in bank.members
     )
-    grown = Bank(begun, (), begun)
-    first = np.zeros((begun[0].vibration.count, len(landing.forces)))
-    first[-1] = landing.forces
-    about = [About(begun[0].vibration.touches[:, :2], first)]
-    members, followed = _rounds(grown, (view,), seeing, about)
-    return Bank(members, (view,), begun), followed
+    start = begun[0].vibration
+    abouts: list[About] = []
+    for view in views:
+        forces = np.repeat(start.touches[:, FORCE, None], len(view.span.weights), axis=1)
+        abouts.append(About(start.touches[:, :2], forces))
+    abouts[-1].forces[-1] = landing.forces
+    members, followed = _rounds(Bank(begun, (), begun), views, seeing, abouts)
+    return Bank(members, views, begun, bank.members, views[-1]), followed
 
 
 def _passed_again(
@@ -128,8 +145,7 @@ def _abouts(followed: Followed, since: tuple[View, ...]) -> list[About]:
     vibration, ends = followed.vibration, 0
     counts = [len(view.span.steps) for view in since]
     forces = vibration.forces[:, -sum(counts) :]
-    first = np.zeros((vibration.count, 1))
-    first[:, :] = followed.knots[:, :1] if len(since) == 1 else forces[:, :1]
+    first = followed.knots[:, :1] if len(since) == 1 else forces[:, :1]
     knots = np.concatenate([first, forces], axis=1)
     abouts: list[About] = []
     for count in counts:

@@ -20,6 +20,7 @@ from models.dynamics.vibration import FORCE, RATE, REMEMBERED, Vibration
 
 # Parts of a frequency that a mode may be off, and for how many modes that is followed.
 _DETUNED, _LOUDEST = 0.005, 6
+_OFF, _DAMPED = 0.003, 0.3
 # How fast a finger moves that stays and that slides, mm/s, and how much likelier what is seen must
 # be by a slide: an odd chance of 1 in 50.
 _STAYS, _SLIDES, _RARE = 5.0, 200.0, 4.0
@@ -120,13 +121,37 @@ def follow(
     predicted = _predicted(grown, view.span, seeing, tangent, about, restless)
     reduced = tangent.reduced(seeing, view.measured)
     beside = float(view.measured @ view.measured - reduced @ reduced)
-    return _corrected(before, view, grown, predicted, reduced - predicted.shown, beside)
+    away = reduced - predicted.shown
+    scatter = _model_scatter(before, view.span, seeing, tangent, restless)
+    lower = np.linalg.cholesky(np.eye(len(away)) + scatter(len(away)))
+    both = np.column_stack([away, predicted.shown_factor])
+    white = solve_triangular(lower, both, lower=True, check_finite=False)
+    away = white[:, 0]
+    beside += 2.0 * float(np.log(np.diag(lower)).sum())
+    return _corrected(before, view, grown, predicted._replace(shown_factor=white[:, 1:]), away, beside)
 
 
 def _expected(before: Vibration, span: Span) -> F64:
     """Forces (n, p + 1) at the knots as they would go on."""
     by_start = force_knots(span.steps)[0][:, :2]
     return before.touches[:, FORCE:] @ by_start.T
+
+
+def _model_scatter(before, span, seeing, tangent, restless):
+    pressing = np.flatnonzero(before.pressing)
+    rest = seeing.equilibrium(before.touches[pressing, :2], before.touches[pressing, FORCE])
+    square = np.square(before.amplitudes[0] - rest) + np.square(before.amplitudes[1])
+    noise = force_knots(span.steps)[0]
+    swinging = np.einsum("jk,jp->kp", span.pressed - span.weights[:, None], noise)
+    for touch in pressing:
+        mean = swinging[:, :2] @ before.touches[touch, FORCE:]
+        own = restless**2 * np.square(swinging[:, 2:]).sum(axis=1) + np.square(mean)
+        square = square + own * np.square(tangent.low[touch, 0])
+    size = np.minimum((_OFF + _DAMPED * span.damping) * span.turn, 1.0)
+    wide = seeing.of_low * (size * np.sqrt(square))
+    def full(d):
+        out = np.zeros((d, d)); k = len(wide); out[:k, :k] = wide @ wide.T; return out
+    return full
 
 
 class _Grown(NamedTuple):

@@ -47,6 +47,10 @@ class InTime:
         None while all is at equilibrium.
     taps : tuple of Tap
         Touches that ended, of which this frame has said the last.
+    view : View or None
+        The last frame.
+    earlier : InTime or None
+        What went into that frame, while all is at equilibrium.
     """
 
     time: float | None = None
@@ -54,6 +58,8 @@ class InTime:
     covariance: F64 = field(default_factory=lambda: np.empty((0, 0)))
     bank: Bank | None = None
     taps: tuple[Tap, ...] = ()
+    view: View | None = None
+    earlier: InTime | None = None
 
 
 @dataclass(frozen=True)
@@ -117,23 +123,40 @@ def estimate_in_time(
         At the end of the exposure.
     """
     interval = PAUSE if before.time is None else time - before.time
-    bank = before.bank
-    if bank is None or not 0 < interval < PAUSE:
+    follows = 0 < interval < PAUSE
+    bank = before.bank if follows else None
+    if bank is None:
         estimate = estimator.fit_whitened(measured, before.touches)
-        if not 0 < interval < PAUSE or _at_rest(before, estimate, interval):
+        if not follows:
             return estimate, InTime(time, _touches(estimate), estimate.covariance)
-    seeing = Seeing(recipe.modes, factor)
-    if bank is None or not 0 < interval < PAUSE:
-        bank = new_bank(at_equilibrium(seeing, before.touches, before.covariance))
     view = View(span(recipe.dynamics, interval, recipe.exposure), measured, time)
+    if bank is None and _at_rest(before, estimate, interval):
+        earlier = replace(before, earlier=None)
+        state = InTime(time, _touches(estimate), estimate.covariance, view=view, earlier=earlier)
+        return estimate, state
+    seeing = Seeing(recipe.modes, factor)
+    bank = bank or _begun(seeing, before)
     after, followed = advance(bank, view, seeing)
     estimate = _counted(estimator, seeing, followed, measured)
     while after.best.pressing.sum() < estimator.max_touches and _new(followed, estimate):
         landing = find_landing(view.span, seeing, left(seeing, followed, measured), RESTLESS)
-        after, followed = land(bank, view, seeing, landing)
-        bank = replace(bank, members=after.begun)
+        # It may have landed too late in the frame before to be seen there.
+        start, views = Bank(bank.before), (bank.last, view)
+        if bank.last is None or not bank.before:
+            start, views = bank, (view,)
+        after, followed = land(start, views, seeing, landing)
+        bank = Bank(after.begun)
         estimate = _counted(estimator, seeing, followed, measured)
     return _stated(seeing, estimate, after, followed, time)
+
+
+def _begun(seeing: Seeing, before: InTime) -> Bank:
+    """Begin with all at equilibrium a frame earlier: a touch may have changed since then."""
+    if before.earlier is None or before.view is None:
+        return new_bank(at_equilibrium(seeing, before.touches, before.covariance))
+    earlier = before.earlier
+    bank = new_bank(at_equilibrium(seeing, earlier.touches, earlier.covariance))
+    return advance(bank, before.view, seeing)[0]
 
 
 def _counted(
@@ -161,12 +184,13 @@ def _stated(
     vibration = followed.vibration
     sigma = np.linalg.norm(followed.touch_factor[:, 2], axis=1)
     there = vibration.pressing & (followed.forces > SURE * sigma)
-    begun = np.maximum(vibration.forces, 0.0).max(axis=1, initial=0.0) > 2 * followed.forces
+    surely = vibration.forces - SURE * np.linalg.norm(vibration.force_factor, axis=2)
+    begun = surely.max(axis=1, initial=0.0) > followed.forces
     ending = vibration.pressing & ~there & begun
     if ending.any():
         bank = bank.ending(ending, time)
     past = vibration.ended <= time - SETTLED
-    taps = tuple(_tap(bank.best, index) for index in np.flatnonzero(past))
+    taps = tuple(_tap(bank, index) for index in np.flatnonzero(past))
     found = np.column_stack([seeing.within(vibration.touches[there, :2]), followed.forces[there]])
     order = np.lexsort((found[:, 1], found[:, 0]))
     rows = followed.touch_factor[there][order]
@@ -212,11 +236,25 @@ def _touches(estimate: Estimate) -> F64:
     return np.column_stack([estimate.xy, estimate.force])
 
 
-def _tap(ended: Vibration, index: int) -> Tap:
-    """State the strongest moment of a touch."""
-    best = int(ended.forces[index].argmax())
-    rows = np.vstack([ended.touch_factor[index, :2], ended.force_factor[index, best]])
-    sigma_x, sigma_y, sigma_force = np.linalg.norm(rows, axis=1).tolist()
-    x, y = ended.touches[index, :2].tolist()
-    force, time = float(ended.forces[index, best]), float(ended.times[best])
-    return Tap(x, y, force, time, (sigma_x, sigma_y, sigma_force))
+def _tap(bank: Bank, index: int) -> Tap:
+    """State the strongest moment of a touch, by draws from the posterior of its force."""
+    rng = np.random.default_rng(_SEED)
+    weights = np.exp([one.likelihood for one in bank.members])
+    counts = rng.multinomial(_DRAWS, weights / weights.sum())
+    largest: list[F64] = []
+    when: list[F64] = []
+    for one, count in zip(bank.members, counts.tolist(), strict=True):
+        vibration = one.vibration
+        drawn = rng.standard_normal((count, vibration.rank)) @ vibration.force_factor[index].T
+        drawn = drawn + vibration.forces[index]
+        largest.append(drawn.max(axis=1))
+        when.append(vibration.times[drawn.argmax(axis=1)])
+    low, middle, high = np.quantile(np.concatenate(largest), _QUANTILES).tolist()
+    best = bank.best
+    x, y = best.touches[index, :2].tolist()
+    sigma_x, sigma_y = np.linalg.norm(best.touch_factor[index, :2], axis=1).tolist()
+    time = float(np.median(np.concatenate(when)))
+    return Tap(x, y, middle, time, (sigma_x, sigma_y, (high - low) / 2))
+
+
+_SEED, _DRAWS, _QUANTILES = 0, 400, (0.159, 0.5, 0.841)

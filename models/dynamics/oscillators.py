@@ -70,6 +70,7 @@ class Span:
     pressed: F64
     weights: F64
     turn: F64
+    damping: F64
 
 
 def plate_dynamics(modes: fe.Modes, density: float, damping: float) -> PlateDynamics:
@@ -136,7 +137,7 @@ def span(dynamics: PlateDynamics, interval: float, exposure: float) -> Span:
     weights = _trapezoids(np.where(before, 0.0, steps)) / exposure
     seen = _mean(dynamics, carry - opened[0], exposure)
     pressed = _mean(dynamics, carried - opened[1], exposure) + weights[:, None]
-    return Span(steps, carry, carried, seen, pressed, weights, dynamics.omega * interval)
+    return Span(steps, carry, carried, seen, pressed, weights, dynamics.omega * interval, dynamics.damping)
 
 
 def _steps(interval: float, exposure: float) -> F64:
