@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,6 +21,10 @@ from models.dynamics.vibration import FORCE, Vibration
 RESTLESS = (20.0, 100.0, 500.0, 2500.0, 12500.0)
 """N/s per √s, by which the rate of a force changes: of a slow press up to a hard tap."""
 _HOPELESS = 12.0  # by which a logarithm of likelihood may stay behind the best
+# A force that changes suddenly, as at a landing and a release: by how many times more than usual, how
+# rare that is (logarithm of the odds), and standard deviations of χ² from which on it is thought of.
+_SUDDEN, _RARE, _SURPRISING = 25.0, 3.0, 3.0
+_WORTH = 8.0  # by which a logarithm of likelihood must grow for one more touch
 _ROUNDS, _SETTLED = 3, 0.3  # passes over the frames since a landing at most, and mm by which a place moves
 LANDING_FRAMES = 6
 """Frames since a landing that are passed again as its place becomes known."""
@@ -91,20 +96,23 @@ def advance(bank: Bank, view: View, seeing: Seeing) -> tuple[Bank, Followed]:
     """Pass a frame, and those since a landing again where that has become clearer."""
     if bank.since:
         since = (*bank.since, view)
-        members, followed = _passed_again(bank, since, seeing)
-        going = len(since) < LANDING_FRAMES
-        return (
-            Bank(members, since if going else (), bank.begun if going else (), bank.members, view),
-            followed,
-        )
+        _, once = _passed(bank.members, view, seeing)
+        rounds = _rounds(bank.begun, since, seeing, _abouts(once, since))
+        members = _level(rounds.members)
+        if len(since) < LANDING_FRAMES:
+            return Bank(members, since, bank.begun, rounds.before, view), rounds.followed
+        return Bank(members, (), (), rounds.before, view), rounds.followed
     members, followed = _passed(bank.members, view, seeing)
-    return Bank(members, (), (), bank.members, view), followed
+    return Bank(_level(members), (), (), bank.members, view), followed
 
 
 def land(
     bank: Bank, views: tuple[View, ...], seeing: Seeing, landing: Landing
-) -> tuple[Bank, Followed]:
-    """Let a touch land within the last of some frames; `bank` is that before all of them."""
+) -> tuple[Bank, Followed] | None:
+    """Let a touch land within the last of some frames; `bank` is that before all of them.
+
+    None if that is hardly likelier than that none did.
+    """
     begun = tuple(
         Member(one.restless, one.likelihood, one.vibration.with_touch(landing.place))
         for one in bank.members
@@ -115,29 +123,50 @@ def land(
         forces = np.repeat(start.touches[:, FORCE, None], len(view.span.weights), axis=1)
         abouts.append(About(start.touches[:, :2], forces))
     abouts[-1].forces[-1] = landing.forces
-    members, followed = _rounds(Bank(begun, (), begun), views, seeing, abouts)
-    return Bank(members, views, begun, bank.members, views[-1]), followed
+    rounds = _rounds(begun, views, seeing, abouts)
+    without = bank.members
+    for view in views:
+        without, _ = _passed(without, view, seeing)
+    gain = max(one.likelihood for one in rounds.members) - max(one.likelihood for one in without)
+    if gain < _WORTH:
+        return None
+    known = Bank(_level(rounds.members), views, begun, rounds.before, views[-1])
+    return known, rounds.followed
 
 
-def _passed_again(
-    bank: Bank, since: tuple[View, ...], seeing: Seeing
-) -> tuple[tuple[Member, ...], Followed]:
-    members, followed = _passed(bank.members, since[-1], seeing)
-    return _rounds(bank, since, seeing, _abouts(followed, since))
+class _Rounds(NamedTuple):
+    """Filters after some frames and before the last of them, and how that was followed."""
+
+    members: tuple[Member, ...]
+    before: tuple[Member, ...]
+    followed: Followed
+
+
+def _level(members: tuple[Member, ...]) -> tuple[Member, ...]:
+    """Let the likeliest have a likelihood of one."""
+    best = members[0].likelihood
+    return tuple(replace(one, likelihood=one.likelihood - best) for one in members)
 
 
 def _rounds(
-    bank: Bank, since: tuple[View, ...], seeing: Seeing, abouts: list[About]
-) -> tuple[tuple[Member, ...], Followed]:
+    begun: tuple[Member, ...], since: tuple[View, ...], seeing: Seeing, abouts: list[About]
+) -> _Rounds:
     """Pass frames about what was found of places and forces until places rest."""
+    members = before = begun
+    followed: Followed | None = None
     for _ in range(_ROUNDS):
-        members = bank.begun
+        members = begun
         for view, about in zip(since, abouts, strict=True):
+            before = members
             members, followed = _passed(members, view, seeing, about)
+        if followed is None:
+            break
         places, abouts = abouts[-1].places, _abouts(followed, since)
         if np.abs(abouts[-1].places - places).max(initial=0.0) < _SETTLED:
             break
-    return members, followed
+    if followed is None:
+        raise ValueError("there must be a frame to pass")
+    return _Rounds(members, before, followed)
 
 
 def _abouts(followed: Followed, since: tuple[View, ...]) -> list[About]:
@@ -162,11 +191,16 @@ def _passed(
     for one in members:
         followed = follow(one.vibration, view, seeing, one.restless, about)
         likelihood = one.likelihood + followed.likelihood
+        if followed.surprise > _SURPRISING:
+            sudden = follow(one.vibration, view, seeing, _SUDDEN * one.restless, about)
+            if sudden.likelihood - _RARE > followed.likelihood:
+                followed = sudden
+                likelihood = one.likelihood + sudden.likelihood - _RARE
         passed.append((Member(one.restless, likelihood, followed.vibration), followed))
     passed.sort(key=lambda pair: -pair[0].likelihood)
     best = passed[0][0].likelihood
     kept = [
-        Member(one.restless, one.likelihood - best, one.vibration.compressed(seeing.size))
+        replace(one, vibration=one.vibration.compressed(seeing.size))
         for one, _ in passed
         if one.likelihood > best - _HOPELESS
     ]

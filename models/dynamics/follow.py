@@ -7,6 +7,7 @@ An extended Kalman filter whose covariance is kept as a factor of few columns (V
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -76,6 +77,8 @@ class Followed:
         Forces at the knots since the last frame.
     likelihood : float
         Its logarithm for what was seen, but for a constant.
+    surprise : float
+        χ² of what was not expected, less its mean, in its standard deviations.
     """
 
     vibration: Vibration
@@ -84,6 +87,7 @@ class Followed:
     touch_factor: F64
     knots: F64
     likelihood: float
+    surprise: float
 
 
 class _Predicted(NamedTuple):
@@ -247,7 +251,7 @@ def _corrected(
 
     `beside` is the sum of squares of what no direction could explain.
     """
-    scale, turn, step, likelihood = _posterior(grown, predicted.shown_factor, away, view.span)
+    scale, turn, step, likelihood, explained = _posterior(grown, predicted.shown_factor, away, view.span)
     end = predicted.vibration.moved(scale * step).turned(scale[:, None] * turn)
     knots = predicted.knots + predicted.knot_factor @ (scale * step)
     amplitudes = predicted.amplitudes + predicted.amplitude_factor @ (scale * step)
@@ -263,13 +267,14 @@ def _corrected(
         touch_factor,
         knots,
         likelihood - 0.5 * (beside + float(away @ away)),
+        (float(away @ away) - explained - len(away)) / sqrt(2.0 * len(away)),
     )
 
 
 def _posterior(
     grown: _Grown, seen: F64, away: F64, span: Span
-) -> tuple[F64, F64, F64, float]:
-    """Size (r,) of each direction, what becomes of it (r, r), step (r,) and log-likelihood."""
+) -> tuple[F64, F64, F64, float, float]:
+    """Size (r,) of each direction, what becomes of it (r, r), step (r,), log-likelihood and χ²."""
     gram, towards = seen.T @ seen, seen.T @ away
     slides = (_STAYS, _SLIDES) if len(grown.places) else (_STAYS,)
     found: list[tuple[float, F64, F64, F64, float]] = []
@@ -282,4 +287,4 @@ def _posterior(
         found.append((fit - (_RARE if slide == _SLIDES else 0.0), scale, lower, white, fit))
     _, scale, lower, white, fit = max(found, key=lambda one: one[0])
     turn = solve_triangular(lower, np.eye(len(gram)), lower=True, check_finite=False).T
-    return scale, turn, turn @ white, fit
+    return scale, turn, turn @ white, fit, float(white @ white)

@@ -144,8 +144,11 @@ def estimate_in_time(
         start, views = Bank(bank.before), (bank.last, view)
         if bank.last is None or not bank.before:
             start, views = bank, (view,)
-        after, followed = land(start, views, seeing, landing)
-        bank = Bank(after.begun)
+        landed = land(start, views, seeing, landing)
+        if landed is None:
+            break
+        after, followed = landed
+        bank = replace(bank, before=after.begun) if len(views) > 1 else Bank(after.begun)
         estimate = _counted(estimator, seeing, followed, measured)
     return _stated(seeing, estimate, after, followed, time)
 
