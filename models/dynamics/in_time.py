@@ -257,6 +257,8 @@ def _tap(bank: Bank, index: int) -> Tap:
     x, y = best.touches[index, :2].tolist()
     sigma_x, sigma_y = np.linalg.norm(best.touch_factor[index, :2], axis=1).tolist()
     time = float(np.median(np.concatenate(when)))
+    if middle < SURE * (high - low) / 2:
+        middle = np.nan
     return Tap(x, y, middle, time, (sigma_x, sigma_y, (high - low) / 2))
 
 

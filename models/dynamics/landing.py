@@ -11,7 +11,7 @@ from models.dynamics.forces import force_knots
 from models.dynamics.oscillators import Span
 from models.dynamics.seeing import Seeing
 
-_SIDE = 12  # places along a side
+_SIDE = 10  # places along a side
 _INSET = 0.04  # of a side, from the edges
 
 
@@ -42,14 +42,13 @@ def find_landing(
     response = seeing.modes.response(places)
     forced = np.einsum("jk,jp->kp", span.pressed, knots)
     held = span.weights @ knots
-    # What each place shows: the low modes in time, all others at once.
-    low = response[:, : seeing.low]
-    by_low = low[:, :, None] * forced
-    shown = np.einsum("km,ckp->cmp", seeing.factor[: seeing.low], by_low, optimize=True)
-    stiff = response[:, seeing.low :] @ seeing.factor[seeing.low :]
+    # What each place shows in the span of the low modes: these in time, all others at once.
+    low = response[:, : seeing.low, None] * forced
+    shown = np.matmul(seeing.of_low, low)
+    stiff = response[:, seeing.low :] @ (seeing.factor[seeing.low :] @ seeing.basis)
     shown += stiff[:, :, None] * held
     gram = shown.transpose(0, 2, 1) @ shown
-    towards = np.einsum("cmp,m->cp", shown, left)
+    towards = np.einsum("cmp,m->cp", shown, left @ seeing.basis)
     best, landing = -np.inf, Landing(places[0], np.zeros(len(knots)))
     for size in restless:
         inner = np.eye(gram.shape[1]) + size**2 * gram
