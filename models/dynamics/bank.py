@@ -93,17 +93,18 @@ def new_bank(vibration: Vibration) -> Bank:
 
 
 def advance(bank: Bank, view: View, seeing: Seeing) -> tuple[Bank, Followed]:
-    """Pass a frame, and those since a landing again where that has become clearer."""
-    if bank.since:
-        since = (*bank.since, view)
-        _, once = _passed(bank.members, view, seeing)
-        rounds = _rounds(bank.begun, since, seeing, _abouts(once, since))
-        members = _level(rounds.members)
-        if len(since) < LANDING_FRAMES:
-            return Bank(members, since, bank.begun, rounds.before, view), rounds.followed
-        return Bank(members, (), (), rounds.before, view), rounds.followed
+    """Pass a frame, and those since a landing again as its place becomes known."""
     members, followed = _passed(bank.members, view, seeing)
-    return Bank(_level(members), (), (), bank.members, view), followed
+    if not bank.since:
+        return Bank(_level(members), (), (), bank.members, view), followed
+    since = (*bank.since, view)
+    alive = {one.restless for one in bank.members}
+    begun = tuple(one for one in bank.begun if one.restless in alive)
+    rounds = _rounds(begun, since, seeing, _abouts(followed, since, seeing))
+    members = _level(rounds.members)
+    if len(since) < LANDING_FRAMES:
+        return Bank(members, since, begun, rounds.before, view), rounds.followed
+    return Bank(members, (), (), rounds.before, view), rounds.followed
 
 
 def land(
@@ -117,18 +118,13 @@ def land(
         Member(one.restless, one.likelihood, one.vibration.with_touch(landing.place))
         for one in bank.members
     )
-    start = begun[0].vibration
-    abouts: list[About] = []
-    for view in views:
-        forces = np.repeat(start.touches[:, FORCE, None], len(view.span.weights), axis=1)
-        abouts.append(About(start.touches[:, :2], forces))
+    abouts = [_expected(begun[0].vibration, view, seeing) for view in views]
     abouts[-1].forces[-1] = landing.forces
     rounds = _rounds(begun, views, seeing, abouts)
     without = bank.members
     for view in views:
         without, _ = _passed(without, view, seeing)
-    gain = max(one.likelihood for one in rounds.members) - max(one.likelihood for one in without)
-    if gain < _WORTH:
+    if rounds.members[0].likelihood - without[0].likelihood < _WORTH:
         return None
     known = Bank(_level(rounds.members), views, begun, rounds.before, views[-1])
     return known, rounds.followed
@@ -152,34 +148,43 @@ def _rounds(
     begun: tuple[Member, ...], since: tuple[View, ...], seeing: Seeing, abouts: list[About]
 ) -> _Rounds:
     """Pass frames about what was found of places and forces until places rest."""
-    members = before = begun
-    followed: Followed | None = None
-    for _ in range(_ROUNDS):
-        members = begun
-        for view, about in zip(since, abouts, strict=True):
-            before = members
-            members, followed = _passed(members, view, seeing, about)
-        if followed is None:
-            break
-        places, abouts = abouts[-1].places, _abouts(followed, since)
-        if np.abs(abouts[-1].places - places).max(initial=0.0) < _SETTLED:
-            break
-    if followed is None:
-        raise ValueError("there must be a frame to pass")
+    for _ in range(_ROUNDS - 1):
+        rounds = _once(begun, since, seeing, abouts)
+        places, abouts = abouts[-1].tangent.places, _abouts(rounds.followed, since, seeing)
+        if np.abs(abouts[-1].tangent.places - places).max(initial=0.0) < _SETTLED:
+            return rounds
+    return _once(begun, since, seeing, abouts)
+
+
+def _once(
+    begun: tuple[Member, ...], since: tuple[View, ...], seeing: Seeing, abouts: list[About]
+) -> _Rounds:
+    """Pass frames once."""
+    before = begun
+    for view, about in zip(since[:-1], abouts[:-1], strict=True):
+        before, _ = _passed(before, view, seeing, about)
+    members, followed = _passed(before, since[-1], seeing, abouts[-1])
     return _Rounds(members, before, followed)
 
 
-def _abouts(followed: Followed, since: tuple[View, ...]) -> list[About]:
+def _expected(vibration: Vibration, view: View, seeing: Seeing) -> About:
+    """Places and forces as they would go on."""
+    forces = vibration.touches[:, FORCE:] @ view.span.forces[:, :2].T
+    return About(seeing.about(vibration.touches[:, :2]), forces)
+
+
+def _abouts(followed: Followed, since: tuple[View, ...], seeing: Seeing) -> list[About]:
     """Places and forces in frames so far, as they are known after the last."""
-    vibration, ends = followed.vibration, 0
+    vibration, begins = followed.vibration, 0
+    tangent = seeing.about(vibration.touches[:, :2])
     counts = [len(view.span.steps) for view in since]
     forces = vibration.forces[:, -sum(counts) :]
     first = followed.knots[:, :1] if len(since) == 1 else forces[:, :1]
     knots = np.concatenate([first, forces], axis=1)
     abouts: list[About] = []
     for count in counts:
-        abouts.append(About(vibration.touches[:, :2], knots[:, ends : ends + count + 1]))
-        ends += count
+        abouts.append(About(tangent, knots[:, begins : begins + count + 1]))
+        begins += count
     return abouts
 
 
@@ -187,24 +192,27 @@ def _passed(
     members: tuple[Member, ...], view: View, seeing: Seeing, about: About | None = None
 ) -> tuple[tuple[Member, ...], Followed]:
     """Pass a frame through each filter; the likeliest first, without those left behind."""
-    passed: list[tuple[Member, Followed]] = []
-    for one in members:
-        followed = follow(one.vibration, view, seeing, one.restless, about)
-        likelihood = one.likelihood + followed.likelihood
-        if followed.surprise > _SURPRISING:
-            sudden = follow(one.vibration, view, seeing, _SUDDEN * one.restless, about)
-            if sudden.likelihood - _RARE > followed.likelihood:
-                followed = sudden
-                likelihood = one.likelihood + sudden.likelihood - _RARE
-        passed.append((Member(one.restless, likelihood, followed.vibration), followed))
+    about = about or _expected(members[0].vibration, view, seeing)
+    passed = [_after(one, view, seeing, about) for one in members]
     passed.sort(key=lambda pair: -pair[0].likelihood)
-    best = passed[0][0].likelihood
+    best, followed = passed[0]
     kept = [
         replace(one, vibration=one.vibration.compressed(seeing.size))
         for one, _ in passed
-        if one.likelihood > best - _HOPELESS
+        if one.likelihood > best.likelihood - _HOPELESS
     ]
-    return tuple(kept), passed[0][1]
+    return tuple(kept) if best.vibration.count else (kept[0],), followed
+
+
+def _after(one: Member, view: View, seeing: Seeing, about: About) -> tuple[Member, Followed]:
+    """Pass a frame through one filter; where it surprises, with forces that change suddenly."""
+    followed = follow(one.vibration, view, seeing, one.restless, about)
+    likelihood = one.likelihood + followed.likelihood
+    if followed.surprise > _SURPRISING and one.vibration.pressing.any():
+        sudden = follow(one.vibration, view, seeing, _SUDDEN * one.restless, about)
+        if sudden.likelihood - _RARE > followed.likelihood:
+            followed, likelihood = sudden, one.likelihood + sudden.likelihood - _RARE
+    return Member(one.restless, likelihood, followed.vibration), followed
 
 
 def left(seeing: Seeing, followed: Followed, measured: F64) -> F64:

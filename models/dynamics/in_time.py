@@ -29,7 +29,8 @@ FITS = 1e-3  # p-value below which an equilibrium does not explain a frame
 SILENT = 1.0  # standard deviations of a measurement: modes that are off by less are at equilibrium
 PAUSE = 1.0  # s without a frame after which what moved is at rest
 SETTLED = 0.06  # s after which the ringing has said what it can of the force that began it
-SURE = 3.0  # standard deviations of a force that is one
+SURE = 3.0  # standard deviations within which a force may be none
+TOUCH = 6.0  # standard deviations of a force that is a touch, as for one frame alone
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,7 +187,7 @@ def _stated(
     """State the touches of a frame whose modes were followed."""
     vibration = followed.vibration
     sigma = np.linalg.norm(followed.touch_factor[:, 2], axis=1)
-    there = vibration.pressing & (followed.forces > SURE * sigma)
+    there = vibration.pressing & (followed.forces > TOUCH * sigma)
     surely = vibration.forces - SURE * np.linalg.norm(vibration.force_factor, axis=2)
     begun = surely.max(axis=1, initial=0.0) > followed.forces
     ending = vibration.pressing & ~there & begun

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from models.arrays import F64
-from models.dynamics.forces import force_knots
 from models.dynamics.oscillators import Span
 from models.dynamics.seeing import Seeing
 
@@ -38,7 +37,7 @@ def find_landing(
     """
     along = [np.linspace(_INSET, 1 - _INSET, _SIDE) * side for side in seeing.modes.plate.size]
     places = np.stack(np.meshgrid(*along), axis=-1).reshape(-1, 2)
-    knots = force_knots(span.steps)[0][:, 2:]
+    knots = span.forces[:, 2:]
     response = seeing.modes.response(places)
     forced = np.einsum("jk,jp->kp", span.pressed, knots)
     held = span.weights @ knots

@@ -13,6 +13,7 @@ import numpy as np
 
 import fe
 from models.arrays import F64
+from models.dynamics.forces import force_knots
 from models.dynamics.seeing import RINGING
 
 LONGEST = 0.0025  # s between two knots of a force: the mean of a tap of 20 ms is right to 1 %
@@ -61,6 +62,10 @@ class Span:
         Mean over the exposure of what is linear between knots.
     turn : (K,) float64, rad
         By which each mode turns in its phase.
+    damping : (K,) float64
+        Ratios of damping.
+    forces, rates : (p + 1, 2 + p) float64
+        Forces and their rates at the knots; see `force_knots`.
     """
 
     steps: F64
@@ -71,6 +76,8 @@ class Span:
     weights: F64
     turn: F64
     damping: F64
+    forces: F64
+    rates: F64
 
 
 def plate_dynamics(modes: fe.Modes, density: float, damping: float) -> PlateDynamics:
@@ -137,7 +144,9 @@ def span(dynamics: PlateDynamics, interval: float, exposure: float) -> Span:
     weights = _trapezoids(np.where(before, 0.0, steps)) / exposure
     seen = _mean(dynamics, carry - opened[0], exposure)
     pressed = _mean(dynamics, carried - opened[1], exposure) + weights[:, None]
-    return Span(steps, carry, carried, seen, pressed, weights, dynamics.omega * interval, dynamics.damping)
+    turn, damping = dynamics.omega * interval, dynamics.damping
+    knots = force_knots(steps)
+    return Span(steps, carry, carried, seen, pressed, weights, turn, damping, *knots)
 
 
 def _steps(interval: float, exposure: float) -> F64:

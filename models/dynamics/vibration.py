@@ -74,6 +74,11 @@ class Vibration:
         amplitude, touch, force = (factor @ matrix for factor in self.factors())
         return replace(self, amplitude_factor=amplitude, touch_factor=touch, force_factor=force)
 
+    def widened(self, rank: int) -> Vibration:
+        """Add directions that do nothing yet, to `rank` of them; its factors may be written to."""
+        amplitude, touch, force = (_wider(factor, rank) for factor in self.factors())
+        return replace(self, amplitude_factor=amplitude, touch_factor=touch, force_factor=force)
+
     def moved(self, step: F64) -> Vibration:
         """Move the mean along the directions by so many standard deviations, (r,)."""
         return replace(
@@ -86,7 +91,7 @@ class Vibration:
     def with_touch(self, xy: F64) -> Vibration:
         """Let a touch land near a place (2,) mm; its force begins at nothing."""
         place, knots = np.array([[*xy, 0.0, 0.0]]), np.zeros((1, len(self.times)))
-        grown = self.turned(np.eye(self.rank, self.rank + 2))
+        grown = self.widened(self.rank + 2)
         landing = np.zeros((1, 4, self.rank + 2))
         landing[0, [0, 1], [-2, -1]] = _LANDING
         none = np.zeros((1, len(self.times), self.rank + 2))
@@ -151,6 +156,12 @@ class Vibration:
             forces=self.forces[:, kept],
             force_factor=self.force_factor[:, kept],
         )
+
+
+def _wider(factor: F64, rank: int) -> F64:
+    wide = np.zeros((*factor.shape[:-1], rank))
+    wide[..., : factor.shape[-1]] = factor
+    return wide
 
 
 _SMALL = 1e-4  # N and N/s: so surely is a force nothing that has ended
