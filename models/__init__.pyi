@@ -66,6 +66,23 @@ from .estimate import (
     Result as Result,
     SolverStats as SolverStats,
 )
+from .dynamics.creep import (
+    Creep as Creep,
+    LearnedCreep as LearnedCreep,
+    crept_force as crept_force,
+    learn_creep as learn_creep,
+)
+from .dynamics.damping import LearnedDamping as LearnedDamping, learn_damping as learn_damping
+from .dynamics.in_time import (
+    InTime as InTime,
+    RingingPlate as RingingPlate,
+    Tap as Tap,
+    estimate_in_time as estimate_in_time,
+)
+from .dynamics.oscillators import (
+    PlateDynamics as PlateDynamics,
+    plate_dynamics as plate_dynamics,
+)
 from .field_net.field_net import (
     NetField as NetField,
     correct_tiles as correct_tiles,

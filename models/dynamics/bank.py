@@ -1,6 +1,6 @@
 """Several filters side by side, each with forces that change as fast; what is seen weighs them.
 
-Multiple model adaptive estimation (Magill 1965): how restless a finger is cannot be known before,
+Multiple model adaptive estimation (Magill 1965): how fast the force of a finger changes cannot be known before,
 and one frame says too little of it.
 """
 
@@ -18,23 +18,26 @@ from models.dynamics.landing import Landing
 from models.dynamics.seeing import Seeing
 from models.dynamics.vibration import FORCE, Vibration
 
-RESTLESS = (20.0, 100.0, 500.0, 2500.0, 12500.0)
+AGILITIES = (20.0, 100.0, 500.0, 2500.0, 12500.0)
 """N/s per √s, by which the rate of a force changes: of a slow press up to a hard tap."""
 _HOPELESS = 12.0  # by which a logarithm of likelihood may stay behind the best
 # A force that changes suddenly, as at a landing and a release: by how many times more than usual, how
 # rare that is (logarithm of the odds), and standard deviations of χ² from which on it is thought of.
 _SUDDEN, _RARE, _SURPRISING = 25.0, 3.0, 3.0
 _WORTH = 8.0  # by which a logarithm of likelihood must grow for one more touch
-_ROUNDS, _SETTLED = 3, 0.3  # passes over the frames since a landing at most, and mm by which a place moves
+_ROUNDS, _SETTLED = (
+    3,
+    0.3,
+)  # passes over the frames since a landing at most, and mm by which a place moves
 LANDING_FRAMES = 6
 """Frames since a landing that are passed again as its place becomes known."""
 
 
 @dataclass(frozen=True, eq=False)
 class Member:
-    """One filter: how restless its forces are, how likely all it has seen, and what it knows."""
+    """One filter: how fast its forces change, how likely all it has seen, and what it knows."""
 
-    restless: float
+    agility: float
     likelihood: float
     vibration: Vibration
 
@@ -89,7 +92,7 @@ class Bank:
 
 def new_bank(vibration: Vibration) -> Bank:
     """Begin with one state for all."""
-    return Bank(tuple(Member(restless, 0.0, vibration) for restless in RESTLESS))
+    return Bank(tuple(Member(agility, 0.0, vibration) for agility in AGILITIES))
 
 
 def advance(bank: Bank, view: View, seeing: Seeing) -> tuple[Bank, Followed]:
@@ -98,8 +101,8 @@ def advance(bank: Bank, view: View, seeing: Seeing) -> tuple[Bank, Followed]:
     if not bank.since:
         return Bank(_level(members), (), (), bank.members, view), followed
     since = (*bank.since, view)
-    alive = {one.restless for one in bank.members}
-    begun = tuple(one for one in bank.begun if one.restless in alive)
+    alive = {one.agility for one in bank.members}
+    begun = tuple(one for one in bank.begun if one.agility in alive)
     rounds = _rounds(begun, since, seeing, _abouts(followed, since, seeing))
     members = _level(rounds.members)
     if len(since) < LANDING_FRAMES:
@@ -115,7 +118,7 @@ def land(
     None if that is hardly likelier than that none did.
     """
     begun = tuple(
-        Member(one.restless, one.likelihood, one.vibration.with_touch(landing.place))
+        Member(one.agility, one.likelihood, one.vibration.with_touch(landing.place))
         for one in bank.members
     )
     abouts = [_expected(begun[0].vibration, view, seeing) for view in views]
@@ -206,13 +209,13 @@ def _passed(
 
 def _after(one: Member, view: View, seeing: Seeing, about: About) -> tuple[Member, Followed]:
     """Pass a frame through one filter; where it surprises, with forces that change suddenly."""
-    followed = follow(one.vibration, view, seeing, one.restless, about)
+    followed = follow(one.vibration, view, seeing, one.agility, about)
     likelihood = one.likelihood + followed.likelihood
     if followed.surprise > _SURPRISING and one.vibration.pressing.any():
-        sudden = follow(one.vibration, view, seeing, _SUDDEN * one.restless, about)
+        sudden = follow(one.vibration, view, seeing, _SUDDEN * one.agility, about)
         if sudden.likelihood - _RARE > followed.likelihood:
             followed, likelihood = sudden, one.likelihood + sudden.likelihood - _RARE
-    return Member(one.restless, likelihood, followed.vibration), followed
+    return Member(one.agility, likelihood, followed.vibration), followed
 
 
 def left(seeing: Seeing, followed: Followed, measured: F64) -> F64:

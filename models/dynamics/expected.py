@@ -53,7 +53,7 @@ class Expected(NamedTuple):
 
 
 def expect(
-    before: Vibration, span: Span, seeing: Seeing, tangent: Tangent, forces: F64, restless: float
+    before: Vibration, span: Span, seeing: Seeing, tangent: Tangent, forces: F64, agility: float
 ) -> Expected:
     """Carry a plate on to the end of a frame.
 
@@ -66,7 +66,7 @@ def expect(
         About places of all touches.
     forces : (n, p + 1) float64, N
         Forces at the knots for which the effect of a place is taken.
-    restless : float, N/s per √s
+    agility : float, N/s per √s
     """
     swing = _swing(before, tangent)
     grown, places, drawn = _grown(before, span, seeing, swing)
@@ -77,8 +77,8 @@ def expect(
     rate_factor = np.matmul(span.rates[-1, :2], start_factor)
     for number, touch in enumerate(pressing):
         own = drawn[count * number : count * (number + 1)]
-        knot_factor[touch][:, own] += restless * span.forces[:, 2:]
-        rate_factor[touch, own] += restless * span.rates[-1, 2:]
+        knot_factor[touch][:, own] += agility * span.forces[:, 2:]
+        rate_factor[touch, own] += agility * span.rates[-1, 2:]
     low, shown, factor, shown_factor = _driven(
         grown, span, seeing, tangent, forces, knots, knot_factor
     )
@@ -94,7 +94,7 @@ def expect(
         forces=np.concatenate([grown.forces, knots[:, 1:]], axis=1),
         force_factor=np.concatenate([grown.force_factor, knot_factor[:, 1:]], axis=1),
     )
-    scatter = _scatter(before, span, seeing, tangent, swing, restless, len(shown))
+    scatter = _scatter(before, span, seeing, tangent, swing, agility, len(shown))
     return Expected(
         end, knots, knot_factor, low[2], factor[2], shown, shown_factor, scatter, places
     )
@@ -106,9 +106,7 @@ def _swing(before: Vibration, tangent: Tangent) -> F64:
     return np.hypot(before.amplitudes[0] - rest, before.amplitudes[1])
 
 
-def _grown(
-    before: Vibration, span: Span, seeing: Seeing, swing: F64
-) -> tuple[Vibration, I64, I64]:
+def _grown(before: Vibration, span: Span, seeing: Seeing, swing: F64) -> tuple[Vibration, I64, I64]:
     """Add directions of frequencies that are off, of places by 1 mm and of forces."""
     pressing = np.flatnonzero(before.pressing)
     turned = _DETUNED * swing * span.turn
@@ -170,13 +168,13 @@ def _scatter(
     seeing: Seeing,
     tangent: Tangent,
     swing: F64,
-    restless: float,
+    agility: float,
     size: int,
 ) -> F64:
     """Covariance of the reduced measurement, (d, d): noise, and ringing that is not known."""
     square = np.square(swing)
     ringing = (span.pressed - span.weights[:, None]).T @ span.forces  # (k, 2 + p)
-    drawn = restless**2 * np.square(ringing[:, 2:]).sum(axis=1)
+    drawn = agility**2 * np.square(ringing[:, 2:]).sum(axis=1)
     for touch in np.flatnonzero(before.pressing):
         steady = ringing[:, :2] @ before.touches[touch, FORCE:]
         square = square + (drawn + np.square(steady)) * np.square(tangent.low[touch, 0])

@@ -88,9 +88,7 @@ class Followed:
     surprise: float
 
 
-def follow(
-    before: Vibration, view: View, seeing: Seeing, restless: float, about: About
-) -> Followed:
+def follow(before: Vibration, view: View, seeing: Seeing, agility: float, about: About) -> Followed:
     """Follow modes and touches into a frame.
 
     Parameters
@@ -99,11 +97,11 @@ def follow(
         At the end of the exposure of the last frame.
     view : View
     seeing : Seeing
-    restless : float, N/s per √s
+    agility : float, N/s per √s
         By which the rates of forces change.
     about : About
     """
-    expected = expect(before, view.span, seeing, about.tangent, about.forces, restless)
+    expected = expect(before, view.span, seeing, about.tangent, about.forces, agility)
     reduced = about.tangent.reduced(seeing, view.measured)
     lower = np.linalg.cholesky(expected.scatter)
     both = np.column_stack([reduced - expected.shown, expected.shown_factor])

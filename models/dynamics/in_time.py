@@ -13,7 +13,7 @@ import numpy as np
 
 import fe
 from models.arrays import F64, Mask
-from models.dynamics.bank import RESTLESS, Bank, advance, land, left, new_bank
+from models.dynamics.bank import AGILITIES, Bank, advance, land, left, new_bank
 from models.dynamics.follow import Followed, View
 from models.dynamics.landing import find_landing
 from models.dynamics.oscillators import PlateDynamics, span
@@ -24,7 +24,9 @@ from models.inverse.estimator import Estimator
 
 SAME = 20.0  # mm, within which two touches are one
 FAST = 200.0  # mm/s: a finger that slides faster is looked at frame by frame
-STEADY = 0.05  # change of a force from one frame to the next, of the force, up to which it is a rest
+STEADY = (
+    0.05  # change of a force from one frame to the next, of the force, up to which it is a rest
+)
 FITS = 1e-3  # p-value below which an equilibrium does not explain a frame
 SILENT = 1.0  # standard deviations of a measurement: modes that are off by less are at equilibrium
 PAUSE = 1.0  # s without a frame after which what moved is at rest
@@ -52,6 +54,8 @@ class InTime:
         The last frame.
     earlier : InTime or None
         What went into that frame, while all is at equilibrium.
+    swing : (k,) float64
+        By how much the low modes are off equilibrium in this frame; empty where they are not.
     """
 
     time: float | None = None
@@ -61,6 +65,7 @@ class InTime:
     taps: tuple[Tap, ...] = ()
     view: View | None = None
     earlier: InTime | None = None
+    swing: F64 = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True)
@@ -86,7 +91,7 @@ class Tap:
 
 
 @dataclass(frozen=True, eq=False)
-class Recipe:
+class RingingPlate:
     """What is known of a plate in time.
 
     Attributes
@@ -102,7 +107,7 @@ class Recipe:
 
 
 def estimate_in_time(
-    recipe: Recipe,
+    ringing: RingingPlate,
     estimator: Estimator,
     factor: F64,
     measured: F64,
@@ -113,7 +118,7 @@ def estimate_in_time(
 
     Parameters
     ----------
-    recipe : Recipe
+    ringing : RingingPlate
     estimator : Estimator
         Of a frame at equilibrium.
     factor : (K, m) float64
@@ -130,17 +135,17 @@ def estimate_in_time(
         estimate = estimator.fit_whitened(measured, before.touches)
         if not follows:
             return estimate, InTime(time, _touches(estimate), estimate.covariance)
-    view = View(span(recipe.dynamics, interval, recipe.exposure), measured, time)
+    view = View(span(ringing.dynamics, interval, ringing.exposure), measured, time)
     if bank is None and _at_rest(before, estimate, interval):
         earlier = replace(before, earlier=None)
         state = InTime(time, _touches(estimate), estimate.covariance, view=view, earlier=earlier)
         return estimate, state
-    seeing = Seeing(recipe.modes, factor)
+    seeing = Seeing(ringing.modes, factor)
     bank = bank or _begun(seeing, before)
     after, followed = advance(bank, view, seeing)
     estimate = _counted(estimator, seeing, followed, measured)
     while after.best.pressing.sum() < estimator.max_touches and _new(followed, estimate):
-        landing = find_landing(view.span, seeing, left(seeing, followed, measured), RESTLESS)
+        landing = find_landing(view.span, seeing, left(seeing, followed, measured), AGILITIES)
         # It may have landed too late in the frame before to be seen there.
         start, views = Bank(bank.before), (bank.last, view)
         if bank.last is None or not bank.before:
@@ -163,9 +168,7 @@ def _begun(seeing: Seeing, before: InTime) -> Bank:
     return advance(bank, before.view, seeing)[0]
 
 
-def _counted(
-    estimator: Estimator, seeing: Seeing, followed: Followed, measured: F64
-) -> Estimate:
+def _counted(estimator: Estimator, seeing: Seeing, followed: Followed, measured: F64) -> Estimate:
     """Count the touches in what is left of a measurement when all is at equilibrium."""
     pressing = followed.vibration.pressing
     places, forces = seeing.within(followed.vibration.touches[pressing, :2]), followed.forces
@@ -208,7 +211,9 @@ def _stated(
     )
     bank = bank.keeping(~past)
     kept = None if _silent(seeing, bank.best) else bank
-    return stated, InTime(time, found[order], stated.covariance, kept, taps)
+    swing = followed.amplitudes - seeing.equilibrium(found[:, :2], found[:, 2])
+    state = InTime(time, found[order], stated.covariance, kept, taps, swing=swing)
+    return stated, state
 
 
 def _at_rest(before: InTime, estimate: Estimate, interval: float) -> bool:

@@ -28,9 +28,7 @@ class Landing(NamedTuple):
     forces: F64
 
 
-def find_landing(
-    span: Span, seeing: Seeing, left: F64, restless: tuple[float, ...]
-) -> Landing:
+def find_landing(span: Span, seeing: Seeing, left: F64, agility: tuple[float, ...]) -> Landing:
     """Find the place of a touch that explains best what others leave of a measurement, (m,).
 
     Its force begins at nothing and changes by any of the steps given, N/s per √s.
@@ -49,7 +47,7 @@ def find_landing(
     gram = shown.transpose(0, 2, 1) @ shown
     towards = np.einsum("cmp,m->cp", shown, left @ seeing.basis)
     best, landing = -np.inf, Landing(places[0], np.zeros(len(knots)))
-    for size in restless:
+    for size in agility:
         inner = np.eye(gram.shape[1]) + size**2 * gram
         found = np.linalg.solve(inner, size**2 * towards[..., None])[..., 0]
         fit = 0.5 * np.einsum("cp,cp->c", found, towards) - 0.5 * np.linalg.slogdet(inner)[1]

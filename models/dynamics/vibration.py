@@ -15,7 +15,7 @@ RANK = 40  # directions of what is not known
 _FAINT = 1e-3  # standard deviations of a measurement: fainter directions are dropped
 # In which unit directions of a touch are weighed against those of a measurement: mm, mm, N, N/s.
 _UNITS = np.array([0.1, 0.1, 1e-3, 1e-2])
-_RESTLESS = 0.5  # 1/s, by which the force of a steady touch may be changing, of the force
+_UNSTEADY = 0.5  # 1/s, by which the force of a steady touch may be changing, of the force
 _LANDING = 20.0  # mm, by which the place of a touch that lands may be off
 
 
@@ -143,7 +143,9 @@ class Vibration:
             (self.touch_factor / _UNITS[:, None]).reshape(-1, self.rank),
             (self.force_factor / _UNITS[FORCE]).reshape(-1, self.rank),
         )
-        values, vectors = np.linalg.eigh(sum((part.T @ part for part in parts[1:]), parts[0].T @ parts[0]))
+        values, vectors = np.linalg.eigh(
+            sum((part.T @ part for part in parts[1:]), parts[0].T @ parts[0])
+        )
         kept = values[-RANK:] > _FAINT**2
         return self.turned(vectors[:, -RANK:][:, kept])
 
@@ -191,7 +193,7 @@ def at_equilibrium(seeing: Seeing, touches: F64, covariance: F64) -> Vibration:
     root = (vectors * np.sqrt(np.maximum(values, 0.0))).reshape(count, 3, -1)
     rows = np.zeros((count, 4, 4 * count))
     rows[:, :3, : 3 * count] = root
-    rows[np.arange(count), RATE, 3 * count + np.arange(count)] = _RESTLESS * touches[:, 2]
+    rows[np.arange(count), RATE, 3 * count + np.arange(count)] = _UNSTEADY * touches[:, 2]
     low = seeing.about(touches[:, :2]).low
     spread = np.zeros((2, seeing.low, 4 * count))
     spread[0] = np.einsum("nr,nk->kr", rows[:, FORCE], low[:, 0])

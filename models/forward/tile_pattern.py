@@ -157,7 +157,7 @@ class TilePattern:
     def motion(self, right: F64) -> F64:
         """Amplitudes of modes and rigid motions that a frame shows, whatever moved it, (K + R,)."""
         modal = cho_solve((self._held, True), self._eliminated(right), check_finite=False)
-        return self._with_camera(np.asarray(modal, dtype=np.float64), right)
+        return self.with_camera(np.asarray(modal, dtype=np.float64), right)
 
     @cached_property
     def _held(self) -> F64:
@@ -173,9 +173,9 @@ class TilePattern:
 
     def amplitudes(self, estimate: Estimate, right: F64) -> F64:
         """Amplitudes of modes and rigid motions that an estimate implies, (K + R,)."""
-        return self._with_camera(self.motions.modal_amplitudes(estimate.xy, estimate.force), right)
+        return self.with_camera(self.motions.modal_amplitudes(estimate.xy, estimate.force), right)
 
-    def _with_camera(self, modal: F64, right: F64) -> F64:
+    def with_camera(self, modal: F64, right: F64) -> F64:
         """Add the motion of the camera: what modes (K,) leave of the right-hand side."""
         rest = right[self.count :] - self.normal[self.count :, : self.count] @ modal
         nuisance = np.linalg.solve(self.normal[self.count :, self.count :], rest)

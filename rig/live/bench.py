@@ -16,6 +16,7 @@ from rig.live.alignment import Alignment
 from rig.live.baseline import ReferenceFrame
 from rig.live.chain import Chain, StrainChain, prepare_chain, prepare_strain
 from rig.live.known_bench import KnownBench, motions_on_bench
+from rig.live.plate_in_time import PlateInTime, in_time
 from rig.plates.cached import plate_modes, reduced
 from rig.scene import Scene
 from rig.scene.bench import CameraSection
@@ -81,6 +82,8 @@ class Bench:
         The net that estimates the touches, where the scene has one.
     known : models.BenchEstimate or None
         What is known of plate, edges and camera, where they are not just as the scene says.
+    in_time : PlateInTime or None
+        How the plate rings and creeps, where the scene says it.
     """
 
     plate: fe.Plate
@@ -95,6 +98,7 @@ class Bench:
     alignment: Alignment | None = None
     net: NetPlan | None = None
     known: models.BenchEstimate | None = None
+    in_time: PlateInTime | None = None
 
     @property
     def reference_frames(self) -> int:
@@ -130,7 +134,9 @@ class Bench:
             )
         try:
             known = None if self.known is None else KnownBench(self.known, self.camera)
-            chain = prepare_chain(reference, self.motions, self.max_touches, known)
+            chain = prepare_chain(
+                reference, self.motions, self.max_touches, known, self.in_time
+            )
         except np.linalg.LinAlgError:
             raise ValueError(
                 f"images of {self.camera.size[0]} × {self.camera.size[1]} px cannot tell"
@@ -220,6 +226,7 @@ def build_bench(
         alignment=calibration.alignment() if calibration and known is None else None,
         net=_net(scene, theory),
         known=known,
+        in_time=in_time(scene, motions) if scene.dynamics else None,
     )
 
 

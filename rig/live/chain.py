@@ -32,6 +32,7 @@ from rig.live.baseline import ReferenceFrame, is_consistent, update_drift
 from rig.live.illumination import sums_without_gain_offset, without_gain_offset
 from rig.live.known_bench import KnownBench
 from rig.live.memory import Memory
+from rig.live.plate_in_time import Past, PlateInTime, Seen
 from rig.live.visibility import (
     MaskedModels,
     coarse_shift,
@@ -66,12 +67,15 @@ class Chain:
     masked_models : MaskedModels
         Of the whole pattern and behind what hides a part of it.
     noise : float, grey levels
+    in_time : PlateInTime or None
+        How the plate rings and creeps, where each frame is not taken as an equilibrium.
     """
 
     reference: TileReference
     tiles: TileBlocks
     masked_models: MaskedModels
     noise: float
+    in_time: PlateInTime | None = None
 
     @property
     def pattern(self) -> TilePattern:
@@ -89,6 +93,7 @@ def prepare_chain(
     motions: ImageMotions,
     max_touches: int,
     known: KnownBench | None = None,
+    in_time: PlateInTime | None = None,
 ) -> Chain:
     """Prepare the chain for a reference, on a bench of which so much is known."""
     tile_reference, noise = prepare_tiles(reference.image, motions.tiles.size), reference.noise
@@ -98,7 +103,7 @@ def prepare_chain(
         pattern = known.seen(pattern)
     bench = None if known is None else known.estimate
     estimator = Estimator(pattern.forward(noise), max_touches=max_touches, bench=bench)
-    return Chain(tile_reference, tiles, MaskedModels(pattern, estimator, noise), noise)
+    return Chain(tile_reference, tiles, MaskedModels(pattern, estimator, noise), noise, in_time)
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,6 +148,8 @@ class ChainState:
         Those that strain alone shows.
     memory : Memory
         Touches that ended; empty where the bench is exact.
+    past : Past
+        How the plate rings and what it has crept to, where that is followed.
     """
 
     motion: F64
@@ -150,6 +157,7 @@ class ChainState:
     touches: F64
     from_strain: F64
     memory: Memory = field(default_factory=Memory)
+    past: Past = field(default_factory=Past)
 
 
 def at_rest(chain: Chain) -> ChainState:
@@ -222,7 +230,12 @@ class Registered:
 
 
 def estimate_frame(
-    chain: Chain, image: AnyArray, state: ChainState, watch: Stopwatch, drift: float = 0.0
+    chain: Chain,
+    image: AnyArray,
+    state: ChainState,
+    watch: Stopwatch,
+    drift: float = 0.0,
+    time: float | None = None,
 ) -> FrameEstimate:
     """Find the touches in one frame.
 
@@ -235,16 +248,18 @@ def estimate_frame(
     drift : float
         Weight of what the frame shows in the state of rest if nothing touches, from
         `drift_weight`; 0 leaves it as it is.
+    time : float, s, optional
+        When the frame was complete; without it the plate is taken as one at equilibrium.
     """
     seen = register(chain, image, state.motion, watch)
-    found = _estimated(chain, seen, state, watch, drift)
+    found = _estimated(chain, seen, state, watch, drift, time)
     if not found.unusable_reason and (
         found.hidden.mean() <= STRANGE or is_consistent(found.estimate)
     ):
         return found
     other = register(chain, image, jumped(chain, image, state.motion, watch), watch)
     if strangeness(other) < strangeness(seen):
-        return _estimated(chain, other, state, watch, drift)
+        return _estimated(chain, other, state, watch, drift, time)
     return found
 
 
@@ -300,12 +315,19 @@ def strangeness(seen: Registered) -> tuple[bool, float]:
 
 
 def _estimated(
-    chain: Chain, seen: Registered, state: ChainState, watch: Stopwatch, drift: float
+    chain: Chain,
+    seen: Registered,
+    state: ChainState,
+    watch: Stopwatch,
+    drift: float,
+    time: float | None,
 ) -> FrameEstimate:
     """Find the touches that explain a frame."""
     if seen.unusable_reason:
         none = replace(state, touches=np.empty((0, 3)))
         return FrameEstimate(NO_ESTIMATE, seen.sums, seen.hidden, seen.unusable_reason, none)
+    if chain.in_time is not None and time is not None:
+        return _in_time(chain, chain.in_time, seen, state, watch, drift, time)
     with watch.stage("estimate"):
         pattern, estimator = chain.masked_models.for_mask(seen.hidden)
         rest = state.rest
@@ -319,6 +341,33 @@ def _estimated(
             rest = update_drift(rest, pattern, crept, chain.noise, drift)
     after = replace(state, motion=motion, rest=rest, touches=_places(estimate), memory=memory)
     return FrameEstimate(estimate, seen.sums, seen.hidden, "", after, measured=measured)
+
+
+def _in_time(
+    chain: Chain,
+    plate: PlateInTime,
+    seen: Registered,
+    state: ChainState,
+    watch: Stopwatch,
+    drift: float,
+    time: float,
+) -> FrameEstimate:
+    """Find the touches that explain a frame of a plate that rings and creeps."""
+    with watch.stage("estimate"):
+        pattern, estimator = chain.masked_models.for_mask(seen.hidden)
+        rest = state.rest
+        right = seen.right - pattern.normal[:, : len(rest)] @ rest
+        measured = pattern.whiten(right, chain.noise)
+        frame = Seen(measured, pattern.factor / chain.noise, time)
+        found = plate.estimate(estimator, frame, state.touches, state.past)
+        modal = pattern.motions.modal_amplitudes(found.estimate.xy, found.estimate.force)
+        motion = pattern.with_camera(modal + found.beside, right)
+        motion[: len(rest)] += rest
+        if drift and found.left is not None and not seen.hidden.any():
+            rest = update_drift(rest, pattern, found.left, chain.noise, drift)
+    touches = _places(found.estimate)
+    after = replace(state, motion=motion, rest=rest, touches=touches, past=found.past)
+    return FrameEstimate(found.estimate, seen.sums, seen.hidden, "", after)
 
 
 def _fitted(estimator: Estimator, measured: F64, state: ChainState) -> tuple[Estimate, Memory]:

@@ -102,7 +102,12 @@ class FrameProcessor:
         watch.add("arrive", self._clock() - frame.captured)
         last = frame.captured if self._captured is None else self._captured
         frame_estimate = estimate_frame(
-            self.chain, frame.image, before, watch, drift_weight(frame.captured - last)
+            self.chain,
+            frame.image,
+            before,
+            watch,
+            drift_weight(frame.captured - last),
+            frame.captured,
         )
         if self._net:
             frame_estimate = self._net.estimate(self.chain, frame.image, frame_estimate, watch)

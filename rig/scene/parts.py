@@ -18,6 +18,7 @@ from rig.scene.bench import (
 )
 from rig.scene.board import BoardSection
 from rig.scene.dataset import DatasetSection
+from rig.scene.dynamics import DynamicsSection
 from rig.scene.field_net import FieldNetSection
 from rig.scene.loop import Outputs, Page, ProjectorSection
 from rig.scene.plate import SIDES, BaseSection, Mixed, PlateSection, TouchesSection
@@ -84,6 +85,8 @@ def describe(name: str, section: Section, scene: Scene) -> Part:
             return _images(name, section, scene)
         case BoardSection():
             return _board(name, section)
+        case DynamicsSection():
+            return _in_time(name, section)
         case FieldNetSection(steps=steps, pairs=pairs, side=side):
             what = f"{steps} steps of {2 * pairs} drawn fields of {side} × {side} tiles"
             return Part(name, what, "trained by `touchplate train`", ("dic", "fe", "torch"))
@@ -242,6 +245,15 @@ def _board(name: str, section: BoardSection) -> Part:
     trigger = "trigger of the camera" if section.trigger_width is not None else ""
     what = " and ".join(filter(None, (lamp, trigger))) or "nothing to do"
     return Part(name, f"USB board: {what}", "a request when frames begin and end", ("usb",))
+
+
+def _in_time(name: str, section: DynamicsSection) -> Part:
+    ringing = f"ringing at {section.density:g} kg/m³" if section.density is not None else ""
+    noun = "term" if len(section.creep) == 1 else "terms"
+    creep = f"creep of {len(section.creep)} {noun}" if section.creep else ""
+    what = " and ".join(filter(None, (ringing, creep)))
+    cost = "nothing while the plate rests; about 1 ms a frame while it rings"
+    return Part(name, what, cost if ringing else "microseconds a frame", ("models",))
 
 
 def _shown(name: str, section: Page | ProjectorSection | Outputs) -> Part:

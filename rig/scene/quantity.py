@@ -19,6 +19,7 @@ UNITS: dict[str, dict[str, float]] = {
     "fps": {"fps": 1.0, "Hz": 1.0},
     "px": {"px": 1.0},
     "grey levels": {"grey levels": 1.0},
+    "kg/m³": {"kg/m³": 1.0, "kg/m3": 1.0, "g/cm³": 1e3, "g/cm3": 1e3},
     "": {},
 }
 """For each unit of the code, the units a file may use instead and their factors."""
@@ -93,6 +94,7 @@ AngularStiffness = Annotated[float, BeforeValidator(Quantity("N", 1e12))]
 """Moment per length and rad; that of a rigid support is infinite."""
 Angle = Annotated[float, BeforeValidator(Quantity("deg", 360.0))]
 Time = Annotated[float, BeforeValidator(Quantity("s", 1e6, 1e-9))]
+Density = Annotated[float, BeforeValidator(Quantity("kg/m³", 1e5, 1.0))]
 Kelvin = Annotated[float, BeforeValidator(Quantity("K", 1e5))]
 Rate = Annotated[float, BeforeValidator(Quantity("fps", 1e5, 1e-4))]
 Pixels = Annotated[float, BeforeValidator(Quantity("px", 1e5))]

@@ -10,6 +10,7 @@ from pydantic_core import PydanticCustomError
 from rig.scene.bench import AnyGauges, CameraSection, PatternSection, SensorSection
 from rig.scene.board import BoardSection
 from rig.scene.dataset import DatasetSection
+from rig.scene.dynamics import DynamicsSection
 from rig.scene.field_net import FieldNetSection
 from rig.scene.loop import Outputs, Page, ProjectorSection
 from rig.scene.plate import BaseSection, PlateSection, TouchesSection
@@ -32,6 +33,7 @@ NEEDS = {
     "training": ("gauges",),
     "dataset": ("gauges",),
     "comparison": ("estimator",),
+    "dynamics": ("plate", "camera", "estimator"),
 }
 """Sections that make no sense without others."""
 
@@ -64,6 +66,9 @@ class Scene(Section):
     camera: CameraSection | None = Field(None, description="the camera")
     pattern: PatternSection | None = Field(None, description="the speckle pattern")
     sensor: SensorSection | None = Field(None, description="the sensor of the camera")
+    dynamics: DynamicsSection | None = Field(
+        None, description="the plate in time: ringing and creep"
+    )
     gauges: AnyGauges | None = Field(None, description="strain gauges")
     dic: DicSection | None = Field(None, description="correlation")
     estimator: Estimator | None = Field(None, description="what finds the touches")
