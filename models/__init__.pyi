@@ -83,6 +83,7 @@ from .dynamics.oscillators import (
     PlateDynamics as PlateDynamics,
     plate_dynamics as plate_dynamics,
 )
+from .dynamics.seeing import Seeing as Seeing
 from .field_net.field_net import (
     NetField as NetField,
     correct_tiles as correct_tiles,

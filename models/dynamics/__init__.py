@@ -1,1 +1,1 @@
-"""The plate in time: modes that ring, forces that change between frames, and material that creeps."""
+"""The plate in time: modes that ring, forces between frames, and material that creeps."""

@@ -1,7 +1,7 @@
 """Several filters side by side, each with forces that change as fast; what is seen weighs them.
 
-Multiple model adaptive estimation (Magill 1965): how fast the force of a finger changes cannot be known before,
-and one frame says too little of it.
+Multiple model adaptive estimation (Magill 1965): how fast the force of a finger changes cannot be
+known before, and one frame says too little of it.
 """
 
 from __future__ import annotations
@@ -15,20 +15,17 @@ import numpy as np
 from models.arrays import F64, Mask
 from models.dynamics.follow import About, Followed, View, follow
 from models.dynamics.landing import Landing
-from models.dynamics.seeing import Seeing
 from models.dynamics.vibration import FORCE, Vibration
 
 AGILITIES = (20.0, 100.0, 500.0, 2500.0, 12500.0)
 """N/s per √s, by which the rate of a force changes: of a slow press up to a hard tap."""
 _HOPELESS = 12.0  # by which a logarithm of likelihood may stay behind the best
-# A force that changes suddenly, as at a landing and a release: by how many times more than usual, how
-# rare that is (logarithm of the odds), and standard deviations of χ² from which on it is thought of.
+# A force that changes suddenly, as at a landing and a release: by how many times more than usual,
+# how rare that is (logarithm of the odds), and standard deviations of χ² from which it is tried.
 _SUDDEN, _RARE, _SURPRISING = 25.0, 3.0, 3.0
 _WORTH = 8.0  # by which a logarithm of likelihood must grow for one more touch
-_ROUNDS, _SETTLED = (
-    3,
-    0.3,
-)  # passes over the frames since a landing at most, and mm by which a place moves
+# Passes over the frames since a landing, and mm by which places move in the last.
+_ROUNDS, _SETTLED = 3, 0.3
 LANDING_FRAMES = 6
 """Frames since a landing that are passed again as its place becomes known."""
 
@@ -95,24 +92,22 @@ def new_bank(vibration: Vibration) -> Bank:
     return Bank(tuple(Member(agility, 0.0, vibration) for agility in AGILITIES))
 
 
-def advance(bank: Bank, view: View, seeing: Seeing) -> tuple[Bank, Followed]:
+def advance(bank: Bank, view: View) -> tuple[Bank, Followed]:
     """Pass a frame, and those since a landing again as its place becomes known."""
-    members, followed = _passed(bank.members, view, seeing)
+    members, followed = _passed(bank.members, view)
     if not bank.since:
         return Bank(_level(members), (), (), bank.members, view), followed
     since = (*bank.since, view)
     alive = {one.agility for one in bank.members}
     begun = tuple(one for one in bank.begun if one.agility in alive)
-    rounds = _rounds(begun, since, seeing, _abouts(followed, since, seeing))
+    rounds = _rounds(begun, since, _abouts(followed, since))
     members = _level(rounds.members)
     if len(since) < LANDING_FRAMES:
         return Bank(members, since, begun, rounds.before, view), rounds.followed
     return Bank(members, (), (), rounds.before, view), rounds.followed
 
 
-def land(
-    bank: Bank, views: tuple[View, ...], seeing: Seeing, landing: Landing
-) -> tuple[Bank, Followed] | None:
+def land(bank: Bank, views: tuple[View, ...], landing: Landing) -> tuple[Bank, Followed] | None:
     """Let a touch land within the last of some frames; `bank` is that before all of them.
 
     None if that is hardly likelier than that none did.
@@ -121,12 +116,12 @@ def land(
         Member(one.agility, one.likelihood, one.vibration.with_touch(landing.place))
         for one in bank.members
     )
-    abouts = [_expected(begun[0].vibration, view, seeing) for view in views]
+    abouts = [_expected(begun[0].vibration, view) for view in views]
     abouts[-1].forces[-1] = landing.forces
-    rounds = _rounds(begun, views, seeing, abouts)
+    rounds = _rounds(begun, views, abouts)
     without = bank.members
     for view in views:
-        without, _ = _passed(without, view, seeing)
+        without, _ = _passed(without, view)
     if rounds.members[0].likelihood - without[0].likelihood < _WORTH:
         return None
     known = Bank(_level(rounds.members), views, begun, rounds.before, views[-1])
@@ -147,81 +142,81 @@ def _level(members: tuple[Member, ...]) -> tuple[Member, ...]:
     return tuple(replace(one, likelihood=one.likelihood - best) for one in members)
 
 
-def _rounds(
-    begun: tuple[Member, ...], since: tuple[View, ...], seeing: Seeing, abouts: list[About]
-) -> _Rounds:
+def _rounds(begun: tuple[Member, ...], since: tuple[View, ...], abouts: list[About]) -> _Rounds:
     """Pass frames about what was found of places and forces until places rest."""
     for _ in range(_ROUNDS - 1):
-        rounds = _once(begun, since, seeing, abouts)
-        places, abouts = abouts[-1].tangent.places, _abouts(rounds.followed, since, seeing)
+        rounds = _once(begun, since, abouts)
+        places, abouts = abouts[-1].tangent.places, _abouts(rounds.followed, since)
         if np.abs(abouts[-1].tangent.places - places).max(initial=0.0) < _SETTLED:
             return rounds
-    return _once(begun, since, seeing, abouts)
+    return _once(begun, since, abouts)
 
 
-def _once(
-    begun: tuple[Member, ...], since: tuple[View, ...], seeing: Seeing, abouts: list[About]
-) -> _Rounds:
+def _once(begun: tuple[Member, ...], since: tuple[View, ...], abouts: list[About]) -> _Rounds:
     """Pass frames once."""
     before = begun
     for view, about in zip(since[:-1], abouts[:-1], strict=True):
-        before, _ = _passed(before, view, seeing, about)
-    members, followed = _passed(before, since[-1], seeing, abouts[-1])
+        before, _ = _passed(before, view, about)
+    members, followed = _passed(before, since[-1], abouts[-1])
     return _Rounds(members, before, followed)
 
 
-def _expected(vibration: Vibration, view: View, seeing: Seeing) -> About:
+def _expected(vibration: Vibration, view: View) -> About:
     """Places and forces as they would go on."""
     forces = vibration.touches[:, FORCE:] @ view.span.forces[:, :2].T
-    return About(seeing.about(vibration.touches[:, :2]), forces)
+    return About(view.seeing.about(vibration.touches[:, :2]), forces)
 
 
-def _abouts(followed: Followed, since: tuple[View, ...], seeing: Seeing) -> list[About]:
+def _abouts(followed: Followed, since: tuple[View, ...]) -> list[About]:
     """Places and forces in frames so far, as they are known after the last."""
     vibration, begins = followed.vibration, 0
+    seeing = since[-1].seeing
     tangent = seeing.about(vibration.touches[:, :2])
     counts = [len(view.span.steps) for view in since]
     forces = vibration.forces[:, -sum(counts) :]
     first = followed.knots[:, :1] if len(since) == 1 else forces[:, :1]
     knots = np.concatenate([first, forces], axis=1)
     abouts: list[About] = []
-    for count in counts:
+    for view, count in zip(since, counts, strict=True):
+        if view.seeing is not seeing:
+            seeing = view.seeing
+            tangent = seeing.about(vibration.touches[:, :2])
         abouts.append(About(tangent, knots[:, begins : begins + count + 1]))
         begins += count
     return abouts
 
 
 def _passed(
-    members: tuple[Member, ...], view: View, seeing: Seeing, about: About | None = None
+    members: tuple[Member, ...], view: View, about: About | None = None
 ) -> tuple[tuple[Member, ...], Followed]:
     """Pass a frame through each filter; the likeliest first, without those left behind."""
-    about = about or _expected(members[0].vibration, view, seeing)
-    passed = [_after(one, view, seeing, about) for one in members]
+    about = about or _expected(members[0].vibration, view)
+    passed = [_after(one, view, about) for one in members]
     passed.sort(key=lambda pair: -pair[0].likelihood)
     best, followed = passed[0]
     kept = [
-        replace(one, vibration=one.vibration.compressed(seeing.size))
+        replace(one, vibration=one.vibration.compressed(view.seeing.size))
         for one, _ in passed
         if one.likelihood > best.likelihood - _HOPELESS
     ]
     return tuple(kept) if best.vibration.count else (kept[0],), followed
 
 
-def _after(one: Member, view: View, seeing: Seeing, about: About) -> tuple[Member, Followed]:
+def _after(one: Member, view: View, about: About) -> tuple[Member, Followed]:
     """Pass a frame through one filter; where it surprises, with forces that change suddenly."""
-    followed = follow(one.vibration, view, seeing, one.agility, about)
+    followed = follow(one.vibration, view, one.agility, about)
     likelihood = one.likelihood + followed.likelihood
     if followed.surprise > _SURPRISING and one.vibration.pressing.any():
-        sudden = follow(one.vibration, view, seeing, _SUDDEN * one.agility, about)
+        sudden = follow(one.vibration, view, _SUDDEN * one.agility, about)
         if sudden.likelihood - _RARE > followed.likelihood:
             followed, likelihood = sudden, one.likelihood + sudden.likelihood - _RARE
     return Member(one.agility, likelihood, followed.vibration), followed
 
 
-def left(seeing: Seeing, followed: Followed, measured: F64) -> F64:
-    """What modes and touches leave of a measurement, (m,)."""
-    still = followed.vibration.pressing
-    response = seeing.modes.response(seeing.within(followed.vibration.touches[still, :2]))
-    stiff = followed.forces[still] @ response[:, seeing.low :] if still.any() else 0.0
+def unexplained(followed: Followed, view: View) -> F64:
+    """Subtract what modes and touches explain from a measurement, (m,)."""
+    seeing, pressing = view.seeing, followed.vibration.pressing
     low = followed.amplitudes @ seeing.factor[: seeing.low]
-    return measured - low - np.asarray(stiff @ seeing.factor[seeing.low :] if still.any() else 0.0)
+    response = seeing.modes.response(seeing.within(followed.vibration.touches[pressing, :2]))
+    stiff = followed.forces[pressing] @ response[:, seeing.low :]
+    return view.measured - low - stiff @ seeing.factor[seeing.low :]

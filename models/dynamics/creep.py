@@ -53,7 +53,7 @@ class Creep:
                 )
 
     def rest(self, size: int) -> F64:
-        """A plate that remembers nothing: (terms, size)."""
+        """Remember nothing: amplitudes (terms, size)."""
         return np.zeros((len(self.parts), size))
 
     def after(self, crept: F64, elastic: F64, seconds: float) -> F64:

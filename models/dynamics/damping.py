@@ -80,18 +80,21 @@ def learn_damping(
         return seen.ravel() - columns @ found
 
     start = np.array([0.0, np.log(dynamics.damping[0])])
-    trials = [start + (0.0, shift) for shift in (-1.0, 0.0, 1.0)]
-    fits = [least_squares(left, trial, x_scale=(0.01, 0.3), diff_step=1e-4) for trial in trials]
+    trials = [start + np.array([0.0, shift]) for shift in (-1.0, 0.0, 1.0)]
+    fits = [
+        least_squares(left, trial, x_scale=(0.01, 0.3), diff_step=[1e-4, 1e-4]) for trial in trials
+    ]
     fit = min(fits, key=lambda one: float(one.cost))
     frequency, damping = np.exp(np.asarray(fit.x, dtype=np.float64)).tolist()
-    spread = np.linalg.inv(fit.jac.T @ fit.jac) * max(2 * fit.cost / seen.size, 1.0)
+    slope = np.asarray(fit.jac, dtype=np.float64)
+    spread = np.linalg.inv(slope.T @ slope) * max(2 * fit.cost / seen.size, 1.0)
     sigma = np.sqrt(np.diag(spread)) * (frequency, damping)
     known = dynamics.scaled(frequency, damping)
     return LearnedDamping(known, frequency, damping, (float(sigma[0]), float(sigma[1])))
 
 
 def _ringing(dynamics: PlateDynamics, seeing: Seeing, times: F64, exposure: float) -> F64:
-    """What each frame shows of each mode's state before the first, (N, k, 2, k)."""
+    """Give what each frame shows of each mode's state before the first, (N, k, 2, k)."""
     columns: list[F64] = []
     state = np.zeros((2, 2, len(dynamics.omega)))
     state[0, 0] = state[1, 1] = 1.0

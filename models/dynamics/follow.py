@@ -31,6 +31,7 @@ class View(NamedTuple):
     ----------
     span : Span
         Since the frame before.
+    seeing : Seeing
     measured : (m,) float64
         In units of its noise.
     time : float, s
@@ -38,6 +39,7 @@ class View(NamedTuple):
     """
 
     span: Span
+    seeing: Seeing
     measured: F64
     time: float
 
@@ -88,7 +90,7 @@ class Followed:
     surprise: float
 
 
-def follow(before: Vibration, view: View, seeing: Seeing, agility: float, about: About) -> Followed:
+def follow(before: Vibration, view: View, agility: float, about: About) -> Followed:
     """Follow modes and touches into a frame.
 
     Parameters
@@ -96,13 +98,12 @@ def follow(before: Vibration, view: View, seeing: Seeing, agility: float, about:
     before : Vibration
         At the end of the exposure of the last frame.
     view : View
-    seeing : Seeing
     agility : float, N/s per √s
         By which the rates of forces change.
     about : About
     """
-    expected = expect(before, view.span, seeing, about.tangent, about.forces, agility)
-    reduced = about.tangent.reduced(seeing, view.measured)
+    expected = expect(before, view.span, view.seeing, about.tangent, about.forces, agility)
+    reduced = about.tangent.reduced(view.seeing, view.measured)
     lower = np.linalg.cholesky(expected.scatter)
     both = np.column_stack([reduced - expected.shown, expected.shown_factor])
     white = solve_triangular(lower, both, lower=True, check_finite=False)
@@ -137,7 +138,8 @@ def _posterior(expected: Expected, seen: F64, away: F64, span: Span) -> _Posteri
     for slide, odds in ((_STAYS, 0.0), (_SLIDES, _RARE)):
         scale = np.ones(len(gram))
         scale[expected.places] = slide * float(span.steps.sum())
-        lower = np.linalg.cholesky(np.eye(len(gram)) + scale[:, None] * gram * scale)
+        inner = np.eye(len(gram)) + scale[:, None] * gram * scale
+        lower = np.asarray(np.linalg.cholesky(inner), dtype=np.float64)
         white = solve_triangular(lower, scale * towards, lower=True, check_finite=False)
         fit = 0.5 * float(white @ white) - float(np.log(np.diag(lower)).sum())
         choices.append((fit - odds, scale, lower, white, fit))

@@ -8,12 +8,13 @@ equilibrium is taken from the measurement before that estimator counts the touch
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
 import fe
 from models.arrays import F64, Mask
-from models.dynamics.bank import AGILITIES, Bank, advance, land, left, new_bank
+from models.dynamics.bank import AGILITIES, Bank, advance, land, new_bank, unexplained
 from models.dynamics.follow import Followed, View
 from models.dynamics.landing import find_landing
 from models.dynamics.oscillators import PlateDynamics, span
@@ -31,8 +32,40 @@ FITS = 1e-3  # p-value below which an equilibrium does not explain a frame
 SILENT = 1.0  # standard deviations of a measurement: modes that are off by less are at equilibrium
 PAUSE = 1.0  # s without a frame after which what moved is at rest
 SETTLED = 0.06  # s after which the ringing has said what it can of the force that began it
+# Draws of the largest force of a tap, and what is stated of them.
+_SEED, _DRAWS, _QUANTILES = 0, 400, (0.159, 0.5, 0.841)
 SURE = 3.0  # standard deviations within which a force may be none
 TOUCH = 6.0  # standard deviations of a force that is a touch, as for one frame alone
+
+
+@dataclass(frozen=True, eq=False)
+class RingingPlate:
+    """What is known of a plate in time.
+
+    Attributes
+    ----------
+    modes : fe.Modes
+    dynamics : PlateDynamics
+    exposure : float, s
+    """
+
+    modes: fe.Modes
+    dynamics: PlateDynamics
+    exposure: float
+
+
+class Shot(NamedTuple):
+    """A frame that nothing was followed in yet: `interval` s after the one before."""
+
+    seeing: Seeing
+    measured: F64
+    interval: float
+    time: float
+
+    def view(self, ringing: RingingPlate) -> View:
+        """Follow the modes over it."""
+        spanned = span(ringing.dynamics, self.interval, ringing.exposure)
+        return View(spanned, self.seeing, self.measured, self.time)
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +83,8 @@ class InTime:
         None while all is at equilibrium.
     taps : tuple of Tap
         Touches that ended, of which this frame has said the last.
-    view : View or None
-        The last frame.
+    shot : Shot or None
+        The last frame, while all is at equilibrium.
     earlier : InTime or None
         What went into that frame, while all is at equilibrium.
     swing : (k,) float64
@@ -63,7 +96,7 @@ class InTime:
     covariance: F64 = field(default_factory=lambda: np.empty((0, 0)))
     bank: Bank | None = None
     taps: tuple[Tap, ...] = ()
-    view: View | None = None
+    shot: Shot | None = None
     earlier: InTime | None = None
     swing: F64 = field(default_factory=lambda: np.zeros(0))
 
@@ -90,92 +123,75 @@ class Tap:
     sigma: tuple[float, float, float]
 
 
-@dataclass(frozen=True, eq=False)
-class RingingPlate:
-    """What is known of a plate in time.
-
-    Attributes
-    ----------
-    modes : fe.Modes
-    dynamics : PlateDynamics
-    exposure : float, s
-    """
-
-    modes: fe.Modes
-    dynamics: PlateDynamics
-    exposure: float
-
-
 def estimate_in_time(
     ringing: RingingPlate,
     estimator: Estimator,
-    factor: F64,
+    seeing: Seeing,
     measured: F64,
     before: InTime,
     time: float,
 ) -> tuple[Estimate, InTime]:
     """Find the touches of a frame.
 
+    A frame that is not later than the last, or comes after a pause, is taken as an equilibrium.
+
     Parameters
     ----------
     ringing : RingingPlate
     estimator : Estimator
         Of a frame at equilibrium.
-    factor : (K, m) float64
-        Whitened measurement of a unit of each mode.
+    seeing : Seeing
     measured : (m,) float64
+        In units of its noise.
     before : InTime
     time : float, s
         At the end of the exposure.
     """
     interval = PAUSE if before.time is None else time - before.time
-    follows = 0 < interval < PAUSE
-    bank = before.bank if follows else None
-    if bank is None:
+    bank, shot = before.bank, Shot(seeing, measured, interval, time)
+    if bank is None or not 0 < interval < PAUSE:
         estimate = estimator.fit_whitened(measured, before.touches)
-        if not follows:
-            return estimate, InTime(time, _touches(estimate), estimate.covariance)
-    view = View(span(ringing.dynamics, interval, ringing.exposure), measured, time)
-    if bank is None and _at_rest(before, estimate, interval):
-        earlier = replace(before, earlier=None)
-        state = InTime(time, _touches(estimate), estimate.covariance, view=view, earlier=earlier)
-        return estimate, state
-    seeing = Seeing(ringing.modes, factor)
-    bank = bank or _begun(seeing, before)
-    after, followed = advance(bank, view, seeing)
-    estimate = _counted(estimator, seeing, followed, measured)
+        state = InTime(time, _touches(estimate), estimate.covariance)
+        if not 0 < interval < PAUSE:
+            return estimate, state
+        if _at_rest(before, estimate, interval):
+            return estimate, replace(state, shot=shot, earlier=replace(before, earlier=None))
+        bank = _begun(ringing, seeing, before)
+    view = shot.view(ringing)
+    after, followed = advance(bank, view)
+    estimate = _counted(estimator, followed, view)
     while after.best.pressing.sum() < estimator.max_touches and _new(followed, estimate):
-        landing = find_landing(view.span, seeing, left(seeing, followed, measured), AGILITIES)
+        landing = find_landing(view.span, seeing, unexplained(followed, view), AGILITIES)
         # It may have landed too late in the frame before to be seen there.
         start, views = Bank(bank.before), (bank.last, view)
         if bank.last is None or not bank.before:
             start, views = bank, (view,)
-        landed = land(start, views, seeing, landing)
+        landed = land(start, tuple(one for one in views if one), landing)
         if landed is None:
             break
         after, followed = landed
         bank = replace(bank, before=after.begun) if len(views) > 1 else Bank(after.begun)
-        estimate = _counted(estimator, seeing, followed, measured)
+        estimate = _counted(estimator, followed, view)
     return _stated(seeing, estimate, after, followed, time)
 
 
-def _begun(seeing: Seeing, before: InTime) -> Bank:
+def _begun(ringing: RingingPlate, seeing: Seeing, before: InTime) -> Bank:
     """Begin with all at equilibrium a frame earlier: a touch may have changed since then."""
-    if before.earlier is None or before.view is None:
+    if before.earlier is None or before.shot is None:
         return new_bank(at_equilibrium(seeing, before.touches, before.covariance))
     earlier = before.earlier
     bank = new_bank(at_equilibrium(seeing, earlier.touches, earlier.covariance))
-    return advance(bank, before.view, seeing)[0]
+    return advance(bank, before.shot.view(ringing))[0]
 
 
-def _counted(estimator: Estimator, seeing: Seeing, followed: Followed, measured: F64) -> Estimate:
+def _counted(estimator: Estimator, followed: Followed, view: View) -> Estimate:
     """Count the touches in what is left of a measurement when all is at equilibrium."""
-    pressing = followed.vibration.pressing
+    seeing, pressing = view.seeing, followed.vibration.pressing
     places, forces = seeing.within(followed.vibration.touches[pressing, :2]), followed.forces
     away = followed.amplitudes - seeing.equilibrium(places, forces[pressing])
     start = np.column_stack([places, forces[pressing]])
     swinging = away @ seeing.factor[: seeing.low]
-    return estimator.fit_whitened(measured - swinging, start[start[:, 2] > 0])
+    return estimator.fit_whitened(view.measured - swinging, start[start[:, 2] > 0])
 
 
 def _new(followed: Followed, estimate: Estimate) -> bool:
@@ -197,7 +213,7 @@ def _stated(
     if ending.any():
         bank = bank.ending(ending, time)
     past = vibration.ended <= time - SETTLED
-    taps = tuple(_tap(bank, index) for index in np.flatnonzero(past))
+    taps = tuple(_tap(bank, int(index)) for index in np.flatnonzero(past))
     found = np.column_stack([seeing.within(vibration.touches[there, :2]), followed.forces[there]])
     order = np.lexsort((found[:, 1], found[:, 0]))
     rows = followed.touch_factor[there][order]
@@ -266,6 +282,3 @@ def _tap(bank: Bank, index: int) -> Tap:
     if middle < SURE * (high - low) / 2:
         middle = np.nan
     return Tap(x, y, middle, time, (sigma_x, sigma_y, (high - low) / 2))
-
-
-_SEED, _DRAWS, _QUANTILES = 0, 400, (0.159, 0.5, 0.841)

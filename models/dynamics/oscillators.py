@@ -150,7 +150,7 @@ def span(dynamics: PlateDynamics, interval: float, exposure: float) -> Span:
 
 
 def _steps(interval: float, exposure: float) -> F64:
-    """Times between knots, of which one lies where the exposure begins."""
+    """Divide an interval by knots, of which one lies where the exposure begins."""
     parts = [part for part in (interval - exposure, exposure) if part > 1e-9]
     longest = max(LONGEST, interval / (MOST - 1))
     counts = [int(np.ceil(part / longest - 1e-9)) for part in parts]

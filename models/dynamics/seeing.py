@@ -1,4 +1,4 @@
-"""What a frame shows of the modes that ring, and of those so stiff that they follow a force at once.
+"""What a frame shows of modes that ring, and of those so stiff that they follow a force at once.
 
 The lowest modes are followed in time; all others are at equilibrium. A measurement is reduced to
 what it says of both: the span of the low modes, and of the others the response to each touch with

@@ -130,9 +130,8 @@ class Vibration:
         Both in units of its noise, which is white.
         """
         inner = np.eye(self.rank) + seen.T @ seen
-        lower = np.linalg.cholesky(inner)
-        step = np.linalg.solve(inner, seen.T @ away)
-        return self.moved(step).turned(np.linalg.inv(lower).T)
+        turn = np.asarray(np.linalg.inv(np.linalg.cholesky(inner)).T, dtype=np.float64)
+        return self.moved(turn @ (turn.T @ (seen.T @ away))).turned(turn)
 
     def compressed(self, units: F64) -> Vibration:
         """Drop directions that hardly show; `units` (K,) is what a unit of each mode shows."""

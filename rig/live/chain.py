@@ -358,7 +358,7 @@ def _in_time(
         rest = state.rest
         right = seen.right - pattern.normal[:, : len(rest)] @ rest
         measured = pattern.whiten(right, chain.noise)
-        frame = Seen(measured, pattern.factor / chain.noise, time)
+        frame = Seen(measured, pattern.factor, chain.noise, time)
         found = plate.estimate(estimator, frame, state.touches, state.past)
         modal = pattern.motions.modal_amplitudes(found.estimate.xy, found.estimate.force)
         motion = pattern.with_camera(modal + found.beside, right)

@@ -12,7 +12,16 @@ from rig.scene.source import DeviceSection
 from rig.system.arrays import F64
 
 if TYPE_CHECKING:
-    from models import Creep, Estimate, Estimator, ImageMotions, InTime, RingingPlate, Tap
+    from models import (
+        Creep,
+        Estimate,
+        Estimator,
+        ImageMotions,
+        InTime,
+        RingingPlate,
+        Seeing,
+        Tap,
+    )
     from rig.scene import Scene
 
 EXPOSED = 0.25  # of the time between two frames, where nothing says how long they are exposed
@@ -27,13 +36,15 @@ class Seen(NamedTuple):
     measured : (m,) float64
         In units of its noise.
     factor : (K, m) float64
-        What a unit of each mode shows.
+        What a unit of each mode shows, times the noise.
+    noise : float, grey levels
     time : float, s
         When it was complete.
     """
 
     measured: F64
     factor: F64
+    noise: float
     time: float
 
 
@@ -51,12 +62,18 @@ class Past:
         Those of the last touches at equilibrium, without creep.
     time : float or None, s
         Of the last frame.
+    seeing : Seeing or None
+        What its modes showed.
+    source : (K, m) float64 or None
+        The factor that this was made of.
     """
 
     ringing: InTime | None = None
     crept: F64 | None = None
     elastic: F64 | None = None
     time: float | None = None
+    seeing: Seeing | None = None
+    source: F64 | None = None
 
     @property
     def taps(self) -> tuple[Tap, ...]:
@@ -115,8 +132,9 @@ class PlateInTime:
         """
         crept = self._crept(past, seen.time)
         beside = crept.sum(axis=0) if len(crept) else np.zeros(self.modes.count)
-        measured = seen.measured - beside @ seen.factor if len(crept) else seen.measured
-        estimate, ringing, swing = self._rung(estimator, seen, measured, start, past)
+        seeing = self._seeing(seen, past)
+        measured = seen.measured - beside @ seeing.factor if len(crept) else seen.measured
+        estimate, ringing, swing = self._rung(estimator, seeing, measured, seen.time, start, past)
         beside[: len(swing)] += swing
         elastic = np.zeros(self.modes.count)
         if estimate.count:
@@ -124,7 +142,16 @@ class PlateInTime:
         left = None
         if ringing is None or ringing.bank is None:
             left = self._left(estimator, estimate, measured)
-        return FoundInTime(estimate, beside, left, Past(ringing, crept, elastic, seen.time))
+        after = Past(ringing, crept, elastic, seen.time, seeing, seen.factor)
+        return FoundInTime(estimate, beside, left, after)
+
+    def _seeing(self, seen: Seen, past: Past) -> Seeing:
+        """Return what modes show; the same as before where the visible pattern is the same."""
+        if past.seeing is not None and past.source is seen.factor:
+            return past.seeing
+        from models import Seeing
+
+        return Seeing(self.modes, seen.factor / seen.noise)
 
     def _crept(self, past: Past, time: float) -> F64:
         """Amplitudes (terms, K) that the plate has crept by at a time."""
@@ -135,7 +162,13 @@ class PlateInTime:
         return self.creep.after(past.crept, past.elastic, time - past.time)
 
     def _rung(
-        self, estimator: Estimator, seen: Seen, measured: F64, start: F64, past: Past
+        self,
+        estimator: Estimator,
+        seeing: Seeing,
+        measured: F64,
+        time: float,
+        start: F64,
+        past: Past,
     ) -> tuple[Estimate, InTime | None, F64]:
         """Touches, what is known of the ringing, and by how much modes are off equilibrium."""
         if self.ringing is None:
@@ -143,13 +176,11 @@ class PlateInTime:
         from models import InTime, estimate_in_time
 
         before = past.ringing or InTime()
-        estimate, after = estimate_in_time(
-            self.ringing, estimator, seen.factor, measured, before, seen.time
-        )
+        estimate, after = estimate_in_time(self.ringing, estimator, seeing, measured, before, time)
         return estimate, after, after.swing
 
     def _left(self, estimator: Estimator, estimate: Estimate, measured: F64) -> F64 | None:
-        """What touches leave of a measurement (m,), if it may be a drift.
+        """Return what touches leave of a measurement (m,), if it may be a drift.
 
         Under a press that is followed where creep is: what touches cannot explain is no force.
         """

@@ -35,8 +35,8 @@ class DynamicsSection(Section):
     creep: tuple[tuple[Part, Lasting], ...] = Field(
         (),
         max_length=2,
-        description="up to two terms of creep: what each adds to the deflection in the end, parts of"
-        " it, and its time, s",
+        description="up to two terms of creep: what each adds to the deflection in the end, parts"
+        " of it, and its time, s",
     )
 
     @model_validator(mode="after")

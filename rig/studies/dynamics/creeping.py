@@ -33,7 +33,7 @@ def crept_readings(
     step: float,
     duration: float,
 ) -> F64:
-    """What is measured of a plate that creeps under one press.
+    """Measure a plate that creeps under one press.
 
     Parameters
     ----------

@@ -7,6 +7,7 @@ truth; the sums are those of the gradients of a rendered pattern. Their noise is
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -45,9 +46,9 @@ class Seen:
         steps = (np.arange(ALONG) + 0.5) / ALONG - 0.5
         for right in steps * tiles.size:
             for down in steps * tiles.size:
-                px = tiles.xy + (right, down)
-                motion.append(_moved(plate, mesh, camera, px, height) / ALONG**2)
-        total = sp.csr_array(sum(motion[1:], motion[0]))
+                px = tiles.xy + np.array([right, down])
+                motion.append(_moved(plate, mesh, camera, px, height))
+        total = sp.csr_array(sum(motion[1:], motion[0]) / ALONG**2)
         right = _right(self.pattern, self.bench.reference, total)
         return np.stack([self.pattern.whiten(column, AGAINST) for column in right.T], axis=1)
 
@@ -88,7 +89,7 @@ def _moved(
     w, wx, wy = (
         _matrix(plate, mesh, derivative(mesh, inside, p, q)) for p, q in ((0, 0), (1, 0), (0, 1))
     )
-    along: list[sp.csr_array] = []
+    along: list[Any] = []
     for axis in (0, 1):
         by_u, by_v, by_w = (jacobian[:, axis, k] * on for k in range(3))
         along.append(

@@ -78,10 +78,10 @@ def summed_readings(
         ∫ y dt from 0 to each multiple of `STEP` · `KEPT`: their differences are exposures.
     """
     keep = free(plate, mesh)
-    masses = (
+    along, across = (
         hermite_gram(line, 0, 0)[kept][:, kept] for line, kept in zip(mesh.lines, keep, strict=True)
     )
-    mass = density * plate.thickness * sp.csc_array(sp.kron(*masses))
+    mass = density * plate.thickness * sp.csc_array(sp.kron(along, across))
     spring = stiffness(plate, mesh)
     of_mass, of_spring = damping.parts
     viscous = of_mass * mass + of_spring * spring
