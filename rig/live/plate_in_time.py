@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from rig.scene import Scene
 
 EXPOSED = 0.25  # of the time between two frames, where nothing says how long they are exposed
+BOWS = 6  # lowest modes by which a plate drifts under a press
 FITS = 1e-3  # p-value above which what touches leave of a frame may be a drift
 
 
@@ -91,7 +92,7 @@ class FoundInTime:
     beside : (K,) float64
         Amplitudes of the modes that no force holds: of ringing and of creep.
     left : (m,) float64 or None
-        What touches, ringing and creep leave of the measurement; None where that is no drift.
+        What of the measurement may be a drift; None where nothing is.
     past : Past
     """
 
@@ -141,7 +142,7 @@ class PlateInTime:
             elastic = estimate.force @ self.modes.response(estimate.xy)
         left = None
         if ringing is None or ringing.bank is None:
-            left = self._left(estimator, estimate, measured)
+            left = self._left(estimator, seeing, estimate, measured)
         after = Past(ringing, crept, elastic, seen.time, seeing, seen.factor)
         return FoundInTime(estimate, beside, left, after)
 
@@ -179,17 +180,23 @@ class PlateInTime:
         estimate, after = estimate_in_time(self.ringing, estimator, seeing, measured, before, time)
         return estimate, after, after.swing
 
-    def _left(self, estimator: Estimator, estimate: Estimate, measured: F64) -> F64 | None:
-        """Return what touches leave of a measurement (m,), if it may be a drift.
+    def _left(
+        self, estimator: Estimator, seeing: Seeing, estimate: Estimate, measured: F64
+    ) -> F64 | None:
+        """Return what of a measurement (m,) may be a drift; None where nothing is.
 
-        Under a press that is followed where creep is: what touches cannot explain is no force.
+        Under a press the lowest modes are free beside the touches where creep is followed: a plate
+        bows by them, and a touch needs many more.
         """
         if not estimate.count:
             return measured if estimate.p_value >= _CONSISTENT else None
         if self.creep is None or estimate.p_value < FITS:
             return None
         touches = np.column_stack([estimate.xy, estimate.force])
-        return measured - estimator.forward.read(touches)[0]
+        predicted, slope = estimator.forward.read(touches)
+        bows = seeing.factor[:BOWS]
+        found = np.linalg.lstsq(np.vstack([slope, bows]).T, measured - predicted)[0]
+        return found[len(slope) :] @ bows
 
 
 _CONSISTENT = 1e-12  # as `baseline.is_consistent` without a touch

@@ -10,14 +10,14 @@ and 100 % off and learned from one harder tap at the same rate. Forces are those
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
 
 import fe
 import models
-from models import Estimate, Estimator, InTime, RingingPlate, Seeing
+from models import Estimate, Estimator, InTime, Result, RingingPlate, Seeing
 from rig.report.figure import Bar, Figure, at_most
 from rig.studies.dynamics.seen import Seen, prepare_seen
 from rig.studies.dynamics.vibrating import KEPT, STEP, Damping, summed_readings
@@ -183,7 +183,8 @@ def _tapped(
         taps += state.taps
         if state.bank is not None:
             found.spent.append(spent)
-        largest = max(largest, float(alone.force.max(initial=0.0)))
+        if alone.result is Result.FOUND:
+            largest = max(largest, float(alone.force.max()))
         ages = time - ringing.exposure * (1 - inner) - LANDS
         mean = force * float(pressed(shape, ages, duration).mean())
         if ages[0] > duration:
