@@ -23,7 +23,9 @@ _HOPELESS = 12.0  # by which a logarithm of likelihood may stay behind the best
 # A force that changes suddenly, as at a landing and a release: by how many times more than usual,
 # how rare that is (logarithm of the odds), and standard deviations of χ² from which it is tried.
 _SUDDEN, _RARE, _SURPRISING = 25.0, 3.0, 3.0
-_WORTH = 8.0  # by which a logarithm of likelihood must grow for one more touch
+# By how much a logarithm of likelihood must grow for one more touch, and the fraction of a
+# measurement that forces between knots may leave of themselves.
+_WORTH, _MODEL_ERROR = 8.0, 0.02
 # Passes over the frames since a landing, and mm by which places move in the last.
 _ROUNDS, _SETTLED = 3, 0.3
 LANDING_FRAMES = 6
@@ -122,7 +124,9 @@ def land(bank: Bank, views: tuple[View, ...], landing: Landing) -> tuple[Bank, F
     without = bank.members
     for view in views:
         without, _ = _passed(without, view)
-    if rounds.members[0].likelihood - without[0].likelihood < _WORTH:
+    energy = float(views[-1].measured @ views[-1].measured)
+    worth = _WORTH + 0.5 * _MODEL_ERROR**2 * energy
+    if rounds.members[0].likelihood - without[0].likelihood < worth:
         return None
     known = Bank(_level(rounds.members), views, begun, rounds.before, views[-1])
     return known, rounds.followed

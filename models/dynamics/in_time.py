@@ -8,6 +8,7 @@ equilibrium is taken from the measurement before that estimator counts the touch
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -28,12 +29,16 @@ FAST = 200.0  # mm/s: a finger that slides faster is looked at frame by frame
 STEADY = (
     0.05  # change of a force from one frame to the next, of the force, up to which it is a rest
 )
-FITS = 1e-3  # p-value below which an equilibrium does not explain a frame
+# Standard deviations of χ² by which it may grow from one equilibrium to the next: a bench that is
+# not quite as described has a large one all the time.
+MISFIT = 4.5
 SILENT = 1.0  # standard deviations of a measurement: modes that are off by less are at equilibrium
 PAUSE = 1.0  # s without a frame after which what moved is at rest
 SETTLED = 0.06  # s after which the ringing has said what it can of the force that began it
 # Draws of the largest force of a tap, and what is stated of them.
 _SEED, _DRAWS, _QUANTILES = 0, 400, (0.159, 0.5, 0.841)
+CHANGED = 5.0  # standard deviations of one frame by which two may differ
+CALM, LOUD = 0.15, 3.0  # s for which modes must be off equilibrium by less, in their noise
 SURE = 3.0  # standard deviations within which a force may be none
 TOUCH = 6.0  # standard deviations of a force that is a touch, as for one frame alone
 
@@ -89,6 +94,10 @@ class InTime:
         What went into that frame, while all is at equilibrium.
     swing : (k,) float64
         By how much the low modes are off equilibrium in this frame; empty where they are not.
+    calm : float, s
+        For how long followed touches have rested.
+    chi2 : float
+        What touches at equilibrium left of the last frame, where that was looked at.
     """
 
     time: float | None = None
@@ -99,6 +108,8 @@ class InTime:
     shot: Shot | None = None
     earlier: InTime | None = None
     swing: F64 = field(default_factory=lambda: np.zeros(0))
+    calm: float = 0.0
+    chi2: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -151,7 +162,7 @@ def estimate_in_time(
     bank, shot = before.bank, Shot(seeing, measured, interval, time)
     if bank is None or not 0 < interval < PAUSE:
         estimate = estimator.fit_whitened(measured, before.touches)
-        state = InTime(time, _touches(estimate), estimate.covariance)
+        state = InTime(time, _touches(estimate), estimate.covariance, chi2=estimate.chi2)
         if not 0 < interval < PAUSE:
             return estimate, state
         if _at_rest(before, estimate, interval):
@@ -172,7 +183,26 @@ def estimate_in_time(
         after, followed = landed
         bank = replace(bank, before=after.begun) if len(views) > 1 else Bank(after.begun)
         estimate = _counted(estimator, followed, view)
-    return _stated(seeing, estimate, after, followed, time)
+    stated, state = _stated(seeing, estimate, after, followed, time)
+    return _calmed(estimator, view, before, stated, state)
+
+
+def _calmed(
+    estimator: Estimator, view: View, before: InTime, stated: Estimate, state: InTime
+) -> tuple[Estimate, InTime]:
+    """Go back to frames by themselves where touches have rested for some."""
+    loud = float(np.linalg.norm(state.swing * view.seeing.size))
+    if state.bank is None or not len(state.touches) or loud > LOUD:
+        return stated, state
+    if not state.bank.best.pressing.all():
+        return stated, state
+    alone = estimator.fit_whitened(view.measured, state.touches)
+    interval = float(view.span.steps.sum())
+    if not _at_rest(before, alone, interval):
+        return stated, state
+    if before.calm + interval < CALM:
+        return stated, replace(state, calm=before.calm + interval)
+    return alone, InTime(state.time, _touches(alone), alone.covariance, chi2=alone.chi2)
 
 
 def _begun(ringing: RingingPlate, seeing: Seeing, before: InTime) -> Bank:
@@ -228,19 +258,23 @@ def _stated(
     bank = bank.keeping(~past)
     kept = None if _silent(seeing, bank.best) else bank
     swing = followed.amplitudes - seeing.equilibrium(found[:, :2], found[:, 2])
-    state = InTime(time, found[order], stated.covariance, kept, taps, swing=swing)
+    state = InTime(
+        time, found[order], stated.covariance, kept, taps, swing=swing, chi2=estimate.chi2
+    )
     return stated, state
 
 
 def _at_rest(before: InTime, estimate: Estimate, interval: float) -> bool:
     """Whether nothing began since the last frame, at which all was at equilibrium."""
-    found = _touches(estimate)
-    if len(found) != len(before.touches) or estimate.p_value < FITS:
+    found, spread = _touches(estimate), MISFIT * sqrt(2.0 * estimate.dof)
+    misfit = max(float(estimate.dof), before.chi2) + spread
+    if len(found) != len(before.touches) or estimate.chi2 > misfit:
         return False
     moved = np.abs(found - before.touches)
     sigma = np.sqrt(np.diag(estimate.covariance)).reshape(-1, 3)
-    close = np.hypot(moved[:, 0], moved[:, 1]) <= FAST * interval + SURE * sigma[:, 0]
-    steady = moved[:, 2] <= STEADY * before.touches[:, 2] + SURE * sigma[:, 2]
+    far = np.linalg.norm(sigma[:, :2], axis=1)
+    close = np.hypot(moved[:, 0], moved[:, 1]) <= FAST * interval + CHANGED * far
+    steady = moved[:, 2] <= STEADY * before.touches[:, 2] + CHANGED * sigma[:, 2]
     return bool(close.all() and steady.all())
 
 
