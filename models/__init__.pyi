@@ -61,11 +61,6 @@ from .design.press_calibration import (
     PressCorrection as PressCorrection,
     correct_by_presses as correct_by_presses,
 )
-from .estimate import (
-    Estimate as Estimate,
-    Result as Result,
-    SolverStats as SolverStats,
-)
 from .dynamics.creep import (
     Creep as Creep,
     LearnedCreep as LearnedCreep,
@@ -84,6 +79,11 @@ from .dynamics.oscillators import (
     plate_dynamics as plate_dynamics,
 )
 from .dynamics.seeing import Seeing as Seeing
+from .estimate import (
+    Estimate as Estimate,
+    Result as Result,
+    SolverStats as SolverStats,
+)
 from .field_net.field_net import (
     NetField as NetField,
     correct_tiles as correct_tiles,

@@ -8,7 +8,7 @@ equilibrium is taken from the measurement before that estimator counts the touch
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from math import sqrt
+from math import pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -35,6 +35,9 @@ MISFIT = 4.5
 SILENT = 1.0  # standard deviations of a measurement: modes that are off by less are at equilibrium
 PAUSE = 1.0  # s without a frame after which what moved is at rest
 SETTLED = 0.06  # s after which the ringing has said what it can of the force that began it
+# Frames that must have shown a tap to know what its force was between them: fewer are enough where
+# they come faster than the lowest mode swings, which carries the force from one to the next.
+ENOUGH, ENOUGH_FAST = 3, 2
 # Draws of the largest force of a tap, and what is stated of them.
 _SEED, _DRAWS, _QUANTILES = 0, 400, (0.159, 0.5, 0.841)
 CHANGED = 5.0  # standard deviations of one frame by which two may differ
@@ -88,6 +91,8 @@ class InTime:
         None while all is at equilibrium.
     taps : tuple of Tap
         Touches that ended, of which this frame has said the last.
+    shown : (n,) float64
+        Frames that have shown each touch of the filters.
     shot : Shot or None
         The last frame, while all is at equilibrium.
     earlier : InTime or None
@@ -105,6 +110,7 @@ class InTime:
     covariance: F64 = field(default_factory=lambda: np.empty((0, 0)))
     bank: Bank | None = None
     taps: tuple[Tap, ...] = ()
+    shown: F64 = field(default_factory=lambda: np.empty(0))
     shot: Shot | None = None
     earlier: InTime | None = None
     swing: F64 = field(default_factory=lambda: np.zeros(0))
@@ -120,7 +126,9 @@ class Tap:
     ----------
     x, y : float, mm
     force : float, N
-        Largest force, between frames or in one.
+        Largest force, between frames or in one; not a number where too few frames have seen it.
+    at_least : float, N
+        Force that it has surely reached.
     time : float, s
         When that was.
     sigma : (float, float, float), mm, mm, N
@@ -130,6 +138,7 @@ class Tap:
     x: float
     y: float
     force: float
+    at_least: float
     time: float
     sigma: tuple[float, float, float]
 
@@ -168,6 +177,7 @@ def estimate_in_time(
         if _at_rest(before, estimate, interval):
             return estimate, replace(state, shot=shot, earlier=replace(before, earlier=None))
         bank = _begun(ringing, seeing, before)
+        before = replace(before, shown=np.full(bank.best.count, float(ENOUGH)))
     view = shot.view(ringing)
     after, followed = advance(bank, view)
     estimate = _counted(estimator, followed, view)
@@ -183,7 +193,7 @@ def estimate_in_time(
         after, followed = landed
         bank = replace(bank, before=after.begun) if len(views) > 1 else Bank(after.begun)
         estimate = _counted(estimator, followed, view)
-    stated, state = _stated(seeing, estimate, after, followed, time)
+    stated, state = _stated(view, estimate, after, followed, before.shown)
     return _calmed(estimator, view, before, stated, state)
 
 
@@ -231,10 +241,10 @@ def _new(followed: Followed, estimate: Estimate) -> bool:
 
 
 def _stated(
-    seeing: Seeing, estimate: Estimate, bank: Bank, followed: Followed, time: float
+    view: View, estimate: Estimate, bank: Bank, followed: Followed, shown: F64
 ) -> tuple[Estimate, InTime]:
     """State the touches of a frame whose modes were followed."""
-    vibration = followed.vibration
+    vibration, seeing, time = followed.vibration, view.seeing, view.time
     sigma = np.linalg.norm(followed.touch_factor[:, 2], axis=1)
     there = vibration.pressing & (followed.forces > TOUCH * sigma)
     surely = vibration.forces - SURE * np.linalg.norm(vibration.force_factor, axis=2)
@@ -243,7 +253,11 @@ def _stated(
     if ending.any():
         bank = bank.ending(ending, time)
     past = vibration.ended <= time - SETTLED
-    taps = tuple(_tap(bank, int(index)) for index in np.flatnonzero(past))
+    shown = np.pad(shown, (0, vibration.count - len(shown))) + there
+    enough = ENOUGH_FAST if view.span.turn[0] < 2 * pi else ENOUGH
+    taps = tuple(
+        _tap(bank, index, bool(shown[index] >= enough)) for index in np.flatnonzero(past).tolist()
+    )
     found = np.column_stack([seeing.within(vibration.touches[there, :2]), followed.forces[there]])
     order = np.lexsort((found[:, 1], found[:, 0]))
     rows = followed.touch_factor[there][order]
@@ -259,7 +273,14 @@ def _stated(
     kept = None if _silent(seeing, bank.best) else bank
     swing = followed.amplitudes - seeing.equilibrium(found[:, :2], found[:, 2])
     state = InTime(
-        time, found[order], stated.covariance, kept, taps, swing=swing, chi2=estimate.chi2
+        time,
+        found[order],
+        stated.covariance,
+        kept,
+        taps,
+        shown[~past],
+        swing=swing,
+        chi2=estimate.chi2,
     )
     return stated, state
 
@@ -295,7 +316,7 @@ def _touches(estimate: Estimate) -> F64:
     return np.column_stack([estimate.xy, estimate.force])
 
 
-def _tap(bank: Bank, index: int) -> Tap:
+def _tap(bank: Bank, index: int, known: bool) -> Tap:
     """State the strongest moment of a touch, by draws from the posterior of its force."""
     rng = np.random.default_rng(_SEED)
     weights = np.exp([one.likelihood for one in bank.members])
@@ -313,6 +334,8 @@ def _tap(bank: Bank, index: int) -> Tap:
     x, y = best.touches[index, :2].tolist()
     sigma_x, sigma_y = np.linalg.norm(best.touch_factor[index, :2], axis=1).tolist()
     time = float(np.median(np.concatenate(when)))
-    if middle < SURE * (high - low) / 2:
+    sigma = np.linalg.norm(best.force_factor[index], axis=1)
+    surely = float((best.forces[index] - SURE * sigma).max(initial=0.0))
+    if not known or middle < SURE * (high - low) / 2:
         middle = np.nan
-    return Tap(x, y, middle, time, (sigma_x, sigma_y, (high - low) / 2))
+    return Tap(x, y, middle, surely, time, (sigma_x, sigma_y, (high - low) / 2))

@@ -16,7 +16,7 @@ from rig.live.alignment import Alignment
 from rig.live.baseline import ReferenceFrame
 from rig.live.chain import Chain, StrainChain, prepare_chain, prepare_strain
 from rig.live.known_bench import KnownBench, motions_on_bench
-from rig.live.plate_in_time import PlateInTime, in_time
+from rig.live.plate_in_time import PlateInTime, in_time, require_own_modes
 from rig.plates.cached import plate_modes, reduced
 from rig.scene import Scene
 from rig.scene.bench import CameraSection
@@ -208,6 +208,7 @@ def build_bench(
     known = calibration.known_bench() if calibration else None
     if known is None and isinstance(estimator, PatternEstimator) and estimator.bench == "usual":
         known = bench_before(flat)
+    require_own_modes(scene, theory.name, exact=known is None)
     if known is not None:
         motions = motions_on_bench(known, flat, view, tiles, report)
     else:
@@ -226,7 +227,7 @@ def build_bench(
         alignment=calibration.alignment() if calibration and known is None else None,
         net=_net(scene, theory),
         known=known,
-        in_time=in_time(scene, motions) if scene.dynamics else None,
+        in_time=in_time(scene, motions.plate_modes) if scene.dynamics else None,
     )
 
 

@@ -253,6 +253,7 @@ class Loop:
             signs=(),
             estimate=None,
             events=follower.miss(self._clock()),
+            taps=(),
         )
 
     def _take_reference(self) -> ReferenceFrame:
@@ -332,6 +333,7 @@ class Loop:
             signs=signs(follower.chain, frame_estimate),
             estimate=frame_estimate.estimate,
             notice=self._tare.current_notice(frame.captured),
+            taps=frame_estimate.state.past.taps,
         )
 
 

