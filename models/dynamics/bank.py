@@ -13,13 +13,13 @@ from typing import NamedTuple
 import numpy as np
 
 from models.arrays import F64, Mask
-from models.dynamics.follow import About, Followed, View, follow
+from models.dynamics.follow import About, ExposedFrame, Followed, follow
 from models.dynamics.landing import Landing
 from models.dynamics.vibration import FORCE, Vibration
 
 AGILITIES = (20.0, 100.0, 500.0, 2500.0, 12500.0)
 """N/s per √s, by which the rate of a force changes: of a slow press up to a hard tap."""
-_HOPELESS = 12.0  # by which a logarithm of likelihood may stay behind the best
+_HOPELESS = 8.0  # by which a logarithm of likelihood may stay behind the best
 # A force that changes suddenly, as at a landing and a release: by how many times more than usual,
 # how rare that is (logarithm of the odds), and standard deviations of χ² from which it is tried.
 _SUDDEN, _RARE, _SURPRISING = 25.0, 3.0, 3.0
@@ -48,21 +48,21 @@ class Bank:
     Attributes
     ----------
     members : tuple of Member
-    since : tuple of View
+    since : tuple of ExposedFrame
         Frames that are passed again when places turn out to be others; empty once they are known.
     begun : tuple of Member
         The members before these.
     before : tuple of Member
         The members before the last frame.
-    last : View, optional
+    last : ExposedFrame, optional
         That frame.
     """
 
     members: tuple[Member, ...]
-    since: tuple[View, ...] = ()
+    since: tuple[ExposedFrame, ...] = ()
     begun: tuple[Member, ...] = ()
     before: tuple[Member, ...] = ()
-    last: View | None = None
+    last: ExposedFrame | None = None
 
     @property
     def best(self) -> Vibration:
@@ -94,7 +94,7 @@ def new_bank(vibration: Vibration) -> Bank:
     return Bank(tuple(Member(agility, 0.0, vibration) for agility in AGILITIES))
 
 
-def advance(bank: Bank, view: View) -> tuple[Bank, Followed]:
+def advance(bank: Bank, view: ExposedFrame) -> tuple[Bank, Followed]:
     """Pass a frame, and those since a landing again as its place becomes known."""
     members, followed = _passed(bank.members, view)
     if not bank.since:
@@ -109,7 +109,9 @@ def advance(bank: Bank, view: View) -> tuple[Bank, Followed]:
     return Bank(members, (), (), rounds.before, view), rounds.followed
 
 
-def land(bank: Bank, views: tuple[View, ...], landing: Landing) -> tuple[Bank, Followed] | None:
+def land(
+    bank: Bank, views: tuple[ExposedFrame, ...], landing: Landing
+) -> tuple[Bank, Followed] | None:
     """Let a touch land within the last of some frames; `bank` is that before all of them.
 
     None if that is hardly likelier than that none did.
@@ -146,7 +148,9 @@ def _level(members: tuple[Member, ...]) -> tuple[Member, ...]:
     return tuple(replace(one, likelihood=one.likelihood - best) for one in members)
 
 
-def _rounds(begun: tuple[Member, ...], since: tuple[View, ...], abouts: list[About]) -> _Rounds:
+def _rounds(
+    begun: tuple[Member, ...], since: tuple[ExposedFrame, ...], abouts: list[About]
+) -> _Rounds:
     """Pass frames about what was found of places and forces until places rest."""
     for _ in range(_ROUNDS - 1):
         rounds = _once(begun, since, abouts)
@@ -156,7 +160,9 @@ def _rounds(begun: tuple[Member, ...], since: tuple[View, ...], abouts: list[Abo
     return _once(begun, since, abouts)
 
 
-def _once(begun: tuple[Member, ...], since: tuple[View, ...], abouts: list[About]) -> _Rounds:
+def _once(
+    begun: tuple[Member, ...], since: tuple[ExposedFrame, ...], abouts: list[About]
+) -> _Rounds:
     """Pass frames once."""
     before = begun
     for view, about in zip(since[:-1], abouts[:-1], strict=True):
@@ -165,13 +171,13 @@ def _once(begun: tuple[Member, ...], since: tuple[View, ...], abouts: list[About
     return _Rounds(members, before, followed)
 
 
-def _expected(vibration: Vibration, view: View) -> About:
+def _expected(vibration: Vibration, view: ExposedFrame) -> About:
     """Places and forces as they would go on."""
     forces = vibration.touches[:, FORCE:] @ view.span.forces[:, :2].T
     return About(view.seeing.about(vibration.touches[:, :2]), forces)
 
 
-def _abouts(followed: Followed, since: tuple[View, ...]) -> list[About]:
+def _abouts(followed: Followed, since: tuple[ExposedFrame, ...]) -> list[About]:
     """Places and forces in frames so far, as they are known after the last."""
     vibration, begins = followed.vibration, 0
     seeing = since[-1].seeing
@@ -191,7 +197,7 @@ def _abouts(followed: Followed, since: tuple[View, ...]) -> list[About]:
 
 
 def _passed(
-    members: tuple[Member, ...], view: View, about: About | None = None
+    members: tuple[Member, ...], view: ExposedFrame, about: About | None = None
 ) -> tuple[tuple[Member, ...], Followed]:
     """Pass a frame through each filter; the likeliest first, without those left behind."""
     about = about or _expected(members[0].vibration, view)
@@ -206,7 +212,7 @@ def _passed(
     return tuple(kept) if best.vibration.count else (kept[0],), followed
 
 
-def _after(one: Member, view: View, about: About) -> tuple[Member, Followed]:
+def _after(one: Member, view: ExposedFrame, about: About) -> tuple[Member, Followed]:
     """Pass a frame through one filter; where it surprises, with forces that change suddenly."""
     followed = follow(one.vibration, view, one.agility, about)
     likelihood = one.likelihood + followed.likelihood
@@ -217,7 +223,7 @@ def _after(one: Member, view: View, about: About) -> tuple[Member, Followed]:
     return Member(one.agility, likelihood, followed.vibration), followed
 
 
-def unexplained(followed: Followed, view: View) -> F64:
+def unexplained(followed: Followed, view: ExposedFrame) -> F64:
     """Subtract what modes and touches explain from a measurement, (m,)."""
     seeing, pressing = view.seeing, followed.vibration.pressing
     low = followed.amplitudes @ seeing.factor[: seeing.low]

@@ -64,7 +64,8 @@ def learn_damping(
             f"damping needs {_FEWEST} frames after a tap, got {len(times)}; record half a second"
         )
     seen = measured @ seeing.basis
-    first = np.abs(np.linalg.solve(seeing.of_low, seen[0])) * seeing.size
+    swing = np.asarray(np.linalg.solve(seeing.of_low, seen[0]), dtype=np.float64)
+    first = np.abs(swing) * seeing.size
     if first.max() < _SOUND:
         raise ValueError(
             f"the plate rings by {first.max():.2g} standard deviations of a frame, and {_SOUND:g}"

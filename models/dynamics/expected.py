@@ -9,7 +9,7 @@ import numpy as np
 
 from models.arrays import F64, I64
 from models.dynamics.oscillators import Span
-from models.dynamics.seeing import Seeing, Tangent
+from models.dynamics.seeing import Seeing, TouchTangent
 from models.dynamics.vibration import FORCE, RATE, Vibration
 
 # Parts of a frequency that a mode may be off, and for how many modes that is followed.
@@ -53,7 +53,12 @@ class Expected(NamedTuple):
 
 
 def expect(
-    before: Vibration, span: Span, seeing: Seeing, tangent: Tangent, forces: F64, agility: float
+    before: Vibration,
+    span: Span,
+    seeing: Seeing,
+    tangent: TouchTangent,
+    forces: F64,
+    agility: float,
 ) -> Expected:
     """Carry a plate on to the end of a frame.
 
@@ -62,7 +67,7 @@ def expect(
     before : Vibration
     span : Span
     seeing : Seeing
-    tangent : Tangent
+    tangent : TouchTangent
         About places of all touches.
     forces : (n, p + 1) float64, N
         Forces at the knots for which the effect of a place is taken.
@@ -100,7 +105,7 @@ def expect(
     )
 
 
-def _swing(before: Vibration, tangent: Tangent) -> F64:
+def _swing(before: Vibration, tangent: TouchTangent) -> F64:
     """How far each low mode is off its equilibrium, with its velocity, (k,)."""
     rest = before.touches[:, FORCE] @ tangent.low[:, 0]
     return np.hypot(before.amplitudes[0] - rest, before.amplitudes[1])
@@ -128,7 +133,7 @@ def _driven(
     grown: Vibration,
     span: Span,
     seeing: Seeing,
-    tangent: Tangent,
+    tangent: TouchTangent,
     forces: F64,
     knots: F64,
     knot_factor: F64,
@@ -166,7 +171,7 @@ def _scatter(
     before: Vibration,
     span: Span,
     seeing: Seeing,
-    tangent: Tangent,
+    tangent: TouchTangent,
     swing: F64,
     agility: float,
     size: int,

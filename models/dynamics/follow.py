@@ -16,7 +16,7 @@ from scipy.linalg import solve_triangular
 from models.arrays import F64
 from models.dynamics.expected import Expected, expect
 from models.dynamics.oscillators import Span
-from models.dynamics.seeing import Seeing, Tangent
+from models.dynamics.seeing import Seeing, TouchTangent
 from models.dynamics.vibration import REMEMBERED, Vibration
 
 # How fast a finger moves that stays and that slides, mm/s, and how much likelier what is seen must
@@ -24,7 +24,7 @@ from models.dynamics.vibration import REMEMBERED, Vibration
 _STAYS, _SLIDES, _RARE = 5.0, 200.0, 4.0
 
 
-class View(NamedTuple):
+class ExposedFrame(NamedTuple):
     """One frame.
 
     Attributes
@@ -49,13 +49,13 @@ class About(NamedTuple):
 
     Attributes
     ----------
-    tangent : Tangent
+    tangent : TouchTangent
         At the places of all touches.
     forces : (n, p + 1) float64, N
         At the knots of a span.
     """
 
-    tangent: Tangent
+    tangent: TouchTangent
     forces: F64
 
 
@@ -90,14 +90,14 @@ class Followed:
     surprise: float
 
 
-def follow(before: Vibration, view: View, agility: float, about: About) -> Followed:
+def follow(before: Vibration, view: ExposedFrame, agility: float, about: About) -> Followed:
     """Follow modes and touches into a frame.
 
     Parameters
     ----------
     before : Vibration
         At the end of the exposure of the last frame.
-    view : View
+    view : ExposedFrame
     agility : float, N/s per √s
         By which the rates of forces change.
     about : About
@@ -152,7 +152,7 @@ def _posterior(expected: Expected, seen: F64, away: F64, span: Span) -> _Posteri
 
 def _corrected(
     before: Vibration,
-    view: View,
+    view: ExposedFrame,
     expected: Expected,
     posterior: _Posterior,
     likelihood: float,

@@ -16,7 +16,7 @@ import numpy as np
 import fe
 from models.arrays import F64, Mask
 from models.dynamics.bank import AGILITIES, Bank, advance, land, new_bank, unexplained
-from models.dynamics.follow import Followed, View
+from models.dynamics.follow import ExposedFrame, Followed
 from models.dynamics.landing import find_landing
 from models.dynamics.oscillators import PlateDynamics, span
 from models.dynamics.seeing import Seeing
@@ -70,10 +70,10 @@ class Shot(NamedTuple):
     interval: float
     time: float
 
-    def view(self, ringing: RingingPlate) -> View:
+    def view(self, ringing: RingingPlate) -> ExposedFrame:
         """Follow the modes over it."""
         spanned = span(ringing.dynamics, self.interval, ringing.exposure)
-        return View(spanned, self.seeing, self.measured, self.time)
+        return ExposedFrame(spanned, self.seeing, self.measured, self.time)
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,8 +91,8 @@ class InTime:
         None while all is at equilibrium.
     taps : tuple of Tap
         Touches that ended, of which this frame has said the last.
-    shown : (n,) float64
-        Frames that have shown each touch of the filters.
+    shown : (n, 2) float64
+        Frames that have shown each touch of the filters, and the force, N, that one surely showed.
     shot : Shot or None
         The last frame, while all is at equilibrium.
     earlier : InTime or None
@@ -110,7 +110,7 @@ class InTime:
     covariance: F64 = field(default_factory=lambda: np.empty((0, 0)))
     bank: Bank | None = None
     taps: tuple[Tap, ...] = ()
-    shown: F64 = field(default_factory=lambda: np.empty(0))
+    shown: F64 = field(default_factory=lambda: np.empty((0, 2)))
     shot: Shot | None = None
     earlier: InTime | None = None
     swing: F64 = field(default_factory=lambda: np.zeros(0))
@@ -177,7 +177,7 @@ def estimate_in_time(
         if _at_rest(before, estimate, interval):
             return estimate, replace(state, shot=shot, earlier=replace(before, earlier=None))
         bank = _begun(ringing, seeing, before)
-        before = replace(before, shown=np.full(bank.best.count, float(ENOUGH)))
+        before = replace(before, shown=np.tile([ENOUGH, 0.0], (bank.best.count, 1)))
     view = shot.view(ringing)
     after, followed = advance(bank, view)
     estimate = _counted(estimator, followed, view)
@@ -198,7 +198,7 @@ def estimate_in_time(
 
 
 def _calmed(
-    estimator: Estimator, view: View, before: InTime, stated: Estimate, state: InTime
+    estimator: Estimator, view: ExposedFrame, before: InTime, stated: Estimate, state: InTime
 ) -> tuple[Estimate, InTime]:
     """Go back to frames by themselves where touches have rested for some."""
     loud = float(np.linalg.norm(state.swing * view.seeing.size))
@@ -224,7 +224,7 @@ def _begun(ringing: RingingPlate, seeing: Seeing, before: InTime) -> Bank:
     return advance(bank, before.shot.view(ringing))[0]
 
 
-def _counted(estimator: Estimator, followed: Followed, view: View) -> Estimate:
+def _counted(estimator: Estimator, followed: Followed, view: ExposedFrame) -> Estimate:
     """Count the touches in what is left of a measurement when all is at equilibrium."""
     seeing, pressing = view.seeing, followed.vibration.pressing
     places, forces = seeing.within(followed.vibration.touches[pressing, :2]), followed.forces
@@ -241,7 +241,7 @@ def _new(followed: Followed, estimate: Estimate) -> bool:
 
 
 def _stated(
-    view: View, estimate: Estimate, bank: Bank, followed: Followed, shown: F64
+    view: ExposedFrame, estimate: Estimate, bank: Bank, followed: Followed, shown: F64
 ) -> tuple[Estimate, InTime]:
     """State the touches of a frame whose modes were followed."""
     vibration, seeing, time = followed.vibration, view.seeing, view.time
@@ -253,10 +253,12 @@ def _stated(
     if ending.any():
         bank = bank.ending(ending, time)
     past = vibration.ended <= time - SETTLED
-    shown = np.pad(shown, (0, vibration.count - len(shown))) + there
+    shown = np.pad(shown, ((0, vibration.count - len(shown)), (0, 0)))
+    shown[:, 0] += there
+    shown[:, 1] = np.maximum(shown[:, 1], followed.forces - SURE * sigma)
     enough = ENOUGH_FAST if view.span.turn[0] < 2 * pi else ENOUGH
     taps = tuple(
-        _tap(bank, index, bool(shown[index] >= enough)) for index in np.flatnonzero(past).tolist()
+        _tap(bank, index, shown[index].tolist(), enough) for index in np.flatnonzero(past).tolist()
     )
     found = np.column_stack([seeing.within(vibration.touches[there, :2]), followed.forces[there]])
     order = np.lexsort((found[:, 1], found[:, 0]))
@@ -316,7 +318,7 @@ def _touches(estimate: Estimate) -> F64:
     return np.column_stack([estimate.xy, estimate.force])
 
 
-def _tap(bank: Bank, index: int, known: bool) -> Tap:
+def _tap(bank: Bank, index: int, shown: list[float], enough: int) -> Tap:
     """State the strongest moment of a touch, by draws from the posterior of its force."""
     rng = np.random.default_rng(_SEED)
     weights = np.exp([one.likelihood for one in bank.members])
@@ -334,8 +336,7 @@ def _tap(bank: Bank, index: int, known: bool) -> Tap:
     x, y = best.touches[index, :2].tolist()
     sigma_x, sigma_y = np.linalg.norm(best.touch_factor[index, :2], axis=1).tolist()
     time = float(np.median(np.concatenate(when)))
-    sigma = np.linalg.norm(best.force_factor[index], axis=1)
-    surely = float((best.forces[index] - SURE * sigma).max(initial=0.0))
-    if not known or middle < SURE * (high - low) / 2:
+    frames, surely = shown
+    if frames < enough or middle < SURE * (high - low) / 2:
         middle = np.nan
     return Tap(x, y, middle, surely, time, (sigma_x, sigma_y, (high - low) / 2))

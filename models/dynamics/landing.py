@@ -49,8 +49,8 @@ def find_landing(span: Span, seeing: Seeing, left: F64, agility: tuple[float, ..
     best, landing = -np.inf, Landing(places[0], np.zeros(len(knots)))
     for size in agility:
         inner = np.eye(gram.shape[1]) + size**2 * gram
-        solved = np.linalg.solve(inner, size**2 * towards[..., None])
-        found = np.asarray(solved[..., 0], dtype=np.float64)
+        pushed = size**2 * towards[..., None]
+        found = np.asarray(np.linalg.solve(inner, pushed), dtype=np.float64)[..., 0]
         fit = 0.5 * np.einsum("cp,cp->c", found, towards) - 0.5 * np.linalg.slogdet(inner)[1]
         place = int(fit.argmax())
         if fit[place] > best:

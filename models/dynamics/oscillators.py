@@ -17,7 +17,7 @@ from models.dynamics.forces import force_knots
 from models.dynamics.seeing import RINGING
 
 LONGEST = 0.0025  # s between two knots of a force: the mean of a tap of 20 ms is right to 1 %
-MOST = 16  # segments of the time between two frames, however long
+MAX_STEPS = 16  # segments of the time between two frames, however long
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +152,7 @@ def span(dynamics: PlateDynamics, interval: float, exposure: float) -> Span:
 def _steps(interval: float, exposure: float) -> F64:
     """Divide an interval by knots, of which one lies where the exposure begins."""
     parts = [part for part in (interval - exposure, exposure) if part > 1e-9]
-    longest = max(LONGEST, interval / (MOST - 1))
+    longest = max(LONGEST, interval / (MAX_STEPS - 1))
     counts = [int(np.ceil(part / longest - 1e-9)) for part in parts]
     return np.concatenate([np.full(n, part / n) for part, n in zip(parts, counts, strict=True)])
 

@@ -64,7 +64,7 @@ class Seeing:
             return np.zeros(self.low)
         return forces @ self.modes.response(self.within(places))[:, : self.low]
 
-    def about(self, places: F64) -> Tangent:
+    def about(self, places: F64) -> TouchTangent:
         """Response to touches at some places (n, 2) mm, and how it changes with them."""
         places = self.within(places)
         response = self.modes.response(places)
@@ -75,11 +75,11 @@ class Seeing:
         beside = wide - (wide @ self.basis) @ self.basis.T
         extra = np.linalg.qr(beside.T)[0]
         seen = np.concatenate([stiff @ self.basis, stiff @ extra], axis=2)
-        return Tangent(places, rows[:, :, : self.low], seen, extra)
+        return TouchTangent(places, rows[:, :, : self.low], seen, extra)
 
 
 @dataclass(frozen=True, eq=False)
-class Tangent:
+class TouchTangent:
     """Response to touches of 1 N, and its derivatives by x and y of each.
 
     Attributes

@@ -32,7 +32,7 @@ from rig.live.baseline import ReferenceFrame, is_consistent, update_drift
 from rig.live.illumination import sums_without_gain_offset, without_gain_offset
 from rig.live.known_bench import KnownBench
 from rig.live.memory import Memory
-from rig.live.plate_in_time import Past, PlateInTime, Seen
+from rig.live.plate_in_time import MeasuredFrame, Past, PlateInTime
 from rig.live.visibility import (
     MaskedModels,
     coarse_shift,
@@ -358,7 +358,7 @@ def _in_time(
         rest = state.rest
         right = seen.right - pattern.normal[:, : len(rest)] @ rest
         measured = pattern.whiten(right, chain.noise)
-        frame = Seen(measured, pattern.factor, chain.noise, time)
+        frame = MeasuredFrame(measured, pattern.factor, chain.noise, time)
         found = plate.estimate(estimator, frame, state.touches, state.past)
         modal = pattern.motions.modal_amplitudes(found.estimate.xy, found.estimate.force)
         motion = pattern.with_camera(modal + found.beside, right)

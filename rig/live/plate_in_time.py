@@ -28,7 +28,7 @@ BOWS = 6  # lowest modes by which a plate drifts under a press
 FITS = 1e-3  # p-value above which what touches leave of a frame may be a drift
 
 
-class Seen(NamedTuple):
+class MeasuredFrame(NamedTuple):
     """A frame as it was measured.
 
     Attributes
@@ -118,14 +118,16 @@ class PlateInTime:
     ringing: RingingPlate | None = None
     creep: Creep | None = field(default=None)
 
-    def estimate(self, estimator: Estimator, seen: Seen, start: F64, past: Past) -> FoundInTime:
+    def estimate(
+        self, estimator: Estimator, seen: MeasuredFrame, start: F64, past: Past
+    ) -> FoundInTime:
         """Find the touches of a frame.
 
         Parameters
         ----------
         estimator : Estimator
             Of a frame at equilibrium.
-        seen : Seen
+        seen : MeasuredFrame
         start : (n, 3) float64, mm, mm, N
             Touches of the last frame.
         past : Past
@@ -145,7 +147,7 @@ class PlateInTime:
         after = Past(ringing, crept, elastic, seen.time, seeing, seen.factor)
         return FoundInTime(estimate, beside, left, after)
 
-    def _seeing(self, seen: Seen, past: Past) -> Seeing:
+    def _seeing(self, seen: MeasuredFrame, past: Past) -> Seeing:
         """Return what modes show; the same as before where the visible pattern is the same."""
         if past.seeing is not None and past.source is seen.factor:
             return past.seeing

@@ -18,11 +18,11 @@ import fe
 import models
 from models import Creep, Estimator
 from rig.live.baseline import drift_weight, update_drift
-from rig.live.plate_in_time import Past, PlateInTime, Seen as Frame
+from rig.live.plate_in_time import MeasuredFrame, Past, PlateInTime
 from rig.live.tracks import Tracks
 from rig.report.figure import Bar, Figure, at_most
 from rig.studies.dynamics.creeping import crept_readings
-from rig.studies.dynamics.seen import Seen, prepare_seen
+from rig.studies.dynamics.seen import SeenPlate, prepare_seen
 from rig.studies.study import line, run
 from rig.system.arrays import F64
 
@@ -77,15 +77,16 @@ def held() -> Iterator[Figure]:
         yield from _lines(seen, everywhere, (creep, bow, drifts), f"2 N held 60 s, {name}", barred)
 
 
-def _learned(seen: Seen, exact: F64) -> models.LearnedCreep:
+def _learned(seen: SeenPlate, exact: F64) -> models.LearnedCreep:
     shape = seen.pattern.forward(seen.noise).response(np.array([TRAINED_AT]))[0]
     noisy = exact + np.random.default_rng(0).standard_normal(exact.shape)
-    times, shown = STEP * np.arange(len(exact)), noisy @ shape / (shape @ shape)
+    times = np.arange(len(exact), dtype=np.float64) * STEP
+    shown = noisy @ shape / (shape @ shape)
     return models.learn_creep(times, shown, LEAVES, float(1 / np.linalg.norm(shape)))
 
 
 def _lines(
-    seen: Seen, everywhere: list[F64], way: Way, case: str, barred: bool
+    seen: SeenPlate, everywhere: list[F64], way: Way, case: str, barred: bool
 ) -> Iterator[Figure]:
     errors: list[float] = []
     tracked: list[float] = []
@@ -114,7 +115,7 @@ def _lines(
 
 
 def _followed(
-    seen: Seen, exact: F64, way: Way, number: int
+    seen: SeenPlate, exact: F64, way: Way, number: int
 ) -> Iterator[tuple[float, float, float, float]]:
     """Follow a press as the live loop does: time, force and σ of each frame, and force tracked."""
     creep, bow, drifts = way
@@ -128,7 +129,9 @@ def _followed(
         time = frame * STEP
         drifted = bow * min(time / LEAVES, 1.0) * bent
         measured = y + rng.standard_normal(len(y)) + (drifted - rest) @ factor / seen.noise
-        found = plate.estimate(estimator, Frame(measured, factor, seen.noise, time), start, past)
+        found = plate.estimate(
+            estimator, MeasuredFrame(measured, factor, seen.noise, time), start, past
+        )
         past, estimate = found.past, found.estimate
         start = np.column_stack([estimate.xy, estimate.force])
         if found.left is not None and (drifts or not estimate.count):

@@ -26,7 +26,7 @@ ALONG = 4  # points along the side of a tile
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class SeenPlate:
     """A bench, its pattern as a measurement, and the modes that the estimator knows."""
 
     bench: Bench
@@ -53,12 +53,12 @@ class Seen:
         return np.stack([self.pattern.whiten(column, AGAINST) for column in right.T], axis=1)
 
 
-def prepare_seen(thickness: float, pixels: int) -> Seen:
+def prepare_seen(thickness: float, pixels: int) -> SeenPlate:
     """See a plate of PVC of 254 mm a side through the camera of the twin."""
     bench = stand(thickness, pixels)
     modes = fe.modes(bench.plate, MODES)
     motions = models.prepare_motions(modes, bench.camera, thickness / 2, bench.reference.tiles)
-    return Seen(bench, modes, models.prepare_pattern(motions, bench.reference))
+    return SeenPlate(bench, modes, models.prepare_pattern(motions, bench.reference))
 
 
 def _unknowns(plate: fe.Plate, mesh: Mesh) -> int:

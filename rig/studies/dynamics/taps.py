@@ -20,7 +20,7 @@ import fe
 import models
 from models import Estimate, Estimator, InTime, Result, RingingPlate, Seeing
 from rig.report.figure import Bar, Figure, at_most
-from rig.studies.dynamics.seen import Seen, prepare_seen
+from rig.studies.dynamics.seen import SeenPlate, prepare_seen
 from rig.studies.dynamics.vibrating import KEPT, STEP, Damping, summed_readings
 from rig.studies.study import Cell, line, rms, run, timed
 from rig.system.arrays import F64, Mask
@@ -41,7 +41,7 @@ STEADY_PRESSES, STEADY_FRAMES = 8, 30
 class Plate:
     """A plate and what it shows under taps of 1 N: integrals over time, (steps, n, m)."""
 
-    seen: Seen
+    seen: SeenPlate
     seeing: Seeing
     estimator: Estimator
     places: F64
@@ -134,7 +134,7 @@ def taps(thickness: float) -> Iterator[Figure]:
     for rate in RATES:
         longest = 1.0 / rate
         for exposure in (EXPOSURE,) if rate > 100 else (EXPOSURE, longest):
-            # An exposure as long as a period shows no ringing: then what shorter ones taught holds.
+            # An exposure as long as a period shows no ringing: then what shorter ones showed holds.
             known = learned(plate, force, rate, EXPOSURE)
             case = f"{thickness:g} mm, {rate:g} frames/s, exposed {1e3 * exposure:.3g} ms"
             yield from line(
