@@ -71,7 +71,6 @@ from .dynamics.damping import LearnedDamping as LearnedDamping, learn_damping as
 from .dynamics.in_time import (
     InTime as InTime,
     RingingPlate as RingingPlate,
-    Tap as Tap,
     estimate_in_time as estimate_in_time,
 )
 from .dynamics.oscillators import (
@@ -79,6 +78,7 @@ from .dynamics.oscillators import (
     plate_dynamics as plate_dynamics,
 )
 from .dynamics.seeing import Seeing as Seeing
+from .dynamics.tap import Tap as Tap
 from .estimate import (
     Estimate as Estimate,
     Result as Result,

@@ -20,6 +20,7 @@ from models.dynamics.follow import ExposedFrame, Followed
 from models.dynamics.landing import find_landing
 from models.dynamics.oscillators import PlateDynamics, span
 from models.dynamics.seeing import Seeing
+from models.dynamics.tap import ENOUGH, ENOUGH_FAST, SURE, Tap, state_tap
 from models.dynamics.vibration import Vibration, at_equilibrium
 from models.estimate import Estimate, Result
 from models.inverse.estimator import Estimator
@@ -35,14 +36,8 @@ MISFIT = 4.5
 SILENT = 1.0  # standard deviations of a measurement: modes that are off by less are at equilibrium
 PAUSE = 1.0  # s without a frame after which what moved is at rest
 SETTLED = 0.06  # s after which the ringing has said what it can of the force that began it
-# Frames that must have shown a tap to know what its force was between them: fewer are enough where
-# they come faster than the lowest mode swings, which carries the force from one to the next.
-ENOUGH, ENOUGH_FAST = 3, 2
-# Draws of the largest force of a tap, and what is stated of them.
-_SEED, _DRAWS, _QUANTILES = 0, 400, (0.159, 0.5, 0.841)
 CHANGED = 5.0  # standard deviations of one frame by which two may differ
 CALM, LOUD = 0.15, 3.0  # s for which modes must be off equilibrium by less, in their noise
-SURE = 3.0  # standard deviations within which a force may be none
 TOUCH = 6.0  # standard deviations of a force that is a touch, as for one frame alone
 
 
@@ -116,31 +111,6 @@ class InTime:
     swing: F64 = field(default_factory=lambda: np.zeros(0))
     calm: float = 0.0
     chi2: float = 0.0
-
-
-@dataclass(frozen=True)
-class Tap:
-    """A touch that has ended, at its strongest.
-
-    Attributes
-    ----------
-    x, y : float, mm
-    force : float, N
-        Largest force, between frames or in one; not a number where too few frames have seen it.
-    at_least : float, N
-        Force that it has surely reached.
-    time : float, s
-        When that was.
-    sigma : (float, float, float), mm, mm, N
-        Standard deviations of x, y and force.
-    """
-
-    x: float
-    y: float
-    force: float
-    at_least: float
-    time: float
-    sigma: tuple[float, float, float]
 
 
 def estimate_in_time(
@@ -258,7 +228,8 @@ def _stated(
     shown[:, 1] = np.maximum(shown[:, 1], followed.forces - SURE * sigma)
     enough = ENOUGH_FAST if view.span.turn[0] < 2 * pi else ENOUGH
     taps = tuple(
-        _tap(bank, index, shown[index].tolist(), enough) for index in np.flatnonzero(past).tolist()
+        state_tap(bank, index, shown[index].tolist(), enough)
+        for index in np.flatnonzero(past).tolist()
     )
     found = np.column_stack([seeing.within(vibration.touches[there, :2]), followed.forces[there]])
     order = np.lexsort((found[:, 1], found[:, 0]))
@@ -316,27 +287,3 @@ def _silent(seeing: Seeing, vibration: Vibration) -> bool:
 
 def _touches(estimate: Estimate) -> F64:
     return np.column_stack([estimate.xy, estimate.force])
-
-
-def _tap(bank: Bank, index: int, shown: list[float], enough: int) -> Tap:
-    """State the strongest moment of a touch, by draws from the posterior of its force."""
-    rng = np.random.default_rng(_SEED)
-    weights = np.exp([one.likelihood for one in bank.members])
-    counts = rng.multinomial(_DRAWS, weights / weights.sum())
-    largest: list[F64] = []
-    when: list[F64] = []
-    for one, count in zip(bank.members, counts.tolist(), strict=True):
-        vibration = one.vibration
-        drawn = rng.standard_normal((count, vibration.rank)) @ vibration.force_factor[index].T
-        drawn = drawn + vibration.forces[index]
-        largest.append(drawn.max(axis=1))
-        when.append(vibration.times[drawn.argmax(axis=1)])
-    low, middle, high = np.quantile(np.concatenate(largest), _QUANTILES).tolist()
-    best = bank.best
-    x, y = best.touches[index, :2].tolist()
-    sigma_x, sigma_y = np.linalg.norm(best.touch_factor[index, :2], axis=1).tolist()
-    time = float(np.median(np.concatenate(when)))
-    frames, surely = shown
-    if frames < enough or middle < SURE * (high - low) / 2:
-        middle = np.nan
-    return Tap(x, y, middle, surely, time, (sigma_x, sigma_y, (high - low) / 2))
