@@ -134,9 +134,7 @@ class Bench:
             )
         try:
             known = None if self.known is None else KnownBench(self.known, self.camera)
-            chain = prepare_chain(
-                reference, self.motions, self.max_touches, known, self.in_time
-            )
+            chain = prepare_chain(reference, self.motions, self.max_touches, known, self.in_time)
         except np.linalg.LinAlgError:
             raise ValueError(
                 f"images of {self.camera.size[0]} × {self.camera.size[1]} px cannot tell"
