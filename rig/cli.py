@@ -15,6 +15,8 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 COMMANDS = {
+    "setup": "Set a bench up, from nothing to calibrated: on a page, step by step.",
+    "new": "Write the scene of a bench from what is known of it.",
     "show": "Say what a scene contains, what it leaves out and why.",
     "design": "Say what a bench will reach, before anything is bought.",
     "print": "Print the board of a calibration or a speckle pattern, at true scale.",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import inf, isfinite, sqrt
 from pathlib import Path
@@ -120,10 +120,35 @@ def identify_bench(
     paths = ordered_images(folder, max(one.frames[1] for one in listed))
     reference = average_reference([read_grey(path) for path in paths[: bench.reference_frames]])
     chain = bench.prepare(reference)[0]
+    seen = [(one, _mean(paths[one.frames[0] : one.frames[1] + 1])) for one in listed]
+    return identify_by_images(bench, chain, seen, free, report)
+
+
+def identify_by_images(
+    bench: Bench,
+    chain: Chain,
+    seen: Sequence[tuple[Listed, F32]],
+    free: tuple[str, ...],
+    report: Callable[[int, int], None],
+) -> models.BenchEstimate:
+    """Find a bench from presses and the mean image (H, W) of the frames of each.
+
+    Parameters
+    ----------
+    bench : Bench
+        That of `usual_bench`.
+    chain : Chain
+        Prepared for the reference that was taken before the presses.
+
+    Raises
+    ------
+    ValueError
+        If the bench is exact, or no touch is found where one is listed.
+    """
     forward = chain.pattern.forward(chain.noise)
     if not isinstance(forward, models.BenchForward) or bench.known is None:
-        raise ValueError(f"scene '{scene.title}' has no estimator of kind 'pattern'; give it one")
-    presses = [_press(chain, bench, one, paths) for one in listed]
+        raise ValueError("the bench has no estimator of kind 'pattern'; give the scene one")
+    presses = [_press(chain, bench, one, image) for one, image in seen]
     look = KnownBench(bench.known, bench.camera).look(chain.pattern)
     names = free or tuple(name for name, _ in models.BENCH)
     return models.identify(forward, presses, bench.known, look, names, report)
@@ -154,11 +179,13 @@ def ordered_images(folder: Path, last: int) -> list[Path]:
     return paths
 
 
-def _press(chain: Chain, bench: Bench, one: Listed, paths: list[Path]) -> models.Press:
+def _mean(paths: list[Path]) -> F32:
+    return np.asarray(np.mean([read_grey(path) for path in paths], axis=0), dtype=np.float32)
+
+
+def _press(chain: Chain, bench: Bench, one: Listed, image: F32) -> models.Press:
     """Measure a press in the mean of its frames."""
     first, last = one.frames
-    images = [read_grey(path) for path in paths[first : last + 1]]
-    image = np.asarray(np.mean(images, axis=0), dtype=np.float32)
     start = None if one.place is None else np.array([[*one.place, one.force or _START]])
     touch, seen, whitening = measured(chain, image, start, one.press)
     if one.place is not None:
@@ -168,7 +195,7 @@ def _press(chain: Chain, bench: Bench, one: Listed, paths: list[Path]) -> models
     along = inf if one.place is None else PLACE
     sigma = np.array([along, along, inf if one.force is None else FORCE * one.force])
     still = 1.0 / bench.reference_frames
-    noise = sqrt((1.0 / len(images) + still) / (1.0 + still))
+    noise = sqrt((1.0 / (last - first + 1) + still) / (1.0 + still))
     return models.Press(seen, touch, sigma, min(noise, 1.0), whitening)
 
 

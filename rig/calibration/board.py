@@ -58,6 +58,10 @@ class CharucoBoard:
         names = np.asarray(names, dtype=np.intp).ravel()
         return BoardView(self.corners[names], np.asarray(px, dtype=np.float64).reshape(-1, 2))
 
+    def is_mirrored(self, image: NDArray[np.uint8]) -> bool:
+        """Whether an image shows the board as a mirror does, which no camera may."""
+        return self.find(np.ascontiguousarray(image[:, ::-1])) is not None
+
     def _board(self) -> Any:
         count = self.squares[0] * self.squares[1] // 2
         markers = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_1000)

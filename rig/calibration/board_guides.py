@@ -18,6 +18,10 @@ APART = 0.015  # of the image's width, by which a new view must differ: a tilt o
 VIEWS = 10  # of a lens
 SERIES = 10  # frames whose mean gives a pose
 CORNERS = 0.4  # of the board's corners that a view must show
+MIRRORED = (
+    "the board is seen in a mirror; switch off the camera's mirror image, or let it look at the"
+    " board itself"
+)
 
 
 @dataclass
@@ -55,7 +59,9 @@ class LensGuide:
         """See `Guide`."""
         view, last = self.board.find(frame.image), self._last
         self._last, self._size = view, (frame.image.shape[1], frame.image.shape[0])
-        if view is None or len(view.mm) < CORNERS * len(self.board.corners):
+        if view is None and self.board.is_mirrored(frame.image):
+            self._says = MIRRORED
+        elif view is None or len(view.mm) < CORNERS * len(self.board.corners):
             self._says = "hold the whole board before the camera"
         elif last is None or _moved(view, last) > STILL:
             self._says = "hold the board still"
@@ -126,7 +132,11 @@ class PoseGuide:
         """See `Guide`."""
         view = self.board.find(frame.image)
         if view is None:
-            self._views, self._says = [], "lay the board on the plate, in view of the camera"
+            mirrored = self.board.is_mirrored(frame.image)
+            self._views = []
+            self._says = (
+                MIRRORED if mirrored else "lay the board on the plate, in view of the camera"
+            )
             return
         if self._views and _moved(view, self._views[-1]) > STILL:
             self._views, self._says = [], "leave the board alone"

@@ -18,14 +18,19 @@ INSTALL = f"paste the rule below into {RULES}"
 RELOAD = "then run: sudo udevadm control --reload && sudo udevadm trigger"
 
 
+def camera_nodes() -> list[tuple[Path, str]]:
+    """List the video nodes that give images, with what the kernel calls each camera."""
+    paths = sorted(path for path in VIDEO.glob("video*") if _read(path / "index") in ("0", ""))
+    return [(DEVICES / path.name, _read(path / "name") or "a camera") for path in paths]
+
+
 def check_cameras() -> Iterator[Finding]:
     """Video nodes of the kernel; those that give no images (metadata) are left out."""
-    nodes = sorted(path for path in VIDEO.glob("video*") if _read(path / "index") in ("0", ""))
+    nodes = camera_nodes()
     if not nodes:
         yield absent("camera", "no /dev/video*: none is plugged in, or the system has no V4L2")
-    for path in nodes:
-        node = DEVICES / path.name
-        text = f"{node} is {_read(path / 'name') or 'a camera'}"
+    for node, name in nodes:
+        text = f"{node} is {name}"
         holder = user_of(str(node))
         if not os.access(node, os.R_OK | os.W_OK):
             remedy = f"sudo usermod -aG video $USER and log in again, or {INSTALL}"

@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import asdict
 from functools import cached_property
-from typing import Any, cast
+from typing import Any, Protocol, cast
 
 import cv2
 import numpy as np
@@ -22,6 +22,36 @@ JPEG_QUALITY = 80
 NOTHING = PageControls()
 STEP = 128  # px: widths are rounded up to whole steps, so that pages of like width get the same
 BRIGHTENED = 3  # the projector is dim on purpose, and a page that is watched by day need not be
+
+
+class Wire(Protocol):
+    """What goes to the pages: a text, and the binary parts that it announces."""
+
+    def parts(self, wanted: str) -> dict[str, bytes]:
+        """Binary parts among those that are wanted and exist."""
+        ...
+
+    def header(self, parts: dict[str, bytes], controls: bool) -> str:
+        """JSON text that goes before the given parts."""
+        ...
+
+
+class CameraImage:
+    """An image as pages get it: no larger than they show it, made once for all of like width."""
+
+    def __init__(self, image: NDArray[np.uint8]):
+        self._image = image
+        self._made: dict[int, bytes] = {}
+
+    def jpeg(self, across: str) -> bytes:
+        """JPEG of the image, as many px wide as `across` says, rounded up; whole if it is empty."""
+        height, width = self._image.shape
+        wide = -(-int(across) // STEP) * STEP if across.isdecimal() else width
+        wide = max(min(wide, width), 1)
+        if wide not in self._made:
+            size = wide, max(round(height * wide / width), 1)
+            self._made[wide] = _jpeg(_resized(self._image, size))
+        return self._made[wide]
 
 
 class Packet:
@@ -50,7 +80,7 @@ class Packet:
         self.screen = screen
         self.page_controls = page_controls
         self.shown = snapshot.touches if shown is None else shown
-        self._images: dict[int, bytes] = {}
+        self._image = CameraImage(snapshot.image)
 
     def parts(self, wanted: str) -> dict[str, bytes]:
         """Binary parts among ``camera``, ``strain`` and ``projector`` that are wanted and exist.
@@ -67,7 +97,7 @@ class Packet:
         asked = {name: across for name, _, across in words}
         parts: dict[str, bytes] = {}
         if "camera" in asked:
-            parts["camera"] = self._camera(asked["camera"])
+            parts["camera"] = self._image.jpeg(asked["camera"])
         if "projector" in asked and self.screen is not None:
             parts["projector"] = self._projector
         if "strain" in asked and self.snapshot.strain is not None:
@@ -85,18 +115,9 @@ class Packet:
     @cached_property
     def _described(self) -> str:
         return json.dumps(
-            _plain(_describe(self.snapshot, self.screen) | asdict(self.page_controls)),
+            plain(_describe(self.snapshot, self.screen) | asdict(self.page_controls)),
             allow_nan=False,
         )
-
-    def _camera(self, across: str) -> bytes:
-        height, width = self.snapshot.image.shape
-        wide = -(-int(across) // STEP) * STEP if across.isdecimal() else width
-        wide = max(min(wide, width), 1)
-        if wide not in self._images:
-            size = wide, max(round(height * wide / width), 1)
-            self._images[wide] = _jpeg(_resized(self.snapshot.image, size))
-        return self._images[wide]
 
     @cached_property
     def _projector(self) -> bytes:
@@ -171,16 +192,16 @@ def _projection(plate_size: tuple[float, float], screen: Screen) -> dict[str, An
     return {"size": screen.size, "outline": project(screen.T_px_plate, corners)}
 
 
-def _plain(value: Any) -> Any:
-    """Numbers as JSON knows them: what is not finite becomes null."""
+def plain(value: Any) -> Any:
+    """Return numbers as JSON knows them: what is not finite becomes null."""
     match value:
         case dict():
             named = cast("dict[str, Any]", value)
-            return {name: _plain(part) for name, part in named.items()}
+            return {name: plain(part) for name, part in named.items()}
         case list() | tuple():
-            return [_plain(part) for part in cast("Iterable[Any]", value)]
+            return [plain(part) for part in cast("Iterable[Any]", value)]
         case np.ndarray() | np.generic():
-            return _plain(value.tolist())
+            return plain(value.tolist())
         case float() if not math.isfinite(value):
             return None
         case _:

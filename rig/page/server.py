@@ -23,7 +23,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from rig.live.snapshot import Mark, Snapshot
 from rig.page.controls import PageControls
-from rig.page.packet import NOTHING, Packet
+from rig.page.packet import NOTHING, Packet, Wire
 from rig.projector.markers import Screen
 from rig.web.access import Access
 from rig.web.guard import CONTROLS, Guard
@@ -51,15 +51,19 @@ class Publisher:
     def __init__(self, port: int, screen: Screen | None, access: Access):
         self.port = port
         self.watchers = 0
-        self.packets: Newest[Packet] = Newest()
+        self.packets: Newest[Wire] = Newest()
         self._screen, self._access = screen, access
         self._asked: deque[Asked] = deque(maxlen=WAITING)
 
     @property
     def url(self) -> str:
         """Address of the page; with the token where this machine has other users."""
+        return self.address("")
+
+    def address(self, page: str) -> str:
+        """Address of one of the pages by its file, as `url` is that of the live loop's."""
         query = "" if self._access.alone else f"?token={self._access.token}"
-        return f"http://{HOST}:{self.port}/{query}"
+        return f"http://{HOST}:{self.port}/{page}{query}"
 
     @property
     def link(self) -> str | None:

@@ -51,6 +51,20 @@ def load(scene: str | Path, overrides: Mapping[str, Any] | None = None) -> Scene
         raise SceneError(f"{path.name}: {sentence(error, Scene)}") from error
 
 
+def from_table(table: Mapping[str, Any]) -> Scene:
+    """Check what a scene file would hold, as nested tables.
+
+    Raises
+    ------
+    SceneError
+        If a key or value is not as it must be.
+    """
+    try:
+        return Scene.model_validate(table)
+    except ValidationError as error:
+        raise SceneError(sentence(error, Scene)) from error
+
+
 def with_overrides(scene: Scene, overrides: Mapping[str, Any]) -> Scene:
     """Return a scene with some values replaced, by dotted key as in `load`.
 

@@ -3,7 +3,8 @@
 import { Limit, paintRamp } from "./colour.js";
 import { FrameView, component, inverse, strainAt, through } from "./frame_view.js";
 import { Chart } from "./chart.js";
-import { ask as wish, showControls } from "./controls.js";
+import { ask as wish } from "./ask.js";
+import { showControls } from "./controls.js";
 import { show, showBar, showFigures, showSigns, showStages, showTouches } from "./panels.js";
 
 const RECONNECT = 1000, STALE = 1500, FIGURES = 125;  // ms

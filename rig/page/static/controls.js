@@ -1,9 +1,9 @@
 // What stands beside the frame: notes, recording, settings, calibration and its wizard. Whoever may
 // only look sees all of it and finds the controls off. Text is set, never markup.
 
-import { make, show } from "./panels.js";
+import { ask } from "./ask.js";
+import { inUnit, make, show } from "./panels.js";
 
-const UNITS = { mm: [1, "mm", 3], s: [1e3, "ms", 1], fraction: [100, "%", 1] };
 const find = (id) => document.getElementById(id);
 
 const shown = {};  // what each part shows now: it is made anew only where that changes
@@ -12,10 +12,6 @@ function changed(name, value) {
   if (shown[name] === text) return false;
   shown[name] = text;
   return true;
-}
-
-export function ask(wish) {
-  return fetch("ask", { method: "POST", body: JSON.stringify(wish) });
 }
 
 export function showControls(frame) {
@@ -54,11 +50,6 @@ function showSettings({ settings, controls }) {
     select.addEventListener("change", () => ask({ do: "set", key, value: select.value }));
     return make("label", {}, make("span", {}, label), select);
   }));
-}
-
-function inUnit(error, unit) {
-  const [scale, name, digits] = UNITS[unit];
-  return error === null ? "–" : `${(scale * error).toFixed(digits)} ${name}`;
 }
 
 function showCalibration(parts) {

@@ -7,6 +7,13 @@ const GLYPHS = {
 };
 const SOURCES = [["touches", "Whole pattern"], ["from_strain", "Strain alone"], ["truth", "True"]];
 
+const UNITS = { mm: [1, "mm", 3], s: [1e3, "ms", 1], fraction: [100, "%", 1] };
+
+export function inUnit(error, unit) {
+  const [scale, name, digits] = UNITS[unit];
+  return error === null ? "–" : `${(scale * error).toFixed(digits)} ${name}`;
+}
+
 export const text = (value, digits) => (value === null || value === undefined ? "–" : value.toFixed(digits));
 
 export function show(id, value) {

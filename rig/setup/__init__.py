@@ -1,0 +1,1 @@
+"""From nothing to a calibrated bench, step by step; left and resumed at any of them."""

@@ -1,0 +1,201 @@
+"""The setup from nothing to a calibrated bench, by scripted clicks on its page, in the twin.
+
+Parts: wizard. The bench that the twin is differs from what is said of it, by a seed: lens, pose,
+stiffness, projector, and a person's presses. Only the page is worked on, in a headless browser. What
+the calibration then says of the plate, of the projector and of a press is compared with the truth.
+Benches differ from run to run by their seeds alone.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import fe
+from rig.calibration import store
+from rig.calibration.store import Calibration
+from rig.live.baseline import average_reference
+from rig.live.bench import build_bench
+from rig.live.chain import at_rest, estimate_frame
+from rig.page import serve
+from rig.projector.markers import project
+from rig.report.figure import Figure, at_least, at_most
+from rig.scene import Scene, load
+from rig.scene.load import with_overrides
+from rig.setup.bench import NOTHING, PersonAct
+from rig.setup.page_desk import PAGE, PageDesk
+from rig.setup.rehearsal import RehearsedBench
+from rig.setup.run import set_up
+from rig.setup.session import read_state, state_beside
+from rig.setup.true_bench import TrueBench
+from rig.studies.study import line, part, rms, run
+from rig.system.timing import Stopwatch
+
+TABLE = "Setup in the twin, by scripted clicks"
+SEEDS = tuple(int(seed) for seed in os.environ.get("SETUP_SEEDS", "1,2,3").split(","))
+CHROMIUM = "/usr/bin/chromium"
+ARGUMENTS = ("--no-sandbox", "--disable-gpu", "--disable-background-networking")
+PATIENCE = 600_000  # ms for a step
+THINKS = 1.0  # s that a person takes for each click, beside what the step itself takes
+PRESSES = 5  # of known weight on each bench, elsewhere than it was laid for the calibration
+RANGE = (0.25, 0.75)  # of the plate's sides
+FRAMES = 16  # of a press, as long as a weight lies
+INSIDE = 5.0  # mm from the edges, to where places are compared
+
+
+@dataclass(frozen=True)
+class Done:
+    """A setup that was done: its scene, the truth, and what it took."""
+
+    scene: Path
+    truth: TrueBench
+    clicks: int
+    pages: int
+    seconds: float
+
+
+def wizard() -> Iterator[Figure]:
+    """Set benches up, and compare what was found with what is."""
+    plates: list[float] = []
+    lights: list[float] = []
+    forces: list[float] = []
+    places: list[float] = []
+    minutes: list[float] = []
+    pages = 0
+    for seed in SEEDS:
+        with tempfile.TemporaryDirectory() as name:
+            bench = RehearsedBench(seed)
+            done = by_clicks(Path(name) / "rehearsal.toml", bench)
+            known = store.calibration_beside(done.scene)
+            scene = load(done.scene)
+            plates.append(plate_error(scene, known, done.truth))
+            lights.append(light_error(scene, known, done.truth))
+            for place, force in press_errors(scene, known, bench, done):
+                places.append(place)
+                forces.append(force)
+            minutes.append((done.seconds + THINKS * done.clicks) / 60)
+            pages = done.pages
+            found = plates[-1], lights[-1], rms(forces[-PRESSES:])
+            print(f"seed {seed}: plate, light, force {found}, clicks {done.clicks}", flush=True)
+    count = len(SEEDS)
+    yield from line(TABLE, "steps shown", whole=(pages, "", at_least(11), count))
+    yield from line(
+        TABLE,
+        "a person's time, a second a click",
+        largest=(max(minutes), "min", at_most(10), count),
+    )
+    yield from line(TABLE, "place of the plate", largest=(max(plates), "mm", at_most(0.15), count))
+    yield from line(TABLE, "place of the light", largest=(max(lights), "mm", at_most(0.3), count))
+    yield from line(
+        TABLE,
+        "a press of the known weight, elsewhere",
+        force=(100 * rms(forces), "%, rms", at_most(2), len(forces)),
+        largest=(100 * float(np.abs(forces).max()), "%", None, len(forces)),
+        place=(rms(places), "mm, rms", None, len(places)),
+    )
+
+
+def by_clicks(path: Path, bench: RehearsedBench) -> Done:
+    """Go through the whole setup on its page; nothing else is touched."""
+    from playwright.sync_api import sync_playwright
+
+    with serve(0) as publisher, sync_playwright() as play:
+        worker = threading.Thread(
+            target=set_up, args=(path, bench, PageDesk(publisher)), daemon=True
+        )
+        worker.start()
+        browser = play.chromium.launch(executable_path=CHROMIUM, args=list(ARGUMENTS))
+        page = browser.new_page(viewport={"width": 1440, "height": 900})
+        page.set_default_timeout(PATIENCE)
+        begun = time.monotonic()
+        page.goto(publisher.address(PAGE))
+        shown, clicks = click_through(page)
+        seconds = time.monotonic() - begun
+        worker.join()
+        browser.close()
+    return Done(path, bench.prepare(read_state(state_beside(path)).answers), clicks, shown, seconds)
+
+
+def click_through(page: Any) -> tuple[int, int]:
+    """Press what is usual at each step to the end; gives the steps seen, and the clicks."""
+    seen: list[str] = []
+    clicks = 0
+    while True:
+        page.locator("body[data-link=lost], #buttons .usual").first.wait_for()
+        if page.locator("body[data-link=lost]").count():
+            return len(seen), clicks
+        step, turn = (page.locator("body").get_attribute(f"data-{of}") for of in ("step", "turn"))
+        if step not in seen:
+            seen.append(step)
+        page.locator("#buttons .usual").click()
+        clicks += 1
+        changed = f"body[data-link=lost], body:not([data-turn='{turn}'])"
+        page.locator(changed).wait_for(state="attached")
+
+
+def grid(scene: Scene) -> NDArray[np.float64]:
+    """Places over the plate, (N, 2) mm."""
+    a, b = part(scene.plate).size
+    along = np.linspace(INSIDE, a - INSIDE, 9), np.linspace(INSIDE, b - INSIDE, 8)
+    return np.stack(np.meshgrid(*along), -1).reshape(-1, 2)
+
+
+def plate_error(scene: Scene, known: Calibration, truth: TrueBench) -> float:
+    """Farthest that a place on the plate is taken for another, mm."""
+    xy, height = grid(scene), part(scene.plate).thickness / 2
+    seen = truth.camera.project(np.column_stack([xy, np.full(len(xy), height)]))
+    away = part(known.camera()).on_plate(seen, height) - xy
+    return float(np.linalg.norm(away, axis=1).max())
+
+
+def light_error(scene: Scene, known: Calibration, truth: TrueBench) -> float:
+    """Farthest from a place that a mark for it falls, mm."""
+    xy = grid(scene)
+    shown = project(part(known.screen()).T_px_plate, xy)
+    fallen = project(np.linalg.inv(truth.screen.T_px_plate), shown)
+    return float(np.linalg.norm(fallen - xy, axis=1).max())
+
+
+def press_errors(
+    scene: Scene, known: Calibration, bench: RehearsedBench, done: Done
+) -> Iterator[tuple[float, float]]:
+    """Press with the weight elsewhere: errors of place, mm, and of force, as a fraction."""
+    answers = read_state(state_beside(done.scene)).answers
+    live = build_bench(with_overrides(scene, {"touches.max_touches": 1}), _nobody, known)
+    rng = np.random.default_rng(77)
+    with bench.open_source(scene) as source:
+        bench.ask(NOTHING)
+        rest = [part(source.grab(1.0)).image for _ in range(live.reference_frames)]
+        chain = live.prepare(average_reference(rest))[0]
+        for _ in range(PRESSES):
+            x, y = rng.uniform(*RANGE, 2) * np.array(answers.size)
+            bench.ask(PersonAct("press", fe.Touch(float(x), float(y), answers.weight)))
+            images = [part(source.grab(1.0)) for _ in range(4 * FRAMES)][-FRAMES:]
+            mean = np.mean([one.image for one in images], axis=0)
+            found = estimate_frame(chain, mean, at_rest(chain), Stopwatch(time.monotonic)).estimate
+            bench.ask(NOTHING)
+            there = bench.pressed
+            if found.count != 1 or there is None:
+                yield float("inf"), float("inf")
+                continue
+            away = np.hypot(found.xy[0, 0] - there.x, found.xy[0, 1] - there.y)
+            yield float(away), float(found.force[0] / there.force - 1)
+
+
+def _nobody(done: int, total: int) -> None:
+    """Report to nobody."""
+
+
+PARTS = {"wizard": wizard}
+
+if __name__ == "__main__":
+    run(PARTS, __doc__)
