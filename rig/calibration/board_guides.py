@@ -138,8 +138,9 @@ class PoseGuide:
                 MIRRORED if mirrored else "lay the board on the plate, in view of the camera"
             )
             return
+        self._says = "leave the board alone"
         if self._views and _moved(view, self._views[-1]) > STILL:
-            self._views, self._says = [], "leave the board alone"
+            self._views = []
         self._views.append(view)
 
     def drop(self, view: int) -> None:

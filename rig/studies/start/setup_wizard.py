@@ -1,9 +1,9 @@
 """The setup from nothing to a calibrated bench, by scripted clicks on its page, in the twin.
 
 Parts: wizard. The bench that the twin is differs from what is said of it, by a seed: lens, pose,
-stiffness, projector, and a person's presses. Only the page is worked on, in a headless browser. What
-the calibration then says of the plate, of the projector and of a press is compared with the truth.
-Benches differ from run to run by their seeds alone.
+stiffness, projector, and a person's presses. Only the page is worked on, in a headless browser.
+What the calibration then says of the plate, of the projector and of a press is compared with the
+truth. A camera of ten images a second is said, so that the twin can be drawn on a busy machine.
 """
 
 from __future__ import annotations
@@ -44,6 +44,7 @@ TABLE = "Setup in the twin, by scripted clicks"
 SEEDS = tuple(int(seed) for seed in os.environ.get("SETUP_SEEDS", "1,2,3").split(","))
 CHROMIUM = "/usr/bin/chromium"
 ARGUMENTS = ("--no-sandbox", "--disable-gpu", "--disable-background-networking")
+RATE = "10"  # images a second, said on the page
 PATIENCE = 600_000  # ms for a step
 THINKS = 1.0  # s that a person takes for each click, beside what the step itself takes
 PRESSES = 5  # of known weight on each bench, elsewhere than it was laid for the calibration
@@ -118,6 +119,7 @@ def by_clicks(path: Path, bench: RehearsedBench) -> Done:
         page.set_default_timeout(PATIENCE)
         begun = time.monotonic()
         page.goto(publisher.address(PAGE))
+        page.locator("[name=rate]").fill(RATE)
         shown, clicks = click_through(page)
         seconds = time.monotonic() - begun
         worker.join()
