@@ -53,13 +53,13 @@ def _choices(key: str) -> tuple[str, ...]:
 
 def ask_plate(setup: SetupSession, step: Step) -> Outcome:
     """Ask what the bench is, and write its scene unless it cannot work."""
-    trouble = ""
+    trouble, refused = "", dict[str, str]()
     while True:
         for wish in setup.desk.wishes():
             match wish:
                 case Answer(key, text) if key in PLATE:
-                    trouble = setup.answer(key, text)
-                case Press("next"):
+                    trouble = _answered(setup, key, text, refused)
+                case Press("next") if not refused:
                     moment = StepView(step.name, step.title, "one moment: the bench is judged")
                     setup.desk.show(moment, None)
                     trouble = refusal(setup.state.answers) or setup.write_scene()
@@ -75,17 +75,27 @@ def ask_plate(setup: SetupSession, step: Step) -> Outcome:
         time.sleep(IDLE)
 
 
+def _answered(setup: SetupSession, key: str, text: str, refused: dict[str, str]) -> str:
+    """Take an answer; what was refused stands in the way until it is answered otherwise."""
+    refused.pop(key, None)
+    if trouble := setup.answer(key, text):
+        refused[key] = trouble
+    return next(iter(refused.values()), "")
+
+
 def ask_prints(setup: SetupSession, step: Step) -> Outcome:
     """Print the board and the speckle beside the scene; take what the ruler measures."""
-    trouble, says = "", step.says
+    trouble, says, refused = "", step.says, dict[str, str]()
     while True:
         for wish in setup.desk.wishes():
             match wish:
-                case Answer("ruler", text):
-                    trouble = setup.answer("ruler", text)
+                case Answer("ruler" as key, text):
+                    trouble = _answered(setup, key, text, refused)
                 case Press("print"):
+                    moment = StepView(step.name, step.title, "one moment: the files are written")
+                    setup.desk.show(moment, None)
                     says, trouble = _print(setup)
-                case Press("next"):
+                case Press("next") if not refused:
                     return Next()
                 case Go() | Leave():
                     return wish

@@ -16,6 +16,7 @@ EDGE = 0.02  # of the image that stays free on each side of the plate
 TILE, COARSEST = 16, 48  # px of a tile, and tiles along the shorter side of an image that has few
 SQUARES, MARKER = (11, 8), 0.75  # of the board, and the side of a marker over that of a square
 COVERED = 0.9  # of the plate's sides that the board takes at the utmost
+REFERENCE = 64  # frames: a weight that lies still is averaged over as many, and none is wasted
 LIGHTEST = 0.1  # of the largest force, that the smallest one is
 
 EDGES = {
@@ -107,6 +108,7 @@ def scene_text(answers: Answers, rehearsal: bool = False) -> str:
         "",
         "[dic]",
         f"tile = {tile(answers)}",
+        f"reference_frames = {REFERENCE}",
         "",
         "[estimator]",
         'kind = "pattern"',

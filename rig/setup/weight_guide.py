@@ -18,6 +18,7 @@ from rig.system.frame import Frame
 PLACES = ((1, 1), (3, 1), (5, 1), (5, 3), (3, 3), (1, 3), (1, 5), (3, 5), (5, 5))
 """Sixths of the inner plate along x and y, in the order in which they are asked for."""
 BESIDE = 20.0  # mm from its mark: a model that nothing has corrected errs by less
+LIES = 1.5  # s more that a weight is looked at, once it lies still
 SEEN = 5  # frames in a row that show a press beside its mark, before that is said
 
 
@@ -48,6 +49,7 @@ class WeightGuide:
     taken: list[tuple[fe.Touch, int, F32]] = field(default_factory=list[tuple[fe.Touch, int, F32]])
     _frames: deque[Frame] = field(default_factory=deque[Frame])
     _collector: Collector | None = None
+    _lies_since: float | None = None
     _released: bool = True
     _astray: int = 0
     _says: str = ""
@@ -69,6 +71,8 @@ class WeightGuide:
             return self._says
         if not self._released:
             return "take the weight off the plate"
+        if self._lies_since is not None:
+            return "leave it there"
         at = f"{self.target.x:.0f}, {self.target.y:.0f} mm"
         return f"lay the weight on the mark at {at}, and let go of it"
 
@@ -79,16 +83,30 @@ class WeightGuide:
         if target is None or not self._released:
             return
         self._frames.append(frame)
+        if self._lies_since is not None:
+            self._follow_still(found, target, frame.captured - self._lies_since)
+            return
         while frame.captured - self._frames[0].captured > HOLD / 2:
             self._frames.popleft()
         if self._is_beside(found, target):
             return
         self._collector = self._collector or Collector((target,), 1)
         if self._collector.add_frame(found, frame.captured):
+            self._lies_since, self._collector = frame.captured, None
+
+    def _follow_still(self, found: tuple[Mark, ...], target: fe.Touch, age: float) -> None:
+        """Look at a weight that lies still; one that is lifted too early is laid again."""
+        if len(found) == 1 and age < LIES:
+            return
+        if len(found) == 1:
             images = [one.image for one in self._frames]
             mean = np.asarray(np.mean(images, axis=0), dtype=np.float32)
             self.taken.append((target, len(images), mean))
-            self._collector, self._released = None, False
+            self._released = False
+        else:
+            self._says = "the weight must lie longer; lay it on the mark again"
+        self._lies_since = None
+        self._frames.clear()
 
     def _is_beside(self, found: tuple[Mark, ...], target: fe.Touch) -> bool:
         """Whether a finger presses elsewhere, and say so once it does not pass by."""

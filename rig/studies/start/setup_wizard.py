@@ -15,6 +15,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any
 
 import numpy as np
@@ -45,11 +46,11 @@ SEEDS = tuple(int(seed) for seed in os.environ.get("SETUP_SEEDS", "1,2,3").split
 CHROMIUM = "/usr/bin/chromium"
 ARGUMENTS = ("--no-sandbox", "--disable-gpu", "--disable-background-networking")
 RATE = "10"  # images a second, said on the page
-PATIENCE = 600_000  # ms for a step
+PATIENCE = 240_000  # ms for a step
 THINKS = 1.0  # s that a person takes for each click, beside what the step itself takes
 PRESSES = 5  # of known weight on each bench, elsewhere than it was laid for the calibration
 RANGE = (0.25, 0.75)  # of the plate's sides
-FRAMES = 16  # of a press, as long as a weight lies
+FRAMES = 16  # of a press: as long as the weight lies for the calibration
 INSIDE = 5.0  # mm from the edges, to where places are compared
 
 
@@ -64,7 +65,7 @@ class Done:
     seconds: float
 
 
-def wizard() -> Iterator[Figure]:
+def wizard(seeds: tuple[int, ...] = SEEDS) -> Iterator[Figure]:
     """Set benches up, and compare what was found with what is."""
     plates: list[float] = []
     lights: list[float] = []
@@ -72,7 +73,7 @@ def wizard() -> Iterator[Figure]:
     places: list[float] = []
     minutes: list[float] = []
     pages = 0
-    for seed in SEEDS:
+    for seed in seeds:
         with tempfile.TemporaryDirectory() as name:
             bench = RehearsedBench(seed)
             done = by_clicks(Path(name) / "rehearsal.toml", bench)
@@ -87,7 +88,7 @@ def wizard() -> Iterator[Figure]:
             pages = done.pages
             found = plates[-1], lights[-1], rms(forces[-PRESSES:])
             print(f"seed {seed}: plate, light, force {found}, clicks {done.clicks}", flush=True)
-    count = len(SEEDS)
+    count = len(seeds)
     yield from line(TABLE, "steps shown", whole=(pages, "", at_least(11), count))
     yield from line(
         TABLE,
@@ -109,20 +110,23 @@ def by_clicks(path: Path, bench: RehearsedBench) -> Done:
     """Go through the whole setup on its page; nothing else is touched."""
     from playwright.sync_api import sync_playwright
 
-    with serve(0) as publisher, sync_playwright() as play:
-        worker = threading.Thread(
-            target=set_up, args=(path, bench, PageDesk(publisher)), daemon=True
-        )
-        worker.start()
+    addresses: SimpleQueue[str] = SimpleQueue()
+
+    def work() -> None:
+        with serve(0) as publisher:
+            addresses.put(publisher.address(PAGE))
+            set_up(path, bench, PageDesk(publisher))
+
+    with sync_playwright() as play:
         browser = play.chromium.launch(executable_path=CHROMIUM, args=list(ARGUMENTS))
-        page = browser.new_page(viewport={"width": 1440, "height": 900})
+        page = browser.new_page(viewport={"width": 1280, "height": 800})
         page.set_default_timeout(PATIENCE)
+        threading.Thread(target=work, daemon=True).start()
         begun = time.monotonic()
-        page.goto(publisher.address(PAGE))
+        page.goto(addresses.get())
         page.locator("[name=rate]").fill(RATE)
         shown, clicks = click_through(page)
         seconds = time.monotonic() - begun
-        worker.join()
         browser.close()
     return Done(path, bench.prepare(read_state(state_beside(path)).answers), clicks, shown, seconds)
 
