@@ -20,7 +20,7 @@ def new(
     pixels: Annotated[tuple[int, int], typer.Option(help="Of the camera.")] = (1280, 960),
     rate: Annotated[float, typer.Option(help="Images a second.")] = 30.0,
     force: Annotated[float, typer.Option(help="Largest force of a finger, N.")] = 3.0,
-    camera: Annotated[str | None, typer.Option(help="Its device node [the twin].")] = None,
+    camera: Annotated[str | None, typer.Option(help="Its device node; else the twin.")] = None,
     projector: Annotated[
         tuple[int, int] | None, typer.Option(help="Width and height of its image, px.")
     ] = None,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rig.commands.output import console, say
+from rig.commands.output import console, emit, say
 from rig.system.process import interruptible
 
 if TYPE_CHECKING:
@@ -21,16 +21,17 @@ REHEARSAL = Path("rehearsal.toml")
 
 def setup(
     scene: Annotated[
-        Path | None, typer.Argument(help="TOML file that is written, or resumed [my-bench.toml].")
+        Path | None, typer.Argument(help="TOML file to write or to resume; else my-bench.toml.")
     ] = None,
     rehearse: Annotated[
-        bool, typer.Option("--rehearse", help="On the twin, as on a bench [rehearsal.toml].")
+        bool, typer.Option("--rehearse", help="On the twin, as on a bench; in rehearsal.toml.")
     ] = False,
     terminal: Annotated[
         bool, typer.Option("--terminal", help="Ask in the terminal, without a page.")
     ] = False,
     port: Annotated[int, typer.Option(help="Port of the page, 0 for any free one.")] = 8765,
     seed: Annotated[int, typer.Option(min=0, help="Of the bench that the twin is.")] = 0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Set a bench up step by step; leave at any of them, and resume by the same command.
 
@@ -42,12 +43,14 @@ def setup(
             f"scene '{path}' must be a *.toml in a folder that exists; name such a one"
         )
     from rig.setup.run import set_up
+    from rig.setup.session import read_state, state_beside
 
     with ExitStack() as parts, interruptible():
         bench = _bench(rehearse, seed)
-        done = set_up(path, bench, _desk(terminal, port, parts))
-    again = "" if done else f"; resume with: touchplate setup {path}{' --rehearse' * rehearse}"
-    say(f"{'all steps are done' if done else 'left'}{again}")
+        complete = set_up(path, bench, _desk(terminal, port, parts))
+    again = f"left; resume with: touchplate setup {path}{' --rehearse' * rehearse}"
+    said = {"scene": str(path), "complete": complete, "steps": read_state(state_beside(path)).done}
+    emit("all steps are done" if complete else again, said, as_json)
 
 
 def _bench(rehearse: bool, seed: int) -> SetupBench:

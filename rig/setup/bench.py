@@ -43,7 +43,7 @@ class PersonAct:
 NOTHING = PersonAct("nothing")
 
 
-class Light(Protocol):
+class LightWindow(Protocol):
     """The projector's window; call it with what is to be shown."""
 
     def __call__(self, content: Content) -> None:
@@ -94,7 +94,7 @@ class SetupBench(Protocol):
         """Open the camera of a scene."""
         ...
 
-    def open_light(self, scene: Scene, screen: Screen) -> AbstractContextManager[Light]:
+    def open_light(self, scene: Scene, screen: Screen) -> AbstractContextManager[LightWindow]:
         """Open the projector's window."""
         ...
 

@@ -12,7 +12,7 @@ from rig.camera.noise import DARK, SATURATED
 from rig.live.snapshot import Sign
 from rig.page.setup_view import Question, StepView
 from rig.setup.bench import NOTHING, CameraChoice
-from rig.setup.desk import Answer, Go, Leave, Next, Outcome, Press
+from rig.setup.desk import Answer, Go, Leave, Next, Outcome, Push
 from rig.setup.forms import IDLE, LABELS, LATER, NEXT, questions
 from rig.setup.scene_file import scene_of
 from rig.setup.session import SetupSession
@@ -141,7 +141,7 @@ class _Look:
                 case Answer("camera" | "exposure" as key, text):
                     self.trouble = self.setup.answer(key, _device(self.setup, text))
                     return wish
-                case Press("next") if self.frame is not None:
+                case Push("next") if self.frame is not None:
                     self.trouble = _other_size(self.setup, self.frame) or self.setup.write_scene()
                     if not self.trouble:
                         return Next()

@@ -7,7 +7,7 @@ import time
 from rig.page.setup_view import Button, Question, StepView
 from rig.projector.outputs import Output
 from rig.setup.answers import Answers
-from rig.setup.desk import Answer, Go, Leave, Next, Outcome, Press
+from rig.setup.desk import Answer, Go, Leave, Next, Outcome, Push
 from rig.setup.forms import IDLE, LABELS, LATER
 from rig.setup.session import SetupSession
 from rig.setup.steps import Step
@@ -34,10 +34,10 @@ def choose_projector(setup: SetupSession, step: Step) -> Outcome:
                     chosen = next((one for one in there if str(one) == text), None)
                     flashed, says = False, step.says
                     trouble = "" if chosen else f"output '{text}' is not there; choose another"
-                case Press("flash") if chosen:
+                case Push("flash") if chosen:
                     trouble = _flash(setup, chosen)
                     flashed, says = not trouble, "does this screen flash? then it is the projector"
-                case Press("next") if chosen and flashed:
+                case Push("next") if chosen and flashed:
                     trouble = _keep_output(setup, chosen, there)
                     if not trouble:
                         return Next()

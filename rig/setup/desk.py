@@ -19,7 +19,7 @@ class Answer:
 
 
 @dataclass(frozen=True)
-class Press:
+class Push:
     """A button was pressed."""
 
     button: str
@@ -49,7 +49,7 @@ class Next:
     """The step is done."""
 
 
-Wish = Answer | Press | Go | Drop | Leave
+Wish = Answer | Push | Go | Drop | Leave
 Outcome = Next | Go | Leave
 """How a step ends."""
 
@@ -76,7 +76,7 @@ def wish_of(asked: dict[str, Any]) -> Wish | None:
         case {"do": "answer", "key": str(key), "text": str(text)}:
             return Answer(key, text)
         case {"do": "press", "button": str(button)}:
-            return Press(button)
+            return Push(button)
         case {"do": "go", "step": str(step)}:
             return Go(step)
         case {"do": "drop", "view": int(view)}:

@@ -7,7 +7,7 @@ from typing import get_args
 
 from rig.page.setup_view import Button, Question, StepView
 from rig.setup.answers import Answers, text_of
-from rig.setup.desk import Answer, Go, Leave, Next, Outcome, Press
+from rig.setup.desk import Answer, Go, Leave, Next, Outcome, Push
 from rig.setup.judgement import refusal
 from rig.setup.scene_file import printed_board
 from rig.setup.session import SetupSession
@@ -59,7 +59,7 @@ def ask_plate(setup: SetupSession, step: Step) -> Outcome:
             match wish:
                 case Answer(key, text) if key in PLATE:
                     trouble = _answered(setup, key, text, refused)
-                case Press("next") if not refused:
+                case Push("next") if not refused:
                     moment = StepView(step.name, step.title, "one moment: the bench is judged")
                     setup.desk.show(moment, None)
                     trouble = refusal(setup.state.answers) or setup.write_scene()
@@ -91,11 +91,11 @@ def ask_prints(setup: SetupSession, step: Step) -> Outcome:
             match wish:
                 case Answer("ruler" as key, text):
                     trouble = _answered(setup, key, text, refused)
-                case Press("print"):
+                case Push("print"):
                     moment = StepView(step.name, step.title, "one moment: the files are written")
                     setup.desk.show(moment, None)
                     says, trouble = _print(setup)
-                case Press("next") if not refused:
+                case Push("next") if not refused:
                     return Next()
                 case Go() | Leave():
                     return wish

@@ -21,7 +21,7 @@ from rig.page.setup_view import Button, StepView
 from rig.projector.content import Content
 from rig.projector.markers import Screen, fit_plate
 from rig.setup.bench import NOTHING, PersonAct
-from rig.setup.desk import Answer, Drop, Go, Leave, Next, Outcome, Press
+from rig.setup.desk import Answer, Drop, Go, Leave, Next, Outcome, Push
 from rig.setup.forms import IDLE, LATER, NEXT, questions
 from rig.setup.scene_file import board_for, corner_of_board
 from rig.setup.session import SetupSession
@@ -85,9 +85,9 @@ class _Guided:
         """Do what the person wants; gives how the step ends, if it does."""
         for wish in self.setup.desk.wishes():
             match wish:
-                case Press("start"):
+                case Push("start"):
                     self.begin()
-                case Press("next") if self.part is not None:
+                case Push("next") if self.part is not None:
                     return Next()
                 case Answer("left" | "below" as key, text) if self.step.name == "pose":
                     self.trouble = self.setup.answer(key, text)

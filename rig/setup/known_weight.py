@@ -14,8 +14,8 @@ from rig.live.chain import Chain, ChainState, at_rest, estimate_frame
 from rig.live.snapshot import Mark
 from rig.live.view import marks, plate_view
 from rig.page.setup_view import Button, StepView
-from rig.setup.bench import NOTHING, Light, PersonAct
-from rig.setup.desk import Answer, Go, Leave, Next, Outcome, Press
+from rig.setup.bench import NOTHING, LightWindow, PersonAct
+from rig.setup.desk import Answer, Go, Leave, Next, Outcome, Push
 from rig.setup.forms import IDLE, LATER, NEXT, questions
 from rig.setup.guided_steps import START, screen_of
 from rig.setup.session import SetupSession
@@ -46,9 +46,9 @@ class _Weighing:
                 case Answer("grams", text):
                     self.trouble = self.setup.answer("grams", text)
                     self.guide = None
-                case Press("start"):
+                case Push("start"):
                     self.begin()
-                case Press("next") if self.found:
+                case Push("next") if self.found:
                     return Next()
                 case Go() | Leave():
                     return wish
@@ -191,7 +191,7 @@ def press_known_weight(setup: SetupSession, step: Step) -> Outcome:
 
 def _on_bench(setup: SetupSession, weighing: _Weighing) -> Outcome:
     with ExitStack() as parts:
-        light: Light | None = None
+        light: LightWindow | None = None
         if setup.scene.projector:
             light = parts.enter_context(setup.bench.open_light(setup.scene, screen_of(setup)))
         source = parts.enter_context(setup.bench.open_source(setup.scene))
@@ -199,7 +199,7 @@ def _on_bench(setup: SetupSession, weighing: _Weighing) -> Outcome:
 
 
 def _follow(
-    setup: SetupSession, weighing: _Weighing, source: Source, light: Light | None
+    setup: SetupSession, weighing: _Weighing, source: Source, light: LightWindow | None
 ) -> Outcome:
     newest: Frame | None = None
     while True:

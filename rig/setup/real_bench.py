@@ -16,7 +16,7 @@ from rig.projector.outputs import Output
 from rig.projector.window import Projector, open_projector
 from rig.scene import Scene
 from rig.setup.answers import Answers
-from rig.setup.bench import CameraChoice, Light, PersonAct
+from rig.setup.bench import CameraChoice, LightWindow, PersonAct
 from rig.sources.open_source import open_input
 from rig.system.frame import Source
 from rig.system.process import deaf_to_interrupts, leave_signals_to_the_loop
@@ -63,7 +63,7 @@ class RealBench:
             yield source
 
     @contextmanager
-    def open_light(self, scene: Scene, screen: Screen) -> Generator[Light]:
+    def open_light(self, scene: Scene, screen: Screen) -> Generator[LightWindow]:
         """See `SetupBench`."""
         section = scene.projector
         if section is None:
@@ -81,7 +81,7 @@ class RealBench:
 
 
 class _Window:
-    """The projector's window as a `Light`."""
+    """The projector's window as a `LightWindow`."""
 
     def __init__(self, window: Projector):
         self._window = window

@@ -18,7 +18,7 @@ from rig.projector.markers import Screen
 from rig.projector.outputs import Output
 from rig.scene import Scene
 from rig.setup.answers import Answers
-from rig.setup.bench import NOTHING, CameraChoice, Light, PersonAct
+from rig.setup.bench import NOTHING, CameraChoice, LightWindow, PersonAct
 from rig.setup.true_bench import LAPTOP, PROJECTOR, Scenery, TrueBench, build_scenery, draw_truth
 from rig.sources.script import PAUSE, RAMP
 from rig.system.arrays import F32, AnyArray
@@ -90,7 +90,7 @@ class RehearsedBench:
         yield _Camera(self, 1.0 / (scene.camera.rate if scene.camera else 30.0))
 
     @contextmanager
-    def open_light(self, scene: Scene, screen: Screen) -> Generator[Light]:
+    def open_light(self, scene: Scene, screen: Screen) -> Generator[LightWindow]:
         """See `SetupBench`; only the projector's own output falls on the plate."""
         from rig.projector.outputs import choose_output
 
@@ -177,7 +177,7 @@ class _Camera:
 
 
 class _Projected:
-    """The window of a rehearsal as a `Light`; it goes when its output does."""
+    """The window of a rehearsal as a `LightWindow`; it goes when its output does."""
 
     def __init__(self, bench: RehearsedBench, output: Output):
         self._bench, self._output = bench, output

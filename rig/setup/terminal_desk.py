@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Iterator
 
 from rig.page.setup_view import StepLine, StepView
-from rig.setup.desk import Answer, Drop, Go, Leave, Press, Wish
+from rig.setup.desk import Answer, Drop, Go, Leave, Push, Wish
 from rig.system.frame import Frame
 
 Lines = Callable[[], Iterator[str]]
@@ -89,7 +89,7 @@ class TerminalDesk:
         match line.split():
             case []:
                 usual = next((one.name for one in view.buttons if one.usual), None)
-                return Press(usual) if usual else None
+                return Push(usual) if usual else None
             case ["leave"]:
                 return Leave()
             case ["step", name]:
@@ -97,7 +97,7 @@ class TerminalDesk:
             case ["drop", view_number] if view_number.isdecimal():
                 return Drop(int(view_number))
             case [name] if any(name == one.name for one in view.buttons):
-                return Press(name)
+                return Push(name)
             case _:
                 return None
 

@@ -12,7 +12,7 @@ from rig.page.setup_view import Button, StepView, VerdictRow
 from rig.scene import Scene
 from rig.scene.load import with_overrides
 from rig.setup.answers import Answers
-from rig.setup.desk import Go, Leave, Next, Outcome, Press
+from rig.setup.desk import Go, Leave, Next, Outcome, Push
 from rig.setup.forms import IDLE, LATER
 from rig.setup.session import SetupSession
 from rig.setup.steps import Step
@@ -47,7 +47,7 @@ def give_verdict(setup: SetupSession, step: Step) -> Outcome:
     while True:
         for wish in setup.desk.wishes():
             match wish:
-                case Press("next"):
+                case Push("next"):
                     return Next()
                 case Go() | Leave():
                     return wish

@@ -17,7 +17,7 @@ from rig.setup.answers import Answers
 from rig.setup.bench import NOTHING, CameraChoice, PersonAct
 from rig.setup.choose_camera import choose_camera, figures_of, signs_of
 from rig.setup.choose_projector import choose_projector
-from rig.setup.desk import Answer, Leave, Next, Press
+from rig.setup.desk import Answer, Leave, Next, Push
 from rig.setup.guided_steps import be_guided
 from rig.setup.rehearsal import RehearsedBench
 from rig.setup.scene_file import board_for, scene_of
@@ -135,9 +135,9 @@ def test_an_output_that_vanishes_before_it_is_chosen_is_said(tmp_path, desk):
             case "gone":
                 assert "does this screen flash?" in view.sentence
                 bench.screens = (LAPTOP,)
-                return Press("next")
+                return Push("next")
             case "flash":
-                return Press("flash")
+                return Push("flash")
             case _:
                 return Leave()
 
@@ -160,7 +160,7 @@ def test_an_output_that_vanishes_before_it_is_chosen_is_said(tmp_path, desk):
 def test_an_output_is_kept_by_name_where_that_is_its_own(tmp_path, desk, screens, text, kept):
     bench = Bench()
     bench.screens = screens
-    wishes = iter([Answer("output", text)] * (text is not None) + [Press("flash"), Press("next")])
+    wishes = iter([Answer("output", text)] * (text is not None) + [Push("flash"), Push("next")])
     given = lambda view: next(wishes)  # noqa: E731
     setup, _ = session(tmp_path, desk, given, bench, "plate", "print", "camera")
     assert choose_projector(setup, STEP["output"]) == Next()
@@ -170,7 +170,7 @@ def test_an_output_is_kept_by_name_where_that_is_its_own(tmp_path, desk, screens
 
 
 def test_nothing_is_taken_that_did_not_flash(tmp_path, desk):
-    wishes = iter([Press("next"), Press("next"), Leave()])
+    wishes = iter([Push("next"), Push("next"), Leave()])
     given = lambda view: next(wishes)  # noqa: E731
     setup, _ = session(tmp_path, desk, given, Bench(), "plate", "print", "camera")
     assert choose_projector(setup, STEP["output"]) == Leave()
@@ -180,7 +180,7 @@ def test_an_output_that_vanishes_under_the_stripes_begins_them_anew(tmp_path, de
     bench, shown = Bench(), []
     guide = StripesGuide(None, None, PROJECTOR.size)
     monkeypatch.setattr(guided_steps, "guide_for", lambda setup, name: guide)
-    wishes = iter([Press("start")])
+    wishes = iter([Push("start")])
 
     def acts(view):
         if view.progress is not None:
@@ -203,7 +203,7 @@ def test_an_output_that_vanishes_under_the_stripes_begins_them_anew(tmp_path, de
 
 
 def test_a_camera_of_other_pixels_is_not_taken(tmp_path, desk):
-    wishes = iter([None, Press("next"), Leave()])
+    wishes = iter([None, Push("next"), Leave()])
     given = lambda view: next(wishes)  # noqa: E731
     setup, person = session(tmp_path, desk, given, Bench((300, 400)), "plate", "print")
     assert choose_camera(setup, STEP["camera"]) == Leave()
@@ -214,7 +214,7 @@ def test_a_camera_of_other_pixels_is_not_taken(tmp_path, desk):
 
 
 def test_a_camera_is_chosen_by_what_it_is_called(tmp_path, desk):
-    wishes = iter([Answer("camera", "/dev/video2, two"), None, Press("next")])
+    wishes = iter([Answer("camera", "/dev/video2, two"), None, Push("next")])
     given = lambda view: next(wishes)  # noqa: E731
     setup, person = session(tmp_path, desk, given, Bench(), "plate", "print")
     assert choose_camera(setup, STEP["camera"]) == Next()

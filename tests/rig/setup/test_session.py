@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from rig.setup.answers import NOTHING_SAID
-from rig.setup.desk import Answer, Go, Leave, Press
+from rig.setup.desk import Answer, Go, Leave, Push
 from rig.setup.rehearsal import RehearsedBench
 from rig.setup.run import set_up
 from rig.setup.session import keep_scene, read_state, state_beside
@@ -47,7 +47,7 @@ def test_another_lens_asks_for_pose_light_and_weight_again():
 def test_a_closed_setup_is_resumed_where_it_was_left(tmp_path, desk):
     path = tmp_path / "my.toml"
     desk.begin(path)
-    first = desk.Person(lambda view: Press("next") if view.name == "plate" else Leave())
+    first = desk.Person(lambda view: Push("next") if view.name == "plate" else Leave())
     assert not set_up(path, RehearsedBench(1), first)
     assert first.seen == ["plate", "print"]
     assert path.exists()
