@@ -18,12 +18,15 @@ class Question:
     key, label, value : str
     choices : tuple of str
         What may be answered; empty where anything may be written.
+    free : bool
+        Whether something else may be written too.
     """
 
     key: str
     label: str
     value: str
     choices: tuple[str, ...] = ()
+    free: bool = False
 
 
 @dataclass(frozen=True)

@@ -68,7 +68,9 @@ class Answers(Section):
     force: Force = Field(3.0, gt=0, description="largest force of a finger, N")
     projector: Literal["yes", "no"] = Field("yes", description="whether a projector lights it")
     camera: Annotated[str, Field(min_length=1)] | None = Field(
-        None, description="device node of the camera"
+        None,
+        description="device node of the camera; or its kind before it, with a serial number: basler"
+        " 12345678, genicam 1234 maker.cti, v4l2 /dev/video0",
     )
     exposure: Annotated[Time, Field(gt=0, le=1)] | None = Field(
         None, description="exposure, such as 8 ms"

@@ -169,7 +169,7 @@ class _Look:
         listed = tuple(map(_called, self.setup.bench.cameras()))
         chosen = next((one for one in listed if one.startswith(f"{answers.camera},")), "")
         asked = Question(
-            "camera", LABELS["camera"], chosen or answers.camera or "", listed if chosen else ()
+            "camera", LABELS["camera"], chosen or answers.camera or "", listed, free=True
         )
         return StepView(
             step.name,

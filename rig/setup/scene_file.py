@@ -126,10 +126,24 @@ def scene_text(answers: Answers, rehearsal: bool = False) -> str:
 def _source(answers: Answers, rehearsal: bool) -> list[str]:
     if rehearsal or answers.camera is None:
         return ["[source]", 'kind = "twin"', 'script = "tour"', ""]
-    lines = ["[source]", 'kind = "opencv"', f"device = {_quoted(answers.camera)}"]
+    lines = ["[source]", *_camera(answers.camera)]
     if answers.exposure is not None:
         lines.append(f'exposure = "{1e3 * answers.exposure:g} ms"')
     return [*lines, ""]
+
+
+def _camera(named: str) -> list[str]:
+    """Write the source of a camera, which is named by its device node, or by its kind first."""
+    match named.split():
+        case ["basler", serial]:
+            return ['kind = "basler"', f"serial = {_quoted(serial)}"]
+        case ["genicam", serial, producer]:
+            given = f"serial = {_quoted(serial)}", f"producer = {_quoted(producer)}"
+            return ['kind = "genicam"', *given]
+        case ["v4l2", node]:
+            return ['kind = "v4l2"', f"device = {_quoted(node)}"]
+        case _:
+            return ['kind = "opencv"', f"device = {_quoted(named)}"]
 
 
 def _projector(answers: Answers) -> list[str]:

@@ -71,13 +71,14 @@ class TerminalDesk:
             self._say(f"  {HELP}")
 
     def wishes(self) -> Iterator[Wish]:
-        """See `Desk`."""
-        for line in self._lines():
-            wish = self._wish(line.strip())
-            if wish is None:
-                self._say(f"  ! '{line.strip()}' is nothing that can be done here; {HELP}")
-            else:
-                yield wish
+        """See `Desk`; one line at a time, so that each is replied to before the next."""
+        line = next(self._lines(), None) if self._view else None
+        if line is None:
+            return
+        if (wish := self._wish(line.strip())) is not None:
+            yield wish
+        else:
+            self._say(f"  ! '{line.strip()}' is nothing that can be done here; {HELP}")
 
     def _wish(self, line: str) -> Wish | None:
         view = self._view

@@ -101,12 +101,14 @@ function showQuestions({ name, questions }, controls) {
   if (!changed("questions", name, questions, controls)) return;
   const focused = document.activeElement?.name;
   find("questions").replaceChildren(...questions.map((question) => {
-    const { key, label, value, choices } = question;
-    const input = choices.length ? make("select", { name: key }) : make("input", { name: key, value });
-    input.append(...choices.map((choice) => make("option", { value: choice, selected: choice === value }, choice)));
+    const { key, label, value, choices, free } = question;
+    const options = choices.map((choice) => make("option", { value: choice, selected: choice === value }, choice));
+    const input = options.length && !free ? make("select", { name: key }, ...options) : make("input", { name: key, value });
+    const hints = free ? [make("datalist", { id: `${key}-choices` }, ...options)] : [];
+    if (free) input.setAttribute("list", `${key}-choices`);
     input.disabled = !controls;
     input.addEventListener("change", () => ask({ do: "answer", key, text: input.value }));
-    return make("label", {}, make("span", {}, label), input);
+    return make("label", {}, make("span", {}, label), input, ...hints);
   }));
   if (focused) find("form").elements[focused]?.focus();
 }

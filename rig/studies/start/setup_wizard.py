@@ -3,7 +3,8 @@
 Parts: wizard. The bench that the twin is differs from what is said of it, by a seed: lens, pose,
 stiffness, projector, and a person's presses. Only the page is worked on, in a headless browser.
 What the calibration then says of the plate, of the projector and of a press is compared with the
-truth: the farthest place over the plate, and the root mean square of the force. A camera of ten images a second is said, so that the twin can be drawn on a busy machine.
+truth: the farthest place over the plate, and the root mean square of the force. A camera of ten
+images a second is said, so that the twin can be drawn on a busy machine.
 """
 
 from __future__ import annotations

@@ -49,6 +49,20 @@ def test_any_name_of_an_output_can_be_written(name):
     assert scene["projector"] == {"size": [800, 600], "output": name}
 
 
+@pytest.mark.parametrize(
+    ("named", "source"),
+    [
+        ("/dev/video4", {"kind": "opencv", "device": "/dev/video4"}),
+        ("v4l2 /dev/video0", {"kind": "v4l2", "device": "/dev/video0"}),
+        ("basler 22180001", {"kind": "basler", "serial": "22180001"}),
+        ("genicam 77 /opt/a.cti", {"kind": "genicam", "serial": "77", "producer": "/opt/a.cti"}),
+    ],
+)
+def test_a_camera_is_named_by_its_node_or_by_its_kind_and_number(named, source):
+    said = scene_of(changed(camera=named)).source.model_dump(exclude_none=True)
+    assert said == source
+
+
 def test_an_answer_keeps_the_value_and_says_it_again():
     said = with_answer(NOTHING_SAID, "pixels", "2048x1536")
     assert said.pixels == (2048, 1536)
