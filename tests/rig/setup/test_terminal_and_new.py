@@ -6,6 +6,7 @@ import sys
 
 import pytest
 
+from rig.cli import main
 from rig.page.setup_view import Button, Question, StepLine, StepView
 from rig.scene import load
 from rig.setup.desk import Answer, Drop, Go, Leave, Push
@@ -84,19 +85,23 @@ def test_the_setup_is_left_and_resumed_in_a_terminal(tmp_path):
     assert "3  thickness, mm: 1.9" in again.stderr
 
 
-def test_new_writes_a_scene_once_and_refuses_what_cannot_work(tmp_path):
+def test_new_writes_a_scene_once_and_refuses_what_cannot_work(tmp_path, monkeypatch, capsys):
     def new(*words):
-        call = [*COMMAND, "new", *words]
-        return subprocess.run(call, capture_output=True, text=True, cwd=tmp_path, check=False)
+        monkeypatch.setattr(sys, "argv", ["touchplate", "new", *words])
+        with pytest.raises(SystemExit) as end:
+            main()
+        return end.value.code, capsys.readouterr()
 
-    small = "--pixels", "640", "512"
-    made = new("a.toml", *small, "--size", "300", "220", "--projector", "1024", "768", "--json")
-    assert made.returncode == 0, made.stderr
-    assert json.loads(made.stdout)["file"] == "a.toml"
+    monkeypatch.chdir(tmp_path)
+    small = "--pixels", "480", "384"
+    words = *small, "--size", "300", "220", "--thickness", "1.8", "--projector", "1024", "768"
+    code, said = new("a.toml", *words, "--json")
+    assert code == 0, said.err
+    assert json.loads(said.out)["file"] == "a.toml"
     scene = load(tmp_path / "a.toml")
     assert (scene.plate.size, scene.projector.size) == ((300, 220), (1024, 768))
     again, thick = new("a.toml"), new("b.toml", *small, "--thickness", "30")
-    assert (again.returncode, thick.returncode) == (2, 2)
-    assert "'a.toml' exists; name another" in again.stderr
-    assert "plate thickness must stay below" in thick.stderr
+    assert (again[0], thick[0]) == (2, 2)
+    assert "'a.toml' exists; name another" in again[1].err
+    assert "plate thickness must stay below" in thick[1].err
     assert not (tmp_path / "b.toml").exists()
