@@ -168,7 +168,7 @@ def be_guided(setup: SetupSession, step: Step) -> Outcome:
         while True:
             try:
                 return _on_bench(setup, step, guided)
-            except OSError as error:
+            except (OSError, ValueError) as error:
                 guided.trouble, guided.guide = str(error), None
                 if (outcome := _wait(setup, guided)) is not None:
                     return outcome

@@ -166,7 +166,7 @@ class _Weighing:
     @property
     def shows(self) -> tuple[Mark, ...]:
         """The mark on the plate."""
-        target = self.guide.target if self.guide and self.chain else None
+        target = self.guide.mark if self.guide and self.chain else None
         return (Mark(target.x, target.y, target.force),) if target else ()
 
 
@@ -178,7 +178,7 @@ def press_known_weight(setup: SetupSession, step: Step) -> Outcome:
         while True:
             try:
                 return _on_bench(setup, weighing)
-            except OSError as error:
+            except (OSError, ValueError) as error:
                 weighing.trouble, weighing.guide = str(error), None
                 while weighing.guide is None:
                     if (outcome := weighing.hear()) is not None:

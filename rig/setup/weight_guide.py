@@ -18,7 +18,8 @@ from rig.system.frame import Frame
 PLACES = ((1, 1), (3, 1), (5, 1), (5, 3), (3, 3), (1, 3), (1, 5), (3, 5), (5, 5))
 """Sixths of the inner plate along x and y, in the order in which they are asked for."""
 BESIDE = 20.0  # mm from its mark: a model that nothing has corrected errs by less
-LIES = 1.5  # s more that a weight is looked at, once it lies still
+LIES = 2.0  # s that a weight is looked at, once it lies still,
+DARKENS = 0.4  # without the first ones, until the light of its mark is gone
 SEEN = 5  # frames in a row that show a press beside its mark, before that is said
 
 
@@ -60,6 +61,11 @@ class WeightGuide:
         return self.targets[len(self.taken)] if len(self.taken) < len(self.targets) else None
 
     @property
+    def mark(self) -> fe.Touch | None:
+        """What is to be lit now: nothing while a weight is looked at."""
+        return None if self._lies_since is not None else self.target
+
+    @property
     def progress(self) -> Progress:
         """Where it stands."""
         return Progress(self._sentence(), len(self.taken), len(self.targets))
@@ -97,6 +103,8 @@ class WeightGuide:
     def _follow_still(self, found: tuple[Mark, ...], target: fe.Touch, age: float) -> None:
         """Look at a weight that lies still; one that is lifted too early is laid again."""
         if len(found) == 1 and age < LIES:
+            if age < DARKENS:
+                self._frames.clear()
             return
         if len(found) == 1:
             images = [one.image for one in self._frames]

@@ -57,7 +57,7 @@ class Weight:
     def __init__(self, guide):
         self.guide, self.number = guide, 0
 
-    def lies(self, x, y, seconds=2.5, force=2.0):
+    def lies(self, x, y, seconds=3.0, force=2.0):
         for _ in range(round(20 * seconds)):
             self.number += 1
             image = np.full((6, 8), self.number % 250, np.uint8)
@@ -88,16 +88,18 @@ def test_the_image_of_a_press_is_the_mean_of_the_frames_in_which_it_lay_still():
     weight = Weight(guide)
     weight.lies(100, 80)
     _, frames, image = guide.taken[0]
-    last = 1 + round((0.6 + 1.5) * 20)  # it must stand still first
-    assert frames == pytest.approx((0.3 + 1.5) * 20 + 1, abs=1)
+    last = 1 + round((0.6 + 2.0) * 20)  # it must stand still first
+    assert frames == pytest.approx((2.0 - 0.4) * 20, abs=1)  # and the light of its mark be gone
     assert image.mean() == pytest.approx(last - (frames - 1) / 2, abs=1)
 
 
 def test_a_weight_that_is_lifted_too_early_is_laid_again():
     guide = WeightGuide((fe.Touch(100.0, 80.0, 2.0),))
     weight = Weight(guide)
+    assert guide.mark == guide.target
     weight.lies(100, 80, 1.0)
     assert guide.progress.sentence == "leave it there"
+    assert guide.mark is None
     weight.lies(0, 0, 0.2, force=0)
     assert guide.progress.taken == 0
     weight.lies(100, 80)
