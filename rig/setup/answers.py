@@ -82,7 +82,7 @@ class Answers(Section):
     ruler: Length = Field(100.0, gt=50, lt=200, description="100 mm of the ruler as printed, mm")
     left: Length | None = Field(None, description="board's left edge right of the plate's, mm")
     below: Length | None = Field(None, description="board's lower edge above the plate's, mm")
-    grams: float = Field(200.0, gt=0, le=20_000, description="known weight, g")
+    grams: float = Field(200.0, ge=0.1, le=20_000, description="known weight, g")
 
     @property
     def size(self) -> tuple[float, float]:

@@ -39,6 +39,9 @@ from rig.recording import layout
 from rig.recording.session import frame, open_session, reported
 from rig.recording.writer import Writer
 from rig.scene import Scene
+from rig.setup.scene_file import corner_of_board, scene_of
+from rig.setup.session import SetupState, keep_state, read_state
+from rig.setup.steps import next_step
 from rig.studies.files.limits import out_of_range
 from rig.studies.files.mutation import Rng, mutate_bytes, mutate_number
 from rig.studies.study import part
@@ -171,6 +174,28 @@ def read_calibration(path: Path) -> Wrong:
     if camera is not None and kept.projector is not None:
         view = plate_view(part(rig.load("twin").plate).build(), camera, 1.0)
         kept.light(view.T_px_plate, (64, 48))
+
+
+def make_setup(path: Path) -> None:
+    """Write how far a setup is, with every answer that there is."""
+    said = {
+        "camera": "/dev/video2",
+        "exposure": 8e-3,
+        "output": "HDMI-1",
+        "left": 15.0,
+        "below": 22.0,
+    }
+    done = "plate", "print", "camera", "output", "lens"
+    keep_state(path, SetupState.model_validate({"answers": said, "done": done}))
+
+
+def read_setup(path: Path) -> Wrong:
+    """Read a state, and make of it what the setup makes."""
+    state = read_state(path)
+    yield from out_of_range(state.answers.model_dump())
+    next_step(state.answers, state.done)
+    corner_of_board(state.answers)
+    scene_of(state.answers)
 
 
 def net() -> models.Trained:
@@ -380,6 +405,7 @@ def read_kernel(path: Path) -> Wrong:
 KINDS: Mapping[str, Kind] = {
     "scene": Kind(".toml", make_scene, mutate_text, read_scene),
     "calibration": Kind(".json", make_calibration, mutate_text, read_calibration),
+    "setup": Kind(".setup.json", make_setup, mutate_text, read_setup),
     "model": Kind(".h5", make_model, mutate_model, read_model),
     "recording": Kind(".h5", make_recording, mutate_recording, read_recording),
     "cache": Kind(".npz", make_cache, mutate_bytes, read_cache),

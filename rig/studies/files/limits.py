@@ -8,6 +8,10 @@ from typing import Any, cast
 
 ANY = (-1e9, 1e9)
 LIMITS: Mapping[str, tuple[float, float]] = {
+    "width": (1e-6, 1e6),
+    "height": (1e-6, 1e6),
+    "grams": (1e-9, 1e6),
+    "ruler": (10, 1000),
     "thickness": (1e-6, 1e5),
     "young": (1e-6, 1e8),
     "poisson": (-1, 0.5),
