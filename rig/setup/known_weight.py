@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 
 from rig.calibration.bench_presses import Listed, identify_by_images, usual_bench
+from rig.calibration.guide import Progress
 from rig.calibration.guided import PATIENCE
 from rig.live.baseline import average_reference, moved_during_reference
 from rig.live.bench import Bench
@@ -60,9 +62,9 @@ class _Weighing:
         """Build the bench as it is usual, and wait for the reference."""
         self.trouble, self.found, self.chain = "", "", None
         answers = self.setup.state.answers
-        self.show("one moment: the plate is computed", None)
+        report = self._work("the plate is computed")
         try:
-            self.bench = usual_bench(self.setup.scene, self.setup.calibration, self._report)
+            self.bench = usual_bench(self.setup.scene, self.setup.calibration, report)
         except ValueError as error:
             self.trouble = str(error)
             return
@@ -108,13 +110,13 @@ class _Weighing:
     def _identify(self, bench: Bench, chain: Chain, guide: WeightGuide) -> None:
         self.guide = None
         self.setup.bench.ask(NOTHING)
-        self.show("one moment: the bench is found from the presses", None)
+        report = self._work("the bench is found from the presses")
         seen = [
             (Listed(str(one), (0, frames - 1), (press.x, press.y), press.force), image)
             for one, (press, frames, image) in enumerate(guide.taken, start=1)
         ]
         try:
-            part = identify_by_images(bench, chain, seen, (), self._report)
+            part = identify_by_images(bench, chain, seen, (), report)
         except ValueError as error:
             self.trouble = str(error)
             return
@@ -129,13 +131,16 @@ class _Weighing:
             else "done"
         )
 
-    def _report(self, done: int, total: int) -> None:
-        """Let the page know that work goes on."""
+    def _work(self, what: str) -> Callable[[int, int], None]:
+        """Show that something is computed, and how far it is."""
 
-    def show(self, sentence: str, frame: Frame | None) -> None:
-        step = self.step
-        view = StepView(step.name, step.title, sentence, self.trouble)
-        self.setup.desk.show(view, frame)
+        def report(done: int, total: int) -> None:
+            progress = Progress(f"one moment: {what}", done, total)
+            view = StepView(self.step.name, self.step.title, progress.sentence, progress=progress)
+            self.setup.desk.show(view, None)
+
+        report(0, 1)
+        return report
 
     def view(self) -> StepView:
         step = self.step

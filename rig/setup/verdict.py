@@ -88,7 +88,8 @@ def measured_rows(known: Calibration, answers: Answers) -> tuple[VerdictRow, ...
     if known.noise:
         rows.append(_row("noise in the dark", known.noise.read, "grey levels", NOISE))
     if known.latency:
-        rows.append(_row("light comes late by", 1e3 * known.latency.median, "ms", 1e3 * LATE))
+        late = 1e3 * known.latency.median
+        rows.append(_row("light comes late by", round(late), "ms", 1e3 * LATE))
     return tuple(rows)
 
 
@@ -107,7 +108,7 @@ def _presses(known: Calibration, answers: Answers) -> list[VerdictRow]:
 
 def _row(what: str, value: float, unit: str, limit: float, advice: str = "") -> VerdictRow:
     good = value <= limit
-    return VerdictRow(what, f"{value:.2g} {unit}", good, "" if good else advice or ADVICE[what])
+    return VerdictRow(what, f"{value:.3g} {unit}", good, "" if good else advice or ADVICE[what])
 
 
 def noise_row(made: Design, answers: Answers) -> VerdictRow:
