@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import models
-from models.bench.bench import HeldOut
 from rig.calibration import store
 from rig.calibration.latency import Latency
 from rig.calibration.photon import Photon
@@ -27,7 +26,7 @@ def calibrated(*parts):
 def bench(place, force):
     count = len(models.BENCH)
     found = models.BenchEstimate(np.zeros(count), np.eye(count), 0.01, np.ones(count))
-    return replace(found, held_out=HeldOut(place, force, 9))
+    return replace(found, held_out=models.HeldOut(place, force, 9))
 
 
 @pytest.mark.parametrize(("place", "force", "good"), [(0.4, 0.012, True), (1.7, 0.034, False)])
