@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -45,7 +45,8 @@ def setup(
     from rig.setup.run import set_up
     from rig.setup.session import read_state, state_beside
 
-    with ExitStack() as parts, interruptible():
+    complete = False
+    with suppress(KeyboardInterrupt), ExitStack() as parts, interruptible():
         bench = _bench(rehearse, seed)
         complete = set_up(path, bench, _desk(terminal, port, parts))
     again = f"left; resume with: touchplate setup {path}{' --rehearse' * rehearse}"
