@@ -5,6 +5,7 @@ python docs/images/view.py
 
 import io
 import tempfile
+from contextlib import chdir
 from pathlib import Path
 
 from PIL import Image
@@ -13,7 +14,7 @@ from playwright.sync_api import Page, expect, sync_playwright
 from rig.studies.start.pulled_sheet import RADIUS, draw_sheet
 from rig.studies.start.ten_minutes import FLAGS, FRAMES, Hands, served, walk
 
-IMAGES = Path(__file__).parent
+IMAGES = Path(__file__).resolve().parent
 VIEW = {"width": 1380, "height": 1010}
 WIDE = 1150  # px of the images
 
@@ -28,8 +29,8 @@ def still(page: Page, name: str) -> None:
 
 def main() -> None:
     """Walk the way of a person, and look at the page on it."""
-    with tempfile.TemporaryDirectory() as name, sync_playwright() as play:
-        folder = Path(name)
+    with tempfile.TemporaryDirectory() as name, chdir(name), sync_playwright() as play:
+        folder = Path()  # the page shows names as they are given
         sheet = draw_sheet(folder / "images", FRAMES)
         browser = play.chromium.launch(executable_path="/usr/bin/chromium", args=list(FLAGS))
         page = browser.new_page(viewport=VIEW)

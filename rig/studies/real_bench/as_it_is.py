@@ -1,11 +1,11 @@
 """Touches on a bench that is not as its scene says, before and after presses.
 
 Parts: few (each thing that is wrong alone, and all together, 40 touches), each, all (200 touches),
-twenty (all together, 20 presses), ordinary (all together, 30 touches of which nothing is known but
-one weight of 2 N). Truth is the whole plate of von Kármán on its own mesh of 40 elements with edges
-that give, photographed at 1024² with a noise of 2 grey levels; the estimator has the scene and
-presses of 12 frames, whose list errs by 0.2 mm and 0.3 %. Inside 1 and 2 σ: x, y and F each, of
-touches that are FOUND.
+others (a gamma, a plate of 2 mm, two edges clamped, 40 touches), twenty (all together, 20 presses),
+ordinary (all together, 30 touches of which nothing is known but one weight of 2 N). Truth is the
+whole plate of von Kármán on its own mesh of 40 elements with edges that give, photographed at 1024²
+with a noise of 2 grey levels; the estimator has the scene and presses of 12 frames, whose list errs
+by 0.2 mm and 0.3 %. Inside 1 and 2 σ: x, y and F each, of touches that are FOUND.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import rig
 from rig.calibration import bench_presses, store
 from rig.calibration.store import Calibration, read_calibration
 from rig.report.figure import Bar, Figure, at_most
-from rig.studies.real_bench.departure import ALL, DEPARTURES, RealBench
+from rig.studies.real_bench.departure import ALL, BENCHES, DEPARTURES, RealBench
 from rig.studies.real_bench.score import Score, score
 from rig.studies.real_bench.session import (
     Touched,
@@ -51,6 +51,12 @@ NONE: Bars = (None, None, None)
 def each(touches: int) -> Iterator[Figure]:
     """Score one thing after the other."""
     for name, bench in DEPARTURES.items():
+        yield from departure(bench, name, touches, ONE)
+
+
+def others(touches: int) -> Iterator[Figure]:
+    """Score other benches."""
+    for name, bench in BENCHES.items():
         yield from departure(bench, name, touches, ONE)
 
 
@@ -92,7 +98,7 @@ def photographed(bench: RealBench, folder: Path, touches: int) -> tuple[Truth, P
     """Photograph touches on a bench; with the scene that reads the images."""
     truth = Truth(bench, SEED)
     made = write_touches(truth, folder / "touches", touches)
-    return truth, write_scene(folder, folder / "touches"), made
+    return truth, write_scene(folder, folder / "touches", bench), made
 
 
 def after(
@@ -150,6 +156,7 @@ def cells(seen: Score, bars: Bars) -> dict[str, Cell]:
 PARTS = {
     "few": few,
     "each": partial(each, MANY),
+    "others": partial(others, FEW),
     "all": partial(departure, ALL, TOGETHER_NAME, MANY, TOGETHER),
     "ordinary": partial(ordinary, MANY),
     "twenty": twenty,

@@ -12,10 +12,10 @@ title = "A bench that is not quite as it is said"
 
 [plate]
 size = ["254 mm", "254 mm"]
-thickness = "1 mm"
+thickness = "{thickness} mm"
 young = "3 GPa"
 poisson = 0.38
-edges.kind = "clamped"
+{edges}
 
 [touches]
 max_touches = 2
@@ -41,7 +41,15 @@ reference_frames = 16
 kind = "pattern"
 bench = "usual"
 """
-"""What is said of every one of them."""
+"""What is said of every one of them, but for the thickness and the edges."""
+
+CLAMPED = 'edges.kind = "clamped"'
+TWO_CLAMPED = """edges.kind = "mixed"
+edges.west.kind = "clamped"
+edges.east.kind = "clamped"
+edges.south.kind = "free"
+edges.north.kind = "free"
+"""
 
 SAID = fe.Plate((254.0, 254.0), 1.0, 3000.0, 0.38)
 _HEAT = SAID.young * SAID.thickness * 7e-5 / (1.0 - SAID.poisson)  # N/mm for each kelvin, PVC
@@ -60,12 +68,21 @@ class RealBench:
         Change of the camera after the reference was taken.
     leftover : float
         Fraction of the last touch that the plate still shows.
+    gamma : float
+        Of the camera: grey levels are the light to the power of 1 / gamma.
+    said_thickness : float, mm
+        As the scene has it.
+    said_edges : str
+        Lines of the scene.
     """
 
     plate: fe.Plate = SAID
     camera: tuple[float, ...] = (0.0,) * 9
     moved: tuple[float, ...] = (0.0,) * 9
     leftover: float = 0.0
+    gamma: float = 1.0
+    said_thickness: float = SAID.thickness
+    said_edges: str = CLAMPED
 
 
 def _held(*sides: tuple[float, float]) -> fe.Plate:
@@ -113,3 +130,18 @@ DEPARTURES: dict[str, RealBench] = {
     "camera drifts by 1 px": RealBench(moved=(2e-4, 0.0, 0.0, 0.25, 0.0, 0.0, 0.0, 0.0, 0.0)),
 }
 """Each thing alone, by its name."""
+
+_TWO_GIVING = fe.Edges(
+    fe.Elastic(inf, 2000.0, 60.0), fe.Elastic(inf, 1500.0, 80.0), fe.Free(), fe.Free()
+)
+
+BENCHES: dict[str, RealBench] = {
+    "gamma 2.2": RealBench(gamma=2.2),
+    "plate of 2 mm": replace(ALL, plate=replace(ALL.plate, thickness=1.94), said_thickness=2.0),
+    "two edges clamped": replace(
+        ALL,
+        plate=replace(ALL.plate, edges=_TWO_GIVING, tension=(0.06, 0.0, 0.0), shape=None),
+        said_edges=TWO_CLAMPED,
+    ),
+}
+"""Other benches: a camera whose grey levels bend, and others on which all is wrong together."""

@@ -139,7 +139,7 @@ def hour(count: int) -> Iterator[Figure]:
     learned = loop.summary()["learned"]
     yield from line(
         TABLE,
-        f"{count} minutes, all wrong together and changing",
+        f"{'an hour' if count == 60 else f'{count} minutes'} of warming, creep and drift",
         **{name: cell for name, cell in cells(seen, BARS).items() if name != "frame"},
         learned=(float(learned["touches"]), "touches"),
         strange=(float(learned["strange"]), "touches"),

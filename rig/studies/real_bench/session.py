@@ -12,7 +12,7 @@ from PIL import Image
 
 import fe
 from rig.calibration.bench_presses import COLUMNS
-from rig.studies.real_bench.departure import SAID, SCENE
+from rig.studies.real_bench.departure import SAID, SCENE, RealBench
 from rig.studies.real_bench.truth import Truth
 from rig.system.arrays import F64, Grey
 
@@ -93,10 +93,11 @@ def write_touches(truth: Truth, folder: Path, count: int) -> list[Touched]:
     return made
 
 
-def write_scene(folder: Path, images: Path) -> Path:
-    """Write the scene that reads the images of a folder."""
-    path = folder / "scene.toml"
-    path.write_text(SCENE.format(folder=images), encoding="utf-8")
+def write_scene(folder: Path, images: Path, bench: RealBench | None = None) -> Path:
+    """Write the scene of a bench that reads the images of a folder."""
+    said, path = bench or RealBench(), folder / "scene.toml"
+    text = SCENE.format(folder=images, thickness=said.said_thickness, edges=said.said_edges)
+    path.write_text(text, encoding="utf-8")
     return path
 
 

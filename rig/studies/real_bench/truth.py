@@ -63,19 +63,25 @@ class Truth:
 
     def reference(self, number: int) -> Grey:
         """Photograph the untouched plate."""
-        moved = self.displacement(self.at_rest.points, ())
-        return self.at_rest.render(moved, _SENSOR, np.random.default_rng((self.seed, number)))
+        return self._image(self.at_rest, self.displacement(self.at_rest.points, ()), number)
 
     def photograph(self, touches: tuple[fe.Touch, ...], before: F64 | None, number: int) -> Grey:
         """Photograph the touched plate; `before` is what moved it last, (K, 3) mm."""
         moved = self.displacement(self.later.points, touches)
         if before is not None:
             moved = moved + self.bench.leftover * before
-        return self.later.render(moved, _SENSOR, np.random.default_rng((self.seed, number)))
+        return self.image(moved, number)
 
     def image(self, moved: F64, *number: int) -> Grey:
         """Photograph points that moved from a flat plate, (K, 3) mm."""
-        return self.later.render(moved, _SENSOR, np.random.default_rng((self.seed, *number)))
+        return self._image(self.later, moved, *number)
+
+    def _image(self, view: synthetic.Warper, moved: F64, *number: int) -> Grey:
+        linear = view.render(moved, _SENSOR, np.random.default_rng((self.seed, *number)))
+        if self.bench.gamma == 1.0:
+            return linear
+        bent = 255.0 * (linear / 255.0) ** (1.0 / self.bench.gamma)
+        return np.rint(bent).astype(np.uint8)
 
     def left(self, touches: tuple[fe.Touch, ...]) -> F64 | None:
         """Compute what touches move, where the plate keeps a part of it."""
