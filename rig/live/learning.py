@@ -24,7 +24,7 @@ HELD = 8
 """Frames that a touch must be held for, and is looked at for."""
 LATER = 20
 """Frames after which what was learned is taken over."""
-_STILL, _STEADY = 0.5, 0.05  # mm and fraction of the force between frames of one touch
+_STILL, _STEADY = 1.5, 0.1  # mm and fraction of the force between frames of one touch
 _ELSEWHERE = 15.0  # mm from the touch before, which a touch must lie away to say something new,
 _LONG_AGO = 20.0  # s, or so long after it
 _STRONG = 0.5  # N

@@ -4,8 +4,9 @@ Parts: few (20 touches), hour (60, one a minute). Nine presses show the bench on
 to change: all that `as_it_is` has wrong together. Then the temperature of the plate in its frame
 goes up and down by 1 K in ten minutes, half a kelvin to either side of that of the presses (0.85 K
 above it this plate buckles); the plate keeps 5 % of every touch that ended, and the camera drifts
-by 0.05 px a minute. Each touch is held for some frames, of which the last one counts, and a frame
-of the plate alone follows it. Truth is the whole plate of von Kármán, as there.
+by 0.05 px a minute. Before each touch the plate is alone for most of a minute; it is held for some
+frames, of which the last one counts, and a frame of the plate alone follows it. Truth is the whole
+plate of von Kármán, as there.
 """
 
 from __future__ import annotations
@@ -36,6 +37,7 @@ TABLE = "The bench as it is, for an hour"
 SEED = 3
 BARS = at_most(0.4), None, at_most(2.0)
 HELD = 22  # frames of a touch: some show the bench, and some pass until it is taken over
+_REST = 6  # frames of the plate alone before it, over most of the minute
 _MINUTE, _INTERVAL = 60.0, 1.0 / 30.0  # s
 _PERIOD = 20  # minutes, of which the plate warms by 1 K in one half and cools in the other
 _KELVIN = SAID.young * SAID.thickness * 7e-5 / (1.0 - SAID.poisson)  # N/mm, PVC
@@ -55,11 +57,13 @@ def bench_after(minute: int) -> RealBench:
 
 @dataclass(frozen=True)
 class Minute:
-    """Frames of one touch and of the plate alone after it, and what touched."""
+    """Frames of the plate alone, of a touch and of the plate again, and what touched."""
 
     number: int
     touch: F64
-    images: tuple[Grey, ...]
+    before: tuple[Grey, ...]
+    held: tuple[Grey, ...]
+    after: Grey
 
 
 def minutes(count: int) -> Iterator[Minute]:
@@ -71,12 +75,12 @@ def minutes(count: int) -> Iterator[Minute]:
         touch = fe.Touch(float(place[0]), float(place[1]), float(rng.uniform(0.5, 4.0)))
         points = truth.later.points
         shown = 0.0 if before is None else _left(*before, points)
-        pressed = truth.displacement(points, (touch,))
-        held = [truth.image(pressed + shown, number, k) for k in range(HELD)]
+        rest, pressed = (truth.displacement(points, touches) for touches in ((), (touch,)))
+        alone = tuple(truth.image(rest + shown, number, HELD + 1 + k) for k in range(_REST))
+        held = tuple(truth.image(pressed + shown, number, k) for k in range(HELD))
         before = truth, touch
-        alone = truth.displacement(points, ()) + _left(*before, points)
-        images = *held, truth.image(alone, number, HELD)
-        yield Minute(number, np.array([*place, touch.force]), images)
+        after = truth.image(rest + truth.bench.leftover * (pressed - rest), number, HELD)
+        yield Minute(number, np.array([*place, touch.force]), alone, held, after)
 
 
 def _left(truth: Truth, touch: fe.Touch, points: F64) -> F64:
@@ -115,13 +119,19 @@ class HourSource:
         rest = Truth(ALL, SEED)
         for number in range(REFERENCES):
             yield Frame(number, number * _INTERVAL, rest.reference(number))
-        sequence = REFERENCES
         for minute in minutes(count):
-            for k, image in enumerate(minute.images):
-                if k >= HELD - 1:
-                    self.made.append(Touched(sequence, minute.touch if k < HELD else None))
-                yield Frame(sequence, minute.number * _MINUTE + k * _INTERVAL, image)
-                sequence += 1
+            yield from self._frames_of(minute)
+
+    def _frames_of(self, minute: Minute) -> Iterator[Frame]:
+        first = REFERENCES + (minute.number - 1) * (_REST + HELD + 1)
+        start = (minute.number - 1) * _MINUTE
+        for k, image in enumerate(minute.before, 1):
+            yield Frame(first, start + k * _MINUTE / (_REST + 1), image)
+            first += 1
+        for k, image in enumerate((*minute.held, minute.after)):
+            if k >= HELD - 1:
+                self.made.append(Touched(first + k, minute.touch if k < HELD else None))
+            yield Frame(first + k, start + _MINUTE + k * _INTERVAL, image)
 
 
 def hour(count: int) -> Iterator[Figure]:
