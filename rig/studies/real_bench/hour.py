@@ -1,12 +1,12 @@
 """An hour on a bench that changes: a plate that warms, creeps and a camera that drifts.
 
 Parts: few (20 touches), hour (60, one a minute). Nine presses show the bench once, before it begins
-to change: all that `as_it_is` has wrong together. Then the temperature of the plate in its frame
-goes up and down by 1 K in ten minutes, half a kelvin to either side of that of the presses (0.85 K
-above it this plate buckles); the plate keeps 5 % of every touch that ended, and the camera drifts
-by 0.05 px a minute. Before each touch the plate is alone for most of a minute; it is held for some
-frames, of which the last one counts, and a frame of the plate alone follows it. Truth is the whole
-plate of von Kármán, as there.
+to change: all that `as_it_is` has wrong together, and 5 % of every touch that ended stay in the
+plate. Then the temperature of the plate in its frame goes up and down by 1 K in ten minutes, half a
+kelvin to either side of that of the presses (0.85 K above it this plate buckles), and the camera
+drifts by 0.05 px a minute. Before each touch the plate is alone for most of a minute; it is held
+for some frames, of which the last one counts, and a frame of the plate alone follows it. Truth is
+the whole plate of von Kármán, as there.
 """
 
 from __future__ import annotations
@@ -37,12 +37,17 @@ TABLE = "The bench as it is, for an hour"
 SEED = 3
 BARS = at_most(0.4), None, at_most(2.0)
 HELD = 22  # frames of a touch: some show the bench, and some pass until it is taken over
-_REST = 6  # frames of the plate alone before it, over most of the minute
+# Images of the plate alone before it, over most of the minute: each stands for some seconds of
+# frames, of which the state of rest is the mean.
+_REST = 6
 _MINUTE, _INTERVAL = 60.0, 1.0 / 30.0  # s
 _PERIOD = 20  # minutes, of which the plate warms by 1 K in one half and cools in the other
 _KELVIN = SAID.young * SAID.thickness * 7e-5 / (1.0 - SAID.poisson)  # N/mm, PVC
 _DRIFT = 0.05 * 500.0 / 1850.0  # mm a minute, 0.05 px
 _MARGIN = 25.0  # mm
+
+
+AT_FIRST = replace(ALL, leftover=0.05)
 
 
 def bench_after(minute: int) -> RealBench:
@@ -52,7 +57,7 @@ def bench_after(minute: int) -> RealBench:
     xx, yy, xy = ALL.plate.tension
     tension = (xx - _KELVIN * kelvin, yy - _KELVIN * kelvin, xy)
     moved = (0.0, 0.0, 0.0, _DRIFT * minute, 0.0, 0.0, 0.0, 0.0, 0.0)
-    return replace(ALL, plate=replace(ALL.plate, tension=tension), moved=moved, leftover=0.05)
+    return replace(AT_FIRST, plate=replace(ALL.plate, tension=tension), moved=moved)
 
 
 @dataclass(frozen=True)
@@ -76,7 +81,7 @@ def minutes(count: int) -> Iterator[Minute]:
         points = truth.later.points
         shown = 0.0 if before is None else _left(*before, points)
         rest, pressed = (truth.displacement(points, touches) for touches in ((), (touch,)))
-        alone = tuple(truth.image(rest + shown, number, HELD + 1 + k) for k in range(_REST))
+        alone = tuple(truth.mean_image(rest + shown, number, HELD + 1 + k) for k in range(_REST))
         held = tuple(truth.image(pressed + shown, number, k) for k in range(HELD))
         before = truth, touch
         after = truth.image(rest + truth.bench.leftover * (pressed - rest), number, HELD)
@@ -116,7 +121,7 @@ class HourSource:
         return frame
 
     def _all(self, count: int) -> Iterator[Frame]:
-        rest = Truth(ALL, SEED)
+        rest = Truth(AT_FIRST, SEED)
         for number in range(REFERENCES):
             yield Frame(number, number * _INTERVAL, rest.reference(number))
         for minute in minutes(count):
@@ -138,7 +143,7 @@ def hour(count: int) -> Iterator[Figure]:
     """Score touches on a bench that changes, and what is found where nothing touches."""
     with tempfile.TemporaryDirectory() as place:
         path = write_scene(Path(place), Path(place) / "touches")
-        listed = write_presses(Truth(ALL, SEED), Path(place) / "presses", 9)
+        listed = write_presses(Truth(AT_FIRST, SEED), Path(place) / "presses", 9)
         known = kept(identified(path, listed, listed.with_suffix("")), Path(place))
         scene = rig.load(path)
     source = HourSource(count)

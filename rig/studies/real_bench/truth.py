@@ -20,6 +20,7 @@ from rig.system.arrays import F64, Grey
 _ELEMENTS = 40
 _PIXELS = (1024, 1024)
 _SENSOR = synthetic.Sensor(noise=2.0, bits=8)
+_MEAN = synthetic.Sensor(noise=0.4, bits=8)  # of 25 images
 _MIDDLE = (127.0, 127.0, 0.0)
 
 
@@ -76,8 +77,18 @@ class Truth:
         """Photograph points that moved from a flat plate, (K, 3) mm."""
         return self._image(self.later, moved, *number)
 
-    def _image(self, view: synthetic.Warper, moved: F64, *number: int) -> Grey:
-        linear = view.render(moved, _SENSOR, np.random.default_rng((self.seed, *number)))
+    def mean_image(self, moved: F64, *number: int) -> Grey:
+        """Photograph them many times, and give the mean of the images."""
+        return self._image(self.later, moved, *number, sensor=_MEAN)
+
+    def _image(
+        self,
+        view: synthetic.Warper,
+        moved: F64,
+        *number: int,
+        sensor: synthetic.Sensor = _SENSOR,
+    ) -> Grey:
+        linear = view.render(moved, sensor, np.random.default_rng((self.seed, *number)))
         if self.bench.gamma == 1.0:
             return linear
         bent = 255.0 * (linear / 255.0) ** (1.0 / self.bench.gamma)
