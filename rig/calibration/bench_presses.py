@@ -209,7 +209,7 @@ def measured(chain: Chain, image: F32, start: F64 | None, name: str) -> tuple[F6
     ValueError
         If the image cannot be used, or shows no touch.
     """
-    seen = _registered(chain, image)
+    seen = _registered(chain, image, start)
     if seen.unusable_reason:
         raise ValueError(f"images of press {name} cannot be used: {seen.unusable_reason}")
     pattern, estimator = chain.masked_models.for_mask(seen.hidden)
@@ -221,11 +221,17 @@ def measured(chain: Chain, image: F32, start: F64 | None, name: str) -> tuple[F6
     return touch, white, np.ascontiguousarray(pattern.factor.T) / chain.noise
 
 
-def _registered(chain: Chain, image: F32) -> Registered:
-    """Move the reference to an image; the camera may have jumped since."""
+def _registered(chain: Chain, image: F32, start: F64 | None) -> Registered:
+    """Move the reference to an image; the camera may have jumped since, or the plate moved far."""
     still, watch = chain.pattern.still(), Stopwatch(lambda: 0.0)
     seen = register(chain, image, still, watch)
     if seen.hidden.mean() <= STRANGE:
         return seen
-    after = register(chain, image, jumped(chain, image, still, watch), watch)
-    return min(seen, after, key=strangeness)
+    starts = [jumped(chain, image, still, watch)]
+    if start is not None:
+        pressed = still.copy()
+        motions = chain.pattern.motions
+        pressed[: motions.fields] = motions.modal_amplitudes(start[:, :2], start[:, 2])
+        starts.append(pressed)
+    others = [register(chain, image, moved, watch) for moved in starts]
+    return min(seen, *others, key=strangeness)

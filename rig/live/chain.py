@@ -281,9 +281,14 @@ def _compared(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> Re
         sums = tile_sums(chain.reference, image, chain.pattern.motions.flow(moved))
     with watch.stage("mask"):
         hidden = hidden_tiles(chain.reference, sums, chain.noise)
-        if why := unusable_reason(chain.reference, sums, hidden):
+        why, pattern = unusable_reason(chain.reference, sums, hidden), chain.pattern
+        if not why:
+            try:
+                pattern = chain.masked_models.pattern_for(hidden)
+            except ValueError as error:  # too few tiles for so many fields
+                why = str(error)
+        if why:
             return Registered(sums, hidden, why, chain.pattern, np.empty(0), moved)
-        pattern = chain.masked_models.pattern_for(hidden)
         right = pattern.gradient(sums_without_gain_offset(chain.tiles, sums), moved)
         return Registered(sums, hidden, "", pattern, right, pattern.motion(right))
 

@@ -12,13 +12,15 @@ from dataclasses import dataclass, replace
 from math import hypot, inf, sqrt
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 import models
 from models import BenchEstimate, BenchForward, Result
 from rig.live.baseline import is_consistent
 from rig.live.chain import Chain, FrameEstimate
+from rig.live.quality import SLIGHT
 from rig.live.visibility import MaskedModels
-from rig.system.arrays import F64
+from rig.system.arrays import F64, Mask
 
 HELD = 8
 """Frames that a touch must be held for, and is looked at for."""
@@ -96,7 +98,7 @@ class Learning:
         self._known_at = time if self._known_at is None else self._known_at
         if self._next is not None:
             return self._taken_over()
-        self._held = self._holding(found)
+        self._held = self._holding(found, chain)
         if self._held is not None and len(self._held.shown) == HELD:
             self._ask(time, self._held, chain)
             self._held = None
@@ -122,23 +124,24 @@ class Learning:
         self.learned = replace(self.learned, touches=self.learned.touches + 1)
         return made
 
-    def _holding(self, found: FrameEstimate) -> _Held | None:
+    def _holding(self, found: FrameEstimate, chain: Chain) -> _Held | None:
         """Add a frame to the touch that is held; None where it shows no single, steady touch."""
         estimate = found.estimate
         if (
             found.measured is None
             or estimate.result is not Result.FOUND
             or estimate.count != 1
-            or found.hidden.any()
+            or found.hidden.mean() > SLIGHT
             or not is_consistent(estimate)
         ):
             return None
         touch = np.array([*estimate.xy[0], estimate.force[0]])
         if touch[2] < _STRONG:
             return None
+        shown = _of_whole_pattern(found.measured, found.hidden, chain)
         if self._held is None or not _same(self._held.touch, touch):
-            return _Held(touch, (found.measured,), found.state.memory.left)
-        return replace(self._held, shown=(*self._held.shown, found.measured))
+            return _Held(touch, (shown,), found.state.memory.left)
+        return replace(self._held, shown=(*self._held.shown, shown))
 
     def _ask(self, time: float, held: _Held, chain: Chain) -> None:
         """Work out what a touch says, where it is not the one that was looked at last."""
@@ -162,6 +165,15 @@ class Learning:
             return True
         then, before = self._last
         return time - then > _LONG_AGO or hypot(*(touch[:2] - before[:2])) > _ELSEWHERE
+
+
+def _of_whole_pattern(measured: F64, hidden: Mask, chain: Chain) -> F64:
+    """Whiten what a frame with a few hidden tiles shows as if these had shown the same."""
+    if not hidden.any():
+        return measured
+    visible = chain.masked_models.pattern_for(hidden).factor
+    amplitudes = solve_triangular(visible, measured, lower=True, trans=1, check_finite=False)
+    return np.asarray(chain.pattern.factor.T @ amplitudes, dtype=np.float64)
 
 
 def _same(before: F64, touch: F64) -> bool:

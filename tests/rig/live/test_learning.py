@@ -65,9 +65,20 @@ def frames(forward):
     return found
 
 
+def chain_of(forward):
+    """Give what the learning asks of a chain; a hidden tile takes a tenth of every amplitude."""
+    factor = np.linalg.cholesky(forward.whitening.T @ forward.whitening)
+    visible = SimpleNamespace(factor=0.9 * factor)
+    return SimpleNamespace(
+        estimator=SimpleNamespace(forward=forward),
+        pattern=SimpleNamespace(factor=factor),
+        masked_models=SimpleNamespace(pattern_for=lambda hidden: visible),
+    )
+
+
 def follow(learning, forward, shown, start=100.0):
     """Show frames; give the numbers of those after which the bench is another one."""
-    chain = SimpleNamespace(estimator=SimpleNamespace(forward=forward))
+    chain = chain_of(forward)
     begun = [learning.follow(start + k * INTERVAL, one, chain) for k, one in enumerate(shown)]
     return [k for k, bench in enumerate(begun) if bench is not None]
 
@@ -81,6 +92,19 @@ def test_a_touch_that_is_held_is_learned_from_a_fixed_number_of_frames_later(
     assert follow(learning, forward, shown) == [HELD - 1 + LATER]
     assert (learning.learned.touches, learning.learned.strange) == (1, 0)
     assert np.abs(learning.bench.values[TENSION] + 0.05).max() < 0.03
+
+
+def test_few_hidden_tiles_change_nothing(learning, forward, frames):
+    learning.bench = models.wandered(learning.bench, 60.0)
+    other = Learning(learning.bench, 16)
+    shown = [frames(TOUCH) for _ in range(HELD + LATER)]
+    few = np.arange(100) == 7
+    hidden = [
+        SimpleNamespace(**{**vars(one), "measured": 0.9 * one.measured, "hidden": few})
+        for one in shown
+    ]
+    assert follow(learning, forward, shown) == follow(other, forward, hidden)
+    np.testing.assert_allclose(other.bench.values, learning.bench.values, atol=1e-9)
 
 
 @pytest.mark.parametrize("what", ["two", "moving", "light", "hidden", "unusable", "left too soon"])
@@ -116,7 +140,7 @@ def test_a_touch_that_fits_no_likely_bench_is_left_aside(learning, forward, fram
 
 def test_a_bench_that_nothing_is_seen_of_is_less_and_less_sure(learning, forward, frames):
     before = learning.bench.sigma[TENSION]
-    chain = SimpleNamespace(estimator=SimpleNamespace(forward=forward))
+    chain = chain_of(forward)
     begun = [learning.follow(100.0 + 10.0 * k, frames([]), chain) for k in range(10)]
     assert [k for k, one in enumerate(begun) if one is not None] == [3, 6, 9]
     assert (learning.bench.sigma[TENSION] > 2.0 * before).all()

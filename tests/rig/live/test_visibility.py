@@ -87,6 +87,16 @@ def test_a_plate_that_is_wholly_covered_says_so_and_goes_on_after(rig):
     assert (again.unusable_reason, again.estimate.count) == ("", 1)
 
 
+def test_tiles_too_few_for_the_fields_of_the_plate_are_no_fault_of_the_loop(rig, monkeypatch):
+    def too_few(hidden):
+        raise ValueError("48% of the tiles are hidden, and the others cannot tell; clear the view")
+
+    monkeypatch.setattr(rig.chain.masked_models, "pattern_for", too_few)
+    found = rig.process(20, (PRESS,))
+    assert found.unusable_reason.endswith("cannot tell; clear the view")
+    assert found.estimate.count == 0
+
+
 @pytest.mark.parametrize("light", [0.05, 0.2])
 def test_without_light_no_touch_is_reported(rig, light):
     dark = rig.process(20, (PRESS,), lambda image: light * image)
