@@ -114,7 +114,7 @@ def test_options_that_do_not_go_together_are_one_sentence(folder, monkeypatch, c
 
 @pytest.mark.slow
 def test_a_scheduler_that_is_not_there_is_one_sentence_and_nothing_is_lost(folder, monkeypatch):
-    monkeypatch.setattr(import_module("models.workers"), "_PATIENCE", 1)
+    monkeypatch.setattr(import_module("models.workers"), "PATIENCE", 0.5)
     frames = open_frames(str(folder / "frames"))
     ref = dic.prepare(frames.read(0), 21, 40)
     about = (ref, frames, Regions(), StrainOptions())
