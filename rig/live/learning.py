@@ -193,6 +193,9 @@ def on_learned(chain: Chain, bench: BenchEstimate) -> Chain:
     before, pattern = chain.estimator, chain.pattern
     if not isinstance(before.forward, BenchForward):
         raise ValueError("the chain stands on an exact bench, which nothing is learned of")
+    if np.array_equal(before.forward.fields.values, bench.values):  # it is less sure, no more
+        estimator = replace(before, bench=bench, grid=before.candidates)
+        return replace(chain, masked_models=MaskedModels(pattern, estimator, chain.noise))
     forward = before.forward.moved(bench.values)
     motions = replace(pattern.motions, modes=forward.fields, large=forward.fields)
     grid = replace(before.candidates, forward=forward)
