@@ -51,8 +51,8 @@ def _light(light: float) -> Sign:
 def _uncertainty(estimate: Estimate) -> Sign:
     """One standard deviation of the touch that is least sure."""
     if not estimate.count:
-        return Sign("uncertainty of a touch", "–", False)
+        return Sign("touch, σ", "–", False)
     variances = np.diag(estimate.covariance).reshape(-1, 3)
     place = float(np.sqrt((variances[:, 0] + variances[:, 1]).max() / 2))
     force = float(np.sqrt(variances[:, 2].max()))
-    return Sign("uncertainty of a touch", f"{place:.2g} mm, {force:.2g} N", place > COARSE)
+    return Sign("touch, σ", f"{place:.2g} mm, {force:.2g} N", place > COARSE)

@@ -41,11 +41,11 @@ def test_a_frame_at_rest_gives_no_warning(look):
     assert warned(found) == set()
     assert found["visible pattern"].says == "100%"
     assert found["light"].says == "100% of that at rest"
-    assert found["uncertainty of a touch"].says == "–"
+    assert found["touch, σ"].says == "–"
 
 
 def test_a_touch_says_how_sure_it_is(look):
-    place, force = look(PRESS)["uncertainty of a touch"].says.split(", ")
+    place, force = look(PRESS)["touch, σ"].says.split(", ")
     assert 0.2 < float(place.removesuffix(" mm")) < 2.0
     assert 0.002 < float(force.removesuffix(" N")) < 0.2
 
