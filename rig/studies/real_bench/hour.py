@@ -36,6 +36,8 @@ from rig.system.frame import Frame
 TABLE = "The bench as it is, for an hour"
 SEED = 3
 BARS = at_most(0.4), None, at_most(2.0)
+HOUR_CASE = "an hour of warming, creep and drift"
+HOUR = 60  # minutes, of which the bars speak
 HELD = 22  # frames of a touch: some show the bench, and some pass until it is taken over
 # Images of the plate alone before it, over most of the minute: each stands for some seconds of
 # frames, of which the state of rest is the mean.
@@ -152,16 +154,27 @@ def hour(count: int) -> Iterator[Figure]:
     found = {one.sequence: one.estimate for one in loop if one.estimate is not None}
     seen = compared(found, source.made, float("nan"))
     learned = loop.summary()["learned"]
+    found_in = cells(seen, BARS)
+    if count < HOUR:  # a part of an hour has no verdict, and the hour stands as not measured
+        unknown = {
+            name: (None, *cell[1:3])
+            for name, cell in found_in.items()
+            if isinstance(cell, tuple) and len(cell) > 2 and cell[2]
+        }
+        yield from line(TABLE, HOUR_CASE, **unknown)
+        found_in = {
+            n: cell[:2] if isinstance(cell, tuple) else cell for n, cell in found_in.items()
+        }
     yield from line(
         TABLE,
-        f"{'an hour' if count == 60 else f'{count} minutes'} of warming, creep and drift",
-        **{name: cell for name, cell in cells(seen, BARS).items() if name != "frame"},
+        HOUR_CASE if count >= HOUR else f"{count} minutes of warming, creep and drift",
+        **{name: cell for name, cell in found_in.items() if name != "frame"},
         learned=(float(learned["touches"]), "touches"),
         strange=(float(learned["strange"]), "touches"),
     )
 
 
-PARTS = {"few": partial(hour, 20), "hour": partial(hour, 60)}
+PARTS = {"few": partial(hour, 20), "hour": partial(hour, HOUR)}
 
 if __name__ == "__main__":
     run(PARTS, __doc__)
