@@ -15,8 +15,10 @@ from rig.calibration.store import Calibration
 from rig.camera.files import image_paths, read_grey
 from rig.live.baseline import average_reference
 from rig.live.bench import Bench, build_bench
-from rig.live.chain import STRANGE, Chain, Registered, jumped, register, strangeness
+from rig.live.chain import Chain
+from rig.live.frame_estimate import STRANGE
 from rig.live.known_bench import KnownBench
+from rig.live.registration import Registered, jumped, register, strangeness
 from rig.scene import Scene
 from rig.scene.sensing import PatternEstimator
 from rig.system.arrays import F32, F64

@@ -22,8 +22,9 @@ from rig.calibration.requested_presses import REQUESTED
 from rig.calibration.store import parse
 from rig.live.alignment import FEWEST, Alignment, align
 from rig.live.bench import Bench, build_bench
-from rig.live.chain import Chain, FrameEstimate, at_rest, estimate_frame
+from rig.live.chain import Chain, at_rest
 from rig.live.evidence import SIGNIFICANCE
+from rig.live.frame_estimate import FrameEstimate, estimate_frame
 from rig.live.view import marks
 from rig.recording.session import Session, reported
 from rig.system.arrays import F32, F64, AnyArray, Mask

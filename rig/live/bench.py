@@ -14,9 +14,10 @@ from dic import lay_tiles
 from models import ImageMotions, bench_before, prepare_motions
 from rig.live.alignment import Alignment
 from rig.live.baseline import ReferenceFrame
-from rig.live.chain import Chain, StrainChain, prepare_chain, prepare_strain
+from rig.live.chain import Chain, prepare_chain
 from rig.live.known_bench import KnownBench, motions_on_bench
 from rig.live.plate_in_time import PlateInTime, in_time, require_own_modes
+from rig.live.strain_chain import StrainChain, prepare_strain
 from rig.plates.cached import plate_modes, reduced
 from rig.scene import Scene
 from rig.scene.bench import CameraSection

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from rig.live.baseline import ReferenceFrame
-from rig.live.chain import Chain, ChainState, FrameEstimate
+from rig.live.chain import Chain, ChainState
+from rig.live.frame_estimate import FrameEstimate
 from rig.system.frame import Frame
 
 

@@ -17,7 +17,8 @@ from scipy.linalg import solve_triangular
 import models
 from models import BenchEstimate, BenchForward, Result
 from rig.live.baseline import is_consistent
-from rig.live.chain import Chain, FrameEstimate
+from rig.live.chain import Chain
+from rig.live.frame_estimate import FrameEstimate
 from rig.live.quality import SLIGHT
 from rig.live.visibility import MaskedModels
 from rig.system.arrays import F64, Mask

@@ -14,13 +14,14 @@ import numpy as np
 from models import Estimate, noise_from_sums
 from rig.live.baseline import ReferenceFrame, average_reference, moved_during_reference
 from rig.live.bench import Bench
-from rig.live.chain import FrameEstimate, StrainChain
+from rig.live.frame_estimate import FrameEstimate
 from rig.live.frame_record import FrameRecord, Recorder
 from rig.live.gestures import Gesture, Gestures
 from rig.live.learning import Learning
 from rig.live.quality import signs
 from rig.live.run_score import RunScore
 from rig.live.snapshot import Snapshot, StrainOverlay
+from rig.live.strain_chain import StrainChain
 from rig.live.tare import Tare
 from rig.live.tracker import LATENCY, FrameProcessor, FrameResult
 from rig.live.view import (

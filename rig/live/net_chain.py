@@ -25,7 +25,8 @@ from models import (
     prepare_net_estimator,
 )
 from rig.live.baseline import ReferenceFrame
-from rig.live.chain import NO_ESTIMATE, Chain, FrameEstimate
+from rig.live.chain import Chain
+from rig.live.frame_estimate import NO_ESTIMATE, FrameEstimate
 from rig.scene import Scene
 from rig.scene.bench import LatticeSection, RingSection
 from rig.scene.plate import PlateSection

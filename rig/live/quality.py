@@ -6,7 +6,8 @@ import numpy as np
 
 from models import Estimate, noise_from_sums
 from rig.live.baseline import is_consistent
-from rig.live.chain import Chain, FrameEstimate
+from rig.live.chain import Chain
+from rig.live.frame_estimate import FrameEstimate
 from rig.live.snapshot import Sign
 from rig.live.visibility import contrast
 

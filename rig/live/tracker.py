@@ -11,18 +11,12 @@ import numpy as np
 from models import BenchEstimate, BenchForward, Estimate, LargeForward, Result
 from rig.live.baseline import ReferenceFrame, drift_weight, is_consistent
 from rig.live.bench import Bench, PreparedBench
-from rig.live.chain import (
-    NO_ESTIMATE,
-    ChainState,
-    FrameEstimate,
-    at_rest,
-    estimate_frame,
-    strain_of,
-    with_strain,
-)
+from rig.live.chain import ChainState, at_rest
+from rig.live.frame_estimate import NO_ESTIMATE, FrameEstimate, estimate_frame
 from rig.live.learning import on_learned
 from rig.live.memory import Memory
 from rig.live.quality import SLIGHT
+from rig.live.strain_chain import strain_of, with_strain
 from rig.live.tracks import Event, Track, Tracks
 from rig.live.warm_up import Report, quiet, rehearsal
 from rig.system.frame import Frame

@@ -11,8 +11,8 @@ import numpy as np
 import fe
 import synthetic
 from models import Estimate
-from rig.live.chain import StrainChain
 from rig.live.snapshot import Mark, Snapshot, StrainOverlay
+from rig.live.strain_chain import StrainChain
 from rig.live.tracks import Track
 from rig.system.arrays import F64
 from rig.system.frame import Frame

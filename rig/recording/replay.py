@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from rig.live.bench import Bench
-from rig.live.chain import FrameEstimate, estimate_frame, with_strain
+from rig.live.frame_estimate import FrameEstimate, estimate_frame
+from rig.live.strain_chain import with_strain
 from rig.recording.layout import covariances, places, state, there
 from rig.recording.session import Session, frame
 from rig.system.frame import Frame

@@ -12,7 +12,8 @@ from rig.calibration.guide import Progress
 from rig.calibration.guided import PATIENCE
 from rig.live.baseline import average_reference, moved_during_reference
 from rig.live.bench import Bench
-from rig.live.chain import Chain, ChainState, at_rest, estimate_frame
+from rig.live.chain import Chain, ChainState, at_rest
+from rig.live.frame_estimate import estimate_frame
 from rig.live.snapshot import Mark
 from rig.live.view import marks, plate_view
 from rig.page.setup_view import Button, StepView

@@ -11,7 +11,8 @@ from models import Net
 from rig.calibration.session import presses
 from rig.calibration.store import Calibration
 from rig.live.bench import MODES, build_bench
-from rig.live.chain import at_rest, estimate_frame
+from rig.live.chain import at_rest
+from rig.live.frame_estimate import estimate_frame
 from rig.live.net_chain import NetPlan, prepare_net
 from rig.recording.session import Session
 from rig.scene import Scene

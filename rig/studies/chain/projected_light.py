@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 import fe
 import rig
 from models import Estimate
-from rig.live import chain as live
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
+from rig.live.chain import Chain, at_rest, prepare_chain
+from rig.live.frame_estimate import estimate_frame
 from rig.live.view import marks, plate_view
 from rig.plates.plate_solver import solve_plate
 from rig.projector.interference import interference
@@ -49,11 +50,11 @@ def photograph(
     return twin.sensor.capture((sharp * light).astype(np.float32), np.random.default_rng(seed))
 
 
-def find(chain: live.Chain, image: NDArray[np.uint8]) -> Estimate:
+def find(chain: Chain, image: NDArray[np.uint8]) -> Estimate:
     """Touch in a frame, begun from where it was in the last one."""
-    state, watch = live.at_rest(chain), Stopwatch(time.monotonic)
-    state = live.estimate_frame(chain, image, state, watch).state
-    return live.estimate_frame(chain, image, state, watch).estimate
+    state, watch = at_rest(chain), Stopwatch(time.monotonic)
+    state = estimate_frame(chain, image, state, watch).state
+    return estimate_frame(chain, image, state, watch).estimate
 
 
 def modes() -> Iterator[Figure]:
@@ -62,7 +63,7 @@ def modes() -> Iterator[Figure]:
     twin, bench = build_twin(scene), build_bench(scene, lambda done, total: None)
     dark = np.ones(twin.warper.light.shape, np.float32)
     rest = [photograph(twin, (), dark, (9, k)) for k in range(part(scene.dic).reference_frames)]
-    chain = live.prepare_chain(average_reference(rest), bench.motions, 1)
+    chain = prepare_chain(average_reference(rest), bench.motions, 1)
     screen = fit_plate(PROJECTOR, bench.plate.size)
     view = plate_view(bench.plate, bench.camera, bench.height)
     seen = prepare_light_map(screen, view.T_px_plate, bench.camera.size, STRENGTH, SENSOR_DARK)

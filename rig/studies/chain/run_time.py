@@ -16,9 +16,11 @@ from numpy.typing import NDArray
 import fe
 import rig
 from models import Estimate
-from rig.live import chain as live
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
+from rig.live.chain import at_rest
+from rig.live.frame_estimate import estimate_frame
+from rig.live.strain_chain import with_strain
 from rig.report.figure import Figure
 from rig.sources.twin import build_twin
 from rig.studies.study import line, part, rms, run
@@ -120,15 +122,15 @@ def wander(
     bench, twin = build_bench(scene, lambda done, total: None), build_twin(scene)
     zero = average_reference([twin.frame(n, ()) for n in range(REFERENCE)])
     chain, of_strain = bench.prepare(zero)
-    state, watch = live.at_rest(chain), Stopwatch(time.process_time)
+    state, watch = at_rest(chain), Stopwatch(time.process_time)
     found: dict[Way, list[tuple[float, float, float]]] = {"pattern": [], "strain": []}
     for n in range(frames):
         touch = (path or wandering)(n / frames, bench.plate.size)
         image = cover(twin.frame(1000 + n, (touch,)), touch)
         with watch.stage("pattern"):
-            sensed = live.estimate_frame(chain, image, state, watch)
+            sensed = estimate_frame(chain, image, state, watch)
         with watch.stage("strain on top"):
-            sensed = live.with_strain(part(of_strain), sensed, watch)
+            sensed = with_strain(part(of_strain), sensed, watch)
         state = sensed.state
         estimates: dict[Way, Estimate | None] = {
             "pattern": sensed.estimate,

@@ -17,9 +17,10 @@ import rig
 import synthetic
 from dic import spline_coefficients, spline_gradient
 from models import Estimate, TilePattern
-from rig.live import chain as live
 from rig.live.baseline import average_reference
 from rig.live.bench import Bench, build_bench
+from rig.live.chain import at_rest
+from rig.live.frame_estimate import estimate_frame
 from rig.report.figure import Figure, at_least, at_most
 from rig.sources.twin import Twin, build_twin
 from rig.studies.start import child
@@ -100,9 +101,9 @@ def estimates(
     """Take the reference, then estimate a frame for each entry of the script."""
     images = [twin.frame(n, ()) for n in range(REFERENCE)]
     chain, _ = bench.prepare(average_reference(images))
-    state, watch = live.at_rest(chain), Stopwatch(lambda: 0.0)
+    state, watch = at_rest(chain), Stopwatch(lambda: 0.0)
     for n, pressed in enumerate(script):
-        sensed = live.estimate_frame(chain, twin.frame(1000 + n, pressed), state, watch)
+        sensed = estimate_frame(chain, twin.frame(1000 + n, pressed), state, watch)
         state = sensed.state
         yield sensed.estimate
 

@@ -14,10 +14,12 @@ from numpy.typing import NDArray
 import fe
 import rig
 from models import Estimate, Net, random_places
-from rig.live import chain as live
 from rig.live.baseline import ReferenceFrame
 from rig.live.bench import build_bench
+from rig.live.chain import at_rest
+from rig.live.frame_estimate import estimate_frame
 from rig.live.net_chain import NetPlan, prepare_net
+from rig.live.strain_chain import with_strain
 from rig.scene import Scene
 from rig.sources.twin import build_twin
 from rig.studies.paper.sets import Effort, Samples, errors
@@ -87,8 +89,8 @@ class BenchImages:
         whole = rig.load("paper-bench", {"estimator": {"kind": "pattern"}})
         self.bench = build_bench(whole, lambda done, total: None)
         self.chain, self.strain = self.bench.prepare(self.zero)
-        watch, rest = Stopwatch(lambda: 0.0), live.at_rest(self.chain)
-        self.sensed = [live.estimate_frame(self.chain, image, rest, watch) for image in self.images]
+        watch, rest = Stopwatch(lambda: 0.0), at_rest(self.chain)
+        self.sensed = [estimate_frame(self.chain, image, rest, watch) for image in self.images]
 
     def by_net(self, net: Net, steps: int) -> list[Estimate | None]:
         """Estimates of a net."""
@@ -105,7 +107,7 @@ class BenchImages:
     def by_solver(self) -> dict[str, list[Estimate | None]]:
         """Estimates of the solver on the strain map and on the whole pattern, by name."""
         watch = Stopwatch(lambda: 0.0)
-        strained = [live.with_strain(part(self.strain), sensed, watch) for sensed in self.sensed]
+        strained = [with_strain(part(self.strain), sensed, watch) for sensed in self.sensed]
         return {
             "solver on the strain map": [each.from_strain for each in strained],
             "solver on the whole pattern": [each.estimate for each in self.sensed],

@@ -12,9 +12,10 @@ from pathlib import Path
 import numpy as np
 
 import rig
-from rig.live import chain as live
 from rig.live.baseline import ReferenceFrame
 from rig.live.bench import build_bench
+from rig.live.chain import at_rest
+from rig.live.frame_estimate import estimate_frame
 from rig.live.net_chain import NetPlan, prepare_net
 from rig.report.figure import Figure
 from rig.scene import Scene
@@ -73,7 +74,7 @@ def _followed(scene: Scene) -> tuple[F64, dict[str, F64]]:
     places = gauges.build(part(scene.plate))
     plan = NetPlan(kept.net, places, part(gauges.subset), 0, training.margin)
     net = prepare_net(plan, chain, zero, bench.camera)
-    state, watch = live.at_rest(chain), Stopwatch(lambda: 0.0)
+    state, watch = at_rest(chain), Stopwatch(lambda: 0.0)
     true: list[F64] = []
     found: dict[str, list[F64]] = {"the paper's net": [], "solver on the whole pattern": []}
     number, ended = int(WRITES * rate), 0
@@ -81,7 +82,7 @@ def _followed(scene: Scene) -> tuple[F64, dict[str, F64]]:
         touches = twin.touches(number)
         if touches:
             image = twin.frame(number, touches)
-            sensed = live.estimate_frame(chain, image, state, watch)
+            sensed = estimate_frame(chain, image, state, watch)
             state = sensed.state
             true.append(np.array([touches[0].x, touches[0].y, touches[0].force]))
             by_net = net.estimate(chain, image, sensed, watch).estimate

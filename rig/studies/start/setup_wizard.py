@@ -27,7 +27,8 @@ from rig.calibration import store
 from rig.calibration.store import Calibration
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
-from rig.live.chain import at_rest, estimate_frame
+from rig.live.chain import at_rest
+from rig.live.frame_estimate import estimate_frame
 from rig.page import serve
 from rig.projector.markers import project
 from rig.report.figure import Figure, at_least, at_most

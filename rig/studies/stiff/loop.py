@@ -13,7 +13,7 @@ import rig
 from models import Estimate
 from rig.live.baseline import average_reference
 from rig.live.bench import Bench, build_bench
-from rig.live.chain import FrameEstimate
+from rig.live.frame_estimate import FrameEstimate
 from rig.live.tracker import FrameProcessor
 from rig.report.figure import Figure
 from rig.sources.twin import Twin, build_twin

@@ -16,9 +16,10 @@ import rig
 import synthetic
 from models import Forward, expected_errors, gauges_inside_edges, places_over_plate
 from models.forward.linear import modal
-from rig.live import chain as live
 from rig.live.baseline import average_reference
 from rig.live.bench import Bench, build_bench
+from rig.live.chain import Chain, prepare_chain
+from rig.live.strain_chain import prepare_strain
 from rig.report.figure import Figure
 from rig.report.plate_map import at
 from rig.sources.twin import Twin, build_twin
@@ -156,18 +157,18 @@ def by_tiles(size: int) -> Forward:
 def by_strain() -> Forward:
     """Use the strain map over blocks of tiles."""
     bench = case().bench
-    found = live.prepare_strain(chain(8), bench.camera, 3, WINDOW)
+    found = prepare_strain(chain(8), bench.camera, 3, WINDOW)
     return found.map.forward(case().noise)
 
 
 @cache
-def chain(size: int) -> live.Chain:
+def chain(size: int) -> Chain:
     """Prepare the live chain on tiles of `size` px, with a reference of many frames."""
     bench, twin, *_ = case()
     zero = average_reference([twin.frame(n, ()) for n in range(REFERENCE)])
     tiles = dic.lay_tiles((bench.camera.size[1], bench.camera.size[0]), size)
     motions = models.prepare_motions(bench.motions.modes, bench.camera, bench.height, tiles)
-    return live.prepare_chain(zero, motions, bench.max_touches)
+    return prepare_chain(zero, motions, bench.max_touches)
 
 
 def by_gauges(gauges: synthetic.Gauges) -> Forward:

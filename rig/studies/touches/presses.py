@@ -23,9 +23,10 @@ from models import correct_by_presses
 from models.data import gauge_layout
 from rig.calibration.presses import fit_presses
 from rig.calibration.requested_presses import requested_presses
-from rig.live import chain as live
 from rig.live.alignment import Alignment, align
 from rig.live.baseline import ReferenceFrame, average_reference
+from rig.live.chain import Chain, at_rest, prepare_chain
+from rig.live.frame_estimate import estimate_frame
 from rig.plates.cached import plate_modes
 from rig.report.figure import Figure, at_most
 from rig.sources.twin import build_twin
@@ -95,12 +96,12 @@ class Watched:
 
 def chain(
     plate: fe.Plate, camera: synthetic.Camera, zero: ReferenceFrame, tile: int, modes: int
-) -> live.Chain:
+) -> Chain:
     """Prepare what the live loop makes of a reference, if plate and camera are as given."""
     tiles = lay_tiles((camera.size[1], camera.size[0]), tile)
     shapes = plate_modes(plate, modes, lambda done, total: None)
     motions = models.prepare_motions(shapes, camera, plate.thickness / 2, tiles)
-    return live.prepare_chain(zero, motions, 1)
+    return prepare_chain(zero, motions, 1)
 
 
 def pattern(rng: np.random.Generator, off: float = 1.0) -> Iterator[F64]:
@@ -148,7 +149,7 @@ def pattern(rng: np.random.Generator, off: float = 1.0) -> Iterator[F64]:
     yield error(np.array([sense(right, image)[0] for image in shown]), fresh)
 
 
-def mapped(assumed: live.Chain, images: list[list[AnyArray]], known: F64) -> Alignment:
+def mapped(assumed: Chain, images: list[list[AnyArray]], known: F64) -> Alignment:
     """Fit the map from what is found in the images of presses to where they are."""
     each = [[sense(assumed, image) for image in frames] for frames in images]
     found = np.array([[place for place, _ in frames] for frames in each]).mean(axis=1)
@@ -156,18 +157,16 @@ def mapped(assumed: live.Chain, images: list[list[AnyArray]], known: F64) -> Ali
     return align(tuple(fe.Touch(*touch) for touch in known.tolist()), found, sigma)
 
 
-def seen_by(assumed: live.Chain, camera: synthetic.Camera) -> models.ImageMotions:
+def seen_by(assumed: Chain, camera: synthetic.Camera) -> models.ImageMotions:
     """See the motions of a chain by another camera."""
     motions = assumed.pattern.motions
     height = motions.modes.plate.thickness / 2
     return models.prepare_motions(motions.modes, camera, height, motions.tiles)
 
 
-def sense(chain: live.Chain, image: AnyArray) -> tuple[F64, F64]:
+def sense(chain: Chain, image: AnyArray) -> tuple[F64, F64]:
     """x, y, F of the one touch in an image, and their standard deviations."""
-    estimate = live.estimate_frame(
-        chain, image, live.at_rest(chain), Stopwatch(lambda: 0.0)
-    ).estimate
+    estimate = estimate_frame(chain, image, at_rest(chain), Stopwatch(lambda: 0.0)).estimate
     if estimate.count != 1:
         raise SystemExit(f"{estimate.count} touches found in an image of one")
     return (

@@ -11,7 +11,9 @@ from rig.calibration.collect import targets
 from rig.calibration.session import learn, presses
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
-from rig.live.chain import at_rest, estimate_frame, with_strain
+from rig.live.chain import at_rest
+from rig.live.frame_estimate import estimate_frame
+from rig.live.strain_chain import with_strain
 from rig.recording.session import Session
 from rig.sources.script import STILL
 from rig.sources.twin import build_twin

@@ -9,7 +9,9 @@ import pytest
 import fe
 from rig.live.baseline import average_reference, drift_weight, moved_during_reference
 from rig.live.bench import build_bench
-from rig.live.chain import at_rest, estimate_frame, sense_strain, with_strain
+from rig.live.chain import at_rest
+from rig.live.frame_estimate import estimate_frame
+from rig.live.strain_chain import sense_strain, with_strain
 from rig.sources.twin import build_twin
 from rig.system.timing import Stopwatch
 

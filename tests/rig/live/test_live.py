@@ -10,7 +10,10 @@ import fe
 from rig.live.alignment import Alignment
 from rig.live.baseline import MIN_NOISE, average_reference
 from rig.live.bench import build_bench
-from rig.live.chain import MAX_ITERATIONS, at_rest, estimate_frame, sense_strain, with_strain
+from rig.live.chain import at_rest
+from rig.live.frame_estimate import estimate_frame
+from rig.live.registration import MAX_ITERATIONS
+from rig.live.strain_chain import sense_strain, with_strain
 from rig.sources.twin import build_twin
 from rig.system.timing import Stopwatch
 

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 import fe
-from rig.live import chain as live
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
+from rig.live.chain import at_rest
+from rig.live.frame_estimate import estimate_frame
+from rig.live.strain_chain import with_strain
 from rig.scene.account import account
 from rig.sources.twin import build_twin
 from rig.system.timing import Stopwatch
@@ -32,11 +34,11 @@ def test_a_press_is_found_within_its_own_uncertainty(scene):
     chain, strain = bench.prepare(
         average_reference([twin.frame(number, ()) for number in range(16)])
     )
-    state, watch = live.at_rest(chain), Stopwatch(time.monotonic)
+    state, watch = at_rest(chain), Stopwatch(time.monotonic)
     off = []
     for number in range(50, 70):
-        sensed = live.estimate_frame(chain, twin.frame(number, (PRESS,)), state, watch)
-        sensed, state = live.with_strain(strain, sensed, watch), sensed.state
+        sensed = estimate_frame(chain, twin.frame(number, (PRESS,)), state, watch)
+        sensed, state = with_strain(strain, sensed, watch), sensed.state
         for reported in (sensed.estimate, sensed.from_strain):
             error = [*reported.xy[0] - (PRESS.x, PRESS.y), reported.force[0] - PRESS.force]
             off.append(error / np.sqrt(np.diag(reported.covariance)))

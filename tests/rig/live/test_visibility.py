@@ -9,9 +9,12 @@ from skimage.registration import phase_cross_correlation
 
 import fe
 from dic import tile_sums
-from rig.live import chain as live, visibility
+from rig.live import registration, visibility
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
+from rig.live.chain import at_rest
+from rig.live.frame_estimate import estimate_frame
+from rig.live.registration import jumped
 from rig.sources.twin import build_twin
 from rig.system.timing import Stopwatch
 from synthetic import Occluder
@@ -34,12 +37,12 @@ class Rig:
         self.chain, self.strain = bench.prepare(
             average_reference([self.twin.frame(k, ()) for k in range(16)])
         )
-        self.state = live.at_rest(self.chain)
+        self.state = at_rest(self.chain)
 
     def process(self, sequence, touches=(), cover=lambda light: light):
         light = self.twin.frame(sequence, touches) / 255.0
         image = (255.0 * cover(light)).round().clip(0, 255).astype(np.uint8)
-        found = live.estimate_frame(self.chain, image, self.state, self.watch)
+        found = estimate_frame(self.chain, image, self.state, self.watch)
         self.state = found.state
         return found
 
@@ -61,7 +64,7 @@ def test_a_hand_that_moves_over_half_the_plate_invents_no_touch(rig):
 
 def test_a_press_beside_the_hand_is_found_and_nothing_else_is_looked_for(rig, monkeypatch):
     monkeypatch.setattr(
-        live, "coarse_shift", lambda reference, image: pytest.fail("no camera jumped")
+        registration, "coarse_shift", lambda reference, image: pytest.fail("no camera jumped")
     )
     hand = Occluder(ARM, 0.45)
     for sequence in range(20, 28):
@@ -132,7 +135,7 @@ def test_a_jump_is_seen_to_tenths_of_a_pixel_also_behind_a_hand(small, watch):
     image = (255.0 * hand.cover(rig.twin.frame(40, ()) / 255.0)).astype(np.uint8)
     found = visibility.coarse_shift(rig.chain.reference, image)
     np.testing.assert_allclose(found, (4.6, -3.3), atol=0.35)
-    found = live.estimate_frame(rig.chain, image, rig.state, rig.watch)
+    found = estimate_frame(rig.chain, image, rig.state, rig.watch)
     assert (found.unusable_reason, found.estimate.count) == ("", 0)
 
 
@@ -173,7 +176,7 @@ def test_what_coarse_images_leave_of_a_jump_the_tiles_say_also_behind_a_hand(sma
     motion[rig.chain.pattern.count :][:2] = 3.0, -2.3
     sums = tile_sums(rig.chain.reference, image, rig.chain.pattern.motions.flow(motion))
     np.testing.assert_allclose(visibility.tile_shift(rig.chain.tiles, sums), (0.4, -0.3), atol=0.15)
-    found = live.jumped(rig.chain, image, rig.chain.pattern.still(), watch)
+    found = jumped(rig.chain, image, rig.chain.pattern.still(), watch)
     np.testing.assert_allclose(found[rig.chain.pattern.count :][:2], (3.4, -2.6), atol=0.15)
 
 

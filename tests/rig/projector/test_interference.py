@@ -6,8 +6,9 @@ import fe
 import models
 import synthetic
 from dic.tiles.tiles import lay_tiles
-from rig.live import chain as live
 from rig.live.baseline import ReferenceFrame
+from rig.live.chain import at_rest, prepare_chain
+from rig.live.frame_estimate import estimate_frame
 from rig.live.snapshot import Mark
 from rig.live.view import marks, plate_view
 from rig.projector.interference import Interference, interference
@@ -27,7 +28,7 @@ def test_the_meter_says_beforehand_how_far_light_moves_a_touch():
     rest = photograph(warper, np.zeros((len(warper.points), 3)))
     tiles = lay_tiles(rest.shape, 8)
     motions = models.prepare_motions(fe.modes(plate, 60), camera, 1.0, tiles)
-    chain = live.prepare_chain(ReferenceFrame(rest.astype(np.float32), 2.0), motions, 1)
+    chain = prepare_chain(ReferenceFrame(rest.astype(np.float32), 2.0), motions, 1)
     screen = fit_plate((640, 512), plate.size)
     light_map = prepare_light_map(
         screen, plate_view(plate, camera, 1.0).T_px_plate, camera.size, 1.0, DARK
@@ -53,7 +54,7 @@ def photograph(warper, moved):
 
 
 def found(chain, image):
-    return live.estimate_frame(chain, image, live.at_rest(chain), Stopwatch(lambda: 0.0)).estimate
+    return estimate_frame(chain, image, at_rest(chain), Stopwatch(lambda: 0.0)).estimate
 
 
 def test_the_meter_speaks_only_where_light_does_harm():

@@ -1,0 +1,171 @@
+"""From a frame to touches, starting from what the last frame said."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from dic import TileSums
+from models import Estimate, Estimator, Result
+from rig.live.baseline import is_consistent, update_drift
+from rig.live.chain import Chain, ChainState
+from rig.live.memory import Memory
+from rig.live.plate_in_time import MeasuredFrame, PlateInTime
+from rig.live.registration import Registered, jumped, register, strangeness
+from rig.system.arrays import F64, AnyArray, Mask
+from rig.system.timing import Stopwatch
+
+STRANGE = 0.2  # of the tiles: where more look strange, the camera may have jumped
+NO_ESTIMATE = Estimate(
+    np.empty((0, 2)), np.empty(0), np.empty((0, 0)), 0.0, 1, 1.0, Result.NO_TOUCH
+)
+"""The estimate of a frame in which nothing can be seen."""
+
+
+@dataclass(frozen=True, eq=False)
+class FrameEstimate:
+    """What one frame says.
+
+    Attributes
+    ----------
+    estimate : Estimate
+        From the whole pattern.
+    sums : TileSums
+        Of the last pass, for displacement and strain of the same frame.
+    hidden : (T,) bool
+        Tiles that do not show the pattern, behind a hand for instance.
+    unusable_reason : str
+        Why no touch can be estimated, as a sentence for the user; empty where it can.
+    state : ChainState
+        To start the next frame from.
+    strain : (T, 3) float64, or None where the scene wants none
+    from_strain : Estimate or None
+        None where a part of the strain map is lost in this frame, by a hand for instance.
+    from_pattern : Estimate or None
+        Of the whole pattern, where a net estimates the touches.
+    measured : (m,) float64 or None
+        The frame in units of its noise, as touches explain it; None where none can be estimated.
+    """
+
+    estimate: Estimate
+    sums: TileSums
+    hidden: Mask
+    unusable_reason: str
+    state: ChainState
+    strain: F64 | None = None
+    from_strain: Estimate | None = None
+    from_pattern: Estimate | None = None
+    measured: F64 | None = None
+
+
+def estimate_frame(
+    chain: Chain,
+    image: AnyArray,
+    state: ChainState,
+    watch: Stopwatch,
+    drift: float = 0.0,
+    time: float | None = None,
+) -> FrameEstimate:
+    """Find the touches in one frame.
+
+    The reference is moved to where the frame shows it, again where the first guess was off; then
+    the touches are found that explain how. Where much looks strange and the rest fits no touch the
+    camera may have jumped, and the guess in which less looks strange counts.
+
+    Parameters
+    ----------
+    drift : float
+        Weight of what the frame shows in the state of rest if nothing touches, from
+        `drift_weight`; 0 leaves it as it is.
+    time : float, s, optional
+        When the frame was complete; without it the plate is taken as one at equilibrium.
+    """
+    seen = register(chain, image, state.motion, watch)
+    found = _estimated(chain, seen, state, watch, drift, time)
+    if not found.unusable_reason and (
+        found.hidden.mean() <= STRANGE or is_consistent(found.estimate)
+    ):
+        return found
+    other = register(chain, image, jumped(chain, image, state.motion, watch), watch)
+    if strangeness(other) < strangeness(seen):
+        return _estimated(chain, other, state, watch, drift, time)
+    return found
+
+
+def _estimated(
+    chain: Chain,
+    seen: Registered,
+    state: ChainState,
+    watch: Stopwatch,
+    drift: float,
+    time: float | None,
+) -> FrameEstimate:
+    """Find the touches that explain a frame."""
+    if seen.unusable_reason:
+        none = replace(state, touches=np.empty((0, 3)))
+        return FrameEstimate(NO_ESTIMATE, seen.sums, seen.hidden, seen.unusable_reason, none)
+    if chain.in_time is not None and time is not None:
+        return _in_time(chain, chain.in_time, seen, state, watch, drift, time)
+    with watch.stage("estimate"):
+        pattern, estimator = chain.masked_models.for_mask(seen.hidden)
+        rest = state.rest
+        right = seen.right - pattern.normal[:, : len(rest)] @ rest
+        measured = pattern.whiten(right, chain.noise)
+        estimate, memory = _fitted(estimator, measured, state)
+        motion = pattern.amplitudes(estimate, right)
+        motion[: len(rest)] += rest
+        if drift and not estimate.count and not seen.hidden.any() and is_consistent(estimate):
+            crept = estimator.without_memory(measured, memory.left)
+            rest = update_drift(rest, pattern, crept, chain.noise, drift)
+    after = replace(state, motion=motion, rest=rest, touches=touches_of(estimate), memory=memory)
+    return FrameEstimate(estimate, seen.sums, seen.hidden, "", after, measured=measured)
+
+
+def _in_time(
+    chain: Chain,
+    plate: PlateInTime,
+    seen: Registered,
+    state: ChainState,
+    watch: Stopwatch,
+    drift: float,
+    time: float,
+) -> FrameEstimate:
+    """Find the touches that explain a frame of a plate that rings and creeps."""
+    with watch.stage("estimate"):
+        pattern, estimator = chain.masked_models.for_mask(seen.hidden)
+        rest = state.rest
+        right = seen.right - pattern.normal[:, : len(rest)] @ rest
+        measured = pattern.whiten(right, chain.noise)
+        frame = MeasuredFrame(measured, pattern.factor, chain.noise, time)
+        found = plate.estimate(estimator, frame, state.touches, state.past)
+        modal = pattern.motions.modal_amplitudes(found.estimate.xy, found.estimate.force)
+        motion = pattern.with_camera(modal + found.beside, right)
+        motion[: len(rest)] += rest
+        if drift and found.left is not None and not seen.hidden.any():
+            rest = update_drift(rest, pattern, found.left, chain.noise, drift)
+    touches = touches_of(found.estimate)
+    after = replace(state, motion=motion, rest=rest, touches=touches, past=found.past)
+    return FrameEstimate(found.estimate, seen.sums, seen.hidden, "", after)
+
+
+def _fitted(estimator: Estimator, measured: F64, state: ChainState) -> tuple[Estimate, Memory]:
+    """Find touches; again where one has ended, since the plate may still show a part of it.
+
+    The memory is that of the frame before, however often this one is looked at.
+    """
+    before = state.memory
+    if estimator.bench is None:
+        return estimator.fit_whitened(measured, state.touches), before
+    left = before.after(state.touches).left
+    estimate = estimator.fit_whitened(measured, state.touches, left=left)
+    memory = before.after(touches_of(estimate))
+    if not np.array_equal(memory.left, left):
+        estimate = estimator.fit_whitened(measured, memory.held, left=memory.left)
+        memory = before.after(touches_of(estimate))
+    return estimate, memory
+
+
+def touches_of(estimate: Estimate) -> F64:
+    """x, y, F of each touch, (n, 3)."""
+    return np.column_stack([estimate.xy, estimate.force])

@@ -1,0 +1,104 @@
+"""The reference moved to where a frame shows it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dic import TileSums, tile_sums
+from models import TilePattern, hidden_tiles
+from rig.live.chain import Chain
+from rig.live.illumination import sums_without_gain_offset
+from rig.live.visibility import coarse_shift, contrast_loss, tile_shift, unusable_reason
+from rig.system.arrays import F64, AnyArray, Mask
+from rig.system.timing import Stopwatch
+
+MAX_OFF = 0.1  # px: a reference that was moved wrongly by more is moved again within the frame
+MISSED = (
+    0.003  # px that an iteration may miss in the shade: the trace of 0.05 N that are there no more
+)
+MAX_ITERATIONS = 6  # at most so often; two are usual where something moves
+
+
+@dataclass(frozen=True, eq=False)
+class Registered:
+    """A frame against the reference, moved to where the frame shows it.
+
+    Attributes
+    ----------
+    sums : TileSums
+    hidden : (T,) bool
+        Tiles that do not show the pattern.
+    unusable_reason : str
+        Why the frame says nothing, as a sentence for the user; empty where it does.
+    pattern : TilePattern
+        Without the hidden tiles.
+    right : (K + R + 2,) float64
+        See `TilePattern.gradient`.
+    motion : (K + R,) float64
+        Amplitudes that the frame shows, whatever moved it.
+    """
+
+    sums: TileSums
+    hidden: Mask
+    unusable_reason: str
+    pattern: TilePattern
+    right: F64
+    motion: F64
+
+
+def register(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> Registered:
+    """Move the reference by `moved` (K + R,), and on until it lies where the frame shows it."""
+    seen = _compared(chain, image, moved, watch)
+    for _ in range(MAX_ITERATIONS - 1):
+        off = chain.pattern.motions.max_motion(seen.motion - moved)
+        if seen.unusable_reason or (off <= MAX_OFF and off * _miss(chain, seen) <= MISSED):
+            break
+        moved = seen.motion
+        seen = _compared(chain, image, moved, watch)
+    return seen
+
+
+def _compared(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> Registered:
+    """Compare a frame with the reference moved by `moved` (K + R,)."""
+    with watch.stage("correlate"):
+        sums = tile_sums(chain.reference, image, chain.pattern.motions.flow(moved))
+    with watch.stage("mask"):
+        hidden = hidden_tiles(chain.reference, sums, chain.noise)
+        why, pattern = unusable_reason(chain.reference, sums, hidden), chain.pattern
+        if not why:
+            try:
+                pattern = chain.masked_models.pattern_for(hidden)
+            except ValueError as error:  # too few tiles for so many fields
+                why = str(error)
+        if why:
+            return Registered(sums, hidden, why, chain.pattern, np.empty(0), moved)
+        right = pattern.gradient(sums_without_gain_offset(chain.tiles, sums), moved)
+        return Registered(sums, hidden, "", pattern, right, pattern.motion(right))
+
+
+def jumped(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> F64:
+    """Give the motion (K + R,) with the camera where its jump has brought it, to 0.15 px.
+
+    The shift of coarse images leaves some tenths, by which tiles of a sharp image look strange
+    already; half of them at least say what is left.
+    """
+    shifted = moved.copy()
+    shift = shifted[chain.pattern.count :][:2]
+    with watch.stage("jump"):
+        shift[:] = coarse_shift(chain.reference, image)
+        sums = tile_sums(chain.reference, image, chain.pattern.motions.flow(shifted))
+        shift += tile_shift(chain.tiles, sums)
+    return shifted
+
+
+def _miss(chain: Chain, seen: Registered) -> float:
+    """Give what an iteration has missed as a fraction of what it found."""
+    lost = min(contrast_loss(chain.reference, seen.sums, seen.hidden), 0.9)
+    return abs(lost) / (1.0 - lost)
+
+
+def strangeness(seen: Registered) -> tuple[bool, float]:
+    """How little a frame shows where the reference was moved to: the less the better."""
+    return bool(seen.unusable_reason), float(seen.hidden.mean())
