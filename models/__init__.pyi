@@ -8,6 +8,7 @@ from .bench.bench import (
     prior_sigma as prior_sigma,
 )
 from .bench.diagnosis import (
+    CAUSES as CAUSES,
     Cause as Cause,
     Diagnosis as Diagnosis,
     diagnose as diagnose,
@@ -45,13 +46,20 @@ from .data.writer import (
     DatasetFile as DatasetFile,
     begin_dataset as begin_dataset,
 )
+from .design.bench_errors import (
+    bench_after as bench_after,
+    cost_of as cost_of,
+    errors_on_bench as errors_on_bench,
+)
 from .design.cramer_rao import (
     cramer_rao as cramer_rao,
     pixel_level as pixel_level,
 )
 from .design.expected_errors import (
     ExpectedErrors as ExpectedErrors,
+    bias_of_gain as bias_of_gain,
     equal_tiles as equal_tiles,
+    errors_of_gain as errors_of_gain,
     expected_errors as expected_errors,
     gradient_energy as gradient_energy,
     places_over_plate as places_over_plate,

@@ -52,6 +52,8 @@ def displacement_field(ref: Reference, points: Points, frame: DeformedImage) -> 
     correlated = ref.noise_gain * residuals.excess(ref, points, frame, ~lost)
     count = points.motion.shape[2]
     variance = np.diagonal(ref.inverse, axis1=1, axis2=2)[:, : 2 * count].reshape(-1, 2, count)
+    # Rounding turns the inverse of next to nothing negative: such a point knows nothing.
+    variance = np.where(variance > 0, variance, np.inf)
     fraction = _noise_fraction(ref, noise)
     scale = noise / np.sqrt(1 - fraction) * _widening(ref, fraction)
     for part, _ in clipped:

@@ -13,9 +13,12 @@ from rig.commands.output import emit, progress
 
 if TYPE_CHECKING:
     from rich.console import Group
+    from rich.table import Table
 
     from models import ExpectedErrors
     from rig.design.outlook import Design
+    from rig.design.search import Found
+    from rig.design.unknowns import Unknowns
 
 WAYS = {"bound": "bound of the pattern", "pattern": "as the scene has it", "strain": "by strain"}
 """How touches are sensed: with a perfect reference, with that of the scene, by strain alone."""
@@ -28,6 +31,13 @@ def design(
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw the errors over the plate: *.png.")
     ] = None,
+    reach: Annotated[
+        float | None, typer.Option(min=0, metavar="MM", help="Find what reaches this median error.")
+    ] = None,
+    at: Annotated[
+        float | None,
+        typer.Option(min=0, metavar="N", help="Force that is meant, else the scene's least."),
+    ] = None,
     settings: Annotated[
         list[str] | None, typer.Option("--set", help="Replace a value: section.key=value.")
     ] = None,
@@ -35,22 +45,26 @@ def design(
 ) -> None:
     """Predict errors over the plate, forces, frame rate, and what would help most to change.
 
-    Errors are Cramér-Rao bounds of one touch in one frame under linear theory, with the motion of
-    the camera and the light unknown.
+    Errors are Cramér-Rao bounds of one touch in one frame under the theory of the scene, with the
+    motion of the camera and the light unknown.
     """
-    from rig.design.outlook import design as predict
+    from rig.design.limits import refusal
+    from rig.design.outlook import design as predict, search_for
     from rig.scene import load, parse_overrides
 
     if plot and (plot.suffix != ".png" or not plot.parent.is_dir()):
         raise OSError(f"plot '{plot}' must be a *.png in a folder that exists; name such a one")
     loaded = load(scene, parse_overrides(settings or []))
+    if why := refusal(loaded):
+        raise ValueError(why)
     with progress("design") as report:
         made = predict(loaded, report)
     if plot:
         from rig.design.plot import draw_map
 
         draw_map(made, plot)
-    emit(_tables(made), _data(made), as_json)
+    found = None if reach is None else search_for(loaded, reach, at)
+    emit(_tables(made, found), _data(made, found), as_json)
 
 
 def _figures(errors: ExpectedErrors) -> dict[str, float]:
@@ -66,12 +80,16 @@ def _figures(errors: ExpectedErrors) -> dict[str, float]:
     }
 
 
-def _data(made: Design) -> dict[str, Any]:
+def _data(made: Design, found: Found | None) -> dict[str, Any]:
     errors = made.errors["pattern"]
     over = np.column_stack([errors.touches[:, :2], errors.place, errors.force])
     return {
         "scene": made.title,
         "at_1_n": {way: _figures(errors) for way, errors in made.errors.items()},
+        "theory": made.theory.name,
+        "at_forces": [_at_force(errors) for errors in made.at_forces],
+        "unknowns": None if made.unknowns is None else _unknown_data(made.unknowns),
+        "reach": None if found is None else asdict(found) | {"reached": found.reached},
         "linear_to_n": made.linear_to,
         "largest_n": made.largest,
         "frame_ms": 1e3 * made.frame,
@@ -81,33 +99,121 @@ def _data(made: Design) -> dict[str, Any]:
     }
 
 
-def _tables(made: Design) -> Group:
-    from rich.box import SIMPLE
+def _at_force(errors: ExpectedErrors) -> dict[str, float]:
+    force = float(errors.touches[0, 2])
+    return {
+        "force_n": force,
+        "place_median_mm": float(np.median(errors.place)),
+        "place_p95_mm": float(np.quantile(errors.place, 0.95)),
+        "force_median_n": float(np.median(errors.force)),
+        "force_median_percent": 100 * float(np.median(errors.force)) / force,
+    }
+
+
+def _unknown_data(known: Unknowns) -> dict[str, Any]:
+    return {
+        "force_n": known.force,
+        "if_nobody_asks": [asdict(cost) for cost in known.costs],
+        "before_presses": _at_force(known.before),
+        "after_nine_presses": _at_force(known.after),
+    }
+
+
+def _tables(made: Design, found: Found | None) -> Group:
     from rich.console import Group
+
+    return Group(
+        _errors(made),
+        _limit(made),
+        *([_forces(made)] if made.at_forces else []),
+        f"a frame takes {1e3 * made.frame:.0f} ms on this machine: {made.rate:.0f} frames a second",
+        *([] if made.unknowns is None else _unknown(made.unknowns)),
+        _changes(made),
+        *([] if found is None else _reach(found)),
+    )
+
+
+def _errors(made: Design) -> Table:
+    from rich.box import SIMPLE
     from rich.table import Table
 
-    errors = Table("1 N, one frame", *(WAYS[way] for way in made.errors), box=SIMPLE)
-    errors.title = made.title
+    table = Table("1 N, one frame", *(WAYS[way] for way in made.errors), box=SIMPLE)
+    table.title = made.title
     columns = [_figures(expected) for expected in made.errors.values()]
     for name in columns[0]:
         *words, unit = name.split("_")
         values = (f"{column[name]:.3g} {UNITS[unit]}" for column in columns)
-        errors.add_row(" ".join(words).replace("p95", "95 %"), *values)
+        table.add_row(" ".join(words).replace("p95", "95 %"), *values)
+    return table
+
+
+def _forces(made: Design) -> Table:
+    from rich.box import SIMPLE
+    from rich.table import Table
+
+    table = Table("the scene's forces", "place, median", "place, 95 %", "force", box=SIMPLE)
+    for figures in map(_at_force, made.at_forces):
+        table.add_row(f"{figures['force_n']:g} N", *_row(figures))
+    return table
+
+
+def _row(figures: dict[str, float]) -> tuple[str, str, str]:
+    return (
+        f"{figures['place_median_mm']:.3g} mm",
+        f"{figures['place_p95_mm']:.3g} mm",
+        f"{figures['force_median_n']:.3g} N, {figures['force_median_percent']:.2g} %",
+    )
+
+
+def _unknown(known: Unknowns) -> list[Table]:
+    from rich.box import SIMPLE
+    from rich.table import Table
+
+    costs = Table(f"{known.force:.2g} N, if it is as usual", "place off", "force off", box=SIMPLE)
+    for cost in known.costs:
+        costs.add_row(cost.name, f"{cost.place:.2g} mm", f"{100 * cost.force:.2g} %")
+    costs.caption = "taken as the scene says and never asked for, each thing alone"
+    stated = Table("stated with all of it", "place, median", "place, 95 %", "force", box=SIMPLE)
+    stated.add_row("before any press", *_row(_at_force(known.before)))
+    stated.add_row("after nine presses", *_row(_at_force(known.after)))
+    return [costs, stated]
+
+
+def _changes(made: Design) -> Table:
+    from rich.box import SIMPLE
+    from rich.table import Table
+
     helps = Table("change", "from", "to", "place", "better by", "linear to", box=SIMPLE)
     for change in made.changes:
         place, limit = f"{change.place:.3g} mm", f"{change.linear_to:.2g} N"
         by = f"{100 * (change.gain - 1):+.0f} %"
         helps.add_row(change.what, change.before, change.after, place, by, limit)
-    return Group(
-        errors,
-        _limit(made),
-        f"a frame takes {1e3 * made.frame:.0f} ms on this machine: {made.rate:.0f} frames a second",
-        helps,
-    )
+    return helps
+
+
+def _reach(found: Found) -> list[Any]:
+    from rich.box import SIMPLE
+    from rich.table import Table
+
+    wanted = f"{found.place:g} mm under {found.force:g} N"
+    if found.now <= found.place:
+        return [f"{wanted}: the scene reaches {found.now:.3g} mm as it is"]
+    title = "change one of these" if found.alone else "change all of these"
+    table = Table(f"for {wanted}, {title}", "from", "to", "place", box=SIMPLE)
+    for step in found.alone or found.together:
+        before, after = (f"{value:.4g} {step.unit}" for value in (step.before, step.after))
+        table.add_row(step.what, before, after, f"{step.place:.3g} mm")
+    table.caption = "the cheapest first: print, wait, cut, move, buy"
+    missed = f"{wanted} is not reached by all of it; a larger force is, or a smaller plate"
+    return [table] if found.reached else [table, missed]
 
 
 def _limit(made: Design) -> str:
-    said = f"linear theory is right to 5 % up to {made.linear_to:.2g} N where the plate is softest"
+    linear = (
+        f"linear theory is right to 5 % up to {made.linear_to:.2g} N where the plate is softest"
+    )
+    if made.theory.name == "large":
+        return f"{linear}; errors are those of large deflection"
     if made.largest is None or made.largest <= made.linear_to:
-        return said
-    return f"{said}; the scene expects {made.largest:g} N, where errors are other than these"
+        return linear
+    return f"{linear}; the scene expects {made.largest:g} N, where errors are other than these"

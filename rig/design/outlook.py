@@ -1,7 +1,7 @@
 """What a scene will reach, and which change of it helps most, before anything is bought.
 
-Everything is the Cramér-Rao bound of single touches under linear theory, with the camera's motion
-and the light unknown.
+Everything is the Cramér-Rao bound of single touches under the theory of the scene, with the motion
+of the camera and the light unknown.
 """
 
 from __future__ import annotations
@@ -13,11 +13,22 @@ import numpy as np
 
 import fe
 from models import ExpectedErrors
-from rig.design.prediction import from_strain, image_motions, linear_to, predict, time_of_frame
-from rig.design.setup import changes, setup_of
+from rig.design.prediction import (
+    UNIT,
+    Prediction,
+    from_strain,
+    image_motions,
+    linear_to,
+    predict,
+    time_of_frame,
+)
+from rig.design.search import Found, search
+from rig.design.setup import Row, Setup, changes, setup_of
+from rig.design.unknowns import Unknowns, unknowns
+from rig.plates.cached import modal as modal_plate
 from rig.scene import Scene
-from rig.scene.sensing import StrainEstimator
-from rig.scene.theory import largest_force
+from rig.scene.sensing import PatternEstimator, StrainEstimator
+from rig.scene.theory import Theory, choose, largest_force
 
 
 @dataclass(frozen=True)
@@ -55,8 +66,14 @@ class Design:
     errors : dict of str to Errors
         Errors under 1 N over the plate (see `over_plate`): the bound of the whole pattern against a
         perfect reference, and what the scene senses from.
+    theory : Theory
+        That all of it is computed with.
+    at_forces : tuple of ExpectedErrors
+        What the scene senses from, under the least and the largest force that it expects.
+    unknowns : Unknowns or None
+        What a bench costs that is not just as the scene says; None where the scene takes it so.
     linear_to : float, N
-        Force up to which linear theory, and so all this, is right to 5 % anywhere on the plate.
+        Force up to which linear theory is right to 5 % anywhere on the plate.
     largest : float or None, N
         Largest force that the scene expects.
     frame : float, s
@@ -70,6 +87,9 @@ class Design:
     title: str
     plate: fe.Plate
     errors: dict[str, ExpectedErrors]
+    theory: Theory
+    at_forces: tuple[ExpectedErrors, ...]
+    unknowns: Unknowns | None
     linear_to: float
     largest: float | None
     frame: float
@@ -86,32 +106,96 @@ def design(scene: Scene, report: Callable[[int, int, str], None]) -> Design:
         If the scene lacks something; see `setup_of`.
     """
     given = setup_of(scene)
-    flat, named = given.plate.build(), list(changes(given))
-    steps = len(named) + 2
-    report(0, steps, "errors over the plate")
-    now, linear = predict(given), linear_to(flat)
-    made: list[DesignChange] = []
-    for number, (what, before, after, changed) in enumerate(named, start=1):
-        report(number, steps, what)
-        then = predict(changed, like=now)
-        limit = linear if changed.plate == given.plate else linear_to(changed.plate.build())
-        made.append(_change((what, before, after), now.errors, then.errors, limit))
+    named, theory = list(changes(given)), choose(scene, given.plate, largest_force(scene))
+    steps = len(named) + 3
+    report(0, steps, "the plate in modes")
+    modal = in_modes(scene, theory, given)
+    report(1, steps, "errors over the plate")
+    now = predict(given, None, UNIT, bent(theory, modal))
+    made = _changes(now, named, bent(theory, modal), lambda done, what: report(done, steps, what))
     report(steps - 1, steps, "time of a frame")
     motions = image_motions(given.plate, given.camera, given.dic.tile)
     errors = {"bound": now.at_noise(given.perfect_noise), "pattern": now.errors}
     if any(isinstance(one, StrainEstimator) for one in (scene.estimator, scene.comparison)):
         errors["strain"] = from_strain(now, motions)
+    forces = scene.touches.force if scene.touches else ()
     frame = time_of_frame(given, motions)
     return Design(
         title=scene.title,
-        plate=flat,
+        plate=given.plate.build(),
         errors=errors,
-        linear_to=linear,
+        theory=theory,
+        at_forces=tuple(predict(given, now, f, bent(theory, modal)).errors for f in forces),
+        unknowns=None if modal is None else _unknowns(scene, now, modal),
+        linear_to=linear_to(given.plate.build()),
         largest=largest_force(scene),
         frame=frame,
         rate=min(given.camera.rate, 1 / frame),
-        changes=tuple(sorted(made, key=lambda change: -change.gain)),
+        changes=made,
     )
+
+
+def search_for(scene: Scene, place: float, force: float | None) -> Found:
+    """Find what reaches a median error of `place` mm under touches of `force` N.
+
+    Without a force that is the least one that the scene expects.
+
+    Raises
+    ------
+    ValueError
+        If the scene lacks something, see `setup_of`; or place or force is not positive.
+    """
+    given = setup_of(scene)
+    theory = choose(scene, given.plate, largest_force(scene))
+    weakest = scene.touches.force[0] if scene.touches else UNIT
+    wanted = weakest if force is None else force
+    for value, what, unit in ((place, "error", "mm"), (wanted, "force", "N")):
+        if value <= 0:
+            raise ValueError(f"wanted {what} must be more than 0, got {value:g} {unit}")
+    modal = in_modes(scene, theory, given)
+    largest = max(largest_force(scene) or wanted, wanted)
+    return search(given, place, wanted, largest, bent(theory, modal))
+
+
+def in_modes(scene: Scene, theory: Theory, given: Setup) -> fe.ModalPlate | None:
+    """Return the plate in modes, where touches are large or the bench is not known exactly."""
+    if theory.name == "linear" and not _usual(scene):
+        return None
+    return modal_plate(given.plate.build(), lambda done, total: None)
+
+
+def bent(theory: Theory, modal: fe.ModalPlate | None) -> fe.ModalPlate | None:
+    """Return the plate that predictions need: none under linear theory."""
+    return None if theory.name == "linear" else modal
+
+
+def _usual(scene: Scene) -> bool:
+    """Whether a scene takes its bench as benches usually are."""
+    return isinstance(scene.estimator, PatternEstimator) and scene.estimator.bench == "usual"
+
+
+def _unknowns(scene: Scene, now: Prediction, modal: fe.ModalPlate) -> Unknowns | None:
+    if not _usual(scene):
+        return None
+    weakest, strongest = scene.touches.force if scene.touches else (UNIT, UNIT)
+    return unknowns(now, modal, (weakest * strongest) ** 0.5)
+
+
+def _changes(
+    now: Prediction,
+    named: list[Row],
+    modal: fe.ModalPlate | None,
+    report: Callable[[int, str], None],
+) -> tuple[DesignChange, ...]:
+    """Predict what each change brings, the most helpful first."""
+    plate, made = now.setup.plate, list[DesignChange]()
+    linear = linear_to(plate.build())
+    for number, (what, before, after, other) in enumerate(named, start=2):
+        report(number, what)
+        then = predict(other, now, now.force, modal)
+        limit = linear if other.plate == plate else linear_to(other.plate.build())
+        made.append(_change((what, before, after), now.errors, then.errors, limit))
+    return tuple(sorted(made, key=lambda change: -change.gain))
 
 
 def _change(

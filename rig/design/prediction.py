@@ -7,22 +7,33 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
+from math import log
 
 import numpy as np
 
 import fe
 import models
 import synthetic
-from dic import lay_tiles, prepare_blocks, prepare_tiles, tile_sums
-from models import ExpectedErrors, equal_tiles, expected_errors, gradient_energy, places_over_plate
+from dic import lay_tiles, prepare_blocks, prepare_tiles, sub_pixel_bias, tile_sums
+from models import (
+    ExpectedErrors,
+    equal_tiles,
+    errors_of_gain,
+    expected_errors,
+    gradient_energy,
+    places_over_plate,
+)
 from rig.design.setup import Setup
 from rig.scene.bench import CameraSection
 from rig.scene.plate import PlateSection
+from rig.system.arrays import F64
 
 MODES = 200  # of the plate, on
 ELEMENTS = 48  # elements along its longer side: bounds within 0.2 % of those on 120
 PATCH = 256  # px of the patch whose gradient is taken
 UNIT = 1.0  # N, of the touches on the map
+ACROSS = 24  # touches along the longer side
+SMALL, SUBSET = 0.1, 31  # px: a shift as touches make them, and the subset that measures it
 REPEATS = 7  # of the frame whose time is taken
 
 
@@ -33,39 +44,72 @@ class Prediction:
     Attributes
     ----------
     setup : Setup
-    unit : Errors
-        Under 1 N over the plate, for a noise of 1 grey level and a gradient energy of 1.
+    force : float, N
+        Of the touches.
+    unit : ExpectedErrors
+        Over the plate, for a noise of 1 grey level and a gradient energy of 1.
+    twice : ExpectedErrors
+        Over the plate, if all motion were measured twice as large.
     energy : float, grey levels² a px²
         Mean squared gradient of the pattern as the camera sees it.
+    gain : float
+        Part by which small motions are measured too large, since pixels lie between.
     """
 
     setup: Setup
+    force: float
     unit: ExpectedErrors
+    twice: ExpectedErrors
     energy: float
+    gain: float
 
     def at_noise(self, noise: float) -> ExpectedErrors:
-        """Return the errors for a noise, grey levels, of a frame less the reference."""
+        """Return the bound for a noise, grey levels, of a frame less the reference."""
         return self.unit.scaled(noise / float(np.sqrt(self.energy)))
 
     @property
     def errors(self) -> ExpectedErrors:
-        """Errors for the noise of the setup."""
-        return self.at_noise(self.setup.noise)
+        """Errors for the noise of the setup and for what interpolation does to its pattern."""
+        gain = self.twice.scaled(abs(self.gain))
+        return self.at_noise(self.setup.noise).beside(gain)
 
 
-def predict(setup: Setup, like: Prediction | None = None) -> Prediction:
+def predict(
+    setup: Setup,
+    like: Prediction | None = None,
+    force: float = UNIT,
+    modal: fe.ModalPlate | None = None,
+) -> Prediction:
     """Predict what a setup promises; what it shares with that of `like` is not computed again.
+
+    Parameters
+    ----------
+    setup : Setup
+    like : Prediction, optional
+        Of another setup, with the same plate in modes.
+    force : float, N
+        Of the touches.
+    modal : fe.ModalPlate, optional
+        The plate in modes, for large touches; its thickness may be another one. Without it theory
+        is linear.
 
     Raises
     ------
     ValueError
         If the images are too small to tell the modes of the plate apart.
     """
-    same = like is not None and like.setup.geometry == setup.geometry
-    unit = like.unit if like and same else _unit(setup)
-    if like and same and (like.setup.pattern, like.setup.sensor) == (setup.pattern, setup.sensor):
-        return Prediction(setup, unit, like.energy)
-    return Prediction(setup, unit, _energy(setup))
+    same = like is not None and like.setup.geometry == setup.geometry and like.force == force
+    unit, twice = (like.unit, like.twice) if like and same else _units(setup, force, modal)
+    if like is not None and _drawn(like.setup) == _drawn(setup):
+        return Prediction(setup, force, unit, twice, like.energy, like.gain)
+    light = _patch(setup)
+    energy = gradient_energy(light, setup.tile)
+    return Prediction(setup, force, unit, twice, energy, _gain(light))
+
+
+def _drawn(setup: Setup) -> tuple[object, ...]:
+    """Return what decides how the pattern looks."""
+    return setup.pattern, setup.sensor, setup.camera, setup.plate
 
 
 def from_strain(prediction: Prediction, motions: models.ImageMotions) -> ExpectedErrors:
@@ -77,7 +121,7 @@ def from_strain(prediction: Prediction, motions: models.ImageMotions) -> Expecte
     strain = models.prepare_strain_map(
         pattern, blocks, given.camera.build(given.plate), given.dic.window
     )
-    return expected_errors(strain.forward(given.noise), _touches(given.plate.size))
+    return expected_errors(strain.forward(given.noise), touches_over(given.plate.size, UNIT))
 
 
 def linear_to(plate: fe.Plate) -> float:
@@ -112,29 +156,57 @@ def time_of_frame(given: Setup, motions: models.ImageMotions) -> float:
     return float(np.median(spent))
 
 
-def image_motions(plate: PlateSection, camera: CameraSection, tile: int) -> models.ImageMotions:
+def image_motions(
+    plate: PlateSection, camera: CameraSection, tile: int, modal: fe.ModalPlate | None = None
+) -> models.ImageMotions:
     """See the motions of the plate and of the camera on tiles of `tile` px."""
     flat, view = plate.build(), camera.build(plate)
-    modes = fe.modes(flat, MODES, mesh=fe.grid(flat, ELEMENTS))
     tiles = lay_tiles((view.size[1], view.size[0]), tile)
-    return models.prepare_motions(modes, view, flat.thickness / 2, tiles)
+    if modal is None:
+        modes = fe.modes(flat, MODES, mesh=fe.grid(flat, ELEMENTS))
+        return models.prepare_motions(modes, view, flat.thickness / 2, tiles)
+    bent = fields(modal, flat)
+    return models.prepare_motions(bent, view, flat.thickness / 2, tiles, bent, models.with_tilts)
 
 
-def _unit(given: Setup) -> ExpectedErrors:
-    motions = image_motions(given.plate, given.camera, given.tile)
+def fields(modal: fe.ModalPlate, plate: fe.Plate) -> models.BenchFields:
+    """Amplitudes of a plate in modes that is otherwise as thick and stiff as `plate`."""
+    thicker = log(plate.thickness / modal.plate.thickness)
+    stiffer = log(plate.young / modal.plate.young)
+    values = fe.bench_values(thickness=thicker, young=stiffer)
+    return models.BenchFields(fe.BenchPlate(modal, values))
+
+
+def equal_pattern(given: Setup, motions: models.ImageMotions, energy: float) -> models.TilePattern:
+    """Prepare a pattern that is alike in all tiles.
+
+    Raises
+    ------
+    ValueError
+        If the images are too small to tell the modes of the plate apart.
+    """
     try:
-        pattern = models.prepare_pattern(motions, equal_tiles(motions.tiles, 1.0))
+        return models.prepare_pattern(motions, equal_tiles(motions.tiles, energy))
     except np.linalg.LinAlgError:
         width, height = given.camera.pixels
         raise ValueError(
-            f"images of {width} × {height} px in tiles of {given.tile} px cannot tell {MODES}"
-            " modes of the plate apart; set camera.pixels higher or dic.tile lower"
+            f"images of {width} × {height} px in tiles of {given.tile} px cannot tell"
+            f" {motions.modes.count} modes of the plate apart; set camera.pixels higher or dic.tile"
+            " lower"
         ) from None
-    return expected_errors(pattern.forward(1.0), _touches(given.plate.size))
 
 
-def _energy(given: Setup) -> float:
-    """Render the middle of the image and measure its gradient."""
+def _units(
+    given: Setup, force: float, modal: fe.ModalPlate | None
+) -> tuple[ExpectedErrors, ExpectedErrors]:
+    motions = image_motions(given.plate, given.camera, given.tile, modal)
+    forward = equal_pattern(given, motions, 1.0).forward(1.0)
+    touches = touches_over(given.plate.size, force)
+    return expected_errors(forward, touches), errors_of_gain(forward, touches)
+
+
+def _patch(given: Setup) -> F64:
+    """Render the middle of the image without noise, grey levels."""
     view = given.camera.build(given.plate)
     width, height = (min(PATCH, side) for side in view.size)
     left, top = (view.size[0] - width) // 2, (view.size[1] - height) // 2
@@ -144,9 +216,16 @@ def _energy(given: Setup) -> float:
     warper = synthetic.prepare_warp(pattern, patch, given.plate.thickness / 2)
     light = warper.render(np.zeros((len(warper.points), 3)), None, None) / 255.0
     sensor = given.sensor.build()
-    return gradient_energy((sensor.white - sensor.black) * sensor.top * light, given.tile)
+    return (sensor.white - sensor.black) * sensor.top * light
 
 
-def _touches(size: tuple[float, float]) -> np.ndarray:
-    places = places_over_plate(size)
-    return np.column_stack([places, np.full(len(places), UNIT)])
+def _gain(patch: F64) -> float:
+    """Part by which interpolation between the pixels of a patch measures motion too large."""
+    bias = sub_pixel_bias(patch, SUBSET, [SMALL])
+    return float(np.mean(bias)) / SMALL
+
+
+def touches_over(size: tuple[float, float], force: float, across: int = ACROSS) -> F64:
+    """List touches over a plate, (n, 3) mm, mm, N."""
+    places = places_over_plate(size, across)
+    return np.column_stack([places, np.full(len(places), force)])

@@ -99,7 +99,8 @@ def changes(given: Setup) -> Iterator[Row]:
     yield "camera pixels", f"{width} × {height}", f"{wide} × {high}", finer
     near = camera.stand_off / STEP
     yield row("stand-off", "mm", camera.stand_off, near, camera=changed(camera, stand_off=near))
-    yield row("thickness", "mm", plate.thickness, plate.thickness / STEP, plate=_thinner(plate))
+    thin = plate.thickness / STEP
+    yield row("thickness", "mm", plate.thickness, thin, plate=as_thick(plate, thin))
     for diameter in (pattern.diameter / STEP, pattern.diameter * STEP):
         other = changed(pattern, diameter=diameter)
         yield row("speckle diameter", "mm", pattern.diameter, diameter, pattern=other)
@@ -122,9 +123,11 @@ def changed(section: Any, **update: object) -> Any:
     return section.model_copy(update=update)
 
 
-def _thinner(plate: PlateSection) -> PlateSection:
+def as_thick(plate: PlateSection, thickness: float) -> PlateSection:
+    """Copy a plate with another thickness, mm, and its patches in proportion."""
+    part = thickness / plate.thickness
     patches = tuple(
-        changed(patch, thickness=(patch.thickness or plate.thickness) / STEP)
+        changed(patch, thickness=part * (patch.thickness or plate.thickness))
         for patch in plate.patches
     )
-    return changed(plate, thickness=plate.thickness / STEP, patches=patches)
+    return changed(plate, thickness=thickness, patches=patches)

@@ -8,9 +8,13 @@ import pytest
 from scipy.interpolate import RegularGridInterpolator
 from typer.testing import CliRunner
 
+import fe
+import models
+from dic import lay_tiles
 from models.design.expected_errors import shape_over
 from rig import cli
-from rig.design.outlook import design
+from rig.design.limits import refusal
+from rig.design.outlook import design, search_for
 from rig.design.prediction import linear_to, predict
 from rig.design.setup import changes, setup_of
 from rig.live.baseline import average_reference
@@ -26,8 +30,6 @@ def quiet(*_):
 
 
 def test_more_force_than_the_linear_limit_needs_large_theory(small):
-    import fe
-
     plate = small().plate.build()
     limit = linear_to(plate)
     assert fe.linear_range(plate, 0.97 * limit).theory == "linear"
@@ -106,6 +108,59 @@ def test_a_image_that_cannot_be_written_is_refused_at_once(tmp_path):
     arguments = ["design", "twin", f"--plot={tmp_path}/none/map.png"]
     done = CliRunner().invoke(cli.application(arguments), arguments)
     assert "must be a *.png in a folder that exists" in str(done.exception)
+
+
+def test_a_search_finds_what_reaches_an_error(small):
+    scene = small()
+    now = float(np.median(predict(setup_of(scene), None, 0.5).errors.place))
+    found = search_for(scene, 0.6 * now, None)
+    assert found.now == pytest.approx(now)
+    assert found.force == 0.5
+    assert found.reached
+    named = {step.what: step for step in found.alone}
+    assert list(named)[:3] == ["speckle diameter", "mean of frames", "thickness"]
+    thinner = small({"plate.thickness": named["thickness"].after})
+    reached = float(np.median(predict(setup_of(thinner), None, 0.5).errors.place))
+    assert 0.57 * now < reached < 0.601 * now
+    assert named["mean of frames"].after == 4  # (1/4 + 1/16) / (1 + 1/16) < 0.6², and not with 3
+
+
+def test_a_search_says_where_it_ends(small):
+    found = search_for(small(), 1e-4, 0.5)
+    assert not found.reached
+    assert not found.alone
+    assert len(found.together) >= 4
+    assert found.together[-1].place > 1e-4
+    at_once = search_for(small(), 1e4, 0.5)
+    assert at_once.reached
+    assert not at_once.alone
+    for place, force in ((0.0, 1.0), (0.5, -1.0)):
+        with pytest.raises(ValueError, match="must be more than 0"):
+            search_for(small(), place, force)
+
+
+def test_what_cannot_work_is_refused_with_a_remedy(small):
+    assert not refusal(small())
+    fine = refusal(small({"pattern.diameter": 0.5}))
+    assert "px wide in the image" in fine
+    assert "set pattern.diameter to" in fine
+    assert "set thickness to" in refusal(small({"plate.thickness": 8.0}))
+
+
+@pytest.mark.slow
+def test_large_touches_are_predicted_as_the_reduced_plate_has_them(small):
+    scene = small({"plate.thickness": 1.0, "plate.theory": "large"})
+    given = setup_of(scene)
+    bent = models.large_plate(fe.reduced_plate(given.plate.build(), force=4.0))
+    view = given.camera.build(given.plate)
+    tiles = lay_tiles((view.size[1], view.size[0]), given.tile)
+    motions = models.prepare_motions(bent.modes, view, 0.5, tiles, bent, models.with_tilts)
+    found = predict(given, None, 4.0, fe.modal_plate(given.plate.build()))
+    pattern = models.prepare_pattern(motions, models.equal_tiles(tiles, found.energy))
+    inside = np.abs(found.errors.touches[:, :2] - [127.0, 101.5]).max(axis=1) < 70.0
+    reduced = models.expected_errors(pattern.forward(given.noise), found.errors.touches[inside])
+    np.testing.assert_allclose(found.errors.place[inside], reduced.place, rtol=0.06)
+    np.testing.assert_allclose(found.errors.force[inside], reduced.force, rtol=0.06)
 
 
 @pytest.mark.slow

@@ -1,0 +1,135 @@
+"""Whether a bench can work at all, before it is built: the sentence that refuses it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+import fe
+from rig.design.prediction import predict
+from rig.design.setup import Setup, setup_of
+from rig.scene import Scene
+from rig.scene.plate import PlateSection
+from rig.scene.theory import choose, largest_force
+
+if TYPE_CHECKING:
+    from fe import LinearRange
+
+FARTHEST = 5.0  # mm, within which a touch of the largest force must be found in one frame
+DEEPEST = 3.0  # deflection over thickness, up to which the theory of large touches was checked
+FINEST = 0.2  # mm: a printer of 600 dpi draws no rounder spots than eight dots across
+ROUNDS = 4  # of trials: the error falls a little slower than by the cube
+THICKER = 1.1  # from one trial to the next
+CUBE = 3.0  # power of the thickness with which a plate gets stiffer
+NYQUIST = 2.0  # px: a finer speckle is not seen as it is printed
+
+
+def refusal(scene: Scene) -> str:
+    """Say in a sentence why a bench cannot work and what to change; empty where it can.
+
+    Errors are those of linear theory, for the largest force.
+
+    Raises
+    ------
+    ValueError
+        If the scene lacks a part; see `setup_of`.
+    """
+    given = setup_of(scene)
+    return (
+        _too_soft(scene, given.plate)
+        or _too_fine(given)
+        or _aliased(given)
+        or _too_stiff(given, largest_force(scene) or 1.0)
+    )
+
+
+def speckle_in_pixels(given: Setup) -> float:
+    """Diameter of a speckle in the middle of the image, px."""
+    view, (a, b) = given.camera.build(given.plate), given.plate.size
+    height, half = given.plate.thickness / 2, given.pattern.diameter / 2
+    ends = np.array([[a / 2 - half, b / 2, height], [a / 2 + half, b / 2, height]])
+    return float(np.linalg.norm(np.diff(view.project(ends), axis=0)))
+
+
+def bears(regime: LinearRange) -> bool:
+    """Whether a plate stays within its material and within the theory."""
+    return regime.demand <= 1 and regime.ratio <= DEEPEST
+
+
+def _aliased(given: Setup) -> str:
+    speckle = speckle_in_pixels(given)
+    if speckle >= NYQUIST:
+        return ""
+    wider = given.pattern.diameter * NYQUIST / speckle
+    return (
+        f"speckles of {given.pattern.diameter:g} mm are {speckle:.2g} px wide in the image, and"
+        f" below {NYQUIST:g} px a camera sees another pattern than is printed; set"
+        f" pattern.diameter to {_rounded_up(wider)} mm or more"
+    )
+
+
+def _too_soft(scene: Scene, plate: PlateSection) -> str:
+    regime = choose(scene, plate, largest_force(scene)).regime
+    if regime is None or bears(regime):
+        return ""
+    why = (
+        f"strains the material to {regime.demand:.1f} times what it comes back from"
+        if regime.demand > 1
+        else f"bends it by {regime.ratio:.1f} times its thickness, and {DEEPEST:g} is the limit"
+    )
+    return (
+        f"thickness is {plate.thickness:g} mm, and a touch of {regime.force:g} N {why}; set"
+        f" thickness to {_rounded_up(_thick_enough(plate, regime.force))} mm or more, or expect"
+        " less force"
+    )
+
+
+def _thick_enough(plate: PlateSection, force: float) -> float:
+    """Find a thickness that bears a force, mm, at which it is not yet too thick for the theory."""
+    thickness = plate.thickness
+    while True:
+        thickness *= THICKER
+        thicker = plate.model_copy(update={"thickness": thickness})
+        if bears(fe.linear_range(thicker.build(), force)):
+            return thickness
+
+
+def _too_fine(given: Setup) -> str:
+    pattern, camera = given.pattern, given.camera
+    if pattern.diameter >= FINEST:
+        return ""
+    width, height = (int(0.95 * side * pattern.diameter / FINEST) for side in camera.pixels)
+    return (
+        f"camera pixels are {camera.pixels[0]} x {camera.pixels[1]}, for which speckles must be"
+        f" {pattern.diameter:g} mm wide, and no printer draws them below {FINEST:g} mm; set pixels"
+        f" to {width} x {height} or fewer"
+    )
+
+
+def _too_stiff(given: Setup, force: float) -> str:
+    plate, found = given.plate, predict(given)
+    place = float(np.median(found.errors.place)) / force
+    if place <= FARTHEST:
+        return ""
+    thinner, left = plate.thickness, place
+    for _ in range(ROUNDS):
+        if left <= FARTHEST:
+            break
+        thinner *= min(FARTHEST / left, 1 / THICKER) ** (1 / CUBE)
+        other = replace(given, plate=plate.model_copy(update={"thickness": thinner}))
+        left = float(np.median(predict(other, like=found).errors.place)) / force
+    return (
+        f"thickness is {plate.thickness:g} mm, and a touch of {force:g} N would be found to"
+        f" {place:.0f} mm only; set thickness to {_rounded_down(thinner)} mm or less, or expect"
+        " more force"
+    )
+
+
+def _rounded_up(value: float) -> str:
+    return f"{np.ceil(10 * value) / 10:g}"
+
+
+def _rounded_down(value: float) -> str:
+    return f"{np.floor(10 * value) / 10:g}" if value > 0.2 else f"{value:.2g}"

@@ -1,0 +1,112 @@
+"""What it costs that a bench is not just as its scene says, and what presses would bring."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+import fe
+import models
+from models import CAUSES, ExpectedErrors
+from rig.design.prediction import Prediction, equal_pattern, fields, image_motions, touches_over
+from rig.design.setup import Setup
+from rig.system.arrays import F64
+
+GROUPS = {"Young's modulus": ("young",), "thickness": ("thickness",), **CAUSES}
+"""Numbers of a bench by what they are."""
+
+PRESSES = 3  # along each side
+FRAMES = 12  # of each
+LABEL = np.array([0.2, 0.2, 0.003])
+"""Standard deviations of the list of presses: of places, mm, and of forces, as fractions."""
+_ACROSS = 8  # touches along the longer side
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """A group of numbers of a bench, and by how much touches are off if nobody asks for them.
+
+    Attributes
+    ----------
+    name : str
+        One of `GROUPS`.
+    place : float, mm
+        Median over the plate, root mean square over benches as they usually are.
+    force : float
+        The same, as a fraction.
+    """
+
+    name: str
+    place: float
+    force: float
+
+
+@dataclass(frozen=True, eq=False)
+class Unknowns:
+    """What is not known of a bench, in errors of touches.
+
+    Attributes
+    ----------
+    force : float, N
+        Of the touches, and of the presses.
+    costs : tuple of Unknown
+        The dearest first.
+    before, after : ExpectedErrors
+        Before any press, and after nine whose places and forces are known.
+    """
+
+    force: float
+    costs: tuple[Unknown, ...]
+    before: ExpectedErrors
+    after: ExpectedErrors
+
+
+def unknowns(now: Prediction, modal: fe.ModalPlate, force: float) -> Unknowns:
+    """Say what it costs under touches of `force` N that a bench is known only so well.
+
+    Parameters
+    ----------
+    now : Prediction
+    modal : fe.ModalPlate
+        The plate of its setup in modes.
+    force : float, N
+    """
+    given = now.setup
+    flat, touches = given.plate.build(), touches_over(given.plate.size, force, _ACROSS)
+    forward = _on_bench(given, modal, now.energy)
+    bench = models.bench_before(flat)
+    presses = _presses(given.plate.size, force)
+    known = models.bench_after(forward, bench, presses, LABEL, FRAMES**-0.5)
+    costs = [
+        _cost(name, models.cost_of(forward, bench, of, touches)) for name, of in GROUPS.items()
+    ]
+    return Unknowns(
+        force,
+        tuple(sorted(costs, key=lambda cost: -cost.place)),
+        models.errors_on_bench(forward, bench, touches),
+        models.errors_on_bench(forward, known, touches),
+    )
+
+
+def _cost(name: str, off: ExpectedErrors) -> Unknown:
+    fraction = off.force / off.touches[:, 2]
+    return Unknown(name, float(np.median(off.place)), float(np.median(fraction)))
+
+
+def _presses(size: tuple[float, float], force: float) -> F64:
+    """List presses in the middles of equal cells, (9, 3) mm, mm, N."""
+    sides = ((np.arange(PRESSES) + 0.5) / PRESSES * side for side in size)
+    x, y = np.meshgrid(*sides)
+    return np.column_stack([x.ravel(), y.ravel(), np.full(x.size, force)])
+
+
+def _on_bench(given: Setup, modal: fe.ModalPlate, energy: float) -> models.BenchForward:
+    """Prepare the pattern through a camera whose place and lens may be other ones."""
+    motions = image_motions(given.plate, given.camera, given.tile, modal)
+    pattern = equal_pattern(given, motions, energy)
+    flat, described = given.plate.build(), np.zeros(len(models.CAMERA))
+    whole, view = fields(modal, flat), given.camera.build(given.plate)
+    look = models.CameraChange(pattern, whole.whole, view, flat.thickness / 2)
+    through = whole.through(look.at(described, 0.0), described)
+    return through.forward(pattern.factor / given.noise)
