@@ -17,8 +17,8 @@ from rig.scene.bench import CameraSection
 SEEN = 2.5  # px: speckles below are seen with less contrast, and their motion with a bias
 NEAREST = 1.0  # stand-off in longer sides: a lens that sees a plate from nearer bends it
 THINNEST = 0.2  # of the thickness
-MOST_PIXELS = 5120  # along the longer side of an image
-MOST_FRAMES = 8  # averaged: a third of a second at 30 images a second
+MAX_PIXELS = 5120  # along the longer side of an image
+MAX_FRAMES = 8  # averaged: a third of a second at 30 images a second
 _ROUNDS = 6  # of a search: the error falls nearly as a power of what is changed
 _CLOSE = 0.02  # of the wanted error, from which a search need not go on
 
@@ -129,7 +129,7 @@ def ways(given: Setup, largest: float) -> Iterator[Way]:
         lambda value: replace(given, pattern=changed(pattern, diameter=value)),
     )  # fmt: skip
     yield Way(
-        "mean of frames", "", given.frames, MOST_FRAMES,
+        "mean of frames", "", given.frames, MAX_FRAMES,
         lambda value: replace(given, frames=round(value)),
     )  # fmt: skip
     yield Way(
@@ -143,7 +143,7 @@ def ways(given: Setup, largest: float) -> Iterator[Way]:
     )  # fmt: skip
     width = camera.pixels[0]
     yield Way(
-        "width of the image", "px", width, MOST_PIXELS,
+        "width of the image", "px", width, MAX_PIXELS,
         lambda value: replace(given, camera=_as_wide(given, value)),
     )  # fmt: skip
 
