@@ -8,6 +8,7 @@ from .batch import (
 from .camera import (
     Camera as Camera,
     pinhole_above as pinhole_above,
+    pinhole_below as pinhole_below,
 )
 from .distortion import Distortion as Distortion
 from .exposure import Exposure as Exposure
@@ -30,6 +31,8 @@ from .pattern import (
     speckle as speckle,
 )
 from .pose import (
+    Face as Face,
+    face_height as face_height,
     look_at as look_at,
     rotated as rotated,
 )
@@ -40,6 +43,7 @@ from .telecentric import (
     AnyCamera as AnyCamera,
     Telecentric as Telecentric,
     telecentric_above as telecentric_above,
+    telecentric_below as telecentric_below,
 )
 from .view import (
     image_motion as image_motion,

@@ -1,4 +1,4 @@
-"""A pinhole camera over the plate: where a point is seen, and which point a pixel sees."""
+"""A pinhole camera before the plate: where a point is seen, and which point a pixel sees."""
 
 from dataclasses import dataclass
 from typing import ClassVar, Literal
@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from synthetic.arrays import F64
 from synthetic.distortion import Distortion
 from synthetic.points import checked, descend, in_camera
-from synthetic.pose import above, fit, rigid_transform
+from synthetic.pose import Face, face_height, facing, fit, rigid_transform
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +49,15 @@ class Camera:
     def position(self) -> F64:
         """(3,) float64, optical centre in the plate frame, mm."""
         return -self.T_cam_plate[:3, :3].T @ self.T_cam_plate[:3, 3]
+
+    @property
+    def face(self) -> Face:
+        """Face of the plate that it sees: "top" from above, "bottom" from below."""
+        return "top" if self.position[2] > 0 else "bottom"
+
+    def face_height(self, thickness: float) -> float:
+        """Height of the face that it sees over the middle plane of a plate, mm, signed."""
+        return face_height(self.face, thickness)
 
     @property
     def scale(self) -> float:
@@ -151,6 +160,32 @@ def pinhole_above(
     ValueError
         A plate or stand-off that is not positive, or a margin outside 0 ≤ margin < 0.5.
     """
-    pose = above(plate_size, stand_off)
+    return _facing("top", plate_size, stand_off, pixels, margin, distortion)
+
+
+def pinhole_below(
+    plate_size: tuple[float, float],
+    stand_off: float = 500.0,
+    pixels: tuple[int, int] = (1024, 1024),
+    margin: float = 0.02,
+    distortion: Distortion | None = None,
+) -> Camera:
+    """Stand a camera under the centre of the plate, looking straight up at its underside.
+
+    Plate x runs *left* in the image and plate y up, as who lies below sees them: the pose is half a
+    turn about y. No image is mirrored. Arguments and errors as of `pinhole_above`.
+    """
+    return _facing("bottom", plate_size, stand_off, pixels, margin, distortion)
+
+
+def _facing(
+    face: Face,
+    plate_size: tuple[float, float],
+    stand_off: float,
+    pixels: tuple[int, int],
+    margin: float,
+    distortion: Distortion | None,
+) -> Camera:
+    pose = facing(face, plate_size, stand_off)
     scale, middle = fit(plate_size, pixels, margin)
     return Camera(pixels, stand_off / scale, middle, pose, distortion)

@@ -54,7 +54,7 @@ def descend(start: F64, ray: F64, z: ArrayLike) -> F64:
     if np.any(drop * ray[2] <= 0):
         raise ValueError(
             "a pixel does not see the plane of the plate in front of the camera; "
-            "move the camera to the touched side and turn it to the plate"
+            "move the camera to the side of the face that it watches and turn it to the plate"
         )
     along = drop / ray[2]
     return np.column_stack([start[0] + ray[0] * along, start[1] + ray[1] * along])

@@ -1,9 +1,22 @@
 """Where a camera stands and looks: rigid transforms from the plate to the camera."""
 
+from typing import Literal
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from synthetic.arrays import F64
+
+Face = Literal["top", "bottom"]
+"""A face of the plate: the touched one or its underside, as `fe` names them."""
+
+# Height of a face in thicknesses, along z out of the touched face.
+_HEIGHT: dict[Face, float] = {"top": 0.5, "bottom": -0.5}
+
+
+def face_height(face: Face, thickness: float) -> float:
+    """Height of a face of a plate over its middle plane, mm: negative for the underside."""
+    return _HEIGHT[face] * thickness
 
 
 def look_at(
@@ -39,14 +52,17 @@ def look_at(
     return _transform(R, -R @ centre)
 
 
-def above(plate_size: tuple[float, float], stand_off: float) -> F64:
-    """Pose straight above the middle of a plate: plate x runs right and y up in the image."""
+def facing(face: Face, plate_size: tuple[float, float], stand_off: float) -> F64:
+    """Pose straight before the middle of a face of a plate, with plate y up in the image.
+
+    Plate x runs right above the plate and left below it: the underside is seen turned over.
+    """
     if not all(0 < length < np.inf for length in plate_size):
         raise ValueError(f"plate size must be positive, got {plate_size} mm")
     if not 0 < stand_off < np.inf:
         raise ValueError(f"stand-off must be positive, got {stand_off} mm")
     x, y = plate_size[0] / 2, plate_size[1] / 2
-    return look_at((x, y, stand_off), (x, y, 0.0))
+    return look_at((x, y, 2.0 * face_height(face, stand_off)), (x, y, 0.0))
 
 
 def fit(

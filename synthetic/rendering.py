@@ -41,7 +41,7 @@ def render(
         plate at rest. It is asked for points of the plate alone.
     sensor : None returns 255 × light as float64, neither quantised nor noisy.
     rng : source of the noise; None takes an image without noise.
-    z : height of the face over the plate's middle plane, mm; half the thickness.
+    z : height of the seen face over the plate's middle plane, mm: `camera.face_height(thickness)`.
     samples : points a side of a pixel. With 4 the pixels of the default speckle are off by 0.01
         grey levels of 255 (standard deviation); edges of spots below 2 px need 5. Not used where
         the exposure blurs.

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from synthetic.arrays import F64
 from synthetic.camera import Camera
 from synthetic.points import checked, descend, in_camera
-from synthetic.pose import above, fit, rigid_transform
+from synthetic.pose import Face, face_height, facing, fit, rigid_transform
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +45,15 @@ class Telecentric:
             raise ValueError(f"scale must be positive, got {self.scale} mm per px")
         object.__setattr__(self, "T_cam_plate", rigid_transform(self.T_cam_plate))
 
+    @property
+    def face(self) -> Face:
+        """Face of the plate that it sees: "top" where it looks down, "bottom" where up."""
+        return "top" if self.T_cam_plate[2, 2] < 0 else "bottom"
+
+    def face_height(self, thickness: float) -> float:
+        """Height of the face that it sees over the middle plane of a plate, mm, signed."""
+        return face_height(self.face, thickness)
+
     def project(self, points: ArrayLike) -> F64:
         """See plate points (K, 3) mm: (K, 2) px. Raises as `Camera.project`."""
         return in_camera(self.T_cam_plate, points)[:, :2] / self.scale + self.centre
@@ -79,6 +88,26 @@ def telecentric_above(
 
     `stand_off` only has to be larger than the plate can bend.
     """
-    pose = above(plate_size, stand_off)
+    return _facing("top", plate_size, pixels, margin, stand_off)
+
+
+def telecentric_below(
+    plate_size: tuple[float, float],
+    pixels: tuple[int, int] = (1024, 1024),
+    margin: float = 0.02,
+    stand_off: float = 500.0,
+) -> Telecentric:
+    """Stand a telecentric camera where `pinhole_below` stands its own; same arguments."""
+    return _facing("bottom", plate_size, pixels, margin, stand_off)
+
+
+def _facing(
+    face: Face,
+    plate_size: tuple[float, float],
+    pixels: tuple[int, int],
+    margin: float,
+    stand_off: float,
+) -> Telecentric:
+    pose = facing(face, plate_size, stand_off)
     scale, middle = fit(plate_size, pixels, margin)
     return Telecentric(pixels, scale, middle, pose)

@@ -148,7 +148,7 @@ def prepare_warp(
 
     Parameters
     ----------
-    z : height of the face over the plate's middle plane, mm; half the thickness.
+    z : height of the seen face over the plate's middle plane, mm: `camera.face_height(thickness)`.
 
     Raises
     ------

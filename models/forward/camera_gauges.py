@@ -91,7 +91,7 @@ def prepare_camera_gauges(
     ----------
     modes : fe.Modes
     camera : synthetic.AnyCamera
-        Over its touched face.
+        Before the face that is watched.
     xy : (M, 2), mm
         On the face; a gauge stands at the nearest pixel.
     subset : int, px
@@ -103,9 +103,9 @@ def prepare_camera_gauges(
         The subset is even or too small, or a gauge leaves the image.
     """
     places = np.asarray(xy, dtype=np.float64)
-    top = np.full(len(places), modes.plate.thickness / 2.0)
+    height = np.full(len(places), camera.face_height(modes.plate.thickness))
     gauges = synthetic.strain_gauges(
-        camera.project(np.column_stack([places, top])), subset, window=1
+        camera.project(np.column_stack([places, height])), subset, window=1
     )
     beyond = np.minimum(gauges.xy, np.array(camera.size) - 1 - gauges.xy).min() < subset // 2
     if beyond:

@@ -52,7 +52,7 @@ def through_camera(
         Of the plate, at rest and flat. The strain that a point bends near itself converges slowly:
         25 mm away 400 modes leave out 2 % of the largest.
     camera
-        Over its touched face.
+        Before the face that is watched.
     gauges
         From `synthetic.strain_gauges`, M places in the image.
 
@@ -67,10 +67,10 @@ def through_camera(
 
 def read_modes(modes: fe.Modes, camera: synthetic.AnyCamera, gauges: synthetic.Gauges) -> F64:
     """Strains (M, 3, K) that DIC reads through a camera for a unit of each mode."""
-    top = modes.plate.thickness / 2.0
-    points = camera.on_plate(gauges.px, top)
+    height = camera.face_height(modes.plate.thickness)
+    points = camera.on_plate(gauges.px, height)
     shown = synthetic.image_motion_basis(
-        camera, gauges.px, modes.value(points), modes.slope(points), top
+        camera, gauges.px, modes.value(points), modes.slope(points), height
     )
     return gauges.read(shown)
 

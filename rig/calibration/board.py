@@ -77,6 +77,20 @@ class BoardView:
     px: NDArray[np.float64]
 
 
+def lying_at(corner: tuple[float, float], height: float) -> F64:
+    """Affine map (2, 3) from the mm of a board on the plate, its upper edge along the plate's x.
+
+    Parameters
+    ----------
+    corner : (x, y), mm
+        Of the plate, where the printed top left corner lies.
+    height : float, mm
+        Of the face it lies on: on the underside, where it is negative, x of the print runs against
+        that of the plate.
+    """
+    return np.array([[np.copysign(1.0, height), 0.0, corner[0]], [0.0, -1.0, corner[1]]])
+
+
 def on_plate(views: list[tuple[BoardView, ArrayLike]], height: float) -> BoardView:
     """Join boards that lie on a plate as patches: (N, 3) mm of the plate frame, and px.
 
@@ -85,7 +99,7 @@ def on_plate(views: list[tuple[BoardView, ArrayLike]], height: float) -> BoardVi
     views : list of (View, (2, 3) array)
         With each the affine map from its mm to plate x, y: a print's y runs down, the plate's up.
     height : float, mm
-        Of the touched face over the middle plane.
+        Of the face they lie on over the middle plane: negative for the underside.
     """
     parts: list[F64] = []
     for view, given in views:

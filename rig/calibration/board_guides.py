@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rig.calibration.board import BoardView, CharucoBoard, on_plate
+from rig.calibration.board import BoardView, CharucoBoard, lying_at, on_plate
 from rig.calibration.guide import Progress
 from rig.calibration.lens import FEWEST, Lens, calibrate_lens
 from rig.calibration.pose import Pose, find_pose
@@ -105,9 +105,9 @@ class PoseGuide:
     lens : Lens
     board : CharucoBoard
     at : (x, y), mm
-        Where the printed top left corner lies on the plate, its x along that of the plate.
+        Where the printed top left corner lies on the plate, see `lying_at`.
     height : float, mm
-        Of the touched face over the middle plane.
+        Of the seen face over the middle plane: negative for the underside.
     """
 
     lens: Lens
@@ -151,8 +151,8 @@ class PoseGuide:
         """See `Guide`."""
         if len(self._views) < self.wanted:
             return None
-        T = np.array([[1.0, 0.0, self.at[0]], [0.0, -1.0, self.at[1]]])
-        return find_pose(self.lens, on_plate([(_mean(self._views), T)], self.height))
+        laid = lying_at(self.at, self.height)
+        return find_pose(self.lens, on_plate([(_mean(self._views), laid)], self.height))
 
 
 def _moved(one: BoardView, other: BoardView) -> float:

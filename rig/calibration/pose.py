@@ -53,7 +53,8 @@ def find_pose(lens: Lens, points: BoardView, sigma: float | None = None) -> Pose
     Raises
     ------
     ValueError
-        If there are too few points or no pose fits them.
+        If there are too few points, no pose fits them, or they are seen from the other side of the
+        plate than that whose face they lie on.
     """
     if len(points.mm) < 4:
         raise ValueError(f"a pose needs 4 points or more, got {len(points.mm)}; mark all corners")
@@ -71,6 +72,7 @@ def find_pose(lens: Lens, points: BoardView, sigma: float | None = None) -> Pose
     u, _, v = np.linalg.svd(rotation)
     T[:3, :3], T[:3, 3] = u @ v, np.ravel(shift)
     camera = lens.camera(T)
+    _check_side(camera, points.mm)
     left = camera.project(points.mm) - points.px
     freedom = max(left.size - 6, 1)
     if sigma is None:
@@ -88,6 +90,17 @@ def find_pose(lens: Lens, points: BoardView, sigma: float | None = None) -> Pose
         residual=float(np.sqrt(np.square(left).sum(axis=1).mean())),
         error=float(np.sqrt(spread.mean())),
     )
+
+
+def _check_side(camera: synthetic.Camera, points: F64) -> None:
+    """Refuse a camera on one side of the plate that sees points of the other: they are mirrored."""
+    height = float(points[:, 2].mean())
+    if height * camera.position[2] < 0:
+        here, there = ("above", "below") if camera.position[2] > 0 else ("below", "above")
+        raise ValueError(
+            f"these points are seen from {here}, and the scene has its camera {there}; give the"
+            f' corners in their order, or set camera.side to "{here}"'
+        )
 
 
 def _by_pose(camera: synthetic.Camera, points: F64) -> F64:

@@ -65,7 +65,7 @@ def find_light(
     plate : (a, b), mm
     size : (width, height) of the projector, px
     height : float, mm
-        Of the touched face over the middle plane.
+        Of the lit face, which the camera sees, over the middle plane.
 
     Raises
     ------

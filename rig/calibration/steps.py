@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 import synthetic
-from rig.calibration.board import BoardView, CharucoBoard, on_plate
+from rig.calibration.board import BoardView, CharucoBoard, lying_at, on_plate
 from rig.calibration.lens import Lens, calibrate_lens
 from rig.calibration.photon import Photon, photon_transfer
 from rig.calibration.pose import Pose, find_pose
@@ -61,8 +61,7 @@ def from_boards(folder: Path, board: CharucoBoard, left_out: tuple[int, ...]) ->
 
 def from_corners(scene: Scene, known: Calibration, corners: list[tuple[float, float]]) -> Pose:
     """Find the plate from its corners in an image, px: origin, end of x, far corner, end of y."""
-    plate = plate_of(scene)
-    (a, b), height = plate.size, plate.thickness / 2
+    (a, b), height = plate_of(scene).size, seen_height(scene)
     mm = np.array([(0, 0, height), (a, 0, height), (a, b, height), (0, b, height)])
     if len(corners) != 4:
         raise ValueError(f"plate has 4 corners, got {len(corners)}; give --corner four times")
@@ -72,12 +71,12 @@ def from_corners(scene: Scene, known: Calibration, corners: list[tuple[float, fl
 def from_patch(
     scene: Scene, known: Calibration, folder: Path, board: CharucoBoard, at: tuple[float, float]
 ) -> Pose:
-    """Find the plate from a board on it, whose printed top left corner lies at (x, y) mm."""
+    """Find the plate from a board on its seen face, the printed top left corner at (x, y) mm."""
     view = board.find(read_images(folder)[0])
     if view is None:
         raise ValueError(f"the first image in '{folder}' shows no board; look at its light")
-    T = np.array([[1.0, 0.0, at[0]], [0.0, -1.0, at[1]]])
-    return find_pose(known.known_lens(), on_plate([(view, T)], plate_of(scene).thickness / 2))
+    height = seen_height(scene)
+    return find_pose(known.known_lens(), on_plate([(view, lying_at(at, height))], height))
 
 
 def from_stripes(scene: Scene, known: Calibration, folder: Path) -> ProjectorLight:
@@ -91,7 +90,8 @@ def light_of(
 ) -> ProjectorLight:
     """Find the projector of `size` px from images of its Gray code, and how bright it is."""
     seen, valid = gray_code.decode(images, size)
-    light = find_light(seen, valid, camera, plate.size, size, plate.thickness / 2)
+    height = camera.face_height(plate.thickness)
+    light = find_light(seen, valid, camera, plate.size, size, height)
     strength, black = brightness(images[0], images[1], valid)
     return replace(light, strength=strength, black=black)
 
@@ -118,6 +118,12 @@ def plate_of(scene: Scene) -> PlateSection:
     if scene.plate is None:
         raise ValueError(f"scene '{scene.title}' has no plate; add [plate]")
     return scene.plate
+
+
+def seen_height(scene: Scene) -> float:
+    """Height of the face that the camera of a scene looks at over the middle plane, mm."""
+    face = scene.camera.face if scene.camera else "top"
+    return synthetic.face_height(face, plate_of(scene).thickness)
 
 
 def projector_of(scene: Scene) -> ProjectorSection:

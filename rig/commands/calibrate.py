@@ -87,7 +87,7 @@ def pose(
     else:
         from rig.calibration.board_guides import PoseGuide
 
-        height = steps.plate_of(bench.scene).thickness / 2
+        height = steps.seen_height(bench.scene)
         part = bench.live(PoseGuide(bench.known.known_lens(), board, at, height))
     bench.keep(part, as_json)
 

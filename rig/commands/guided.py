@@ -100,5 +100,5 @@ def _view_of(scene: Scene, known: Calibration) -> tuple[tuple[float, float], Vie
     plate, camera = scene.plate, scene.camera
     if plate is None or camera is None:
         raise ValueError(f"scene '{scene.title}' has no bench; add [plate] and [camera]")
-    view = plate_view(plate.build(), known.camera() or camera.build(plate), plate.thickness / 2)
+    view = plate_view(plate.build(), known.camera() or camera.build(plate))
     return plate.size, view

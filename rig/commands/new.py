@@ -16,7 +16,8 @@ def new(
     thickness: Annotated[float, typer.Option(help="Thickness, mm.")] = 2.0,
     material: Annotated[str, typer.Option(help="PVC, acrylic, polycarbonate, glass, …")] = "PVC",
     edges: Annotated[str, typer.Option(help="clamped, supported or 'two clamped'.")] = "clamped",
-    stand_off: Annotated[float, typer.Option(help="Camera above the plate, mm.")] = 500.0,
+    stand_off: Annotated[float, typer.Option(help="From camera to plate, mm.")] = 500.0,
+    side: Annotated[str, typer.Option(help="Camera above or below the plate.")] = "above",
     pixels: Annotated[tuple[int, int], typer.Option(help="Of the camera.")] = (1280, 960),
     rate: Annotated[float, typer.Option(help="Images a second.")] = 30.0,
     force: Annotated[float, typer.Option(help="Largest force of a finger, N.")] = 3.0,
@@ -42,9 +43,9 @@ def new(
         raise OSError(f"scene '{file}' exists; name another, or move it away")
     said: dict[str, Any] = {
         "width": size[0], "height": size[1], "thickness": thickness, "material": material,
-        "edges": edges, "stand_off": stand_off, "pixels": f"{pixels[0]} x {pixels[1]}",
-        "rate": rate, "force": force, "projector": "yes" if projector else "no",
-        "camera": camera or "",
+        "edges": edges, "stand_off": stand_off, "side": side,
+        "pixels": f"{pixels[0]} x {pixels[1]}", "rate": rate, "force": force,
+        "projector": "yes" if projector else "no", "camera": camera or "",
     }  # fmt: skip
     if projector:
         said["screen"] = f"{projector[0]} x {projector[1]}"

@@ -48,7 +48,7 @@ def refusal(scene: Scene) -> str:
 def speckle_in_pixels(given: Setup) -> float:
     """Diameter of a speckle in the middle of the image, px."""
     view, (a, b) = given.camera.build(given.plate), given.plate.size
-    height, half = given.plate.thickness / 2, given.pattern.diameter / 2
+    height, half = view.face_height(given.plate.thickness), given.pattern.diameter / 2
     ends = np.array([[a / 2 - half, b / 2, height], [a / 2 + half, b / 2, height]])
     return float(np.linalg.norm(np.diff(view.project(ends), axis=0)))
 

@@ -164,9 +164,11 @@ def image_motions(
     tiles = lay_tiles((view.size[1], view.size[0]), tile)
     if modal is None:
         modes = fe.modes(flat, MODES, mesh=fe.grid(flat, ELEMENTS))
-        return models.prepare_motions(modes, view, flat.thickness / 2, tiles)
+        return models.prepare_motions(modes, view, view.face_height(flat.thickness), tiles)
     bent = fields(modal, flat)
-    return models.prepare_motions(bent, view, flat.thickness / 2, tiles, bent, models.with_tilts)
+    return models.prepare_motions(
+        bent, view, view.face_height(flat.thickness), tiles, bent, models.with_tilts
+    )
 
 
 def fields(modal: fe.ModalPlate, plate: fe.Plate) -> models.BenchFields:
@@ -213,7 +215,7 @@ def _patch(given: Setup) -> F64:
     centre = (view.centre[0] - left, view.centre[1] - top)
     patch = replace(view, size=(width, height), centre=centre)
     pattern = given.pattern.build(given.plate)
-    warper = synthetic.prepare_warp(pattern, patch, given.plate.thickness / 2)
+    warper = synthetic.prepare_warp(pattern, patch, view.face_height(given.plate.thickness))
     light = warper.render(np.zeros((len(warper.points), 3)), None, None) / 255.0
     sensor = given.sensor.build()
     return (sensor.white - sensor.black) * sensor.top * light

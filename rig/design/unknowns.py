@@ -107,6 +107,7 @@ def _on_bench(given: Setup, modal: fe.ModalPlate, energy: float) -> models.Bench
     pattern = equal_pattern(given, motions, energy)
     flat, described = given.plate.build(), np.zeros(len(models.CAMERA))
     whole, view = fields(modal, flat), given.camera.build(given.plate)
-    look = models.CameraChange(pattern, whole.whole, view, flat.thickness / 2)
+    height = view.face_height(flat.thickness)
+    look = models.CameraChange(pattern, whole.whole, view, height)
     through = whole.through(look.at(described, 0.0), described)
     return through.forward(pattern.factor / given.noise)

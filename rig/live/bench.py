@@ -63,8 +63,6 @@ class Bench:
     ----------
     plate : fe.Plate
     camera : synthetic.AnyCamera
-    height : float, mm
-        Height of the touched face over the plate's middle plane.
     motions : models.ImageMotions
         Of plate modes and camera, on the tiles of the image.
     dic : rig.scene.sensing.DicSection
@@ -89,7 +87,6 @@ class Bench:
 
     plate: fe.Plate
     camera: synthetic.AnyCamera
-    height: float
     motions: ImageMotions
     dic: DicSection
     max_touches: int
@@ -100,6 +97,11 @@ class Bench:
     net: NetPlan | None = None
     known: models.BenchEstimate | None = None
     in_time: PlateInTime | None = None
+
+    @property
+    def height(self) -> float:
+        """Height of the seen face over the plate's middle plane, mm."""
+        return self.camera.face_height(self.plate.thickness)
 
     @property
     def reference_frames(self) -> int:
@@ -172,8 +174,8 @@ def build_bench(
     Raises
     ------
     ValueError
-        If the scene lacks what the live loop needs, compares with what it cannot run, or bends the
-        plate before it is touched.
+        If the scene lacks what the live loop needs, compares with what it cannot run, bends the
+        plate before it is touched, or has its camera on the other side than it was calibrated.
     """
     if not isinstance(scene.comparison, StrainEstimator | None):
         raise ValueError(
@@ -202,7 +204,13 @@ def build_bench(
     view = calibration.camera() if calibration else None
     if view is None or view.size != camera.pixels:
         view = camera.build(plate)
-    height, tiles = flat.thickness / 2, lay_tiles((view.size[1], view.size[0]), dic.tile)
+    if view.face != camera.face:
+        raise ValueError(
+            f"the calibrated pose has the camera on the other side of the plate than camera.side ="
+            f' "{camera.side}"; calibrate the pose again, or correct camera.side'
+        )
+    height = view.face_height(flat.thickness)
+    tiles = lay_tiles((view.size[1], view.size[0]), dic.tile)
     count = estimator.modes if isinstance(estimator, PatternEstimator) else MODES
     known = calibration.known_bench() if calibration else None
     if known is None and isinstance(estimator, PatternEstimator) and estimator.bench == "usual":
@@ -216,7 +224,6 @@ def build_bench(
     return Bench(
         plate=flat,
         camera=view,
-        height=height,
         motions=motions,
         dic=dic,
         max_touches=scene.touches.max_touches if scene.touches else 1,

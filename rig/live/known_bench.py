@@ -26,9 +26,8 @@ def motions_on_bench(
     The tilts of the camera are free.
     """
     fields = models.BenchFields(fe.BenchPlate(modal(plate, report), known.values[:_PLATE]))
-    return models.prepare_motions(
-        fields, camera, plate.thickness / 2, tiles, fields, models.with_tilts
-    )
+    height = camera.face_height(plate.thickness)
+    return models.prepare_motions(fields, camera, height, tiles, fields, models.with_tilts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +52,7 @@ class KnownBench:
             If the pattern was not prepared on a bench.
         """
         fields = _fields(pattern)
-        height = fields.plate.thickness / 2
+        height = self.camera.face_height(fields.plate.thickness)
         return models.CameraChange(pattern, fields.whole, self.camera, height)
 
     def seen(self, pattern: models.TilePattern) -> models.TilePattern:

@@ -87,7 +87,7 @@ class Loop:
         self._source = source
         self._clock = clock
         self._reference = reference
-        self._view = plate_view(bench.plate, bench.camera, bench.height)
+        self._view = plate_view(bench.plate, bench.camera)
         self._follower: FrameProcessor | None = None
         self._silence = SILENCE
         self._sequence: int | None = None

@@ -107,7 +107,7 @@ class Snapshot:
     plate_outline : (4, 2) float
         Corners of the plate in the image, px, in order round the plate.
     T_px_plate : (3, 3) float
-        Homography from the touched face (x, y, mm) to the image (x, y, px).
+        Homography from the seen face (x, y, mm) to the image (x, y, px).
     touches : tuple of Mark
         Touches as all frames so far show them, smoothed; in the order of `estimate`.
     from_strain : tuple of Mark

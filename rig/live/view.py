@@ -26,8 +26,9 @@ class View:
     T_px_plate: F64
 
 
-def plate_view(plate: fe.Plate, camera: synthetic.AnyCamera, height: float) -> View:
-    """Return where a camera sees the face of a plate at `height`, mm."""
+def plate_view(plate: fe.Plate, camera: synthetic.AnyCamera) -> View:
+    """Return where a camera sees the face of a plate that is turned to it."""
+    height = camera.face_height(plate.thickness)
     a, b = plate.size
     corners = np.array([(0.0, 0.0), (a, 0.0), (a, b), (0.0, b)])
     outline = camera.project(np.column_stack([corners, np.full(4, height)]))

@@ -104,7 +104,7 @@ class RecordedFrames:
         times, numbers = columns["frames/captured"], columns[LAST]
         self.times: F64 = times - times[0]
         self._left_out = numbers - numbers[0] - np.arange(len(numbers))
-        self._size, self._view = plate.size, plate_view(plate, camera, plate.thickness / 2)
+        self._size, self._view = plate.size, plate_view(plate, camera)
         self._tiles = lay_tiles((height, width), scene.dic.tile) if scene.dic else None
 
     def snapshot(self, index: int, captured: float) -> Snapshot:

@@ -80,7 +80,7 @@ def prepare_light_map(
     screen : Screen
         The projector over the plate.
     T_cam_plate : (3, 3) float64
-        Homography from the touched face, mm, to the camera's image, px.
+        Homography from the seen face, mm, to the camera's image, px.
     size : (width, height) of the camera's image, px
     strength : float
         The projector's white over the light of the room.

@@ -20,7 +20,7 @@ Side = Annotated[Count, Field(ge=64, le=LARGEST_SIDE)]
 
 
 class CameraSection(Section):
-    """A camera over the middle of the plate, looking at the touched face."""
+    """A camera before the middle of the plate, above its touched face or below it."""
 
     kind: Literal["pinhole", "telecentric"] = Field("pinhole", description="projection")
     pixels: tuple[Side, Side] = Field(description="width and height of the image, px")
@@ -29,19 +29,34 @@ class CameraSection(Section):
         0.02, ge=0, lt=0.5, description="fraction of the image left free on each side"
     )
     rate: Rate = Field(30.0, gt=0, description="images a second, fps")
+    side: Literal["above", "below"] = Field(
+        "above",
+        description="looks at the touched face; or from below at the other, with plate x to the"
+        " left in its image",
+    )
+
+    @property
+    def face(self) -> synthetic.Face:
+        """Face of the plate that it sees."""
+        return "top" if self.side == "above" else "bottom"
 
     def build(self, plate: PlateSection) -> synthetic.AnyCamera:
         """Return the camera that sees the whole of `plate`."""
         import synthetic
 
-        above = {"pinhole": synthetic.pinhole_above, "telecentric": synthetic.telecentric_above}
-        return above[self.kind](
+        cameras = {
+            ("pinhole", "top"): synthetic.pinhole_above,
+            ("pinhole", "bottom"): synthetic.pinhole_below,
+            ("telecentric", "top"): synthetic.telecentric_above,
+            ("telecentric", "bottom"): synthetic.telecentric_below,
+        }
+        return cameras[self.kind, self.face](
             plate.size, stand_off=self.stand_off, pixels=self.pixels, margin=self.margin
         )
 
 
 class PatternSection(Section):
-    """The speckle pattern on the touched face."""
+    """The speckle pattern on the face that the camera sees."""
 
     diameter: Length = Field(gt=0, description="diameter of a speckle, mm")
     density: Ratio = Field(0.5, gt=0, lt=1, description="fraction of the face that speckles cover")

@@ -159,7 +159,9 @@ def _optics(
 ) -> Part:
     match section:
         case CameraSection(pixels=(width, height)):
-            what = f"{section.kind}, {width} × {height} px at {section.stand_off:g} mm"
+            what = (
+                f"{section.kind} {section.side}, {width} × {height} px at {section.stand_off:g} mm"
+            )
             cost = f"{width * height / 1e6 * section.rate:.3g} million pixels a second"
             return Part(name, what, cost, ("synthetic",))
         case PatternSection():

@@ -63,6 +63,9 @@ class Answers(Section):
     )
     edges: Edges = Field("clamped", description="how the plate is held along its edges")
     stand_off: Length = Field(500.0, gt=0, description="distance of the camera, mm")
+    side: Literal["above", "below"] = Field(
+        "above", description="side of the plate that the camera stands on; fingers press from above"
+    )
     pixels: Pixels = Field((1280, 960), description="width and height of an image, px")
     rate: Rate = Field(30.0, gt=0, description="images a second, fps")
     force: Force = Field(3.0, gt=0, description="largest force of a finger, N")

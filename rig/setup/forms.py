@@ -22,7 +22,8 @@ LABELS = {
     "thickness": "thickness, mm",
     "material": "material",
     "edges": "edges",
-    "stand_off": "camera above the plate, mm",
+    "stand_off": "from the camera to the plate, mm",
+    "side": "side of the camera",
     "pixels": "pixels of the camera",
     "rate": "images a second",
     "force": "largest force of a finger, N",
@@ -36,8 +37,8 @@ LABELS = {
     "grams": "known weight, g",
 }
 PLATE = (
-    "width", "height", "thickness", "material", "edges", "stand_off", "pixels", "rate", "force",
-    "projector",
+    "width", "height", "thickness", "material", "edges", "stand_off", "side", "pixels", "rate",
+    "force", "projector",
 )  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from rig.calibration.guide import Guide
 from rig.calibration.guided import PATIENCE, SLICE
 from rig.calibration.light_guides import LatencyGuide, StripesGuide
 from rig.calibration.noise_guide import NoiseGuide
-from rig.calibration.steps import plate_of, posed, projector_of
+from rig.calibration.steps import plate_of, posed, projector_of, seen_height
 from rig.calibration.store import Part
 from rig.page.controls import UNITS
 from rig.page.setup_view import Button, StepView
@@ -23,7 +23,7 @@ from rig.projector.markers import Screen, fit_plate
 from rig.setup.bench import NOTHING, PersonAct
 from rig.setup.desk import Answer, Drop, Go, Leave, Next, Outcome, Push
 from rig.setup.forms import IDLE, LATER, NEXT, questions
-from rig.setup.scene_file import board_for, corner_of_board
+from rig.setup.scene_file import board_for, corner_of_board, printed_corner
 from rig.setup.session import SetupSession
 from rig.setup.steps import Step
 from rig.system.frame import Frame, Source
@@ -54,9 +54,8 @@ def guide_for(setup: SetupSession, name: str) -> Guide:
         case "lens":
             return LensGuide(board)
         case "pose":
-            left, below = corner_of_board(answers)
-            corner = left, below + board.size[1]
-            return PoseGuide(known.known_lens(), board, corner, plate_of(scene).thickness / 2)
+            corner = printed_corner(answers)
+            return PoseGuide(known.known_lens(), board, corner, seen_height(scene))
         case "projector":
             return StripesGuide(posed(known), plate_of(scene), projector_of(scene).size)
         case "noise":

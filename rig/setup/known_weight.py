@@ -165,7 +165,7 @@ class _Weighing:
         target = self.guide.target if self.guide and self.chain else None
         if target is None or self.bench is None:
             return None
-        view = plate_view(self.bench.plate, self.bench.camera, self.bench.height)
+        view = plate_view(self.bench.plate, self.bench.camera)
         x, y, w = view.T_px_plate @ (target.x, target.y, 1.0)
         return float(x / w), float(y / w)
 

@@ -53,11 +53,17 @@ def printed_board(answers: Answers) -> CharucoBoard:
 
 
 def corner_of_board(answers: Answers) -> tuple[float, float]:
-    """Where the board's lower left corner lies on the plate, mm; in the middle if nobody says."""
+    """Where the board's corner towards the plate's origin lies, mm; in the middle if unsaid."""
     board, (a, b) = board_for(answers).size, answers.size
     left = (a - board[0]) / 2 if answers.left is None else answers.left
     below = (b - board[1]) / 2 if answers.below is None else answers.below
     return left, below
+
+
+def printed_corner(answers: Answers) -> tuple[float, float]:
+    """Where the printed top left corner of the board lies on the plate, mm, seen by the camera."""
+    (left, below), (wide, high) = corner_of_board(answers), board_for(answers).size
+    return left + (wide if answers.side == "below" else 0.0), below + high
 
 
 def spot(answers: Answers) -> float:
@@ -96,6 +102,7 @@ def scene_text(answers: Answers, rehearsal: bool = False) -> str:
         'kind = "pinhole"',
         f"pixels = [{width}, {height}]",
         f'stand_off = "{answers.stand_off:g} mm"',
+        *(['side = "below"'] if answers.side == "below" else []),
         f"margin = {EDGE}",
         f'rate = "{answers.rate:g} fps"',
         "",

@@ -55,7 +55,8 @@ def draw_truth(answers: Answers, seed: int) -> TrueBench:
     if not isinstance(nominal, synthetic.Camera):
         raise ValueError('camera has no lens to be calibrated; set camera.kind to "pinhole"')
     a, b = plate.size
-    stand = np.array([a / 2, b / 2, 1.012 * answers.stand_off])
+    away = np.sign(nominal.position[2]) * answers.stand_off
+    stand = np.array([a / 2, b / 2, 1.012 * away])
     stand[:2] += rng.normal(0.0, 0.012 * answers.stand_off, 2)
     target = np.array([*(np.array([a, b]) / 2 + rng.normal(0.0, 1.0, 2)), 0.0])
     bent = synthetic.Distortion(*rng.normal((-0.06, 0.02, 0.0, 0.0), (0.01, 0.005, 2e-4, 2e-4)))
@@ -91,7 +92,8 @@ class Scenery:
         """Return what the plate reflects, (H, W) from 0 to 1."""
         moved = np.zeros((len(self.warper.points), 3))
         if touches:
-            moved = solve_plate(self.solver, touches).displacement(self.warper.points, "top")
+            state, face = solve_plate(self.solver, touches), self.truth.camera.face
+            moved = state.displacement(self.warper.points, face)
         return np.asarray(self.warper.render(moved, None, None) / 255.0, dtype=np.float32)
 
     def falls(self, content: Content, screen: Screen) -> F32:
@@ -119,7 +121,7 @@ def build_scenery(answers: Answers, truth: TrueBench) -> Scenery:
     plate, pattern = true.plate, true.pattern
     if plate is None or pattern is None:
         raise ValueError("a rehearsal needs plate and pattern; answer the questions about them")
-    height = plate.thickness / 2
+    height = truth.camera.face_height(plate.thickness)
     arrays = cache.fetch(
         "sharp-pattern",
         (synthetic, pattern.model_dump(), truth.camera, plate.thickness, plate.size),

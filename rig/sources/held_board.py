@@ -76,8 +76,12 @@ class HeldBoard:
         turn_y = np.array([[np.cos(y), 0, np.sin(y)], [0, 1, 0], [-np.sin(y), 0, np.cos(y)]])
         aside = ASIDE * np.array([np.sin(y), np.sin(x), 0.0]) * np.array([*self.board.size, 0.0])
         T = np.eye(4)
-        T[:3, :3], T[:3, 3] = turn_x @ turn_y, self.middle + aside
-        return T
+        T[:3, :3], T[:3, 3] = turn_x @ turn_y, aside
+        lying = np.eye(4)
+        lying[:3, 3] = self.middle
+        if self.camera.face == "bottom":  # the print looks down: half a turn about y
+            lying[[0, 2], [0, 2]] = -1.0
+        return lying @ T
 
 
 def held_before(camera: synthetic.AnyCamera, plate: tuple[float, float]) -> HeldBoard:
@@ -93,7 +97,7 @@ def held_before(camera: synthetic.AnyCamera, plate: tuple[float, float]) -> Held
 
 
 def lying_on(camera: synthetic.AnyCamera, plate: tuple[float, float], height: float) -> HeldBoard:
-    """Return a board that lies in the middle of the plate's touched face, at `height` mm."""
+    """Return a board that lies in the middle of the plate's seen face, at `height` mm."""
     middle = np.array([plate[0] / 2, plate[1] / 2, height])
     return HeldBoard(_board(plate), _pinhole(camera), middle, ((0.0, 0.0),))
 

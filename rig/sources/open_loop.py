@@ -70,7 +70,7 @@ def open_loop(
             bench = build_bench(scene, report, calibration)
         source = opened
         if show and scene.camera:
-            view = plate_view(bench.plate, bench.camera, bench.height)
+            view = plate_view(bench.plate, bench.camera)
             light = calibration.light(view.T_px_plate, bench.camera.size)
             source = show.filtered(opened, light, 1 / scene.camera.rate)
         if bench.theory.against:

@@ -80,7 +80,8 @@ class Twin:
             return self.sensor.capture(self.board.light(sequence / self.rate), rng, out)
         displacement = np.zeros((len(self.warper.points), 3))
         if touches:
-            displacement = solve_plate(self.solver, touches).displacement(self.warper.points, "top")
+            state, face = solve_plate(self.solver, touches), self.warper.camera.face
+            displacement = state.displacement(self.warper.points, face)
         return self.warper.render(
             displacement,
             self.sensor,
@@ -115,14 +116,15 @@ def build_twin(scene: Scene, progress: Callable[[int, int], None] | None = None)
             )
     play = _script(source, plate, scene.touches, camera.rate)
     view = camera.build(plate)
+    height = view.face_height(plate.thickness)
     arrays = cache.fetch(
         "sharp-pattern",
         (synthetic, pattern.model_dump(), view, plate.thickness),
-        lambda: synthetic.prepare_warp(pattern.build(plate), view, plate.thickness / 2).arrays(),
+        lambda: synthetic.prepare_warp(pattern.build(plate), view, height).arrays(),
     )
     return Twin(
         solver=plate_solver(scene, plate, ELEMENTS, progress or (lambda done, total: None)),
-        warper=synthetic.Warper.from_arrays(view, plate.thickness / 2, arrays),
+        warper=synthetic.Warper.from_arrays(view, height, arrays),
         sensor=sensor.build(),
         script=play,
         rate=camera.rate,
@@ -138,7 +140,7 @@ def _board(source: TwinSection, plate: PlateSection, view: synthetic.AnyCamera) 
         case "board":
             return held_before(view, plate.size)
         case "board-on-plate":
-            return lying_on(view, plate.size, plate.thickness / 2)
+            return lying_on(view, plate.size, view.face_height(plate.thickness))
         case _:
             return None
 

@@ -69,10 +69,10 @@ class RenderedGauges:
         import dic
 
         modes, points = self.seen.modes, self.warper.points
-        value, slope, top = modes.value(points), modes.slope(points), modes.plate.thickness / 2
+        value, slope, height = modes.value(points), modes.slope(points), self.warper.z
 
         def image(q: F64, sensor: synthetic.Sensor) -> AnyArray:
-            tilt = -top * np.einsum("nka,k->na", slope, q)
+            tilt = -height * np.einsum("nka,k->na", slope, q)
             return self.warper.render(np.column_stack([tilt, value @ q]), sensor, rng)
 
         found: list[F64] = []
@@ -94,14 +94,14 @@ def render_gauges(view: GaugeSetup, report: Callable[[int, int], None]) -> Rende
         If a gauge leaves the image.
     """
     plate, camera = view.plate.build(), view.camera
-    modes, top = plate_modes(plate, MODES, report), plate.thickness / 2
+    modes, height = plate_modes(plate, MODES, report), camera.face_height(plate.thickness)
     seen = prepare_camera_gauges(modes, camera, view.gauges.build(view.plate), view.subset)
     arrays = cache.fetch(
         "sharp-pattern",
         (synthetic, view.pattern.model_dump(), camera, plate.thickness),
-        lambda: synthetic.prepare_warp(view.pattern.build(view.plate), camera, top).arrays(),
+        lambda: synthetic.prepare_warp(view.pattern.build(view.plate), camera, height).arrays(),
     )
-    warper = synthetic.Warper.from_arrays(camera, top, arrays)
+    warper = synthetic.Warper.from_arrays(camera, height, arrays)
     one = view.sensor.build()
     frames = (
         view.training.averaged_frames,

@@ -32,6 +32,15 @@ export function strainAt(frame, x, y) {
   return COMPONENTS.map((name) => component(frame, name)[row * columns + column]);
 }
 
+// Corners run (0, 0), (a, 0), (a, b), (0, b): with the clock where the plate is turned over, y down.
+function seenFromBelow(outline) {
+  const area = outline.reduce((sum, [x, y], i) => {
+    const [nextX, nextY] = outline[(i + 1) % outline.length];
+    return sum + x * nextY - nextX * y;
+  }, 0);
+  return area > 0;
+}
+
 export class FrameView {
   constructor(canvas, box) {
     this.canvas = canvas;
@@ -89,6 +98,7 @@ export class FrameView {
     this.trace(frame.outline.map((corner) => this.at(corner)));
     this.outline("#ffffffd0", 1.5);
     this.drawAxes(frame);
+    if (seenFromBelow(frame.outline)) this.drawSide();
     for (const mark of frame.truth ?? []) this.drawTruth(frame, mark);
     for (const mark of frame.from_strain) this.drawStrainMark(frame, mark);
     for (const mark of frame.touches) this.drawTouch(frame, mark);
@@ -106,6 +116,12 @@ export class FrameView {
       this.write(name, this.at(through(frame.T_px_plate, 1.35 * x, 1.35 * y)), 13);
     }
     context.textBaseline = "alphabetic";
+  }
+
+  drawSide() {
+    const { context, canvas, dots } = this;
+    context.textAlign = "left";
+    this.write("underside, seen from below", [12 * dots, canvas.height - 12 * dots], 13);
   }
 
   drawStrain(frame, { component: name, opacity, limit }) {

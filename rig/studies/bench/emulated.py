@@ -153,7 +153,7 @@ class Room(threading.Thread):
         self._sensor, self._screen = Lit(self._twin.sensor), Screen(PROJECTOR, T_true)
         self.camera = camera = pinhole(self._twin.warper.camera)
         plate = self._twin.solver.plate
-        self.view = plate_view(plate, camera, plate.thickness / 2)
+        self.view = plate_view(plate, camera)
         self._light = prepare_light_map(self._screen, self.view.T_px_plate, camera.size, STRENGTH)
         width, height = camera.size
         self._shape = height, width
@@ -194,7 +194,9 @@ class Room(threading.Thread):
         points = self._twin.warper.points
         if not touches:
             return touches, np.zeros((len(points), 3), np.float32)
-        moved = solve_plate(self._twin.solver, touches).displacement(points, "top")
+        moved = solve_plate(self._twin.solver, touches).displacement(
+            points, self._twin.warper.camera.face
+        )
         return touches, moved.astype(np.float32)
 
     def _expose(self, number: int, now: float) -> None:

@@ -45,7 +45,9 @@ def photograph(
     """Frame of a plate under light of the room times `light`."""
     displacement = np.zeros((len(twin.warper.points), 3))
     if touches:
-        displacement = solve_plate(twin.solver, touches).displacement(twin.warper.points, "top")
+        displacement = solve_plate(twin.solver, touches).displacement(
+            twin.warper.points, twin.warper.camera.face
+        )
     sharp = twin.warper.render(displacement, None, None) / 255
     return twin.sensor.capture((sharp * light).astype(np.float32), np.random.default_rng(seed))
 
@@ -65,7 +67,7 @@ def modes() -> Iterator[Figure]:
     rest = [photograph(twin, (), dark, (9, k)) for k in range(part(scene.dic).reference_frames)]
     chain = prepare_chain(average_reference(rest), bench.motions, 1)
     screen = fit_plate(PROJECTOR, bench.plate.size)
-    view = plate_view(bench.plate, bench.camera, bench.height)
+    view = plate_view(bench.plate, bench.camera)
     seen = prepare_light_map(screen, view.T_px_plate, bench.camera.size, STRENGTH, SENSOR_DARK)
     rng = np.random.default_rng(3)
     errors: defaultdict[str, list[float]] = defaultdict(list)

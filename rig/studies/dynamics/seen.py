@@ -41,7 +41,7 @@ class SeenPlate:
     def readings(self, mesh: Mesh) -> F64:
         """Whitened measurement of each free unknown of the deflection on a mesh, (m, unknowns)."""
         plate, camera, tiles = self.bench.plate, self.bench.camera, self.bench.reference.tiles
-        height = plate.thickness / 2
+        height = camera.face_height(plate.thickness)
         motion: list[sp.csr_array] = [sp.csr_array((2 * len(tiles.xy), _unknowns(plate, mesh)))]
         steps = (np.arange(ALONG) + 0.5) / ALONG - 0.5
         for right in steps * tiles.size:
@@ -57,7 +57,8 @@ def prepare_seen(thickness: float, pixels: int) -> SeenPlate:
     """See a plate of PVC of 254 mm a side through the camera of the twin."""
     bench = stand(thickness, pixels)
     modes = fe.modes(bench.plate, MODES)
-    motions = models.prepare_motions(modes, bench.camera, thickness / 2, bench.reference.tiles)
+    height = bench.camera.face_height(thickness)
+    motions = models.prepare_motions(modes, bench.camera, height, bench.reference.tiles)
     return SeenPlate(bench, modes, models.prepare_pattern(motions, bench.reference))
 
 

@@ -172,7 +172,7 @@ def read_calibration(path: Path) -> Wrong:
     kept.known_bench()
     camera = kept.camera()
     if camera is not None and kept.projector is not None:
-        view = plate_view(part(rig.load("twin").plate).build(), camera, 1.0)
+        view = plate_view(part(rig.load("twin").plate).build(), camera)
         kept.light(view.T_px_plate, (64, 48))
 
 

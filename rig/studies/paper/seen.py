@@ -83,7 +83,8 @@ def _train(view: View, images: Dataset | None, recipe: Recipe, rng: np.random.Ge
 
 
 def _view(plate: fe.Plate, camera: synthetic.AnyCamera) -> View:
-    rng, modes, top = np.random.default_rng(0), fe.modes(plate, MODES), plate.thickness / 2
+    rng, modes = np.random.default_rng(0), fe.modes(plate, MODES)
+    top = camera.face_height(plate.thickness)
     places = gauge_layout.gauges_inside_edges(plate.size)
     px = np.rint(camera.project(np.column_stack([places, np.full(len(places), top)])))
     gauges = synthetic.strain_gauges(px, SUBSET, window=1)

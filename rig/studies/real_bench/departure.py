@@ -26,6 +26,7 @@ kind = "pinhole"
 pixels = [1024, 1024]
 stand_off = "500 mm"
 rate = "30 fps"
+side = "{side}"
 
 [source]
 kind = "folder"
@@ -70,6 +71,8 @@ class RealBench:
         Fraction of the last touch that the plate still shows.
     gamma : float
         Of the camera: grey levels are the light to the power of 1 / gamma.
+    below : bool
+        Whether the camera looks at the underside.
     said_thickness : float, mm
         As the scene has it.
     said_edges : str
@@ -81,6 +84,7 @@ class RealBench:
     moved: tuple[float, ...] = (0.0,) * 9
     leftover: float = 0.0
     gamma: float = 1.0
+    below: bool = False
     said_thickness: float = SAID.thickness
     said_edges: str = CLAMPED
 
@@ -137,6 +141,8 @@ _TWO_GIVING = fe.Edges(
 
 BENCHES: dict[str, RealBench] = {
     "gamma 2.2": RealBench(gamma=2.2),
+    "camera below": RealBench(below=True),
+    "camera below, all wrong": replace(ALL, below=True),
     "plate of 2 mm": replace(ALL, plate=replace(ALL.plate, thickness=1.94), said_thickness=2.0),
     "two edges clamped": replace(
         ALL,

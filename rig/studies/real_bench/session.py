@@ -96,7 +96,12 @@ def write_touches(truth: Truth, folder: Path, count: int) -> list[Touched]:
 def write_scene(folder: Path, images: Path, bench: RealBench | None = None) -> Path:
     """Write the scene of a bench that reads the images of a folder."""
     said, path = bench or RealBench(), folder / "scene.toml"
-    text = SCENE.format(folder=images, thickness=said.said_thickness, edges=said.said_edges)
+    text = SCENE.format(
+        folder=images,
+        thickness=said.said_thickness,
+        edges=said.said_edges,
+        side="below" if said.below else "above",
+    )
     path.write_text(text, encoding="utf-8")
     return path
 

@@ -43,6 +43,11 @@ class Truth:
         """The plate."""
         return Karman(self.bench.plate, fe.grid(self.bench.plate, _ELEMENTS))
 
+    @property
+    def height(self) -> float:
+        """Height of the seen face over the middle plane, mm."""
+        return (-0.5 if self.bench.below else 0.5) * self.bench.plate.thickness
+
     @cached_property
     def at_rest(self) -> synthetic.Warper:
         """The pattern as the camera sees it while the reference is taken."""
@@ -56,11 +61,12 @@ class Truth:
         return self._seen(np.add(self.bench.camera, self.bench.moved))
 
     def _seen(self, numbers: F64) -> synthetic.Warper:
-        camera = varied(synthetic.pinhole_above(SAID.size, 500.0, _PIXELS), _MIDDLE, numbers)
+        stand = synthetic.pinhole_below if self.bench.below else synthetic.pinhole_above
+        camera = varied(stand(SAID.size, 500.0, _PIXELS), _MIDDLE, numbers)
         pattern = synthetic.speckle(
             size=SAID.size, diameter=1.6, density=0.5, softness=0.75, seed=self.seed
         )
-        return synthetic.prepare_warp(pattern, camera, self.bench.plate.thickness / 2)
+        return synthetic.prepare_warp(pattern, camera, self.height)
 
     def reference(self, number: int) -> Grey:
         """Photograph the untouched plate."""
@@ -111,8 +117,7 @@ class Truth:
             for axis, along in enumerate(state.plane.values):
                 moved[:, axis] = derivative(karman.mesh, points).of(along)[:, 0]
         if np.any(raised):
-            height = 0.5 * self.bench.plate.thickness
             moved[:, 2] = derivative(karman.mesh, points).of(raised)[:, 0]
-            moved[:, 0] -= height * derivative(karman.mesh, points, 1, 0).of(raised)[:, 0]
-            moved[:, 1] -= height * derivative(karman.mesh, points, 0, 1).of(raised)[:, 0]
+            moved[:, 0] -= self.height * derivative(karman.mesh, points, 1, 0).of(raised)[:, 0]
+            moved[:, 1] -= self.height * derivative(karman.mesh, points, 0, 1).of(raised)[:, 0]
         return moved

@@ -158,7 +158,7 @@ def grid(scene: Scene) -> NDArray[np.float64]:
 
 def plate_error(scene: Scene, known: Calibration, truth: TrueBench) -> float:
     """Farthest that a place on the plate is taken for another, mm."""
-    xy, height = grid(scene), part(scene.plate).thickness / 2
+    xy, height = grid(scene), truth.camera.face_height(part(scene.plate).thickness)
     seen = truth.camera.project(np.column_stack([xy, np.full(len(xy), height)]))
     away = part(known.camera()).on_plate(seen, height) - xy
     return float(np.linalg.norm(away, axis=1).max())

@@ -55,7 +55,7 @@ def stand(thickness: float, pixels: int, edges: fe.Edge | fe.Edges = EDGES["four
     plate = fe.Plate((254.0, 254.0), thickness, 3000.0, 0.38, edges)
     camera = synthetic.pinhole_above(plate.size, 500.0, (pixels, pixels))
     speckle = synthetic.speckle(plate.size, diameter=1.3 * 1024 / pixels, softness=0.6)
-    warper = synthetic.prepare_warp(speckle, camera, thickness / 2)
+    warper = synthetic.prepare_warp(speckle, camera, camera.face_height(thickness))
     light = warper.render(np.zeros((len(warper.points), 3)), None, None) / 255.0
     rng = np.random.default_rng(0)
     taken = np.array([SENSOR.capture(light, rng) for _ in range(FRAMES)], dtype=np.float64)
@@ -96,7 +96,7 @@ def small() -> Iterator[Figure]:
     """One touch of 2 to 4 N on a plate of 2 mm, whose truth is linear theory."""
     bench = stand(2.0, 1024)
     modes = fe.modes(bench.plate, MODES)
-    height = bench.plate.thickness / 2
+    height = bench.camera.face_height(bench.plate.thickness)
     motions = models.prepare_motions(modes, bench.camera, height, bench.reference.tiles)
     pattern = models.prepare_pattern(motions, bench.reference)
     search = models.prepare_candidates(pattern.forward(AGAINST))
@@ -120,7 +120,7 @@ def small() -> Iterator[Figure]:
         while len(places) < SMALL:
             x, y = rng.uniform(INSET, 254.0 - INSET, 2)
             touch = fe.Touch(x, y, rng.uniform(2.0, 4.0))
-            moved = linear.deflect([touch]).displacement(bench.warper.points, "top")
+            moved = linear.deflect([touch]).displacement(bench.warper.points, bench.camera.face)
             light = bench.light(moved, shift)
             image = SENSOR.capture(light if hand is None else hand.cover(light), rng)
             estimate = sense(pattern, search, image)
@@ -157,7 +157,7 @@ def time() -> Iterator[Figure]:
         # What does not move by more than a fraction of a pixel needs no warp.
         for force, name, most in ((0.3, "no warp", plain), (3.0, "one warp", warped)):
             moved = fe.deflect(bench.plate, [fe.Touch(150.0, 100.0, force)])
-            light = bench.light(moved.displacement(bench.warper.points, "top"))
+            light = bench.light(moved.displacement(bench.warper.points, bench.camera.face))
             image = SENSOR.capture(light, np.random.default_rng(1))
             start = np.array([[150.3, 99.7, 0.97 * force]])
             motion = pattern.still()

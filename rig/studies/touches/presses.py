@@ -90,7 +90,8 @@ class Watched:
         """Take an image, at rest or under a touch."""
         moved = np.zeros((len(self.warper.points), 3))
         if touch is not None:
-            moved = self.solver.deflect([fe.Touch(*touch)]).displacement(self.warper.points, "top")
+            state, face = self.solver.deflect([fe.Touch(*touch)]), self.warper.camera.face
+            moved = state.displacement(self.warper.points, face)
         return self.warper.render(moved, self.sensor, self.rng)
 
 
@@ -100,8 +101,13 @@ def chain(
     """Prepare what the live loop makes of a reference, if plate and camera are as given."""
     tiles = lay_tiles((camera.size[1], camera.size[0]), tile)
     shapes = plate_modes(plate, modes, lambda done, total: None)
+<<<<<<< HEAD
     motions = models.prepare_motions(shapes, camera, plate.thickness / 2, tiles)
     return prepare_chain(zero, motions, 1)
+=======
+    motions = models.prepare_motions(shapes, camera, camera.face_height(plate.thickness), tiles)
+    return live.prepare_chain(zero, motions, 1)
+>>>>>>> 657a63e (A camera below the plate sees the underside, and its pose says which face it sees)
 
 
 def pattern(rng: np.random.Generator, off: float = 1.0) -> Iterator[F64]:
@@ -119,7 +125,7 @@ def pattern(rng: np.random.Generator, off: float = 1.0) -> Iterator[F64]:
     seen = replace(view, T_cam_plate=pose, focal=(1 + off * GAIN) * view.focal)
     soft = replace(plate, young=plate.young / (1 + off * (SOFTER - 1)))
     speckle = part(scene.pattern).build(part(scene.plate))
-    warper = synthetic.prepare_warp(speckle, seen, plate.thickness / 2)
+    warper = synthetic.prepare_warp(speckle, seen, seen.face_height(plate.thickness))
     bench = Watched(fe.Linear(soft, fe.grid(soft, 64)), warper, twin.sensor, rng)
     zero = average_reference([bench.image() for _ in range(REFERENCE)])
     parts = zero, tile, modes
@@ -160,7 +166,7 @@ def mapped(assumed: Chain, images: list[list[AnyArray]], known: F64) -> Alignmen
 def seen_by(assumed: Chain, camera: synthetic.Camera) -> models.ImageMotions:
     """See the motions of a chain by another camera."""
     motions = assumed.pattern.motions
-    height = motions.modes.plate.thickness / 2
+    height = camera.face_height(motions.modes.plate.thickness)
     return models.prepare_motions(motions.modes, camera, height, motions.tiles)
 
 

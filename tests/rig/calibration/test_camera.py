@@ -108,6 +108,21 @@ def test_the_stated_error_of_a_pose_is_that_of_many_poses(room, rng):
     assert np.abs(np.mean(places, axis=0) - (60.0, 50.0)).max() < 0.05
 
 
+def test_the_corners_give_the_pose_of_a_camera_below_and_no_other(room):
+    lens = Lens(room.size, room.focal, room.centre, room.lens, 0.0, 0.0, 0.0, ())
+    camera = room.camera_at((110.0, 120.0, -470.0))
+    corners = np.array([(0, 0, -1), (254, 0, -1), (254, 203, -1), (0, 203, -1)], dtype=float)
+    px = camera.project(corners)
+    pose = find_pose(lens, BoardView(corners, px), sigma=0.1)
+    np.testing.assert_allclose(pose.camera.T_cam_plate, camera.T_cam_plate, atol=1e-4)
+    for height, there in ((1.0, "above"), (-1.0, "below")):
+        here = "below" if there == "above" else "above"
+        on_face = corners * (1, 1, 0) + (0, 0, height)
+        wrong = px if there == "above" else px[[1, 0, 3, 2]]
+        with pytest.raises(ValueError, match=f"seen from {here}, and the scene .* camera {there}"):
+            find_pose(lens, BoardView(on_face, wrong), sigma=0.1)
+
+
 def test_what_shows_no_board_is_none(rng):
     assert BOARD.find(rng.integers(0, 255, (300, 400), dtype=np.uint8)) is None
 

@@ -17,7 +17,7 @@ PLATE = fe.Plate((254.0, 203.0), 2.0, 3000.0, 0.38, fe.Clamped())
 
 def test_the_homography_is_the_camera_on_the_touched_face():
     camera = synthetic.pinhole_above(PLATE.size, stand_off=500.0, pixels=(640, 400))
-    view = plate_view(PLATE, camera, height=1.0)
+    view = plate_view(PLATE, camera)
     places = np.random.default_rng(0).uniform((0, 0), PLATE.size, (50, 2))
     seen = camera.project(np.column_stack([places, np.ones(50)]))
     np.testing.assert_allclose(project(view.T_px_plate, places), seen, atol=1e-3)  # px

@@ -31,7 +31,7 @@ def test_the_meter_says_beforehand_how_far_light_moves_a_touch():
     chain = prepare_chain(ReferenceFrame(rest.astype(np.float32), 2.0), motions, 1)
     screen = fit_plate((640, 512), plate.size)
     light_map = prepare_light_map(
-        screen, plate_view(plate, camera, 1.0).T_px_plate, camera.size, 1.0, DARK
+        screen, plate_view(plate, camera).T_px_plate, camera.size, 1.0, DARK
     )
     predicted, happened = [], []
     for x, y in ((70.0, 60.0), (127.0, 101.0), (190.0, 140.0)):

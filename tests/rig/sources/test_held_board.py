@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import rig
+import synthetic
 from rig.calibration.board import CharucoBoard
 from rig.calibration.board_guides import LensGuide, PoseGuide
 from rig.sources.held_board import HOLD, held_before, lying_on
@@ -47,9 +48,12 @@ def test_the_board_is_held_until_the_lens_is_known(lens, camera):
     assert lens.error < 0.1  # mm, as it states itself
 
 
-def test_the_board_on_the_plate_gives_the_pose_to_0_15_mm(lens, camera, scene):
-    height = scene.plate.thickness / 2
-    corner = (PLATE[0] - BOARD.size[0]) / 2, (PLATE[1] + BOARD.size[1]) / 2
+@pytest.mark.parametrize(("stand", "side"), [("pinhole_above", 1.0), ("pinhole_below", -1.0)])
+def test_the_board_on_the_plate_gives_the_pose_to_0_15_mm(lens, scene, stand, side):
+    camera = getattr(synthetic, stand)(PLATE, 500.0, PIXELS)
+    height = side * scene.plate.thickness / 2
+    # Its left edge in the image is that of smaller x above, and of larger x below.
+    corner = (PLATE[0] - side * BOARD.size[0]) / 2, (PLATE[1] + BOARD.size[1]) / 2
     guide = PoseGuide(lens, BOARD, corner, height, wanted=4)
     for frame in frames(lying_on(camera, PLATE, height), scene, 5, 1 / RATE):
         guide.add_frame(frame)
@@ -58,6 +62,14 @@ def test_the_board_on_the_plate_gives_the_pose_to_0_15_mm(lens, camera, scene):
     px = camera.project(np.column_stack([grid, np.full(len(grid), height)]))
     away = np.linalg.norm(found.on_plate(px, height) - grid, axis=1)
     assert away.max() < 0.15  # mm
+
+
+def test_a_board_before_a_camera_below_is_seen_by_its_print():
+    held = held_before(synthetic.pinhole_below(PLATE, 500.0, PIXELS), PLATE)
+    for turn in (0, 5):
+        image = (255 * held.light(turn * HOLD)).astype(np.uint8)
+        assert BOARD.find(image) is not None
+        assert not BOARD.is_mirrored(image)
 
 
 def test_a_board_that_does_not_fit_is_refused(camera):
