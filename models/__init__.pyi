@@ -145,6 +145,10 @@ from .forward.linear import (
     LinearForward as LinearForward,
 )
 from .forward.occlusion import hidden_tiles as hidden_tiles
+from .forward.rolling import (
+    RollingShutter as RollingShutter,
+    rolling_shutter as rolling_shutter,
+)
 from .forward.simulator import (
     Simulator as Simulator,
     large_deflection as large_deflection,

@@ -38,6 +38,10 @@ from .pose import (
 )
 from .printing import print_pattern as print_pattern
 from .rendering import render as render
+from .rolling import (
+    row_fraction as row_fraction,
+    while_read as while_read,
+)
 from .sensor import Sensor as Sensor
 from .telecentric import (
     AnyCamera as AnyCamera,

@@ -10,7 +10,9 @@ from scipy.ndimage import spline_filter
 
 from synthetic.arrays import F32, F64, I64, AnyArray
 from synthetic.pattern import Pattern
+from synthetic.points import at_height
 from synthetic.rendering import mean_light
+from synthetic.rolling import row_fraction
 from synthetic.sampling import BORDER_PX, CONTROL_PX, moved_back, sample
 from synthetic.sensor import Sensor
 from synthetic.telecentric import AnyCamera
@@ -108,6 +110,13 @@ class Warper:
         if sensor is None:
             return 255 * self.light.astype(np.float64)
         return sensor.capture(self.light, rng, out)
+
+    @property
+    def read_at(self) -> F64:
+        """When each of `points` is read, at rest: see `row_fraction`, (G,)."""
+        return row_fraction(
+            self.camera.project(at_height(self.points, self.z)), self.camera.size[1]
+        )
 
     @property
     def oversample(self) -> int:

@@ -18,6 +18,9 @@ from models.arrays import F64
 from models.bench.bench import BenchEstimate
 from models.forward.bench_forward import BenchForward
 
+# Of a finger while it presses, glides or lets go: mm/s, and of its force in a second.
+_SPEED, _GROWTH = 50.0, 6.0
+
 
 @dataclass(frozen=True, eq=False)
 class MarginalForward:
@@ -78,17 +81,27 @@ def marginal(
 
 
 def scatter(forward: BenchForward, bench: BenchEstimate, touches: F64, left: F64 = NONE) -> F64:
-    """Covariance of a measurement by noise, memory, bench and the model's own error, (m, m)."""
+    """Covariance of a measurement by noise, memory, bench, change and model error, (m, m)."""
     even = np.eye(len(forward.whitening))
     if len(left):
         shown = bench.memory * forward.left(left)
         even += shown.T @ shown
     if not len(touches):
         return even
+    if forward.rolled is not None:
+        moving = rate_sigma(touches).ravel()[:, None] * forward.by_rate(touches)
+        even += moving.T @ moving
     derivatives, seen = forward.by_bench(touches), forward.read(touches)[0]
     own = bench.discrepancy**2 * own_error(seen)
     even[np.diag_indices(len(even))] += own
     return even + derivatives.T @ (bench.covariance @ derivatives)
+
+
+def rate_sigma(touches: F64) -> F64:
+    """How fast touches (n, 3) may move and change, standard deviations: mm/s, mm/s, N/s, (n, 3)."""
+    sigma = np.full(touches.shape, _SPEED)
+    sigma[:, 2] = _GROWTH * np.abs(touches[:, 2])
+    return sigma
 
 
 def own_error(seen: F64) -> float:

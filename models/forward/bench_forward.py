@@ -17,6 +17,7 @@ import fe
 from models.arrays import F64
 from models.checks import read_measured
 from models.forward.camera_change import CAMERA, Seen
+from models.forward.rolling import Rolled, read_at
 
 BENCH: tuple[tuple[str, str], ...] = (*fe.BENCH_PARAMETERS, *CAMERA)
 """Name and unit of every number of a bench: of the plate and its edges, then of the camera."""
@@ -126,6 +127,18 @@ class BenchFields:
         """Forward model of amplitudes whitened by a factor (K + U, m)."""
         return BenchForward(self, np.ascontiguousarray(factor.T))
 
+    def rolling_forward(self, factor: F64, rolled: Rolled) -> BenchForward:
+        """Forward model of an image whose rows are read one after the other.
+
+        Parameters
+        ----------
+        factor : (K + U, m) float64
+            By which amplitudes are whitened.
+        rolled : Rolled
+            Whitened measurement by a change of each amplitude.
+        """
+        return replace(self.forward(factor), rolled=rolled)
+
 
 @dataclass(frozen=True, eq=False)
 class BenchForward:
@@ -136,10 +149,13 @@ class BenchForward:
     fields : BenchFields
     whitening : (m, K + U) float64
         From the amplitudes that are seen; rows of zeros for what is missing.
+    rolled : Rolled, optional
+        By what is seen of their change, where rows are read one after the other.
     """
 
     fields: BenchFields
     whitening: F64
+    rolled: Rolled | None = None
     _near: dict[int, fe.Pressed] = field(default_factory=dict[int, "fe.Pressed"], repr=False)
     _left: dict[bytes, F64] = field(default_factory=dict[bytes, F64], repr=False)
 
@@ -196,6 +212,17 @@ class BenchForward:
             derivatives[_PLATE:] = (seen.derivatives @ state.values) @ self.whitening.T
             derivatives[THICKNESS] += self.whitening @ (seen.by_thickness @ state.values)
         return derivatives
+
+    def by_rate(self, touches: F64) -> F64:
+        """Compute derivatives of the measurement by the rates of x, y, F of touches, (3n, m).
+
+        A touch is that of the moment when its own row is read. Zeros where all are read at once.
+        """
+        if self.rolled is None or not len(touches):
+            return np.zeros((touches.size, len(self.whitening)))
+        seen = self.fields.seeing @ self.state(touches).jacobian()
+        own = np.repeat(read_at(self.rolled.places, touches[:, :2]), 3)
+        return (self.rolled.reading @ seen - self.whitening @ (seen * own)).T
 
     def state(self, touches: F64) -> fe.Pressed:
         """State of the plate under touches (n, 3); the last one is where the next begins."""

@@ -10,7 +10,7 @@ small touches the fields are plate modes, linear in the force; under large ones 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -24,6 +24,7 @@ from models.forward.image_motion import (
     prepare_motions as prepare_motions,
 )
 from models.forward.linear import Forward, modal
+from models.forward.rolling import Rolled, RollingFields, RollingShutter
 
 LIGHT = 2  # gain and offset
 # Added to the normal matrix, in parts of it, where tiles are hidden, so that modes which only these
@@ -54,6 +55,8 @@ class TilePattern:
         What camera and light take from the right-hand side of the modes.
     factor : (K, K) float64, grey levels
         Lower Cholesky factor of the modes' normal matrix with camera and light eliminated.
+    shutter : RollingShutter, optional
+        When each tile is read, where not all are at once.
     """
 
     motions: ImageMotions
@@ -63,6 +66,7 @@ class TilePattern:
     normal: F64
     elimination: F64
     factor: F64
+    shutter: RollingShutter | None = None
 
     @property
     def count(self) -> int:
@@ -75,13 +79,22 @@ class TilePattern:
         Raises
         ------
         ValueError
-            If the noise is not positive.
+            If the noise is not positive, or the shutter rolls over a plate that is just as
+            described.
         """
         if not noise > 0:
             raise ValueError(
                 f"noise of a frame must be positive, got {noise:g} grey levels; measure it at rest"
             )
         large = self.motions.large
+        if self.shutter is not None:
+            if not isinstance(large, RollingFields):
+                raise ValueError(
+                    "rows that are read one after the other need the forward model of a bench, got"
+                    f" {type(large).__name__}; use BenchFields"
+                )
+            rolled = Rolled(self.rolled / noise, self.shutter.places)
+            return large.rolling_forward(self.factor / noise, rolled)
         if large is not None:
             return large.forward(self.factor / noise)
         return modal(self.motions.plate_modes, self.factor / noise)
@@ -113,7 +126,8 @@ class TilePattern:
         )
         normal = self.whole - normal if part is hidden else normal
         try:
-            return _reduced(self.motions, self.reference, self.whole, hidden, normal)
+            visible = _reduced(self.motions, self.reference, self.whole, hidden, normal)
+            return replace(visible, shutter=self.shutter)
         except np.linalg.LinAlgError:
             raise ValueError(
                 f"{np.mean(hidden):.0%} of the tiles are hidden, and the others cannot tell "
@@ -153,6 +167,16 @@ class TilePattern:
         right = np.concatenate([weighed, light], axis=1).T
         modal = self._eliminated(right)
         return np.asarray(cho_solve((self.factor, True), modal), dtype=np.float64)
+
+    @cached_property
+    def rolled(self) -> F64:
+        """What `whiten` makes of fields that change by a unit a second, at a noise of 1, (K, K)."""
+        late = np.zeros(len(self.hidden)) if self.shutter is None else self.shutter.tiles
+        late = np.where(self.hidden, 0.0, late)[:, None]
+        hessian, light = late * self.reference.hessian, late * self.reference.light
+        normal = _normal(hessian, light, self.motions.on_tiles, self.motions.tiles.size)
+        right = self._eliminated(normal[:, : self.count])
+        return solve_triangular(self.factor, right, lower=True, check_finite=False)
 
     def motion(self, right: F64) -> F64:
         """Amplitudes of modes and rigid motions that a frame shows, whatever moved it, (K + R,)."""

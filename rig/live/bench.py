@@ -15,7 +15,7 @@ from models import ImageMotions, bench_before, prepare_motions
 from rig.live.alignment import Alignment
 from rig.live.baseline import ReferenceFrame
 from rig.live.chain import Chain, prepare_chain
-from rig.live.known_bench import KnownBench, motions_on_bench
+from rig.live.known_bench import KnownBench, motions_on_bench, require_bench
 from rig.live.plate_in_time import PlateInTime, in_time, require_own_modes
 from rig.live.strain_chain import StrainChain, prepare_strain
 from rig.plates.cached import plate_modes, reduced
@@ -83,6 +83,8 @@ class Bench:
         What is known of plate, edges and camera, where they are not just as the scene says.
     in_time : PlateInTime or None
         How the plate rings and creeps, where the scene says it.
+    row_time : float, s
+        From the reading of one row of an image to that of the next; 0 for a global shutter.
     """
 
     plate: fe.Plate
@@ -97,6 +99,7 @@ class Bench:
     net: NetPlan | None = None
     known: models.BenchEstimate | None = None
     in_time: PlateInTime | None = None
+    row_time: float = 0.0
 
     @property
     def height(self) -> float:
@@ -136,7 +139,9 @@ class Bench:
                 f" [{width}, {height}]"
             )
         try:
-            known = None if self.known is None else KnownBench(self.known, self.camera)
+            known = None
+            if self.known is not None:
+                known = KnownBench(self.known, self.camera, self.row_time)
             chain = prepare_chain(reference, self.motions, self.max_touches, known, self.in_time)
         except np.linalg.LinAlgError:
             raise ValueError(
@@ -216,6 +221,7 @@ def build_bench(
     if known is None and isinstance(estimator, PatternEstimator) and estimator.bench == "usual":
         known = bench_before(flat)
     require_own_modes(scene, theory.name, exact=known is None)
+    require_bench(camera, exact=known is None)
     if known is not None:
         motions = motions_on_bench(known, flat, view, tiles, report)
     else:
@@ -234,6 +240,7 @@ def build_bench(
         net=_net(scene, theory),
         known=known,
         in_time=in_time(scene, motions.plate_modes) if scene.dynamics else None,
+        row_time=camera.row_time,
     )
 
 

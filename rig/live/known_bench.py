@@ -10,6 +10,7 @@ import models
 import synthetic
 from dic import Tiles
 from rig.plates.cached import modal
+from rig.scene.bench import CameraSection
 
 _PLATE = len(fe.BENCH_PARAMETERS)
 
@@ -38,10 +39,13 @@ class KnownBench:
     ----------
     estimate : models.BenchEstimate
     camera : synthetic.AnyCamera
+    row_time : float, s
+        From the reading of one row of an image to that of the next; 0 for a global shutter.
     """
 
     estimate: models.BenchEstimate
     camera: synthetic.AnyCamera
+    row_time: float = 0.0
 
     def look(self, pattern: models.TilePattern) -> models.CameraChange:
         """Prepare what the camera makes of the plate's fields, as a pattern shows them.
@@ -60,7 +64,27 @@ class KnownBench:
         numbers, look = self.estimate.values[_PLATE:], self.look(pattern)
         seen = look.at(numbers, self.estimate["thickness"][0])
         through = _fields(pattern).through(seen, numbers)
-        return replace(pattern, motions=replace(pattern.motions, modes=through, large=through))
+        motions, shutter = replace(pattern.motions, modes=through, large=through), None
+        if self.row_time:
+            height = self.camera.face_height(_fields(pattern).plate.thickness)
+            shutter = models.rolling_shutter(self.camera, height, motions.tiles, self.row_time)
+        return replace(pattern, motions=motions, shutter=shutter)
+
+
+def require_bench(camera: CameraSection, *, exact: bool) -> None:
+    """Refuse a rolling shutter where touches are those of an exact bench, at rest in each image.
+
+    Raises
+    ------
+    ValueError
+        If a row is read after another, and nothing is uncertain of the bench.
+    """
+    if camera.row_time and exact:
+        raise ValueError(
+            f"camera.row_time is {1e6 * camera.row_time:g} µs, and touches that change while rows"
+            " are read are known of a usual bench alone; set estimator.kind to 'pattern' and"
+            " estimator.bench to 'usual', or camera.row_time to 0"
+        )
 
 
 def _fields(pattern: models.TilePattern) -> models.BenchFields:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
+from pydantic_core import PydanticCustomError
 
-from rig.scene.quantity import LARGEST_SIDE, Count, Grey, Length, Rate, Ratio, odd
+from rig.scene.quantity import LARGEST_SIDE, Count, Grey, Length, Rate, Ratio, Time, odd
 from rig.scene.section import Section
 
 if TYPE_CHECKING:
@@ -34,6 +35,34 @@ class CameraSection(Section):
         description="looks at the touched face; or from below at the other, with plate x to the"
         " left in its image",
     )
+
+    row_time: Time = Field(
+        0.0,
+        ge=0,
+        description="from the reading of one row to that of the next, s: a rolling shutter; 0 where"
+        " all rows are exposed at once",
+    )
+
+    @model_validator(mode="after")
+    def _read_in_time(self) -> CameraSection:
+        if self.readout * self.rate > 1.0:
+            raise PydanticCustomError(
+                "scene",
+                "camera.row_time of {row} µs reads {rows} rows in {readout} ms, longer than a frame"
+                " at {rate} fps; look up the time of one row",
+                {
+                    "row": f"{1e6 * self.row_time:g}",
+                    "rows": str(self.pixels[1]),
+                    "readout": f"{1e3 * self.readout:.3g}",
+                    "rate": f"{self.rate:g}",
+                },
+            )
+        return self
+
+    @property
+    def readout(self) -> float:
+        """Time from the reading of the first row to that of the last, s."""
+        return self.row_time * (self.pixels[1] - 1)
 
     @property
     def face(self) -> synthetic.Face:

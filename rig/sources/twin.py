@@ -20,8 +20,10 @@ from rig.sources.held_board import HeldBoard, held_before, lying_on
 from rig.sources.letters import letters
 from rig.sources.script import Script
 from rig.system import cache
+from rig.system.arrays import F64
 
 WRITES = 1.5  # s after which the finger of the script 'letters' lands
+INSTANTS = 5  # of a readout in which the plate is solved: touches go straight in between
 ELEMENTS = 64  # along the longer side: deflections within 3e-4 at a third of the usual cost
 
 
@@ -46,6 +48,8 @@ class Twin:
         Of the disc that a touch presses.
     rest : int
         Frames in which the plate stands still before its script begins.
+    readout : float, s
+        From the reading of the first row to that of the last; 0 for a global shutter.
     board : HeldBoard or None
         What is held before the camera in the place of the plate.
     """
@@ -59,6 +63,7 @@ class Twin:
     shift: tuple[float, float]
     radius: float
     rest: int = 0
+    readout: float = 0.0
     board: HeldBoard | None = None
 
     def time(self, sequence: int) -> float:
@@ -66,10 +71,11 @@ class Twin:
         return max(0, sequence - self.rest) / self.rate
 
     def touches(self, sequence: int) -> tuple[fe.Touch, ...]:
-        """Touches on the plate while frame `sequence` is taken."""
-        return tuple(
-            replace(touch, radius=self.radius) for touch in self.script(self.time(sequence))
-        )
+        """Touches on the plate in the middle of the readout of frame `sequence`."""
+        return self._touches(self.time(sequence))
+
+    def _touches(self, time: float) -> tuple[fe.Touch, ...]:
+        return tuple(replace(touch, radius=self.radius) for touch in self.script(time))
 
     def frame(
         self, sequence: int, touches: tuple[fe.Touch, ...], out: NDArray[np.uint8] | None = None
@@ -78,17 +84,32 @@ class Twin:
         rng = np.random.default_rng((self.seed, sequence))
         if self.board:
             return self.sensor.capture(self.board.light(sequence / self.rate), rng, out)
-        displacement = np.zeros((len(self.warper.points), 3))
-        if touches:
-            state, face = solve_plate(self.solver, touches), self.warper.camera.face
-            displacement = state.displacement(self.warper.points, face)
         return self.warper.render(
-            displacement,
+            self._displacement(sequence, touches),
             self.sensor,
             rng,
             shift=(0.0, 0.0) if script.at_rest(self.time(sequence)) else self.shift,
             out=out,
         )
+
+    def _displacement(self, sequence: int, touches: tuple[fe.Touch, ...]) -> F64:
+        """Displacement of the seen face, each point when its row is read, (G, 3) mm.
+
+        Touches that are not those of the script stay as they are while all rows are read.
+        """
+        if not self.readout or touches != self.touches(sequence):
+            return self._moved(touches)
+        middle, before = self.time(sequence), self.readout / 2
+        instants = np.linspace(middle - before, middle + before, INSTANTS)
+        moved = [self._moved(self._touches(max(float(time), 0.0))) for time in instants]
+        return synthetic.while_read(moved, self.warper.read_at)
+
+    def _moved(self, touches: tuple[fe.Touch, ...]) -> F64:
+        """Displacement of the seen face under touches, (G, 3) mm."""
+        if not touches:
+            return np.zeros((len(self.warper.points), 3))
+        state, face = solve_plate(self.solver, touches), self.warper.camera.face
+        return np.asarray(state.displacement(self.warper.points, face), dtype=np.float64)
 
 
 def build_twin(scene: Scene, progress: Callable[[int, int], None] | None = None) -> Twin:
@@ -131,6 +152,7 @@ def build_twin(scene: Scene, progress: Callable[[int, int], None] | None = None)
         seed=source.seed,
         shift=source.shift,
         radius=scene.touches.radius if scene.touches else 0.0,
+        readout=camera.readout,
         board=_board(source, plate, view),
     )
 

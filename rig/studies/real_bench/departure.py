@@ -27,6 +27,7 @@ pixels = [1024, 1024]
 stand_off = "500 mm"
 rate = "30 fps"
 side = "{side}"
+row_time = "{row_time} µs"
 
 [source]
 kind = "folder"
@@ -73,6 +74,9 @@ class RealBench:
         Of the camera: grey levels are the light to the power of 1 / gamma.
     below : bool
         Whether the camera looks at the underside.
+    rolling : float
+        Change of the force while an image is read, a fraction of it, one way or the other; 0 for a
+        global shutter.
     said_thickness : float, mm
         As the scene has it.
     said_edges : str
@@ -85,6 +89,7 @@ class RealBench:
     leftover: float = 0.0
     gamma: float = 1.0
     below: bool = False
+    rolling: float = 0.0
     said_thickness: float = SAID.thickness
     said_edges: str = CLAMPED
 
@@ -139,8 +144,14 @@ _TWO_GIVING = fe.Edges(
     fe.Elastic(inf, 2000.0, 60.0), fe.Elastic(inf, 1500.0, 80.0), fe.Free(), fe.Free()
 )
 
+READOUT = 0.9
+"""Of an image whose rows are read one after the other, in parts of the time of a frame."""
+_CHANGE = 0.1  # of the force in a frame
+
 BENCHES: dict[str, RealBench] = {
     "gamma 2.2": RealBench(gamma=2.2),
+    "rolling shutter": RealBench(rolling=_CHANGE * READOUT),
+    "rolling shutter, all wrong": replace(ALL, rolling=_CHANGE * READOUT),
     "camera below": RealBench(below=True),
     "camera below, all wrong": replace(ALL, below=True),
     "plate of 2 mm": replace(ALL, plate=replace(ALL.plate, thickness=1.94), said_thickness=2.0),

@@ -12,7 +12,7 @@ from PIL import Image
 
 import fe
 from rig.calibration.bench_presses import COLUMNS
-from rig.studies.real_bench.departure import SAID, SCENE, RealBench
+from rig.studies.real_bench.departure import READOUT, SAID, SCENE, RealBench
 from rig.studies.real_bench.truth import Truth
 from rig.system.arrays import F64, Grey
 
@@ -66,7 +66,7 @@ def _write_presses(
     images, rows, before = _references(truth), list[tuple[object, ...]](), None
     for press, ((x, y, force), label) in enumerate(zip(presses.tolist(), labels, strict=True)):
         touches, first = (fe.Touch(x, y, force),), len(images)
-        images += [truth.photograph(touches, before, first + k) for k in range(FRAMES)]
+        images += [truth.held(touches, before, first + k) for k in range(FRAMES)]
         rows.append((press, first, first + FRAMES - 1, *label))
         before = truth.left(touches)
     _write(folder, images)
@@ -101,6 +101,7 @@ def write_scene(folder: Path, images: Path, bench: RealBench | None = None) -> P
         thickness=said.said_thickness,
         edges=said.said_edges,
         side="below" if said.below else "above",
+        row_time=1e6 * READOUT / 30.0 / 1024 if said.rolling else 0.0,
     )
     path.write_text(text, encoding="utf-8")
     return path

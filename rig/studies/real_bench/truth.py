@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -74,10 +74,42 @@ class Truth:
 
     def photograph(self, touches: tuple[fe.Touch, ...], before: F64 | None, number: int) -> Grey:
         """Photograph the touched plate; `before` is what moved it last, (K, 3) mm."""
-        moved = self.displacement(self.later.points, touches)
+        return self._after(self.while_read(touches, number), before, number)
+
+    def held(self, touches: tuple[fe.Touch, ...], before: F64 | None, number: int) -> Grey:
+        """Photograph a plate that is touched and held so, as `photograph` does."""
+        return self._after(self.displacement(self.later.points, touches), before, number)
+
+    def _after(self, moved: F64, before: F64 | None, number: int) -> Grey:
         if before is not None:
             moved = moved + self.bench.leftover * before
         return self.image(moved, number)
+
+    def while_read(self, touches: tuple[fe.Touch, ...], number: int) -> F64:
+        """Displacement of the points of an image, each when its row is read, (K, 3) mm.
+
+        Forces are those when the row of the touch itself is read; half of the images see them
+        grow, half see them fall.
+        """
+        points, rolling = self.later.points, self.bench.rolling
+        if not (rolling and touches):
+            return self.displacement(points, touches)
+        rolling *= np.random.default_rng((self.seed, 7, number)).choice((-1.0, 1.0))
+        own = self._read_at(np.array([(one.x, one.y) for one in touches])).tolist()
+        first, middle, last = (
+            self.displacement(points, tuple(
+                replace(one, force=(1.0 + rolling * (at - then)) * one.force)
+                for one, then in zip(touches, own, strict=True)
+            ))
+            for at in (-0.5, 0.0, 0.5)
+        )  # fmt: skip
+        after = self._read_at(points)[:, None]
+        return middle + after * (last - first) + 2.0 * after**2 * (first - 2.0 * middle + last)
+
+    def _read_at(self, points: F64) -> F64:
+        """When points of the plate are read, in parts of the readout after its middle, (K,)."""
+        seen = np.column_stack([points, np.full(len(points), self.height)])
+        return np.clip(self.later.camera.project(seen)[:, 1] / (_PIXELS[1] - 1) - 0.5, -0.5, 0.5)
 
     def image(self, moved: F64, *number: int) -> Grey:
         """Photograph points that moved from a flat plate, (K, 3) mm."""
