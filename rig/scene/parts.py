@@ -162,6 +162,8 @@ def _optics(
             what = (
                 f"{section.kind} {section.side}, {width} × {height} px at {section.stand_off:g} mm"
             )
+            if section.row_time:
+                what += f", rows read within {1e3 * section.readout:.3g} ms"
             cost = f"{width * height / 1e6 * section.rate:.3g} million pixels a second"
             return Part(name, what, cost, ("synthetic",))
         case PatternSection():
