@@ -18,8 +18,8 @@ from models.arrays import F64
 from models.bench.bench import BenchEstimate
 from models.forward.bench_forward import BenchForward
 
-# Of a finger that presses, glides or lets go: a millimetre and a tenth of its force in a frame of 30 a
-# second; mm/s and 1/s.
+# Of a finger that presses, glides or lets go: a millimetre and a tenth of its force in a frame
+# at 30 fps, in mm/s and 1/s.
 _SPEED, _GROWTH = 30.0, 3.0
 
 
