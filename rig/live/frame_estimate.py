@@ -16,6 +16,7 @@ from rig.live.registration import Registered, jumped, register, strangeness
 from rig.system.arrays import F64, AnyArray, Mask
 from rig.system.timing import Stopwatch
 
+GUESSES = 3  # at most so often a frame is moved as the touches that were found would move it
 STRANGE = 0.2  # of the tiles: where more look strange, the camera may have jumped
 NO_ESTIMATE = Estimate(
     np.empty((0, 2)), np.empty(0), np.empty((0, 0)), 0.0, 1, 1.0, Result.NO_TOUCH
@@ -70,8 +71,10 @@ def estimate_frame(
     """Find the touches in one frame.
 
     The reference is moved to where the frame shows it, again where the first guess was off; then
-    the touches are found that explain how. Where much looks strange and the rest fits no touch the
-    camera may have jumped, and the guess in which less looks strange counts.
+    the touches are found that explain how. Where that fits no touch and tiles look strange, a touch
+    that came between two frames may have moved them by more than they can be followed: the reference
+    is moved as the touches that were found would move it. Where much looks strange still the camera
+    may have jumped. The guess in which less looks strange counts.
 
     Parameters
     ----------
@@ -83,6 +86,13 @@ def estimate_frame(
     """
     seen = register(chain, image, state.motion, watch)
     found = _estimated(chain, seen, state, watch, drift, time)
+    for _ in range(GUESSES):
+        if found.unusable_reason or not found.hidden.any() or is_consistent(found.estimate):
+            break
+        guessed = register(chain, image, found.state.motion, watch)
+        if not strangeness(guessed) < strangeness(seen):
+            break
+        seen, found = guessed, _estimated(chain, guessed, state, watch, drift, time)
     if not found.unusable_reason and (
         found.hidden.mean() <= STRANGE or is_consistent(found.estimate)
     ):
