@@ -72,9 +72,9 @@ def estimate_frame(
 
     The reference is moved to where the frame shows it, again where the first guess was off; then
     the touches are found that explain how. Where that fits no touch and tiles look strange, a touch
-    that came between two frames may have moved them by more than they can be followed: the reference
-    is moved as the touches that were found would move it. Where much looks strange still the camera
-    may have jumped. The guess in which less looks strange counts.
+    that came between two frames may have moved them by more than they can be followed: the
+    reference is moved as the touches that were found would move it. Where much looks strange still
+    the camera may have jumped. The guess in which less looks strange counts.
 
     Parameters
     ----------

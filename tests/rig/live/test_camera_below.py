@@ -10,7 +10,9 @@ import synthetic
 from rig.calibration.store import Calibration
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
-from rig.live.chain import at_rest, estimate_frame, with_strain
+from rig.live.chain import at_rest
+from rig.live.frame_estimate import estimate_frame
+from rig.live.strain_chain import with_strain
 from rig.sources.twin import build_twin
 from rig.system.timing import Stopwatch
 

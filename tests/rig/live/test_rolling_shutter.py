@@ -9,7 +9,8 @@ import pytest
 import fe
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
-from rig.live.chain import at_rest, estimate_frame
+from rig.live.chain import at_rest
+from rig.live.frame_estimate import estimate_frame
 from rig.scene.refusal import SceneError
 from rig.sources.twin import build_twin
 from rig.system.timing import Stopwatch
