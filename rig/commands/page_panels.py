@@ -51,7 +51,8 @@ def open_panels(
     if scene.projector and scene.plate:
         from rig.projector.show import open_show
 
-        opened = open_show(scene.projector, screen, scene.plate.size, calibration)
+        full = scene.touches.force[1] * scene.touches.max_touches if scene.touches else 1.0
+        opened = open_show(scene.projector, screen, scene.plate.size, calibration, full)
         show = open_parts.enter_context(opened)
         sinks.append(show)
     if scene.page and switch:

@@ -166,7 +166,10 @@ def _open_sinks(
         from rig.out.open import open_outputs
 
         max_touches = scene.touches.max_touches if scene.touches else 1
-        outputs = open_outputs(scene.outputs, scene.plate.size, screen, max_touches, open_parts)
+        keys = scene.projector is not None and scene.projector.content == "keys"
+        outputs = open_outputs(
+            scene.outputs, scene.plate.size, screen, max_touches, open_parts, keys
+        )
         for url in filter(None, (getattr(sink, "url", "") for sink in outputs)):
             say(f"touches: {url}")
     return show, panels, outputs

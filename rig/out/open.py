@@ -21,6 +21,7 @@ def open_outputs(
     screen: Screen,
     max_touches: int,
     open_parts: ExitStack,
+    keys: bool = False,
 ) -> list[Sink]:
     """Open the ways out for touches until `open_parts` is closed; each takes a snapshot at once.
 
@@ -34,6 +35,8 @@ def open_outputs(
     max_touches : int
         Touches that a sample of LSL holds.
     open_parts : ExitStack
+    keys : bool
+        Whether the plate has keys, whose notes go out by OSC.
 
     Raises
     ------
@@ -48,6 +51,13 @@ def open_outputs(
         surface = across_plate(size) if way.surface == "plate" else across_screen(screen)
         tuio = open_parts.enter_context(Tuio(surface, way.host, way.port))
         sinks.append(lambda snapshot: tuio(snapshot.touches, snapshot.captured))
+    if way := outputs.osc:
+        from rig.out.osc_touches import OscTouches
+        from rig.projector.demos.keyboard import lay_keys
+        from rig.projector.demos.notes import Playing
+
+        playing = Playing(lay_keys(size)) if keys else None
+        sinks.append(open_parts.enter_context(OscTouches(way.host, way.port, way.prefix, playing)))
     if way := outputs.websocket:
         from rig.out.stream import serve_touches
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 from rig.live.snapshot import Mark
 from rig.out.cursors import Cursor, Cursors
 from rig.out.osc import bundle, message
+from rig.out.udp import UdpClient
 
 ADDRESS = "/tuio/2Dcur"
 PORT = 3333  # where TUIO clients listen
@@ -37,13 +37,6 @@ class Tuio:
     source : str
         Name of what the touches come from, for the clients.
 
-    Attributes
-    ----------
-    status : str
-        One sentence for the user.
-    lost : int
-        Frames that could not be sent.
-
     Raises
     ------
     OSError
@@ -62,13 +55,22 @@ class Tuio:
         if not 1 <= port <= 65535:
             raise ValueError(f"TUIO port must lie in 1..65535, got {port}; most listen on {PORT}")
         self._cursors = Cursors(T_surface_plate)
-        family, self._to = _find(host, port)
-        self._socket = socket.socket(family, socket.SOCK_DGRAM)
-        self._socket.setblocking(False)
+        self._client = UdpClient(host, port, "TUIO")
         self._source = f"{source}@{socket.gethostname()}".encode("ascii", "replace").decode()
         self._frame = 0
-        self.lost = 0
-        self.status = f"touches go by TUIO to {host}:{port}"
+        self._to = f"{host}:{port}"
+
+    @property
+    def lost(self) -> int:
+        """Frames that could not be sent."""
+        return self._client.lost
+
+    @property
+    def status(self) -> str:
+        """One sentence for the user."""
+        if self.lost:
+            return f"{self.lost} frames could not be sent by TUIO ({self._client.reason})"
+        return f"touches go by TUIO to {self._to}"
 
     def __enter__(self) -> Tuio:
         """Leave the socket open for the block."""
@@ -77,7 +79,7 @@ class Tuio:
     def __exit__(self, *error: object) -> None:
         """Lift all fingers and close the socket."""
         self._send(())
-        self._socket.close()
+        self._client.close()
 
     def __call__(self, marks: Sequence[Mark], captured: float) -> None:
         """Send the touches of a frame; never waits, and a frame that cannot go is lost.
@@ -94,11 +96,7 @@ class Tuio:
 
     def _send(self, cursors: Sequence[Cursor]) -> None:
         self._frame = (self._frame + 1) % LAST
-        try:
-            self._socket.sendto(frame_bundle(cursors, self._frame, self._source), self._to)
-        except OSError as error:  # no network, or its buffer is full
-            self.lost += 1
-            self.status = f"{self.lost} frames could not be sent by TUIO ({error.strerror})"
+        self._client.send(frame_bundle(cursors, self._frame, self._source))
 
 
 def frame_bundle(cursors: Sequence[Cursor], frame: int, source: str) -> bytes:
@@ -115,11 +113,3 @@ def frame_bundle(cursors: Sequence[Cursor], frame: int, source: str) -> bytes:
             message(ADDRESS, "fseq", frame),
         )
     )
-
-
-def _find(host: str, port: int) -> tuple[socket.AddressFamily, tuple[Any, ...]]:
-    try:
-        family, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
-    except socket.gaierror:
-        raise OSError(f"TUIO host '{host}' is not known; give an address like 127.0.0.1") from None
-    return family, address

@@ -52,21 +52,29 @@ class Operator:
         self._publisher, self._switch = publisher, switch
         self._notes, self._measured = notes, measured(calibration, datetime.now(UTC))
         self._show, self._meter = show, meter
+        self._snapshot: Snapshot | None = None
         self._wishes: Mapping[str, Callable[[dict[str, Any]], object]] = {
             "record": lambda wish: switch.toggle(),
             "set": self._set,
-            "tare": lambda wish: tare(),
+            "tare": self._tare,
         }
+        self._renew = tare
 
     def __call__(self, snapshot: Snapshot) -> None:
         """Follow a snapshot."""
+        self._snapshot = snapshot
         for wish in self._publisher.asked():
             if act := self._wishes.get(wish["do"]):
                 act(wish)
-        shown = self._show.marks(snapshot) if self._show else None
+        shown = self._show.content(snapshot) if self._show else None
         if self._meter and shown is not None and (begun := self._switch.begun):
             self._meter.measure(snapshot, shown, begun.chain)
         self._publisher.publish(snapshot, self._controls(snapshot.notice), shown)
+
+    def _tare(self, wish: dict[str, Any]) -> None:
+        """Set what is shown back, and renew the reference unless that was all."""
+        if not (self._show and self._snapshot and self._show.tare(self._snapshot)):
+            self._renew()
 
     def _set(self, wish: dict[str, Any]) -> None:
         if self._show and wish.get("key") == MODE and wish.get("value") in self._modes():

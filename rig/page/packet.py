@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from rig.live.snapshot import Mark, Snapshot, StrainOverlay
 from rig.page.controls import PageControls
-from rig.projector.markers import Screen, draw_marks, project
+from rig.projector.content import Content, draw
+from rig.projector.markers import Screen, project
 
 JPEG_QUALITY = 80
 NOTHING = PageControls()
@@ -65,7 +66,7 @@ class Packet:
         The projector's image, where the scene has a projector.
     page_controls : PageControls
         What stands beside the frame.
-    shown : tuple of Mark or None
+    shown : Content or None
         What the projector shows; None if that is the touches.
     """
 
@@ -74,12 +75,12 @@ class Packet:
         snapshot: Snapshot,
         screen: Screen | None,
         page_controls: PageControls = NOTHING,
-        shown: tuple[Mark, ...] | None = None,
+        shown: Content | None = None,
     ):
         self.snapshot = snapshot
         self.screen = screen
         self.page_controls = page_controls
-        self.shown = snapshot.touches if shown is None else shown
+        self.shown: Content = snapshot.touches if shown is None else shown
         self._image = CameraImage(snapshot.image)
 
     def parts(self, wanted: str) -> dict[str, bytes]:
@@ -123,7 +124,7 @@ class Packet:
     def _projector(self) -> bytes:
         if self.screen is None:
             return b""
-        return _jpeg(draw_marks(self.shown, self.screen)[..., ::-1] * BRIGHTENED)
+        return _jpeg(draw(self.shown, self.screen)[..., ::-1] * BRIGHTENED)
 
     @cached_property
     def _strain(self) -> bytes:

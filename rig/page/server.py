@@ -21,9 +21,10 @@ from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from rig.live.snapshot import Mark, Snapshot
+from rig.live.snapshot import Snapshot
 from rig.page.controls import PageControls
 from rig.page.packet import NOTHING, Packet, Wire
+from rig.projector.content import Content
 from rig.projector.markers import Screen
 from rig.web.access import Access
 from rig.web.guard import CONTROLS, Guard
@@ -76,7 +77,7 @@ class Publisher:
         self,
         snapshot: Snapshot,
         page_controls: PageControls = NOTHING,
-        shown: tuple[Mark, ...] | None = None,
+        shown: Content | None = None,
     ) -> None:
         """Make this the newest snapshot; takes microseconds, whoever watches."""
         self.packets.put(Packet(snapshot, self._screen, page_controls, shown))

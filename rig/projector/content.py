@@ -1,4 +1,4 @@
-"""What the projector can show: marks of touches, a stripe image of the Gray code, plain light."""
+"""What the projector can show: marks of touches, a demo, a stripe of the Gray code, plain light."""
 
 from __future__ import annotations
 
@@ -8,6 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.live.snapshot import Mark
+from rig.projector.demos.demo import Demo
+from rig.projector.demos.keys import Keys
+from rig.projector.demos.painting import Painting
+from rig.projector.demos.ripples import Ripples
+from rig.projector.demos.trails import Trails
+from rig.projector.demos.weighing import Weighing
 from rig.projector.gray_code import pattern
 from rig.projector.markers import Screen, draw_marks
 
@@ -26,7 +32,7 @@ class Plain:
     level: int
 
 
-Content = tuple[Mark, ...] | Stripe | Plain
+Content = tuple[Mark, ...] | Demo | Stripe | Plain
 """Small, so that it passes to the window's process at once; the image is drawn there."""
 
 
@@ -38,5 +44,7 @@ def draw(content: Content, screen: Screen) -> NDArray[np.uint8]:
             return np.repeat(pattern(screen.size, number)[..., None], 3, axis=2)
         case Plain(level):
             return np.full((height, width, 3), level, np.uint8)
+        case Ripples() | Trails() | Weighing() | Painting() | Keys() as demo:
+            return demo.drawn(screen)
         case marks:
             return draw_marks(marks, screen)

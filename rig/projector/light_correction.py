@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from rig.projector.content import draw
+from rig.projector.content import Content, draw
 from rig.projector.display_log import DisplayLog
 from rig.projector.light_map import LightMap, divided
 from rig.projector.markers import Screen
@@ -33,6 +33,8 @@ class LightCorrected:
     ):
         self._source, self._shown, self._screen = source, shown, screen
         self._light, self._delay = light, delay
+        self._drawn: Content = ()
+        self._lit = light.on_camera(draw((), screen))
 
     @property
     def status(self) -> str:
@@ -47,5 +49,7 @@ class LightCorrected:
         content = self._shown.at(frame.captured - self._delay)
         if content == ():
             return frame
-        light = self._light.on_camera(draw(content, self._screen))
+        if content != self._drawn:  # much of a demo stays as it is for many frames
+            self._drawn, self._lit = content, self._light.on_camera(draw(content, self._screen))
+        light = self._lit
         return replace(frame, image=divided(frame.image, light, self._light.black))

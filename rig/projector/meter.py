@@ -10,10 +10,11 @@ from concurrent.futures import Future, ThreadPoolExecutor
 import numpy as np
 
 from rig.live.chain import Chain
-from rig.live.snapshot import Mark, Snapshot
+from rig.live.snapshot import Snapshot
+from rig.projector.content import Content, draw
 from rig.projector.interference import interference, leftover
 from rig.projector.light_map import prepare_light_map
-from rig.projector.markers import Screen, draw_marks
+from rig.projector.markers import Screen
 
 PAUSE = 1.0  # s
 
@@ -48,13 +49,13 @@ class Meter:
         """End the thread."""
         self._pool.shutdown(cancel_futures=True)
 
-    def measure(self, snapshot: Snapshot, shown: tuple[Mark, ...], chain: Chain) -> None:
+    def measure(self, snapshot: Snapshot, shown: Content, chain: Chain) -> None:
         """Take a snapshot to measure, if the last one is done with and a second is over.
 
         Parameters
         ----------
         snapshot : Snapshot
-        shown : tuple of Mark
+        shown : Content
             What the projector showed meanwhile.
         chain : Chain
         """
@@ -65,14 +66,14 @@ class Meter:
         self._due = snapshot.captured + PAUSE
         self._work = self._pool.submit(self._sentence, snapshot, shown, chain)
 
-    def _sentence(self, snapshot: Snapshot, shown: tuple[Mark, ...], chain: Chain) -> str:
-        if not shown or not snapshot.touches:
+    def _sentence(self, snapshot: Snapshot, shown: Content, chain: Chain) -> str:
+        if shown == () or not snapshot.touches:
             return ""
         height, width = snapshot.image.shape
         whole = prepare_light_map(
             self._screen, snapshot.T_px_plate.astype(np.float64), (width, height), 1.0
         )
-        light = whole.on_camera(draw_marks(shown, self._screen)) - 1
+        light = whole.on_camera(draw(shown, self._screen)) - 1
         left = leftover(snapshot.image, chain.reference.image, light, self._black)
         found = interference(chain, 1 + left * light, self._black, snapshot.touches)
         return found.sentence

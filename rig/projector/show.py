@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
-from contextlib import contextmanager
-from time import monotonic
+from contextlib import contextmanager, suppress
+from time import monotonic, sleep
 from typing import TYPE_CHECKING
 
 from rig.projector.blanking import Blanked, Blink
+from rig.projector.demos.demo import Demo, begin_demo
+from rig.projector.demos.moment import Moment, load_of
+from rig.projector.demos.weighing import Weighing
 from rig.projector.latency_prediction import predicted
 from rig.projector.light_correction import LightCorrected
 from rig.projector.light_map import LightMap
@@ -18,11 +21,14 @@ from rig.projector.window import Projector, open_projector
 if TYPE_CHECKING:
     from rig.calibration.store import Calibration
     from rig.live.snapshot import Mark, Snapshot
+    from rig.projector.content import Content
     from rig.scene.loop import ProjectorSection
     from rig.system.frame import Source
 
 OLDEST = 0.1  # s from the capture of a frame, after which its touches are not shown any more
 TYPICAL = 0.02  # s from the command to the light, where it was not measured
+PATIENCE = 5.0  # s for a window to open, before the reference is taken in the light of a demo
+SETTLED, PAUSE = 0.3, 0.03  # s in which that light comes on, and between two commands
 
 
 class Show:
@@ -38,6 +44,8 @@ class Show:
         From the command to the light.
     clock : callable
         Monotonic time, s; the same that stamps the frames.
+    demo : Demo or None
+        What is shown in the place of marks.
 
     Attributes
     ----------
@@ -52,8 +60,11 @@ class Show:
         plate_size: tuple[float, float],
         delay: float,
         clock: Callable[[], float] = monotonic,
+        demo: Demo | None = None,
     ):
         self._window, self._screen = window, screen
+        self._demo = demo
+        self._latest: Snapshot | None = None
         self.mode: Mode = mode
         self._plate_size, self._delay, self._clock = plate_size, delay, clock
 
@@ -69,8 +80,43 @@ class Show:
 
     def __call__(self, snapshot: Snapshot) -> None:
         """Show the touches of a frame; of one that is too old nothing, for they have moved on."""
+        self._window(self.content(snapshot))
+
+    def content(self, snapshot: Snapshot) -> Content:
+        """Return what is shown of a frame; a demo goes on by one that it has not had."""
         old = self._clock() - snapshot.captured > OLDEST
-        self._window(() if old else self.marks(snapshot))
+        marks = () if old else self.marks(snapshot)
+        if self._demo is None:
+            return marks
+        if snapshot is not self._latest:
+            self._latest = snapshot
+            moment = Moment(snapshot.captured, marks, load_of(snapshot))
+            self._demo = self._demo.after(moment)
+        return self._demo
+
+    def rest(self) -> None:
+        """Light the plate as it is untouched, so that the reference is taken in that light.
+
+        A window that does not open within `PATIENCE` s is waited for no longer.
+        """
+        if self._demo is None or self.mode == "dark":
+            return
+        with suppress(OSError):
+            self._window.wait(PATIENCE)
+        end = monotonic() + SETTLED + self._delay
+        while self._window.alive and monotonic() < end:
+            self._window(self._demo)
+            sleep(PAUSE)
+
+    def tare(self, snapshot: Snapshot) -> bool:
+        """Set a demo back; whether that was all that was wanted.
+
+        A scale takes the load that rests on it for nothing: the reference cannot be renewed then.
+        """
+        if self._demo is None:
+            return False
+        self._demo = self._demo.tared()
+        return isinstance(self._demo, Weighing) and bool(snapshot.touches)
 
     def marks(self, snapshot: Snapshot) -> tuple[Mark, ...]:
         """Return the marks of a frame, where the mode puts them when their light arrives."""
@@ -102,8 +148,11 @@ def open_show(
     screen: Screen,
     plate_size: tuple[float, float],
     calibration: Calibration,
+    full: float = 1.0,
 ) -> Generator[Show]:
     """Open the window of a scene's projector.
+
+    `full` is the largest load that is expected, N.
 
     Raises
     ------
@@ -120,4 +169,7 @@ def open_show(
     delay = latency.median if latency else TYPICAL
     place = section.display, section.full_screen, blink, section.output
     with open_projector(screen, *place) as window:
-        yield Show(window, screen, section.mode, plate_size, delay)
+        demo = None
+        if section.content != "marks":
+            demo = begin_demo(section.content, plate_size, full)
+        yield Show(window, screen, section.mode, plate_size, delay, demo=demo)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
 
 from rig.scene.quantity import LARGEST_SIDE, Count
 from rig.scene.section import Section
@@ -48,6 +49,23 @@ class ProjectorSection(Section):
         description="where marks are: on the touch, beside it, outside the measured area, or on it"
         " but only in frames that are not measured",
     )
+    content: Literal["marks", "ripples", "trails", "scale", "painting", "keys"] = Field(
+        "marks",
+        description="what it shows: a mark for each touch; waves, or light that fingers draw"
+        " behind them; the load in newton with its sigma; paint that stays; keys of a piano, whose"
+        " notes go to [outputs.osc]",
+    )
+
+    @model_validator(mode="after")
+    def _on_the_touches(self) -> ProjectorSection:
+        if self.content != "marks" and self.mode in ("beside", "outside"):
+            raise PydanticCustomError(
+                "scene",
+                "projector.mode '{mode}' moves marks, and projector.content is '{content}', which"
+                " lies where it is touched; set projector.mode to 'on' or 'dark'",
+                {"mode": self.mode, "content": self.content},
+            )
+        return self
 
 
 class TuioSection(Section):
@@ -82,10 +100,23 @@ class Mqtt(Section):
     )
 
 
+class OscSection(Section):
+    """Touches, gestures and notes by Open Sound Control over UDP."""
+
+    host: str = Field("127.0.0.1", min_length=1, description="address of the program that listens")
+    port: Count = Field(9000, ge=1, le=65535, description="its port")
+    prefix: str = Field(
+        "/touchplate",
+        pattern=r"^(/[A-Za-z0-9_.-]+)+$",
+        description="what all addresses begin with",
+    )
+
+
 class Outputs(Section):
     """Where touches are sent to; also by a headless run."""
 
     tuio: TuioSection | None = Field(None, description="tables of fingers")
+    osc: OscSection | None = Field(None, description="synthesizers and programs of media art")
     websocket: Websocket | None = Field(None, description="programs that read JSON")
     lsl: Lsl | None = Field(None, description="beside recordings of EEG and the like")
     mqtt: Mqtt | None = Field(None, description="home automation, Node-RED and the like")

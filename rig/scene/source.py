@@ -19,13 +19,21 @@ class TwinSection(Section):
     """The digital twin: images are rendered, so the truth is known."""
 
     kind: Literal["twin"] = Field("twin", description="where frames come from")
-    script: Literal["tour", "random", "letters", "collect", "empty", "board", "board-on-plate"] = (
-        Field(
-            "tour",
-            description="touches: a tour of moves and presses, random ones, a finger that writes,"
-            " known presses, or none;"
-            " or the board of a calibration, held before the camera or lying on the plate",
-        )
+    script: Literal[
+        "tour",
+        "random",
+        "letters",
+        "collect",
+        "weights",
+        "melody",
+        "empty",
+        "board",
+        "board-on-plate",
+    ] = Field(
+        "tour",
+        description="touches: a tour of moves and presses, random ones, a finger that writes,"
+        " known presses, weights laid one beside the other, a melody on keys, or none;"
+        " or the board of a calibration, held before the camera or lying on the plate",
     )
     text: Text = Field("TOUCH", description="what the script 'letters' writes, A to Z")
     pace: Ratio = Field(

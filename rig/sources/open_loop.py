@@ -75,6 +75,8 @@ def open_loop(
             source = show.filtered(opened, light, 1 / scene.camera.rate)
         if bench.theory.against:
             say(bench.theory.sentence)
+        if show:
+            show.rest()
         loop = Loop(bench, source, recorder=recorder, reference=reference)
         _get_ready(loop, progress, preview)
         if isinstance(opened, Waiting):

@@ -18,6 +18,7 @@ from rig.scene.source import TwinSection
 from rig.sources import script
 from rig.sources.held_board import HeldBoard, held_before, lying_on
 from rig.sources.letters import letters
+from rig.sources.performed import melody, weights
 from rig.sources.script import Script
 from rig.system import cache
 from rig.system.arrays import F64
@@ -177,6 +178,10 @@ def _script(
             return script.empty
         case "letters", TouchesSection(force=force):
             return letters(plate.size, source.text, force[1], WRITES, source.pace)
+        case "weights", TouchesSection(force=force):
+            return weights(plate.size, force)
+        case "melody", TouchesSection(force=force):
+            return melody(plate.size, force)
         case "collect", TouchesSection(force=force):
             return script.collect(plate.size, force, source.seed)
         case _, TouchesSection(force=force):

@@ -1,0 +1,1 @@
+"""What the projector can show for those who watch; each demo is a value that goes on by a frame."""
