@@ -1,21 +1,24 @@
-"""A camera that always drains its device: the newest image wins, what it replaces is counted."""
+"""A camera that always drains its device: images wait for a moment, what is lost is counted."""
 
 from __future__ import annotations
 
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from rig.system.frame import Frame, take_next
+
 if TYPE_CHECKING:
     from rig.camera.controls import ControlSetting
     from rig.camera.device import OpenDevice
-    from rig.system.frame import Frame
 
 SLICE = 0.1  # s that one wait for an image takes: so soon does the thread see that it shall end
 SILENCE = 1.0  # s without an image after which the device is opened anew
 RETRY = 0.25  # s between attempts to open a device that has gone
+WAITING = 8  # images that wait at most
 END = 2.0  # s that the thread gets to end; a driver that hangs is left behind
 
 
@@ -63,7 +66,8 @@ class LiveCamera:
     ):
         self._open, self._clock, self._rescue = open_device, clock, rescue
         self.dropped = self.refused = self.outages = 0
-        self._newest: Frame | None = None
+        self._waiting: deque[Frame] = deque(maxlen=WAITING)
+        self._last = -1  # number of the newest frame
         self._given = -1
         self._silences = 0  # in a row
         self._offset: int | None = None
@@ -89,13 +93,14 @@ class LiveCamera:
         """See `Source.grab`."""
         with self._news:
             self._news.wait_for(lambda: self._has_news() or self._ended, timeout)
-            if not self._has_news() or self._newest is None:
+            if not self._has_news():
                 if self._ended:
                     raise EOFError(self.status)
                 return None
-            self.dropped += self._newest.sequence - self._given - 1
-            self._given = self._newest.sequence
-            return self._newest
+            frame = take_next(self._waiting, self._clock())
+            self.dropped += frame.sequence - self._given - 1
+            self._given = frame.sequence
+            return frame
 
     def close(self) -> None:
         """End the thread and let the device go."""
@@ -103,7 +108,7 @@ class LiveCamera:
         self._thread.join(END)
 
     def _has_news(self) -> bool:
-        return self._newest is not None and self._newest.sequence > self._given
+        return bool(self._waiting)
 
     def _drain(self) -> None:
         """Body of the thread."""
@@ -126,7 +131,7 @@ class LiveCamera:
         self._release()
 
     def _take(self, frame: Frame) -> None:
-        """Make an image the newest one."""
+        """Let an image wait for the loop."""
         self._silences = 0
         image = frame.image
         self._shape = self._shape or image.shape
@@ -140,11 +145,13 @@ class LiveCamera:
             return
         self.status = self._sound
         with self._news:
-            last = -1 if self._newest is None else self._newest.sequence
             if self._offset is None:  # a device that was opened anew counts anew
-                self._offset = last + 1 - frame.sequence
-            self._newest = replace(frame, sequence=frame.sequence + self._offset)
-            self._news.notify_all()
+                self._offset = self._last + 1 - frame.sequence
+            number = frame.sequence + self._offset
+            if number > self._last:
+                self._last = number
+                self._waiting.append(replace(frame, sequence=number))
+                self._news.notify_all()
 
     def _reopen(self) -> None:
         """Try to open the device; wait a little where that fails."""

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import multiprocessing
 import time
+from collections import deque
 from collections.abc import Callable, Generator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from multiprocessing.connection import Connection
 from multiprocessing.shared_memory import SharedMemory
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +23,7 @@ from numpy.typing import NDArray
 import fe
 from rig.scene import Scene
 from rig.scene.bench import CameraSection
-from rig.system.frame import Frame
+from rig.system.frame import Frame, take_next
 from rig.system.process import (
     deaf_to_interrupts,
     leave_signals_to_the_loop,
@@ -37,14 +38,23 @@ START_LIMIT = 300.0  # s to be ready: the plate is factored and the pattern draw
 END_LIMIT = 1.0  # s to end by itself: it looks at the link once a frame
 
 
+class Announced(NamedTuple):
+    """A frame that lies in the ring: its number, when it was taken, s, and what touches in it."""
+
+    sequence: int
+    captured: float
+    truth: tuple[fe.Touch, ...]
+
+
 class TwinSource:
-    """Grabs the newest frame of the twin's process; use `open_twin`."""
+    """Grabs the frames of the twin's process; use `open_twin`."""
 
     def __init__(self, link: Connection, images: NDArray[np.uint8], numbers: NDArray[np.int64]):
         self._link = link
         self._images = images
         self._numbers = numbers
         self._started = False
+        self._waiting: deque[Announced] = deque(maxlen=SLOTS)
         self.status = "the twin gives no images"
 
     def grab(self, timeout: float) -> Frame | None:
@@ -59,8 +69,8 @@ class TwinSource:
             if not self._started:
                 self._start()
             end = time.monotonic() + timeout
-            while self._link.poll(max(0.0, end - time.monotonic())):
-                frame = self._newest()
+            while self._waiting or self._link.poll(max(0.0, end - time.monotonic())):
+                frame = self._next()
                 if frame:
                     return frame
         except (EOFError, ConnectionError):
@@ -79,12 +89,13 @@ class TwinSource:
             self._link.send(None)
             while self._receive() is not None:
                 pass
+            self._waiting.clear()
 
-    def _newest(self) -> Frame | None:
-        """Newest of the frames that were announced; None if it was overwritten meanwhile."""
-        sequence, captured, truth = self._receive()
-        while self._link.poll():
-            sequence, captured, truth = self._receive()
+    def _next(self) -> Frame | None:
+        """Next of the frames that were announced; None if it was overwritten meanwhile."""
+        while self._link.poll() or not self._waiting:
+            self._waiting.append(Announced(*self._receive()))
+        sequence, captured, truth = take_next(self._waiting, time.monotonic())
         slot = sequence % SLOTS
         image = self._images[slot].copy()
         if self._numbers[slot] != sequence:  # overwritten while it was copied
@@ -122,7 +133,7 @@ def open_twin(scene: Scene) -> Generator[TwinSource]:
     memory = SharedMemory(create=True, size=SLOTS * (width * height + 8))
     here, there = spawn.Pipe()
     process = spawn.Process(
-        target=_deliver, args=(scene, memory.name, there), name="touchplate-twin", daemon=True
+        target=deliver, args=(scene, memory.name, there), name="touchplate-twin", daemon=True
     )
     try:
         with deaf_to_interrupts(), without_script():
@@ -156,7 +167,7 @@ def _views(memory: SharedMemory, shape: tuple[int, int]):
     return images, numbers
 
 
-def _deliver(scene: Scene, memory_name: str, link: Connection) -> None:
+def deliver(scene: Scene, memory_name: str, link: Connection) -> None:
     """Body of the twin's process: ends when the other end of the link closes."""
     leave_signals_to_the_loop()
     from rig.sources.twin import build_twin

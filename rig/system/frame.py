@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, TypeVar, runtime_checkable
 
 if TYPE_CHECKING:  # a camera must not wait for plates
     import numpy as np
     from numpy.typing import NDArray
 
     import fe
+
+
+HELD = 0.07  # s: the time of two frames, so that what is shown is younger than a tenth of a second
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +36,29 @@ class Frame:
     truth: tuple[fe.Touch, ...] | None = None
 
 
+class Captured(Protocol):
+    """Whatever has the time of its capture, s."""
+
+    @property
+    def captured(self) -> float: ...  # noqa: D102
+
+
+AnyCaptured = TypeVar("AnyCaptured", bound=Captured)
+
+
+def take_next(waiting: deque[AnyCaptured], now: float) -> AnyCaptured:
+    """Take the frame to go on with out of those that wait, the oldest of them first.
+
+    So a loop that was held up for a moment loses none. Where the oldest has waited for more than
+    `HELD` s the loop does not keep up: then it is the newest, and the others are lost.
+    """
+    if now - waiting[0].captured <= HELD:
+        return waiting.popleft()
+    newest = waiting.pop()
+    waiting.clear()
+    return newest
+
+
 class Source(Protocol):
     """A camera or what stands for one.
 
@@ -45,7 +72,9 @@ class Source(Protocol):
     def status(self) -> str: ...  # noqa: D102
 
     def grab(self, timeout: float) -> Frame | None:
-        """Newest frame, waiting `timeout` s for one that was not grabbed yet; None if none came.
+        """Next frame, waiting `timeout` s for one that was not grabbed yet; None if none came.
+
+        A source of live frames gives each, unless the loop does not keep up; see `take_next`.
 
         Raises
         ------

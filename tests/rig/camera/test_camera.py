@@ -67,17 +67,22 @@ def test_each_grab_gives_a_frame_that_was_not_given_before():
     assert device.closed
 
 
-def test_what_the_device_lost_and_what_came_too_fast_both_count_as_dropped():
-    device = Played()
-    with LiveCamera(lambda: device) as camera:
+@pytest.mark.parametrize(("waited", "taken", "dropped"), [(0.0, [1, 2, 5], 2), (1.0, [5], 4)])
+def test_what_the_device_lost_and_what_waited_too_long_both_count_as_dropped(
+    waited, taken, dropped
+):
+    device, times = Played(), [0.0]
+    with LiveCamera(lambda: device, clock=lambda: times[0]) as camera:
         device.put(10)
         camera.grab(SECONDS)
+        came = time.monotonic()
         for number in (11, 12, 15):  # 13 and 14 were lost before they came here
             device.put(number)
-        wait_for(lambda: device.queue.empty())
-        time.sleep(0.05)
-        assert camera.grab(SECONDS).sequence == 5
-        assert camera.dropped == 4
+        wait_for(lambda: len(camera._waiting) == 3)
+        times[0] = came + waited
+        assert [camera.grab(SECONDS).sequence for _ in taken] == taken
+        assert camera.dropped == dropped
+        assert not camera._waiting
 
 
 def test_an_image_of_another_size_is_left_out_and_said():
