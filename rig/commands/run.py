@@ -19,9 +19,11 @@ if TYPE_CHECKING:
     from rig.calibration.store import Calibration
     from rig.live.loop import Loop
     from rig.live.snapshot import Snapshot
+    from rig.out.board_sink import BoardSink
     from rig.projector.show import Show
     from rig.recording.control import Switch
     from rig.scene import Scene
+    from rig.usb.link import BoardLink
 
 SCREEN = (1280, 800)  # px, of a projector that is not there: the page shows what it would show
 Sink = Callable[["Snapshot"], object]
@@ -104,7 +106,8 @@ def start(
 ) -> tuple[Loop, list[Sink]]:
     """Open everything that the scene names; what can fail at once comes before what is slow."""
     switch = None
-    if record or (scene.page and not headless):
+    by_foot = scene.board.foot_switch if scene.board else None
+    if record or (scene.page and not headless) or by_foot == "record":
         from rig.recording.control import open_switch
 
         switch = open_parts.enter_context(open_switch(record, scene, calibration))
@@ -121,11 +124,56 @@ def start(
         for panel in panels:
             panel(snapshot)
 
+    board = _board_sink(scene, show, switch, tare, open_parts)
     parts = scene, calibration, say, progress, preview, switch, show
+    if board:
+        outputs = [*outputs, board, _warns_once(lambda: board.trouble)]
     if switch and record:
         outputs = [*outputs, _warns_once(lambda: switch.failure)]
-    opened.append(open_parts.enter_context(open_loop(*parts)))
+    use_board: Callable[[BoardLink], object] = board.use if board else _leave
+    opened.append(open_parts.enter_context(open_loop(*parts, use_board=use_board)))
     return opened[0], [*panels, *outputs]
+
+
+def _leave(link: BoardLink) -> None:
+    """Leave the board as it is."""
+
+
+def _board_sink(
+    scene: Scene,
+    show: Show | None,
+    switch: Switch | None,
+    tare: Callable[[], object],
+    open_parts: ExitStack,
+) -> BoardSink | None:
+    """Make what has the board's lamp follow the touches, and what its foot switch does."""
+    section = scene.board
+    if section is None or not (section.foot_switch or section.lamp_follows):
+        return None
+    from rig.out.board_sink import BoardSink
+
+    def renew(snapshot: Snapshot) -> None:
+        if not (show and show.tare(snapshot)):
+            tare()
+
+    act: Sink = renew
+    if section.foot_switch == "record" and switch:
+        act = _toggle(switch)
+    elif section.foot_switch == "snapshot":
+        from rig.out.stills import Stills
+
+        act = open_parts.enter_context(Stills(Path(), say))
+    full = scene.touches.force[1] * scene.touches.max_touches if scene.touches else 1.0
+    return BoardSink(section, full, act)
+
+
+def _toggle(switch: Switch) -> Sink:
+    def act(_: Snapshot) -> None:
+        switch.toggle()
+        said = switch.summary()
+        say(switch.refusal or (said["status"] if said else "the recording has ended"))
+
+    return act
 
 
 def _warns_once(trouble: Callable[[], str]) -> Sink:

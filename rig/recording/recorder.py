@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rig.calibration.store import Calibration
     from rig.scene import Scene
 
-WAITING = 8  # frames that may wait to be written, 10 MB at a megapixel
+WAITING = 48  # frames that may wait to be written: 1.6 s of 30 a second, 60 MB at a megapixel
 RESERVE = 256 * 2**20  # bytes that are left free: a full disk would spoil the file and more
 
 

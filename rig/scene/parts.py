@@ -246,9 +246,18 @@ def _images(
 
 def _board(name: str, section: BoardSection) -> Part:
     lamp = f"lamp at {section.lamp:.0%}" if section.lamp is not None else ""
+    if section.lamp_follows:
+        lamp = f"lamp that follows the {section.lamp_follows}"
     trigger = "trigger of the camera" if section.trigger_width is not None else ""
-    what = " and ".join(filter(None, (lamp, trigger))) or "nothing to do"
-    return Part(name, f"USB board: {what}", "a request when frames begin and end", ("usb",))
+    foot = f"foot switch: {section.foot_switch}" if section.foot_switch else ""
+    what = " and ".join(filter(None, (lamp, trigger, foot))) or "nothing to do"
+    often = section.foot_switch or section.lamp_follows
+    cost = (
+        "50 requests a second, in a thread of its own"
+        if often
+        else "a request when frames begin and end"
+    )
+    return Part(name, f"USB board: {what}", cost, ("usb",))
 
 
 def _in_time(name: str, section: DynamicsSection) -> Part:

@@ -15,13 +15,16 @@ if TYPE_CHECKING:
     from usb.backend import IBackend
 
     from rig.usb import UsbDevice
+    from rig.usb.link import BoardLink
 
 
 @contextmanager
 def board_at_work(
     section: BoardSection, rate: float, backend: IBackend | None = None
-) -> Generator[None]:
+) -> Generator[BoardLink]:
     """Light the lamp and trigger the camera while the block runs; both are off after it.
+
+    A lamp that follows the touches is dark until the link lights it.
 
     Parameters
     ----------
@@ -34,18 +37,23 @@ def board_at_work(
     Raises
     ------
     OSError
-        If the board is not there, may not be used, or is none.
+        If the board is not there, may not be used, is none, or has no input for the foot switch.
     ValueError
         If it lacks an output, or a pulse is longer than the time of a frame.
     """
     from rig.usb import list_devices, open_board
+    from rig.usb.link import BoardLink
 
     with open_board(_chosen(list_devices(backend), section.serial), backend) as board:
-        if section.lamp is not None:
+        follows = section.lamp_follows is not None
+        if section.lamp is not None and not follows:
             board.light(section.lamp_output, section.lamp)
         if section.trigger_width is not None:
             board.trigger(section.trigger_output, 1 / rate, section.trigger_width)
-        yield
+        lamp = section.lamp_output if follows else None
+        switch = section.foot_switch_input if section.foot_switch else None
+        with BoardLink(board, lamp, switch) as link:
+            yield link
 
 
 def _chosen(devices: Sequence[UsbDevice], serial: str | None) -> UsbDevice:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rig.live.loop import Loop
     from rig.live.snapshot import Snapshot
     from rig.projector.show import Show
+    from rig.usb.link import BoardLink
 
 READY = "the source gets ready; then the reference is taken …"
 
@@ -35,6 +36,7 @@ def open_loop(
     preview: Callable[[Snapshot], object] = lambda snapshot: None,
     recorder: Recorder | None = None,
     show: Show | None = None,
+    use_board: Callable[[BoardLink], object] = lambda link: None,
 ) -> Generator[Loop]:
     """Open the loop of a scene while the block runs; it has its reference and waits for nothing.
 
@@ -52,6 +54,8 @@ def open_loop(
     recorder : Recorder or None
     show : Show or None
         The projector, whose light is kept out of the source.
+    use_board : callable
+        Takes the USB board that is at work, where the scene has one.
 
     Raises
     ------
@@ -60,7 +64,7 @@ def open_loop(
     ValueError
         If the scene lacks what the loop needs, or the plate moved whenever the reference was taken.
     """
-    with open_input(scene, say) as (opened, reference):
+    with open_input(scene, say, use_board) as (opened, reference):
         say(READY)
         from rig.live.bench import build_bench
         from rig.live.loop import Loop

@@ -27,13 +27,16 @@ if TYPE_CHECKING:
     from rig.camera.device import OpenDevice
     from rig.live.baseline import ReferenceFrame
     from rig.system.frame import Source
+    from rig.usb.link import BoardLink
 
 Opening = Callable[[], "OpenDevice"]
 
 
 @contextmanager
 def open_input(
-    scene: Scene, say: Callable[[str], object]
+    scene: Scene,
+    say: Callable[[str], object],
+    use_board: Callable[[BoardLink], object] = lambda link: None,
 ) -> Generator[tuple[Source, ReferenceFrame | None]]:
     """Open the source of a scene's frames while the block runs, with its USB board at work.
 
@@ -42,6 +45,8 @@ def open_input(
     scene : Scene
     say : callable
         Takes sentences for the user: a control that a camera refused, a recording that was cut.
+    use_board : callable
+        Takes the board that is at work, where the scene has one.
 
     Yields
     ------
@@ -60,7 +65,8 @@ def open_input(
         if scene.board and scene.camera:
             from rig.sources import bench_board
 
-            parts.enter_context(bench_board.board_at_work(scene.board, scene.camera.rate))
+            at_work = bench_board.board_at_work(scene.board, scene.camera.rate)
+            use_board(parts.enter_context(at_work))
         yield parts.enter_context(_source(scene, say))
 
 

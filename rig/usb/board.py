@@ -1,7 +1,7 @@
-"""A board that lights and triggers: LEDs, a strobe and the camera's trigger by vendor requests.
+"""A board that lights, triggers and has a foot switch, by vendor requests.
 
 Any microcontroller with USB can be one. All requests go to the device itself (recipient 0) on
-endpoint 0; numbers are little-endian; an output is counted from 0 in wIndex.
+endpoint 0; numbers are little-endian; an output, or an input, is counted from 0 in wIndex.
 
 | bRequest | way | wValue | data | meaning |
 |---|---|---|---|---|
@@ -11,6 +11,7 @@ endpoint 0; numbers are little-endian; an output is counted from 0 in wIndex.
 | 4 TRIGGER | out, 12 | 0 | period u32 µs, width u32 µs, count u32 | pulses; count 0: for ever |
 | 5 STATE | in, 12 | 0 | given u32, missed u32, time u32 µs | pulses since IDENTIFY, own clock |
 | 6 OFF | out | 0 | none | all outputs dark and still |
+| 7 PRESSES | in, 4 | 0 | presses u32 | how often an input's switch was pressed, bounce left out |
 
 The board stalls what it does not know or cannot do, and is off when it loses its supply.
 """
@@ -31,7 +32,7 @@ from usb.backend import IBackend
 from rig.usb.devices import Opened, UsbDevice, find_device
 from rig.usb.faults import faults
 
-IDENTIFY, LEVEL, STROBE, TRIGGER, STATE, OFF = range(1, 7)
+IDENTIFY, LEVEL, STROBE, TRIGGER, STATE, OFF, PRESSES = range(1, 8)
 OUT, IN = 0x40, 0xC0  # vendor request to the device, from the host and to it
 MAGIC, VERSION = b"TPB", 1
 TRIAL_BOARD = (0x1209, 0x0001)  # VID and PID that pid.codes gives to all trials
@@ -101,6 +102,11 @@ class UsbBoard:
         given, missed, time = struct.unpack("<III", self._ask(STATE, 12))
         return BoardState(given, missed, time * 1e-6)
 
+    def presses(self, switch: int) -> int:
+        """Ask how often an input's switch was pressed; after 2³² - 1 the count goes on at 0."""
+        (count,) = struct.unpack("<I", self._ask(PRESSES, 4, switch))
+        return count
+
     def off(self) -> None:
         """Make all outputs dark and still."""
         self._report(OFF, 0)
@@ -114,9 +120,9 @@ class UsbBoard:
         with faults(self._name):
             self._device.ctrl_transfer(OUT, request, value, output, data, PATIENCE)
 
-    def _ask(self, request: int, length: int) -> bytes:
+    def _ask(self, request: int, length: int, index: int = 0) -> bytes:
         with faults(self._name):
-            answer = bytes(self._device.ctrl_transfer(IN, request, 0, 0, length, PATIENCE))
+            answer = bytes(self._device.ctrl_transfer(IN, request, 0, index, length, PATIENCE))
         if len(answer) != length:
             raise OSError(f"{self._name} answered {len(answer)} bytes of {length}; reset it")
         return answer

@@ -3,7 +3,7 @@
     umockdev-wrapper /usr/bin/python3 board.py
 
 It prints the folder that clients must be given as UMOCKDEV_DIR, then answers each word on stdin:
-"state" with what the outputs do, as JSON, and "unplug", "plug" and "hang" with "done".
+"state" with what the outputs do, as JSON, and "press", "unplug", "plug" and "hang" with "done".
 """
 
 import errno
@@ -112,6 +112,8 @@ class EmulatedBoard:
                 self.plug()
             case "hang":
                 self.hangs = True
+            case "press":
+                self.light.presses[0] += 1
             case "state":
                 light = self.light
                 return json.dumps([light.levels, light.strobes, light.triggers])

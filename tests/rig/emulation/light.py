@@ -1,4 +1,4 @@
-"""The firmware of a board that speaks the protocol of `rig/usb/board.py`, with three outputs."""
+"""The firmware of a board that speaks `rig/usb/board.py`, with three outputs and two switches."""
 
 import struct
 
@@ -10,6 +10,7 @@ class Light:
 
     def __init__(self):
         self.version = 1
+        self.presses = [0, 0]
         self.given, self.missed, self.time = 0, 2, 1_500_000
         self.dark()
 
@@ -23,6 +24,8 @@ class Light:
                 return struct.pack("<3sBB3x", b"TPB", self.version, self.outputs)
             case 0xC0, 5:
                 return struct.pack("<III", self.given, self.missed, self.time)
+            case 0xC0, 7 if index < len(self.presses):
+                return struct.pack("<I", self.presses[index])
             case 0x40, 2 if index < self.outputs and value <= 1000:
                 self.levels[index] = value
             case 0x40, 3 if len(data) == 8:

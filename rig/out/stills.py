@@ -1,0 +1,76 @@
+"""Stills: the image of one frame and its touches as a table, kept on request."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from datetime import datetime
+from pathlib import Path
+
+import cv2
+
+from rig.live.snapshot import Snapshot
+from rig.out.touches_csv import open_touches
+
+
+class Stills:
+    """Call it with the snapshot to keep; a thread of its own writes, so no frame waits.
+
+    Parameters
+    ----------
+    folder : Path
+    say : callable
+        Takes a sentence: what was kept, or why it was not.
+    """
+
+    def __init__(self, folder: Path, say: Callable[[str], object]):
+        self._folder, self._say = folder, say
+        self._pool = ThreadPoolExecutor(1, "stills")
+
+    def __enter__(self) -> Stills:
+        """Keep stills while the block runs."""
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Write what waits, then end the thread."""
+        self._pool.shutdown()
+
+    def __call__(self, snapshot: Snapshot) -> None:
+        """Keep a frame under the time of day and its number."""
+        name = f"still-{datetime.now():%Y%m%d-%H%M%S}-{snapshot.sequence}"
+        self._pool.submit(self._keep, snapshot, self._folder / name)
+
+    def _keep(self, snapshot: Snapshot, path: Path) -> None:
+        try:
+            self._say(f"snapshot kept in '{write_still(snapshot, path)}'")
+        except OSError as error:
+            self._say(f"snapshot is not kept in '{path}.png': {error.strerror or error}")
+
+
+def write_still(snapshot: Snapshot, path: Path) -> Path:
+    """Write `path`.png, the image, and `path`.csv, its touches as `touchplate run --touches` does.
+
+    Each is written under another name first, so that no half of a file is left.
+
+    Returns
+    -------
+    Path
+        Of the image.
+
+    Raises
+    ------
+    OSError
+        If the folder cannot be written.
+    """
+    image, table = path.with_suffix(".png"), path.with_suffix(".csv")
+    coming = image.with_suffix(".png.part"), table.with_suffix(".csv.part")
+    try:
+        coming[0].write_bytes(cv2.imencode(".png", snapshot.image)[1].tobytes())
+        with open_touches(coming[1]) as write:
+            write(snapshot)
+        for part, whole in zip(coming, (image, table), strict=True):
+            part.replace(whole)
+    finally:
+        for part in coming:
+            part.unlink(missing_ok=True)
+    return image
