@@ -18,10 +18,9 @@ import tempfile
 import threading
 import time
 import urllib.request
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -32,7 +31,7 @@ from websockets.sync.client import connect
 
 from rig.recording.playback import Playback
 from rig.recording.session import open_session
-from rig.report.figure import Figure, at_least, at_most
+from rig.report.figure import Bar, Figure, at_most
 from rig.studies.study import line, run
 from rig.system.frame import Frame
 
@@ -51,6 +50,12 @@ OUTPUTS = {"outputs.osc.port": "9123", "outputs.tuio.port": "9124", "outputs.web
 KEPT, FASTER = 750, 2.0  # frames of the tour, 25 s; and how much faster they are played
 WARM, WINDOW, STEP = 45.0, 30.0, 1.0  # s
 EACH = 60.0  # s of a recording
+HOURS = "two hours"
+BARS: dict[str, tuple[None, str, Bar]] = {
+    "memory_grows_by": (None, "%", at_most(2)),
+    "further_descriptors": (None, "", at_most(0)),
+    "lost": (None, "frames", at_most(0)),
+}
 PROGRAM = "import sys; from rig.studies.bench.soak import main; main(sys.argv[1:])"
 CLI = "from rig.cli import main; main()"
 
@@ -106,8 +111,19 @@ class Watched:
         return median(self.memory[k] for k in kept), median(self.descriptors[k] for k in kept)
 
 
-def soak(name: str, seconds: float) -> Iterator[Figure]:
-    """Let it run for some seconds after the warm-up."""
+def short() -> Iterator[Figure]:
+    """Run for five minutes, which have no verdict: the hours stand as not measured."""
+    yield from line(TABLE, HOURS, **BARS)
+    yield from soak("five minutes", 300.0, dict.fromkeys(BARS))
+
+
+def two_hours() -> Iterator[Figure]:
+    """Run for two hours."""
+    yield from soak(HOURS, 7200.0, {name: bar for name, (_, _, bar) in BARS.items()})
+
+
+def soak(name: str, seconds: float, bars: Mapping[str, Bar | None]) -> Iterator[Figure]:
+    """Let it run for some seconds."""
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder) / "played.h5"
         _record(source)
@@ -131,16 +147,17 @@ def soak(name: str, seconds: float) -> Iterator[Figure]:
         for path in sorted(recordings.glob("*.h5")):  # the one that ran at the end
             files, lost = files + 1, lost + missing(path)
     before, after = watched.between(WARM, WARM + WINDOW), watched.between(seconds - WINDOW, seconds)
+    looks = len(watched.times)
     yield from line(
         TABLE,
         name,
-        memory_grows_by=(100.0 * (after[0] / before[0] - 1.0), "%", at_most(2), len(watched.times)),
-        further_descriptors=(after[1] - before[1], "", at_most(0), len(watched.times)),
-        lost=(float(lost), "frames", at_most(0), said["frames"]),
+        memory_grows_by=(100.0 * (after[0] / before[0] - 1.0), "%", bars["memory_grows_by"], looks),
+        further_descriptors=(after[1] - before[1], "", bars["further_descriptors"], looks),
+        lost=(float(lost), "frames", bars["lost"], said["frames"]),
         recordings=(float(files), ""),
         memory=(before[0], "MB"),
         descriptors=(before[1], ""),
-        rate=(said["fps"], "frames/s", at_least(0.98 * 30.0 * FASTER)),
+        rate=(said["fps"], "frames/s"),
         minutes=(seconds / 60.0, ""),
     )
 
@@ -234,10 +251,7 @@ def _addresses(said: str) -> tuple[str, str] | None:
     return (page[0], stream[0]) if page and stream else None
 
 
-PARTS = {
-    "short": partial(soak, "five minutes", 300.0),
-    "two_hours": partial(soak, "two hours", 7200.0),
-}
+PARTS = {"short": short, "two_hours": two_hours}
 
 if __name__ == "__main__":
     run(PARTS, __doc__)

@@ -1,13 +1,15 @@
 """What projected marks do to the touches that are found: each mode against no light at all.
 
-Parts: modes. A clamped PVC plate under the camera of the scene `twin`; each touch is seen in the
-same noise with and without the light of its own mark, as it is and divided by the light that is
-known, as the loop does. The meter's prediction stands beside what happened.
+Parts: modes, demos. A clamped PVC plate under the camera of the scene `twin`; each touch is seen in
+the same noise with and without the light of its own mark, as it is and divided by the light that is
+known, as the loop does. The meter's prediction stands beside what happened. *Demos*: likewise under
+the light of each demo after half a second of a touch, its resting light in the reference.
 """
 
 import time
 from collections import defaultdict
 from collections.abc import Iterator
+from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +21,12 @@ from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
 from rig.live.chain import Chain, at_rest, prepare_chain
 from rig.live.frame_estimate import estimate_frame
+from rig.live.snapshot import Mark
 from rig.live.view import marks, plate_view
 from rig.plates.plate_solver import solve_plate
+from rig.projector.content import draw
+from rig.projector.demos.demo import Demo, DemoName, begin_demo
+from rig.projector.demos.moment import Load, Moment
 from rig.projector.interference import interference
 from rig.projector.light_map import divided, prepare_light_map
 from rig.projector.markers import draw_marks, fit_plate
@@ -37,6 +43,8 @@ PROJECTOR = (1280, 800)
 MODES: tuple[Mode, ...] = ("on", "beside", "outside")
 DEFAULT = "on"
 GROWTH = at_most(1.1)  # of the error of the place without light
+BARRED = (DEFAULT, *get_args(DemoName))
+FEWER = 40  # touches under each demo
 
 
 def photograph(
@@ -99,17 +107,60 @@ def modes() -> Iterator[Figure]:
     )
 
 
-def measured(errors: dict[str, list[float]]) -> Iterator[Figure]:
-    """Give a line to each mode, its error beside that without light."""
+def demos() -> Iterator[Figure]:
+    """Find touches under the light of each demo."""
+    scene = rig.load("twin", {"touches.max_touches": 1})
+    twin, bench = build_twin(scene), build_bench(scene, lambda done, total: None)
+    size, count = bench.plate.size, part(scene.dic).reference_frames
+    screen = fit_plate(PROJECTOR, size)
+    view = plate_view(bench.plate, bench.camera, bench.height)
+    seen = prepare_light_map(screen, view.T_px_plate, bench.camera.size, STRENGTH, SENSOR_DARK)
+    dark = np.ones(twin.warper.light.shape, np.float32)
+    errors: defaultdict[str, list[float]] = defaultdict(list)
+    resting: dict[str, Demo | None] = {
+        name: begin_demo(name, size, 4.0) for name in get_args(DemoName)
+    }
+    for name, demo in ({"none": None} | resting).items():
+        lit = dark if demo is None else seen.on_camera(draw(demo, screen))
+        rest = [photograph(twin, (), lit, (9, k)) for k in range(count)]
+        chain = prepare_chain(average_reference(rest), bench.motions, 1)
+        clear = [divided(image, lit, SENSOR_DARK) for image in rest]
+        clean = prepare_chain(average_reference(clear), bench.motions, 1)
+        rng = np.random.default_rng(3)
+        for index in range(FEWER):
+            x, y = rng.uniform(25, np.array(size) - 25)
+            touch = fe.Touch(float(x), float(y), float(rng.uniform(0.5, 4.0)))
+            light = dark if demo is None else seen.on_camera(draw(touched(demo, touch), screen))
+            image = photograph(twin, (touch,), light, (1, index))
+            errors[name].append(miss(find(chain, image), touch))
+            if demo is not None:
+                image = divided(image, light, SENSOR_DARK)
+                errors[f"{name}, divided"].append(miss(find(clean, image), touch))
+    yield from measured(errors, "Demos of the projector: error of the place with light and without")
+
+
+def touched(demo: Demo, touch: fe.Touch) -> Demo:
+    """Let a demo see a touch for half a second."""
+    mark = Mark(touch.x, touch.y, touch.force, (0.3, 0.3, 0.0), 0.02, 1)
+    for number in range(16):
+        demo = demo.after(Moment(number / 30.0, (mark,), Load(touch.force, 0.02)))
+    return demo
+
+
+def measured(
+    errors: dict[str, list[float]],
+    table: str = "Marks of the projector: error of the place with light and without",
+) -> Iterator[Figure]:
+    """Give a line to each kind of light, its error beside that without light."""
     base = rms(found(errors["none"]))
     for name, values in errors.items():
         there = found(values)
         yield from line(
-            "Marks of the projector: error of the place with light and without",
+            table,
             name + " (default)" * (name == DEFAULT),
             rms=(rms(there), "mm"),
             median=(float(np.median(there)), "mm"),
-            over_none=(rms(there) / base, "", GROWTH if name == DEFAULT else None, len(there)),
+            over_none=(rms(there) / base, "", GROWTH if name in BARRED else None, len(there)),
         )
 
 
@@ -126,7 +177,7 @@ def miss(estimate: Estimate, touch: fe.Touch) -> float:
     return float(np.hypot(estimate.xy[0, 0] - touch.x, estimate.xy[0, 1] - touch.y))
 
 
-PARTS = {"modes": modes}
+PARTS = {"modes": modes, "demos": demos}
 
 if __name__ == "__main__":
     run(PARTS, __doc__)
