@@ -69,6 +69,7 @@ images: $(STAMP)  ## draw the images of docs/ anew; the page is filmed in Debian
 	$(BIN)/python docs/images/page.py
 	$(BIN)/python docs/images/view.py
 	$(BIN)/python docs/images/setup.py
+	$(BIN)/python docs/images/demos.py
 
 docs: $(STAMP)  ## build the pages of docs/ into results/site; a warning fails
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build
