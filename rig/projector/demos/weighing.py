@@ -18,7 +18,6 @@ from rig.projector.demos.canvas import (
     box,
     laid,
     line,
-    ring,
     write,
 )
 from rig.projector.demos.moment import NO_LOAD, Load, Moment
@@ -28,7 +27,7 @@ from rig.system.arrays import Grey
 STEADY = 0.7  # s over which a load that rests is averaged
 OTHER = 4.0  # σ of a difference, by which a load is another one
 CANNOT_SAY = "cannot say"
-SETTING = 0.25  # light of what always stands there
+SETTING, NUMBER = 0.25, 0.9  # light of what always stands there, and of the number
 
 
 @dataclass(frozen=True)
@@ -100,17 +99,22 @@ class Weighing:
         return f"{net.force:.{places}f} N", plus
 
     def drawn(self, screen: Screen) -> Grey:
-        """Draw the number, its σ or why there is none, and a dial; each touch has a ring."""
+        """Draw the number, its σ or why there is none, and a dial.
+
+        The words stand in the half of the plate where less lies: their light on what is measured
+        there would move it.
+        """
         a, b = self.plate_size
         on, tall = blank(self.plate_size), min(self.plate_size)
-        for mark in self.touches:
-            ring(on, (mark.x, mark.y), 0.05 * tall, 0.006 * tall, FINGERS[0], 0.8)
+        upper = sum(mark.force * (mark.y - b / 2) for mark in self.touches) <= 0
+        middle = (0.84 if upper else 0.46) * b
         number, beneath = self.lines
         known = not self.net.reason
-        write(on, number, (a / 2, 0.84 * b), 0.15 * tall, WHITE if known else FINGERS[1], 1.0)
+        write(on, number, (a / 2, middle), 0.15 * tall, FINGERS[0 if known else 1], NUMBER)
         size = (0.075 if known else 0.05) * tall
         for row, words in enumerate(wrap(beneath, 36)):
-            write(on, words, (a / 2, 0.71 * b - 1.3 * size * row), size, GREY, 1.0)
+            place = a / 2, middle - 0.13 * b - 1.3 * size * row
+            write(on, words, place, size, GREY, 1.0)
         self._dial(on)
         return laid(on, screen)
 
