@@ -27,7 +27,8 @@ from rig.system.arrays import Grey
 STEADY = 0.7  # s over which a load that rests is averaged
 OTHER = 4.0  # σ of a difference, by which a load is another one
 CANNOT_SAY = "cannot say"
-SETTING, NUMBER = 0.25, 0.9  # light of what always stands there, and of the number
+SETTING, NUMBER, WORDS = 0.2, 0.8, 0.8  # light of what always stands there, and of what it says
+FILLED, BAND, POINTER = 0.6, 0.9, 1.0  # of the dial
 
 
 @dataclass(frozen=True)
@@ -107,26 +108,26 @@ class Weighing:
         a, b = self.plate_size
         on, tall = blank(self.plate_size), min(self.plate_size)
         upper = sum(mark.force * (mark.y - b / 2) for mark in self.touches) <= 0
-        middle = (0.84 if upper else 0.46) * b
+        middle = (0.84 if upper else 0.36) * b
         number, beneath = self.lines
         known = not self.net.reason
-        write(on, number, (a / 2, middle), 0.15 * tall, FINGERS[0 if known else 1], NUMBER)
-        size = (0.075 if known else 0.05) * tall
+        write(on, number, (a / 2, middle), 0.13 * tall, FINGERS[0 if known else 1], NUMBER)
+        size = (0.065 if known else 0.045) * tall
         for row, words in enumerate(wrap(beneath, 36)):
-            place = a / 2, middle - 0.13 * b - 1.3 * size * row
-            write(on, words, place, size, GREY, 1.0)
+            place = a / 2, middle - 0.115 * b - 1.3 * size * row
+            write(on, words, place, size, GREY, WORDS)
         self._dial(on)
         return laid(on, screen)
 
     def _dial(self, on: Canvas) -> None:
         """Draw a dial from 0 to its end, its pointer, and 2σ as a band about it."""
         a, b = self.plate_size
-        low, wide, foot, high = 0.12 * a, 0.76 * a, 0.12 * b, 0.05 * b
+        low, wide, foot, high = 0.12 * a, 0.76 * a, 0.12 * b, 0.03 * b
         step = _step(self.full)
         for tick in np.arange(0.0, self.full + step / 2, step).tolist():
             x = low + wide * min(tick / self.full, 1.0)
-            line(on, ((x, foot - 0.2 * high), (x, foot - 0.6 * high)), 0.5, GREY, 0.6)
-            write(on, f"{tick:g}", (x, foot - 1.2 * high), 0.036 * min(a, b), GREY, 0.8)
+            line(on, ((x, foot - 0.3 * high), (x, foot - 0.9 * high)), 0.5, GREY, 0.6)
+            write(on, f"{tick:g}", (x, foot - 1.9 * high), 0.036 * min(a, b), GREY, 0.8)
         box(on, (low, foot), (low + wide, foot + high), GREY, SETTING)
         net = self.net
         if net.reason or not isfinite(net.force):
@@ -135,9 +136,9 @@ class Weighing:
             low + wide * float(np.clip(force / self.full, 0.0, 1.0))
             for force in (net.force, net.force - 2 * net.sigma, net.force + 2 * net.sigma)
         )
-        box(on, (low, foot), (at, foot + high), FINGERS[0], 0.85)
-        box(on, (early, foot + 0.3 * high), (late, foot + 0.7 * high), FINGERS[1], 0.9)
-        line(on, ((at, foot - 0.1 * high), (at, foot + 1.1 * high)), 1.0, WHITE, 1.0)
+        box(on, (low, foot), (at, foot + high), FINGERS[0], FILLED)
+        box(on, (early, foot + 0.3 * high), (late, foot + 0.7 * high), FINGERS[1], BAND)
+        line(on, ((at, foot - 0.1 * high), (at, foot + 1.1 * high)), 1.0, WHITE, POINTER)
 
 
 _NUMBERS = ("force", "sigma")

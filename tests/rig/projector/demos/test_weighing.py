@@ -95,8 +95,8 @@ def test_the_dial_shows_the_load_and_two_sigma(plate, screen):
     for force in (1.0, 4.0, 7.0):
         touches = (Mark(120, 75, force, identity=1),)
         scale = Weighing(plate, 8.0).after(Moment(0.0, touches, Load(force, 0.01)))
-        row = draw(scale, screen)[150 - 18 - 4].astype(float)  # below the band of 2σ
-        blue = np.nonzero(row[:, 2] > 30)[0]
+        row = draw(scale, screen)[150 - 19].astype(float)  # below the band of 2σ
+        blue = np.nonzero(row[:, 2] > 22)[0]
         ends.append(blue.max())
     start, wide = 0.12 * plate[0], 0.76 * plate[0]
     assert ends == pytest.approx([start + wide * part for part in (1 / 8, 0.5, 7 / 8)], abs=2.5)
@@ -107,7 +107,7 @@ def test_the_words_stand_where_nothing_lies(plate, screen):
         touches = (Mark(120, y, 2.0, identity=1),)
         shown = Weighing(plate, 8.0).after(Moment(0.0, touches, Load(2.0, 0.01)))
         light = draw(shown, screen).max(axis=2)
-        return light[: 150 - 95].any(), light[150 - 90 : 150 - 40].any()  # upper half, lower half
+        return light[: 150 - 95].any(), light[150 - 80 : 150 - 30].any()  # upper half, lower half
 
     assert words(30) == (True, False)
     assert words(120) == (False, True)
