@@ -44,7 +44,7 @@ MODES: tuple[Mode, ...] = ("on", "beside", "outside")
 DEFAULT = "on"
 GROWTH = at_most(1.1)  # of the error of the place without light
 BARRED = (DEFAULT, *get_args(DemoName))
-FEWER = 40  # touches under each demo
+UNDER_DEMOS = 120  # touches
 
 
 def photograph(
@@ -127,7 +127,7 @@ def demos() -> Iterator[Figure]:
         clear = [divided(image, lit, SENSOR_DARK) for image in rest]
         clean = prepare_chain(average_reference(clear), bench.motions, 1)
         rng = np.random.default_rng(3)
-        for index in range(FEWER):
+        for index in range(UNDER_DEMOS):
             x, y = rng.uniform(25, np.array(size) - 25)
             touch = fe.Touch(float(x), float(y), float(rng.uniform(0.5, 4.0)))
             light = dark if demo is None else seen.on_camera(draw(touched(demo, touch), screen))
