@@ -87,3 +87,22 @@ def test_a_board_that_is_pulled_out_is_one_sentence_and_is_found_when_it_is_back
         board.say("plug")
         assert nudge(client) == ["1-5"]
         client.stdin.close()
+
+
+def test_presses_of_the_foot_switch_are_counted_and_an_input_that_is_not_there_is_refused(board):
+    body = """
+    with open_board(device) as light:
+        say(light.presses(0))
+        say(light.presses(0), light.presses(1))
+        try:
+            light.presses(2)
+        except OSError as error:
+            say(str(error))
+    """
+    with board.client(OPENING + dedent(body)) as client:
+        assert json.loads(client.stdout.readline()) == [0]
+        board.say("press")
+        assert nudge(client) == [1, 0]
+        (sentence,) = nudge(client)
+        assert "Light 1209:0001" in sentence
+        client.stdin.close()
