@@ -51,7 +51,7 @@ DRIVERS = {"opencv": "cv2", "v4l2": "linuxpy", "basler": "pypylon", "genicam": "
 PLACEMENTS = {"edges": "on the edges", "inside": "inside the edges"}
 """Where the gauges of a ring lie."""
 
-OUTPUTS = {"tuio": "", "websocket": "starlette", "lsl": "pylsl"}
+OUTPUTS = {"tuio": "", "osc": "", "websocket": "starlette", "lsl": "pylsl", "mqtt": "paho"}
 """Ways out for touches, and what each imports."""
 
 
@@ -276,7 +276,7 @@ def _shown(name: str, section: Page | ProjectorSection | Outputs) -> Part:
             return Part(name, what, "one JPEG a frame and viewer", ("starlette", "uvicorn"))
         case ProjectorSection(size=(width, height), output=output):
             place = "the output of that size" if output is None else f"output {output}"
-            what = f"{width} × {height} px on {place}"
+            what = f"{section.content}, {width} × {height} px on {place}"
             return Part(name, what, "one window, in its own process", ("pygame",))
         case Outputs():
             ways = [way for way in OUTPUTS if getattr(section, way)]
