@@ -164,7 +164,9 @@ def play(
         numbers[slot] = number
         now = clock()
         link.send((number, now, touches))
-        if begun is not None and now - due > 1 / played.rate:
+        if begun is None:  # a loop that gets ready takes none, and a full link holds this up
+            start = max(start, clock() - (number + 1) / played.rate)
+        elif now - due > 1 / played.rate:
             yield now - due
         number += 1
 

@@ -45,7 +45,7 @@ def opened(scene, in_hand, monkeypatch):
         source = Source(in_hand(twin, [*REFERENCE, *sequences]), at)
 
         @contextmanager
-        def open_input(scene, say):
+        def open_input(scene, say, use_board):
             try:
                 yield source, None
             finally:

@@ -93,6 +93,39 @@ def test_frames_come_in_order_and_on_time_and_late_ones_are_counted(played):
     assert [len(message[2]) for message, _ in given[begun : begun + 3]] == [1, 0, 1]
 
 
+def test_a_link_that_is_full_before_the_script_begins_makes_no_frame_late(played):
+    class Full:
+        """A link whose loop takes nothing for a minute, while it gets ready."""
+
+        def __init__(self, clock):
+            self.clock, self.given, self.asked = clock, [], [None]
+
+        def poll(self):
+            if len(self.given) == 20:
+                self.asked = [None]
+            return bool(self.asked)
+
+        def recv(self):
+            return self.asked.pop()
+
+        def send(self, message):
+            if len(self.given) == 10:
+                self.clock.now += 60.0
+            if message is not None:
+                self.given.append(message)
+            if len(self.given) > 200:
+                raise EOFError
+
+    clock = Clock()
+    link, numbers = Full(clock), np.full(SLOTS, -1)
+    images = np.zeros((SLOTS, 2, 3), np.uint8)
+    late = []
+    with pytest.raises(EOFError):
+        late.extend(play(played, images, numbers, link, clock, clock.sleep))
+    assert late == []
+    np.testing.assert_allclose(np.diff([message[1] for message in link.given[12:]]), 1 / RATE)
+
+
 def test_a_recording_is_played_over_and_over_faster_and_its_numbers_go_on(monkeypatch):
     class Session:
         frames, path = 3, "a.h5"
