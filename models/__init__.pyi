@@ -245,4 +245,31 @@ from .scores.touch_score import (
     pair_touches as pair_touches,
     score_touches as score_touches,
 )
+from .touch_net.benches import (
+    DescribedBench as DescribedBench,
+    bench_forward as bench_forward,
+)
+from .touch_net.onnx import (
+    touch_onnx as touch_onnx,
+    write_touch_onnx as write_touch_onnx,
+)
+from .touch_net.posterior import Mixture as Mixture
+from .touch_net.prior import TouchRange as TouchRange
+from .touch_net.store import (
+    TouchNet as TouchNet,
+    load_touch_net as load_touch_net,
+    save_touch_net as save_touch_net,
+)
+from .touch_net.touch_net import (
+    SHIPPED_TOUCH_NET as SHIPPED_TOUCH_NET,
+    NetTouches as NetTouches,
+    TouchReader as TouchReader,
+    prepare_reader as prepare_reader,
+    shipped_touch_net as shipped_touch_net,
+)
+from .touch_net.training import (
+    TouchNetRecipe as TouchNetRecipe,
+    TrainedTouchNet as TrainedTouchNet,
+    train_touch_net as train_touch_net,
+)
 from .workers import workers as workers

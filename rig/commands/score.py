@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rig.commands.output import emit, progress
+from rig.commands.score_touch_net import score_touch_net, touch_net_file
 from rig.commands.score_table import table, touch_table, write_map
 from rig.scene import parse_overrides
 from rig.training.data import model_path
@@ -40,8 +41,16 @@ def score(
     """Repeat the test of a stored net on the touches of the scene that it was trained for.
 
     With --set it is tested on others, as far as it learnt them. Of a recording whose truth is
-    known, as in the twin, the touches that were found are scored.
+    known, as in the twin, the touches that were found are scored. A touch net is scored on
+    touches that are drawn on its bench, beside the solver.
     """
+    net = touch_net_file(model)
+    if net is not None:
+        if error_map or settings:
+            raise ValueError("a touch net is scored on its own bench; leave --map and --set out")
+        with progress("reading") as report:
+            score_touch_net(net, report, as_json)
+        return
     path = model_path(model) if Path(model).suffix in ("", ".toml") else Path(model)
     with progress("influence") as report:
         scored = _scored(path, settings or [], report)

@@ -58,7 +58,12 @@ def train(
     if bench.field_net:
         from rig.commands.train_field_net import train_field_net
 
-        train_field_net(bench.field_net, out or _field_net_path(scene), onnx, as_json)
+        train_field_net(bench.field_net, out or _arrays_path(scene), onnx, as_json)
+        return
+    if bench.touch_net:
+        from rig.commands.train_touch_net import train_touch_net
+
+        train_touch_net(bench, bench.touch_net, out or _arrays_path(scene), onnx, as_json)
         return
     learned = learn_from(scene, bench, session) if session else None
     if learned and not isinstance(bench.estimator, NetEstimator):
@@ -102,7 +107,7 @@ def _require_net(plan: TrainingPlan, onnx: Path | None, curves: Path | None) -> 
         raise ValueError("a regression has no losses on its way; leave --curves out")
 
 
-def _field_net_path(scene: str) -> Path:
+def _arrays_path(scene: str) -> Path:
     return model_path(scene).with_suffix(".npz")
 
 

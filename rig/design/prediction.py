@@ -102,9 +102,7 @@ def predict(
     unit, twice = (like.unit, like.twice) if like and same else _units(setup, force, modal)
     if like is not None and _drawn(like.setup) == _drawn(setup):
         return Prediction(setup, force, unit, twice, like.energy, like.gain)
-    light = _patch(setup)
-    energy = gradient_energy(light, setup.tile)
-    return Prediction(setup, force, unit, twice, energy, _gain(light))
+    return Prediction(setup, force, unit, twice, pattern_energy(setup), _gain(_patch(setup)))
 
 
 def _drawn(setup: Setup) -> tuple[object, ...]:
@@ -205,6 +203,11 @@ def _units(
     forward = equal_pattern(given, motions, 1.0).forward(1.0)
     touches = touches_over(given.plate.size, force)
     return expected_errors(forward, touches), errors_of_gain(forward, touches)
+
+
+def pattern_energy(given: Setup) -> float:
+    """Measure the mean squared gradient of the pattern as the camera sees it, grey levels² a px²."""
+    return gradient_energy(_patch(given), given.tile)
 
 
 def _patch(given: Setup) -> F64:

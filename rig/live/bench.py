@@ -18,6 +18,7 @@ from rig.live.chain import Chain, prepare_chain
 from rig.live.known_bench import KnownBench, motions_on_bench, require_bench
 from rig.live.plate_in_time import PlateInTime, in_time, require_own_modes
 from rig.live.strain_chain import StrainChain, prepare_strain
+from rig.live.touch_start import touch_net_of
 from rig.plates.cached import plate_modes, reduced
 from rig.scene import Scene
 from rig.scene.bench import CameraSection
@@ -85,6 +86,8 @@ class Bench:
         How the plate rings and creeps, where the scene says it.
     row_time : float, s
         From the reading of one row of an image to that of the next; 0 for a global shutter.
+    start : models.TouchNet or None
+        What proposes touches where a search is cold, where the scene names it.
     """
 
     plate: fe.Plate
@@ -100,6 +103,7 @@ class Bench:
     known: models.BenchEstimate | None = None
     in_time: PlateInTime | None = None
     row_time: float = 0.0
+    start: models.TouchNet | None = None
 
     @property
     def height(self) -> float:
@@ -142,7 +146,9 @@ class Bench:
             known = None
             if self.known is not None:
                 known = KnownBench(self.known, self.camera, self.row_time)
-            chain = prepare_chain(reference, self.motions, self.max_touches, known, self.in_time)
+            chain = prepare_chain(
+                reference, self.motions, self.max_touches, known, self.in_time, self.start
+            )
         except np.linalg.LinAlgError:
             raise ValueError(
                 f"images of {self.camera.size[0]} × {self.camera.size[1]} px cannot tell"
@@ -241,6 +247,7 @@ def build_bench(
         known=known,
         in_time=in_time(scene, motions.plate_modes) if scene.dynamics else None,
         row_time=camera.row_time,
+        start=touch_net_of(scene, theory.name, exact=known is None),
     )
 
 

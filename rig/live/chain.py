@@ -7,12 +7,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from dic import TileBlocks, TileReference, prepare_blocks, prepare_tiles
-from models import Estimator, ImageMotions, TilePattern, prepare_pattern
+from models import Estimator, ImageMotions, TilePattern, TouchNet, prepare_pattern
 from rig.live.baseline import ReferenceFrame
 from rig.live.illumination import without_gain_offset
 from rig.live.known_bench import KnownBench
 from rig.live.memory import Memory
 from rig.live.plate_in_time import Past, PlateInTime
+from rig.live.touch_start import TouchStart, prepare_start
 from rig.live.visibility import MaskedModels
 from rig.system.arrays import F64
 
@@ -31,6 +32,8 @@ class Chain:
     noise : float, grey levels
     in_time : PlateInTime or None
         How the plate rings and creeps, where each frame is not taken as an equilibrium.
+    start : TouchStart or None
+        What proposes touches to a frame that follows none, in the place of a search.
     """
 
     reference: TileReference
@@ -38,6 +41,7 @@ class Chain:
     masked_models: MaskedModels
     noise: float
     in_time: PlateInTime | None = None
+    start: TouchStart | None = None
 
     @property
     def pattern(self) -> TilePattern:
@@ -56,6 +60,7 @@ def prepare_chain(
     max_touches: int,
     known: KnownBench | None = None,
     in_time: PlateInTime | None = None,
+    net: TouchNet | None = None,
 ) -> Chain:
     """Prepare the chain for a reference, on a bench of which so much is known."""
     tile_reference, noise = prepare_tiles(reference.image, motions.tiles.size), reference.noise
@@ -65,7 +70,9 @@ def prepare_chain(
         pattern = known.seen(pattern)
     bench = None if known is None else known.estimate
     estimator = Estimator(pattern.forward(noise), max_touches=max_touches, bench=bench)
-    return Chain(tile_reference, tiles, MaskedModels(pattern, estimator, noise), noise, in_time)
+    start = None if net is None else prepare_start(net, estimator)
+    masked = MaskedModels(pattern, estimator, noise)
+    return Chain(tile_reference, tiles, masked, noise, in_time, start)
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,6 +13,7 @@ from rig.live.chain import Chain, ChainState
 from rig.live.memory import Memory
 from rig.live.plate_in_time import MeasuredFrame, PlateInTime
 from rig.live.registration import Registered, jumped, register, strangeness
+from rig.live.touch_start import begin
 from rig.system.arrays import F64, AnyArray, Mask
 from rig.system.timing import Stopwatch
 
@@ -47,6 +48,8 @@ class FrameEstimate:
         Of the whole pattern, where a net estimates the touches.
     measured : (m,) float64 or None
         The frame in units of its noise, as touches explain it; None where none can be estimated.
+    start_reason : str
+        Why the touch net proposed nothing and touches were searched for; empty where it did.
     """
 
     estimate: Estimate
@@ -58,6 +61,7 @@ class FrameEstimate:
     from_strain: Estimate | None = None
     from_pattern: Estimate | None = None
     measured: F64 | None = None
+    start_reason: str = ""
 
 
 def estimate_frame(
@@ -122,14 +126,17 @@ def _estimated(
         rest = state.rest
         right = seen.right - pattern.normal[:, : len(rest)] @ rest
         measured = pattern.whiten(right, chain.noise)
-        estimate, memory = _fitted(estimator, measured, state)
+        begun, why = begin(chain.start, measured, state.touches, seen.hidden)
+        estimate, memory = _fitted(estimator, measured, replace(state, touches=begun))
         motion = pattern.amplitudes(estimate, right)
         motion[: len(rest)] += rest
         if drift and not estimate.count and not seen.hidden.any() and is_consistent(estimate):
             crept = estimator.without_memory(measured, memory.left)
             rest = update_drift(rest, pattern, crept, chain.noise, drift)
     after = replace(state, motion=motion, rest=rest, touches=touches_of(estimate), memory=memory)
-    return FrameEstimate(estimate, seen.sums, seen.hidden, "", after, measured=measured)
+    return FrameEstimate(
+        estimate, seen.sums, seen.hidden, "", after, measured=measured, start_reason=why
+    )
 
 
 def _in_time(

@@ -44,6 +44,7 @@ from rig.scene.source import (
     V4l2,
     Video,
 )
+from rig.scene.touch_net import TouchNetSection
 
 DRIVERS = {"opencv": "cv2", "v4l2": "linuxpy", "basler": "pypylon", "genicam": "harvesters"}
 """What reads each kind of camera."""
@@ -90,6 +91,9 @@ def describe(name: str, section: Section, scene: Scene) -> Part:
         case FieldNetSection(steps=steps, pairs=pairs, side=side):
             what = f"{steps} steps of {2 * pairs} drawn fields of {side} × {side} tiles"
             return Part(name, what, "trained by `touchplate train`", ("dic", "fe", "torch"))
+        case TouchNetSection(steps=steps, head_steps=later, batch=batch):
+            what = f"{steps} steps of {batch} drawn measurements, and {later} after those"
+            return Part(name, what, "trained by `touchplate train`", ("fe", "models", "torch"))
         case Page() | ProjectorSection() | Outputs():
             return _shown(name, section)
         case _:

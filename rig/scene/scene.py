@@ -18,6 +18,7 @@ from rig.scene.renamed import with_new_keys
 from rig.scene.section import Section
 from rig.scene.sensing import DicSection, Estimator, TrainingSection
 from rig.scene.source import Source
+from rig.scene.touch_net import TouchNetSection
 
 NEEDS = {
     "base": ("plate",),
@@ -34,6 +35,7 @@ NEEDS = {
     "dataset": ("gauges",),
     "comparison": ("estimator",),
     "dynamics": ("plate", "camera", "estimator"),
+    "touch_net": ("plate", "touches", "camera", "pattern", "sensor", "dic"),
 }
 """Sections that make no sense without others."""
 
@@ -79,6 +81,9 @@ class Scene(Section):
     dataset: DatasetSection | None = Field(None, description="samples of touches on disk")
     field_net: FieldNetSection | None = Field(
         None, description="training of the net that corrects displacement fields"
+    )
+    touch_net: TouchNetSection | None = Field(
+        None, description="training of the net that reads touches from the whole pattern"
     )
     source: Source | None = Field(None, description="where frames come from")
     board: BoardSection | None = Field(None, description="a USB board: lamp and trigger")

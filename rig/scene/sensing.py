@@ -49,6 +49,12 @@ class PatternEstimator(Section):
         description="plate, edges and camera are just as the scene says, or as they usually are in"
         " a lab: what is not known of them then enters every σ",
     )
+    start: str = Field(
+        default="search",
+        min_length=1,
+        description="where a frame begins that follows no touches: `search` tries a grid of"
+        " candidates, `net` asks the touch net of the package, and a path that of a file",
+    )
 
 
 class StrainEstimator(Section):

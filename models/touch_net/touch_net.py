@@ -1,0 +1,295 @@
+"""Touches from what a pattern measured, by the touch net: no search, a fixed number of operations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import chdtrc, log_softmax, softmax
+
+from models.arrays import F32, F64, Mask
+from models.estimate import Estimate, Result
+from models.forward.linear import LinearForward
+from models.touch_net.features import FAR, count_features, touch_features
+from models.touch_net.maps import PLACES, Maps, grid, prepare_maps
+from models.touch_net.network import COUNT, PROPOSE, SLOTS, TOUCH, Weights, run
+from models.touch_net.posterior import Mixture, mixture
+from models.touch_net.prior import MOST, TouchRange
+from models.touch_net.proposals import proposed_touches
+from models.touch_net.store import TouchNet, load_touch_net
+from models.touch_net.unrolled import Fits, fit_all, folded
+
+SHIPPED_TOUCH_NET = Path(__file__).with_name("weights.npz")
+
+LIKELY = -7.0  # logarithm of how likely a number of touches must seem before it is fitted
+UNUSUAL = 6.0  # standard deviations of χ² above its mean: what a fit does not explain
+STRANGE = 5.0  # standard deviations that one touch more would explain of what is left
+_SLACK = 0.15  # of the logarithm of a response, beyond those of the training
+
+
+@dataclass(frozen=True, eq=False)
+class NetTouches:
+    """What the net says of one measurement.
+
+    Attributes
+    ----------
+    probability : (5,) float64
+        Of no touch, one, … four.
+    touches : Mixture
+        Where each may be, given the likeliest number; in the order of `estimate`.
+    estimate : Estimate
+        Means and covariances of these; UNRESOLVABLE where `reason` says so.
+    reason : str
+        Why the net does not know such a measurement, as a sentence; empty where it does.
+    """
+
+    probability: F64
+    touches: Mixture
+    estimate: Estimate
+    reason: str = ""
+
+    @property
+    def count(self) -> int:
+        """The likeliest number of touches."""
+        return int(self.probability.argmax())
+
+    @property
+    def start(self) -> F64:
+        """Touches (n, 3) from which a solver begins; none where the net does not know better."""
+        if self.reason:
+            return np.empty((0, 3))
+        return np.column_stack([self.estimate.xy, self.estimate.force])
+
+
+class Looked(NamedTuple):
+    """How proposals fit a measurement.
+
+    Attributes
+    ----------
+    fits : Fits
+    features : (32,) float64
+        See `count_features`.
+    logits : (5,) float64
+        Logarithms of how likely each number is by its fit alone.
+    probability : (5,) float64
+        The same after the net has looked at them.
+    """
+
+    fits: Fits
+    features: F64
+    logits: F64
+    probability: F64
+
+
+@dataclass(frozen=True, eq=False)
+class TouchReader:
+    """A touch net before a bench.
+
+    Attributes
+    ----------
+    weights : dict of float32 arrays
+        `propose0` reads the measurement itself: the maps are in it.
+    touches : TouchRange
+    forward : LinearForward
+        With its whitening folded in.
+    response : (256, m) float32
+        Of norm 1, to 1 touch at each place of the maps.
+    sharpness : float
+    max_touches : int
+    """
+
+    weights: Weights
+    touches: TouchRange
+    forward: LinearForward
+    response: F32
+    sharpness: float
+    max_touches: int
+
+    def read(self, measured: F64) -> NetTouches:
+        """Say what was measured, (m,) in units of its noise.
+
+        Raises
+        ------
+        ValueError
+            It has another length than the forward model, or is not finite.
+        """
+        if measured.shape != (self.response.shape[1],) or not np.isfinite(measured @ measured):
+            raise ValueError(
+                f"measurement of a touch net must be ({self.response.shape[1]},) finite numbers,"
+                f" got {measured.shape}; whiten it by the forward model"
+            )
+        seen = self.look(measured)
+        fits, probability = seen.fits, seen.probability
+        number = int(probability.argmax())
+        strange = self.strangeness(fits.residual[number - 1] if number else measured)
+        found = self.scatter(fits, number, float(np.log(probability[number])), strange)
+        reason = _reason(fits.chi2[number], len(measured) - 3 * number, strange)
+        return _described(probability, fits, number, found, reason)
+
+    def look(self, measured: F64) -> Looked:
+        """Propose touches, fit them, and say how likely each number is."""
+        out = run(self.weights, PROPOSE, "propose", measured.astype(np.float32))
+        preliminary = log_softmax(out[3 * SLOTS :].astype(np.float64))
+        likely: Mask = preliminary[1:] > LIKELY
+        likely[self.max_touches :] = False
+        proposed = proposed_touches(out, self.touches)
+        fits = fit_all(self.forward.table, measured, proposed, likely, self.touches)
+        features = count_features(fits, preliminary, self.sharpness)
+        logits = np.maximum(fits.evidence - fits.evidence.max(), -FAR)
+        change = run(self.weights, COUNT, "count", features.astype(np.float32))
+        there = np.append(True, likely)
+        probability = softmax(np.where(there, logits + change, -FAR))
+        return Looked(fits, features, logits, probability)
+
+    def strangeness(self, residual: F64) -> float:
+        """Largest part of a residual that one touch more would explain, standard deviations."""
+        return float((self.response @ residual.astype(np.float32)).max())
+
+    def scatter(self, fits: Fits, number: int, certainty: float, strange: float) -> Mixture:
+        """Say where each of `number` touches may be about its fit."""
+        if not number:
+            return Mixture(np.empty((0, 1)), np.empty((0, 1, 3)), np.empty((0, 1, 3, 3)))
+        features, factors = touch_features(fits, number, certainty, strange, self.touches.bounds)
+        out = run(self.weights, TOUCH, "touch", features.astype(np.float32))
+        return mixture(out, fits.touches[number - 1, :number], factors)
+
+
+def _reason(chi2: float, freedom: int, strange: float) -> str:
+    """Say why touches do not explain a measurement; empty where they do."""
+    above = (chi2 - freedom) / np.sqrt(2.0 * freedom)
+    if above <= UNUSUAL and strange <= STRANGE:
+        return ""
+    return (
+        f"the touch net leaves {max(above, strange):.0f} standard deviations unexplained: it has"
+        " seen nothing like this frame"
+    )
+
+
+def _described(
+    probability: F64, fits: Fits, number: int, found: Mixture, reason: str
+) -> NetTouches:
+    """Sort touches by x, then y, and state their means and covariance."""
+    mean, each = found.moments()
+    order = np.lexsort((mean[:, 1], mean[:, 0]))
+    touches = Mixture(found.weight[order], found.mean[order], found.factor[order])
+    freedom = max(fits.residual.shape[1] - 3 * number, 1)
+    result = Result.FOUND if number else Result.NO_TOUCH
+    estimate = Estimate(
+        xy=mean[order, :2],
+        force=mean[order, 2],
+        covariance=_together(fits, number, each, order),
+        chi2=float(fits.chi2[number]),
+        dof=freedom,
+        p_value=float(chdtrc(freedom, fits.chi2[number])),
+        result=Result.UNRESOLVABLE if reason else result,
+    )
+    return NetTouches(probability, touches, estimate, reason)
+
+
+def _together(fits: Fits, number: int, each: F64, order: F64) -> F64:
+    """Covariance (3n, 3n): that of the fit, scaled so that each touch has its own (n, 3, 3)."""
+    size = 3 * number
+    spread = fits.spread[number - 1, :size, :size].copy()
+    if not number:
+        return np.empty((0, 0))
+    scale = np.zeros((size, size))
+    for i in range(number):
+        block = slice(3 * i, 3 * i + 3)
+        own = np.linalg.cholesky(spread[block, block])
+        scale[block, block] = np.linalg.cholesky(each[i]) @ np.linalg.inv(own)
+    rows = (3 * order[:, None] + np.arange(3)).ravel()
+    whole = scale @ spread @ scale.T
+    return whole[np.ix_(rows, rows)]
+
+
+def prepare_reader(net: TouchNet, forward: LinearForward, max_touches: int = MOST) -> TouchReader:
+    """Prepare a net for a bench.
+
+    Parameters
+    ----------
+    net : TouchNet
+    forward : LinearForward
+        Of the amplitudes of a pattern.
+    max_touches : int
+        Of them the net is asked for.
+
+    Raises
+    ------
+    ValueError
+        The net knows fewer touches, another plate, or no bench like this one.
+    """
+    if not 1 <= max_touches <= MOST:
+        raise ValueError(
+            f"a touch net knows 1 to {MOST} touches, got max_touches {max_touches}; set"
+            f" touches.max_touches to {MOST} or leave the net out"
+        )
+    known, size = net.touches.size, forward.plate.size
+    if not np.allclose(known, size, rtol=0.01):
+        raise ValueError(
+            f"the touch net was trained on a plate of {known[0]:g} × {known[1]:g} mm, and this one"
+            f" has {size[0]:g} × {size[1]:g} mm; train another by 'touchplate train' or leave the"
+            " net out"
+        )
+    own = signature(forward, net.touches)
+    beyond = float(np.maximum(own - net.high, net.low - own).max())
+    if beyond > _SLACK:
+        raise ValueError(
+            f"the touch net was trained on benches whose responses differ from this one's by"
+            f" {100 * np.expm1(beyond):.0f} % at least; train another by 'touchplate train' or"
+            " leave the net out"
+        )
+    return reader_of(net.weights, net.touches, know(forward, net.touches), max_touches)
+
+
+class KnownForward(NamedTuple):
+    """A forward model whose whitening is folded in, and its maps."""
+
+    forward: LinearForward
+    maps: Maps
+
+
+def know(forward: LinearForward, touches: TouchRange) -> KnownForward:
+    """Prepare what the net reads of a bench."""
+    whole = folded(forward)
+    return KnownForward(whole, prepare_maps(whole, touches))
+
+
+def reader_of(
+    weights: Weights, touches: TouchRange, known: KnownForward, max_touches: int = MOST
+) -> TouchReader:
+    """Put weights before a bench."""
+    response = known.forward.response(grid(touches))
+    response /= np.linalg.norm(response, axis=1, keepdims=True)
+    return TouchReader(
+        weights=weights | _reading(weights, known.maps),
+        touches=touches,
+        forward=known.forward,
+        response=response.astype(np.float32),
+        sharpness=known.maps.sharpness,
+        max_touches=max_touches,
+    )
+
+
+def _reading(weights: Weights, maps: Maps) -> Weights:
+    """First layer of the proposals on a measurement itself."""
+    matrix, bias = weights["propose0.weight"], weights["propose0.bias"]
+    whole = matrix[:, : 2 * PLACES].astype(np.float64) @ maps.matrix.astype(np.float64)
+    return {
+        "propose0.weight": np.ascontiguousarray(whole.astype(np.float32)),
+        "propose0.bias": bias + np.float32(maps.sharpness) * matrix[:, -1],
+    }
+
+
+def signature(forward: LinearForward, touches: TouchRange) -> F32:
+    """What tells benches apart, (257,): logarithms of responses over the plate, and of their mean."""
+    norm = np.log(np.linalg.norm(forward.response(grid(touches)), axis=1))
+    return np.append(norm - norm.mean(), norm.mean()).astype(np.float32)
+
+
+@cache
+def shipped_touch_net() -> TouchNet:
+    """Return the net of the package, of the scene `touch-net`."""
+    return load_touch_net(SHIPPED_TOUCH_NET)
