@@ -248,6 +248,7 @@ from .scores.touch_score import (
 from .touch_net.benches import (
     DescribedBench as DescribedBench,
     bench_forward as bench_forward,
+    draw_bench as draw_bench,
 )
 from .touch_net.onnx import (
     touch_onnx as touch_onnx,

@@ -1,1 +1,1 @@
-"""The touch net: from what a whole pattern measured to touches, their number and how sure they are."""
+"""The touch net: from what a whole pattern measured to touches, their number and scatter."""

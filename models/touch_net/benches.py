@@ -33,7 +33,7 @@ class DescribedBench:
     pixels : (int, int)
     tile : int, px
     noise : float
-        Of a frame less its reference, over the root of the mean squared gradient of the pattern, px.
+        Of a frame less its reference, over the RMS of the pattern's gradient along x, px.
     """
 
     plate: fe.Plate

@@ -7,14 +7,14 @@ import numpy as np
 from models.arrays import F64, Mask
 from models.compiled import njit
 from models.touch_net.network import COUNT_FEATURES, TOUCH_FEATURES
-from models.touch_net.prior import MOST
+from models.touch_net.prior import MAX_TOUCHES
 from models.touch_net.unrolled import Fits
 
 FAR = 40.0  # of the logarithm of a density: less by more than this does not count
 
 
 def count_features(fits: Fits, preliminary: F64, sharpness: float) -> F64:
-    """What says how many touches there are, (32,).
+    """Gather what says how many touches there are, (32,).
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def count_features(fits: Fits, preliminary: F64, sharpness: float) -> F64:
 def touch_features(
     fits: Fits, number: int, certainty: float, strange: float, bounds: F64
 ) -> tuple[F64, F64]:
-    """What says how each of `number` touches scatters about its fit, (n, 27), and its unit.
+    """Gather what says how each of `number` touches scatters about its fit, and its unit.
 
     Parameters
     ----------
@@ -62,12 +62,16 @@ def touch_features(
     return _touch_features(
         fits.touches[row, :number],
         fits.spread[row, :size, :size],
-        fits.chi2[number],
-        fits.fall[row],
-        fits.weakest[row],
-        fits.apart[row],
-        certainty,
-        strange,
+        np.array(
+            [
+                fits.chi2[number],
+                fits.fall[row],
+                fits.weakest[row],
+                fits.apart[row],
+                certainty,
+                strange,
+            ]
+        ),
         bounds,
         fits.residual.shape[1],
     )
@@ -92,12 +96,12 @@ def _count_features(
     freedom: int,
 ) -> F64:
     found, best = np.zeros(COUNT_FEATURES), evidence.max()
-    for n in range(MOST + 1):
+    for n in range(MAX_TOUCHES + 1):
         found[n] = max(evidence[n] - best, -FAR) / 10.0
         found[5 + n] = max(preliminary[n], -FAR) / 5.0
         if n == 0 or fitted[n - 1]:
             found[10 + n] = _unusual(chi2[n], freedom - 3 * n) / 4.0
-    for n in range(MOST):
+    for n in range(MAX_TOUCHES):
         if fitted[n]:
             found[15 + n] = np.log1p(max(fall[n], 0.0)) / 4.0
             found[19 + n] = np.log(max(weakest[n], 1e-3)) / 8.0
@@ -111,15 +115,12 @@ def _count_features(
 def _touch_features(
     touches: F64,
     spread: F64,
-    chi2: float,
-    fall: float,
-    weakest: float,
-    apart: float,
-    certainty: float,
-    strange: float,
+    whole: F64,
     bounds: F64,
     freedom: int,
 ) -> tuple[F64, F64]:
+    """Fill the features; `whole` (6,) are those that all touches have in common."""
+    chi2, fall, weakest, apart, certainty, strange = whole
     number, side = len(touches), bounds[1] - bounds[0]
     found, factors = np.zeros((number, TOUCH_FEATURES)), np.empty((number, 3, 3))
     for i in range(number):

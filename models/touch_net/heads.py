@@ -2,6 +2,7 @@
 
 # Torch states its types in part.
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+# pyright: reportUnknownArgumentType=false
 
 from __future__ import annotations
 
@@ -9,12 +10,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from models.arrays import F32, I64
+from models.arrays import F32, F64, I64
 from models.scores.matching import pair
 from models.touch_net.features import touch_features
 from models.touch_net.network import COUNT, EACH, PARTS, TOUCH, Weights, run_torch
 from models.touch_net.posterior import FIRST, WIDTHS
-from models.touch_net.prior import MOST, TouchRange
+from models.touch_net.prior import MAX_TOUCHES, TouchRange
 from models.touch_net.touch_net import KnownForward, reader_of
 
 if TYPE_CHECKING:
@@ -54,8 +55,9 @@ def draw_fits(
     """Draw touches, each number as often as any other, and fit what proposals make of them."""
     reader = reader_of(weights, touches, bench)
     forward = bench.forward
-    counts, evidence, features, off = [], [], [], []
-    numbers = rng.integers(0, MOST + 1, size)
+    counts, evidence = list[F64](), list[F64]()
+    features, off = list[F64](), list[F64]()
+    numbers = rng.integers(0, MAX_TOUCHES + 1, size)
     for number in numbers.tolist():
         truth = touches.draw(rng, number)
         measured = truth[:, 2] @ forward.response(truth[:, :2])
@@ -72,7 +74,8 @@ def draw_fits(
         here, true = pair(seen.fits.touches[found - 1, :found, :2], truth[:, :2])
         apart = truth[true] - seen.fits.touches[found - 1, here]
         features.append(each[here])
-        off.append(np.linalg.solve(factors[here], apart[..., None])[..., 0])
+        white: F64 = np.linalg.solve(factors[here], apart[..., None])
+        off.append(white[..., 0])
     return DrawnFits(
         np.array(counts, np.float32),
         np.array(evidence, np.float32),
@@ -113,4 +116,3 @@ def scatter_loss(out: Tensor, off: Tensor) -> Tensor:
     square = one.square() + two.square() + three.square()
     each = weight - 0.5 * square - size.sum(dim=2)
     return -torch.logsumexp(each, dim=1).mean()
-

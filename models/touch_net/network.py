@@ -12,7 +12,7 @@ import numpy as np
 
 from models.arrays import F32
 from models.touch_net.maps import INPUTS
-from models.touch_net.prior import MOST
+from models.touch_net.prior import MAX_TOUCHES
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 Weights = dict[str, F32]
 
 WIDTH = 320  # neurons of the layers that propose
-SLOTS = MOST * (MOST + 1) // 2  # touches that are proposed: one, then two, three and four
+SLOTS = (
+    MAX_TOUCHES * (MAX_TOUCHES + 1) // 2
+)  # touches that are proposed: one, then two, three and four
 COUNT_FEATURES, COUNT_WIDTH = 32, 64
 TOUCH_FEATURES, TOUCH_WIDTH = 27, 64
 PARTS = 4  # normal distributions that are mixed
@@ -37,10 +39,10 @@ def shapes() -> dict[str, tuple[int, ...]]:
         "propose0": (WIDTH, INPUTS),
         "propose1": (WIDTH, WIDTH),
         "propose2": (WIDTH, WIDTH),
-        "propose": (3 * SLOTS + MOST + 1, WIDTH),
+        "propose": (3 * SLOTS + MAX_TOUCHES + 1, WIDTH),
         "count0": (COUNT_WIDTH, COUNT_FEATURES),
         "count1": (COUNT_WIDTH, COUNT_WIDTH),
-        "count": (MOST + 1, COUNT_WIDTH),
+        "count": (MAX_TOUCHES + 1, COUNT_WIDTH),
         "touch0": (TOUCH_WIDTH, TOUCH_FEATURES),
         "touch1": (TOUCH_WIDTH, TOUCH_WIDTH),
         "touch": (EACH * PARTS, TOUCH_WIDTH),
@@ -66,7 +68,8 @@ def run(weights: Weights, hidden: tuple[str, ...], out: str, x: F32) -> F32:
     """Run layers `hidden` with SiLU between, and the layer `out`, on rows (…, in)."""
     for name in hidden:
         x = x @ weights[f"{name}.weight"].T + weights[f"{name}.bias"]
-        x = 0.5 * x * (1.0 + np.tanh(0.5 * x))
+        gate = 1.0 + np.tanh(0.5 * x)
+        x = (0.5 * x * gate).astype(np.float32, copy=False)
     return x @ weights[f"{out}.weight"].T + weights[f"{out}.bias"]
 
 

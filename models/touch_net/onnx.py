@@ -48,10 +48,10 @@ def touch_onnx(net: TouchNet) -> ModelProto:
         onnx is not installed.
     """
     require_onnx()
-    from onnx import TensorProto, checker, helper, numpy_helper
+    from onnx import TensorProto, ValueInfoProto, checker, helper, numpy_helper
 
     nodes: list[NodeProto] = []
-    inputs, outputs = [], []
+    inputs, outputs = list[ValueInfoProto](), list[ValueInfoProto]()
     for name, size, hidden, last, out in _WAYS:
         rows = f"{name}_rows"
         nodes += _layers(name, hidden, last, out)

@@ -1,13 +1,17 @@
 """What a touch net says of a measurement: how many touches, and where each may be."""
 
+# SciPy states its types in part.
+# pyright: reportUnknownArgumentType=false, reportUnknownVariableType=false
+
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtr, softmax
+from scipy.special import ndtr
 
-from models.arrays import F64
+from models.arrays import F32, F64
+from models.compiled import njit
 from models.touch_net.network import EACH, PARTS
 
 
@@ -29,15 +33,13 @@ class Mixture:
 
     def moments(self) -> tuple[F64, F64]:
         """Mean (n, 3) and covariance (n, 3, 3) of each touch."""
-        mean = np.einsum("np,npk->nk", self.weight, self.mean)
-        off = self.mean - mean[:, None]
-        each = self.factor @ self.factor.transpose(0, 1, 3, 2) + off[..., None] * off[..., None, :]
-        return mean, np.einsum("np,npij->nij", self.weight, each)
+        return _moments(self.weight, self.mean, self.factor)
 
     def below(self, touches: F64) -> F64:
         """Probability that x, y and F of each touch lie below those of `touches` (n, 3)."""
         sigma = np.sqrt(np.square(self.factor).sum(axis=3))
-        return np.einsum("np,npk->nk", self.weight, ndtr((touches[:, None] - self.mean) / sigma))
+        lower: F64 = ndtr((touches[:, None] - self.mean) / sigma)
+        return np.einsum("np,npk->nk", self.weight, lower)
 
     def draw(self, rng: np.random.Generator, count: int) -> F64:
         """Draw each touch `count` times, (count, n, 3)."""
@@ -49,16 +51,57 @@ class Mixture:
         return self.mean[row, part] + (self.factor[row, part] @ white)[..., 0]
 
 
-def mixture(out: F64, fitted: F64, factors: F64) -> Mixture:
+def mixture(out: F32 | F64, fitted: F64, factors: F64) -> Mixture:
     """Read the net's numbers (n, 40) about fits (n, 3) in units of their factors (n, 3, 3)."""
     raw = out.astype(np.float64).reshape(len(out), PARTS, EACH)
-    factor = np.zeros((len(out), PARTS, 3, 3))
-    factor[..., (1, 2, 2), (0, 0, 1)] = raw[..., 7:]
-    factor[..., (0, 1, 2), (0, 1, 2)] = np.exp(np.clip(raw[..., 4:7] + WIDTHS[:, None], -6.0, 6.0))
-    mean = fitted[:, None] + np.einsum("nij,npj->npi", factors, raw[..., 1:4])
-    return Mixture(softmax(raw[..., 0] + FIRST, axis=1), mean, factors[:, None] @ factor)
+    return Mixture(*_mixed(raw, fitted, factors, WIDTHS, FIRST))
 
 
 WIDTHS = np.log([1.0, 1.5, 4.0, 20.0])
 FIRST = np.log([0.9, 0.07, 0.02, 0.01])
 """Widths of the parts over what was fitted, and their weights, before any training."""
+
+
+@njit(cache=True, nogil=True)
+def _mixed(raw: F64, fitted: F64, factors: F64, widths: F64, first: F64) -> tuple[F64, F64, F64]:
+    """Weights (n, P), means (n, P, 3) and factors (n, P, 3, 3) of numbers (n, P, 10)."""
+    number, parts = raw.shape[:2]
+    weight, mean = np.empty((number, parts)), np.empty((number, parts, 3))
+    factor = np.empty((number, parts, 3, 3))
+    for i in range(number):
+        own = raw[i, :, 0] + first
+        weight[i] = np.exp(own - own.max())
+        weight[i] /= weight[i].sum()
+        for p in range(parts):
+            numbers, lower = raw[i, p], np.zeros((3, 3))
+            for k in range(3):
+                lower[k, k] = np.exp(min(max(numbers[4 + k] + widths[p], -6.0), 6.0))
+            lower[1, 0], lower[2, 0], lower[2, 1] = numbers[7], numbers[8], numbers[9]
+            mean[i, p] = fitted[i] + factors[i] @ numbers[1:4]
+            factor[i, p] = factors[i] @ lower
+    return weight, mean, factor
+
+
+@njit(cache=True, nogil=True)
+def _moments(weight: F64, mean: F64, factor: F64) -> tuple[F64, F64]:
+    """Mean (n, 3) and covariance (n, 3, 3)."""
+    number = len(weight)
+    middle, spread = np.zeros((number, 3)), np.zeros((number, 3, 3))
+    for i in range(number):
+        for p in range(weight.shape[1]):
+            middle[i] += weight[i, p] * mean[i, p]
+        for p in range(weight.shape[1]):
+            off = mean[i, p] - middle[i]
+            spread[i] += weight[i, p] * (factor[i, p] @ factor[i, p].T + np.outer(off, off))
+    return middle, spread
+
+
+@njit(cache=True, nogil=True)
+def with_blocks(spread: F64, each: F64) -> F64:
+    """Scale a covariance (3n, 3n) so that the touches have their own (n, 3, 3) on its diagonal."""
+    scale = np.zeros_like(spread)
+    for i in range(len(each)):
+        block = slice(3 * i, 3 * i + 3)
+        own = np.linalg.cholesky(np.ascontiguousarray(spread[block, block]))
+        scale[block, block] = np.linalg.cholesky(each[i]) @ np.linalg.inv(own)
+    return scale @ spread @ scale.T

@@ -8,7 +8,7 @@ import numpy as np
 
 from models.arrays import F64
 
-MOST = 4
+MAX_TOUCHES = 4
 """Touches at once that a touch net knows."""
 
 

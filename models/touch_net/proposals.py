@@ -9,7 +9,7 @@ import numpy as np
 
 from models.arrays import F32, F64
 from models.touch_net.network import SLOTS
-from models.touch_net.prior import MOST, TouchRange
+from models.touch_net.prior import MAX_TOUCHES, TouchRange
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -43,7 +43,7 @@ def proposal_loss(out: Tensor, true: Tensor, number: Tensor) -> Tensor:
 
     scaled = out[:, : 3 * SLOTS].tanh().reshape(-1, SLOTS, 3)
     total = 0.3 * cross_entropy(out[:, 3 * SLOTS :], number, reduction="sum")
-    for n in range(1, MOST + 1):
+    for n in range(1, MAX_TOUCHES + 1):
         chosen = number == n
         if chosen.any():
             total = total + _set_loss(scaled[chosen, slots(n)], true[chosen, :n])

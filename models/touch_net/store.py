@@ -112,8 +112,8 @@ def load_touch_net(path: str | Path) -> TouchNet:
         )
     if checksum != _sum(arrays, text) or not _sound(arrays):
         raise ValueError(f"net file {path} is damaged; delete it and {_AGAIN}")
-    (a, b), margin, (least, largest) = said["touches"]
-    touches = TouchRange((float(a), float(b)), float(margin), (float(least), float(largest)))
+    (a, b), margin, (low, high) = said["touches"]
+    touches = TouchRange((float(a), float(b)), float(margin), (float(low), float(high)))
     weights: Weights = {name: arrays[name] for name in shapes()}
     return TouchNet(weights, touches, arrays["low"], arrays["high"], said["about"])
 

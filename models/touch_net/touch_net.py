@@ -1,4 +1,7 @@
-"""Touches from what a pattern measured, by the touch net: no search, a fixed number of operations."""
+"""Touches from what a pattern measured, by the touch net: no search, a fixed amount of work."""
+
+# SciPy states its types in part.
+# pyright: reportUnknownArgumentType=false
 
 from __future__ import annotations
 
@@ -8,26 +11,26 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import chdtrc, log_softmax, softmax
+from scipy.special import chdtrc
 
-from models.arrays import F32, F64, Mask
+from models.arrays import F32, F64, I64, Mask
 from models.estimate import Estimate, Result
 from models.forward.linear import LinearForward
 from models.touch_net.features import FAR, count_features, touch_features
 from models.touch_net.maps import PLACES, Maps, grid, prepare_maps
 from models.touch_net.network import COUNT, PROPOSE, SLOTS, TOUCH, Weights, run
-from models.touch_net.posterior import Mixture, mixture
-from models.touch_net.prior import MOST, TouchRange
-from models.touch_net.proposals import proposed_touches
+from models.touch_net.posterior import Mixture, mixture, with_blocks
+from models.touch_net.prior import MAX_TOUCHES, TouchRange
+from models.touch_net.proposals import proposed_touches, slots
 from models.touch_net.store import TouchNet, load_touch_net
-from models.touch_net.unrolled import Fits, fit_all, folded
+from models.touch_net.unrolled import Fits, fit_all, fit_number, folded
 
 SHIPPED_TOUCH_NET = Path(__file__).with_name("weights.npz")
 
-LIKELY = -7.0  # logarithm of how likely a number of touches must seem before it is fitted
+LIKELY = -5.0  # logarithm of how likely a number of touches must seem before it is fitted
 UNUSUAL = 6.0  # standard deviations of χ² above its mean: what a fit does not explain
 STRANGE = 5.0  # standard deviations that one touch more would explain of what is left
-_SLACK = 0.15  # of the logarithm of a response, beyond those of the training
+_SLACK = 0.15  # of the logarithm of a response beyond those of the training, or half their range
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +135,7 @@ class TouchReader:
     def look(self, measured: F64) -> Looked:
         """Propose touches, fit them, and say how likely each number is."""
         out = run(self.weights, PROPOSE, "propose", measured.astype(np.float32))
-        preliminary = log_softmax(out[3 * SLOTS :].astype(np.float64))
+        preliminary = log_probabilities(out[3 * SLOTS :].astype(np.float64))
         likely: Mask = preliminary[1:] > LIKELY
         likely[self.max_touches :] = False
         proposed = proposed_touches(out, self.touches)
@@ -141,8 +144,14 @@ class TouchReader:
         logits = np.maximum(fits.evidence - fits.evidence.max(), -FAR)
         change = run(self.weights, COUNT, "count", features.astype(np.float32))
         there = np.append(True, likely)
-        probability = softmax(np.where(there, logits + change, -FAR))
+        probability = np.exp(log_probabilities(np.where(there, logits + change, -FAR)))
         return Looked(fits, features, logits, probability)
+
+    def after(self, measured: F64, number: int, steps: int) -> F64:
+        """Touches (n, 3) of which the number is known, after so many steps from their proposal."""
+        out = run(self.weights, PROPOSE, "propose", measured.astype(np.float32))
+        begun = proposed_touches(out, self.touches)[slots(number)]
+        return fit_number(self.forward.table, measured, begun, self.touches, steps)
 
     def strangeness(self, residual: F64) -> float:
         """Largest part of a residual that one touch more would explain, standard deviations."""
@@ -155,6 +164,12 @@ class TouchReader:
         features, factors = touch_features(fits, number, certainty, strange, self.touches.bounds)
         out = run(self.weights, TOUCH, "touch", features.astype(np.float32))
         return mixture(out, fits.touches[number - 1, :number], factors)
+
+
+def log_probabilities(logits: F64) -> F64:
+    """Logarithms of probabilities, of logits (n,) that are not normalised."""
+    above = logits - logits.max()
+    return above - np.log(np.exp(above).sum())
 
 
 def _reason(chi2: float, freedom: int, strange: float) -> str:
@@ -173,39 +188,36 @@ def _described(
 ) -> NetTouches:
     """Sort touches by x, then y, and state their means and covariance."""
     mean, each = found.moments()
-    order = np.lexsort((mean[:, 1], mean[:, 0]))
+    order: I64 = np.lexsort((mean[:, 1], mean[:, 0])).astype(np.int64)
     touches = Mixture(found.weight[order], found.mean[order], found.factor[order])
     freedom = max(fits.residual.shape[1] - 3 * number, 1)
+    chi2 = float(fits.chi2[number])
     result = Result.FOUND if number else Result.NO_TOUCH
     estimate = Estimate(
         xy=mean[order, :2],
         force=mean[order, 2],
         covariance=_together(fits, number, each, order),
-        chi2=float(fits.chi2[number]),
+        chi2=chi2,
         dof=freedom,
-        p_value=float(chdtrc(freedom, fits.chi2[number])),
+        p_value=float(chdtrc(freedom, chi2)),
         result=Result.UNRESOLVABLE if reason else result,
     )
     return NetTouches(probability, touches, estimate, reason)
 
 
-def _together(fits: Fits, number: int, each: F64, order: F64) -> F64:
-    """Covariance (3n, 3n): that of the fit, scaled so that each touch has its own (n, 3, 3)."""
+def _together(fits: Fits, number: int, each: F64, order: I64) -> F64:
+    """Covariance (3n, 3n) of sorted touches: that of the fit, each touch with its own (3, 3)."""
     size = 3 * number
-    spread = fits.spread[number - 1, :size, :size].copy()
     if not number:
         return np.empty((0, 0))
-    scale = np.zeros((size, size))
-    for i in range(number):
-        block = slice(3 * i, 3 * i + 3)
-        own = np.linalg.cholesky(spread[block, block])
-        scale[block, block] = np.linalg.cholesky(each[i]) @ np.linalg.inv(own)
+    whole = with_blocks(np.ascontiguousarray(fits.spread[number - 1, :size, :size]), each)
     rows = (3 * order[:, None] + np.arange(3)).ravel()
-    whole = scale @ spread @ scale.T
-    return whole[np.ix_(rows, rows)]
+    return whole[rows[:, None], rows]
 
 
-def prepare_reader(net: TouchNet, forward: LinearForward, max_touches: int = MOST) -> TouchReader:
+def prepare_reader(
+    net: TouchNet, forward: LinearForward, max_touches: int = MAX_TOUCHES
+) -> TouchReader:
     """Prepare a net for a bench.
 
     Parameters
@@ -221,10 +233,10 @@ def prepare_reader(net: TouchNet, forward: LinearForward, max_touches: int = MOS
     ValueError
         The net knows fewer touches, another plate, or no bench like this one.
     """
-    if not 1 <= max_touches <= MOST:
+    if not 1 <= max_touches <= MAX_TOUCHES:
         raise ValueError(
-            f"a touch net knows 1 to {MOST} touches, got max_touches {max_touches}; set"
-            f" touches.max_touches to {MOST} or leave the net out"
+            f"a touch net knows 1 to {MAX_TOUCHES} touches, got max_touches {max_touches}; set"
+            f" touches.max_touches to {MAX_TOUCHES} or leave the net out"
         )
     known, size = net.touches.size, forward.plate.size
     if not np.allclose(known, size, rtol=0.01):
@@ -234,12 +246,13 @@ def prepare_reader(net: TouchNet, forward: LinearForward, max_touches: int = MOS
             " net out"
         )
     own = signature(forward, net.touches)
-    beyond = float(np.maximum(own - net.high, net.low - own).max())
-    if beyond > _SLACK:
+    outside = np.maximum(own - net.high, net.low - own)
+    beyond = float((outside - np.maximum(_SLACK, 0.5 * (net.high - net.low))).max())
+    if beyond > 0.0:
         raise ValueError(
-            f"the touch net was trained on benches whose responses differ from this one's by"
-            f" {100 * np.expm1(beyond):.0f} % at least; train another by 'touchplate train' or"
-            " leave the net out"
+            f"the touch net was trained on benches whose responses are all"
+            f" {100 * np.expm1(float(outside.max())):.0f} % off this one's, somewhere on the plate;"
+            " train another by 'touchplate train' or leave the net out"
         )
     return reader_of(net.weights, net.touches, know(forward, net.touches), max_touches)
 
@@ -258,7 +271,7 @@ def know(forward: LinearForward, touches: TouchRange) -> KnownForward:
 
 
 def reader_of(
-    weights: Weights, touches: TouchRange, known: KnownForward, max_touches: int = MOST
+    weights: Weights, touches: TouchRange, known: KnownForward, max_touches: int = MAX_TOUCHES
 ) -> TouchReader:
     """Put weights before a bench."""
     response = known.forward.response(grid(touches))
@@ -277,14 +290,13 @@ def _reading(weights: Weights, maps: Maps) -> Weights:
     """First layer of the proposals on a measurement itself."""
     matrix, bias = weights["propose0.weight"], weights["propose0.bias"]
     whole = matrix[:, : 2 * PLACES].astype(np.float64) @ maps.matrix.astype(np.float64)
-    return {
-        "propose0.weight": np.ascontiguousarray(whole.astype(np.float32)),
-        "propose0.bias": bias + np.float32(maps.sharpness) * matrix[:, -1],
-    }
+    even = bias + maps.sharpness * matrix[:, -1]
+    found = {"propose0.weight": whole, "propose0.bias": even}
+    return {name: np.ascontiguousarray(array, dtype=np.float32) for name, array in found.items()}
 
 
 def signature(forward: LinearForward, touches: TouchRange) -> F32:
-    """What tells benches apart, (257,): logarithms of responses over the plate, and of their mean."""
+    """Compute what tells benches apart, (257,): logarithms of responses, and of their mean."""
     norm = np.log(np.linalg.norm(forward.response(grid(touches)), axis=1))
     return np.append(norm - norm.mean(), norm.mean()).astype(np.float32)
 

@@ -17,7 +17,7 @@ from models.touch_net.benches import DescribedBench, bench_forward, draw_bench
 from models.touch_net.descent import Descent
 from models.touch_net.heads import draw_fits, head_loss
 from models.touch_net.network import PROPOSE, first_weights, run_torch, shapes
-from models.touch_net.prior import MOST, TouchRange
+from models.touch_net.prior import MAX_TOUCHES, TouchRange
 from models.touch_net.proposals import proposal_loss
 from models.touch_net.store import TouchNet
 from models.touch_net.touch_net import KnownForward, know, signature
@@ -50,7 +50,7 @@ class TouchNetRecipe:
     """
 
     steps: int = 20000
-    head_steps: int = 2500
+    head_steps: int = 5000
     seed: int = 17
     batch: int = 512
     head_batch: int = 128
@@ -114,14 +114,14 @@ def train_touch_net(
         if checkpoint is not None and state.step % checkpoint.every == 0:
             checkpoint.save(state.arrays() | {"task": np.array(task)})
     seen = np.array([signature(each.forward, touches) for each in benches])
-    about = {"bench": _plain(described), "recipe": asdict(recipe)}
+    about: dict[str, object] = {"bench": _plain(described), "recipe": asdict(recipe)}
     about["cpu_seconds"] = round(state.seconds, 1)
     net = TouchNet(state.average(), touches, seen.min(axis=0), seen.max(axis=0), about)
     return TrainedTouchNet(net, np.array(state.history), state.seconds)
 
 
 def _plain(described: DescribedBench) -> dict[str, object]:
-    """What names a bench, as plain values."""
+    """State what names a bench, as plain values."""
     plate = described.plate
     return {
         "size": list(plate.size),
@@ -142,7 +142,7 @@ def _benches(
     recipe: TouchNetRecipe,
     rng: np.random.Generator,
 ) -> list[KnownForward]:
-    """The bench that is described, and those that are drawn about it."""
+    """Prepare the bench that is described, and those that are drawn about it."""
     drawn = [bench_forward(described)]
     drawn += [draw_bench(described, rng) for _ in range(recipe.benches)]
     return [know(forward, touches) for forward in drawn]
@@ -189,9 +189,9 @@ def draw_batch(
     bench: KnownForward, touches: TouchRange, size: int, rng: np.random.Generator
 ) -> TouchBatch:
     """Draw touches and what a bench measures of them."""
-    number = rng.choice(MOST + 1, size, p=_OFTEN)
-    truth = touches.draw(rng, size * MOST).reshape(size, MOST, 3)
-    there = np.arange(MOST) < number[:, None]
+    number = rng.choice(MAX_TOUCHES + 1, size, p=_OFTEN)
+    truth = touches.draw(rng, size * MAX_TOUCHES).reshape(size, MAX_TOUCHES, 3)
+    there = np.arange(MAX_TOUCHES) < number[:, None]
     row, pressed = np.nonzero(there)[0], truth[there]
     response = bench.forward.response(pressed[:, :2])
     measured = rng.standard_normal((size, response.shape[1]))

@@ -1,7 +1,7 @@
-"""The fixed layers of the touch net: some steps of Gauss and Newton, as many for every measurement.
+"""The fixed layers of the touch net: steps of Gauss and Newton, as many for every measurement.
 
-They are no search: each number of touches has its own proposal, takes `STEPS` damped steps from there on
-the exact derivatives, and keeps the best place that it came by. Nothing is begun anew.
+They are no search: each number of touches has its own proposal, takes `STEPS` damped steps from
+there on the exact derivatives, and keeps the best place that it came by. Nothing is begun anew.
 """
 
 from __future__ import annotations
@@ -23,10 +23,12 @@ from models.inverse.normal_equations import (
     factorise,
     inverse,
 )
-from models.touch_net.prior import MOST, TouchRange
+from models.touch_net.prior import MAX_TOUCHES, TouchRange
 
-STEPS = 10
+STEPS = 16
 _FIRST, _LAST = 0.03, 1e-4  # damping of the first step and of the last, in parts of the diagonal
+_FADING = 0.53  # of the damping from one step to the next
+_CONVERGED = 1e-3  # change of χ² after which further steps change nothing
 _REACH = 0.2  # of the plate's sides, the longest step of a touch
 
 
@@ -96,6 +98,13 @@ def fit_all(
     return Fits(*_fit_all(table, measured, proposed, likely, bounds, volume, STEPS))
 
 
+def fit_number(
+    table: ForwardTable, measured: F64, proposed: F64, touches: TouchRange, steps: int
+) -> F64:
+    """Take so many steps from proposed touches (n, 3)."""
+    return _unroll(table, measured, proposed, touches.bounds, steps)[0]
+
+
 @njit(cache=True, nogil=True)
 def _fit_all(
     table: ForwardTable,
@@ -106,14 +115,17 @@ def _fit_all(
     log_volume: float,
     steps: int,
 ) -> tuple[F64, F64, F64, F64, F64, F64, F64, F64, Mask]:
-    touches, spread = np.zeros((MOST, MOST, 3)), np.zeros((MOST, 3 * MOST, 3 * MOST))
-    chi2, evidence = np.full(MOST + 1, 1e9), np.full(MOST + 1, -1e9)
-    fall, weakest, apart = np.zeros(MOST), np.ones(MOST), np.ones(MOST)
-    left = np.zeros((MOST, len(measured)))
+    touches, spread = (
+        np.zeros((MAX_TOUCHES, MAX_TOUCHES, 3)),
+        np.zeros((MAX_TOUCHES, 3 * MAX_TOUCHES, 3 * MAX_TOUCHES)),
+    )
+    chi2, evidence = np.full(MAX_TOUCHES + 1, 1e9), np.full(MAX_TOUCHES + 1, -1e9)
+    fall, weakest, apart = np.zeros(MAX_TOUCHES), np.ones(MAX_TOUCHES), np.ones(MAX_TOUCHES)
+    left = np.zeros((MAX_TOUCHES, len(measured)))
     chi2[0] = measured @ measured
     evidence[0] = -0.5 * chi2[0]
     orders = 0.0
-    for n in range(1, MOST + 1):
+    for n in range(1, MAX_TOUCHES + 1):
         orders += np.log(n)
         if not likely[n - 1]:
             continue
@@ -134,30 +146,38 @@ def _fit_all(
 def _unroll(
     table: ForwardTable, measured: F64, touches: F64, bounds: F64, steps: int
 ) -> tuple[F64, F64, F64, float, float]:
-    """Take the steps; the best touches, their jacobian and residual, χ², and by how much the last one fell."""
+    """Take the steps: the best touches, jacobian, residual, χ², and by how much it fell last."""
     mean, precision = _wide(bounds)
-    side = bounds[1] - bounds[0]
     touches = clipped_step(touches, np.zeros(touches.size), bounds)
     best, best_jacobian, left = touches, np.empty((0, 0)), measured
-    least, before = np.inf, np.inf
+    lowest, before, last = np.inf, np.inf, np.inf
     for step in range(steps + 1):
         predicted, jacobian = read_touches(table, touches)
         residual = measured - predicted
-        cost = residual @ residual
-        if cost < least or step == 0:
-            before = least
-            best, best_jacobian, left, least = touches, jacobian, residual, cost
-        if step == steps:
+        cost = float(residual @ residual)
+        if cost < lowest or step == 0:
+            before = lowest
+            best, best_jacobian, left, lowest = touches, jacobian, residual, cost
+        if step == steps or abs(last - cost) < _CONVERGED:
             break
+        last = cost
         normal, slope = assemble(jacobian, residual, touches, mean, precision)
         held = active_bounds(touches, slope, bounds)
-        damping = _FIRST * (_LAST / _FIRST) ** (step / max(steps - 1, 1))
+        damping = max(_FIRST * _FADING**step, _LAST)
         move = damped_step(normal, slope, held, damping)
-        for k in range(len(move)):
-            reach = _REACH * side[k % 3] * (1.0 if k % 3 < 2 else 5.0)
-            move[k] = min(max(move[k], -reach), reach)
-        touches = clipped_step(touches, move, bounds)
-    return best, best_jacobian, left, least, min(before - least, 1e6)
+        touches = clipped_step(touches, _limited(move, bounds), bounds)
+    return best, best_jacobian, left, lowest, min(before - lowest, 1e6)
+
+
+@njit(cache=True, nogil=True)
+def _limited(move: F64, bounds: F64) -> F64:
+    """Hold a step (3n,) back that leads too far across the plate, or beyond all forces."""
+    limited = move.copy()
+    for k in range(len(move)):
+        side = bounds[1, k % 3] - bounds[0, k % 3]
+        reach = _REACH * side if k % 3 < 2 else side
+        limited[k] = min(max(move[k], -reach), reach)
+    return limited
 
 
 @njit(cache=True, nogil=True)
@@ -168,7 +188,7 @@ def _wide(bounds: F64) -> tuple[F64, F64]:
 
 @njit(cache=True, nogil=True)
 def _spread(jacobian: F64, bounds: F64) -> tuple[F64, float]:
-    """Covariance (3n, 3n) with a wide prior, and half the logarithm of its inverse's determinant."""
+    """Covariance (3n, 3n) with a wide prior, and half the log determinant of its inverse."""
     _, precision = _wide(bounds)
     fisher = jacobian @ jacobian.T
     size = len(fisher)

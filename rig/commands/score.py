@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rig.commands.output import emit, progress
-from rig.commands.score_touch_net import score_touch_net, touch_net_file
 from rig.commands.score_table import table, touch_table, write_map
+from rig.commands.score_touch_net import score_touch_net, touch_net_file
 from rig.scene import parse_overrides
 from rig.training.data import model_path
 from rig.training.model_score import Scored, is_recording, score_model, score_recording

@@ -11,6 +11,7 @@ from rig.commands.output import emit
 from rig.training.data import model_path
 from rig.training.touch_net_score import (
     NumberScore,
+    TouchReading,
     bench_of,
     draw_readings,
     flat,
@@ -19,7 +20,7 @@ from rig.training.touch_net_score import (
     number_score,
     ranks,
 )
-from rig.training.touch_nets import MOST
+from rig.training.touch_nets import MAX_TOUCHES
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -62,9 +63,9 @@ def score_touch_net(path: Path, report: Callable[[int, int], None], as_json: boo
 
     net = load_touch_net(path)
     scene = bench_of(net, path)
-    forward, readings, rows = forward_of(scene), [], []
-    for number in range(MOST + 1):
-        report(number, MOST + 1)
+    forward, readings, rows = forward_of(scene), list[TouchReading](), list[NumberScore]()
+    for number in range(MAX_TOUCHES + 1):
+        report(number, MAX_TOUCHES + 1)
         found = draw_readings(net, forward, number, SAMPLES, SEED)
         rows.append(number_score(found))
         readings += found

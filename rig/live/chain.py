@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from dic import TileBlocks, TileReference, prepare_blocks, prepare_tiles
-from models import Estimator, ImageMotions, TilePattern, TouchNet, prepare_pattern
+from models import Estimator, ImageMotions, TilePattern, prepare_pattern
 from rig.live.baseline import ReferenceFrame
 from rig.live.illumination import without_gain_offset
 from rig.live.known_bench import KnownBench
@@ -16,6 +17,9 @@ from rig.live.plate_in_time import Past, PlateInTime
 from rig.live.touch_start import TouchStart, prepare_start
 from rig.live.visibility import MaskedModels
 from rig.system.arrays import F64
+
+if TYPE_CHECKING:
+    import models
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +64,7 @@ def prepare_chain(
     max_touches: int,
     known: KnownBench | None = None,
     in_time: PlateInTime | None = None,
-    net: TouchNet | None = None,
+    net: models.TouchNet | None = None,
 ) -> Chain:
     """Prepare the chain for a reference, on a bench of which so much is known."""
     tile_reference, noise = prepare_tiles(reference.image, motions.tiles.size), reference.noise

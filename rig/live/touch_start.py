@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from models import Estimator, LinearForward, prepare_reader
 from rig.scene import Scene
 from rig.scene.sensing import PatternEstimator
 from rig.system.arrays import F64, Mask
@@ -54,7 +53,7 @@ def touch_net_of(scene: Scene, theory: str, *, exact: bool) -> models.TouchNet |
     return shipped_touch_net() if estimator.start == "net" else load_touch_net(estimator.start)
 
 
-def prepare_start(net: models.TouchNet, estimator: Estimator) -> TouchStart:
+def prepare_start(net: models.TouchNet, estimator: models.Estimator) -> TouchStart:
     """Prepare a net for the pattern of a reference.
 
     Raises
@@ -62,6 +61,8 @@ def prepare_start(net: models.TouchNet, estimator: Estimator) -> TouchStart:
     ValueError
         The net knows another plate or fewer touches, or the forward model is not linear.
     """
+    from models import LinearForward, prepare_reader
+
     if not isinstance(estimator.forward, LinearForward):
         raise ValueError(
             f"a touch net reads a linear forward model, got a {type(estimator.forward).__name__};"
@@ -70,9 +71,7 @@ def prepare_start(net: models.TouchNet, estimator: Estimator) -> TouchStart:
     return TouchStart(prepare_reader(net, estimator.forward, estimator.max_touches))
 
 
-def begin(
-    start: TouchStart | None, measured: F64, followed: F64, hidden: Mask
-) -> tuple[F64, str]:
+def begin(start: TouchStart | None, measured: F64, followed: F64, hidden: Mask) -> tuple[F64, str]:
     """Say where to begin: at touches that are followed (n, 3), or at those that the net proposes.
 
     Returns

@@ -16,7 +16,7 @@ class TouchNetSection(Section):
 
     steps: Count = Field(20000, ge=1, description="steps of the net that proposes touches")
     head_steps: Count = Field(
-        2500, ge=1, description="steps of the net that looks at how proposals fit, after those"
+        5000, ge=1, description="steps of the net that looks at how proposals fit, after those"
     )
     seed: Count = Field(17, ge=0, description="seed of weights, benches and touches")
     batch: Count = Field(512, ge=1, le=65536, description="measurements a step")

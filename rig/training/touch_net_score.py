@@ -1,4 +1,4 @@
-"""How well a touch net reads drawn measurements, beside the solver, and whether its σ are honest."""
+"""How well a touch net reads drawn measurements, beside the solver, and how honest its σ are."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from rig.scene import Scene
 from rig.scene.refusal import sentence
 from rig.system.arrays import F64, I64
-from rig.training.touch_nets import MOST, described_bench
+from rig.training.touch_nets import MAX_TOUCHES, described_bench
 
 if TYPE_CHECKING:
     from models import Estimate, Estimator, LinearForward, NetTouches, TouchNet, TouchReader
@@ -22,7 +22,7 @@ BINS = 20  # of the ranks, so that each is of ten
 
 
 @dataclass(frozen=True, eq=False)
-class Reading:
+class TouchReading:
     """One measurement: what was there, and what net and solver say.
 
     Attributes
@@ -98,12 +98,12 @@ def forward_of(scene: Scene) -> LinearForward:
 
 def draw_readings(
     net: TouchNet, forward: LinearForward, number: int, samples: int, seed: int
-) -> list[Reading]:
+) -> list[TouchReading]:
     """Draw measurements of so many touches and read each by net and solver."""
     from models import Estimator, covariance, prepare_reader
 
-    reader, solver = prepare_reader(net, forward), Estimator(forward, max_touches=MOST)
-    rng, found = np.random.default_rng((seed, number)), list[Reading]()
+    reader, solver = prepare_reader(net, forward), Estimator(forward, max_touches=MAX_TOUCHES)
+    rng, found = np.random.default_rng((seed, number)), list[TouchReading]()
     for _ in range(samples):
         truth = net.touches.draw(rng, number)
         measured = rng.standard_normal(len(reader.response[0]))
@@ -118,9 +118,9 @@ def draw_readings(
 
 def read(
     reader: TouchReader, solver: Estimator, measured: F64, truth: F64, bound: F64
-) -> Reading:
+) -> TouchReading:
     """Read one measurement by net and solver."""
-    return Reading(truth, bound, reader.read(measured), solver.fit_whitened(measured))
+    return TouchReading(truth, bound, reader.read(measured), solver.fit_whitened(measured))
 
 
 def place_bound(covariance: F64) -> F64:
@@ -129,7 +129,7 @@ def place_bound(covariance: F64) -> F64:
     return np.sqrt(variance[:, 0] + variance[:, 1])
 
 
-def number_score(readings: list[Reading]) -> NumberScore:
+def number_score(readings: list[TouchReading]) -> NumberScore:
     """Figures of measurements of the same number of touches."""
     number = len(readings[0].truth)
     right = [each.known for each in readings]
@@ -153,18 +153,18 @@ def number_score(readings: list[Reading]) -> NumberScore:
     )
 
 
-def place_errors(readings: list[Reading], who: str) -> tuple[list[F64], list[F64]]:
+def place_errors(readings: list[TouchReading], who: str) -> tuple[list[F64], list[F64]]:
     """Distances of `net` or `solver`, mm, and their bounds, by the true touches."""
     errors, bounds = list[F64](), list[F64]()
     for each in readings:
         found = each.net.estimate if who == "net" else each.solver
-        here, true = _pair(found.xy, each.truth[:, :2])
+        here, true = pair_places(found.xy, each.truth[:, :2])
         errors.append(np.linalg.norm(found.xy[here] - each.truth[true, :2], axis=1))
         bounds.append(each.bound[true])
     return errors, bounds
 
 
-def ranks(readings: list[Reading], seed: int) -> F64:
+def ranks(readings: list[TouchReading], seed: int) -> F64:
     """Rank of the truth among draws of the posterior, of x, y, F of one touch each, (k, 3).
 
     Of measurements whose number is right; the touch is drawn. After Talts et al. (2018).
@@ -173,15 +173,15 @@ def ranks(readings: list[Reading], seed: int) -> F64:
     for each in readings:
         if not len(each.truth) or not each.known:
             continue
-        here, true = _pair(each.net.estimate.xy, each.truth[:, :2])
+        here, true = pair_places(each.net.estimate.xy, each.truth[:, :2])
         chosen = int(rng.integers(len(here)))
         drawn = each.net.touches.draw(rng, RANKS)[:, here[chosen]]
         found.append((drawn < each.truth[true[chosen]]).sum(axis=0).astype(np.float64))
     return np.array(found).reshape(-1, 3)
 
 
-def number_ranks(readings: list[Reading], seed: int) -> F64:
-    """Rank of the true number among draws, ties broken by chance, (k,)."""
+def number_ranks(readings: list[TouchReading], seed: int) -> F64:
+    """Rank of the true number among draws, ties broken at random, (k,)."""
     rng = np.random.default_rng(seed)
     number = np.array([len(each.truth) for each in readings])
     below = np.cumsum([each.net.probability for each in readings], axis=1)
@@ -206,7 +206,8 @@ def _ratio(errors: list[F64], bounds: list[F64]) -> tuple[float | None, float | 
     return float(np.sqrt(np.mean(off**2))), float(np.sqrt(np.mean((off / limits) ** 2)))
 
 
-def _pair(reported: F64, true: F64) -> tuple[I64, I64]:
+def pair_places(reported: F64, true: F64) -> tuple[I64, I64]:
+    """Pair places (n, 2) and (m, 2) at the least sum of distances: two lists of indices."""
     from scipy.optimize import linear_sum_assignment
 
     here, there = linear_sum_assignment(np.linalg.norm(reported[:, None] - true, axis=2))

@@ -15,7 +15,7 @@ from rig.scene.touch_net import TouchNetSection
 if TYPE_CHECKING:
     import models
 
-MOST = 4  # touches that a touch net knows
+MAX_TOUCHES = 4  # touches that a touch net knows
 
 
 def described_bench(scene: Scene) -> models.DescribedBench:
@@ -37,7 +37,7 @@ def described_bench(scene: Scene) -> models.DescribedBench:
     noise = float(setup.noise / np.sqrt(pattern_energy(setup)))
     camera = setup.camera
     return DescribedBench(
-        setup.plate.build(), camera.stand_off, tuple(camera.pixels), setup.dic.tile, noise
+        setup.plate.build(), camera.stand_off, camera.pixels, setup.dic.tile, noise
     )
 
 
@@ -47,17 +47,12 @@ def touch_range(scene: Scene, section: TouchNetSection) -> models.TouchRange:
     Raises
     ------
     ValueError
-        The scene expects no touches, more than a net knows, or all of one force.
+        The scene expects no touches, or all of one force.
     """
     from models import TouchRange
 
     if scene.plate is None or not isinstance(scene.touches, TouchesSection):
         raise ValueError("a touch net needs [plate] and [touches]; add them, as touch-net has them")
-    if scene.touches.max_touches > MOST:
-        raise ValueError(
-            f"a touch net knows up to {MOST} touches, got touches.max_touches"
-            f" {scene.touches.max_touches}; set it to {MOST}"
-        )
     low, high = scene.touches.force
     if low == high:
         raise ValueError(
