@@ -20,7 +20,7 @@ import numpy as np
 import fe
 import models
 import rig
-from models import LinearForward, TouchReader
+from models import Forward, LinearForward, TouchReader
 from rig.live import chain as live
 from rig.live.baseline import average_reference
 from rig.live.bench import Bench, build_bench
@@ -70,6 +70,12 @@ def bench() -> tuple[Bench, Twin, live.Chain]:
     made, twin = build_bench(scene, lambda done, total: None), build_twin(scene)
     zero = average_reference([twin.frame(n, ()) for n in range(REFERENCE)])
     return made, twin, made.prepare(zero)[0]
+
+
+@cache
+def pixels() -> Forward:
+    """Use every pixel of the twin."""
+    return every_pixel()
 
 
 def reader() -> TouchReader:
@@ -125,7 +131,7 @@ def _read(truth: F64, image: AnyArray) -> TouchReading:
     chain = bench()[2]
     seen = _registered(chain, image)
     measured = chain.pattern.whiten(seen.right, chain.noise)
-    scatter = models.covariance(every_pixel().read(truth)[1]) * (1 + 1 / REFERENCE)
+    scatter = models.covariance(pixels().read(truth)[1]) * (1 + 1 / REFERENCE)
     return read(reader(), chain.estimator, measured, truth, place_bound(scatter))
 
 
