@@ -28,7 +28,7 @@ from models.touch_net.unrolled import Fits, fit_all, fit_number, folded
 SHIPPED_TOUCH_NET = Path(__file__).with_name("weights.npz")
 
 LIKELY = -5.0  # logarithm of how likely a number of touches must seem before it is fitted
-UNUSUAL = 3.5  # standard deviations of χ² above its mean: of a thousand right fits one or none
+UNUSUAL = 6.0  # standard deviations of χ² above its mean: what a fit does not explain
 STRANGE = 5.0  # standard deviations that one touch more would explain of what is left
 _SLACK = 0.15  # of the logarithm of a response beyond those of the training, or half their range
 
