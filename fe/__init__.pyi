@@ -73,6 +73,7 @@ from .reduced import (
     reduced_plate as reduced_plate,
 )
 from .reduced.large_state import drift_at as drift_at
+from .reduced.whole import WholePlate as WholePlate
 from .shell import (
     Base as Base,
     Shell as Shell,

@@ -14,7 +14,11 @@ from .bench.diagnosis import (
     diagnose as diagnose,
 )
 from .bench.identify import identify as identify
-from .bench.learning import learn as learn, wandered as wandered
+from .bench.learning import (
+    force_sigma as force_sigma,
+    learn as learn,
+    wandered as wandered,
+)
 from .bench.marginal import (
     MarginalForward as MarginalForward,
     marginal as marginal,

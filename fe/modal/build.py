@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
@@ -14,7 +17,7 @@ from fe.modal.parameters import DEGREES
 from fe.modal.plate import ModalPlate
 from fe.modal.shapes import shapes
 from fe.modal.stresses import Stresses, grading, stresses
-from fe.modal.training import drawn, light
+from fe.modal.training import BENCHES, drawn, light
 from fe.modal.transverse import Transverse, transverse
 from fe.plate.checks import whole
 from fe.plate.plate import Plate
@@ -27,7 +30,26 @@ _STRESSES, _DRIFTS = 110, 160
 _COARSE = 60, 1  # stresses and drifts of the plate whose states are learned from
 
 
-def modal_plate(plate: Plate, count: int = _MODES, mesh: Mesh | None = None) -> ModalPlate:
+class _Long(NamedTuple):
+    """How long each part of the way is, in those of a bench that is drawn."""
+
+    functions: int = 3
+    light: int = 8
+    near: int = 10
+    drawn: int = BENCHES
+    stresses: int = 6
+    products: int = 20
+
+
+_LONG = _Long()
+
+
+def modal_plate(
+    plate: Plate,
+    count: int = _MODES,
+    mesh: Mesh | None = None,
+    progress: Callable[[int, int], object] = lambda done, total: None,
+) -> ModalPlate:
     """Compute the products for a plate; half a minute.
 
     Parameters
@@ -37,18 +59,34 @@ def modal_plate(plate: Plate, count: int = _MODES, mesh: Mesh | None = None) -> 
         Number of modes.
     mesh : Mesh, optional
         `even_grid(plate, 40)` if left out.
+    progress : callable
+        Called with how many of how many steps of like length are done.
 
     Raises
     ------
     ValueError
         The mesh cannot carry that many modes.
     """
+    total, done = sum(_LONG), 0
+
+    def step(long: int = 1) -> None:
+        nonlocal done
+        done += long
+        progress(done, total)
+
+    step(0)
     mesh = even_grid(plate, _ELEMENTS) if mesh is None else mesh
     functions, forms = transverse(plate, mesh, whole(count, "number of modes")), shapes(plate, mesh)
+    step(_LONG.functions)
     coarse = stresses(functions, light(functions, forms), *_COARSE)
+    step(_LONG.light)
     near = _assembled(plate, functions, forms, coarse)
-    learned = stresses(functions, drawn(functions, forms, near), _STRESSES, _DRIFTS)
-    return _assembled(plate, functions, forms, learned)
+    step(_LONG.near)
+    learned = stresses(functions, drawn(functions, forms, near, step), _STRESSES, _DRIFTS)
+    step(_LONG.stresses)
+    found = _assembled(plate, functions, forms, learned)
+    step(_LONG.products)
+    return found
 
 
 def _assembled(plate: Plate, functions: Transverse, forms: F64, plane: Stresses) -> ModalPlate:

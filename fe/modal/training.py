@@ -7,6 +7,7 @@ states that are met in use.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
 from typing import NamedTuple
@@ -24,7 +25,8 @@ from fe.plate.plate import Plate
 from fe.reduced.training import evenly
 
 _PRESSED = (6, 4)  # places of light touches, along the longer side and the other
-_BENCHES, _TOUCHES = 28, 16  # drawn, and on each of them
+BENCHES, _TOUCHES = 28, 16
+"""Drawn, and on each of them."""
 _MARGIN = 0.06  # of a side, nearer to an edge than which none presses
 _SMALLEST = 0.2  # force, of the largest
 _FARTHEST = 5.0  # thicknesses by which the largest would bend the plate if it were linear
@@ -69,17 +71,20 @@ def _light(functions: Transverse) -> tuple[F64, F64]:
     return touched / largest[0], turned / largest[1]
 
 
-def drawn(functions: Transverse, shapes: F64, modal: ModalPlate) -> Stretched:
-    """States of touches on benches drawn at random, bent as `modal` bends."""
+def drawn(
+    functions: Transverse, shapes: F64, modal: ModalPlate, step: Callable[[], object]
+) -> Stretched:
+    """States of touches on benches drawn at random, bent as `modal` bends; a `step` after each."""
     rigid = Membrane(functions.held, functions.mesh)
     rng = np.random.default_rng(0)
-    pressed = evenly(_BENCHES * _TOUCHES, 6).reshape(_BENCHES, _TOUCHES, 2, 3)
+    pressed = evenly(BENCHES * _TOUCHES, 6).reshape(BENCHES, _TOUCHES, 2, 3)
     states: list[Stretched] = []
     for number, fractions in enumerate(pressed):
         bent = _bent(modal, shapes, _bench(modal, number, rng), fractions)
         slopes, rest = rigid.gauss.slopes(bent.values), rigid.gauss.slopes(bent.shape)
         steeper = slopes[0] + 2.0 * rest[0], slopes[1] + 2.0 * rest[1]
         states.append(_relaxed(rigid, stretch(slopes, steeper), bent.giving))
+        step()
     return _joined(states)
 
 

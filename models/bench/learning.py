@@ -1,4 +1,4 @@
-"""A bench that is learned on while it is used: each touch of which nothing is known says a little.
+"""A bench that is learned on while it is used: each touch, of which little is known, says a little.
 
 One step of an iterated, extended Kalman filter over all numbers of the bench: what they may have
 wandered by since the last touch is added, the place and the force of the touch are eliminated, and
@@ -65,7 +65,10 @@ def wandered(bench: BenchEstimate, seconds: float) -> BenchEstimate:
 def learn(
     forward: BenchForward, bench: BenchEstimate, press: Press, left: F64 = NONE
 ) -> BenchEstimate | None:
-    """Learn on a bench from a touch of which nothing is known.
+    """Learn on a bench from a touch of which little is known.
+
+    A known weight laid anywhere is a touch of known force at an unknown place: it sets the newton,
+    which touches of unknown force cannot.
 
     Parameters
     ----------
@@ -74,7 +77,8 @@ def learn(
     bench : BenchEstimate
         What is known before the touch.
     press : Press
-        Mean of its frames, and a start; its labels are not looked at.
+        Mean of its frames, a start, and what is known of place and force: each number whose σ is
+        finite counts as one more that was measured.
     left : (n, 3) float64, mm, mm, N
         Touches that ended, of which the plate may still show a part.
 
@@ -88,7 +92,8 @@ def learn(
         step = _step(through(forward.moved(values), press), bench, press, touch, left)
         values, touch = values + step.change, touch + step.touch
         touch[2] = max(touch[2], _LIGHTEST)
-    if step is None or chi2.sf(step.chi2, len(press.measured) - 3) < _STRANGE:
+    seen = len(press.measured) + np.isfinite(press.sigma).sum() - 3
+    if step is None or chi2.sf(step.chi2, seen) < _STRANGE:
         return None
     kept = np.eye(len(values)) - step.gain @ step.seen
     # Joseph's form stays positive.
@@ -135,4 +140,29 @@ def _whitened(
         spread += shown.T @ shown
     rows = np.concatenate([(press.measured - predicted)[None], own, on.by_bench(touch[None])]).T
     white = solve_lower(np.asarray(np.linalg.cholesky(spread), dtype=np.float64), rows)
+    white = np.concatenate([white, _known(press, touch, white.shape[1])])
     return white[:, 0], white[:, 1:4], white[:, 4:]
+
+
+def _known(press: Press, touch: F64, columns: int) -> F64:
+    """Write what is known of place and force as further rows, (0 to 3, columns)."""
+    known = np.flatnonzero(np.isfinite(press.sigma))
+    rows = np.zeros((len(known), columns))
+    rows[:, 0] = ((press.touch - touch) / press.sigma)[known]
+    rows[np.arange(len(known)), 1 + known] = 1.0 / press.sigma[known]
+    return rows
+
+
+def force_sigma(forward: BenchForward, bench: BenchEstimate, touch: F64) -> float:
+    """Compute how well the force of a touch (3,) is known, by what is not known of the bench alone.
+
+    Returns
+    -------
+    float
+        Standard deviation as a fraction of the force.
+    """
+    on = forward.moved(bench.values)
+    _, own = on.read(touch[None])
+    root = np.linalg.cholesky(bench.covariance + 1e-12 * np.diag(bench.prior**2 + 1e-12))
+    moved = np.linalg.lstsq(own.T, on.by_bench(touch[None]).T @ root, rcond=None)[0]
+    return float(np.linalg.norm(moved[2]) / touch[2])

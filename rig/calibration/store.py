@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from datetime import UTC, datetime, timedelta
+from importlib import resources
 from math import isfinite
 from pathlib import Path
 
@@ -34,7 +35,7 @@ from rig.projector.markers import Screen
 from rig.scene import Scene
 from rig.scene.refusal import sentence
 from rig.scene.section import Section
-from rig.scene.source import DeviceSection
+from rig.scene.source import DeviceSection, TwinSection
 
 AGE = timedelta(days=30)  # after which a bench has been bumped at least once
 CLOCKS = timedelta(days=1)  # by which those of two machines may differ
@@ -118,12 +119,24 @@ class Calibration(Section):
         values, prior = np.array(part.values), np.array(part.prior)
         return models.BenchEstimate(values, covariance, part.discrepancy, prior, part.memory)
 
+    def on_bench(self, known: models.BenchEstimate | None) -> Calibration:
+        """Return the same with what is known of the bench now, where it is more."""
+        if known is None:
+            return self
+        before, now = self.bench, datetime.now(UTC).replace(microsecond=0)
+        entry = entry_of(known, before.date if before else now)["bench"]
+        if before is not None and known.held_out is None:
+            errors = {"error": before.error, "error_force": before.error_force}
+            entry = entry.model_copy(update=errors)
+        return self.model_copy(update={"bench": entry})
+
     def warnings(self, scene: Scene, now: datetime) -> list[str]:
-        """Say in a sentence each what is old or made for another bench."""
+        """Say in a sentence each what is old or made for another bench; a twin does not age."""
         found: list[str] = []
+        ages = not isinstance(scene.source, TwinSection)
         for name in type(self).model_fields:
             entry: Dated | None = getattr(self, name)
-            if entry and now - entry.date > AGE:
+            if entry and ages and now - entry.date > AGE:
                 days = (now - entry.date).days
                 found.append(f"calibration of {name} is {days} days old; repeat it")
             if entry and entry.date - now > CLOCKS:
@@ -229,7 +242,15 @@ def calibration_beside(scene: str | Path) -> Calibration:
     OSError, ValueError
         See `read_calibration`.
     """
-    return read_calibration(beside(scene))
+    path = beside(scene)
+    if not path.exists() and not Path(scene).is_file():
+        path = shipped(scene)
+    return read_calibration(path)
+
+
+def shipped(scene: str | Path) -> Path:
+    """Return where the calibration that comes with a shipped scene lies, if one does."""
+    return Path(str(resources.files("rig"))) / "scenes" / f"{Path(scene).name}.calibration.json"
 
 
 def calibration_warnings(calibration: Calibration, scene: Scene, now: datetime) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -155,10 +155,15 @@ def noise(
 def bench(
     scene: Name,
     presses: Annotated[
-        Path,
+        Path | None,
         typer.Option(metavar="LIST.csv", help="press,first_frame,last_frame,x_mm,y_mm,force_n"),
-    ],
-    images: Annotated[Path, typer.Option(help="Folder of images, the first ones untouched.")],
+    ] = None,
+    images: Annotated[
+        Path | None, typer.Option(help="Folder of images, the first ones untouched.")
+    ] = None,
+    forget_learned: Annotated[
+        bool, typer.Option(help="Forget what runs have learned since the presses.")
+    ] = False,
     free: Annotated[
         list[str] | None, typer.Option(metavar="NAME", help="Find only these numbers.")
     ] = None,
@@ -174,6 +179,16 @@ def bench(
     from rig.commands.output import progress
 
     kept = _bench("bench", scene, settings)
+    if forget_learned:
+        said = _forget(scene)
+        if presses is None:
+            emit(said["sentence"], said, as_json)
+            return
+    if presses is None or images is None:
+        raise ValueError(
+            "a bench is found from presses: give their list with --presses and the folder of their"
+            " images with --images"
+        )
     listed, names = bench_presses.read_list(presses), tuple(free or ())
     with progress("plate modes") as report:
         given = kept.scene, kept.known, listed, images, names, report
@@ -196,6 +211,15 @@ def stripes(
     images.mkdir(parents=True, exist_ok=True)
     count = steps.write_stripes(_bench("projector", scene, settings).scene, images)
     emit(f"{count} images in {images}", {"images": count}, as_json)
+
+
+def _forget(scene: str) -> dict[str, Any]:
+    """Forget what runs have learned of a scene's bench; say whether there was anything."""
+    from rig.calibration.learned import forget_learned, learned_beside
+
+    path, there = learned_beside(scene), forget_learned(scene)
+    said = f"forgot '{path}'" if there else f"runs have learned nothing yet: no '{path}'"
+    return {"sentence": said, "path": str(path), "forgotten": there}
 
 
 @dataclass(frozen=True)

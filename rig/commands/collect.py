@@ -57,7 +57,7 @@ def collect(
         overrides |= {"estimator": {"kind": "pattern"}}
     loaded = load(scene, overrides)
     # What older presses corrected is not applied: these are to say what the bench itself finds.
-    calibration = known(scene, loaded).model_copy(update={"presses": None})
+    calibration = known(scene, loaded).calibration.model_copy(update={"presses": None})
     with ExitStack() as open_parts, interruptible():
         collector = _ask(loaded, calibration, presses, record, open_parts)
     if table:

@@ -28,9 +28,21 @@ def open_panels(
     screen: Screen,
     switch: Switch | None,
     open_parts: ExitStack,
-    tare: Callable[[], object],
+    wishes: tuple[Callable[[], object], Callable[[float], object]],
 ) -> tuple[Show | None, list[Sink]]:
     """Open projector and page, as the scene names them, until `open_parts` is closed.
+
+    Parameters
+    ----------
+    scene, calibration
+    notes : tuple of str
+        What is old or wrong in the calibration.
+    screen : Screen
+    switch : Switch or None
+        Of the recording.
+    open_parts : ExitStack
+    wishes : tuple of callable
+        What renews the reference, and what awaits a known weight, N.
 
     Returns
     -------
@@ -68,7 +80,7 @@ def open_panels(
 
             black = calibration.projector.black if calibration.projector else 0.0
             meter = open_parts.enter_context(Meter(screen, black))
-        sinks.append(Operator(publisher, switch, calibration, notes, show, meter, tare))
+        sinks.append(Operator(publisher, switch, calibration, notes, show, meter, *wishes))
     return show, sinks
 
 

@@ -16,6 +16,7 @@ from rig.system.process import interruptible
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from rig.calibration.learned import Keeper, Known
     from rig.calibration.store import Calibration
     from rig.live.loop import Loop
     from rig.live.snapshot import Snapshot
@@ -41,6 +42,10 @@ def run(
     touches: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write every touch to a new file *.csv.")
     ] = None,
+    weight: Annotated[
+        float | None,
+        typer.Option(metavar="N", help="The first touch that is held is a known weight, N."),
+    ] = None,
     settings: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override the scene.")
     ] = None,
@@ -54,33 +59,38 @@ def run(
     import rig
 
     loaded = rig.load(scene, rig.scene.parse_overrides(settings or []))
-    live(loaded, known(scene, loaded), frames, headless, record, as_json, touches)
+    given = known(scene, loaded), frames, headless, record, as_json, touches
+    live(loaded, *given, weight)
 
 
-def known(name: str, scene: Scene) -> Calibration:
-    """Read the calibration beside a scene, and warn of what is wrong with it."""
-    from rig.calibration.store import calibration_beside, calibration_warnings
+def known(name: str, scene: Scene) -> Known:
+    """Read what is known of a scene's bench, and warn of what is wrong with it."""
+    from rig.calibration.learned import known_now
 
-    calibration = calibration_beside(name)
-    for sentence in calibration_warnings(calibration, scene, datetime.now(UTC)):
+    found = known_now(name, scene, datetime.now(UTC))
+    for sentence in found.notes:
         warn(sentence)
-    return calibration
+    return found
 
 
 def live(
     scene: Scene,
-    calibration: Calibration,
+    known: Known,
     frames: int | None,
     headless: bool,
     record: Path | None,
     as_json: bool,
     touches: Path | None = None,
+    weight: float | None = None,
 ) -> None:
     """Run the loop of a scene; the body of `run` and `record`."""
     loop = None
     try:
         with ExitStack() as open_parts, interruptible():
-            loop, sinks = start(scene, calibration, headless, record, open_parts)
+            loop, sinks = start(scene, known.calibration, headless, record, open_parts)
+            if weight is not None:
+                loop.weigh(weight)
+            sinks += _learning_sinks(loop, known.keeper, open_parts)
             if touches:
                 from rig.out.touches_csv import open_touches
 
@@ -117,7 +127,12 @@ def start(
         for loop in opened:
             loop.tare()
 
-    show, panels, outputs = _open_sinks(scene, calibration, headless, switch, open_parts, tare)
+    def weigh(force: float) -> None:
+        for loop in opened:
+            loop.weigh(force)
+
+    wishes = tare, weigh
+    show, panels, outputs = _open_sinks(scene, calibration, headless, switch, open_parts, wishes)
     from rig.sources.open_loop import open_loop
 
     def preview(snapshot: Snapshot) -> None:
@@ -176,6 +191,28 @@ def _toggle(switch: Switch) -> Sink:
     return act
 
 
+def _learning_sinks(loop: Loop, keeper: Keeper | None, open_parts: ExitStack) -> list[Sink]:
+    """Take what is typed while the loop runs, and keep what it learns, to its end."""
+    from rig.commands.typed import typed
+
+    sinks: list[Sink] = []
+    if take := typed(loop, warn):
+        say("type 'w 2' and Enter to lay a known weight of 2 N, 't' to renew the reference")
+        sinks.append(take)
+    if keeper:
+        open_parts.callback(_kept, keeper, loop)
+        sinks.append(lambda snapshot: keeper.follow(loop, snapshot.captured))
+    return sinks
+
+
+def _kept(keeper: Keeper, loop: Loop) -> None:
+    """Keep what was learned at the end; a disk that is full must not hide the run's figures."""
+    try:
+        keeper.write(loop)
+    except OSError as error:
+        warn(f"what was learned of the bench is not kept ({error.strerror or error})")
+
+
 def _warns_once(trouble: Callable[[], str]) -> Sink:
     """Make a sink that warns when something has gone wrong, once."""
     warned: set[str] = set()
@@ -195,7 +232,7 @@ def _open_sinks(
     headless: bool,
     switch: Switch | None,
     open_parts: ExitStack,
-    tare: Callable[[], object],
+    wishes: tuple[Callable[[], object], Callable[[float], object]],
 ) -> tuple[Show | None, list[Sink], list[Sink]]:
     """Projector, panels and outputs; the latter take only what was estimated."""
     if not scene.plate or (headless and not scene.outputs):
@@ -209,7 +246,7 @@ def _open_sinks(
         from rig.commands.page_panels import open_panels
 
         notes = tuple(calibration.warnings(scene, datetime.now(UTC)))
-        show, panels = open_panels(scene, calibration, notes, screen, switch, open_parts, tare)
+        show, panels = open_panels(scene, calibration, notes, screen, switch, open_parts, wishes)
     if scene.outputs:
         from rig.out.open import open_outputs
 

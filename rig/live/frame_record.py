@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from models import BenchEstimate
 from rig.live.baseline import ReferenceFrame
 from rig.live.chain import Chain, ChainState
 from rig.live.frame_estimate import FrameEstimate
@@ -41,6 +42,10 @@ class Recorder(Protocol):
 
     def renew(self, reference: ReferenceFrame, chain: Chain) -> None:
         """Learn the reference that frames are compared with from the next on."""
+        ...
+
+    def stand_on(self, bench: BenchEstimate) -> None:
+        """Learn what a recording that begins later stands on."""
         ...
 
     def put(self, record: FrameRecord) -> None:

@@ -61,12 +61,15 @@ class KnownBench:
 
     def seen(self, pattern: models.TilePattern) -> models.TilePattern:
         """Return the pattern as the camera sees it, which may stand otherwise than described."""
-        numbers, look = self.estimate.values[_PLATE:], self.look(pattern)
-        seen = look.at(numbers, self.estimate["thickness"][0])
-        through = _fields(pattern).through(seen, numbers)
+        values, look = self.estimate.values, self.look(pattern)
+        seen = look.at(values[_PLATE:], self.estimate["thickness"][0])
+        fields = _fields(pattern)
+        # What is known may have been learned since the motions were prepared.
+        plate = fe.BenchPlate(fields.bench.modal, values[:_PLATE])
+        through = replace(fields, bench=plate).through(seen, values[_PLATE:])
         motions, shutter = replace(pattern.motions, modes=through, large=through), None
         if self.row_time:
-            height = self.camera.face_height(_fields(pattern).plate.thickness)
+            height = self.camera.face_height(fields.plate.thickness)
             shutter = models.rolling_shutter(self.camera, height, motions.tiles, self.row_time)
         return replace(pattern, motions=motions, shutter=shutter)
 

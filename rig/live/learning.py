@@ -2,7 +2,8 @@
 
 A touch that is held still for some frames counts as a press of unknown place and force. What it
 says of the bench is worked out beside the loop, and taken over a fixed number of frames later, so
-that a run over recorded images ends the same however fast they come.
+that a run over recorded images ends the same however fast they come. Of a known weight the force is
+known as well: it sets the newton.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from models import BenchEstimate, BenchForward, Result
 from rig.live.baseline import is_consistent
 from rig.live.chain import Chain
 from rig.live.frame_estimate import FrameEstimate
+from rig.live.notice import Notice
 from rig.live.quality import SLIGHT
 from rig.live.visibility import MaskedModels
 from rig.system.arrays import F64, Mask
@@ -32,6 +34,10 @@ _ELSEWHERE = 15.0  # mm from the touch before, which a touch must lie away to sa
 _LONG_AGO = 20.0  # s, or so long after it
 _STRONG = 0.5  # N
 _UNSURE = 30.0  # s after which a bench that showed nothing is less sure
+WEIGHT = 3e-3
+"""Standard deviation of a known weight, as a fraction: kitchen scales, and that it lies flat."""
+_OTHER = 4.0  # standard deviations by which a touch may differ from the weight that it shall be
+_PRESSED = 2.0  # N, for which is stated how well the newton is known
 
 
 @dataclass(frozen=True)
@@ -44,10 +50,20 @@ class Learned:
         That have said something of the bench.
     strange : int
         That fitted no likely bench and were left aside.
+    weights : int
+        Of the touches, known weights.
+    force_sigma : float or None
+        Standard deviation of all forces by what is not known of the bench, as a fraction, in the
+        middle of the plate; None before the first frame.
+    weight : float or None, N
+        That is waited for.
     """
 
     touches: int = 0
     strange: int = 0
+    weights: int = 0
+    force_sigma: float | None = None
+    weight: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,16 +90,43 @@ class Learning:
     bench : BenchEstimate
         What is known of it now.
     learned : Learned
+    notice : Notice
+        What has become of a known weight.
     """
 
     def __init__(self, bench: BenchEstimate, references: int):
-        self.bench, self.learned = bench, Learned()
+        self.bench, self.learned, self.notice = bench, Learned(), Notice()
         self._references = references
         self._held: _Held | None = None
         self._last: tuple[float, F64] | None = None  # time and touch of what was learned last
         self._known_at: float | None = None
         self._next: Future[BenchEstimate | None] | None = None
         self._wait = 0
+        self._weighed: float | None = None  # N, of the touch that is worked out
+
+    def weigh(self, force: float) -> None:
+        """Take the touch that is held next, anywhere on the plate, as a known weight.
+
+        Parameters
+        ----------
+        force : float, N
+
+        Raises
+        ------
+        ValueError
+            If it is too small to be learned from, or no weight.
+        """
+        if not _STRONG <= force < inf:
+            raise ValueError(
+                f"known weight must be {_STRONG:g} N or more, got {force:g} N; a litre of water"
+                " weighs 9.81 N"
+            )
+        self.learned = replace(self.learned, weight=force)
+        self.notice.say(f"known weight: lay {force:g} N on the plate and let it lie")
+
+    def pause(self) -> None:
+        """Forget what is on its way; nothing is learned until the next frame that is followed."""
+        self._held = self._next = self._weighed = None
 
     def follow(self, time: float, found: FrameEstimate, chain: Chain) -> BenchEstimate | None:
         """Look at a frame; give the bench where it is another one from the next frame on.
@@ -97,8 +140,10 @@ class Learning:
             That found it.
         """
         self._known_at = time if self._known_at is None else self._known_at
+        if self.learned.force_sigma is None:
+            self._judge(chain)
         if self._next is not None:
-            return self._taken_over()
+            return self._taken_over(chain)
         self._held = self._holding(found, chain)
         if self._held is not None and len(self._held.shown) == HELD:
             self._ask(time, self._held, chain)
@@ -113,17 +158,40 @@ class Learning:
         self._known_at = time
         return self.bench
 
-    def _taken_over(self) -> BenchEstimate | None:
+    def _taken_over(self, chain: Chain) -> BenchEstimate | None:
         self._wait -= 1
         if self._wait or self._next is None:
             return None
         made, self._next = self._next.result(), None
+        weighed, self._weighed, learned = self._weighed, None, self.learned
         if made is None:
-            self.learned = replace(self.learned, strange=self.learned.strange + 1)
+            self.learned = replace(learned, strange=learned.strange + 1)
+            if weighed:
+                self.notice.say(
+                    f"known weight of {weighed:g} N: what it shows fits no likely bench"
+                )
             return None
-        self.bench = made
-        self.learned = replace(self.learned, touches=self.learned.touches + 1)
+        before, self.bench = self.bench, made
+        weights = learned.weights + (weighed is not None)
+        self.learned = replace(learned, touches=learned.touches + 1, weights=weights)
+        self._judge(chain)
+        if weighed:
+            stiffer = float(made["young"][0] - before["young"][0])
+            self.notice.say(
+                f"known weight of {weighed:g} N: the plate is {abs(stiffer):.1%}"
+                f" {'stiffer' if stiffer > 0 else 'softer'} than was thought; forces are known to"
+                f" {self.learned.force_sigma or 0.0:.1%} now"
+            )
         return made
+
+    def _judge(self, chain: Chain) -> None:
+        """Work out how well the newton is known, in the middle of the plate."""
+        forward = chain.estimator.forward
+        if isinstance(forward, BenchForward):
+            a, b = forward.plate.size
+            middle = np.array([0.5 * a, 0.5 * b, _PRESSED])
+            sigma = models.force_sigma(forward, self.bench, middle)
+            self.learned = replace(self.learned, force_sigma=sigma)
 
     def _holding(self, found: FrameEstimate, chain: Chain) -> _Held | None:
         """Add a frame to the touch that is held; None where it shows no single, steady touch."""
@@ -140,14 +208,32 @@ class Learning:
         if touch[2] < _STRONG:
             return None
         shown = _of_whole_pattern(found.measured, found.hidden, chain)
+        if not self._may_be_weight(found):
+            return None
         if self._held is None or not _same(self._held.touch, touch):
             return _Held(touch, (shown,), found.state.memory.left)
         return replace(self._held, shown=(*self._held.shown, shown))
 
+    def _may_be_weight(self, found: FrameEstimate) -> bool:
+        """Whether a touch may be the weight that is waited for, if one is."""
+        weight = self.learned.weight
+        if weight is None:
+            return True
+        force, sigma = float(found.estimate.force[0]), float(found.estimate.covariance[2, 2] ** 0.5)
+        if abs(force - weight) <= _OTHER * hypot(sigma, WEIGHT * weight):
+            return True
+        self.notice.say(
+            f"known weight: what lies there presses with {force:.2f} ± {sigma:.2f} N and not with"
+            f" {weight:g} N; lay the weight alone"
+        )
+        return False
+
     def _ask(self, time: float, held: _Held, chain: Chain) -> None:
         """Work out what a touch says, where it is not the one that was looked at last."""
-        forward = chain.estimator.forward
-        if not isinstance(forward, BenchForward) or not self._is_new(time, held.touch):
+        forward, weight = chain.estimator.forward, self.learned.weight
+        if not isinstance(forward, BenchForward):
+            return
+        if weight is None and not self._is_new(time, held.touch):
             return
         self._last = time, held.touch
         since = 0.0 if self._known_at is None else max(time - self._known_at, 0.0)
@@ -155,7 +241,11 @@ class Learning:
         still = 1.0 / self._references
         noise = sqrt((1.0 / len(held.shown) + still) / (1.0 + still))
         shown = np.mean(held.shown, axis=0)
-        press = models.Press(shown, held.touch, np.full(3, inf), min(noise, 1.0))
+        touch, sigma = held.touch.copy(), np.full(3, inf)
+        if weight is not None:
+            touch[2], sigma[2] = weight, WEIGHT * weight
+            self.learned, self._weighed = replace(self.learned, weight=None), weight
+        press = models.Press(shown, touch, sigma, min(noise, 1.0))
         worker = ThreadPoolExecutor(1, "learning")
         self._next = worker.submit(models.learn, forward, self.bench, press, held.left)
         worker.shutdown(wait=False)

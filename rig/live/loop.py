@@ -17,7 +17,7 @@ from rig.live.bench import Bench
 from rig.live.frame_estimate import FrameEstimate
 from rig.live.frame_record import FrameRecord, Recorder
 from rig.live.gestures import Gesture, Gestures
-from rig.live.learning import Learning
+from rig.live.learning import Learned, Learning
 from rig.live.quality import signs
 from rig.live.run_score import RunScore
 from rig.live.snapshot import Snapshot, StrainOverlay
@@ -95,7 +95,8 @@ class Loop:
         self._finished: deque[float] = deque(maxlen=PACE)
         self._gestures, self._recent = Gestures(), tuple[Gesture, ...]()
         self._tare = Tare(bench)
-        self._learning = _learning(bench) if recorder is None else None
+        self._learning = _learning(bench)
+        self._recorded = False
 
     @property
     def fps(self) -> float:
@@ -128,7 +129,7 @@ class Loop:
         """
         if self._follower:
             return self._follower
-        reference = self._reference or self._take_reference()
+        reference = self._reference = self._reference or self._take_reference()
         rest = Frame(0, self._clock(), np.rint(reference.image).astype(np.uint8))
 
         def report(done: int, total: int, what: str) -> None:
@@ -173,6 +174,32 @@ class Loop:
         """
         self._tare.ask()
 
+    def weigh(self, force: float) -> None:
+        """Take the touch that is held next as a known weight, which sets the newton.
+
+        The notice of the snapshots says the outcome.
+
+        Parameters
+        ----------
+        force : float, N
+
+        Raises
+        ------
+        ValueError
+            If the bench is exact, or the weight too small.
+        """
+        if self._learning is None:
+            raise ValueError(
+                "a known weight teaches nothing of a bench that is just as the scene says; set"
+                ' estimator.bench to "usual", or calibrate the bench'
+            )
+        self._learning.weigh(force)
+
+    @property
+    def learned(self) -> Learned | None:
+        """How far the learning of the bench has come; None where the bench is exact."""
+        return self._learning.learned if self._learning else None
+
     def summary(self) -> dict[str, Any]:
         """Figures of the run so far, ready for JSON."""
         median, late = self.watch.quantiles(LATENCY)
@@ -198,6 +225,7 @@ class Loop:
             self.dropped += frame.sequence - self._sequence - 1
         self._sequence = frame.sequence
         self._renew(follower)
+        self._begin_recording(follower)
         result = follower.process(frame)
         self._learn(frame, follower, result)
         shift = result.frame_estimate.state.motion[follower.chain.pattern.count :][:2]
@@ -214,22 +242,45 @@ class Loop:
         self._finished.append(now)
         return self._snapshot(frame, follower, view, result, errors)
 
+    def _notice(self, time: float) -> str:
+        """Say what was done at the user's wish: the tare, else a known weight."""
+        learning = self._learning.notice.at(time) if self._learning else ""
+        return self._tare.current_notice(time) or learning
+
     def _renew(self, follower: FrameProcessor) -> None:
         """Go over to a new reference, where one is ready."""
         if prepared := self._tare.ready():
             follower.renew(prepared)
+            self._reference = prepared.reference
             if self._recorder:
                 self._recorder.renew(prepared.reference, prepared.chain)
 
+    def _begin_recording(self, follower: FrameProcessor) -> None:
+        """Stand on the bench that a recording names, from its first frame on.
+
+        What was learned moves the chain by little steps, which a replay does not know: it prepares
+        the bench at once, and so does the loop, whose next frames wait for it.
+        """
+        recorded = self._recorder is not None and self._recorder.summary() is not None
+        begins, self._recorded = recorded and not self._recorded, recorded
+        if begins and self._learning and self.frames and self._reference:
+            self._learning.pause()
+            follower.stand_still(self.bench.prepare_all(self._reference))
+
     def _learn(self, frame: Frame, follower: FrameProcessor, result: FrameResult) -> None:
-        """Learn the bench on from a touch that is held, where it is not known exactly."""
-        if self._learning is None:
+        """Learn the bench on from a touch that is held, where it is not known exactly.
+
+        While a recording runs nothing is learned: it is replayed on the bench that it names.
+        """
+        if self._learning is None or self._recorded:
             return
         found = result.frame_estimate
         if bench := self._learning.follow(frame.captured, found, follower.chain):
             follower.stand_on(bench)
             self.bench = replace(self.bench, known=bench)
             self._tare.stand_on(self.bench)
+            if self._recorder:
+                self._recorder.stand_on(bench)
 
     def _follow_gestures(self, frame: Frame, result: FrameResult) -> None:
         estimate = result.frame_estimate.estimate
@@ -333,7 +384,8 @@ class Loop:
             gestures=self._recent,
             signs=signs(follower.chain, frame_estimate),
             estimate=frame_estimate.estimate,
-            notice=self._tare.current_notice(frame.captured),
+            notice=self._notice(frame.captured),
+            learned=self.learned,
             taps=frame_estimate.state.past.taps,
         )
 

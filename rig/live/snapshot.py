@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from models import Estimate, Tap
     from rig.live.gestures import Gesture
+    from rig.live.learning import Learned
     from rig.live.tracks import Event
 
 
@@ -146,6 +147,8 @@ class Snapshot:
         What this frame alone shows; None where no touch was looked for.
     notice : str
         What was done at the user's wish, for a few seconds, as a sentence; mostly empty.
+    learned : Learned or None
+        How far the learning of the bench has come; None where the bench is exact.
     taps : tuple of Tap
         Touches of a plate followed in time that ended: their largest force, in the frame that says
         the last of it.
@@ -178,6 +181,7 @@ class Snapshot:
     signs: tuple[Sign, ...] = ()
     estimate: Estimate | None = None
     notice: str = ""
+    learned: Learned | None = None
     taps: tuple[Tap, ...] = ()
 
     @property

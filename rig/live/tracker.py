@@ -129,6 +129,10 @@ class FrameProcessor:
             memory=Memory(held=before.memory.held),
         )
 
+    def stand_still(self, prepared: PreparedBench) -> None:
+        """Go on as before on the same reference, prepared anew."""
+        self._use(prepared)
+
     def stand_on(self, bench: BenchEstimate) -> None:
         """Take another bench near by from the next frame on."""
         self.chain = on_learned(self.chain, bench)

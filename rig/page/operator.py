@@ -37,6 +37,8 @@ class Operator:
         Of its light.
     tare : callable
         Renews the reference.
+    weigh : callable
+        Awaits a known weight, N; raises ValueError where there can be none.
     """
 
     def __init__(
@@ -48,6 +50,7 @@ class Operator:
         show: Show | None = None,
         meter: Meter | None = None,
         tare: Callable[[], object] = lambda: None,
+        weigh: Callable[[float], object] = lambda force: None,
     ):
         self._publisher, self._switch = publisher, switch
         self._notes, self._measured = notes, measured(calibration, datetime.now(UTC))
@@ -57,8 +60,10 @@ class Operator:
             "record": lambda wish: switch.toggle(),
             "set": self._set,
             "tare": self._tare,
+            "weigh": self._weigh,
         }
         self._renew = tare
+        self._await_weight, self._refused = weigh, ""
 
     def __call__(self, snapshot: Snapshot) -> None:
         """Follow a snapshot."""
@@ -75,6 +80,16 @@ class Operator:
         """Set what is shown back, and renew the reference unless that was all."""
         if not (self._show and self._snapshot and self._show.tare(self._snapshot)):
             self._renew()
+
+    def _weigh(self, wish: dict[str, Any]) -> None:
+        """Await a known weight; what is none is refused in a note."""
+        force, self._refused = wish.get("force"), ""
+        try:
+            if not isinstance(force, int | float) or isinstance(force, bool):
+                raise ValueError(f"known weight must be a number in N, got {force!r}")
+            self._await_weight(float(force))
+        except ValueError as error:
+            self._refused = str(error)
 
     def _set(self, wish: dict[str, Any]) -> None:
         if self._show and wish.get("key") == MODE and wish.get("value") in self._modes():
@@ -93,6 +108,8 @@ class Operator:
             notes.append(self._show.trouble)
         if self._meter and self._meter.sentence:
             notes.append(self._meter.sentence)
+        if self._refused:
+            notes.append(self._refused)
         if self._switch.refusal:
             notes.append(self._switch.refusal)
         settings = ()

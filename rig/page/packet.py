@@ -170,6 +170,7 @@ def _describe(shot: Snapshot, screen: Screen | None) -> dict[str, Any]:
         "latency": shot.latency,
         "noise": shot.noise,
         "signs": [asdict(sign) for sign in shot.signs],
+        "learned": asdict(shot.learned) if shot.learned else None,
         "gestures": [asdict(gesture) for gesture in shot.gestures],
     }
 

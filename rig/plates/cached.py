@@ -47,9 +47,6 @@ def modal(plate: fe.Plate, report: Report) -> fe.ModalPlate:
     """Return the plate in modes, for a bench whose numbers are not all known."""
 
     def compute() -> cache.Arrays:
-        report(0, 1)
-        arrays = fe.modal_plate(plate).arrays()
-        report(1, 1)
-        return arrays
+        return fe.modal_plate(plate, progress=report).arrays()
 
     return fe.ModalPlate.from_arrays(cache.fetch("modal", (fe, plate), compute))

@@ -14,8 +14,12 @@ from rig.live.frame_record import FrameRecord
 from rig.recording.recorder import SessionRecorder, new_recorder
 
 if TYPE_CHECKING:
+    from models import BenchEstimate
     from rig.calibration.store import Calibration
     from rig.scene import Scene
+
+
+Opening = Callable[[Path | None, "BenchEstimate | None"], SessionRecorder]
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +33,11 @@ class Begun:
 
 def open_switch(path: Path | None, scene: Scene, calibration: Calibration) -> Switch:
     """Return a switch for recordings of a scene, on from the first frame if a file is named."""
-    return Switch(lambda file: new_recorder(file, scene, calibration), path)
+
+    def open_recorder(file: Path | None, learned: BenchEstimate | None) -> SessionRecorder:
+        return new_recorder(file, scene, calibration.on_bench(learned))
+
+    return Switch(open_recorder, path)
 
 
 class Switch:
@@ -38,7 +46,8 @@ class Switch:
     Parameters
     ----------
     open_recorder : callable
-        Makes a recorder of a new file, called as given or by the time if that is None.
+        Makes a recorder of a new file, called as given or by the time if that is None, on the bench
+        that was learned, if one was.
     first : Path or None
         File of the recording that runs from the first frame on; None for none.
 
@@ -50,14 +59,15 @@ class Switch:
         Why the last recording could not be started, as a sentence; empty if it could.
     """
 
-    def __init__(self, open_recorder: Callable[[Path | None], SessionRecorder], first: Path | None):
+    def __init__(self, open_recorder: Opening, first: Path | None):
         self.begun: Begun | None = None
         self.refusal = ""
         self._open = open_recorder
+        self._learned: BenchEstimate | None = None
         self._recorder: SessionRecorder | None = None
         self._running = ExitStack()
         if first:
-            self._recorder = self._running.enter_context(open_recorder(first))
+            self._recorder = self._running.enter_context(open_recorder(first, None))
 
     def __enter__(self) -> Switch:
         """Record while the block runs, if the switch is on."""
@@ -85,7 +95,7 @@ class Switch:
             self._recorder = None
             return
         try:
-            recorder = self._open(None)
+            recorder = self._open(None, self._learned)
         except (OSError, ValueError) as error:
             self.refusal = str(error)
             return
@@ -105,6 +115,10 @@ class Switch:
             self.begun = Begun(reference, chain, self.begun.strain)
         if self._recorder:
             self._recorder.renew(reference, chain)
+
+    def stand_on(self, bench: BenchEstimate) -> None:
+        """See `rig.live.frame_record.Recorder`."""
+        self._learned = bench
 
     def put(self, record: FrameRecord) -> None:
         """See `rig.live.frame_record.Recorder`."""

@@ -20,6 +20,7 @@ from rig.recording.paths import require_new
 from rig.recording.writer import Writer
 
 if TYPE_CHECKING:
+    from models import BenchEstimate
     from rig.calibration.store import Calibration
     from rig.scene import Scene
 
@@ -125,6 +126,9 @@ class SessionRecorder:
     def renew(self, reference: ReferenceFrame, chain: Chain) -> None:
         """Keep a new reference; it is written before the first frame that was compared with it."""
         self._renewed.append(reference)
+
+    def stand_on(self, bench: BenchEstimate) -> None:
+        """See `rig.live.frame_record.Recorder`; what is learned later is none of this recording."""
 
     def put(self, record: FrameRecord) -> None:
         """Take a frame without waiting; where the disk is slow it is left out and counted."""

@@ -12,6 +12,7 @@ UNITS: dict[str, dict[str, float]] = {
     "mm": {"m": 1e3, "cm": 10.0, "mm": 1.0, "um": 1e-3, "µm": 1e-3, "in": 25.4},
     "MPa": {"GPa": 1e3, "MPa": 1.0, "N/mm2": 1.0, "N/mm²": 1.0, "kPa": 1e-3, "Pa": 1e-6},
     "N": {"kN": 1e3, "N": 1.0, "mN": 1e-3},
+    "N/mm": {"N/mm": 1.0, "N/m": 1e-3},
     "N/mm²": {"N/mm²": 1.0, "N/mm2": 1.0, "N/m²": 1e-6, "N/m2": 1e-6},
     "deg": {"deg": 1.0, "°": 1.0, "rad": degrees(1.0)},
     "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6},
@@ -88,6 +89,7 @@ class Quantity:
 Length = Annotated[float, BeforeValidator(Quantity("mm", 1e6, 1e-6))]
 Stress = Annotated[float, BeforeValidator(Quantity("MPa", 1e8, 1e-6))]
 Force = Annotated[float, BeforeValidator(Quantity("N", 1e6, 1e-9))]
+LineForce = Annotated[float, BeforeValidator(Quantity("N/mm", 1e6))]
 LineStiffness = Annotated[float, BeforeValidator(Quantity("N/mm²", 1e12))]
 """That of a rigid support is infinite."""
 AngularStiffness = Annotated[float, BeforeValidator(Quantity("N", 1e12))]

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
+from rig.scene.departure import DepartureSection
 from rig.scene.quantity import Count, Kelvin, Pixels, Ratio, Time
 from rig.scene.section import Section
 
@@ -42,6 +43,9 @@ class TwinSection(Section):
     seed: Count = Field(0, ge=0, description="seed of noise and random touches")
     shift: tuple[Pixels, Pixels] = Field(
         (0.0, 0.0), description="shift of the camera after the reference, x and y, px"
+    )
+    departure: DepartureSection | None = Field(
+        None, description="how its bench differs from what the scene says [in nothing]"
     )
 
 

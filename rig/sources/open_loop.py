@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 from contextlib import AbstractContextManager, contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rig.calibration.store import Calibration
 from rig.scene import Scene
 from rig.sources.open_source import open_input
-from rig.system.frame import Waiting
+from rig.system.frame import Preparing, Waiting
 
 if TYPE_CHECKING:
     from rig.live.frame_record import Recorder
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from rig.projector.show import Show
     from rig.usb.link import BoardLink
 
+GREY = 96  # grey levels of an image that is not there yet
 READY = "the source gets ready; then the reference is taken …"
 
 Report = Callable[[int, int], None]
@@ -66,11 +68,12 @@ def open_loop(
     """
     with open_input(scene, say, use_board) as (opened, reference):
         say(READY)
+        shown = _also_shown(scene, progress, preview)
         from rig.live.bench import build_bench
         from rig.live.loop import Loop
         from rig.live.view import plate_view
 
-        with progress("plate modes") as report:
+        with shown("plate modes") as report:
             bench = build_bench(scene, report, calibration)
         source = opened
         if show and scene.camera:
@@ -81,11 +84,44 @@ def open_loop(
             say(bench.theory.sentence)
         if show:
             show.rest()
+        if isinstance(opened, Preparing):
+            with shown("the twin's bench") as report:
+                opened.prepare(report)
         loop = Loop(bench, source, recorder=recorder, reference=reference)
         _get_ready(loop, progress, preview)
         if isinstance(opened, Waiting):
             opened.begin()
         yield loop
+
+
+def _also_shown(
+    scene: Scene, progress: Progress, preview: Callable[[Snapshot], object]
+) -> Progress:
+    """Show what is computed to people as well, over a grey image of the plate that is to come."""
+    plate, camera = scene.plate, scene.camera
+    if plate is None or camera is None:
+        return progress
+    import numpy as np
+
+    from rig.live.view import empty_snapshot, plate_view
+    from rig.system.frame import Frame
+
+    image = np.full(camera.pixels[::-1], GREY, np.uint8)
+    view = plate_view(plate.build(), camera.build(plate), plate.thickness / 2)
+
+    @contextmanager
+    def shown(title: str) -> Generator[Report]:
+        with progress(title) as report:
+
+            def both(done: int, total: int) -> None:
+                report(done, total)
+                status = f"getting ready: {title} ({done} of {total})"
+                snapshot = empty_snapshot(Frame(0, 0.0, image), plate.size, view, status)
+                preview(replace(snapshot, fresh=False))
+
+            yield both
+
+    return shown
 
 
 def _get_ready(loop: Loop, progress: Progress, preview: Callable[[Snapshot], object]) -> None:

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from threadpoolctl import threadpool_limits  # pyright: ignore[reportMissingTypeStubs]
 
-from rig.calibration.store import Calibration, calibration_beside, calibration_warnings
+from rig.calibration.learned import Known, known_now
+from rig.calibration.store import Calibration, calibration_warnings
 from rig.scene import Scene, load
 from rig.sources.open_loop import Report, open_loop
 from rig.system.process import interruptible
@@ -42,7 +43,8 @@ def run(
         A loaded scene; or the name of a shipped one, or a TOML file.
     calibration : Calibration, optional
         What was measured. Where it is left out and `scene` is a name or file, the calibration
-        beside it is read; a loaded scene has none.
+        beside it is read, with what runs have learned since, and what this run learns is kept
+        there; a loaded scene has none.
     record : str or Path, optional
         A new file ``*.h5`` that keeps the session.
 
@@ -59,20 +61,22 @@ def run(
         If the scene is wrong or lacks what the loop needs, or something touched the plate whenever
         the reference was taken.
     """
-    bench = scene if isinstance(scene, Scene) else load(scene)
-    known = calibration
-    if known is None:
-        known = Calibration() if isinstance(scene, Scene) else calibration_beside(scene)
+    bench, now = scene if isinstance(scene, Scene) else load(scene), datetime.now(UTC)
+    if calibration is not None or isinstance(scene, Scene):
+        given = calibration or Calibration()
+        known = Known(given, tuple(calibration_warnings(given, bench, now)))
+    else:
+        known = known_now(scene, bench, now)
     return LiveRun(bench, known, None if record is None else Path(record))
 
 
 class LiveRun:
     """Frames of the live loop of a scene, see `run`; also a context that ends with its block."""
 
-    def __init__(self, scene: Scene, calibration: Calibration, record: Path | None):
+    def __init__(self, scene: Scene, known: Known, record: Path | None):
         self._opened: list[Loop] = []
         # A function of its own: were it a method, a run that is dropped would not end at once.
-        self._frames = _frames(scene, calibration, record, self._opened.append)
+        self._frames = _frames(scene, known, record, self._opened.append)
 
     def __iter__(self) -> LiveRun:
         """Iterate over the frames."""
@@ -108,6 +112,24 @@ class LiveRun:
             raise ValueError("a run has no reference to renew before its first frame; ask for one")
         self._opened[0].tare()
 
+    def weigh(self, force: float) -> None:
+        """Take the touch that is held next, anywhere, as a known weight: it sets the newton.
+
+        The `notice` of the next frames says the outcome.
+
+        Parameters
+        ----------
+        force : float, N
+
+        Raises
+        ------
+        ValueError
+            If no frame was asked for yet, the bench is exact, or the weight too small.
+        """
+        if not self._opened:
+            raise ValueError("a run takes no weight before its first frame; ask for one")
+        self._opened[0].weigh(force)
+
     def summary(self) -> dict[str, Any]:
         """Figures of the run so far, as ``touchplate run --json`` prints them.
 
@@ -123,7 +145,7 @@ class LiveRun:
 
 def _frames(
     scene: Scene,
-    calibration: Calibration,
+    known: Known,
     record: Path | None,
     opened: Callable[[Loop], object],
 ) -> Generator[Snapshot, None, None]:
@@ -131,10 +153,14 @@ def _frames(
         # The solves of a frame are small: threads of BLAS make them slower, not faster.
         parts.enter_context(threadpool_limits(1, "blas"))
         with interruptible():
-            loop = parts.enter_context(_open(scene, calibration, record))
+            loop = parts.enter_context(_open(scene, known, record))
         opened(loop)
-        snapshots = iter(loop)
+        snapshots, keeper = iter(loop), known.keeper
+        if keeper:
+            parts.callback(keeper.write, loop)
         while snapshot := _next(snapshots):
+            if keeper:
+                keeper.follow(loop, snapshot.captured)
             yield snapshot
 
 
@@ -145,9 +171,10 @@ def _next(snapshots: Iterator[Snapshot]) -> Snapshot | None:
 
 
 @contextmanager
-def _open(scene: Scene, calibration: Calibration, record: Path | None) -> Generator[Loop]:
-    for sentence in calibration_warnings(calibration, scene, datetime.now(UTC)):
+def _open(scene: Scene, known: Known, record: Path | None) -> Generator[Loop]:
+    for sentence in known.notes:
         LOG.warning(sentence)
+    calibration = known.calibration
     with ExitStack() as parts:
         recorder = None
         if record:

@@ -13,12 +13,14 @@ import synthetic
 from rig.plates.plate_solver import Solver, plate_solver, solve_plate
 from rig.scene import Scene
 from rig.scene.bench import CameraSection, PatternSection, SensorSection
+from rig.scene.departure import DepartureSection
 from rig.scene.plate import PlateSection, TouchesSection
 from rig.scene.source import TwinSection
 from rig.sources import script
 from rig.sources.held_board import HeldBoard, held_before, lying_on
 from rig.sources.letters import letters
 from rig.sources.performed import melody, weights
+from rig.sources.real_twin import RealTwin, build_real_twin
 from rig.sources.script import Script
 from rig.system import cache
 from rig.system.arrays import F64
@@ -113,8 +115,40 @@ class Twin:
         return np.asarray(state.displacement(self.warper.points, face), dtype=np.float64)
 
 
+def open_play(
+    scene: Scene, report: Callable[[int, int], None] = lambda done, total: None
+) -> Twin | RealTwin:
+    """Build the twin of a scene, on its bench as it is described or as it really is.
+
+    Parameters
+    ----------
+    scene : Scene
+    report : callable
+        Called with how many of how many steps are done.
+
+    Raises
+    ------
+    ValueError
+        See `build_twin`.
+    """
+    match scene:
+        case Scene(
+            plate=PlateSection() as plate,
+            camera=CameraSection() as camera,
+            pattern=PatternSection() as pattern,
+            sensor=SensorSection() as sensor,
+            source=TwinSection(departure=DepartureSection() as departure) as source,
+        ):
+            play = _script(source, plate, scene.touches, camera.rate)
+            radius = scene.touches.radius if scene.touches else 0.0
+            sections = plate, camera, pattern, sensor
+            return build_real_twin(sections, source, departure, play, radius, report)
+        case _:
+            return build_twin(scene, report)
+
+
 def build_twin(scene: Scene, progress: Callable[[int, int], None] | None = None) -> Twin:
-    """Build the twin of a scene; the sharp pattern is kept in the cache.
+    """Build the twin of a scene on the bench described; the sharp pattern is kept in the cache.
 
     Under large touches the plate is the reduced one: a shell takes seconds a frame.
 

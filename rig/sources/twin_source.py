@@ -31,6 +31,7 @@ from rig.system.process import (
 )
 
 if TYPE_CHECKING:
+    from rig.sources.real_twin import RealTwin
     from rig.sources.twin import Twin
 
 SLOTS = 6
@@ -53,7 +54,7 @@ class TwinSource:
         self._link = link
         self._images = images
         self._numbers = numbers
-        self._started = False
+        self._started = self._prepared = False
         self._waiting: deque[Announced] = deque(maxlen=SLOTS)
         self.status = "the twin gives no images"
 
@@ -102,11 +103,29 @@ class TwinSource:
             return None
         return Frame(sequence, captured, image, truth)
 
+    def prepare(self, report: Callable[[int, int], None]) -> None:
+        """Wait until the twin is ready; `report` takes how many of how many steps are done.
+
+        Raises
+        ------
+        OSError
+            If its process has ended, or says why it cannot, or does nothing for too long.
+        """
+        try:
+            while not self._prepared:
+                if not self._link.poll(START_LIMIT):
+                    raise OSError(f"the twin did nothing for {START_LIMIT:g} s; see its messages")
+                done = self._receive()
+                if done is None:
+                    self._prepared = True
+                else:
+                    report(*done)
+        except (EOFError, ConnectionError):
+            raise OSError("the twin's process has ended; start the run again") from None
+
     def _start(self) -> None:
         """Wait until the twin is ready, then let its time begin."""
-        if not self._link.poll(START_LIMIT):
-            raise OSError(f"the twin was not ready within {START_LIMIT:g} s; see its messages")
-        self._receive()
+        self.prepare(lambda done, total: None)
         self._link.send(None)
         self._started = True
 
@@ -170,11 +189,11 @@ def _views(memory: SharedMemory, shape: tuple[int, int]):
 def deliver(scene: Scene, memory_name: str, link: Connection) -> None:
     """Body of the twin's process: ends when the other end of the link closes."""
     leave_signals_to_the_loop()
-    from rig.sources.twin import build_twin
+    from rig.sources.twin import open_play
 
     try:
         try:
-            twin = build_twin(scene)
+            twin = open_play(scene, lambda done, total: link.send((done, total)))
         except (ValueError, OSError) as error:
             link.send(str(error))
         else:
@@ -184,7 +203,7 @@ def deliver(scene: Scene, memory_name: str, link: Connection) -> None:
 
 
 def _play(
-    twin: Twin,
+    twin: Twin | RealTwin,
     memory: SharedMemory,
     link: Connection,
     clock: Callable[[], float] = time.monotonic,
@@ -193,7 +212,7 @@ def _play(
     """Render frame after frame; those for which time is too short are left out."""
     width, height = twin.warper.camera.size
     images, numbers = _views(memory, (height, width))
-    a, b = twin.solver.plate.size
+    a, b = twin.warper.plate
     middle = fe.Touch(a / 2, b / 2, 1.0)
     for touches in ((middle,), ()):
         twin.frame(0, touches, images[0])  # factored and compiled before time counts

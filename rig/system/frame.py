@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, TypeVar, runtime_checkable
 
 if TYPE_CHECKING:  # a camera must not wait for plates
+    from collections.abc import Callable
+
     import numpy as np
     from numpy.typing import NDArray
 
@@ -90,4 +92,13 @@ class Waiting(Protocol):
 
     def begin(self) -> None:
         """Let the plate be touched from now on."""
+        ...
+
+
+@runtime_checkable
+class Preparing(Protocol):
+    """A source that has much to compute before its first frame."""
+
+    def prepare(self, report: Callable[[int, int], None]) -> None:
+        """Wait until it is ready; `report` is called with how many of how many steps are done."""
         ...

@@ -21,7 +21,8 @@ export function showControls(frame) {
   showCalibration(frame.calibration);
   showWizard(frame);
   showPlayed(frame);
-  find("controls").hidden = !frame.settings.length && !frame.calibration.length;
+  showLearned(frame);
+  find("controls").hidden = !frame.settings.length && !frame.calibration.length && !frame.learned;
 }
 
 function showNotes(notes) {
@@ -60,6 +61,19 @@ function showCalibration(parts) {
     make("td", {}, `± ${inUnit(error, unit)}`))));
 }
 
+function showLearned({ learned, controls }) {
+  find("learning").hidden = !learned;
+  if (!learned || !changed("learned", [learned, controls])) return;
+  const { touches, strange, weights, force_sigma, weight } = learned;
+  const parts = [`learned from ${touches} touch${touches === 1 ? "" : "es"}`];
+  if (weights) parts.push(`${weights} of known weight`);
+  if (strange) parts.push(`${strange} strange, left aside`);
+  if (force_sigma !== null && force_sigma !== undefined) parts.push(`forces known to ${(100 * force_sigma).toFixed(1)} %`);
+  show("learned", parts.join(", "));
+  find("lay").disabled = find("weight").disabled = !controls;
+  show("lay", weight ? `Waits for ${weight} N` : "Lay it now");
+}
+
 function showWizard({ wizard, controls }) {
   document.body.classList.toggle("guided", wizard !== null);
   find("wizard").hidden = !wizard;
@@ -93,3 +107,7 @@ find("play").addEventListener("click", () => ask({ do: "play" }));
 find("seek").addEventListener("input", ({ target }) => ask({ do: "seek", to: Number(target.value) }));
 find("record").addEventListener("click", () => ask({ do: "record" }));
 find("tare").addEventListener("click", () => ask({ do: "tare" }));
+find("weigh").addEventListener("submit", (event) => {
+  event.preventDefault();
+  ask({ do: "weigh", force: Number(find("weight").value) });
+});

@@ -6,6 +6,7 @@ import csv
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 from PIL import Image
@@ -13,7 +14,6 @@ from PIL import Image
 import fe
 from rig.calibration.bench_presses import COLUMNS
 from rig.studies.real_bench.departure import READOUT, SAID, SCENE, RealBench
-from rig.studies.real_bench.truth import Truth
 from rig.system.arrays import F64, Grey
 
 REFERENCES = 16
@@ -38,7 +38,22 @@ class Touched:
     touch: F64 | None
 
 
-def write_presses(truth: Truth, folder: Path, count: int) -> Path:
+class Photographer(Protocol):
+    """A bench that can be photographed; see `rig.studies.real_bench.truth.Truth`."""
+
+    @property
+    def seed(self) -> int: ...  # noqa: D102
+
+    def reference(self, number: int) -> Grey: ...  # noqa: D102
+
+    def photograph(  # noqa: D102
+        self, touches: tuple[fe.Touch, ...], before: F64 | None, number: int
+    ) -> Grey: ...
+
+    def left(self, touches: tuple[fe.Touch, ...]) -> F64 | None: ...  # noqa: D102
+
+
+def write_presses(truth: Photographer, folder: Path, count: int) -> Path:
     """Write images of the plate at rest and under `count` known presses, and the list of these."""
     rng, sides = np.random.default_rng((truth.seed, 1)), np.array(SAID.size)
     fractions = np.array([(x, y) for y in (1, 3, 5) for x in (1, 3, 5)]) / 6.0
@@ -50,7 +65,7 @@ def write_presses(truth: Truth, folder: Path, count: int) -> Path:
     return _write_presses(truth, folder, presses, [tuple(label) for label in labels.tolist()])
 
 
-def write_ordinary(truth: Truth, folder: Path, count: int) -> Path:
+def write_ordinary(truth: Photographer, folder: Path, count: int) -> Path:
     """Write `count` touches of which nothing is known, and a weight of 2 N somewhere."""
     rng, sides = np.random.default_rng((truth.seed, 3)), np.array(SAID.size)
     places = rng.uniform(_MARGIN, sides - _MARGIN, (count + 1, 2))
@@ -60,7 +75,7 @@ def write_ordinary(truth: Truth, folder: Path, count: int) -> Path:
 
 
 def _write_presses(
-    truth: Truth, folder: Path, presses: F64, labels: Sequence[tuple[object, ...]]
+    truth: Photographer, folder: Path, presses: F64, labels: Sequence[tuple[object, ...]]
 ) -> Path:
     """Write images at rest and of each press (x, y, F), and the list as the labels have it."""
     images, rows, before = _references(truth), list[tuple[object, ...]](), None
@@ -76,7 +91,7 @@ def _write_presses(
     return path
 
 
-def write_touches(truth: Truth, folder: Path, count: int) -> list[Touched]:
+def write_touches(truth: Photographer, folder: Path, count: int) -> list[Touched]:
     """Write images of the plate under one touch after the other, and of it alone in between."""
     rng, sides = np.random.default_rng((truth.seed, 2)), np.array(SAID.size)
     images, made, before = _references(truth), list[Touched](), None
@@ -107,7 +122,7 @@ def write_scene(folder: Path, images: Path, bench: RealBench | None = None) -> P
     return path
 
 
-def _references(truth: Truth) -> list[Grey]:
+def _references(truth: Photographer) -> list[Grey]:
     return [truth.reference(number) for number in range(REFERENCES)]
 
 

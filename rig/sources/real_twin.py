@@ -1,0 +1,258 @@
+"""A twin whose bench is not as its scene says: the whole plate, seen by a camera that is otherwise.
+
+Nothing of it is the estimator's: the plate of von Kármán is solved on its mesh and not in modes,
+and what is wrong with it stands in no calibration but that of presses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import exp, inf, radians
+
+import numpy as np
+
+import fe
+import synthetic
+from models import varied
+from rig.scene.bench import CameraSection, PatternSection, SensorSection
+from rig.scene.departure import DepartureSection, GivingSection
+from rig.scene.plate import PlateSection
+from rig.scene.source import TwinSection
+from rig.sources import script
+from rig.sources.script import Script
+from rig.sources.scripted_states import ScriptedStates, scripted_states
+from rig.system import cache
+from rig.system.arrays import F32, F64, Grey
+
+ELEMENTS = 40  # along the longer side
+SIDES = ("west", "east", "south", "north")
+MINUTE = 60.0  # s
+FORGOTTEN = 4.0  # times the time of fading, after which nothing of a touch is left
+
+
+@dataclass(frozen=True, eq=False)
+class RealTwin:
+    """Everything that makes a frame of such a bench from its number.
+
+    Attributes
+    ----------
+    departure : DepartureSection
+    states : ScriptedStates
+    warper : synthetic.Warper
+        The pattern as the true camera sees it on the flat plate.
+    sensor : synthetic.Sensor
+    light : (H, W) float32
+        What reaches the sensor of an even light, 0 to 1.
+    script : Script
+    rate : float, frames a second
+    seed : int
+        Of the sensor's noise.
+    radius : float, mm
+        Of the disc that a touch presses.
+    rest : int
+        Frames in which the plate stands still before its script begins.
+    """
+
+    departure: DepartureSection
+    states: ScriptedStates
+    warper: synthetic.Warper
+    sensor: synthetic.Sensor
+    light: F32
+    script: Script
+    rate: float
+    seed: int
+    radius: float
+    rest: int = 0
+
+    def time(self, sequence: int) -> float:
+        """Time of the script at frame `sequence`, s."""
+        return max(0, sequence - self.rest) / self.rate
+
+    def touches(self, sequence: int) -> tuple[fe.Touch, ...]:
+        """Touches on the plate while frame `sequence` is taken."""
+        return self.states.pressed(self.time(sequence))
+
+    def displacement(self, sequence: int, touches: tuple[fe.Touch, ...]) -> F64:
+        """Displacement (K, 3) mm of the points of the warper from a flat plate."""
+        time = self.time(sequence)
+        return (
+            self.states.plate.at_rest + self.states.displacement(time, touches) + self._left(time)
+        )
+
+    def frame(self, sequence: int, touches: tuple[fe.Touch, ...], out: Grey | None = None) -> Grey:
+        """Image of the touched plate, (H, W), the same for the same arguments."""
+        minutes = self.time(sequence) / MINUTE
+        x, y = (minutes * speed for speed in self.departure.drift)
+        return self.photograph(self.displacement(sequence, touches), sequence, (x, y), out)
+
+    def photograph(
+        self,
+        displacement: F64,
+        number: int,
+        shift: tuple[float, float] = (0.0, 0.0),
+        out: Grey | None = None,
+    ) -> Grey:
+        """Take an image (H, W) of points that moved from a flat plate, (K, 3) mm.
+
+        Parameters
+        ----------
+        displacement : (K, 3) float64, mm
+            Of the points of the warper.
+        number : int
+            Of the image: its noise follows from it.
+        shift : (float, float), px
+            Of the camera.
+        out : (H, W) uint8, optional
+            Reused when given.
+        """
+        rng = np.random.default_rng((self.seed, number))
+        self.warper.render(displacement, None, None, shift=shift)
+        image = np.asarray(self.sensor.capture(self.warper.light * self.light, rng, out), np.uint8)
+        if self.departure.gamma != 1.0:
+            image[:] = _bent(self.departure.gamma)[image]
+        return image
+
+    def _left(self, time: float) -> F64:
+        """Add up what touches that ended have left, (K, 3) mm."""
+        total = np.zeros((len(self.warper.points), 3))
+        for one in self.states.lasting if self.departure.leftover else ():
+            age = time - one.end
+            if age > 0.0:  # the last of its ends
+                age %= self.states.length
+                if age < FORGOTTEN * self.departure.fading:
+                    size = self.departure.leftover * exp(-age / self.departure.fading)
+                    total += size * one.field
+        return total
+
+
+def _bent(gamma: float) -> Grey:
+    """Grey levels of a camera that is not linear, (256,)."""
+    return np.rint(255.0 * (np.arange(256) / 255.0) ** (1.0 / gamma)).astype(np.uint8)
+
+
+def true_plate(said: fe.Plate, departure: DepartureSection) -> fe.Plate:
+    """Return the plate as it is.
+
+    Raises
+    ------
+    ValueError
+        A number makes it a plate that cannot be.
+    """
+    thickness = said.thickness * (1.0 + departure.thickness)
+    young = said.young * (1.0 + departure.young)
+    pushed = young * thickness * departure.expansion * departure.warmer / (1.0 - said.poisson)
+    xx, yy = (pull - pushed for pull in departure.tension)
+    (a, b), patches = said.size, said.patches
+    if departure.uneven:
+        patches += (fe.Patch((a / 2, a), (0.0, b), thickness * (1.0 + departure.uneven), young),)
+    return replace(
+        said,
+        thickness=thickness,
+        young=young,
+        patches=patches,
+        edges=_held(said, departure),
+        tension=(xx, yy, 0.0),
+        shape=fe.Shape(sag=departure.sag) if departure.sag else None,
+    )
+
+
+def _held(said: fe.Plate, departure: DepartureSection) -> fe.Edges:
+    """Edges of a plate, those replaced that give."""
+    edges = {side: getattr(said.sides, side) for side in SIDES}
+    for side in SIDES:
+        giving: GivingSection | None = getattr(departure, side)
+        if giving is not None:
+            edges[side] = fe.Elastic(inf, giving.rotation, giving.membrane)
+    return fe.Edges(**edges)
+
+
+def true_camera(
+    said: synthetic.AnyCamera, plate: fe.Plate, departure: DepartureSection
+) -> synthetic.AnyCamera:
+    """Return the camera as it is.
+
+    Raises
+    ------
+    ValueError
+        A telecentric camera is to be otherwise.
+    """
+    x, y, z = (radians(angle) for angle in departure.turned)
+    numbers = np.array(
+        [x, y, z, *departure.moved, np.log1p(departure.focal), departure.k1, departure.k2]
+    )
+    if not numbers.any():
+        return said
+    if not isinstance(said, synthetic.Camera):
+        raise ValueError(
+            "source.departure turns or moves a telecentric camera, which has no such numbers; set"
+            ' camera.kind to "pinhole"'
+        )
+    return varied(said, (plate.size[0] / 2, plate.size[1] / 2, 0.0), numbers)
+
+
+def build_real_twin(
+    sections: tuple[PlateSection, CameraSection, PatternSection, SensorSection],
+    source: TwinSection,
+    departure: DepartureSection,
+    play: Script,
+    radius: float,
+    report: Callable[[int, int], None],
+) -> RealTwin:
+    """Build the twin of a bench that is not as its scene says.
+
+    The sharp pattern and the states along its tour are kept in the cache.
+
+    Parameters
+    ----------
+    sections : tuple
+        Plate, camera, pattern and sensor of the scene.
+    source : TwinSection
+    departure : DepartureSection
+    play : Script
+    radius : float, mm
+        Of each touch.
+    report : callable
+        Called with how many of how many states are solved.
+
+    Raises
+    ------
+    ValueError
+        If no such plate or camera can be.
+    """
+    plate, camera, pattern, sensor = sections
+    true = true_plate(plate.build(), departure)
+    view = true_camera(camera.build(plate), true, departure)
+    height = true.thickness / 2
+    arrays = cache.fetch(
+        "sharp-pattern",
+        (synthetic, pattern.model_dump(), view, true.thickness),
+        lambda: synthetic.prepare_warp(pattern.build(plate), view, height).arrays(),
+    )
+    warper = synthetic.Warper.from_arrays(view, height, arrays)
+    whole = fe.WholePlate(true, fe.even_grid(true, ELEMENTS), warper.points)
+    presses = script.TOUR if source.script == "tour" else ()
+
+    def pressed(time: float) -> tuple[fe.Touch, ...]:
+        return tuple(replace(touch, radius=radius) for touch in play(time))
+
+    length = script.TOUR_LENGTH
+    states = scripted_states(whole, presses, pressed, length, report)
+    return RealTwin(
+        departure=departure,
+        states=states,
+        warper=warper,
+        sensor=sensor.build(),
+        light=_vignetted(view.size, departure.vignetting),
+        script=play,
+        rate=camera.rate,
+        seed=source.seed,
+        radius=radius,
+    )
+
+
+def _vignetted(size: tuple[int, int], loss: float) -> F32:
+    """Light that reaches each pixel, (H, W)."""
+    x, y = (np.linspace(-1.0, 1.0, length) for length in size)
+    away = (x**2 + y[:, None] ** 2) / 2.0
+    return (1.0 - loss * away).astype(np.float32)

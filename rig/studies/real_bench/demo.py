@@ -1,0 +1,151 @@
+"""The demo as a newcomer sees it: the tour of `bench-real` on the calibration that comes with it.
+
+Parts: few (every frame of one tour of 25 s), tours (of four). Truth is the whole plate of von
+Kármán on its own mesh, seen by a camera that is otherwise than the scene says; the loop has the
+scene, the shipped calibration of nine presses, and learns on while it runs. Frames come one after
+the other, none is left out. Place and force: each touch of frames in which all that press with
+0.5 N or more are found and nothing else; inside 1 and 2 σ: x, y and F each, of frames that are
+FOUND.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+
+import fe
+import rig
+from models import Estimate, Result
+from rig.calibration.store import calibration_beside
+from rig.live.bench import build_bench
+from rig.live.loop import Loop
+from rig.report.figure import Figure, at_most
+from rig.sources.real_twin import RealTwin
+from rig.sources.script import TOUR_LENGTH
+from rig.sources.twin import open_play
+from rig.studies.real_bench.as_it_is import INSIDE
+from rig.studies.real_bench.twin_truth import SCENE
+from rig.studies.study import line, run
+from rig.system.arrays import F64
+from rig.system.frame import Frame
+
+TABLE = "The demo as a newcomer sees it"
+WEAKEST = 0.5  # N
+PLACE, FAR, FORCE, NONE = at_most(0.4), at_most(1.0), at_most(1.5), at_most(0.0)
+
+
+class TourSource:
+    """Frames of a twin one after the other, the first ones of the plate at rest.
+
+    Attributes
+    ----------
+    now : float, s
+        Time of the last frame.
+    """
+
+    status = "a tour"
+
+    def __init__(self, twin: RealTwin, references: int, seconds: float):
+        self.now = 0.0
+        self._twin, self._next = twin, 0
+        self._end = references + round(seconds * twin.rate)
+
+    def grab(self, timeout: float) -> Frame | None:
+        """See `Source.grab`."""
+        del timeout  # a frame is always there
+        number, twin = self._next, self._twin
+        if number >= self._end:
+            raise EOFError("the tour is over")
+        self._next, self.now = number + 1, number / twin.rate
+        touches = twin.touches(number)
+        return Frame(number, self.now, twin.frame(number, touches).copy(), touches)
+
+
+@dataclass
+class Seen:
+    """What a tour has shown, frame by frame."""
+
+    place: list[float] = field(default_factory=list[float])
+    force: list[float] = field(default_factory=list[float])
+    within: list[F64] = field(default_factory=list[F64])
+    pressed: int = 0
+    alone: int = 0
+    phantoms: int = 0
+    missed: int = 0
+    false: int = 0
+
+    def add(self, estimate: Estimate, truth: tuple[fe.Touch, ...]) -> None:
+        """Compare what is found with what presses."""
+        if not truth:
+            self.alone += 1
+            self.false += estimate.count
+            return
+        self.pressed += 1
+        self.phantoms += estimate.count > len(truth)
+        strong = all(touch.force >= WEAKEST for touch in truth)
+        self.missed += strong and estimate.count < len(truth)
+        if strong and estimate.count == len(truth):
+            self._errors(estimate, truth)
+
+    def _errors(self, estimate: Estimate, truth: tuple[fe.Touch, ...]) -> None:
+        true = np.array([(t.x, t.y, t.force) for t in truth])
+        found = np.column_stack([estimate.xy, estimate.force])
+        orders = ([0],) if len(true) == 1 else ([0, 1], [1, 0])
+        off = min((found[o] - true for o in orders), key=lambda d: np.hypot(*d[:, :2].T).sum())
+        order = min(orders, key=lambda o: np.hypot(*(found[o] - true)[:, :2].T).sum())
+        self.place += np.hypot(*off[:, :2].T).tolist()
+        self.force += (off[:, 2] / true[:, 2]).tolist()
+        if estimate.result is Result.FOUND:
+            sigma = np.sqrt(np.diag(estimate.covariance)).reshape(-1, 3)[order]
+            self.within.append((off / sigma).ravel())
+
+
+def tours(count: int) -> Iterator[Figure]:
+    """Score so many tours."""
+    scene = rig.load(SCENE)
+    twin = open_play(scene)
+    bench = build_bench(scene, lambda done, total: None, calibration_beside(SCENE))
+    if not isinstance(twin, RealTwin):
+        raise ValueError(f"scene '{SCENE}' has no source.departure; write one")
+    twin = replace(twin, rest=bench.reference_frames)
+    source, seen = TourSource(twin, bench.reference_frames, count * TOUR_LENGTH), Seen()
+    loop = Loop(bench, source, lambda: source.now)
+    began, spent = time.process_time(), list[float]()
+    for snapshot in loop:
+        if snapshot.estimate is not None and snapshot.truth is not None:
+            seen.add(snapshot.estimate, twin.touches(snapshot.sequence))
+        spent.append(time.process_time() - began)
+        began = time.process_time()
+    yield from _figures(seen, loop.summary()["learned"], float(np.median(spent)))
+
+
+def _figures(seen: Seen, learned: dict[str, float], seconds: float) -> Iterator[Figure]:
+    count, inside = len(seen.place), np.abs(np.concatenate(seen.within))
+    one, two = (100.0 * float(np.mean(inside < limit)) for limit in (1.0, 2.0))
+    yield from line(
+        TABLE,
+        f"{SCENE}, shipped calibration",
+        **{
+            "place, median": (float(np.median(seen.place)), "mm", PLACE, count),
+            "place, p95": (float(np.quantile(seen.place, 0.95)), "mm", FAR, count),
+            "force": (100.0 * float(np.median(np.abs(seen.force))), "%", FORCE, count),
+            "inside 1 σ": (one, "%", INSIDE[0], len(inside)),
+            "inside 2 σ": (two, "%", INSIDE[1], len(inside)),
+            "frames with a phantom": (seen.phantoms, "", NONE, seen.pressed),
+            "missed": (seen.missed, "", None, seen.pressed),
+            "false touches": (seen.false, "", NONE, seen.alone),
+            "learned": (learned["touches"], "touches"),
+            "strange": (learned["strange"], "touches"),
+            "frame, rendered and estimated": (1e3 * seconds, "CPU ms"),
+        },
+    )
+
+
+PARTS = {"few": partial(tours, 1), "tours": partial(tours, 4)}
+
+if __name__ == "__main__":
+    run(PARTS, __doc__)
