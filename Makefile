@@ -37,8 +37,8 @@ torch:
 	"machine has no GPU; give pip the address of PyTorch's CPU index (PIP_EXTRA_INDEX_URL) and run" \
 	"'make torch'"; fi
 
-demo: $(STAMP)  ## start the digital twin of the bench and print the address of its page
-	@exec $(BIN)/touchplate run twin
+demo: $(STAMP)  ## start the digital twin of a real bench and print the address of its page
+	@exec $(BIN)/touchplate run bench-real
 
 PYTEST := $(BIN)/python -m pytest --numprocesses auto --maxprocesses 4
 test: $(STAMP) lint  ## linters, types, import layers and all tests but slow statistics

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -73,7 +73,7 @@ class Bench:
     min_force : float, N
         Weakest touch that counts in the scores.
     strain : bool
-        Whether touches are estimated from strain as well.
+        Whether the map of strain is made as well.
     theory : rig.scene.theory.Theory
         That of small or of large touches, and why.
     alignment : Alignment or None
@@ -88,6 +88,8 @@ class Bench:
         From the reading of one row of an image to that of the next; 0 for a global shutter.
     start : models.TouchNet or None
         What proposes touches where a search is cold, where the scene names it.
+    strain_touches : bool
+        Whether touches are estimated from strain, where that is drawn.
     """
 
     plate: fe.Plate
@@ -104,6 +106,7 @@ class Bench:
     in_time: PlateInTime | None = None
     row_time: float = 0.0
     start: models.TouchNet | None = None
+    strain_touches: bool = True
 
     @property
     def height(self) -> float:
@@ -157,7 +160,8 @@ class Bench:
             ) from None
         if not self.strain:
             return chain, None
-        return chain, prepare_strain(chain, self.camera, self.dic.block, self.dic.window)
+        strain = prepare_strain(chain, self.camera, self.dic.block, self.dic.window)
+        return chain, replace(strain, touches=self.strain_touches)
 
     def prepare_net(self, reference: ReferenceFrame, chain: Chain) -> NetChain | None:
         """Prepare the net for a reference, where the scene has one.
@@ -241,6 +245,7 @@ def build_bench(
         max_touches=scene.touches.max_touches if scene.touches else 1,
         min_force=scene.touches.force[0] if scene.touches else 0.0,
         strain=scene.comparison is not None,
+        strain_touches=scene.comparison is None or scene.comparison.touches,
         theory=theory,
         alignment=calibration.alignment() if calibration and known is None else None,
         net=_net(scene, theory),

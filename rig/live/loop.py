@@ -214,11 +214,15 @@ class Loop:
                 if name != LATENCY
             },
             "pattern": self.pattern_score.summary(),
-            "strain": self.strain_score.summary() if self.bench.strain else None,
+            "strain": self.strain_score.summary() if self._from_strain else None,
             "net": self.net_score.summary() if self.bench.net else None,
             "recorded": self._recorder.summary() if self._recorder else None,
             "learned": asdict(self._learning.learned) if self._learning else None,
         }
+
+    @property
+    def _from_strain(self) -> bool:
+        return self.bench.strain and self.bench.strain_touches
 
     def _take(self, frame: Frame, follower: FrameProcessor, view: View) -> Snapshot:
         if self._sequence is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -30,10 +31,13 @@ class Memory:
         The touches of the last frame.
     left : (n, 3) float64, mm, mm, N
         Those that ended last, the latest first.
+    covered : (n, 3) float64, mm, mm, N
+        Those of them where something presses now: their trace does not count until it has gone on.
     """
 
     held: F64 = field(default_factory=_none)
     left: F64 = field(default_factory=_none)
+    covered: F64 = field(default_factory=_none)
 
     def after(self, found: F64) -> Memory:
         """Memory after a frame with touches (n, 3); `left` is the same array if none ended."""
@@ -42,13 +46,21 @@ class Memory:
             touch[2] = self.held[_near(self.held, touch), 2].max(initial=touch[2])
         held = largest[found[:, 2] >= FADED * largest[:, 2]]
         ended = np.array([not _near(held, touch).any() for touch in self.held], dtype=bool)
-        over = [
-            _near(self.held[ended], touch).any() or _renewed(held, touch) for touch in self.left
-        ]
-        if not ended.any() and not any(over):
-            return Memory(held, self.left)
-        kept = self.left[~np.array(over, dtype=bool)]
-        return Memory(held, np.concatenate([self.held[ended], kept])[:MANY])
+        renewed = _which(self.left, lambda touch: _near(self.held[ended], touch).any())
+        under = _which(self.left, lambda touch: _renewed(held, touch))
+        still = _which(self.covered, lambda touch: _renewed(held, touch))
+        gone = _which(self.covered, lambda touch: _near(self.held[ended], touch).any())
+        covered = np.concatenate([self.left[under & ~renewed], self.covered[still & ~gone]])[:MANY]
+        back = self.covered[~still & ~gone]
+        if not (ended.any() or renewed.any() or under.any() or len(back)):
+            return Memory(held, self.left, covered)
+        kept = np.concatenate([self.left[~renewed & ~under], back])
+        return Memory(held, np.concatenate([self.held[ended], kept])[:MANY], covered)
+
+
+def _which(touches: F64, holds: Callable[[F64], bool]) -> Mask:
+    """For which touches (n, 3) something holds, (n,)."""
+    return np.array([holds(touch) for touch in touches], dtype=bool)
 
 
 def _renewed(held: F64, touch: F64) -> bool:

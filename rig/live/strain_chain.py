@@ -18,12 +18,13 @@ from rig.system.timing import Stopwatch
 
 @dataclass(frozen=True, eq=False)
 class StrainChain:
-    """What estimates touches from the strain map of the same frames, and draws that map."""
+    """What draws the strain map of the same frames, and estimates touches from it where wanted."""
 
     blocks: TileBlocks
     map: StrainMap
     estimator: Estimator
     noise: float
+    touches: bool = True
 
 
 def prepare_strain(
@@ -52,6 +53,8 @@ def sense_strain(
     with watch.stage("strain"):
         field = tile_displacement(chain.blocks, sums, chain.noise)
         strain = chain.map.strain(field)
+    if not chain.touches:
+        return strain, None
     with watch.stage("from strain"):
         measured = chain.map.whiten(strain, chain.noise)
         if measured is None:

@@ -19,9 +19,6 @@ if TYPE_CHECKING:
     from rig.scene import Scene
 
 
-Opening = Callable[[Path | None, "BenchEstimate | None"], SessionRecorder]
-
-
 @dataclass(frozen=True, eq=False)
 class Begun:
     """What the loop began with; each recording begins with it."""
@@ -33,11 +30,12 @@ class Begun:
 
 def open_switch(path: Path | None, scene: Scene, calibration: Calibration) -> Switch:
     """Return a switch for recordings of a scene, on from the first frame if a file is named."""
+    known = [calibration]
 
-    def open_recorder(file: Path | None, learned: BenchEstimate | None) -> SessionRecorder:
-        return new_recorder(file, scene, calibration.on_bench(learned))
+    def stand_on(bench: BenchEstimate) -> None:
+        known[0] = calibration.on_bench(bench)
 
-    return Switch(open_recorder, path)
+    return Switch(lambda file: new_recorder(file, scene, known[0]), path, stand_on)
 
 
 class Switch:
@@ -46,10 +44,11 @@ class Switch:
     Parameters
     ----------
     open_recorder : callable
-        Makes a recorder of a new file, called as given or by the time if that is None, on the bench
-        that was learned, if one was.
+        Makes a recorder of a new file, called as given or by the time if that is None.
     first : Path or None
         File of the recording that runs from the first frame on; None for none.
+    stand_on : callable
+        Takes the bench that a recording which begins later stands on.
 
     Attributes
     ----------
@@ -59,15 +58,20 @@ class Switch:
         Why the last recording could not be started, as a sentence; empty if it could.
     """
 
-    def __init__(self, open_recorder: Opening, first: Path | None):
+    def __init__(
+        self,
+        open_recorder: Callable[[Path | None], SessionRecorder],
+        first: Path | None,
+        stand_on: Callable[[BenchEstimate], object] = lambda bench: None,
+    ):
         self.begun: Begun | None = None
         self.refusal = ""
         self._open = open_recorder
-        self._learned: BenchEstimate | None = None
+        self._stand_on = stand_on
         self._recorder: SessionRecorder | None = None
         self._running = ExitStack()
         if first:
-            self._recorder = self._running.enter_context(open_recorder(first, None))
+            self._recorder = self._running.enter_context(open_recorder(first))
 
     def __enter__(self) -> Switch:
         """Record while the block runs, if the switch is on."""
@@ -95,7 +99,7 @@ class Switch:
             self._recorder = None
             return
         try:
-            recorder = self._open(None, self._learned)
+            recorder = self._open(None)
         except (OSError, ValueError) as error:
             self.refusal = str(error)
             return
@@ -118,7 +122,7 @@ class Switch:
 
     def stand_on(self, bench: BenchEstimate) -> None:
         """See `rig.live.frame_record.Recorder`."""
-        self._learned = bench
+        self._stand_on(bench)
 
     def put(self, record: FrameRecord) -> None:
         """See `rig.live.frame_record.Recorder`."""

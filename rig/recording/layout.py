@@ -18,7 +18,8 @@
 /start/touches         (N, n, 3) float64
 /start/from_strain     (N, n, 3) float64
 /start/held            (N, n, 3) float64      see `Memory`
-/start/left            (N, n, 3) float64
+/start/left            (N, 4, 3) float64
+/start/covered         (N, 4, 3) float64
 /frames/check          (N,) uint32            CRC-32 of a frame's numbers, all but the large arrays
 /frames/reference      (N,) int64             0 for /reference, n for the n-th of /tares/image
 /tares/image           (M, H, W) float32      references that were taken while the loop ran
@@ -43,7 +44,7 @@ from models import Estimate
 from rig.live.baseline import ReferenceFrame
 from rig.live.chain import Chain, ChainState
 from rig.live.frame_record import FrameRecord
-from rig.live.memory import Memory
+from rig.live.memory import MANY, Memory
 from rig.system.arrays import F64, AnyArray
 
 FORMAT, VERSION, READ = "touchplate session", 2, (1, 2)
@@ -82,7 +83,8 @@ def shapes(chain: Chain, strain: bool) -> Shapes:
         "start/touches": (touches, "f8"),
         "start/from_strain": (touches, "f8"),
         "start/held": (touches, "f8"),
-        "start/left": (touches, "f8"),
+        "start/left": ((MANY, 3), "f8"),
+        "start/covered": ((MANY, 3), "f8"),
     }
     if strain:
         found |= {
@@ -131,6 +133,7 @@ def rows(record: FrameRecord, layout: Shapes, number: int = 0) -> dict[str, AnyA
         "start/from_strain": record.before.from_strain,
         "start/held": record.before.memory.held,
         "start/left": record.before.memory.left,
+        "start/covered": record.before.memory.covered,
         REFERENCE: number,
         LAST: frame.sequence,
     }
@@ -163,13 +166,13 @@ def covariances(estimate: Estimate) -> F64:
 def state(row: Mapping[str, AnyArray]) -> ChainState:
     """State of the loop before a frame."""
     none = np.empty((0, 3))  # as in recordings of the release before
-    held, left = (there(row.get(f"start/{name}", none)) for name in ("held", "left"))
+    memory = (there(row.get(f"start/{name}", none)) for name in ("held", "left", "covered"))
     return ChainState(
         row["start/motion"],
         row["start/rest"],
         there(row["start/touches"]),
         there(row["start/from_strain"]),
-        Memory(held, left),
+        Memory(*memory),
     )
 
 

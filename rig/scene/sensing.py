@@ -61,6 +61,10 @@ class StrainEstimator(Section):
     """Touches from strain alone."""
 
     kind: Literal["strain"] = Field(description="what touches are estimated from")
+    touches: bool = Field(
+        default=True,
+        description="estimate touches from it in every frame; else the map of strain is drawn alone",
+    )
 
 
 class NetEstimator(Section):

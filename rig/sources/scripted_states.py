@@ -8,7 +8,7 @@ each piece of the script: from where a finger lands, leaves or turns to where th
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import hypot
 
@@ -87,7 +87,7 @@ def _nodes(press: ScriptedPress, start: float, end: float, size: tuple[float, fl
 
 @dataclass(frozen=True, eq=False)
 class Lasting:
-    """What a press has moved when it begins to leave.
+    """What a press has moved where it ends.
 
     Attributes
     ----------
@@ -173,9 +173,12 @@ def scripted_states(
 
 
 def _last(press: ScriptedPress, size: tuple[float, float]) -> tuple[fe.Touch, ...]:
-    """Return a press alone when it begins to leave."""
+    """Return a press alone where it ends, as hard as it was when it began to leave."""
     touch = press.at(press.start + press.duration - RAMP, size)
-    return () if touch is None else (touch,)
+    if touch is None:
+        return ()
+    x, y = (fraction * side for fraction, side in zip(press.path[-1], size, strict=True))
+    return (replace(touch, x=x, y=y),)
 
 
 def _solved(

@@ -101,13 +101,8 @@ def chain(
     """Prepare what the live loop makes of a reference, if plate and camera are as given."""
     tiles = lay_tiles((camera.size[1], camera.size[0]), tile)
     shapes = plate_modes(plate, modes, lambda done, total: None)
-<<<<<<< HEAD
-    motions = models.prepare_motions(shapes, camera, plate.thickness / 2, tiles)
-    return prepare_chain(zero, motions, 1)
-=======
     motions = models.prepare_motions(shapes, camera, camera.face_height(plate.thickness), tiles)
-    return live.prepare_chain(zero, motions, 1)
->>>>>>> 657a63e (A camera below the plate sees the underside, and its pose says which face it sees)
+    return prepare_chain(zero, motions, 1)
 
 
 def pattern(rng: np.random.Generator, off: float = 1.0) -> Iterator[F64]:

@@ -58,3 +58,13 @@ def test_a_place_is_remembered_once():
 def test_left_stays_the_same_array_while_none_ends():
     memory = after([(50, 40, 2.0)], [])
     assert memory.after(pressed((120, 90, 1.0))).left is memory.left
+
+
+def test_what_a_gliding_touch_passes_over_is_there_again_when_it_has_gone_on():
+    path = [[(x, 40.0, 3.0)] for x in (30.0, 37.0, 44.0, 51.0, 58.0, 65.0, 72.0)]
+    memory = after([(50, 40, 2.0)], [], *path[:4])
+    assert len(memory.left) == 0
+    memory = after([(50, 40, 2.0)], [], *path)
+    np.testing.assert_allclose(memory.left, [[50, 40, 2.0]])
+    memory = after([(50, 40, 2.0)], [], *path, [])
+    np.testing.assert_allclose(memory.left, [[72, 40, 3.0], [50, 40, 2.0]])
