@@ -26,7 +26,7 @@ _NEAR, _LIKE = 40.0, 2.0  # mm, and ratio of forces, within which a touch is lik
 class WholePlate:
     """The plate of von Kármán and Marguerre on its whole mesh, read at points of its top face.
 
-    No modes, no training and no tables: what reduced plates are held against. A load takes tenths
+    No modes, no training and no tables: reduced plates are compared with it. A load takes tenths
     of a second, its linear part a millisecond.
 
     Attributes

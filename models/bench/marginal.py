@@ -119,4 +119,6 @@ def without_memory(forward: BenchForward, bench: BenchEstimate, measured: F64, l
     if not len(left):
         return measured
     shown = bench.memory * forward.left(left)
-    return measured - np.linalg.solve(np.eye(len(left)) + shown @ shown.T, shown @ measured) @ shown
+    return (
+        measured - np.linalg.solve(np.eye(len(shown)) + shown @ shown.T, shown @ measured) @ shown
+    )

@@ -29,6 +29,7 @@ add to the motion is taken for those and for the modes, as the images will take 
 THICKNESS = [name for name, _ in BENCH].index("thickness")
 
 _PLATE = len(fe.BENCH_PARAMETERS)
+_ASTRAY = 4.0  # mm: fingers glide and roll as they lift
 _LIGHT = 0.3  # N: a touch whose shape is that of the linear plate
 
 
@@ -238,19 +239,28 @@ class BenchForward:
         return state
 
     def left(self, touches: F64) -> F64:
-        """Compute what each of n touches that ended would show if it still pressed, (n, m)."""
+        """Compute what each of n touches that ended would show if it still pressed, (3n, m).
+
+        Three rows for each: itself, and what it shows more if it pressed a little further along x
+        and y, by the standard deviation of where the plate keeps its trace.
+        """
         known = [self._left.get(touch.tobytes()) for touch in touches]
         known = [
-            self.fields.bench.press(touch[None]).values if values is None else values
+            self._trace(touch) if values is None else values
             for values, touch in zip(known, touches, strict=True)
         ]
         self._left.clear()
         self._left.update(
             (touch.tobytes(), values) for touch, values in zip(touches, known, strict=True)
         )
-        return np.array([self.reading @ values for values in known]).reshape(
+        return np.array([values @ self.reading.T for values in known]).reshape(
             -1, len(self.whitening)
         )
+
+    def _trace(self, touch: F64) -> F64:
+        """All amplitudes of the plate under a touch, and by its place, (3, all of them)."""
+        state = self.fields.bench.press(touch[None])
+        return np.concatenate([state.values[None], _ASTRAY * state.jacobian().T[:2]])
 
     def near(self, state: fe.Pressed) -> BenchForward:
         """Return the same forward model, whose next state of so many touches begins at one."""

@@ -46,6 +46,11 @@ class Memory:
             touch[2] = self.held[_near(self.held, touch), 2].max(initial=touch[2])
         held = largest[found[:, 2] >= FADED * largest[:, 2]]
         ended = np.array([not _near(held, touch).any() for touch in self.held], dtype=bool)
+        # What is weaker than a trace of another leaves none, and may be one.
+        strongest = max(
+            part[:, 2].max(initial=0.0) for part in (self.held, self.left, self.covered)
+        )
+        ended &= self.held[:, 2] >= MEMORY * strongest
         renewed = _which(self.left, lambda touch: _near(self.held[ended], touch).any())
         under = _which(self.left, lambda touch: _renewed(held, touch))
         still = _which(self.covered, lambda touch: _renewed(held, touch))

@@ -63,7 +63,7 @@ class StrainEstimator(Section):
     kind: Literal["strain"] = Field(description="what touches are estimated from")
     touches: bool = Field(
         default=True,
-        description="estimate touches from it in every frame; else the map of strain is drawn alone",
+        description="estimate touches from it in every frame; else only its map is drawn",
     )
 
 

@@ -68,3 +68,9 @@ def test_what_a_gliding_touch_passes_over_is_there_again_when_it_has_gone_on():
     np.testing.assert_allclose(memory.left, [[50, 40, 2.0]])
     memory = after([(50, 40, 2.0)], [], *path, [])
     np.testing.assert_allclose(memory.left, [[72, 40, 3.0], [50, 40, 2.0]])
+
+
+def test_what_may_be_a_trace_itself_leaves_none():
+    memory = after([(50, 40, 4.0)], [], [(90, 80, 0.15)], [])
+    np.testing.assert_allclose(memory.left, [[50, 40, 4.0]])
+    assert len(after([(50, 40, 4.0)], [], [(90, 80, 0.25)], []).left) == 2

@@ -1,4 +1,4 @@
-"""A twin whose bench is otherwise than its scene says: each thing by its size, and states in time."""
+"""A twin whose bench is otherwise than its scene says: by how much, and its states in time."""
 
 import multiprocessing
 from dataclasses import replace
@@ -63,7 +63,7 @@ def test_the_camera_is_turned_about_the_middle_of_the_plate():
     assert nearer.focal == pytest.approx(1.02 * said.focal)
     assert true_camera(said, SAID, DepartureSection()) is said
     far = synthetic.telecentric_above(SAID.size, (384, 320))
-    with pytest.raises(ValueError, match='set camera.kind to "pinhole"'):
+    with pytest.raises(ValueError, match=r'set camera\.kind to "pinhole"'):
         true_camera(far, SAID, DepartureSection(focal=0.02))
 
 
@@ -157,7 +157,9 @@ def test_light_falls_off_to_the_corners_and_grey_levels_bend(small_real):
     )
     np.testing.assert_allclose(bent, np.rint(255.0 * np.sqrt(even / 255.0)), atol=0.51)
     middle, corner = np.s_[70:90, 86:106], np.s_[8:28, 8:28]
-    lost = [(even[part].mean() - dark[part].mean()) / even[part].mean() for part in (middle, corner)]
+    lost = [
+        (even[part].mean() - dark[part].mean()) / even[part].mean() for part in (middle, corner)
+    ]
     assert lost[0] < 0.02 < 0.15 < lost[1]
 
 
