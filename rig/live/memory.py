@@ -51,10 +51,10 @@ class Memory:
             part[:, 2].max(initial=0.0) for part in (self.held, self.left, self.covered)
         )
         ended &= self.held[:, 2] >= MEMORY * strongest
-        renewed = _which(self.left, lambda touch: _near(self.held[ended], touch).any())
+        renewed = _which(self.left, lambda touch: bool(_near(self.held[ended], touch).any()))
         under = _which(self.left, lambda touch: _renewed(held, touch))
         still = _which(self.covered, lambda touch: _renewed(held, touch))
-        gone = _which(self.covered, lambda touch: _near(self.held[ended], touch).any())
+        gone = _which(self.covered, lambda touch: bool(_near(self.held[ended], touch).any()))
         covered = np.concatenate([self.left[under & ~renewed], self.covered[still & ~gone]])[:MANY]
         back = self.covered[~still & ~gone]
         if not (ended.any() or renewed.any() or under.any() or len(back)):

@@ -144,3 +144,28 @@ def test_a_bench_that_nothing_is_seen_of_is_less_and_less_sure(learning, forward
     begun = [learning.follow(100.0 + 10.0 * k, frames([]), chain) for k in range(10)]
     assert [k for k, one in enumerate(begun) if one is not None] == [3, 6, 9]
     assert (learning.bench.sigma[TENSION] > 2.0 * before).all()
+
+
+def test_a_known_weight_sets_the_newton_and_another_force_does_not(learning, forward, frames):
+    with pytest.raises(ValueError, match=r"must be 0\.5 N or more, got 0\.1 N"):
+        learning.weigh(0.1)
+    learning.bench = models.wandered(learning.bench, 3600.0)
+    learning.weigh(2.6)
+    assert follow(learning, forward, [frames(TOUCH) for _ in range(2 * HELD)]) == []
+    assert "presses with 2.00" in learning.notice.at(200.0)
+    learning.weigh(2.0)
+    shown = [frames(TOUCH) for _ in range(HELD)] + [frames([]) for _ in range(LATER)]
+    assert follow(learning, forward, shown, 300.0) == [HELD - 1 + LATER]
+    learned = learning.learned
+    assert (learned.touches, learned.weights, learned.weight) == (1, 1, None)
+    assert learned.force_sigma < 0.01
+    assert "known weight of 2 N" in learning.notice.at(400.0)
+
+
+def test_a_run_that_is_recorded_forgets_what_was_on_its_way(learning, forward, frames):
+    shown = [frames(TOUCH) for _ in range(HELD)]
+    learning.bench = models.wandered(learning.bench, 60.0)
+    assert follow(learning, forward, shown) == []
+    learning.pause()
+    assert follow(learning, forward, [frames([]) for _ in range(2 * LATER)]) == []
+    assert learning.learned.touches == 0

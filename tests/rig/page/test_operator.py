@@ -145,3 +145,23 @@ def test_a_mark_is_shown_where_the_mode_puts_it(bench):
     _, _, show, window = bench
     show(draw_snapshot(1, touches=(Mark(60.0, 100.0, 1.0),)))
     assert window.content[0].x == pytest.approx(90.0)
+
+
+def test_a_known_weight_is_awaited_and_what_is_none_is_refused_in_a_note(bench):
+    publisher, _, _, _ = bench
+    awaited = []
+
+    def weigh(force):
+        if force < 0.5:
+            raise ValueError("known weight must be 0.5 N or more")
+        awaited.append(force)
+
+    switch = Switch(lambda file: Nothing(), None)
+    operator = Operator(publisher, switch, Calibration(), (), weigh=weigh)
+    for force, notes in ((2, []), (0.1, ["0.5 N or more"]), ("x", ["a number in N"]), (3.5, [])):
+        publisher.ask({"do": "weigh", "force": force})
+        operator(draw_snapshot())
+        shown = publisher.packets.newest.page_controls.notes
+        assert len(shown) == len(notes)
+        assert all(part in note for part, note in zip(notes, shown, strict=True))
+    assert awaited == [2.0, 3.5]
