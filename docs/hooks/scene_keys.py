@@ -20,7 +20,7 @@ from rig.scene.section import Section
 PAGE = "scene-keys.md"
 HEAD = "| key | value | if left out | meaning |\n|---|---|---|---|"
 WORDS = {int: "whole number", float: "number", bool: "`true` or `false`", str: "text"}
-COUNTS = {2: "two"}
+COUNTS = {2: "two", 3: "three"}
 BOUNDS = {Gt: "> {.gt:g}", Ge: "≥ {.ge:g}", Lt: "< {.lt:g}", Le: "≤ {.le:g}", MinLen: "not empty"}
 UNIT = re.compile(rf", ({'|'.join(map(re.escape, filter(None, UNITS)))})(?=,|$)")
 

@@ -131,9 +131,12 @@ class Calibration(Section):
         return self.model_copy(update={"bench": entry})
 
     def warnings(self, scene: Scene, now: datetime) -> list[str]:
-        """Say in a sentence each what is old or made for another bench; a twin does not age."""
+        """Say in a sentence each what is old or made for another bench.
+
+        The bench of a twin that is otherwise than its scene stands still, and ages in nothing.
+        """
         found: list[str] = []
-        ages = not isinstance(scene.source, TwinSection)
+        ages = not isinstance(scene.source, TwinSection) or scene.source.departure is None
         for name in type(self).model_fields:
             entry: Dated | None = getattr(self, name)
             if entry and ages and now - entry.date > AGE:

@@ -155,7 +155,7 @@ def test_a_known_weight_sets_the_newton_and_another_force_does_not(learning, for
     assert "presses with 2.00" in learning.notice.at(200.0)
     learning.weigh(2.0)
     shown = [frames(TOUCH) for _ in range(HELD)] + [frames([]) for _ in range(LATER)]
-    assert follow(learning, forward, shown, 300.0) == [HELD - 1 + LATER]
+    assert follow(learning, forward, shown, 102.0) == [HELD - 1 + LATER]
     learned = learning.learned
     assert (learned.touches, learned.weights, learned.weight) == (1, 1, None)
     assert learned.force_sigma < 0.01

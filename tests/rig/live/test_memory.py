@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rig.live.memory import FADED, Memory
+from rig.live.memory import FADED, MANY, Memory
 
 
 def pressed(*touches):
@@ -45,9 +45,9 @@ def test_a_weak_touch_where_a_strong_one_was_keeps_its_memory():
 
 
 def test_the_last_that_ended_count():
-    places = [(20.0 * k, 50.0, 1.0 + k) for k in range(8)]
+    places = [(20.0 * k, 50.0, 1.0 + k) for k in range(MANY + 4)]
     memory = after(*[[place] for place in places])
-    np.testing.assert_allclose(memory.left, places[6:2:-1])
+    np.testing.assert_allclose(memory.left, places[MANY + 2 : 2 : -1])
 
 
 def test_a_place_is_remembered_once():

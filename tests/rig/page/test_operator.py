@@ -1,5 +1,6 @@
 """What the operator asks for is done, and what he should know is on the page."""
 
+import asyncio
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
@@ -160,8 +161,8 @@ def test_a_known_weight_is_awaited_and_what_is_none_is_refused_in_a_note(bench):
     operator = Operator(publisher, switch, Calibration(), (), weigh=weigh)
     for force, notes in ((2, []), (0.1, ["0.5 N or more"]), ("x", ["a number in N"]), (3.5, [])):
         publisher.ask({"do": "weigh", "force": force})
-        operator(draw_snapshot())
-        shown = publisher.packets.newest.page_controls.notes
+        operator(draw_snapshot(1))
+        shown = asyncio.run(publisher.packets.newer(None)).page_controls.notes
         assert len(shown) == len(notes)
         assert all(part in note for part, note in zip(notes, shown, strict=True))
     assert awaited == [2.0, 3.5]
