@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from rig.sources.twin import Twin
 
 SLOTS = 6
-START_LIMIT = 300.0  # s to be ready: the plate is factored and the pattern drawn
+START_LIMIT = 300.0  # s for a step to be ready: a state solved, the pattern drawn
 END_LIMIT = 1.0  # s to end by itself: it looks at the link once a frame
 
 
@@ -114,7 +114,9 @@ class TwinSource:
         try:
             while not self._prepared:
                 if not self._link.poll(START_LIMIT):
-                    raise OSError(f"the twin did nothing for {START_LIMIT:g} s; see its messages")
+                    raise OSError(
+                        f"the twin was not ready within {START_LIMIT:g} s; see its messages"
+                    )
                 done = self._receive()
                 if done is None:
                     self._prepared = True
