@@ -13,7 +13,7 @@ from fe.arrays import F64
 from fe.elements.functional import Functional, derivative
 from fe.elements.mesh import Mesh
 from fe.elements.rise import rise
-from fe.linear.linear import height
+from fe.linear.linear import Face, height
 from fe.linear.load import spread
 from fe.plate.plate import Plate, Touch
 from fe.reduced.karman import Deflected, Karman
@@ -24,7 +24,7 @@ _NEAR, _LIKE = 40.0, 2.0  # mm, and ratio of forces, within which a touch is lik
 
 @dataclass(frozen=True, eq=False)
 class WholePlate:
-    """The plate of von Kármán and Marguerre on its whole mesh, read at points of its top face.
+    """The plate of von Kármán and Marguerre on its whole mesh, read at points of a face.
 
     No modes, no training and no tables: reduced plates are compared with it. A load takes tenths
     of a second, its linear part a millisecond.
@@ -36,11 +36,13 @@ class WholePlate:
     mesh : Mesh
     points : (K, 2) float64, mm
         Where it is read.
+    face : {"top", "middle", "bottom"}
     """
 
     plate: Plate
     mesh: Mesh
     points: F64
+    face: Face = "top"
 
     def prepare(self) -> None:
         """Factor what all loads need.
@@ -123,7 +125,7 @@ class WholePlate:
 
     @cached_property
     def _height(self) -> F64:
-        return height(self.plate, self.points, "top")
+        return height(self.plate, self.points, self.face)
 
     def _bent(self, values: F64) -> F64:
         """Move the face by a deflection: normals stay straight and normal (Kirchhoff)."""

@@ -59,7 +59,7 @@ def bench_forward(described: DescribedBench, farther: float = 1.0) -> LinearForw
     camera = synthetic.pinhole_above(plate.size, farther * described.stand_off, described.pixels)
     modes = fe.modes(plate, MODES, mesh=fe.grid(plate, ELEMENTS))
     tiles = lay_tiles((described.pixels[1], described.pixels[0]), described.tile)
-    motions = prepare_motions(modes, camera, plate.thickness / 2, tiles)
+    motions = prepare_motions(modes, camera, camera.face_height(plate.thickness), tiles)
     forward = prepare_pattern(motions, equal_tiles(tiles, 1.0)).forward(described.noise)
     if not isinstance(forward, LinearForward):
         raise TypeError("a pattern of modes has a linear forward model")

@@ -206,7 +206,7 @@ def _units(
 
 
 def pattern_energy(given: Setup) -> float:
-    """Measure the mean squared gradient of the pattern as the camera sees it, grey levels² a px²."""
+    """Measure the mean squared gradient of the pattern in the image, grey levels² a px²."""
     return gradient_energy(_patch(given), given.tile)
 
 

@@ -107,7 +107,7 @@ def _also_shown(
     from rig.system.frame import Frame
 
     image = np.full(camera.pixels[::-1], GREY, np.uint8)
-    view = plate_view(plate.build(), camera.build(plate), plate.thickness / 2)
+    view = plate_view(plate.build(), camera.build(plate))
 
     @contextmanager
     def shown(title: str) -> Generator[Report]:

@@ -223,14 +223,14 @@ def build_real_twin(
     plate, camera, pattern, sensor = sections
     true = true_plate(plate.build(), departure)
     view = true_camera(camera.build(plate), true, departure)
-    height = true.thickness / 2
+    height = view.face_height(true.thickness)
     arrays = cache.fetch(
         "sharp-pattern",
         (synthetic, pattern.model_dump(), view, true.thickness),
         lambda: synthetic.prepare_warp(pattern.build(plate), view, height).arrays(),
     )
     warper = synthetic.Warper.from_arrays(view, height, arrays)
-    whole = fe.WholePlate(true, fe.even_grid(true, ELEMENTS), warper.points)
+    whole = fe.WholePlate(true, fe.even_grid(true, ELEMENTS), warper.points, view.face)
     presses = script.TOUR if source.script == "tour" else ()
 
     def pressed(time: float) -> tuple[fe.Touch, ...]:

@@ -113,7 +113,7 @@ def demos() -> Iterator[Figure]:
     twin, bench = build_twin(scene), build_bench(scene, lambda done, total: None)
     size, count = bench.plate.size, part(scene.dic).reference_frames
     screen = fit_plate(PROJECTOR, size)
-    view = plate_view(bench.plate, bench.camera, bench.height)
+    view = plate_view(bench.plate, bench.camera)
     seen = prepare_light_map(screen, view.T_px_plate, bench.camera.size, STRENGTH, SENSOR_DARK)
     dark = np.ones(twin.warper.light.shape, np.float32)
     errors: defaultdict[str, list[float]] = defaultdict(list)

@@ -14,6 +14,7 @@ from PIL import Image
 import fe
 from rig.calibration.bench_presses import COLUMNS
 from rig.studies.real_bench.departure import READOUT, SAID, SCENE, RealBench
+from rig.studies.real_bench.truth import Truth
 from rig.system.arrays import F64, Grey
 
 REFERENCES = 16
@@ -46,7 +47,7 @@ class Photographer(Protocol):
 
     def reference(self, number: int) -> Grey: ...  # noqa: D102
 
-    def photograph(  # noqa: D102
+    def held(  # noqa: D102
         self, touches: tuple[fe.Touch, ...], before: F64 | None, number: int
     ) -> Grey: ...
 
@@ -91,7 +92,7 @@ def _write_presses(
     return path
 
 
-def write_touches(truth: Photographer, folder: Path, count: int) -> list[Touched]:
+def write_touches(truth: Truth, folder: Path, count: int) -> list[Touched]:
     """Write images of the plate under one touch after the other, and of it alone in between."""
     rng, sides = np.random.default_rng((truth.seed, 2)), np.array(SAID.size)
     images, made, before = _references(truth), list[Touched](), None

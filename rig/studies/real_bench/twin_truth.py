@@ -32,9 +32,9 @@ class TwinTruth:
 
     def reference(self, number: int) -> Grey:
         """Photograph the untouched plate."""
-        return self.photograph((), None, number)
+        return self.held((), None, number)
 
-    def photograph(self, touches: tuple[fe.Touch, ...], before: F64 | None, number: int) -> Grey:
+    def held(self, touches: tuple[fe.Touch, ...], before: F64 | None, number: int) -> Grey:
         """Photograph the touched plate; `before` is what moved it last, (K, 3) mm."""
         plate = self.twin.states.plate
         moved = plate.at_rest + self._pressed(touches)

@@ -21,9 +21,11 @@ import fe
 import models
 import rig
 from models import Forward, LinearForward, TouchReader
-from rig.live import chain as live
 from rig.live.baseline import average_reference
 from rig.live.bench import Bench, build_bench
+from rig.live.chain import Chain, ChainState, at_rest
+from rig.live.frame_estimate import FrameEstimate, estimate_frame
+from rig.live.registration import Registered, register
 from rig.report.figure import Bar, Figure, at_least, at_most
 from rig.scene import parse_overrides
 from rig.sources.twin import Twin, build_twin
@@ -63,7 +65,7 @@ TITLE = "Touch net: "
 
 
 @cache
-def bench() -> tuple[Bench, Twin, live.Chain]:
+def bench() -> tuple[Bench, Twin, Chain]:
     """Build the shipped twin for four touches and the net of the package, with a reference."""
     four = ["touches.max_touches=4", 'estimator.start="net"', "touches.force=[0.5, 4]"]
     scene = rig.load("twin", parse_overrides(four))
@@ -144,8 +146,8 @@ def _image(truth: F64, k: int) -> AnyArray:
     return bench()[1].frame(1000 + k, touches)
 
 
-def _registered(chain: live.Chain, image: AnyArray) -> live.Registered:
-    return live.register(chain, image, chain.pattern.still(), Stopwatch(clock.perf_counter))
+def _registered(chain: Chain, image: AnyArray) -> Registered:
+    return register(chain, image, chain.pattern.still(), Stopwatch(clock.perf_counter))
 
 
 def _nearest(truth: F64) -> float:
@@ -260,10 +262,10 @@ def start() -> Iterator[Figure]:
     for k in range(-2, COLD):
         truth = _drawn(MAX_TOUCHES, 500 + k)
         before, image = _image(truth, 2 * k + 10), _image(truth, 2 * k + 11)
-        followed = _frame(chain, before, live.at_rest(chain))[0].state
+        followed = _frame(chain, before, at_rest(chain))[0].state
         for name, way, state in (
-            ("cold, search", search, live.at_rest(chain)),
-            ("cold, net", chain, live.at_rest(chain)),
+            ("cold, search", search, at_rest(chain)),
+            ("cold, net", chain, at_rest(chain)),
             ("tracked", chain, followed),
         ):
             found, whole, estimated = _frame(way, image, state)
@@ -287,12 +289,10 @@ def start() -> Iterator[Figure]:
         )
 
 
-def _frame(
-    chain: live.Chain, image: AnyArray, state: live.ChainState
-) -> tuple[live.FrameEstimate, float, float]:
+def _frame(chain: Chain, image: AnyArray, state: ChainState) -> tuple[FrameEstimate, float, float]:
     """Estimate one frame; its time, and that of finding touches, ms of the processor."""
     watch = Stopwatch(clock.thread_time)
-    found, whole = timed(lambda: live.estimate_frame(chain, image, state, watch))
+    found, whole = timed(lambda: estimate_frame(chain, image, state, watch))
     return found, whole, watch.quantiles("estimate")[0]
 
 

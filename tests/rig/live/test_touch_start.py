@@ -11,9 +11,10 @@ import pytest
 import fe
 import models
 import rig
-from rig.live import chain as live
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
+from rig.live.chain import at_rest
+from rig.live.frame_estimate import estimate_frame
 from rig.sources.twin import build_twin
 from rig.system.timing import Stopwatch
 
@@ -39,7 +40,7 @@ def chain(twin):
 
 
 def estimated(chain, image):
-    return live.estimate_frame(chain, image, live.at_rest(chain), Stopwatch(time.monotonic))
+    return estimate_frame(chain, image, at_rest(chain), Stopwatch(time.monotonic))
 
 
 def test_a_cold_frame_ends_where_the_search_ends(chain, twin):
@@ -61,7 +62,7 @@ def test_touches_that_are_followed_ask_no_net(chain, twin):
 
     blind = replace(chain, start=replace(chain.start, reader=Unasked()))
     watch = Stopwatch(time.monotonic)
-    after = live.estimate_frame(blind, twin.frame(42, TOUCHES), first.state, watch)
+    after = estimate_frame(blind, twin.frame(42, TOUCHES), first.state, watch)
     assert after.estimate.count == 3
 
 
