@@ -224,6 +224,11 @@ class Loop:
     def _from_strain(self) -> bool:
         return self.bench.strain and self.bench.strain_touches
 
+    def _strain_marks(self, found: FrameEstimate) -> tuple[Mark, ...] | None:
+        if not self._from_strain:
+            return None
+        return () if found.from_strain is None else marks(found.from_strain)
+
     def _take(self, frame: Frame, follower: FrameProcessor, view: View) -> Snapshot:
         if self._sequence is not None:
             self.dropped += frame.sequence - self._sequence - 1
@@ -300,7 +305,7 @@ class Loop:
         return replace(
             snapshot,
             touches=(),
-            from_strain=(),
+            from_strain=() if self._from_strain else None,
             truth=None,
             strain=None,
             status=self._source.status,
@@ -368,9 +373,7 @@ class Loop:
             plate_outline=view.outline,
             T_px_plate=view.T_px_plate,
             touches=tracked_marks(result.tracks),
-            from_strain=()
-            if frame_estimate.from_strain is None
-            else marks(frame_estimate.from_strain),
+            from_strain=self._strain_marks(frame_estimate),
             truth=None if frame.truth is None else true_marks(frame.truth),
             strain=shown,
             status=follower.sentence(frame_estimate),

@@ -111,8 +111,8 @@ class Snapshot:
         Homography from the seen face (x, y, mm) to the image (x, y, px).
     touches : tuple of Mark
         Touches as all frames so far show them, smoothed; in the order of `estimate`.
-    from_strain : tuple of Mark
-        Touches found from strain alone.
+    from_strain : tuple of Mark or None
+        Touches found from strain alone; None where none are looked for in it.
     truth : tuple of Mark or None
         Touches that the source knows to be there; None where it cannot know.
     strain : StrainOverlay or None
@@ -161,7 +161,7 @@ class Snapshot:
     plate_outline: NDArray[np.floating]
     T_px_plate: NDArray[np.floating]
     touches: tuple[Mark, ...]
-    from_strain: tuple[Mark, ...]
+    from_strain: tuple[Mark, ...] | None
     truth: tuple[Mark, ...] | None
     strain: StrainOverlay | None
     status: str

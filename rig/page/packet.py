@@ -155,7 +155,7 @@ def _describe(shot: Snapshot, screen: Screen | None) -> dict[str, Any]:
         "outline": shot.plate_outline,
         "T_px_plate": shot.T_px_plate,
         "touches": _marks(shot.touches),
-        "from_strain": _marks(shot.from_strain),
+        "from_strain": None if shot.from_strain is None else _marks(shot.from_strain),
         "truth": None if shot.truth is None else _marks(shot.truth),
         "strain": None if shot.strain is None else _grid(shot.strain),
         "strain_reason": shot.strain_reason,

@@ -100,7 +100,7 @@ export class FrameView {
     this.drawAxes(frame);
     if (seenFromBelow(frame.outline)) this.drawSide();
     for (const mark of frame.truth ?? []) this.drawTruth(frame, mark);
-    for (const mark of frame.from_strain) this.drawStrainMark(frame, mark);
+    for (const mark of frame.from_strain ?? []) this.drawStrainMark(frame, mark);
     for (const mark of frame.touches) this.drawTouch(frame, mark);
   }
 

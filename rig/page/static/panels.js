@@ -51,6 +51,7 @@ export function showTouches(frame) {
   const rows = SOURCES.filter(([source]) => frame[source] !== null).flatMap(([source, name]) => touchRows(frame[source], source, name));
   document.getElementById("touches").replaceChildren(...rows);
   document.getElementById("legend-truth").hidden = frame.truth === null;
+  document.getElementById("legend-strain").hidden = frame.from_strain === null;
 }
 
 function touchRows(marks, source, name) {
