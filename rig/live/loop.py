@@ -25,6 +25,7 @@ from rig.live.strain_chain import StrainChain
 from rig.live.tare import Tare
 from rig.live.tracker import LATENCY, FrameProcessor, FrameResult
 from rig.live.view import (
+    Mark,
     View,
     empty_snapshot,
     marks,

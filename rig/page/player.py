@@ -153,10 +153,10 @@ class RecordedFrames:
         return StrainOverlay(centres[0, :, 0], centres[:, 0, 1], exx, eyy, exy, (0.0, 0.0, 0.0))
 
 
-def _places(row: dict[str, AnyArray]) -> tuple[Mark, ...]:
+def _places(row: dict[str, AnyArray]) -> tuple[Mark, ...] | None:
     found = row.get("touches/from_strain")
     if found is None:
-        return ()
+        return None
     return tuple(Mark(x, y, force, UNKNOWN, math.inf) for x, y, force in there(found).tolist())
 
 
