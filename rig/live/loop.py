@@ -20,12 +20,11 @@ from rig.live.gestures import Gesture, Gestures
 from rig.live.learning import Learned, Learning
 from rig.live.quality import signs
 from rig.live.run_score import RunScore
-from rig.live.snapshot import Snapshot, StrainOverlay
+from rig.live.snapshot import Mark, Snapshot, StrainOverlay
 from rig.live.strain_chain import StrainChain
 from rig.live.tare import Tare
 from rig.live.tracker import LATENCY, FrameProcessor, FrameResult
 from rig.live.view import (
-    Mark,
     View,
     empty_snapshot,
     marks,
