@@ -167,74 +167,95 @@ def entry_of(part: Part, now: datetime) -> dict[str, Dated]:
     """Return the entry of a new result, by the name of its part, for `Calibration`."""
     match part:
         case Lens():
-            bent = part.distortion
-            lens = LensEntry(
-                date=now,
-                error=part.error,
-                residual=part.residual,
-                size=part.size,
-                focal=part.focal,
-                sigma_focal=part.sigma_focal,
-                centre=part.centre,
-                distortion=(bent.k1, bent.k2, bent.p1, bent.p2, bent.k3),
-            )
-            return {"lens": lens}
+            return {"lens": _lens_entry(part, now)}
         case Pose():
-            pose = PoseEntry(
-                date=now,
-                error=part.error,
-                residual=part.residual,
-                T_cam_plate=_rows(part.camera.T_cam_plate),
-                covariance=_rows(part.covariance),
-            )
-            return {"pose": pose}
+            return {"pose": _pose_entry(part, now)}
         case ProjectorLight():
-            projector = ProjectorEntry(
-                date=now,
-                error=part.error,
-                residual=part.residual,
-                size=part.screen.size,
-                T_px_plate=_rows(part.screen.T_px_plate),
-                strength=part.strength,
-                black=part.black,
-            )
-            return {"projector": projector}
+            return {"projector": _projector_entry(part, now)}
         case Photon():
-            noise = NoiseEntry(
-                date=now,
-                error=part.sigma_gain / part.gain,
-                residual=part.residual,
-                gain=part.gain,
-                read=part.read,
-            )
-            return {"noise": noise}
+            return {"noise": _noise_entry(part, now)}
         case Latency():
-            latency = LatencyEntry(date=now, error=part.sigma, median=part.median, p95=part.p95)
-            return {"latency": latency}
+            return {"latency": _latency_entry(part, now)}
         case models.BenchEstimate():
-            held = part.held_out
-            bench = BenchEntry(
-                date=now,
-                error=held.place if held else None,
-                error_force=held.force if held and isfinite(held.force) else None,
-                names=tuple(name for name, _ in models.BENCH),
-                values=tuple(part.values.tolist()),
-                covariance=_rows(part.covariance),
-                prior=tuple(part.prior.tolist()),
-                discrepancy=part.discrepancy,
-                memory=part.memory,
-            )
-            return {"bench": bench}
+            return {"bench": _bench_entry(part, now)}
         case Alignment():
-            presses = PressesEntry(
-                date=now,
-                error=part.error,
-                matrix=_rows(part.matrix),
-                gain=part.gain,
-                sigma_gain=part.sigma_gain,
-                error_force=part.error_force,
-            )
-            return {"presses": presses}
+            return {"presses": _presses_entry(part, now)}
+
+
+def _lens_entry(part: Lens, now: datetime) -> LensEntry:
+    bent = part.distortion
+    return LensEntry(
+        date=now,
+        error=part.error,
+        residual=part.residual,
+        size=part.size,
+        focal=part.focal,
+        sigma_focal=part.sigma_focal,
+        centre=part.centre,
+        distortion=(bent.k1, bent.k2, bent.p1, bent.p2, bent.k3),
+    )
+
+
+def _pose_entry(part: Pose, now: datetime) -> PoseEntry:
+    return PoseEntry(
+        date=now,
+        error=part.error,
+        residual=part.residual,
+        T_cam_plate=_rows(part.camera.T_cam_plate),
+        covariance=_rows(part.covariance),
+    )
+
+
+def _projector_entry(part: ProjectorLight, now: datetime) -> ProjectorEntry:
+    return ProjectorEntry(
+        date=now,
+        error=part.error,
+        residual=part.residual,
+        size=part.screen.size,
+        T_px_plate=_rows(part.screen.T_px_plate),
+        strength=part.strength,
+        black=part.black,
+    )
+
+
+def _noise_entry(part: Photon, now: datetime) -> NoiseEntry:
+    return NoiseEntry(
+        date=now,
+        error=part.sigma_gain / part.gain,
+        residual=part.residual,
+        gain=part.gain,
+        read=part.read,
+    )
+
+
+def _latency_entry(part: Latency, now: datetime) -> LatencyEntry:
+    return LatencyEntry(date=now, error=part.sigma, median=part.median, p95=part.p95)
+
+
+def _bench_entry(part: models.BenchEstimate, now: datetime) -> BenchEntry:
+    held = part.held_out
+    return BenchEntry(
+        date=now,
+        error=held.place if held else None,
+        error_force=held.force if held and isfinite(held.force) else None,
+        names=tuple(name for name, _ in models.BENCH),
+        values=tuple(part.values.tolist()),
+        covariance=_rows(part.covariance),
+        prior=tuple(part.prior.tolist()),
+        discrepancy=part.discrepancy,
+        memory=part.memory,
+    )
+
+
+def _presses_entry(part: Alignment, now: datetime) -> PressesEntry:
+    return PressesEntry(
+        date=now,
+        error=part.error,
+        matrix=_rows(part.matrix),
+        gain=part.gain,
+        sigma_gain=part.sigma_gain,
+        error_force=part.error_force,
+    )
 
 
 def calibration_beside(scene: str | Path) -> Calibration:
