@@ -26,6 +26,7 @@ from models.touch_net.store import TouchNet, load_touch_net
 from models.touch_net.unrolled import Fits, fit_all, fit_number, folded
 
 SHIPPED_TOUCH_NET = Path(__file__).with_name("weights.npz")
+"""The weights that come with the package."""
 
 LIKELY = -5.0  # logarithm of how likely a number of touches must seem before it is fitted
 UNUSUAL = 6.0  # standard deviations of χ² above its mean: what a fit does not explain

@@ -199,7 +199,7 @@ def _learning_sinks(loop: Loop, keeper: Keeper | None, open_parts: ExitStack) ->
     if take := typed(loop, warn):
         say("type 'w 2' and Enter to lay a known weight of 2 N, 't' to renew the reference")
         sinks.append(take)
-    if keeper:
+    if keeper and loop.learned is not None:
         open_parts.callback(_kept, keeper, loop)
         sinks.append(lambda snapshot: keeper.follow(loop, snapshot.captured))
     return sinks

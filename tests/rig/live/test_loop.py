@@ -193,7 +193,7 @@ def test_without_a_comparison_there_is_no_strain_and_the_reason_is_given(small, 
     loop = Loop(bench, in_hand(build_twin(scene), range(30)))
     (shot,) = run(loop, 1)
     assert shot.strain is None
-    assert shot.from_strain == ()
+    assert shot.from_strain is None
     assert shot.strain_reason == "the scene names no [comparison] by strain"
     assert loop.summary()["strain"] is None
     assert "strain" not in loop.summary()["stages_ms"]

@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 import rig
+from rig.calibration.learned import Known
 from rig.commands import run as command
 from rig.live.snapshot import Mark
 from rig.out.board_sink import BoardSink, lamp_level
@@ -151,7 +152,7 @@ def test_a_press_does_in_a_run_what_the_scene_says(
         followed(loop, sinks, 40)
 
     monkeypatch.setattr(command, "_follow", press_and_follow)
-    command.live(scene, rig.Calibration(), 40, True, None, True)
+    command.live(scene, Known(rig.Calibration(), ()), 40, True, None, True)
     assert sorted(path.suffix for path in tmp_path.iterdir()) == left
     said = capsys.readouterr().err
     assert {"snapshot": "snapshot kept in", "record": "recording to", "tare": "tare:"}[does] in said
