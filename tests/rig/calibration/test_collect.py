@@ -118,6 +118,6 @@ def test_the_command_collects_from_the_twin(small_settings, live_cache, monkeypa
     done = CliRunner().invoke(cli.application(again), [*again, *small_settings])
     assert done.exit_code == 0, done.output
     learned = json.loads(done.stdout)
-    assert learned["held_out"] == 3
+    assert learned["held_out"] == (9 - said["slips"]) // 3
     assert learned["softness"] == pytest.approx(1.0, abs=0.1)
     assert learned["place_after"] < 2 * learned["place_before"]

@@ -157,10 +157,11 @@ def test_large_touches_are_predicted_as_the_reduced_plate_has_them(small):
     motions = models.prepare_motions(bent.modes, view, 0.5, tiles, bent, models.with_tilts)
     found = predict(given, None, 4.0, fe.modal_plate(given.plate.build()))
     pattern = models.prepare_pattern(motions, models.equal_tiles(tiles, found.energy))
-    inside = np.abs(found.errors.touches[:, :2] - [127.0, 101.5]).max(axis=1) < 70.0
-    reduced = models.expected_errors(pattern.forward(given.noise), found.errors.touches[inside])
-    np.testing.assert_allclose(found.errors.place[inside], reduced.place, rtol=0.06)
-    np.testing.assert_allclose(found.errors.force[inside], reduced.force, rtol=0.06)
+    bound = found.at_noise(given.noise)
+    inside = np.abs(bound.touches[:, :2] - [127.0, 101.5]).max(axis=1) < 70.0
+    reduced = models.expected_errors(pattern.forward(given.noise), bound.touches[inside])
+    np.testing.assert_allclose(bound.place[inside], reduced.place, rtol=0.06)
+    np.testing.assert_allclose(bound.force[inside], reduced.force, rtol=0.06)
 
 
 @pytest.mark.slow
