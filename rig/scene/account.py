@@ -26,6 +26,12 @@ REDUCED = Part(
     "made once, in minutes, and kept in the cache; milliseconds a frame",
     ("fe", "models"),
 )
+IN_MODES = Part(
+    "plate in modes",
+    "large deflection, and what is not known of the bench",
+    "made once, in half a minute, and kept in the cache; some milliseconds a touch",
+    ("fe", "models"),
+)
 
 
 @dataclass(frozen=True)
@@ -70,9 +76,20 @@ def account(scene: Scene) -> Account:
     left_out = _left_out(scene, absent, theory)
     if theory is None:
         return Account(scene.title, parts, left_out, None, None)
-    if theory.name == "large" and isinstance(scene.estimator, PatternEstimator):
-        parts += (REDUCED,)
-    return Account(scene.title, parts, left_out, theory.name, theory.regime)
+    return Account(
+        scene.title, parts + _mechanics(scene, theory), left_out, theory.name, theory.regime
+    )
+
+
+def _mechanics(scene: Scene, theory: Theory) -> tuple[Part, ...]:
+    """List what the live loop needs of the plate beside its modes."""
+    match scene.estimator:
+        case PatternEstimator(bench="usual"):
+            return (IN_MODES,)
+        case PatternEstimator() if theory.name == "large":
+            return (REDUCED,)
+        case _:
+            return ()
 
 
 def _left_out(scene: Scene, absent: tuple[str, ...], theory: Theory | None) -> tuple[LeftOut, ...]:

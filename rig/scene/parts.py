@@ -18,6 +18,7 @@ from rig.scene.bench import (
 )
 from rig.scene.board import BoardSection
 from rig.scene.dataset import DatasetSection
+from rig.scene.departure import DepartureSection
 from rig.scene.dynamics import DynamicsSection
 from rig.scene.field_net import FieldNetSection
 from rig.scene.loop import Outputs, Page, ProjectorSection
@@ -230,6 +231,10 @@ def _images(
     scene: Scene,
 ) -> Part:
     match section:
+        case TwinSection(departure=DepartureSection(), script=script, seed=seed):
+            what = f"rendered images of a bench that is otherwise, script '{script}', seed {seed}"
+            cost = "states of the whole plate, once; one image a frame, in its own process"
+            return Part(name, what, cost, ("fe", "synthetic"))
         case TwinSection(script=script, seed=seed):
             columns, rows = counts.elements(scene.plate, counts.TWIN_ELEMENTS)
             cost = f"{columns} × {rows} elements solved and one image a frame, in its own process"
