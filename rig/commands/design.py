@@ -48,17 +48,19 @@ def design(
     Errors are Cramér-Rao bounds of one touch in one frame under the theory of the scene, with the
     motion of the camera and the light unknown.
     """
-    from rig.design.limits import refusal
+    from rig.design.limits import cannot_work
     from rig.design.outlook import design as predict, search_for
     from rig.scene import load, parse_overrides
 
     if plot and (plot.suffix != ".png" or not plot.parent.is_dir()):
         raise OSError(f"plot '{plot}' must be a *.png in a folder that exists; name such a one")
     loaded = load(scene, parse_overrides(settings or []))
-    if why := refusal(loaded):
+    if why := cannot_work(loaded):
         raise ValueError(why)
     with progress("design") as report:
         made = predict(loaded, report)
+    if made.too_stiff:
+        raise ValueError(made.too_stiff)
     if plot:
         from rig.design.plot import draw_map
 

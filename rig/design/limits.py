@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import fe
-from rig.design.prediction import predict
+from rig.design.prediction import Prediction, predict
 from rig.design.setup import Setup, setup_of
 from rig.scene import Scene
 from rig.scene.plate import PlateSection
@@ -36,13 +36,13 @@ def refusal(scene: Scene) -> str:
     ValueError
         If the scene lacks a part; see `setup_of`.
     """
+    return cannot_work(scene) or too_stiff(scene, predict(setup_of(scene)))
+
+
+def cannot_work(scene: Scene) -> str:
+    """Say the same of what needs no prediction: a plate that is too soft, speckles too fine."""
     given = setup_of(scene)
-    return (
-        _too_soft(scene, given.plate)
-        or _too_fine(given)
-        or _aliased(given)
-        or _too_stiff(given, largest_force(scene) or 1.0)
-    )
+    return _too_soft(scene, given.plate) or _too_fine(given) or _aliased(given)
 
 
 def speckle_in_pixels(given: Setup) -> float:
@@ -108,8 +108,10 @@ def _too_fine(given: Setup) -> str:
     )
 
 
-def _too_stiff(given: Setup, force: float) -> str:
-    plate, found = given.plate, predict(given)
+def too_stiff(scene: Scene, found: Prediction) -> str:
+    """Say why touches cannot be placed, from what linear theory predicts; empty where they can."""
+    given, force = found.setup, largest_force(scene) or 1.0
+    plate = given.plate
     place = float(np.median(found.errors.place)) / force
     if place <= FARTHEST:
         return ""

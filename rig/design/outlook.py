@@ -13,6 +13,7 @@ import numpy as np
 
 import fe
 from models import ExpectedErrors
+from rig.design.limits import too_stiff
 from rig.design.prediction import (
     UNIT,
     Prediction,
@@ -82,6 +83,8 @@ class Design:
         What camera and machine give together.
     changes : tuple of DesignChange
         The most helpful first.
+    too_stiff : str
+        Why touches cannot be placed on such a plate, and what to change; empty where they can.
     """
 
     title: str
@@ -95,6 +98,7 @@ class Design:
     frame: float
     rate: float
     changes: tuple[DesignChange, ...]
+    too_stiff: str
 
 
 def design(scene: Scene, report: Callable[[int, int, str], None]) -> Design:
@@ -132,6 +136,8 @@ def design(scene: Scene, report: Callable[[int, int, str], None]) -> Design:
         frame=frame,
         rate=min(given.camera.rate, 1 / frame),
         changes=made,
+        # What bends so far that theory is another one is not too stiff.
+        too_stiff=too_stiff(scene, now) if theory.name == "linear" else "",
     )
 
 

@@ -98,11 +98,32 @@ def predict(
     ValueError
         If the images are too small to tell the modes of the plate apart.
     """
-    same = like is not None and like.setup.geometry == setup.geometry and like.force == force
-    unit, twice = (like.unit, like.twice) if like and same else _units(setup, force, modal)
+    unit, twice = _shared(like, setup, force, modal) or _units(setup, force, modal)
     if like is not None and _drawn(like.setup) == _drawn(setup):
         return Prediction(setup, force, unit, twice, like.energy, like.gain)
-    return Prediction(setup, force, unit, twice, pattern_energy(setup), _gain(_patch(setup)))
+    light = _patch(setup)
+    energy = gradient_energy(light, setup.tile)
+    return Prediction(setup, force, unit, twice, energy, _gain(light))
+
+
+def _shared(
+    like: Prediction | None, setup: Setup, force: float, modal: fe.ModalPlate | None
+) -> tuple[ExpectedErrors, ExpectedErrors] | None:
+    """Return what a prediction has of another; None where it has nothing.
+
+    Under another force linear theory has the same errors of force, and places in inverse
+    proportion to it.
+    """
+    if like is None or like.setup.geometry != setup.geometry:
+        return None
+    part = force / like.force
+    if part == 1.0:
+        return like.unit, like.twice
+    if modal is not None:
+        return None
+    touches = like.unit.touches * (1.0, 1.0, part)
+    unit = ExpectedErrors(touches, like.unit.place / part, like.unit.force)
+    return unit, ExpectedErrors(touches, like.twice.place, part * like.twice.force)
 
 
 def _drawn(setup: Setup) -> tuple[object, ...]:

@@ -114,38 +114,68 @@ def search(
     now = predict(given, None, force, modal)
     if _median(now) <= place:
         return Found(place, force, _median(now), (), ())
-    found = [_changed_enough(way, now, place, modal) for way in ways(given, largest)]
+    found = [_changed_enough(way(given, largest), now, place, modal) for way in WAYS]
     alone = tuple(step for step in found if step.place <= place)
     together = () if alone else tuple(_one_after_the_other(now, place, largest, modal))
     return Found(place, force, _median(now), alone, together)
 
 
-def ways(given: Setup, largest: float) -> Iterator[Way]:
-    """List what may be changed, the cheapest first: print, wait, cut, move, buy."""
-    plate, camera, pattern = given.plate, given.camera, given.pattern
+def speckles(given: Setup, largest: float) -> Way:
+    """Finer speckles, as fine as they are still seen and printed."""
+    del largest
+    pattern = given.pattern
     finest = max(FINEST, pattern.diameter * SEEN / speckle_in_pixels(given))
-    yield Way(
-        "speckle diameter", "mm", pattern.diameter, finest,
-        lambda value: replace(given, pattern=changed(pattern, diameter=value)),
-    )  # fmt: skip
-    yield Way(
-        "mean of frames", "", given.frames, MAX_FRAMES,
-        lambda value: replace(given, frames=round(value)),
-    )  # fmt: skip
-    yield Way(
-        "thickness", "mm", plate.thickness, _thinnest(given, largest),
-        lambda value: replace(given, plate=as_thick(plate, value)),
-    )  # fmt: skip
-    nearest = NEAREST * max(plate.size)
-    yield Way(
-        "stand-off, with a lens that sees all of the plate", "mm", camera.stand_off, nearest,
-        lambda value: replace(given, camera=changed(camera, stand_off=value)),
-    )  # fmt: skip
-    width = camera.pixels[0]
-    yield Way(
-        "width of the image", "px", width, MAX_PIXELS,
-        lambda value: replace(given, camera=_as_wide(given, value)),
-    )  # fmt: skip
+
+    def drawn(diameter: float) -> Setup:
+        return replace(given, pattern=changed(pattern, diameter=diameter))
+
+    return Way("speckle diameter", "mm", pattern.diameter, min(finest, pattern.diameter), drawn)
+
+
+def frames(given: Setup, largest: float) -> Way:
+    """More frames in a mean."""
+    del largest
+    limit = max(MAX_FRAMES, given.frames)
+    return Way("mean of frames", "", given.frames, limit, lambda n: replace(given, frames=round(n)))
+
+
+def thickness(given: Setup, largest: float) -> Way:
+    """Make the plate thinner, as thin as it bears the largest force."""
+    plate = given.plate
+    thinnest = min(_thinnest(given, largest), plate.thickness)
+
+    def cut(thick: float) -> Setup:
+        return replace(given, plate=as_thick(plate, thick))
+
+    return Way("thickness", "mm", plate.thickness, thinnest, cut)
+
+
+def stand_off(given: Setup, largest: float) -> Way:
+    """Bring the camera nearer, with a lens that still sees all of the plate."""
+    del largest
+    camera = given.camera
+    nearest = min(NEAREST * max(given.plate.size), camera.stand_off)
+
+    def moved(distance: float) -> Setup:
+        return replace(given, camera=changed(camera, stand_off=distance))
+
+    what = "stand-off, with a lens that sees all of the plate"
+    return Way(what, "mm", camera.stand_off, nearest, moved)
+
+
+def pixels(given: Setup, largest: float) -> Way:
+    """Take a camera of more pixels."""
+    del largest
+    width = given.camera.pixels[0]
+
+    def bought(value: float) -> Setup:
+        return replace(given, camera=_as_wide(given, value))
+
+    return Way("width of the image", "px", width, max(MAX_PIXELS, width), bought)
+
+
+WAYS = speckles, frames, thickness, stand_off, pixels
+"""What may be changed, the cheapest first: print, wait, cut, move, buy."""
 
 
 def _changed_enough(way: Way, now: Prediction, place: float, modal: fe.ModalPlate | None) -> Step:
@@ -154,7 +184,7 @@ def _changed_enough(way: Way, now: Prediction, place: float, modal: fe.ModalPlat
     The error is near to a power of what is changed, so that a secant of logarithms finds it.
     """
     known = [(log(way.before), _median(now))]
-    if abs(log(way.limit / way.before)) < _CLOSE or _backwards(way):
+    if abs(log(way.limit / way.before)) < _CLOSE:
         return Step(way.what, way.unit, way.before, way.before, known[0][1])
     value = way.limit
     for _ in range(_ROUNDS):
@@ -179,18 +209,12 @@ def _between(known: list[tuple[float, float]], place: float, way: Way) -> float:
     return guess if way.unit else float(np.ceil(guess))  # frames are whole
 
 
-def _backwards(way: Way) -> bool:
-    """Whether a thing is beyond its limit already."""
-    more = way.what in ("mean of frames", "width of the image")
-    return way.before >= way.limit if more else way.before <= way.limit
-
-
 def _one_after_the_other(
     now: Prediction, place: float, largest: float, modal: fe.ModalPlate | None
 ) -> Iterator[Step]:
     given = now.setup
-    for number in range(len(tuple(ways(given, largest)))):
-        way = tuple(ways(given, largest))[number]
+    for make in WAYS:
+        way = make(given, largest)
         step = _changed_enough(way, now, place, modal)
         if step.after == step.before:
             continue
