@@ -50,7 +50,7 @@ class StudyResult:
 
 @dataclass(frozen=True)
 class PageParts:
-    """What a page is made of: results by section, and the bars that no study measures."""
+    """What a page is made of: results by section, and bars that may not be measured yet."""
 
     sections: tuple[tuple[Section, tuple[StudyResult, ...]], ...]
     open_bars: tuple[Topic, ...] = ()
@@ -63,15 +63,25 @@ class PageParts:
     @property
     def figures(self) -> tuple[Figure, ...]:
         """All figures, those that are not measured yet among them."""
-        measured = (result.figures for result in self.results)
-        return tuple(chain(*measured, *(topic.figures for topic in self.open_bars)))
+        return tuple(chain(self._found, *(topic.figures for topic in self.not_measured)))
+
+    @property
+    def not_measured(self) -> tuple[Topic, ...]:
+        """The bars of which no result has a figure."""
+        measured = {(f.case, f.quantity) for f in self._found if f.value is not None}
+        left = (topic.without(measured) for topic in self.open_bars)
+        return tuple(topic for topic in left if topic.bars)
+
+    @property
+    def _found(self) -> tuple[Figure, ...]:
+        return tuple(chain.from_iterable(result.figures for result in self.results))
 
 
 def write(folder: Path, origin: Origin, parts: PageParts) -> None:
     """Write report.md, its plots, and report.html, which holds all of it."""
     (folder / PLOTS).mkdir(parents=True, exist_ok=True)
     opening, count = _panels(parts.results, folder), _count(judged(parts.figures), origin)
-    rest = _text([*_overview(parts, origin), *_sections(parts, folder), *_open(parts.open_bars)])
+    rest = _text([*_overview(parts, origin), *_sections(parts, folder), *_open(parts.not_measured)])
     (folder / "report.md").write_text(_text([f"# {TITLE}", count, opening, rest]), encoding="utf-8")
     (folder / "report.html").write_text(_html(opening, count, rest, folder), encoding="utf-8")
 
@@ -169,8 +179,8 @@ def _table(figures: list[Figure], folder: Path, plot: str) -> list[str]:
 
 
 def _open(topics: Sequence[Topic]) -> list[str]:
-    """List the bars that no study measures yet."""
-    blocks = ["## Bars that no study measures yet"] if topics else []
+    """List the bars that are not measured yet."""
+    blocks = ["## Bars that are not measured yet"] if topics else []
     for topic in topics:
         lines = ["|  | bar |", "| --- | --- |"]
         for f in topic.figures:

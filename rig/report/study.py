@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from importlib.resources import files
 from math import inf
@@ -70,7 +71,7 @@ class Section(BaseModel):
 
 
 class OpenBar(BaseModel):
-    """A bar that no study measures yet."""
+    """A bar that stands as not measured until the report has a figure of its case and quantity."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -88,6 +89,11 @@ class Topic(BaseModel):
 
     title: str
     bars: tuple[OpenBar, ...]
+
+    def without(self, measured: Collection[tuple[str, str]]) -> Topic:
+        """Return the topic without the bars whose case and quantity are measured."""
+        left = tuple(bar for bar in self.bars if (bar.case, bar.quantity) not in measured)
+        return self.model_copy(update={"bars": left})
 
     @property
     def figures(self) -> tuple[Figure, ...]:
@@ -121,7 +127,7 @@ class Contents:
     package : str
         Name of the package that the folder is; empty where it is a folder of one's own.
     open_bars : tuple of Topic
-        What no study measures yet.
+        What may not be measured yet.
     """
 
     home: Path

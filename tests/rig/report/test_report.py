@@ -139,6 +139,15 @@ def test_the_page_opens_with_the_count_of_bars_the_misses_and_the_machine(home, 
     assert (tmp_path / "out/plots/front.png").stat().st_size > 5000
 
 
+def test_a_bar_is_open_until_a_study_has_its_case_and_quantity(home, tmp_path):
+    other = OPEN.replace("nothing found", "a").replace("unit", 'quantity = "width", unit')
+    (home / "open_bars.toml").write_text(other)
+    built(home, tmp_path / "out", names=["meshes"])
+    assert "not measured yet" in (tmp_path / "out/report.md").read_text()
+    built(home, tmp_path / "out", names=["meshes", "broken"])
+    assert "not measured yet" not in (tmp_path / "out/report.md").read_text()
+
+
 def test_the_report_names_versions_and_scenes(home, tmp_path):
     built(home, tmp_path / "out", names=["meshes"])
     text = (tmp_path / "out/report.md").read_text()
