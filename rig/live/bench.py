@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +17,7 @@ from rig.live.baseline import ReferenceFrame
 from rig.live.chain import Chain, prepare_chain
 from rig.live.known_bench import KnownBench, motions_on_bench, require_bench
 from rig.live.plate_in_time import PlateInTime, in_time, require_own_modes
-from rig.live.strain_chain import StrainChain, prepare_strain
+from rig.live.strain_chain import StrainChain, prepare_strain, with_touches
 from rig.live.touch_start import touch_net_of
 from rig.plates.cached import plate_modes, reduced
 from rig.scene import Scene
@@ -161,7 +161,7 @@ class Bench:
         if not self.strain:
             return chain, None
         strain = prepare_strain(chain, self.camera, self.dic.block, self.dic.window)
-        return chain, replace(strain, touches=self.strain_touches)
+        return chain, with_touches(strain, chain) if self.strain_touches else strain
 
     def prepare_net(self, reference: ReferenceFrame, chain: Chain) -> NetChain | None:
         """Prepare the net for a reference, where the scene has one.

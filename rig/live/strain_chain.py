@@ -18,13 +18,12 @@ from rig.system.timing import Stopwatch
 
 @dataclass(frozen=True, eq=False)
 class StrainChain:
-    """What draws the strain map of the same frames, and estimates touches from it where wanted."""
+    """What draws the strain map of the same frames; with an estimator, touches are found in it."""
 
     blocks: TileBlocks
     map: StrainMap
-    estimator: Estimator
     noise: float
-    touches: bool = True
+    estimator: Estimator | None = None
 
 
 def prepare_strain(
@@ -33,11 +32,11 @@ def prepare_strain(
     """Prepare strain over blocks of `block` tiles and windows of `window` blocks a side."""
     blocks = prepare_blocks(chain.reference, block)
     strain_map = prepare_strain_map(chain.pattern, blocks, camera, window)
-    return strain_of(StrainChain(blocks, strain_map, chain.estimator, chain.noise), chain)
+    return StrainChain(blocks, strain_map, chain.noise)
 
 
-def strain_of(strain: StrainChain, chain: Chain) -> StrainChain:
-    """Estimate touches from strain on the bench on which a chain stands."""
+def with_touches(strain: StrainChain, chain: Chain) -> StrainChain:
+    """Find touches in strain too, on the bench on which a chain stands."""
     large, factor = chain.pattern.motions.large, strain.map.factor / chain.noise
     forward = large.forward(factor) if large else strain.map.forward(chain.noise)
     return replace(strain, estimator=replace(chain.estimator, forward=forward))
@@ -53,7 +52,7 @@ def sense_strain(
     with watch.stage("strain"):
         field = tile_displacement(chain.blocks, sums, chain.noise)
         strain = chain.map.strain(field)
-    if not chain.touches:
+    if chain.estimator is None:
         return strain, None
     with watch.stage("from strain"):
         measured = chain.map.whiten(strain, chain.noise)

@@ -16,7 +16,7 @@ from rig.live.frame_estimate import NO_ESTIMATE, FrameEstimate, estimate_frame
 from rig.live.learning import on_learned
 from rig.live.memory import Memory
 from rig.live.quality import SLIGHT
-from rig.live.strain_chain import strain_of, with_strain
+from rig.live.strain_chain import with_strain, with_touches
 from rig.live.tracks import Event, Track, Tracks
 from rig.live.warm_up import Report, quiet, rehearsal
 from rig.system.frame import Frame
@@ -136,8 +136,8 @@ class FrameProcessor:
     def stand_on(self, bench: BenchEstimate) -> None:
         """Take another bench near by from the next frame on."""
         self.chain = on_learned(self.chain, bench)
-        if self.strain is not None:
-            self.strain = strain_of(self.strain, self.chain)
+        if self.strain is not None and self.strain.estimator is not None:
+            self.strain = with_touches(self.strain, self.chain)
 
     def miss(self, time: float) -> tuple[Event, ...]:
         """Let touches leave while no frames come."""

@@ -44,7 +44,6 @@ class OscTouches:
         self._client = UdpClient(host, port, "OSC")
         self._prefix, self._playing = prefix, playing
         self._gestures: tuple[Gesture, ...] = ()
-        self._to = f"{host}:{port}"
 
     @property
     def lost(self) -> int:
@@ -54,9 +53,7 @@ class OscTouches:
     @property
     def status(self) -> str:
         """One sentence for the user."""
-        if self.lost:
-            return f"{self.lost} frames could not be sent by OSC ({self._client.reason})"
-        return f"touches go by OSC to {self._to}"
+        return self._client.status
 
     def __enter__(self) -> OscTouches:
         """Leave the socket open for the block."""

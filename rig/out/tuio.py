@@ -58,7 +58,6 @@ class Tuio:
         self._client = UdpClient(host, port, "TUIO")
         self._source = f"{source}@{socket.gethostname()}".encode("ascii", "replace").decode()
         self._frame = 0
-        self._to = f"{host}:{port}"
 
     @property
     def lost(self) -> int:
@@ -68,9 +67,7 @@ class Tuio:
     @property
     def status(self) -> str:
         """One sentence for the user."""
-        if self.lost:
-            return f"{self.lost} frames could not be sent by TUIO ({self._client.reason})"
-        return f"touches go by TUIO to {self._to}"
+        return self._client.status
 
     def __enter__(self) -> Tuio:
         """Leave the socket open for the block."""

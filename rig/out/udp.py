@@ -33,7 +33,15 @@ class UdpClient:
         family, self._to = _find(host, port, name)
         self._socket = socket.socket(family, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
+        self._name, self._address = name, f"{host}:{port}"
         self.lost, self.reason = 0, ""
+
+    @property
+    def status(self) -> str:
+        """One sentence for the user, where each packet is a frame with its touches."""
+        if self.lost:
+            return f"{self.lost} frames could not be sent by {self._name} ({self.reason})"
+        return f"touches go by {self._name} to {self._address}"
 
     def send(self, packet: bytes) -> None:
         """Send a packet, or count it as lost."""
