@@ -74,6 +74,20 @@ def compared(found: dict[int, Estimate], made: Sequence[Touched], seconds: float
     )
 
 
+def pooled(scores: Sequence[Score]) -> Score:
+    """Put the touches of several runs together."""
+    return Score(
+        place=np.concatenate([one.place for one in scores]),
+        force=np.concatenate([one.force for one in scores]),
+        within=np.concatenate([one.within for one in scores]),
+        missed=sum(one.missed for one in scores),
+        phantoms=sum(one.phantoms for one in scores),
+        false=sum(one.false for one in scores),
+        alone=sum(one.alone for one in scores),
+        seconds=float(np.median([one.seconds for one in scores])),
+    )
+
+
 def _run(scene: Path, known: Calibration) -> tuple[dict[int, Estimate], list[float]]:
     found: dict[int, Estimate] = {}
     taken: list[float] = []
