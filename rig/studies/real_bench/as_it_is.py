@@ -2,9 +2,9 @@
 
 Parts, with 16 touches a seed: together (all of it, after nine presses, twenty, and 30 touches of
 which nothing is known but one weight of 2 N), each (each thing alone), others (a gamma, a rolling
-shutter, a camera below, a plate of 2 mm, two edges clamped). together_200, each_200, others_200: the
-same with 200. Three seeds a row: presses, their labels, touches and noise are drawn anew, since what
-the labels do to a bench is the same for all touches on it.
+shutter, a camera below, a plate of 2 mm, two edges clamped). together_200, each_200, others_200:
+the same with 200. Three seeds a row: presses, their labels, touches and noise are drawn anew, since
+what the labels do to a bench is the same for all touches on it.
 
 Truth is the whole plate of von Kármán on its own mesh of 40 elements with edges that give,
 photographed at 1024² with a noise of 2 grey levels; the estimator has the scene and presses of 12
