@@ -21,7 +21,9 @@ from models.bench.marginal import NONE, own_error
 from models.bench.press import Press
 from models.forward.bench_forward import BenchForward
 
-_STEPS = 3
+_STEPS = 5
+# Of the prior's σ: a step goes no further in any number, and a shorter one is the last.
+_FURTHEST, _SETTLED = 0.7, 0.01
 _LIGHTEST = 1e-3  # N
 _STRANGE = 1e-3
 """Probability below which a touch says nothing of the bench: something else is the matter."""
@@ -87,34 +89,80 @@ def learn(
     BenchEstimate or None
         None where the touch fits no bench that is likely: it says nothing.
     """
-    values, touch, step = bench.values, press.touch, None
-    for _ in range(_STEPS):
-        step = _step(through(forward.moved(values), press), bench, press, touch, left)
-        values, touch = values + step.change, touch + step.touch
-        touch[2] = max(touch[2], _LIGHTEST)
-    seen = len(press.measured) + np.isfinite(press.sigma).sum() - 3
-    if step is None or chi2.sf(step.chi2, seen) < _STRANGE:
+    fit = _fitted(through(forward, press), bench, press.touch[None], press, left)
+    if fit is None:
         return None
-    kept = np.eye(len(values)) - step.gain @ step.seen
+    on, step = fit
+    kept = np.eye(len(bench.values)) - step.gain @ step.seen
     # Joseph's form stays positive.
     covariance = kept @ bench.covariance @ kept.T + step.gain @ step.gain.T
-    return replace(bench, values=values, covariance=covariance)
+    return replace(bench, values=on.fields.values, covariance=covariance)
+
+
+def likeliest(
+    forward: BenchForward, bench: BenchEstimate, measured: F64, touches: F64, left: F64 = NONE
+) -> BenchForward | None:
+    """Move a forward model to the bench that a frame itself makes likeliest, its touches near some.
+
+    What is not known of a bench is not small where nothing is known but its scene: what tension
+    does to a plate, for instance, is far from linear over all that it may be.
+
+    Parameters
+    ----------
+    forward : BenchForward
+        On any bench near by.
+    bench : BenchEstimate
+        What is known.
+    measured : (m,) float64
+        In units of its noise.
+    touches : (n, 3) float64, mm, mm, N
+    left : (k, 3) float64, mm, mm, N
+        Touches that ended, of which the plate may still show a part.
+
+    Returns
+    -------
+    BenchForward or None
+        None where the frame fits no bench that is likely.
+    """
+    unknown = Press(measured, np.zeros(3), np.full(3, np.inf))
+    fit = _fitted(forward, bench, touches, unknown, left)
+    return None if fit is None else fit[0]
 
 
 class _Step(NamedTuple):
-    """Change of bench (50,) and touch (3,), how it came about, and χ² of what it explains."""
+    """Change of bench (50,) and touches (n, 3), how it came about, χ², and how far it goes."""
 
     change: F64
-    touch: F64
+    touches: F64
     gain: F64
     seen: F64
     chi2: float
+    far: float
 
 
-def _step(on: BenchForward, bench: BenchEstimate, press: Press, touch: F64, left: F64) -> _Step:
-    """Take a step of Gauss and Newton from a bench and a touch."""
+def _fitted(
+    forward: BenchForward, bench: BenchEstimate, touches: F64, press: Press, left: F64
+) -> tuple[BenchForward, _Step] | None:
+    """Move to the likeliest bench and touches; None where that is not likely."""
+    step = None
+    for _ in range(_STEPS):
+        step = _step(forward, bench, press, touches, left)
+        part = min(1.0, _FURTHEST / step.far)
+        forward = forward.moved(forward.fields.values + part * step.change)
+        moved = touches + part * step.touches
+        touches = np.column_stack([moved[:, :2], np.maximum(moved[:, 2], _LIGHTEST)])
+        if step.far < _SETTLED:
+            break
+    seen = len(press.measured) + np.isfinite(press.sigma).sum() - touches.size
+    if step is None or not chi2.sf(step.chi2, seen) >= _STRANGE:
+        return None
+    return forward, step
+
+
+def _step(on: BenchForward, bench: BenchEstimate, press: Press, touches: F64, left: F64) -> _Step:
+    """Take a step of Gauss and Newton from a bench and touches."""
     values = on.fields.values
-    residual, own, shared = _whitened(on, bench, press, touch, left)
+    residual, own, shared = _whitened(on, bench, press, touches, left)
     basis = np.linalg.qr(own)[0]
     freed, seen = (part - basis @ (basis.T @ part) for part in (residual, shared))
     rows, excess = pushing(values, on.fields.bench.modal.described, bench)
@@ -123,32 +171,36 @@ def _step(on: BenchForward, bench: BenchEstimate, press: Press, touch: F64, left
     gain = np.asarray(np.linalg.solve(spread, seen @ bench.covariance).T, dtype=np.float64)
     left_over = freed + seen @ (values - bench.values)
     change = bench.values + gain @ left_over - values
-    moved = np.linalg.lstsq(own, residual - shared @ change, rcond=None)[0]
+    moved = np.empty(touches.size)
+    moved[:] = np.linalg.lstsq(own, residual - shared @ change, rcond=None)[0]
     size = float(left_over @ np.linalg.solve(spread, left_over))
-    return _Step(change, np.asarray(moved, dtype=np.float64), gain, seen, size)
+    free = bench.prior > 0
+    far = float(np.max(np.abs(change[free]) / bench.prior[free], initial=np.finfo(float).tiny))
+    return _Step(change, moved.reshape(touches.shape), gain, seen, size, far)
 
 
 def _whitened(
-    on: BenchForward, bench: BenchEstimate, press: Press, touch: F64, left: F64
+    on: BenchForward, bench: BenchEstimate, press: Press, touches: F64, left: F64
 ) -> tuple[F64, F64, F64]:
-    """Whiten what a touch leaves (m,), its derivatives by the touch (m, 3) and bench (m, 50)."""
-    predicted, own = on.read(touch[None])
+    """Whiten what touches leave (m,), its derivatives by them (m, 3n) and by the bench (m, 50)."""
+    predicted, own = on.read(touches)
     variance = press.noise**2 + bench.discrepancy**2 * own_error(predicted)
     spread = variance * np.eye(len(predicted))
     if len(left):
         shown = bench.memory * on.left(left)
         spread += shown.T @ shown
-    rows = np.concatenate([(press.measured - predicted)[None], own, on.by_bench(touch[None])]).T
+    rows = np.concatenate([(press.measured - predicted)[None], own, on.by_bench(touches)]).T
     white = solve_lower(np.asarray(np.linalg.cholesky(spread), dtype=np.float64), rows)
-    white = np.concatenate([white, _known(press, touch, white.shape[1])])
-    return white[:, 0], white[:, 1:4], white[:, 4:]
+    white = np.concatenate([white, _known(press, touches)])
+    free = 1 + touches.size
+    return white[:, 0], white[:, 1:free], white[:, free:]
 
 
-def _known(press: Press, touch: F64, columns: int) -> F64:
-    """Write what is known of place and force as further rows, (0 to 3, columns)."""
+def _known(press: Press, touches: F64) -> F64:
+    """Write what is known of the first touch as further rows, (0 to 3, 1 + 3n + 50)."""
     known = np.flatnonzero(np.isfinite(press.sigma))
-    rows = np.zeros((len(known), columns))
-    rows[:, 0] = ((press.touch - touch) / press.sigma)[known]
+    rows = np.zeros((len(known), 1 + touches.size + len(NAMES)))
+    rows[:, 0] = ((press.touch - touches[0]) / press.sigma)[known]
     rows[np.arange(len(known)), 1 + known] = 1.0 / press.sigma[known]
     return rows
 

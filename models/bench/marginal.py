@@ -32,10 +32,13 @@ class MarginalForward:
     forward : BenchForward
     whitening : (m, m) float64
         From units of the noise.
+    shift : (m,) float64
+        What the most likely bench shows more under the touches than that of the forward model.
     """
 
     forward: BenchForward
     whitening: F64
+    shift: F64
 
     @property
     def plate(self) -> fe.Plate:
@@ -53,8 +56,12 @@ class MarginalForward:
         return self.forward.freedom
 
     def whiten(self, measured: ArrayLike) -> F64:
+        """Put a measurement as it was taken into units of all that is not known, (m,)."""
+        return self.whitened(self.forward.whiten(measured))
+
+    def whitened(self, measured: F64) -> F64:
         """Put a measurement in units of its noise into those of all that is not known, (m,)."""
-        return self.whitening @ self.forward.whiten(measured)
+        return self.whitening @ (measured - self.shift)
 
     def response(self, xy: F64) -> F64:
         """See `Forward.response`."""
@@ -78,7 +85,9 @@ def marginal(
     """
     lower = np.linalg.cholesky(scatter(forward, bench, touches, left))
     whitening = solve_triangular(lower, np.eye(len(lower)), lower=True, check_finite=False)
-    return MarginalForward(forward, np.asarray(whitening, dtype=np.float64))
+    away = bench.values - forward.fields.values
+    shift = away @ forward.by_bench(touches) if away.any() else np.zeros(len(lower))
+    return MarginalForward(forward, np.asarray(whitening, dtype=np.float64), shift)
 
 
 def scatter(forward: BenchForward, bench: BenchEstimate, touches: F64, left: F64 = NONE) -> F64:

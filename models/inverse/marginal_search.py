@@ -1,7 +1,9 @@
 """Touches where the bench is not known exactly: found one by one, each in the scatter of the last.
 
 What is not known of a bench grows with the touches themselves. So those found so far come to rest
-in the scatter about themselves before the measurement is asked for one more.
+in the scatter about themselves before the measurement is asked for one more. And what they leave
+unexplained may be a bench so far from the likeliest that its effect is not linear: the scatter is
+then that about the bench which the frame itself shows.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ import numpy as np
 
 from models.arrays import F64
 from models.bench.bench import BenchEstimate
+from models.bench.learning import likeliest
 from models.bench.marginal import MarginalForward, marginal
 from models.estimate import Estimate, Result
 from models.forward.bench_forward import BenchForward
@@ -27,6 +30,9 @@ _MOVED, _APART, _STRONGER = 0.5, 0.004, 0.03
 # Fall of χ² below which a fit has converged: a thirtieth of a standard deviation.
 _TOLERANCE = 1e-3
 _ROUNDS = 4
+# Probability below which a frame may show that the bench is far from where it was looked for, and
+# by how many standard deviations of the noise its effect must be other than linear.
+_STRANGE, _LINEAR = 1e-3, 1.0
 
 
 class Uncertain(NamedTuple):
@@ -43,6 +49,16 @@ class Uncertain(NamedTuple):
     forward: BenchForward
     bench: BenchEstimate
     left: F64
+
+    def moved(self, measured: F64, touches: F64) -> Uncertain:
+        """Move to the bench that a frame shows, where what it does is not linear up to there."""
+        there = likeliest(self.forward, self.bench, measured, touches, self.left)
+        if there is None:
+            return self
+        change = there.fields.values - self.forward.fields.values
+        linear = self.forward.read(touches)[0] + change @ self.forward.by_bench(touches)
+        far = np.linalg.norm(there.read(touches)[0] - linear) > _LINEAR
+        return self._replace(forward=there) if far else self
 
     def about(self, touches: F64) -> MarginalForward:
         """Whiten it by all that is not known, as that is under touches (n, 3)."""
@@ -79,10 +95,10 @@ def find_on_bench(
     limit = max_touches if count is None else count
     solver = replace(solver, tolerance=max(solver.tolerance, _TOLERANCE))
 
-    def fit(about: F64) -> Estimate:
-        there, allowed = uncertain.about(about), min(len(about) + 1, limit)
+    def fit(on: Uncertain, about: F64) -> Estimate:
+        there, allowed = on.about(about), min(len(about) + 1, limit)
         return find(
-            there.whitening @ measured,
+            there.whitened(measured),
             replace(candidates, forward=there, response=candidates.response @ there.whitening.T),
             start=about,
             count=None if count is None else allowed,
@@ -91,14 +107,27 @@ def find_on_bench(
             solver=solver,
         )
 
-    about = start[:limit]
-    for _ in range(_ROUNDS + limit):
-        estimate = fit(about)
+    on, about, moved = uncertain, start[:limit], False
+    for _ in range(_ROUNDS + limit + 1):
+        estimate = fit(on, about)
+        if not moved and _unexplained(estimate, about):
+            moved, there = True, on.moved(measured, about)
+            if there is not on:
+                on, about = (
+                    there,
+                    _settled(measured, there, about, candidates.bounds, prior, solver),
+                )
+                continue
         found = np.column_stack([estimate.xy, estimate.force])
-        if len(found) == len(about) and _near(uncertain, about, found, estimate.covariance):
+        if len(found) == len(about) and _near(on, about, found, estimate.covariance):
             return estimate
-        about = _settled(measured, uncertain, found, candidates.bounds, prior, solver)
-    return replace(fit(about), result=Result.UNRESOLVABLE)
+        about = _settled(measured, on, found, candidates.bounds, prior, solver)
+    return replace(fit(on, about), result=Result.UNRESOLVABLE)
+
+
+def _unexplained(estimate: Estimate, about: F64) -> bool:
+    """Whether touches (n, 3) leave what a further one explains, or nothing does."""
+    return len(about) > 0 and (estimate.count > len(about) or estimate.p_value < _STRANGE)
 
 
 def _settled(
@@ -113,7 +142,7 @@ def _settled(
     about = touches
     for _ in range(_ROUNDS if len(touches) else 0):
         there = uncertain.about(about)
-        white = there.whitening @ measured
+        white = there.whitened(measured)
         fit = solver.descend(there, white, touches, bounds=bounds, prior=prior)
         if _near(uncertain, about, fit.touches, fit.covariance):
             return fit.touches

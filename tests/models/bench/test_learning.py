@@ -89,3 +89,23 @@ def test_in_the_end_nothing_is_known_but_the_prior(before):
 def test_time_does_not_run_backwards(before):
     with pytest.raises(ValueError, match=r"negative, got -1 s; give frames in their order"):
         models.wandered(before, -1.0)
+
+
+def test_a_touch_on_a_plate_far_from_its_scene_is_one_touch():
+    """A plate that tension has half buckled gives twice as much: no line reaches there."""
+    plate = fe.Plate((254.0, 203.0), 1.0, 3000.0, 0.38)
+    fields = models.BenchFields(
+        fe.BenchPlate(fe.modal_plate(plate, 50, fe.grid(plate, 20)), fe.bench_values())
+    )
+    forward = models.BenchForward(fields, np.eye(fields.count + fields.drifts) / (10 * NOISE))
+    rng, values, before = np.random.default_rng(4), np.zeros(len(NAMES)), models.bench_before(plate)
+    values[TENSION] = -1.2 * before.sigma[TENSION]
+    estimator = models.Estimator(forward, max_touches=2, bench=before)
+    for _ in range(8):
+        touch = np.array([*rng.uniform(25.0, [229.0, 178.0]), rng.uniform(2.0, 4.0)])
+        seen = forward.on(values, None).read(touch[None])[0]
+        found = estimator.fit_whitened(seen + rng.standard_normal(len(seen)))
+        assert found.count == 1
+        assert found.result is models.Result.FOUND
+        off = np.array([*found.xy[0], found.force[0]]) - touch
+        assert (np.abs(off) < 3.0 * np.sqrt(np.diag(found.covariance))).all()
