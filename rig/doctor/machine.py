@@ -20,6 +20,7 @@ EXTRAS = {
     "vision": (("harvesters", "pypylon"), "GenICam and Basler cameras"),
     "lsl": (("pylsl",), "touches by the Lab Streaming Layer"),
     "mqtt": (("paho-mqtt",), "touches to an MQTT broker"),
+    "ros": (("rclpy",), "touches by a node of ROS 2"),
 }
 """Packages of each extra, and what it is for."""
 TRAINER = "torch"

@@ -41,7 +41,8 @@ def open_outputs(
     Raises
     ------
     OSError
-        If a package is missing, a host is not known, a port is taken or no broker answers.
+        If a package is missing, a host is not known, a port is taken, no broker answers or ROS
+        does not start.
     """
     sinks: list[Sink] = []
     if way := outputs.tuio:
@@ -71,4 +72,8 @@ def open_outputs(
         from rig.out.mqtt import open_mqtt
 
         sinks.append(open_parts.enter_context(open_mqtt(way.host, way.port, way.topic)))
+    if way := outputs.ros:
+        from rig.out.ros import open_ros
+
+        sinks.append(open_parts.enter_context(open_ros(way.topic, way.frame)))
     return sinks

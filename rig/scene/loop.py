@@ -100,6 +100,17 @@ class Mqtt(Section):
     )
 
 
+class Ros(Section):
+    """Touches by a node of ROS 2 (needs rclpy)."""
+
+    topic: str = Field(
+        "touchplate/touches",
+        pattern=r"^/?[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*$",
+        description="topic of sensor_msgs/msg/PointCloud2",
+    )
+    frame: str = Field("plate", min_length=1, description="frame_id of the plate")
+
+
 class OscSection(Section):
     """Touches, gestures and notes by Open Sound Control over UDP."""
 
@@ -120,3 +131,4 @@ class Outputs(Section):
     websocket: Websocket | None = Field(None, description="programs that read JSON")
     lsl: Lsl | None = Field(None, description="beside recordings of EEG and the like")
     mqtt: Mqtt | None = Field(None, description="home automation, Node-RED and the like")
+    ros: Ros | None = Field(None, description="robots, RViz and rosbag")

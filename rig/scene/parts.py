@@ -53,7 +53,14 @@ DRIVERS = {"opencv": "cv2", "v4l2": "linuxpy", "basler": "pypylon", "genicam": "
 PLACEMENTS = {"edges": "on the edges", "inside": "inside the edges"}
 """Where the gauges of a ring lie."""
 
-OUTPUTS = {"tuio": "", "osc": "", "websocket": "starlette", "lsl": "pylsl", "mqtt": "paho"}
+OUTPUTS = {
+    "tuio": "",
+    "osc": "",
+    "websocket": "starlette",
+    "lsl": "pylsl",
+    "mqtt": "paho",
+    "ros": "rclpy",
+}
 """Ways out for touches, and what each imports."""
 
 
