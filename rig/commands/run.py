@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rig.commands.output import emit, progress, say, warn
+from rig.system.once import says_once
 from rig.system.process import interruptible
 
 if TYPE_CHECKING:
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from rig.calibration.store import Calibration
     from rig.live.loop import Loop
     from rig.live.snapshot import Snapshot
-    from rig.out.board_sink import BoardSink
     from rig.projector.show import Show
     from rig.recording.control import Switch
     from rig.scene import Scene
@@ -92,7 +92,7 @@ def live(
                 loop.weigh(weight)
             sinks += _learning_sinks(loop, known.keeper, open_parts)
             if touches:
-                from rig.out.touches_csv import open_touches
+                from rig.recording.touches_csv import open_touches
 
                 sinks.append(open_parts.enter_context(open_touches(touches)))
             _follow(loop, sinks, frames)
@@ -139,56 +139,33 @@ def start(
         for panel in panels:
             panel(snapshot)
 
-    board = _board_sink(scene, show, switch, tare, open_parts)
     parts = scene, calibration, say, progress, preview, switch, show
-    if board:
-        outputs = [*outputs, board, _warns_once(lambda: board.trouble)]
+    links: list[BoardLink] = []
+    opened.append(open_parts.enter_context(open_loop(*parts, use_board=links.append)))
     if switch and record:
-        outputs = [*outputs, _warns_once(lambda: switch.failure)]
-    use_board: Callable[[BoardLink], object] = board.use if board else _leave
-    opened.append(open_parts.enter_context(open_loop(*parts, use_board=use_board)))
+        outputs = [*outputs, says_once(lambda: switch.failure, warn)]
+    if links:
+        outputs = [*outputs, *_board_sinks(scene, links[0], show, tare, switch, open_parts)]
     return opened[0], [*panels, *outputs]
 
 
-def _leave(link: BoardLink) -> None:
-    """Leave the board as it is."""
-
-
-def _board_sink(
+def _board_sinks(
     scene: Scene,
+    link: BoardLink,
     show: Show | None,
-    switch: Switch | None,
     tare: Callable[[], object],
+    switch: Switch | None,
     open_parts: ExitStack,
-) -> BoardSink | None:
-    """Make what has the board's lamp follow the touches, and what its foot switch does."""
-    section = scene.board
-    if section is None or not (section.foot_switch or section.lamp_follows):
-        return None
-    from rig.out.board_sink import BoardSink
+) -> list[Sink]:
+    """Have the board follow the touches and act; a tare by foot sets a demo back as key T does."""
+    from rig.sources.board_sink import open_board_sink
 
     def renew(snapshot: Snapshot) -> None:
         if not (show and show.tare(snapshot)):
             tare()
 
-    act: Sink = renew
-    if section.foot_switch == "record" and switch:
-        act = _toggle(switch)
-    elif section.foot_switch == "snapshot":
-        from rig.out.stills import Stills
-
-        act = open_parts.enter_context(Stills(Path(), say))
-    full = scene.touches.force[1] * scene.touches.max_touches if scene.touches else 1.0
-    return BoardSink(section, full, act)
-
-
-def _toggle(switch: Switch) -> Sink:
-    def act(_: Snapshot) -> None:
-        switch.toggle()
-        said = switch.summary()
-        say(switch.refusal or (said["status"] if said else "the recording has ended"))
-
-    return act
+    board = open_board_sink(scene, link, renew, switch, say, open_parts)
+    return [board, says_once(lambda: board.trouble, warn)]
 
 
 def _learning_sinks(loop: Loop, keeper: Keeper | None, open_parts: ExitStack) -> list[Sink]:
@@ -211,19 +188,6 @@ def _kept(keeper: Keeper, loop: Loop) -> None:
         keeper.write(loop)
     except OSError as error:
         warn(f"what was learned of the bench is not kept ({error.strerror or error})")
-
-
-def _warns_once(trouble: Callable[[], str]) -> Sink:
-    """Make a sink that warns when something has gone wrong, once."""
-    warned: set[str] = set()
-
-    def look(_: Snapshot) -> None:
-        said = trouble()
-        if said and said not in warned:
-            warned.add(said)
-            warn(said)
-
-    return look
 
 
 def _open_sinks(

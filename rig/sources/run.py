@@ -15,11 +15,13 @@ from rig.calibration.learned import Known, known_now
 from rig.calibration.store import Calibration, calibration_warnings
 from rig.scene import Scene, load
 from rig.sources.open_loop import Report, open_loop
+from rig.system.once import says_once
 from rig.system.process import interruptible
 
 if TYPE_CHECKING:
     from rig.live.loop import Loop
     from rig.live.snapshot import Snapshot
+    from rig.usb.link import BoardLink
 
 LOG = logging.getLogger("touchplate")
 
@@ -35,7 +37,8 @@ def run(
     Source and recording are opened with the first frame, and closed when the iteration ends in any
     way: at the end of the source, by ``break``, an exception or Ctrl-C. What should be known of the
     bench is logged as a warning of the logger ``touchplate``, progress as information. Neither page
-    nor projector nor outputs of the scene are opened.
+    nor projector nor outputs of the scene are opened; its USB board is, with lamp, trigger and foot
+    switch.
 
     Parameters
     ----------
@@ -153,14 +156,15 @@ def _frames(
         # The solves of a frame are small: threads of BLAS make them slower, not faster.
         parts.enter_context(threadpool_limits(1, "blas"))
         with interruptible():
-            loop = parts.enter_context(_open(scene, known, record))
+            loop, sinks = parts.enter_context(_open(scene, known, record))
         opened(loop)
         snapshots, keeper = iter(loop), known.keeper
         if keeper:
             parts.callback(keeper.write, loop)
+            sinks.append(lambda snapshot: keeper.follow(loop, snapshot.captured))
         while snapshot := _next(snapshots):
-            if keeper:
-                keeper.follow(loop, snapshot.captured)
+            for sink in sinks:
+                sink(snapshot)
             yield snapshot
 
 
@@ -171,19 +175,33 @@ def _next(snapshots: Iterator[Snapshot]) -> Snapshot | None:
 
 
 @contextmanager
-def _open(scene: Scene, known: Known, record: Path | None) -> Generator[Loop]:
+def _open(
+    scene: Scene, known: Known, record: Path | None
+) -> Generator[tuple[Loop, list[Callable[[Snapshot], object]]]]:
+    """Open the loop, and what takes its snapshots before the program does."""
     for sentence in known.notes:
         LOG.warning(sentence)
     calibration = known.calibration
     with ExitStack() as parts:
-        recorder = None
-        if record:
-            from rig.recording.recorder import new_recorder
+        switch = None
+        if record or (scene.board and scene.board.foot_switch == "record"):
+            from rig.recording.control import open_switch
 
-            recorder = parts.enter_context(new_recorder(record, scene, calibration))
-        yield parts.enter_context(
-            open_loop(scene, calibration, LOG.warning, _progress, recorder=recorder)
+            switch = parts.enter_context(open_switch(record, scene, calibration))
+        links: list[BoardLink] = []
+        opening = open_loop(
+            scene, calibration, LOG.warning, _progress, recorder=switch, use_board=links.append
         )
+        loop = parts.enter_context(opening)
+        sinks: list[Callable[[Snapshot], object]] = []
+        if switch:
+            sinks.append(says_once(lambda: switch.failure, LOG.warning))
+        if links:
+            from rig.sources.board_sink import open_board_sink
+
+            board = open_board_sink(scene, links[0], lambda _: loop.tare(), switch, LOG.info, parts)
+            sinks += [board, says_once(lambda: board.trouble, LOG.warning)]
+        yield loop, sinks
 
 
 @contextmanager

@@ -1,5 +1,6 @@
 """The board in the loop: a lamp that follows the touches, and a foot switch that acts."""
 
+import logging
 import time
 from dataclasses import replace
 
@@ -9,11 +10,11 @@ import rig
 from rig.calibration.learned import Known
 from rig.commands import run as command
 from rig.live.snapshot import Mark
-from rig.out.board_sink import BoardSink, lamp_level
 from rig.scene import SceneError
 from rig.scene.board import BoardSection
-from rig.sources import bench_board
+from rig.sources import bench_board, board_sink
 from rig.sources.bench_board import board_at_work
+from rig.sources.board_sink import BoardSink, lamp_level
 from rig.usb.link import ROUND, BoardLink
 from tests.rig.page.conftest import draw_snapshot
 
@@ -36,10 +37,8 @@ def test_presses_are_counted_from_the_start_and_each_is_given_once(make_bus, lig
     light.firmware.presses = [0, 7]
     section = BoardSection(foot_switch="tare", foot_switch_input=1)
     acted = []
-    sink = BoardSink(section, 4.0, acted.append)
-    sink(frame())  # no board yet
     with board_at_work(section, 30.0, make_bus(light)) as link:
-        sink.use(link)
+        sink = BoardSink(section, link, 4.0, acted.append)
         sink(frame())
         assert acted == []
         light.firmware.presses[1] += 2
@@ -83,9 +82,8 @@ def test_a_lamp_follows_the_touches_up_to_its_light(follows, forces, level):
 
 def test_the_lamp_of_the_board_is_lit_as_the_touches_are_and_dark_after(make_bus, light):
     section = BoardSection(lamp=1, lamp_output=2, lamp_follows="force")
-    sink = BoardSink(section, 4.0, lambda snapshot: None)
     with board_at_work(section, 30.0, make_bus(light)) as link:
-        sink.use(link)
+        sink = BoardSink(section, link, 4.0, lambda snapshot: None)
         assert light.firmware.levels == {}
         sink(frame(1.0))
         wait_for(lambda: light.firmware.levels == {2: 250})
@@ -98,8 +96,7 @@ def test_a_board_that_is_unplugged_is_said_and_holds_nothing_up(make_bus, light)
     section = BoardSection(foot_switch="record")
     bus = make_bus(light)
     with board_at_work(section, 30.0, bus) as link:
-        sink = BoardSink(section, 4.0, lambda snapshot: None)
-        sink.use(link)
+        sink = BoardSink(section, link, 4.0, lambda snapshot: None)
         bus.toys.remove(light)
         wait_for(lambda: sink.trouble)
         sink(frame())
@@ -126,36 +123,74 @@ SMALL = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("does", "left"), [("snapshot", [".csv", ".png"]), ("record", [".h5"]), ("tare", [])]
-)
-def test_a_press_does_in_a_run_what_the_scene_says(
-    does, left, make_bus, light, monkeypatch, tmp_path, capsys
-):
-    """The command itself, with its board on a bus that is written in Python."""
+@pytest.fixture
+def plugged_in(make_bus, light, monkeypatch, tmp_path):
+    """Give every run a board on a bus that is written in Python, in a folder of its own."""
     monkeypatch.chdir(tmp_path)
     bus, at_work = make_bus(light), bench_board.board_at_work
     monkeypatch.setattr(
         bench_board, "board_at_work", lambda section, rate: at_work(section, rate, bus)
     )
+    return bus
+
+
+def small(**board):
     settings = {key: value for key, value in SMALL.items() if value is not None}
-    scene = rig.load("twin", settings | {"board.foot_switch": does})
-    scene = scene.model_copy(update={"page": None, "comparison": None})
+    scene = rig.load("twin", settings | {f"board.{key}": value for key, value in board.items()})
+    return scene.model_copy(update={"page": None, "comparison": None})
+
+
+DOES = [("snapshot", [".csv", ".png"]), ("record", [".h5"]), ("tare", [])]
+SAID = {"snapshot": "snapshot kept in", "record": "recording to", "tare": "tare:"}
+
+
+@pytest.mark.parametrize(("does", "left"), DOES)
+def test_a_press_does_in_a_run_what_the_scene_says(
+    does, left, plugged_in, monkeypatch, tmp_path, capsys
+):
+    """The command itself."""
+    scene, (light,) = small(foot_switch=does), plugged_in.toys
     followed = command._follow
 
     def press_and_follow(loop, sinks, frames):
         light.firmware.presses[0] += 1
         followed(loop, sinks, 3)
-        wait_for(
-            lambda: any(getattr(sink, "_link", None) and sink._link._counted for sink in sinks)
-        )
+        (board,) = [sink for sink in sinks if isinstance(sink, BoardSink)]
+        wait_for(lambda: board._link._counted)
         followed(loop, sinks, 40)
 
     monkeypatch.setattr(command, "_follow", press_and_follow)
     command.live(scene, Known(rig.Calibration(), ()), 40, True, None, True)
     assert sorted(path.suffix for path in tmp_path.iterdir()) == left
     said = capsys.readouterr().err
-    assert {"snapshot": "snapshot kept in", "record": "recording to", "tare": "tare:"}[does] in said
+    assert SAID[does] in said
+
+
+@pytest.mark.parametrize(("does", "left"), DOES)
+def test_a_press_does_in_a_program_what_the_scene_says(does, left, plugged_in, tmp_path, caplog):
+    """Frames are taken until the press has had its effect, and some more."""
+    with caplog.at_level(logging.INFO, "touchplate"), rig.run(small(foot_switch=does)) as run:
+        next(run)
+        plugged_in.toys[0].firmware.presses[0] += 1
+        notices = {next(run).notice for _ in range(60)}
+    assert sorted(path.suffix for path in tmp_path.iterdir()) == left
+    said = [*caplog.messages, *notices]
+    assert any(sentence.startswith(SAID[does]) for sentence in said)
+
+
+def test_the_lamp_follows_in_a_program_too_and_a_board_that_goes_is_one_warning(
+    plugged_in, monkeypatch, caplog
+):
+    monkeypatch.setattr(board_sink, "lamp_level", lambda *_: 0.5)
+    (light,) = plugged_in.toys
+    with rig.run(small(lamp=1, lamp_follows="touch", foot_switch="tare")) as run:
+        next(run)
+        wait_for(lambda: light.firmware.levels == {0: 500})
+        plugged_in.toys.remove(light)
+        wait_for(lambda: next(run) and any("Light" in said for said in caplog.messages))
+        for _ in range(5):
+            next(run)
+    assert sum("Light" in said for said in caplog.messages) == 1
 
 
 def test_a_still_is_the_image_and_the_touches_of_its_frame(tmp_path):
@@ -163,7 +198,7 @@ def test_a_still_is_the_image_and_the_touches_of_its_frame(tmp_path):
     import numpy as np
 
     from models import Estimate, Result
-    from rig.out.stills import write_still
+    from rig.recording.stills import write_still
 
     found = Estimate(
         np.array([[100.0, 60.0]]), np.array([2.0]), np.eye(3), 1.0, 1, 0.5, Result.FOUND

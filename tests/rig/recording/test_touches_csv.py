@@ -9,7 +9,7 @@ import pytest
 import models
 from rig.live.snapshot import Snapshot
 from rig.live.view import marks
-from rig.out.touches_csv import COLUMNS, open_touches
+from rig.recording.touches_csv import COLUMNS, open_touches
 
 SPREAD = np.array([[0.04, 0.01, 0.002], [0.01, 0.09, 0.003], [0.002, 0.003, 0.0025]])
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import cv2
 
 from rig.live.snapshot import Snapshot
-from rig.out.touches_csv import open_touches
+from rig.recording.touches_csv import open_touches
 
 
 class Stills:
