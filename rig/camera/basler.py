@@ -7,7 +7,7 @@ from importlib import import_module
 from typing import Any
 
 from rig.camera.controls import Controls, ControlSetting
-from rig.camera.nodes import DeviceClock, set_up
+from rig.camera.nodes import DeviceClock, by_pulses, set_up
 from rig.system.frame import Frame
 from rig.system.optional import need
 
@@ -49,14 +49,18 @@ class BaslerCamera:
 
 
 def open_basler(
-    serial: str, size: tuple[int, int], rate: float, controls: Controls
+    serial: str,
+    size: tuple[int, int],
+    rate: float,
+    controls: Controls,
+    trigger: str | None = None,
 ) -> BaslerCamera:
     """Open a camera and hold its controls; parameters as in `rig.camera.genicam`.
 
     Raises
     ------
     OSError
-        If pypylon is missing, or the camera is, is in use, or lacks this size.
+        If pypylon is missing, or the camera is, is in use, or lacks this size or input.
     """
     need("pypylon", "vision")
     pylon = import_module("pypylon.pylon")
@@ -72,11 +76,11 @@ def open_basler(
     except pylon.GenericException as error:
         raise OSError(f"{name} does not open ({error}); is it in use?") from None
     try:
-        settings = set_up(BaslerNodes(camera), name, size, rate, controls)
+        settings = set_up(BaslerNodes(camera), name, size, rate, controls, trigger)
     except OSError:
         camera.Close()
         raise
-    return BaslerCamera(camera, name, settings)
+    return BaslerCamera(camera, by_pulses(name, trigger), settings)
 
 
 class BaslerNodes:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from rig.camera.controls import Controls, ControlSetting
-from rig.camera.nodes import DeviceClock, set_up
+from rig.camera.nodes import DeviceClock, by_pulses, set_up
 from rig.system.frame import Frame
 from rig.system.optional import need
 
@@ -63,7 +63,12 @@ class GenicamCamera:
 
 
 def open_genicam(
-    producer: str | Path, serial: str, size: tuple[int, int], rate: float, controls: Controls
+    producer: str | Path,
+    serial: str,
+    size: tuple[int, int],
+    rate: float,
+    controls: Controls,
+    trigger: str | None = None,
 ) -> GenicamCamera:
     """Open a camera and hold its controls.
 
@@ -77,11 +82,14 @@ def open_genicam(
         Width and height.
     rate : float, frames a second
     controls : Controls
+    trigger : str or None
+        Input whose rising edge takes each frame; None where the camera keeps the rate by itself.
 
     Raises
     ------
     OSError
-        If harvesters or the producer is missing, or the camera is, is in use, or lacks this size.
+        If harvesters or the producer is missing, or the camera is, is in use, or lacks this size or
+        input.
     """
     need("harvesters", "vision")
     core, errors = import_module("harvesters.core"), import_module("genicam.gentl")
@@ -96,8 +104,8 @@ def open_genicam(
         harvester.update()
         name = _find(harvester, serial)
         acquirer = harvester.create({"serial_number": serial})
-        settings = set_up(GenicamNodes(acquirer), name, size, rate, controls)
-        return GenicamCamera(harvester, acquirer, name, settings)
+        settings = set_up(GenicamNodes(acquirer), name, size, rate, controls, trigger)
+        return GenicamCamera(harvester, acquirer, by_pulses(name, trigger), settings)
     except errors.GenericException as error:
         harvester.reset()
         raise OSError(f"camera {serial} does not open ({error}); is it in use?") from None

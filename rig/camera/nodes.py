@@ -26,6 +26,7 @@ AUTOMATICS = {
 """White balance is a ratio of channels, and a grey image has one."""
 STEPS = {Knob.EXPOSURE: 1e-6}  # s
 RATES = ("AcquisitionFrameRate", "AcquisitionFrameRateAbs")
+EACH_FRAME = "FrameStart"  # of the triggers that a camera may have
 RECENT = (
     100  # frames whose quickest delivery places the device's clock; crystals drift 0.1 ms in 3 s
 )
@@ -44,14 +45,31 @@ class Nodes(Protocol):
 
 
 def set_up(
-    nodes: Nodes, name: str, size: tuple[int, int], rate: float, controls: Controls
+    nodes: Nodes,
+    name: str,
+    size: tuple[int, int],
+    rate: float,
+    controls: Controls,
+    trigger: str | None = None,
 ) -> tuple[ControlSetting, ...]:
-    """Set size, format and rate, then hold the controls.
+    """Set size, format and what takes each frame, then hold the controls.
+
+    Parameters
+    ----------
+    nodes : Nodes
+    name : str
+        Of the camera, for the sentences.
+    size : (int, int), px
+        Width and height.
+    rate : float, frames a second
+    controls : Controls
+    trigger : str or None
+        Input whose rising edge takes each frame; None where the camera keeps the rate by itself.
 
     Raises
     ------
     OSError
-        If the camera has no grey images of this size.
+        If the camera has no grey images of this size, or no such input.
     """
     nodes.set("PixelFormat", FORMAT)
     for side, length in zip(("Width", "Height"), size, strict=True):
@@ -60,9 +78,34 @@ def set_up(
     if got != (FORMAT, *size):
         offered = "{} {} × {} px".format(*got)
         raise unsupported(name, f"{size[0]} × {size[1]} px in {FORMAT}", offered)
-    nodes.set("AcquisitionFrameRateEnable", True)
-    any(nodes.set(feature, float(rate)) for feature in RATES)
+    nodes.set("AcquisitionFrameRateEnable", trigger is None)  # a pulse that is early counts too
+    if trigger is None:
+        _run_free(nodes)
+        any(nodes.set(feature, float(rate)) for feature in RATES)
+    else:
+        _wait_for_pulses(nodes, name, trigger)
     return hold(_panel(nodes), controls)
+
+
+def _run_free(nodes: Nodes) -> None:
+    """Take frames without pulses, also where the maker's program had set the camera otherwise."""
+    nodes.set("TriggerSelector", EACH_FRAME)
+    nodes.set("TriggerMode", "Off")
+
+
+def _wait_for_pulses(nodes: Nodes, name: str, trigger: str) -> None:
+    nodes.set("TriggerSelector", EACH_FRAME)
+    nodes.set("TriggerActivation", "RisingEdge")
+    if not (nodes.set("TriggerSource", trigger) and nodes.set("TriggerMode", "On")):
+        raise OSError(
+            f"{name} takes no frames by its input '{trigger}'; set source.trigger to an input that"
+            " the maker's program lists under TriggerSource, or leave it out"
+        )
+
+
+def by_pulses(name: str, trigger: str | None) -> str:
+    """Name of a camera with what takes its frames, so that a sentence on silence says it too."""
+    return name if trigger is None else f"{name}, triggered by {trigger},"
 
 
 class DeviceClock:

@@ -17,7 +17,7 @@ from rig.scene.plate import BaseSection, PlateSection, TouchesSection
 from rig.scene.renamed import with_new_keys
 from rig.scene.section import Section
 from rig.scene.sensing import DicSection, Estimator, TrainingSection
-from rig.scene.source import Source
+from rig.scene.source import MachineVision, Source
 from rig.scene.touch_net import TouchNetSection
 
 NEEDS = {
@@ -129,6 +129,18 @@ class Scene(Section):
                 "training.margin is {margin} mm; give less than half of the plate's shorter side,"
                 " {half} mm",
                 {"margin": f"{self.training.margin:g}", "half": f"{min(self.plate.size) / 2:g}"},
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _triggered(self) -> Scene:
+        """Refuse pulses of the board that a camera could wait for, and does not."""
+        sends = self.board is not None and self.board.trigger_width is not None
+        if sends and isinstance(self.source, MachineVision) and self.source.trigger is None:
+            raise PydanticCustomError(
+                "scene",
+                "board.trigger_width sends pulses and the camera runs by itself; set source.trigger"
+                " to its input, such as Line1, or leave board.trigger_width out",
             )
         return self
 

@@ -78,18 +78,27 @@ class V4l2(DeviceSection):
     device: Text = Field("/dev/video0", description="device node")
 
 
-class Basler(DeviceSection):
+class MachineVision(DeviceSection):
+    """A camera with inputs, known by its serial number."""
+
+    serial: Text = Field(description="serial number")
+    trigger: Text | None = Field(
+        None,
+        description="input whose rising edge takes each frame, such as Line1; the pulses come at"
+        " the rate of [camera], say from a board with board.trigger_width [it runs by itself]",
+    )
+
+
+class Basler(MachineVision):
     """A Basler camera (needs pypylon)."""
 
     kind: Literal["basler"] = Field(description="where frames come from")
-    serial: Text = Field(description="serial number")
 
 
-class Genicam(DeviceSection):
+class Genicam(MachineVision):
     """A GenICam camera through the GenTL producer of its maker (needs harvesters)."""
 
     kind: Literal["genicam"] = Field(description="where frames come from")
-    serial: Text = Field(description="serial number")
     producer: Text = Field(description="the maker's file *.cti")
 
 

@@ -131,14 +131,14 @@ def _opening(device: DeviceSection, view: CameraSection) -> Opening:
             from rig.camera.v4l2 import open_camera
 
             return partial(open_camera, node, *given)
-        case Basler(serial=serial):
+        case Basler(serial=serial, trigger=trigger):
             from rig.camera.basler import open_basler
 
-            return partial(open_basler, serial, *given)
-        case Genicam(serial=serial, producer=producer):
+            return partial(open_basler, serial, *given, trigger)
+        case Genicam(serial=serial, producer=producer, trigger=trigger):
             from rig.camera.genicam import open_genicam
 
-            return partial(open_genicam, producer, serial, *given)
+            return partial(open_genicam, producer, serial, *given, trigger)
         case _:
             raise TypeError(f"no way to open a {type(device).__name__}")
 

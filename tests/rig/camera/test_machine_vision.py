@@ -31,10 +31,10 @@ def producer():
     return Path(found.origin).parent / "viky.cti"
 
 
-def open_emulated(size=SIZE, serial=SERIAL, controls=Controls()):  # noqa: B008  (it is frozen)
+def open_emulated(size=SIZE, serial=SERIAL, controls=Controls(), trigger=None):  # noqa: B008
     from rig.camera.basler import open_basler
 
-    return open_basler(serial, size, 30.0, controls)
+    return open_basler(serial, size, 30.0, controls, trigger)
 
 
 def test_a_basler_camera_gives_frames_and_holds_its_controls(pylon_emulation):
@@ -84,6 +84,34 @@ def test_a_basler_camera_that_is_not_there_in_use_or_too_small_is_one_sentence(p
         open_emulated(serial="7")
     with pytest.raises(OSError, match=r"has no images of 99999 × 99999 px in Mono8; it offers"):
         open_emulated(size=(99999, 99999))
+
+
+def test_a_triggered_basler_camera_gives_one_frame_for_each_pulse(pylon_emulation):
+    """Its emulation has no wire; a pulse of the library stands for one on an input."""
+    camera = open_emulated(trigger="Software")
+    try:
+        assert camera.read(0.2) is None
+        for _ in range(5):
+            camera._camera.ExecuteSoftwareTrigger()
+            assert camera.read(5.0) is not None
+            assert camera.read(0.1) is None
+    finally:
+        camera.close()
+
+
+def test_an_input_without_pulses_is_said_and_one_that_is_not_there_refused(pylon_emulation):
+    with LiveCamera(lambda: open_emulated(trigger="Line1")) as camera:
+        assert camera.grab(0.3) is None
+        assert camera.status.endswith("triggered by Line1, is open")
+    with pytest.raises(OSError, match=r"takes no frames by its input 'Line7'; set source\.trigger"):
+        open_emulated(trigger="Line7")
+
+
+def test_a_genicam_camera_without_inputs_is_refused_a_trigger(producer):
+    from rig.camera.genicam import open_genicam
+
+    with pytest.raises(OSError, match=r"takes no frames by its input 'Line1'"):
+        open_genicam(producer, "1", SIZE, 20.0, Controls(), "Line1")
 
 
 def test_a_genicam_camera_gives_frames_and_says_what_it_does_not_have(producer):

@@ -14,6 +14,11 @@ MIXED = {side: {"kind": "clamped"} for side in ("west", "east", "south")} | {"ki
 LENGTHS = "m, cm, um, µm, in"
 
 REFUSALS = [
+    (
+        {"source": {"kind": "basler", "serial": "7"}, "board.trigger_width": "1 ms"},
+        "board.trigger_width sends pulses and the camera runs by itself; set source.trigger to its"
+        " input, such as Line1, or leave board.trigger_width out",
+    ),
     ({"plate.thicknes": 1}, "unknown key 'thicknes' in [plate]; did you mean 'thickness'?"),
     ({"camra.rate": 1}, "unknown key 'camra'; did you mean 'camera'?"),
     ({"estimator.mode": 3}, "unknown key 'mode' in [estimator]; did you mean 'modes'?"),
