@@ -77,7 +77,8 @@ docs: $(STAMP)  ## build the pages of docs/ into results/site; a warning fails
 system-deps:  ## Debian packages that the tests of browser, display, devices and CalculiX need (as root)
 	apt-get update -qq
 	apt-get install -y -qq --no-install-recommends chromium xvfb calculix-ccx \
-		umockdev gir1.2-umockdev-1.0 python3-gi libusb-1.0-0 liblo-tools sway grim libgl1-mesa-dri
+		umockdev gir1.2-umockdev-1.0 python3-gi libusb-1.0-0 liblo-tools sway grim libgl1-mesa-dri \
+		xserver-xorg-core xserver-xorg-video-dummy x11-xserver-utils x11-apps
 
 clean:  ## remove the virtual environment and caches of the tools
 	rm -rf $(VENV) .pytest_cache .ruff_cache .import_linter_cache build dist

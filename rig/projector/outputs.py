@@ -11,6 +11,7 @@ import functools
 import os
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -97,6 +98,46 @@ def list_outputs() -> tuple[Output, ...]:
         Output(index, _name(library, index), size, _place(library, index))
         for index, size in enumerate(sizes)
     )
+
+
+class StillThere:
+    """Whether an output shows something still; pygame's display must have been started.
+
+    Parameters
+    ----------
+    output : Output
+    """
+
+    def __init__(self, output: Output):
+        import pygame
+
+        self._output, self._monitors = output, None
+        (x, y), (width, height) = output.place or (0, 0), output.size
+        self._part = x, y, width, height
+        if output.place and pygame.display.get_driver() == "x11":
+            from rig.projector.x_monitors import XMonitors
+
+            with suppress(OSError):  # then what SDL says must do
+                self._monitors = XMonitors()
+                self._shown_by = self._monitors.lit().get(self._part)
+
+    def __call__(self) -> bool:
+        """Ask SDL, and X where another output may show what this one did and SDL still lists."""
+        if self._output not in list_outputs():
+            return False
+        return self._monitors is None or self._monitors.lit().get(self._part) == self._shown_by
+
+
+def choose_again(
+    outputs: Sequence[Output], output: Output, wanted: str | int | None
+) -> str | int | None:
+    """Say by what a chosen output is to be chosen when its window is opened anew.
+
+    That is its name, where without it another could be taken: one of its size, or of its number.
+    """
+    confused = isinstance(wanted, int) or sum(one.size == output.size for one in outputs) > 1
+    unique = output.name and [one.name for one in outputs].count(output.name) == 1
+    return output.name if confused and unique else wanted
 
 
 def choose_output(

@@ -8,33 +8,18 @@ from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
-from typing import TYPE_CHECKING
 
 from rig.projector.blanking import Blink
-from rig.projector.content import Content, draw
+from rig.projector.content import Content
 from rig.projector.display_log import DisplayLog
 from rig.projector.markers import Screen
-from rig.projector.outputs import (
-    Output,
-    allow_acceleration,
-    choose_output,
-    full_window,
-    list_outputs,
-    open_window,
-    use_display,
-)
-from rig.system.process import deaf_to_interrupts, leave_signals_to_the_loop
-
-if TYPE_CHECKING:
-    import pygame
+from rig.projector.window_process import CLOSED, SECONDS_BETWEEN_EVENTS, Wanted, Word, run_window
+from rig.system.process import deaf_to_interrupts
 
 SECONDS_TO_CLOSE = 2.0
 SECONDS_TO_ANSWER = 3.0  # after which a window that has answered before is taken for stuck
 SECONDS_TO_RETRY = 2.0  # after a window has gone, before another is opened
-SECONDS_BETWEEN_EVENTS = 0.05
-GONE = "output {!r} is not there any more or has changed; plug it in again"
-CLOSED = "projector window was closed; restart the loop to open it again"
-Start = Callable[[], tuple[Connection, BaseProcess]]
+Start = Callable[[Wanted], tuple[Connection, BaseProcess]]
 
 
 class Projector:
@@ -47,9 +32,12 @@ class Projector:
     Parameters
     ----------
     start : callable
-        Starts a process with a window; gives the link to it, and the process.
+        Takes which output it is to be on, see `choose_output`, and starts a process with a window;
+        gives the link to it, and the process.
     name : str
         Of the display, for the sentences.
+    output : str, int or None
+        Which output the first window is on; the next ones are on the same.
 
     Attributes
     ----------
@@ -63,10 +51,11 @@ class Projector:
         What the window was given, and when.
     """
 
-    def __init__(self, start: Start, name: str):
+    def __init__(self, start: Start, name: str, output: Wanted = None):
         self.status = f"projector window on {name} is opening"
         self.shown = DisplayLog()
         self._start, self._name = start, name
+        self._output: Wanted = output
         self._open()
 
     def __call__(self, content: Content) -> None:
@@ -79,7 +68,8 @@ class Projector:
             return
         try:
             while self._link.poll():
-                self._ready, self.status = self._link.recv()
+                word: Word = self._link.recv()
+                self._ready, self.status, self._output = word
                 self._sound = self._ready
             if self._ready:
                 self._link.send(content)
@@ -115,7 +105,7 @@ class Projector:
         self._window.close()
 
     def _open(self) -> None:
-        self._link, self._window = self._start()
+        self._link, self._window = self._start(self._output)
         self.pid = self._window.pid
         self._ready = self._sound = False
         self.alive, self._since = True, time.monotonic()
@@ -154,135 +144,17 @@ def open_projector(
     """
     context = multiprocessing.get_context("spawn")
 
-    def start() -> tuple[Connection, BaseProcess]:
+    def start(wanted: Wanted) -> tuple[Connection, BaseProcess]:
         ours, theirs = context.Pipe()
-        given = theirs, screen, display, full_screen, blink, output
-        window = context.Process(target=_run_window, args=given, daemon=True)
+        given = theirs, screen, display, full_screen, blink, wanted
+        window = context.Process(target=run_window, args=given, daemon=True)
         with deaf_to_interrupts():
             window.start()
         theirs.close()
         return ours, window
 
-    projector = Projector(start, display or "the display")
+    projector = Projector(start, display or "the display", output)
     try:
         yield projector
     finally:
         projector.close()
-
-
-def _run_window(
-    link: Connection,
-    screen: Screen,
-    display: str | None,
-    full_screen: bool,
-    blink: Blink | None,
-    wanted: str | int | None,
-) -> None:
-    """Body of the window's process: ends when the loop closes the link or dies."""
-    leave_signals_to_the_loop()
-    use_display(display)
-    import pygame
-
-    try:
-        window, output = _open_window(screen.size, full_screen, wanted)
-    except pygame.error as error:
-        name = display or "the display"
-        _report(link, False, f"no projector window: {name} did not open ({error})")
-        return
-    except ValueError as error:
-        _report(link, False, f"no projector window: {error}")
-        return
-    width, height = screen.size
-    place = " ".join(filter(None, (display, output.name)))
-    status = f"projector window on {place or 'the display'}, {width} x {height} px"
-    _follow(link, _Canvas(window, screen), status, blink, output)
-    pygame.quit()
-
-
-def _open_window(
-    size: tuple[int, int], full_screen: bool, wanted: str | int | None
-) -> tuple[pygame.Window, Output]:
-    """Open the window and give it, and the output that it is on.
-
-    A full screen of another resolution would scale the image, so it is refused.
-    """
-    import pygame
-
-    pygame.display.init()
-    allow_acceleration()
-    outputs = list_outputs()
-    if full_screen or wanted is not None:
-        output = choose_output(outputs, wanted, size)
-    else:
-        output = outputs[0]
-    if full_screen and output.size != size:
-        raise ValueError(
-            f"projector size is {size[0]} x {size[1]} px but output {output}; set projector.size"
-            " to the output's, or projector.output to another"
-        )
-    window = full_window(output, size) if full_screen else open_window(output, size)
-    pygame.mouse.set_visible(not full_screen)
-    return window, output
-
-
-class _Canvas:
-    """Shows images; draws only where that changes what is seen."""
-
-    def __init__(self, window: pygame.Window, screen: Screen):
-        self._window, self._screen = window, screen
-        self._shown: Content | None = None
-
-    def show(self, content: Content) -> None:
-        import pygame
-
-        if content == self._shown:
-            return
-        drawn = draw(content, self._screen)
-        image = pygame.image.frombuffer(drawn.tobytes(), self._screen.size, "RGB")
-        self._window.get_surface().blit(image, (0, 0))
-        self._window.flip()
-        self._shown = content
-
-
-def _follow(
-    link: Connection, canvas: _Canvas, status: str, blink: Blink | None, output: Output
-) -> None:
-    """Show what comes until the link ends, the user closes the window, or its output goes."""
-    import pygame
-
-    content: Content = ()
-    canvas.show(content)
-    alive = _report(link, True, status)
-    while alive:
-        if any(_closes(event) for event in pygame.event.get()):
-            _report(link, False, CLOSED)
-            return
-        if output not in list_outputs():
-            _report(link, False, f"projector window is gone: {GONE.format(output.name)}")
-            return
-        patience = SECONDS_BETWEEN_EVENTS
-        if blink:
-            patience = min(patience, blink.until_change(time.monotonic()))
-        try:
-            came = link.poll(patience)
-            content = link.recv() if came else content
-        except (EOFError, OSError):  # the loop has ended
-            return
-        canvas.show(content if blink is None or blink.on(time.monotonic()) else ())
-        alive = not came or _report(link, True, status)
-
-
-def _closes(event: pygame.event.Event) -> bool:
-    import pygame
-
-    escape = event.type == pygame.KEYDOWN and event.key == pygame.K_ESCAPE
-    return escape or event.type == pygame.QUIT
-
-
-def _report(link: Connection, ready: bool, status: str) -> bool:
-    """Send readiness and status to the loop; False when nobody listens any more."""
-    try:
-        link.send((ready, status))
-    except OSError:
-        return False
-    return True

@@ -188,7 +188,7 @@ class _Projected:
 
     @property
     def trouble(self) -> str:
-        from rig.projector.window import GONE
+        from rig.projector.window_process import GONE
 
         if self._output in self._bench.screens:
             return ""

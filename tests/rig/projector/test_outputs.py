@@ -17,7 +17,7 @@ import pytest
 from PIL import Image
 
 from rig.live.snapshot import Mark
-from rig.projector import open_projector, window
+from rig.projector import open_projector, outputs, window_process as process
 from rig.projector.markers import draw_marks, fit_plate
 from rig.projector.outputs import Output, choose_output
 
@@ -183,15 +183,15 @@ def test_a_window_whose_output_is_unplugged_says_so_and_ends(monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     pygame.display.init()
     left = [laptop_first(), laptop_first(), laptop_first()[:1]]
-    monkeypatch.setattr(window, "list_outputs", lambda: left.pop(0) if left[1:] else left[0])
+    monkeypatch.setattr(outputs, "list_outputs", lambda: left.pop(0) if left[1:] else left[0])
     ours, theirs = multiprocessing.Pipe()
     canvas = SimpleNamespace(show=lambda content: None)
     try:
-        window._follow(theirs, canvas, "it is there", None, laptop_first()[1])
+        process._follow(process._Loop(theirs, 1), canvas, "it is there", None, laptop_first()[1])
     finally:
         pygame.display.quit()
-    assert ours.recv() == (True, "it is there")
-    ready, said = ours.recv()
+    assert ours.recv() == (True, "it is there", 1)
+    ready, said, _ = ours.recv()
     assert not ready
     assert said == (
         "projector window is gone: output 'HDMI-1' is not there any more or has changed; plug it in"
