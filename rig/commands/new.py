@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from rig.commands.output import emit, say
+
+if TYPE_CHECKING:
+    from rig.setup.answers import Answers
 
 
 def new(
@@ -31,16 +34,10 @@ def new(
 
     `touchplate setup` asks the same on a page, and goes on to the calibration.
     """
-    from rig.setup.answers import NOTHING_SAID, with_answer
     from rig.setup.judgement import refusal
     from rig.setup.scene_file import scene_text, spot, write_text
 
-    if file.suffix != ".toml" or not file.absolute().parent.is_dir():
-        raise ValueError(
-            f"scene '{file}' must be a *.toml in a folder that exists; name such a one"
-        )
-    if file.exists():
-        raise OSError(f"scene '{file}' exists; name another, or move it away")
+    _require_new(file)
     said: dict[str, Any] = {
         "width": size[0], "height": size[1], "thickness": thickness, "material": material,
         "edges": edges, "stand_off": stand_off, "side": side,
@@ -49,9 +46,7 @@ def new(
     }  # fmt: skip
     if projector:
         said["screen"] = f"{projector[0]} x {projector[1]}"
-    answers = NOTHING_SAID
-    for key, value in said.items():
-        answers = with_answer(answers, key, str(value))
+    answers = _answers(said)
     say("one moment: the bench is judged")
     if why := refusal(answers):
         raise ValueError(why)
@@ -62,3 +57,23 @@ def new(
         {"file": str(file), "speckle_mm": spot(answers)},
         as_json,
     )
+
+
+def _require_new(file: Path) -> None:
+    """Refuse a file that is no scene's, or that is there."""
+    if file.suffix != ".toml" or not file.absolute().parent.is_dir():
+        raise ValueError(
+            f"scene '{file}' must be a *.toml in a folder that exists; name such a one"
+        )
+    if file.exists():
+        raise OSError(f"scene '{file}' exists; name another, or move it away")
+
+
+def _answers(said: dict[str, Any]) -> Answers:
+    """Check what was said, value by value, as the setup does."""
+    from rig.setup.answers import NOTHING_SAID, with_answer
+
+    answers = NOTHING_SAID
+    for key, value in said.items():
+        answers = with_answer(answers, key, str(value))
+    return answers

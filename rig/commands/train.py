@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -22,7 +22,7 @@ from rig.training.model_score import figures
 from rig.training.plan import TrainingPlan, training_plan
 
 if TYPE_CHECKING:
-    from models import Model
+    from models import Model, Net
 
 
 def train(
@@ -52,23 +52,59 @@ def train(
     From a recording of known presses the forward model is corrected first: camera and stiffness. A
     net is then trained through that camera, and scored on the presses.
     """
-    from models import Trained, prepare_net_file, save_model
-
     bench = load(scene, parse_overrides(settings or []))
-    if bench.field_net:
-        from rig.commands.train_field_net import train_field_net
-
-        train_field_net(bench.field_net, out or _arrays_path(scene), onnx, as_json)
-        return
-    if bench.touch_net:
-        from rig.commands.train_touch_net import train_touch_net
-
-        train_touch_net(bench, bench.touch_net, out or _arrays_path(scene), onnx, as_json)
+    if bench.field_net or bench.touch_net:
+        _train_other(bench, out or model_path(scene).with_suffix(".npz"), onnx, as_json)
         return
     learned = learn_from(scene, bench, session) if session else None
     if learned and not isinstance(bench.estimator, NetEstimator):
         emit(learned.sentence, learned.figures, as_json)
         return
+    stored = _store(scene, bench, out, onnx, curves)
+    said = {"model": str(stored.path), "seconds": stored.seconds} | stored.scores
+    if learned and session and (net := stored.net):
+        reported = score_net(scene, net, stored.plan, bench, session)
+        console().print(f"{learned.sentence}; {reported.sentence}")
+        said |= {"presses": learned.figures | {"net": asdict(reported)}}
+    emit(table(bench.title, stored.scores), said, as_json)
+
+
+def _train_other(bench: Scene, out: Path, onnx: Path | None, as_json: bool) -> None:
+    """Train the net of a scene that has no bench: of fields, or of touches from amplitudes."""
+    if bench.field_net:
+        from rig.commands.train_field_net import train_field_net
+
+        train_field_net(bench.field_net, out, onnx, as_json)
+    elif bench.touch_net:
+        from rig.commands.train_touch_net import train_touch_net
+
+        train_touch_net(bench, bench.touch_net, out, onnx, as_json)
+
+
+@dataclass(frozen=True, eq=False)
+class _Stored:
+    """A model that was trained and stored."""
+
+    plan: TrainingPlan
+    path: Path
+    model: Model
+    seconds: float
+    scores: dict[str, Any]
+
+    @property
+    def net(self) -> Net | None:
+        """The net, where the model is one that reads gauges in one step."""
+        from models import Trained
+
+        return self.model.net if isinstance(self.model, Trained) else None
+
+
+def _store(
+    scene: str, bench: Scene, out: Path | None, onnx: Path | None, curves: Path | None
+) -> _Stored:
+    """Train the model of a scene, store it, and write and draw what was asked for beside it."""
+    from models import prepare_net_file, save_model, write_model_onnx
+
     calibration = _calibration(scene, bench)
     plan = training_plan(bench, camera_of(bench, calibration))
     _require_net(plan, onnx, curves)
@@ -79,22 +115,13 @@ def train(
     began = time.monotonic()
     trained = _train(plan, sets, path.with_name(f"{path.stem}.part.npz"))
     seconds = time.monotonic() - began
-    about = {"scene": bench.model_dump(mode="json"), "calibration": calibration}
-    save_model(path, trained, about)
+    save_model(path, trained, {"scene": bench.model_dump(mode="json"), "calibration": calibration})
     if onnx:
-        from models import write_model_onnx
-
         write_model_onnx(onnx, trained)
     if curves:
         _draw(curves, trained, check(plan.descent))
-    scores = figures(trained, sets, plan.touches)
     console().print(f"trained in {seconds:.0f} s, stored in {path}")
-    said = {"model": str(path), "seconds": seconds} | scores
-    if learned and session and isinstance(trained, Trained):
-        reported = score_net(scene, trained.net, plan, bench, session)
-        console().print(f"{learned.sentence}; {reported.sentence}")
-        said |= {"presses": learned.figures | {"net": asdict(reported)}}
-    emit(table(bench.title, scores), said, as_json)
+    return _Stored(plan, path, trained, seconds, figures(trained, sets, plan.touches))
 
 
 def _require_net(plan: TrainingPlan, onnx: Path | None, curves: Path | None) -> None:
@@ -105,10 +132,6 @@ def _require_net(plan: TrainingPlan, onnx: Path | None, curves: Path | None) -> 
         raise ValueError("a regression is no net and cannot be exported to ONNX; leave --onnx out")
     if curves:
         raise ValueError("a regression has no losses on its way; leave --curves out")
-
-
-def _arrays_path(scene: str) -> Path:
-    return model_path(scene).with_suffix(".npz")
 
 
 def _calibration(name: str, bench: Scene) -> str:

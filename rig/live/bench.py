@@ -28,7 +28,7 @@ from rig.scene.theory import Theory, choose, largest_force
 
 if TYPE_CHECKING:
     import models
-    from models import LargePlate
+    from models import BenchEstimate, LargePlate
     from rig.calibration.store import Calibration
     from rig.live.net_chain import NetChain, NetPlan
 
@@ -192,11 +192,53 @@ def build_bench(
         If the scene lacks what the live loop needs, compares with what it cannot run, bends the
         plate before it is touched, or has its camera on the other side than it was calibrated.
     """
+    comparison = _comparison(scene)
+    plate, camera, dic, estimator = _live_parts(scene)
+    flat, theory = plate.build(), choose(scene, plate, largest_force(scene))
+    view = _view(plate, camera, calibration)
+    known = _known(flat, estimator, calibration)
+    require_own_modes(scene, theory.name, exact=known is None)
+    require_bench(camera, exact=known is None)
+    tiles = lay_tiles((view.size[1], view.size[0]), dic.tile)
+    if known is not None:
+        motions = motions_on_bench(known, flat, view, tiles, report)
+    else:
+        count = estimator.modes if isinstance(estimator, PatternEstimator) else MODES
+        modes, large = _fields(flat, count, theory, report)
+        motions = prepare_motions(modes, view, view.face_height(flat.thickness), tiles, large)
+    return Bench(
+        plate=flat,
+        camera=view,
+        motions=motions,
+        dic=dic,
+        max_touches=scene.touches.max_touches if scene.touches else 1,
+        min_force=scene.touches.force[0] if scene.touches else 0.0,
+        strain=comparison is not None,
+        strain_touches=comparison is None or comparison.touches,
+        theory=theory,
+        alignment=calibration.alignment() if calibration and known is None else None,
+        net=_net(scene, theory),
+        known=known,
+        in_time=in_time(scene, motions.plate_modes) if scene.dynamics else None,
+        row_time=camera.row_time,
+        start=touch_net_of(scene, theory.name, exact=known is None),
+    )
+
+
+def _comparison(scene: Scene) -> StrainEstimator | None:
+    """Return what the loop compares with, or refuse what it cannot run beside."""
     if not isinstance(scene.comparison, StrainEstimator | None):
         raise ValueError(
             f"scene '{scene.title}' compares with an estimator of kind '{scene.comparison.kind}',"
             " and live only strain is compared; set comparison.kind to 'strain' or leave it out"
         )
+    return scene.comparison
+
+
+def _live_parts(
+    scene: Scene,
+) -> tuple[PlateSection, CameraSection, DicSection, PatternEstimator | NetEstimator]:
+    """Return the sections that the live loop needs, or refuse a scene that cannot run."""
     match scene:
         case Scene(
             plate=PlateSection() as plate,
@@ -204,7 +246,7 @@ def build_bench(
             dic=DicSection() as dic,
             estimator=PatternEstimator() | NetEstimator() as estimator,
         ):
-            flat = plate.build()
+            pass
         case _:
             raise ValueError(
                 f"scene '{scene.title}' cannot run live; it needs [plate], [camera], [dic] and an"
@@ -215,7 +257,13 @@ def build_bench(
             f"scene '{scene.title}' has a bent plate, and the live loop takes it as flat; leave"
             " [base] out"
         )
-    theory = choose(scene, plate, largest_force(scene))
+    return plate, camera, dic, estimator
+
+
+def _view(
+    plate: PlateSection, camera: CameraSection, calibration: Calibration | None
+) -> synthetic.AnyCamera:
+    """Return the calibrated camera where it has the pixels of the scene, else the scene's."""
     view = calibration.camera() if calibration else None
     if view is None or view.size != camera.pixels:
         view = camera.build(plate)
@@ -224,36 +272,17 @@ def build_bench(
             f"the calibrated pose has the camera on the other side of the plate than camera.side ="
             f' "{camera.side}"; calibrate the pose again, or correct camera.side'
         )
-    height = view.face_height(flat.thickness)
-    tiles = lay_tiles((view.size[1], view.size[0]), dic.tile)
-    count = estimator.modes if isinstance(estimator, PatternEstimator) else MODES
+    return view
+
+
+def _known(
+    flat: fe.Plate, estimator: PatternEstimator | NetEstimator, calibration: Calibration | None
+) -> BenchEstimate | None:
+    """Return what is known of a bench by presses, or before any; None where it counts as exact."""
     known = calibration.known_bench() if calibration else None
     if known is None and isinstance(estimator, PatternEstimator) and estimator.bench == "usual":
-        known = bench_before(flat)
-    require_own_modes(scene, theory.name, exact=known is None)
-    require_bench(camera, exact=known is None)
-    if known is not None:
-        motions = motions_on_bench(known, flat, view, tiles, report)
-    else:
-        modes, large = _fields(flat, count, theory, report)
-        motions = prepare_motions(modes, view, height, tiles, large)
-    return Bench(
-        plate=flat,
-        camera=view,
-        motions=motions,
-        dic=dic,
-        max_touches=scene.touches.max_touches if scene.touches else 1,
-        min_force=scene.touches.force[0] if scene.touches else 0.0,
-        strain=scene.comparison is not None,
-        strain_touches=scene.comparison is None or scene.comparison.touches,
-        theory=theory,
-        alignment=calibration.alignment() if calibration and known is None else None,
-        net=_net(scene, theory),
-        known=known,
-        in_time=in_time(scene, motions.plate_modes) if scene.dynamics else None,
-        row_time=camera.row_time,
-        start=touch_net_of(scene, theory.name, exact=known is None),
-    )
+        return bench_before(flat)
+    return known
 
 
 def _net(scene: Scene, theory: Theory) -> NetPlan | None:
