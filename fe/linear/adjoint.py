@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from fe.arrays import F64
 from fe.elements.functional import Functional, derivative
+from fe.elements.hermite import hermite
 from fe.elements.mesh import Mesh
 from fe.linear.linear import Linear
 from fe.linear.load import disc
@@ -56,13 +57,27 @@ class Adjoint:
         """Exact derivative of `read` by the place: (K, C, 2) float64, per mm."""
         return np.stack([self._mean(xy, radius, 1, 0), self._mean(xy, radius, 0, 1)], axis=-1)
 
+    def read_and_gradient(self, xy: F64, radius: float = 0.0) -> tuple[F64, F64]:
+        """Both at once, (K, C) and (K, C, 2); the caller has made sure that touches are inside."""
+        points, weights = disc(self.plate, self.mesh, xy, radius)
+        along_x, along_y = self.mesh.lines
+        x, slope_x = (hermite(points[:, 0], along_x, order) for order in (0, 1))
+        y, slope_y = (hermite(points[:, 1], along_y, order) for order in (0, 1))
+        ways = Functional(x, y), Functional(slope_x, y), Functional(x, slope_y)
+        value, by_x, by_y = (self._over(weights, way, len(xy)) for way in ways)
+        return value, np.stack([by_x, by_y], axis=-1)
+
     def _mean(self, xy: ArrayLike, radius: float, p: int, q: int) -> F64:
         xy = self.plate.points(xy, "touch")
         points, weights = disc(self.plate, self.mesh, xy, radius)
-        read = derivative(self.mesh, points, p, q).of(self.values)
+        return self._over(weights, derivative(self.mesh, points, p, q), len(xy))
+
+    def _over(self, weights: F64, way: Functional, places: int) -> F64:
+        """Mean of functionals over the points of a disc at each place, (K, C)."""
+        read = way.of(self.values)
         if len(weights) == 1:
             return read
-        return np.einsum("q,kqc->kc", weights, read.reshape(len(xy), len(weights), -1))
+        return np.einsum("q,kqc->kc", weights, read.reshape(places, len(weights), -1))
 
 
 def solve_adjoint(

@@ -11,18 +11,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fe.arrays import F32, F64, I64
+from fe.arrays import F64, I64
 from fe.linear.energy_minimum import min_energy_fraction
 from fe.reduced.assembly import Assembled
 from fe.reduced.forms import Forms
-from fe.reduced.kernel import slopes, stretch
-
-_Parts = tuple[F32, F64, F64]  # fixed, mixed and local forms
+from fe.reduced.kernel import slopes, slopes_by, stretch, summed, values_by, whole
 
 _ITERATIONS = 30
 # Residual, in parts of the force that the linear solution puts on the fixed shapes. One more step
 # leaves its square, and derivatives are off by this much.
-_SETTLED = 1e-8
+_SETTLED = 1e-6
+# A balance leads to another if places differ by less, in parts of the plate's shorter side, and
+# forces by less, in parts of the later ones.
+_NEAR, _STRONGER = 0.06, 0.5
 
 
 class Balance(NamedTuple):
@@ -47,6 +48,38 @@ class Balance(NamedTuple):
     converged: bool
 
 
+class Settled(NamedTuple):
+    """A balance, and the touches that it holds.
+
+    Attributes
+    ----------
+    xy : (T, 2) float64, mm
+    force : (T,) float64, N
+    radius : (T,) float64, mm
+    balance : Balance
+    """
+
+    xy: F64
+    force: F64
+    radius: F64
+    balance: Balance
+
+    def leading_to(self, xy: F64, force: F64, radius: F64, side: float) -> F64 | None:
+        """Weights under touches near by, to first order; None where they are not near.
+
+        `side` is the shorter one of the plate, mm.
+        """
+        if self.xy.shape != xy.shape or not np.array_equal(self.radius, radius):
+            return None
+        moved, pressed = xy - self.xy, force - self.force
+        far = np.abs(moved).max() > _NEAR * side
+        if far or (np.abs(pressed) > _STRONGER * np.abs(force)).any() or not self.balance.converged:
+            return None
+        return self.balance.weights + self.balance.weights_by @ np.column_stack(
+            [moved, pressed]
+        ).ravel()
+
+
 class _Point(NamedTuple):
     """Energy at one z, with its derivatives; the gradient is by all but the forces."""
 
@@ -55,44 +88,54 @@ class _Point(NamedTuple):
     slope: F64
     gradient: F64
     hessian: F64
+    tense: F64
+    left: F64
 
 
-def balance(forms: Forms, assembled: Assembled, force: F64) -> Balance:
-    """Find the balance under forces (T,) N by Newton's method, and its derivatives."""
-    n, split = forms.fixed.shape[1], forms.stresses
-    pushed = n + assembled.functions * np.arange(len(force))
+def balance(forms: Forms, assembled: Assembled, force: F64, begun: F64 | None = None) -> Balance:
+    """Find the balance under forces (T,) N by Newton's method, and its derivatives.
+
+    It begins at weights near by where some are given.
+    """
+    n, split, functions = forms.fixed.shape[1], forms.stresses, assembled.projected.shape[2]
+    pushed = n + functions * np.arange(len(force))
     held = np.concatenate([forms.resting, pushed])
-    point, converged = _descend(forms, assembled, force, held)
+    point, converged = _descend(forms, assembled, force, held, begun)
+    drift_slope, drift_left = slopes(forms.fixed, *assembled, point.weights, 1 + split)
+    direct, out = _moved(forms, assembled, point, drift_left, held)
     # First what changes at fixed weights, then the weights follow and keep the balance.
-    direct, out = _moved(assembled, point, held)
     out[:, 2::3] = point.hessian[:, pushed]
     out[held] = 0.0
     out[pushed, 2 + 3 * np.arange(len(force))] = -1.0
-    # The last step is solved beside them, and changes the stress along its slope.
+    # The last step is solved beside them, and changes stress and drift along their slopes.
     right = np.column_stack([out, point.gradient])
     solved = np.asarray(np.linalg.solve(_held(point.hessian, held), -right), dtype=np.float64)
     weights_by, step = solved[:, :-1], solved[:, -1]
-    weights, stress = point.weights + step, point.stress + point.slope @ step
-    drift_slope = slopes(*_parts(forms, assembled, slice(1 + split, None)), weights)
-    values_by = direct + np.concatenate([point.slope, drift_slope]) @ weights_by
+    slope = np.concatenate([point.slope, drift_slope])
+    values_by = direct + slope @ weights_by
+    drift = drift_slope @ (0.5 * point.weights + step)
+    stress = point.stress + point.slope @ step
     by = weights_by, values_by[:split], values_by[split:]
-    return Balance(weights, stress, 0.5 * drift_slope @ weights, *by, converged)
+    return Balance(point.weights + step, stress, drift, *by, converged)
 
 
-def _descend(forms: Forms, assembled: Assembled, force: F64, held: I64) -> tuple[_Point, bool]:
+def _descend(
+    forms: Forms, assembled: Assembled, force: F64, held: I64, begun: F64 | None
+) -> tuple[_Point, bool]:
     """Point of balance, and whether it is one."""
-    bending = _bending(assembled, held)
-    parts = _parts(forms, assembled, slice(1, 1 + forms.stresses))
+    bending = whole(forms.fixed, *assembled)
+    bending[held] = bending[:, held] = 0.0
     pushed = held[len(forms.resting) :]
-    size = np.linalg.norm(assembled.mixed[0][:, pushed - forms.fixed.shape[1]] @ force)
-    point = _at(parts, bending, held, _first(forms, assembled, pushed, force))
+    size = float(np.linalg.norm(force @ assembled.projected[:, 0, 0]))
+    weights = _first(forms, assembled, pushed, force) if begun is None else begun
     for _ in range(_ITERATIONS):
-        left = point.gradient
-        if np.linalg.norm(left) <= _SETTLED * size:
+        point = _at(forms, assembled, bending, held, weights)
+        if np.linalg.norm(point.gradient) <= _SETTLED * size:
             return point, _stable(forms, _held(point.hessian, held))
-        weights = point.weights - np.linalg.solve(_held(point.hessian, held), left)
-        point = _at(parts, bending, held, weights)
-    return point, False
+        weights = point.weights - np.linalg.solve(_held(point.hessian, held), point.gradient)
+    if begun is not None:
+        return _descend(forms, assembled, force, held, None)
+    return _at(forms, assembled, bending, held, weights), False
 
 
 def _stable(forms: Forms, hessian: F64) -> bool:
@@ -100,11 +143,14 @@ def _stable(forms: Forms, hessian: F64) -> bool:
     return not len(forms.resting) or float(np.linalg.eigvalsh(hessian)[0]) > 0.0
 
 
-def _at(parts: _Parts, bending: F64, held: I64, weights: F64) -> _Point:
-    slope, stress, tense = stretch(*parts, weights)
+def _at(forms: Forms, assembled: Assembled, bending: F64, held: I64, weights: F64) -> _Point:
+    slope, stress, tense, tense_rows, left = stretch(
+        forms.fixed, *assembled, weights, forms.stresses
+    )
     gradient = bending @ weights + stress @ slope
     gradient[held] = 0.0
-    return _Point(weights, stress, slope, gradient, bending + tense + slope.T @ slope)
+    hessian = bending + slope.T @ slope + whole(tense, tense_rows, assembled.projected)
+    return _Point(weights, stress, slope, gradient, hessian, tense, left)
 
 
 def _held(hessian: F64, held: I64) -> F64:
@@ -115,43 +161,31 @@ def _held(hessian: F64, held: I64) -> F64:
     return matrix
 
 
-def _parts(forms: Forms, assembled: Assembled, which: slice) -> _Parts:
-    mixed = np.ascontiguousarray(assembled.mixed[which].swapaxes(1, 2))
-    return forms.fixed[which], mixed, assembled.local[which]
-
-
-def _bending(assembled: Assembled, held: I64) -> F64:
-    """Bending energy on (n + t) weights, without the forces, whose part balances the load."""
-    mixed, local = assembled.mixed[0], assembled.local[0]
-    n, t = mixed.shape
-    matrix = np.eye(n + t)
-    matrix[:n, n:], matrix[n:, :n], matrix[n:, n:] = mixed, mixed.T, local
-    matrix[held] = matrix[:, held] = 0.0
-    return matrix
-
-
 def _first(forms: Forms, assembled: Assembled, pushed: I64, force: F64) -> F64:
     """Linear solution w times the t of least energy, on the fixed shapes."""
     n, stresses = forms.fixed.shape[1], slice(1, 1 + forms.stresses)
-    linear = np.zeros(assembled.local.shape[1])
-    linear[pushed - n] = force
-    products = 0.5 * assembled.local @ linear @ linear
-    work, stretches = 2.0 * products[0], products[stresses]
+    weights = np.zeros(n + assembled.projected.shape[2] * len(force))
+    weights[pushed] = force
+    linear, _ = slopes(forms.fixed, *assembled, weights, 0)
+    products = 0.5 * linear @ weights
+    work, stretches = 2.0 * float(products[0]), products[stresses]
     stretching, fraction = float(stretches @ stretches), 1.0
     if len(forms.resting):
-        bowed = assembled.mixed[stresses, forms.resting[0]] @ linear
+        bowed = linear[stresses, forms.resting[0]]
         mixed = float(bowed @ stretches)
         fraction = min_energy_fraction(work, float(bowed @ bowed), mixed, stretching)
     elif work > 0 and stretching > 0:
         # U (t - 1) + 2 S t³ = 0, of least energy U (t²/2 - t) + S t⁴/2.
         p = np.sqrt(work / (6.0 * stretching))
         fraction = 2.0 * p * np.sinh(np.arcsinh(1.5 / p) / 3.0)
-    fixed = (fraction - 1.0) * (assembled.mixed[0] @ linear)
-    fixed[forms.resting] = 1.0
-    return np.concatenate([fixed, linear])
+    weights[:n] = (fraction - 1.0) * linear[0, :n]
+    weights[forms.resting] = 1.0
+    return weights
 
 
-def _moved(assembled: Assembled, point: _Point, held: I64) -> tuple[F64, F64]:
+def _moved(
+    forms: Forms, assembled: Assembled, point: _Point, drift_left: F64, held: I64
+) -> tuple[F64, F64]:
     """Change with the places of touches, at fixed weights.
 
     Returns
@@ -161,23 +195,17 @@ def _moved(assembled: Assembled, point: _Point, held: I64) -> tuple[F64, F64]:
     gradient : (n + t, 3 T) float64
         Of the gradient of the energy.
     """
-    n, (touches, _, count) = assembled.mixed.shape[1], assembled.mixed_by.shape[:3]
-    q, tau = np.split(point.weights, [n])
-    stresses = len(point.stress)
-    moved = _slopes_by(assembled.mixed_by, assembled.local_by, q, tau)
-    changes = 0.5 * moved[:, :, 1:] @ point.weights
-    tense = tau.copy()
-    tense[held[held >= n] - n] = 0.0
-    bent = _slopes_by(assembled.mixed_by[:, :, 0], assembled.local_by[:, :, 0], q, tense)
-    bent[:, :, held] = 0.0
-    stressed = point.stress @ moved[:, :, 1 : 1 + stresses] + changes[..., :stresses] @ point.slope
-    values = np.zeros((count - 1, touches, 3))
-    values[..., :2] = np.moveaxis(changes, 2, 0)
-    gradient = np.zeros((len(point.weights), touches, 3))
-    gradient[..., :2] = np.moveaxis(bent + stressed, 2, 0)
-    return values.reshape(count - 1, -1), gradient.reshape(len(point.weights), -1)
-
-
-def _slopes_by(mixed: F64, local: F64, q: F64, tau: F64) -> F64:
-    """Differentiate B z by the places of touches, (T, 2, ..., n + t)."""
-    return np.concatenate([mixed @ tau, q @ mixed + local @ tau], axis=-1)
+    (rows, projected), split = assembled, forms.stresses
+    touches, size = len(rows), len(point.weights)
+    values = np.zeros((len(forms.fixed) - 1, touches, 3))
+    values[:split, :, :2] = values_by(rows, projected, point.weights, point.left, 1)
+    values[split:, :, :2] = values_by(rows, projected, point.weights, drift_left, 1 + split)
+    gradient = np.zeros((size, touches, 3))
+    free = point.weights.copy()
+    free[held] = 0.0
+    bent = slopes_by(forms.fixed, rows, projected, free)
+    bent[held] = 0.0
+    pulled = slopes_by(point.tense, summed(rows, point.stress), projected, point.weights)
+    stretched = point.slope.T @ values[:split].reshape(split, -1)
+    gradient[..., :2] = bent + pulled + stretched.reshape(size, touches, 3)[..., :2]
+    return values.reshape(-1, 3 * touches), gradient.reshape(size, -1)

@@ -46,7 +46,7 @@ class Forms:
     fixed : (F, n, n) float32
         Both arguments fixed shapes. Single precision, as in the table, halves what is read.
     moving : SplineTable
-        Of F (n A + A (A + 1) / 2) functions of the place of a touch: one argument moving, then
+        Of F (A n + A (A + 1) / 2) functions of the place of a touch: one argument moving, then
         both.
     """
 
@@ -65,28 +65,21 @@ class Forms:
         width, n = self.moving.coefficients.shape[2] // len(self.fixed), self.fixed.shape[1]
         return next(a for a in range(1, width + 1) if n * a + a * (a + 1) // 2 == width)
 
-    def reach(self, mixtures: F64) -> F64:
-        """Forms of each fixed shape and of mixtures (n, C) of them: (F, n, C) float64."""
-        count, n = self.fixed.shape[:2]
-        return (self.fixed.reshape(-1, n) @ mixtures).reshape(count, n, -1)
+    @property
+    def row_shape(self) -> tuple[int, int]:
+        """F, and the length L of a row."""
+        return len(self.fixed), self.moving.coefficients.shape[2] // len(self.fixed)
 
-    def at(self, xy: F64, weight: F64) -> tuple[F64, F64]:
+    def rows(self, xy: F64, weight: F64) -> F64:
         """Forms at a place, mean over points (Q, 2) mm by weights (Q,).
 
         Returns
         -------
-        mixed : (3, F, n, A) float64
-            A fixed and a moving function; first axis value, d/dx, d/dy.
-        local : (3, F, A, A) float64
-            Two functions that move with the same touch.
+        (3, F, L) float64
+            First axis value, d/dx, d/dy. Of each form A n values of a moving function and a fixed
+            shape, then A (A + 1) / 2 of two functions that move with the same touch.
         """
-        (count, n), functions = self.fixed.shape[:2], self.functions
-        found = self.moving.at(xy, weight).reshape(3, count, -1)
-        mixed = found[:, :, : n * functions].reshape(3, count, n, functions)
-        local = np.empty((3, count, functions, functions))
-        left, right = np.triu_indices(functions)
-        local[..., left, right] = local[..., right, left] = found[:, :, n * functions :]
-        return mixed, local
+        return self.moving.at(xy, weight).reshape(3, *self.row_shape)
 
 
 def forms(shapes: TouchShapes, basis: ReducedBasis, progress: Callable[[], object]) -> Forms:
@@ -146,7 +139,7 @@ def _with_fixed(
     Returns
     -------
     fixed : (F, n, n) float64
-    mixed : (P, F, n A) float32
+    mixed : (P, F, A n) float32
     """
     free, gauss, every = karman.linear.free, karman.membrane.gauss, shapes
     size, places, functions = moving.shape
@@ -158,7 +151,7 @@ def _with_fixed(
         energy = np.concatenate([energy, np.zeros((1, size))])
     n, slopes = every.shape[2], gauss.slopes(every)
     fixed = np.zeros((1 + stresses.shape[-1], n, n))
-    mixed = np.empty((places, len(fixed), n, functions), dtype=np.float32)
+    mixed = np.empty((places, len(fixed), functions, n), dtype=np.float32)
 
     def fill(f: int) -> None:
         loads = energy
@@ -167,7 +160,7 @@ def _with_fixed(
             loads = pulled[free].reshape(size, n).T
         fixed[f, :, :bent] = loads @ own
         found = (loads.astype(np.float32) @ flat).reshape(n, places, functions)
-        mixed[:, f] = found.transpose(1, 0, 2)
+        mixed[:, f] = found.transpose(1, 2, 0)
 
     for part in np.array_split(np.arange(len(fixed)), _FORM_STEPS):
         for _ in in_parallel(fill, part.tolist()):

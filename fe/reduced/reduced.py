@@ -22,7 +22,7 @@ from fe.plate.plate import Plate, Touch
 from fe.plate.thin import check_thin
 from fe.reduced.assembly import assemble
 from fe.reduced.basis import ReducedBasis, basis, stretching_work
-from fe.reduced.equilibrium import Balance, balance
+from fe.reduced.equilibrium import Balance, Settled, balance
 from fe.reduced.forms import Forms, form_steps, forms
 from fe.reduced.interpolation import between
 from fe.reduced.karman import Karman
@@ -108,10 +108,19 @@ class Reduced:
             return replace(found, result=Trust.OVERSTRAINED)
         return found
 
-    def balance(self, xy: F64, force: F64, radius: F64) -> Balance:
-        """Numbers that make up the state under touches at (T, 2) mm: see `Balance`."""
+    def balance(
+        self, xy: F64, force: F64, radius: F64, near: Settled | None = None
+    ) -> Balance:
+        """Numbers that make up the state under touches at (T, 2) mm: see `Balance`.
+
+        It is found sooner where one near by is known. A plate that is not flat at rest can snap, so
+        that its state is looked for afresh.
+        """
         assembled = assemble(self.plate, self.mesh, self.forms, xy, radius)
-        return balance(self.forms, assembled, force)
+        begun = None
+        if near is not None and self.plate.shape is None:
+            begun = near.leading_to(xy, force, radius, min(self.plate.size))
+        return balance(self.forms, assembled, force, begun)
 
     def trust(self, xy: F64, state: Balance) -> Trust:
         """Say whether a state under touches at (T, 2) mm can be trusted."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from math import inf
 from typing import TYPE_CHECKING, NamedTuple
@@ -15,6 +15,7 @@ from fe.arrays import F64
 from fe.linear.adjoint import Adjoint
 from fe.plate.checks import array, number
 from fe.plate.plate import Plate
+from fe.reduced.equilibrium import Settled
 from fe.reduced.result import Trust
 
 if TYPE_CHECKING:
@@ -63,6 +64,8 @@ class ReducedReadings:
     fixed: F64
     plane: F64
 
+    _last: dict[int, Settled] = field(default_factory=dict[int, Settled], repr=False)
+
     @property
     def plate(self) -> Plate:
         """The plate."""
@@ -96,10 +99,13 @@ class ReducedReadings:
 
     def _read(self, places: bytes, forces: bytes, radius: float) -> Reading:
         xy, force = np.frombuffer(places).reshape(-1, 2), np.frombuffer(forces)
-        state = self.reduced.balance(xy, force, np.full(len(xy), radius))
+        radii, last = np.full(len(xy), radius), self._last.get(len(xy))
+        state = self.reduced.balance(xy, force, radii, last)
+        self._last[len(xy)] = Settled(xy, force, radii, state)
         n, channels = self.fixed.shape[1], len(self.fixed)
-        moving = self.moving.read(xy, radius).reshape(len(xy), channels, -1)
-        slopes = self.moving.gradient(xy, radius).reshape(*moving.shape, 2)
+        read, gradient = self.moving.read_and_gradient(xy, radius)
+        moving = read.reshape(len(xy), channels, -1)
+        slopes = gradient.reshape(*moving.shape, 2)
         weights = state.weights[n:].reshape(len(xy), -1)
         by_weights = np.concatenate([self.fixed, *moving], axis=1)
         plane = np.concatenate([state.stress, state.drift])

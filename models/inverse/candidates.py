@@ -124,6 +124,11 @@ def prepare_candidates(forward: Forward, count: int = 17) -> CandidateGrid:
     return CandidateGrid(forward, xy, forward.response(xy))
 
 
+def unexplained(residual: F64, tangent: F64) -> float:
+    """Sum of squares of a residual (m,) that rows free already, (k, m), cannot take away."""
+    return _unexplained(residual, tangent)
+
+
 def with_forward(candidates: CandidateGrid, forward: Forward) -> CandidateGrid:
     """Ask another forward model of the same plate for the same candidates."""
     return CandidateGrid(forward, candidates.xy, forward.response(candidates.xy))
@@ -136,6 +141,13 @@ def _within(touches: F64, bounds: F64) -> bool:
             if not bounds[0, k] < touch[k] < bounds[1, k]:
                 return False
     return True
+
+
+@njit(cache=True, nogil=True)
+def _unexplained(residual: F64, tangent: F64) -> float:
+    basis = _orthonormal(tangent)
+    outside = residual - (basis @ residual) @ basis
+    return outside @ outside
 
 
 @njit(cache=True, nogil=True, fastmath=True)

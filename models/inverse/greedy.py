@@ -18,7 +18,7 @@ import numpy as np
 from models.arrays import F64
 from models.estimate import SolverStats
 from models.forward.linear import LinearForward
-from models.inverse.candidates import CandidateGrid
+from models.inverse.candidates import CandidateGrid, unexplained
 from models.inverse.descent_kernel import weak_or_close
 from models.inverse.levenberg_marquardt import Fit, LevenbergMarquardt
 from models.inverse.prior import Prior
@@ -29,6 +29,7 @@ GAIN = 25.0
 COARSE = 0.01  # of χ², which a step must gain while touches are still missing
 HOPE = 0.5  # of the fall of χ² wanted, which a candidate of the grid must promise
 CLEAR = 10.0  # times `GAIN`: a touch is there for sure
+SCORED = 4.0  # times `GAIN`, by which a score must rule fewer touches out: models are not linear
 UNUSUAL = 6.0  # standard deviations of χ² above its mean: the fit does not explain the measurement
 
 
@@ -87,6 +88,17 @@ class CountProblem:
         )
         self.effort.append((fit.steps, fit.evaluations))
         return fit
+
+    def ruled_out(self, touches: F64, fit: Fit) -> bool:
+        """Whether other touches explain less than a fit, whatever their descent would find.
+
+        By the score (Rao 1948): what one linear step from where they are cannot take away. It costs
+        a reading of the forward model, a descent several.
+        """
+        if not len(touches):
+            return False
+        predicted, tangent = self.candidates.forward.read(touches)
+        return unexplained(self.measured - predicted, tangent) > fit.chi2 + SCORED * self.gain
 
     def stats(self, fit: Fit) -> SolverStats:
         """State what it took so far, and whether the fit that is kept converged."""
@@ -203,7 +215,11 @@ def _pairs_anew(problem: CountProblem, fit: Fit) -> Fit:
 def pruned(problem: CountProblem, fit: Fit) -> Fit:
     """Leave out touches, one by one, without which χ² rises by less than a touch must bring."""
     while len(fit.touches):
-        tried = [problem.fit(fewer) for fewer in _with_one_less(fit, problem.gain)]
+        tried = [
+            problem.fit(fewer)
+            for fewer in _with_one_less(fit, problem.gain)
+            if not problem.ruled_out(fewer, fit)
+        ]
         fewer = min(tried, key=problem.cost, default=fit)
         if problem.cost(fewer) >= problem.cost(fit):
             break
