@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.interpolate import BSpline, PPoly
 
 from dic.arrays import F32, F64, AnyArray
 from dic.compiled import njit
 
 DEGREE = 7  # of the B-spline
 BEFORE = DEGREE // 2  # knots that a value needs before the pixel to its left
+_SPLINE = PPoly.from_spline(BSpline.basis_element(np.arange(DEGREE + 2.0), extrapolate=False))
+_PIECES: F64 = np.ascontiguousarray(_SPLINE.c[:, DEGREE : 2 * DEGREE + 1][:, ::-1])
+"""[power from the highest, knot -3 … 4]: what a knot weighs at the fraction t, a polynomial."""
+_SLOPES: F64 = _PIECES[:-1] * np.arange(DEGREE, 0, -1.0)[:, None]
+# Indices that cannot be negative: any others keep the compiler from working on vectors.
+_ONE, _TWO, _THREE, _FOUR, _FIVE, _SIX, _SEVEN = (np.uintp(k) for k in range(1, DEGREE + 1))
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -61,17 +68,14 @@ def _add_row(image: AnyArray, f: F32, fx: F32, fy: F32, sums: F32) -> None:
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def spline_weights(t: float, value: AnyArray, slope: AnyArray) -> None:
-    """Weigh the knots -3 … 4 at the fraction t and their derivatives, by de Boor's recursion."""
-    value[:] = 0.0
-    value[0] = 1.0
-    for degree in range(1, DEGREE + 1):
-        if degree == DEGREE:
-            slope[0] = -value[0]
-            for j in range(1, DEGREE + 1):
-                slope[j] = value[j - 1] - value[j]
-        for j in range(degree, -1, -1):
-            before = value[j - 1] if j else 0.0
-            value[j] = ((t + degree - j) * before + (j + 1 - t) * value[j]) / degree
+    """Weigh the knots -3 … 4 at the fraction t and their derivatives."""
+    for k in range(DEGREE + 1):
+        height, rise = _PIECES[0, k], _SLOPES[0, k]
+        for power in range(1, DEGREE):
+            height = height * t + _PIECES[power, k]
+            rise = rise * t + _SLOPES[power, k]
+        value[k] = height * t + _PIECES[DEGREE, k]
+        slope[k] = rise
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -85,12 +89,15 @@ def sums_moved(
     out: AnyArray,
     light: F64,
 ) -> None:
-    """Sum the same with every tile of the reference moved by its flow, and its light (T, 6)."""
-    reach = size + DEGREE
-    patch = np.empty((reach, reach), np.float32)
-    values, slopes = np.empty((reach, size), np.float32), np.empty((reach, size), np.float32)
-    f = np.empty((size, size), np.float32)
-    fx, fy = np.empty_like(f), np.empty_like(f)
+    """Sum the same with every tile of the reference moved by its flow, and its light (T, 6).
+
+    What is computed of a tile lies in one piece of memory, a row after the other.
+    """
+    reach, (height, width) = size + DEGREE, coefficients.shape
+    patch, pixels = np.empty((reach, reach), np.float32), size * size
+    values, slopes = np.empty(reach * size, np.float32), np.empty(reach * size, np.float32)
+    g, f = np.empty(pixels, np.float32), np.empty(pixels, np.float32)
+    fx, fy = np.empty(pixels, np.float32), np.empty(pixels, np.float32)
     wx, sx = np.empty(DEGREE + 1, np.float32), np.empty(DEGREE + 1, np.float32)
     wy, sy = np.empty(DEGREE + 1, np.float32), np.empty(DEGREE + 1, np.float32)
     for tile in range(shape[0] * shape[1]):
@@ -100,88 +107,89 @@ def sums_moved(
         ix, iy = int(np.floor(-flow[tile, 0])), int(np.floor(-flow[tile, 1]))
         spline_weights(-flow[tile, 0] - ix, wx, sx)
         spline_weights(-flow[tile, 1] - iy, wy, sy)
-        _cut(coefficients, left + ix - BEFORE, top + iy - BEFORE, patch)
-        _along(patch, wx, values)
-        _along(patch, sx, slopes)
-        _down(values, wy, f)
-        _down(slopes, wy, fx)
-        _down(values, sy, fy)
-        _add(image[top : top + size, left : left + size], f, fx, fy, out[tile])
-        _add_light(f, fx, fy, light[tile])
+        x, y = left + ix - BEFORE, top + iy - BEFORE
+        if 0 <= x <= width - reach and 0 <= y <= height - reach:
+            _along(coefficients, x, y, wx, size, values)
+            _along(coefficients, x, y, sx, size, slopes)
+        else:
+            _cut(coefficients, x, y, patch)
+            _along(patch, 0, 0, wx, size, values)
+            _along(patch, 0, 0, sx, size, slopes)
+        _down(values, wy, size, f)
+        _down(slopes, wy, size, fx)
+        _down(values, sy, size, fy)
+        _seen(image, left, top, size, g)
+        _add(g, f, fx, fy, out[tile], light[tile])
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _cut(array: F32, left: int, top: int, patch: F32) -> None:
     """Copy a patch; beyond the border the nearest value stands."""
     height, width = array.shape
-    side = len(patch)
-    for j in range(side):
+    for j in range(len(patch)):
         y = min(max(top + j, 0), height - 1)
-        if left >= 0 and left + side <= width:
-            row, cut = array[y, left : left + side], patch[j]
-            for i in range(side):  # a loop, for copying a slice takes twice as long
-                cut[i] = row[i]
-        else:
-            for i in range(side):
-                patch[j, i] = array[y, min(max(left + i, 0), width - 1)]
+        for i in range(len(patch)):
+            patch[j, i] = array[y, min(max(left + i, 0), width - 1)]
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _along(patch: F32, weights: F32, out: AnyArray) -> None:
+def _seen(image: AnyArray, left: int, top: int, size: int, out: F32) -> None:
+    """Copy a tile of the image, row by row."""
+    x, y, side = np.uintp(left), np.uintp(top), np.uintp(size)
+    for j in range(side):
+        for i in range(side):
+            out[j * side + i] = np.float32(image[y + j, x + i])
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _along(array: F32, left: int, top: int, weights: F32, size: int, out: F32) -> None:
     """Weigh eight neighbours along x; weights in registers let the loop run on vectors."""
     a, b, c, d = weights[0], weights[1], weights[2], weights[3]
     e, f, g, h = weights[4], weights[5], weights[6], weights[7]
-    for j in range(out.shape[0]):
-        p, row = patch[j], out[j]
-        for i in range(row.size):
-            row[i] = (
-                a * p[i] + b * p[i + 1] + c * p[i + 2] + d * p[i + 3]
-                + e * p[i + 4] + f * p[i + 5] + g * p[i + 6] + h * p[i + 7]
+    x, y, side = np.uintp(left), np.uintp(top), np.uintp(size)
+    for j in range(np.uintp(size + DEGREE)):
+        for i in range(side):
+            p, q = y + j, x + i
+            out[j * side + i] = (
+                a * array[p, q] + b * array[p, q + _ONE]
+                + c * array[p, q + _TWO] + d * array[p, q + _THREE]
+                + e * array[p, q + _FOUR] + f * array[p, q + _FIVE]
+                + g * array[p, q + _SIX] + h * array[p, q + _SEVEN]
             )  # fmt: skip
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _down(rows: F32, weights: F32, out: AnyArray) -> None:
+def _down(rows: F32, weights: F32, size: int, out: F32) -> None:
     """Weigh eight neighbours along y."""
     a, b, c, d = weights[0], weights[1], weights[2], weights[3]
     e, f, g, h = weights[4], weights[5], weights[6], weights[7]
-    for j in range(out.shape[0]):
-        row, p, q, r, s = out[j], rows[j], rows[j + 1], rows[j + 2], rows[j + 3]
-        t, u, v, w = rows[j + 4], rows[j + 5], rows[j + 6], rows[j + 7]
-        for i in range(row.size):
-            row[i] = (
-                a * p[i] + b * q[i] + c * r[i] + d * s[i]
-                + e * t[i] + f * u[i] + g * v[i] + h * w[i]
-            )  # fmt: skip
+    n = np.uintp(size)
+    for i in range(n * n):
+        out[i] = (
+            a * rows[i] + b * rows[i + n] + c * rows[i + _TWO * n] + d * rows[i + _THREE * n]
+            + e * rows[i + _FOUR * n] + f * rows[i + _FIVE * n]
+            + g * rows[i + _SIX * n] + h * rows[i + _SEVEN * n]
+        )  # fmt: skip
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _add(image: AnyArray, f: F32, fx: F32, fy: F32, out: AnyArray) -> None:
-    """Sum fx·e, fy·e, e, e², e·f over one tile."""
+def _add(g: F32, f: F32, fx: F32, fy: F32, out: AnyArray, light: F64) -> None:
+    """Sum fx·e, fy·e, e, e², e·f over one tile, and fx·f, fy·f, fx, fy, f², f."""
     zero = np.float32(0.0)
     fx_e, fy_e, e_, ee, ef = zero, zero, zero, zero, zero
-    for j in range(f.shape[0]):
-        for i in range(f.shape[1]):
-            e = np.float32(image[j, i]) - f[j, i]
-            fx_e += fx[j, i] * e
-            fy_e += fy[j, i] * e
-            e_ += e
-            ee += e * e
-            ef += e * f[j, i]
-    out[0], out[1], out[2], out[3], out[4] = fx_e, fy_e, e_, ee, ef
-
-
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _add_light(f: F32, fx: F32, fy: F32, out: AnyArray) -> None:
-    """Sum fx·f, fy·f, fx, fy, f², f over one tile."""
-    zero = np.float32(0.0)
     fx_f, fy_f, fx_, fy_, ff, f_ = zero, zero, zero, zero, zero, zero
-    for j in range(f.shape[0]):
-        for i in range(f.shape[1]):
-            fx_f += fx[j, i] * f[j, i]
-            fy_f += fy[j, i] * f[j, i]
-            fx_ += fx[j, i]
-            fy_ += fy[j, i]
-            ff += f[j, i] * f[j, i]
-            f_ += f[j, i]
-    out[0], out[1], out[2], out[3], out[4], out[5] = fx_f, fy_f, fx_, fy_, ff, f_
+    for i in range(f.size):
+        e = g[i] - f[i]
+        fx_e += fx[i] * e
+        fy_e += fy[i] * e
+        e_ += e
+        ee += e * e
+        ef += e * f[i]
+        fx_f += fx[i] * f[i]
+        fy_f += fy[i] * f[i]
+        fx_ += fx[i]
+        fy_ += fy[i]
+        ff += f[i] * f[i]
+        f_ += f[i]
+    out[0], out[1], out[2], out[3], out[4] = fx_e, fy_e, e_, ee, ef
+    light[0], light[1], light[2], light[3], light[4], light[5] = fx_f, fy_f, fx_, fy_, ff, f_

@@ -67,9 +67,12 @@ class TileSpline:
 
     @staticmethod
     def _apply(down: AnyArray, across: AnyArray, values: F64) -> F64:
-        rows = down @ values.reshape(down.shape[1], -1)
-        grid = across @ rows.reshape(len(down), across.shape[1], -1)
-        return grid.reshape(-1, grid.shape[2])
+        # Two products of matrices; a product a row of tiles would take three times as long.
+        fields = values.shape[1]
+        rows = (down @ values.reshape(down.shape[1], -1)).reshape(len(down), -1, fields)
+        grid = rows.swapaxes(1, 2).reshape(-1, across.shape[1]) @ across.T
+        grid = grid.reshape(len(down), fields, len(across)).swapaxes(1, 2)
+        return grid.reshape(-1, fields)
 
 
 def spread_over(shape: tuple[int, int]) -> TileSpline:
