@@ -91,6 +91,11 @@ class CandidateGrid:
         forward = self.forward.weighted(weight)
         return replace(self, forward=forward, response=forward.response(self.xy))
 
+    def through(self, forward: Forward, whitening: F64) -> CandidateGrid:
+        """Ask a forward model that whitens what this one measures (m,) once more, by (m', m)."""
+        response = self._single @ whitening.astype(np.float32).T
+        return replace(self, forward=forward, response=response.astype(np.float64))
+
     @cached_property
     def _single(self) -> F32:
         """Responses to single precision: enough for one place to start from, in half the time."""

@@ -62,6 +62,7 @@ class Estimator:
     bench: BenchEstimate | None = None
     grid: InitVar[CandidateGrid | None] = None
     candidates: CandidateGrid = field(init=False)
+    _uncertain: Uncertain | None = field(init=False, repr=False)
 
     def __post_init__(self, grid: CandidateGrid | None) -> None:
         """Prepare the candidates."""
@@ -73,6 +74,8 @@ class Estimator:
                 "candidates are those of another forward model; ask with_forward(grid, forward)"
             )
         object.__setattr__(self, "candidates", candidates.prepare())
+        uncertain = None if self.bench is None else Uncertain(self.bench, self.candidates)
+        object.__setattr__(self, "_uncertain", uncertain)
 
     def without_memory(self, measured: F64, left: F64) -> F64:
         """Take what the plate of a bench still shows of touches that ended (n, 3) off it, (m,)."""
@@ -137,12 +140,12 @@ class Estimator:
             If the measurement does not fit the forward model, it or the start is not finite, the
             start is not x, y, F of touches, or a count is negative.
         """
-        if self.bench is not None and isinstance(self.forward, BenchForward):
+        if self._uncertain is not None:
             return find_on_bench(
                 check_measured(measured, self.candidates),
-                self.candidates,
-                Uncertain(self.forward, self.bench, read_start(left)),
+                self._uncertain,
                 start=read_start(() if start is None else start),
+                left=read_start(left),
                 count=count,
                 max_touches=self.max_touches,
                 prior=self.prior,

@@ -1,21 +1,18 @@
 """Touches where the bench is not known exactly: found one by one, each in the scatter of the last.
 
 What is not known of a bench grows with the touches themselves. So those found so far come to rest
-in the scatter about themselves before the measurement is asked for one more. And what they leave
-unexplained may be a bench so far from the likeliest that its effect is not linear: the scatter is
-then that about the bench which the frame itself shows.
+in the scatter about themselves before the measurement is asked for one more.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from models.arrays import F64
 from models.bench.bench import BenchEstimate
-from models.bench.learning import likeliest
 from models.bench.marginal import MarginalForward, marginal
 from models.estimate import Estimate, Result
 from models.forward.bench_forward import BenchForward
@@ -27,50 +24,87 @@ from models.inverse.solver import STANDARD, find
 # Touches that moved by less were whitened well enough: parts of a standard deviation, or of the
 # plate's shorter side and of the force, over which what is not known hardly changes.
 _MOVED, _APART, _STRONGER = 0.5, 0.004, 0.03
-# Fall of χ² below which a fit has converged: a thirtieth of a standard deviation.
-_TOLERANCE = 1e-3
+# Fall of χ² below which a fit has converged. A last step that promises so little, a tenth of a
+# standard deviation, is taken and leaves about its square.
+_TOLERANCE = 0.01
 _ROUNDS = 4
-# Probability below which a frame may show that the bench is far from where it was looked for, and
-# by how many standard deviations of the noise its effect must be other than linear.
-_STRANGE, _LINEAR = 1e-3, 1.0
 
 
-class Uncertain(NamedTuple):
-    """A forward model, what is known of its bench, and touches that ended.
+class Whitened(NamedTuple):
+    """A search in units of noise and of what is not known, as it is about some touches.
 
     Attributes
     ----------
-    forward : BenchForward
-    bench : BenchEstimate
-    left : (n, 3) float64, mm, mm, N
-        Touches of which the plate may still show a part.
+    touches : (n, 3) float64, mm, mm, N
+    left : (k, 3) float64, mm, mm, N
+        Touches that ended.
+    forward : MarginalForward
+    candidates : CandidateGrid
+        Of that forward model.
     """
 
-    forward: BenchForward
-    bench: BenchEstimate
+    touches: F64
     left: F64
+    forward: MarginalForward
+    candidates: CandidateGrid
 
-    def moved(self, measured: F64, touches: F64) -> Uncertain:
-        """Move to the bench that a frame shows, where what it does is not linear up to there."""
-        there = likeliest(self.forward, self.bench, measured, touches, self.left)
-        if there is None:
-            return self
-        change = there.fields.values - self.forward.fields.values
-        linear = self.forward.read(touches)[0] + change @ self.forward.by_bench(touches)
-        far = np.linalg.norm(there.read(touches)[0] - linear) > _LINEAR
-        return self._replace(forward=there) if far else self
 
-    def about(self, touches: F64) -> MarginalForward:
-        """Whiten it by all that is not known, as that is under touches (n, 3)."""
-        return marginal(self.forward, self.bench, touches, self.left)
+@dataclass(frozen=True, eq=False)
+class Uncertain:
+    """A search for touches on a bench of which only so much is known.
+
+    Attributes
+    ----------
+    bench : BenchEstimate
+    candidates : CandidateGrid
+        Of a `BenchForward`.
+    """
+
+    bench: BenchEstimate
+    candidates: CandidateGrid
+    _last: dict[int, Whitened] = field(default_factory=dict[int, Whitened], repr=False)
+
+    @property
+    def forward(self) -> BenchForward:
+        """The forward model on the most likely bench.
+
+        Raises
+        ------
+        TypeError
+            The candidates are those of another forward model.
+        """
+        forward = self.candidates.forward
+        if not isinstance(forward, BenchForward):
+            raise TypeError(f"a bench needs a BenchForward, got a {type(forward).__name__}")
+        return forward
+
+    def about(self, touches: F64, left: F64) -> Whitened:
+        """Whiten it by all that is not known under touches (n, 3), or by what it was near by."""
+        last = self._last.get(len(touches))
+        if last is not None and np.array_equal(last.left, left):
+            if self.near(last.touches, touches):
+                return last
+        there = marginal(self.forward, self.bench, touches, left)
+        whitened = Whitened(touches, left, there, self.candidates.through(there, there.whitening))
+        self._last[len(touches)] = whitened
+        return whitened
+
+    def near(self, before: F64, after: F64, covariance: F64 | None = None) -> bool:
+        """Whether touches moved so little that the scatter about them is the same."""
+        close = np.full(after.shape, _APART * min(self.forward.plate.size))
+        close[:, 2] = _STRONGER * np.abs(after[:, 2])
+        if covariance is not None:
+            sigma = np.sqrt(np.diag(covariance)).reshape(-1, 3)
+            close = np.maximum(close, _MOVED * sigma)
+        return bool((np.abs(after - before) <= close).all())
 
 
 def find_on_bench(
     measured: F64,
-    candidates: CandidateGrid,
     uncertain: Uncertain,
     *,
     start: F64,
+    left: F64,
     count: int | None = None,
     max_touches: int = 4,
     prior: Prior = FLAT,
@@ -81,10 +115,11 @@ def find_on_bench(
     Parameters
     ----------
     measured : (m,) float64
-    candidates : CandidateGrid
-        Of the forward model.
     uncertain : Uncertain
-    start, count, max_touches, prior, solver
+    start : (n, 3) float64, mm, mm, N
+    left : (k, 3) float64, mm, mm, N
+        Touches that ended, of which the plate may still show a part.
+    count, max_touches, prior, solver
         As for `find`.
 
     Returns
@@ -95,65 +130,47 @@ def find_on_bench(
     limit = max_touches if count is None else count
     solver = replace(solver, tolerance=max(solver.tolerance, _TOLERANCE))
 
-    def fit(on: Uncertain, about: F64) -> Estimate:
-        there, allowed = on.about(about), min(len(about) + 1, limit)
+    def fit(there: Whitened, start: F64) -> Estimate:
+        allowed = min(len(there.touches) + 1, limit)
         return find(
-            there.whitened(measured),
-            replace(candidates, forward=there, response=candidates.response @ there.whitening.T),
-            start=about,
+            there.forward.whitening @ measured,
+            there.candidates,
+            start=start,
             count=None if count is None else allowed,
             max_touches=allowed,
             prior=prior,
             solver=solver,
         )
 
-    on, about, moved = uncertain, start[:limit], False
-    for _ in range(_ROUNDS + limit + 1):
-        estimate = fit(on, about)
-        if not moved and _unexplained(estimate, about):
-            moved, there = True, on.moved(measured, about)
-            if there is not on:
-                on, about = (
-                    there,
-                    _settled(measured, there, about, candidates.bounds, prior, solver),
-                )
-                continue
-        found = np.column_stack([estimate.xy, estimate.force])
-        if len(found) == len(about) and _near(on, about, found, estimate.covariance):
+    touches = start[:limit]
+    there = uncertain.about(touches, left)
+    for _ in range(_ROUNDS + limit):
+        estimate = fit(there, touches)
+        touches = np.column_stack([estimate.xy, estimate.force])
+        if len(touches) == len(there.touches) and uncertain.near(
+            there.touches, touches, estimate.covariance
+        ):
             return estimate
-        about = _settled(measured, on, found, candidates.bounds, prior, solver)
-    return replace(fit(on, about), result=Result.UNRESOLVABLE)
-
-
-def _unexplained(estimate: Estimate, about: F64) -> bool:
-    """Whether touches (n, 3) leave what a further one explains, or nothing does."""
-    return len(about) > 0 and (estimate.count > len(about) or estimate.p_value < _STRANGE)
+        there, touches = _settled(measured, uncertain, touches, left, prior, solver)
+    return replace(fit(there, touches), result=Result.UNRESOLVABLE)
 
 
 def _settled(
     measured: F64,
     uncertain: Uncertain,
     touches: F64,
-    bounds: F64,
+    left: F64,
     prior: Prior,
     solver: LevenbergMarquardt,
-) -> F64:
+) -> tuple[Whitened, F64]:
     """Let touches (n, 3) come to rest in the scatter about themselves."""
-    about = touches
+    there = uncertain.about(touches, left)
     for _ in range(_ROUNDS if len(touches) else 0):
-        there = uncertain.about(about)
-        white = there.whitened(measured)
-        fit = solver.descend(there, white, touches, bounds=bounds, prior=prior)
-        if _near(uncertain, about, fit.touches, fit.covariance):
-            return fit.touches
+        white, bounds = there.forward.whitening @ measured, there.candidates.bounds
+        fit = solver.descend(there.forward, white, touches, bounds=bounds, prior=prior)
+        if uncertain.near(there.touches, fit.touches, fit.covariance):
+            return there, fit.touches
         # What is not known about a touch grows with it, and draws it back: half-way lies between.
-        about, touches = 0.5 * (about + fit.touches), fit.touches
-    return touches
-
-
-def _near(uncertain: Uncertain, before: F64, after: F64, covariance: F64) -> bool:
-    """Whether touches moved so little that the scatter about them is the same."""
-    close = np.full(after.shape, _APART * min(uncertain.forward.plate.size))
-    close[:, 2] = _STRONGER * np.abs(after[:, 2])
-    sigma = np.sqrt(np.diag(covariance)).reshape(-1, 3)
-    return bool((np.abs(after - before) <= np.maximum(close, _MOVED * sigma)).all())
+        half_way, touches = 0.5 * (there.touches + fit.touches), fit.touches
+        there = uncertain.about(half_way, left)
+    return uncertain.about(touches, left), touches
