@@ -12,6 +12,7 @@ from scipy.linalg import lu_factor, lu_solve
 
 from fe.arrays import F64, I64
 from fe.elements.functional import derivative
+from fe.modal.kernel import pulls, summed
 from fe.modal.parameters import (
     GRADED,
     MEMBRANE,
@@ -80,8 +81,8 @@ class Pressed:
     @property
     def values(self) -> F64:
         """Amplitudes of the n functions, the D details and the U drifts, (n + D + U,)."""
-        pulls, shaped = self.drifting
-        drift = (0.5 * pulls + shaped) @ self.amplitudes[self.bench.taking_part]
+        drifting, shaped = self.drifting
+        drift = (0.5 * drifting + shaped) @ self.amplitudes[self.bench.taking_part]
         drift += self.bench.slipping @ self.stress
         return np.concatenate([self.amplitudes, self.details, drift])
 
@@ -130,8 +131,8 @@ class Pressed:
         forces[bench.taking_part] = self.along.T @ strains
         moved = tangent.solve(loads - bench.released(forces))
         part = moved[bench.taking_part]
-        pulls, shaped = self.drifting
-        drift = (pulls + shaped) @ part + bench.slipping @ (gained @ part + strains)
+        drifting, shaped = self.drifting
+        drift = (drifting + shaped) @ part + bench.slipping @ (gained @ part + strains)
         return np.concatenate([moved, drift])
 
 
@@ -248,16 +249,16 @@ class BenchPlate:
         """Linear solution, cut back as much as the stretching demands."""
         loads = self.at(touches).T @ -touches[:, 2]
         amplitudes = self._at_rest.solve(self.released(loads))
-        pulls, shaped = self.pulling(amplitudes)
+        pulling, shaped = self.pulling(amplitudes)
         part = amplitudes[self.taking_part]
-        square, line = 0.5 * pulls @ part, shaped @ part
+        square, line = 0.5 * pulling @ part, shaped @ part
         work, solve = float(loads @ amplitudes), self._stiffening
         # Least energy along the line t a: work (t - 1) + 3 s l t² + 2 s² t³ = 0.
         cubic, squared = 2.0 * square @ solve @ square, 3.0 * square @ solve @ line
         roots = np.roots(np.array([float(cubic), float(squared), work, -work]))
         real = roots[np.abs(roots.imag) < 1e-9].real
         factor = float(real[np.argmin(np.abs(real - 0.5))]) if len(real) else 1.0
-        return Pressed(self, touches, factor * amplitudes, np.zeros(len(pulls)), pulls, False, None)
+        return Pressed(self, touches, factor * amplitudes, np.zeros(len(pulling)), pulling, False, None)
 
     def _moved_on(self, start: Pressed, touches: F64) -> Pressed:
         """State by the derivatives of one near by; by itself where there are other touches."""
@@ -279,22 +280,21 @@ class BenchPlate:
 
     def pulling(self, amplitudes: F64) -> tuple[F64, F64]:
         """Pull of each stress on each function, two (M, c), by w and by the shape."""
-        return self._products(amplitudes, slice(None, len(self.stretch_compliance)))
+        return self._products(amplitudes, 0, len(self.stretch_compliance))
 
     def drifting(self, amplitudes: F64) -> tuple[F64, F64]:
         """Forms of each drift and each function, two (U, c), by w and by the shape."""
-        return self._products(amplitudes, slice(len(self.stretch_compliance), None))
+        return self._products(amplitudes, len(self.stretch_compliance), len(self._shaped))
 
-    def _products(self, amplitudes: F64, rows: slice) -> tuple[F64, F64]:
-        products, part = self.modal.stretching[rows], amplitudes[self.taking_part]
-        pulls = (products.reshape(-1, len(part)) @ part).reshape(products.shape[:2])
-        return pulls, self._shaped[rows]
+    def _products(self, amplitudes: F64, first: int, last: int) -> tuple[F64, F64]:
+        part = amplitudes[self.taking_part]
+        return pulls(self.modal.products, part, first, last), self._shaped[first:last]
 
     def _balance(self, amplitudes: F64, loads: F64) -> tuple[F64, F64, F64]:
         """Compute what is out of balance (n,), released; stress (M,) and its pulls (M, c)."""
-        pulls, shaped = self.pulling(amplitudes)
-        part, along = amplitudes[self.taking_part], pulls + shaped
-        stress = self._stiffening @ ((0.5 * pulls + shaped) @ part)
+        pulling, shaped = self.pulling(amplitudes)
+        part, along = amplitudes[self.taking_part], pulling + shaped
+        stress = self._stiffening @ ((0.5 * pulling + shaped) @ part)
         forces = self.stiffness @ amplitudes - loads
         forces[self.taking_part] += along.T @ stress
         left = self.released(forces)
@@ -303,10 +303,8 @@ class BenchPlate:
 
     def tangent(self, stress: F64, along: F64) -> tuple[Tangent, F64]:
         """Factor the released tangent stiffness (n, n), and stresses by functions (M, c)."""
-        count = len(stress)
-        products = self.modal.stretching[:count]
         gained = self._stiffening @ along
-        more = (stress @ products.reshape(count, -1)).reshape(products.shape[1:])
+        more = summed(self.modal.products, stress)
         matrix = self.stiffness.copy()
         self._add(matrix, more + along.T @ gained)
         matrix = self.released(matrix)

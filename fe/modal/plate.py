@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from fe.arrays import F64
+from fe.arrays import F32, F64
 from fe.elements.functional import derivative
 from fe.elements.mesh import Mesh
 from fe.elements.storage import restore, store
@@ -104,6 +104,11 @@ class ModalPlate:
     def turns(self) -> int:
         """Number of turns of the edges, J."""
         return self.turning.shape[1]
+
+    @cached_property
+    def products(self) -> F32:
+        """`stretching` as compiled code reads it, (M + U, c, c)."""
+        return self.stretching.astype(np.float32)
 
     @cached_property
     def described(self) -> F64:

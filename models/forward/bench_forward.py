@@ -55,6 +55,7 @@ class BenchFields:
     camera: F64 = field(default_factory=lambda: np.zeros(len(CAMERA)))
     resolved: int = MEASURED_DRIFTS
     detailed: int = 0
+    _near: dict[int, fe.Pressed] = field(default_factory=dict[int, "fe.Pressed"], repr=False)
 
     @property
     def plate(self) -> fe.Plate:
@@ -108,7 +109,19 @@ class BenchFields:
         """Amplitudes seen under touches (n, 2) mm and (n,) N, (K + U,)."""
         if not len(force):
             return np.zeros(self.count + self.drifts)
-        return self.seen_of(self.bench.press(np.column_stack([xy, force])))
+        return self.seen_of(self.state(np.column_stack([xy, force])))
+
+    def state(self, touches: F64) -> fe.Pressed:
+        """State of the plate under touches (n, 3); the last one is where the next begins."""
+        near = self._near.get(len(touches))
+        if near is not None and near.bench is self.bench and np.array_equal(near.touches, touches):
+            return near
+        touches = touches.copy()  # kept with the state, and the caller may go on writing
+        state = self.bench.press(touches, near)
+        if not state.converged:
+            state = self.bench.press(touches)
+        self._near[len(touches)] = state
+        return state
 
     def seen_of(self, state: fe.Pressed) -> F64:
         """Amplitudes seen of a state of the plate, (K + U,)."""
@@ -157,7 +170,6 @@ class BenchForward:
     fields: BenchFields
     whitening: F64
     rolled: Rolled | None = None
-    _near: dict[int, fe.Pressed] = field(default_factory=dict[int, "fe.Pressed"], repr=False)
     _left: dict[bytes, F64] = field(default_factory=dict[bytes, F64], repr=False)
 
     @property
@@ -198,7 +210,7 @@ class BenchForward:
         """See `Forward.read`."""
         if not len(touches):
             return np.zeros(len(self.whitening)), np.empty((0, len(self.whitening)))
-        state = self.state(touches)
+        state = self.fields.state(touches)
         return self.reading @ state.values, (self.reading @ state.jacobian()).T
 
     def by_bench(self, touches: F64) -> F64:
@@ -206,7 +218,7 @@ class BenchForward:
         derivatives = np.zeros((len(BENCH), len(self.whitening)))
         if not len(touches):
             return derivatives
-        state = self.state(touches)
+        state = self.fields.state(touches)
         derivatives[:_PLATE] = (self.reading @ state.by_parameters()).T
         if self.fields.seen is not None:
             seen = self.fields.seen
@@ -221,22 +233,9 @@ class BenchForward:
         """
         if self.rolled is None or not len(touches):
             return np.zeros((touches.size, len(self.whitening)))
-        seen = self.fields.seeing @ self.state(touches).jacobian()
+        seen = self.fields.seeing @ self.fields.state(touches).jacobian()
         own = np.repeat(read_at(self.rolled.places, touches[:, :2]), 3)
         return (self.rolled.reading @ seen - self.whitening @ (seen * own)).T
-
-    def state(self, touches: F64) -> fe.Pressed:
-        """State of the plate under touches (n, 3); the last one is where the next begins."""
-        near = self._near.get(len(touches))
-        bench = self.fields.bench
-        if near is not None and near.bench is bench and np.array_equal(near.touches, touches):
-            return near
-        touches = touches.copy()  # kept with the state, and the caller may go on writing
-        state = bench.press(touches, near)
-        if not state.converged:
-            state = bench.press(touches)
-        self._near[len(touches)] = state
-        return state
 
     def left(self, touches: F64) -> F64:
         """Compute what each of n touches that ended would show if it still pressed, (3n, m).
@@ -264,7 +263,7 @@ class BenchForward:
 
     def near(self, state: fe.Pressed) -> BenchForward:
         """Return the same forward model, whose next state of so many touches begins at one."""
-        return replace(self, _near={len(state.touches): state})
+        return replace(self, fields=replace(self.fields, _near={len(state.touches): state}))
 
     def moved(self, values: F64) -> BenchForward:
         """Return the same measurement on a bench near by, (50,), its camera to first order."""
@@ -277,4 +276,4 @@ class BenchForward:
     def on(self, values: F64, seen: Seen | None) -> BenchForward:
         """Return the same measurement on another bench, (50,), through what its camera sees."""
         bench = fe.BenchPlate(self.fields.bench.modal, values[:_PLATE])
-        return replace(self, fields=BenchFields(bench, seen, values[_PLATE:]), _near={}, _left={})
+        return replace(self, fields=BenchFields(bench, seen, values[_PLATE:]), _left={})
