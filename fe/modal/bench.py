@@ -78,7 +78,7 @@ class Pressed:
     converged: bool
     tangent: Tangent | None
 
-    @property
+    @cached_property
     def values(self) -> F64:
         """Amplitudes of the n functions, the D details and the U drifts, (n + D + U,)."""
         drifting, shaped = self.drifting
@@ -103,6 +103,10 @@ class Pressed:
 
     def jacobian(self) -> F64:
         """Compute derivatives of `values` by x1, y1, F1, x2, …: (n + D + U, 3T)."""
+        return self._by_touch
+
+    @cached_property
+    def _by_touch(self) -> F64:
         loads = self._by_touches(self.bench.at)
         moved = self.moved(self.bench.released(loads), np.zeros((len(self.stress), len(loads.T))))
         return self._with_details(moved, self._by_touches(self.bench.details_at))

@@ -144,14 +144,17 @@ def find_on_bench(
 
     touches = start[:limit]
     there = uncertain.about(touches, left)
-    for _ in range(_ROUNDS + limit):
+    for rounds in range(_ROUNDS + limit):
         estimate = fit(there, touches)
         touches = np.column_stack([estimate.xy, estimate.force])
         if len(touches) == len(there.touches) and uncertain.near(
             there.touches, touches, estimate.covariance
         ):
             return estimate
-        there, touches = _settled(measured, uncertain, touches, left, prior, solver)
+        if rounds == 0 and len(touches) == len(start):  # they have moved since the last frame
+            there = uncertain.about(touches, left)
+        else:
+            there, touches = _settled(measured, uncertain, touches, left, prior, solver)
     return replace(fit(there, touches), result=Result.UNRESOLVABLE)
 
 

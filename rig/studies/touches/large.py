@@ -1,0 +1,228 @@
+"""Large touches in a frame of 1024²: place, force, count, what is stated of them, and time.
+
+Parts: few, some and hundred (5, 20 and 100 scenes a cell: one or two touches of 0.5 to 5 N, on a
+plate of 1 mm with four or two clamped edges), and uncertain (a tour of the scene `bench-real`).
+Images are rendered from the geometrically exact shell, which no estimator knows; those of the tour
+from the whole plate of von Kármán. A tracked frame follows one that was pressed a tenth less and
+half a millimetre aside, a cold one follows the plate at rest. Places and forces are medians of the
+tracked frames; times are of one thread's processor, through all that the live loop does from the
+image to the touches. One touch more than there are is looked for.
+"""
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+
+import fe
+import models
+import rig
+from models import Estimate, Result, match
+from rig.calibration.store import calibration_beside
+from rig.live.baseline import ReferenceFrame, average_reference, drift_weight
+from rig.live.bench import build_bench
+from rig.live.chain import Chain, ChainState, at_rest, prepare_chain
+from rig.live.frame_estimate import estimate_frame
+from rig.report.figure import Bar, Figure, at_least, at_most
+from rig.sources.real_twin import RealTwin
+from rig.sources.script import TOUR_LENGTH
+from rig.sources.twin import open_play
+from rig.studies.real_bench.twin_truth import SCENE
+from rig.studies.study import line, rms, run, timed
+from rig.studies.touches.pattern import AGAINST, EDGES, MODES, SENSOR, Bench, stand
+from rig.system.arrays import F64, AnyArray
+from rig.system.timing import Stopwatch
+
+THICKNESS, PIXELS, ELEMENTS = 1.0, 1024, 40
+FORCES, INSET, APART = (0.5, 5.0), 30.0, 50.0  # N, mm from an edge, mm between two touches
+BEFORE, ASIDE = 0.9, 0.5  # of the force, mm: the frame before
+FAR = 10.0  # mm: what is further off is no estimate of a touch
+COUNTS = {1: "one touch", 2: "two touches"}
+PLACE, FORCE = (at_most(0.15), at_most(0.5)), (at_most(0.5), at_most(1.5))
+TRACKED, COLD = (at_most(8.0), at_most(15.0)), at_most(50.0)
+TABLE, CELLS = "Large touches", "Large touches by cell"
+
+
+@dataclass
+class Cell:
+    """What the frames of a cell have shown."""
+
+    place: list[float] = field(default_factory=list[float])
+    force: list[float] = field(default_factory=list[float])
+    deviations: list[float] = field(default_factory=list[float])
+    right: list[bool] = field(default_factory=list[bool])
+    tracked: list[float] = field(default_factory=list[float])
+    cold: list[float] = field(default_factory=list[float])
+
+    def add(self, estimate: Estimate, touches: F64) -> None:
+        """Compare an estimate with what presses, (n, 3)."""
+        self.right.append(estimate.count == len(touches))
+        if not self.right[-1]:
+            return
+        place, force, true = match(estimate, tuple(fe.Touch(*one) for one in touches.tolist()))
+        self.place += place.tolist()
+        self.force += (100.0 * np.abs(force / true)).tolist()
+        if estimate.result is Result.FOUND and place.max() < FAR:
+            self.deviations += deviations(estimate, touches).tolist()
+
+
+def deviations(estimate: Estimate, touches: F64) -> F64:
+    """Errors of x, y, F of touches (n, 3) in standard deviations that are stated, (3n,)."""
+    apart = np.linalg.norm(estimate.xy[:, None] - touches[:, :2], axis=2)
+    found = np.column_stack([estimate.xy, estimate.force])
+    sigma = np.sqrt(np.diag(estimate.covariance)).reshape(-1, 3)
+    return ((found - touches[apart.argmin(axis=1)]) / sigma).ravel()
+
+
+def drawn(rng: np.random.Generator, count: int) -> F64:
+    """One touch, or two that are `APART`, (n, 3)."""
+    while True:
+        first, turn = rng.uniform(INSET, 254.0 - INSET, 2), rng.uniform(0, 2 * np.pi)
+        second = first + APART * np.array([np.cos(turn), np.sin(turn)])
+        places = np.array([first, second][:count])
+        if places.min() > INSET and places.max() < 254.0 - INSET:
+            return np.column_stack([places, rng.uniform(*FORCES, count)])
+
+
+def after(chain: Chain, touches: F64) -> ChainState:
+    """State of the loop after a frame with touches (n, 3)."""
+    moved = chain.pattern.still()
+    amplitudes = chain.pattern.motions.modal_amplitudes(touches[:, :2], touches[:, 2])
+    moved[: chain.pattern.count] = amplitudes
+    return replace(at_rest(chain), motion=moved, touches=touches)
+
+
+def prepared(bench: Bench, max_touches: int) -> Chain:
+    """Prepare the live chain of a bench whose plate is as described."""
+    plate = models.large_plate(fe.reduced_plate(bench.plate), MODES)
+    height, tiles = bench.camera.face_height(THICKNESS), bench.reference.tiles
+    motions = models.prepare_motions(plate.modes, bench.camera, height, tiles, plate)
+    return prepare_chain(ReferenceFrame(bench.reference.image, AGAINST), motions, max_touches)
+
+
+def pressed(bench: Bench, chain: Chain, count: int, scenes: int) -> Cell:
+    """Press so many scenes of a cell."""
+    mesh, rng, cell = fe.grid(bench.plate, ELEMENTS), np.random.default_rng(count), Cell()
+    for number in range(scenes):
+        touches = drawn(rng, count)
+        truth = tuple(fe.Touch(*touch) for touch in touches.tolist())
+        moved = fe.solve(bench.plate, truth, mesh=mesh).displacement(bench.warper.points)
+        image = SENSOR.capture(bench.light(moved), rng)
+        before = touches * (1.0, 1.0, BEFORE) + rng.normal(0.0, ASIDE, touches.shape) * (1, 1, 0)
+        if not number:
+            frame(chain, image, at_rest(chain))  # compiles what is not compiled yet
+        followed, spent = frame(chain, image, after(chain, before))
+        cell.add(followed, touches)
+        cell.tracked.append(spent)
+        cell.cold.append(frame(chain, image, at_rest(chain))[1])
+    return cell
+
+
+def frame(chain: Chain, image: AnyArray, state: ChainState) -> tuple[Estimate, float]:
+    """Estimate the touches of a frame; its time, ms."""
+    work = partial(estimate_frame, chain, image, state, Stopwatch(time.monotonic))
+    found, spent = timed(work)
+    return found.estimate, spent
+
+
+def large(scenes: int) -> Iterator[Figure]:
+    """Press so many scenes a cell, and sum up."""
+    cells: dict[tuple[str, int], Cell] = {}
+    for edges, clamped in EDGES.items():
+        bench = stand(THICKNESS, PIXELS, clamped)
+        chain = prepared(bench, max(COUNTS) + 1)
+        for count in COUNTS:
+            cells[edges, count] = pressed(bench, chain, count, scenes)
+            yield from _of_cell(f"{edges} clamped edges, {COUNTS[count]}", cells[edges, count])
+    for k, (count, name) in enumerate(COUNTS.items()):
+        both = [cell for (_, number), cell in cells.items() if number == count]
+        place, force = (np.concatenate([getattr(one, key) for one in both]) for key in _ERRORS)
+        spent = np.concatenate([one.tracked for one in both])
+        yield from line(
+            TABLE,
+            f"large, {name}, {scenes} scenes",
+            place=(float(np.median(place)), "mm", PLACE[k], len(place)),
+            force=(float(np.median(force)), "%", FORCE[k], len(force)),
+        )
+        yield from _timed(f"large, {name}, tracked", spent, TRACKED[k])
+    every = list(cells.values())
+    right = np.concatenate([cell.right for cell in every])
+    off = np.abs(np.concatenate([cell.deviations for cell in every]))
+    yield from line(
+        TABLE,
+        f"large, one and two touches, {scenes} scenes",
+        count_right=(100.0 * float(np.mean(right)), "%", at_least(99.0), len(right)),
+    )
+    yield from _timed("large, cold", np.concatenate([cell.cold for cell in every]), COLD)
+    inside = {name: 100.0 * float(np.mean(off < limit)) for limit, name in ((1, "1"), (2, "2"))}
+    yield from line(
+        TABLE,
+        "large",
+        **{
+            "error over stated σ": (rms(off), "", Bar(0.85, 1.2), len(off)),
+            "inside 1 σ": (inside["1"], "%", Bar(64.0, 72.0), len(off)),
+            "inside 2 σ": (inside["2"], "%", Bar(92.0, 98.0), len(off)),
+        },
+    )
+
+
+_ERRORS = "place", "force"
+
+
+def _timed(case: str, spent: F64, bar: Bar | None) -> Iterator[Figure]:
+    late = float(np.percentile(spent, 95))
+    yield from line(
+        TABLE, case, time=(float(np.median(spent)), "ms", bar, len(spent)), **{"time, p95": (late, "ms")}
+    )
+
+
+def _of_cell(name: str, cell: Cell) -> Iterator[Figure]:
+    count = len(cell.right)
+    yield from line(
+        CELLS,
+        name,
+        place=(float(np.median(cell.place)), "mm", None, len(cell.place)),
+        force=(float(np.median(cell.force)), "%", None, len(cell.force)),
+        count_right=(100.0 * float(np.mean(cell.right)), "%", None, count),
+        error_over_σ=(rms(cell.deviations), "", None, len(cell.deviations)),
+        tracked=(float(np.median(cell.tracked)), "ms", None, count),
+        cold=(float(np.median(cell.cold)), "ms", None, count),
+    )
+
+
+def uncertain() -> Iterator[Figure]:
+    """Follow a tour of the scene `bench-real`, whose estimator knows its bench only so well."""
+    scene = rig.load(SCENE)
+    bench = build_bench(scene, lambda done, total: None, calibration_beside(SCENE))
+    twin = open_play(scene)
+    if not isinstance(twin, RealTwin):
+        raise ValueError(f"scene '{SCENE}' has no source.departure; write one")
+    rest = bench.reference_frames
+    twin = replace(twin, rest=rest)
+    chain, _ = bench.prepare(average_reference([twin.frame(n, ()).copy() for n in range(rest)]))
+    spent: dict[int, list[float]] = {count: [] for count in (0, *COUNTS)}
+    state, watch = at_rest(chain), Stopwatch(time.monotonic)
+    for number in range(rest, rest + round(TOUR_LENGTH * twin.rate)):
+        touches = twin.touches(number)
+        image = twin.frame(number, touches)
+        work = partial(estimate_frame, chain, image, state, watch, drift_weight(1.0 / twin.rate))
+        found, took = timed(work)
+        state = found.state
+        spent[len(touches)].append(took)
+    bars = (None, *TRACKED)
+    for count, taken in spent.items():
+        name = COUNTS.get(count, "no touch")
+        yield from _timed(f"large, {name}, bench-real", np.array(taken), bars[count])
+
+
+PARTS = {
+    "few": partial(large, 5),
+    "some": partial(large, 20),
+    "hundred": partial(large, 100),
+    "uncertain": uncertain,
+}
+
+if __name__ == "__main__":
+    run(PARTS, __doc__)
