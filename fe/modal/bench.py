@@ -262,7 +262,9 @@ class BenchPlate:
         roots = np.roots(np.array([float(cubic), float(squared), work, -work]))
         real = roots[np.abs(roots.imag) < 1e-9].real
         factor = float(real[np.argmin(np.abs(real - 0.5))]) if len(real) else 1.0
-        return Pressed(self, touches, factor * amplitudes, np.zeros(len(pulling)), pulling, False, None)
+        return Pressed(
+            self, touches, factor * amplitudes, np.zeros(len(pulling)), pulling, False, None
+        )
 
     def _moved_on(self, start: Pressed, touches: F64) -> Pressed:
         """State by the derivatives of one near by; by itself where there are other touches."""

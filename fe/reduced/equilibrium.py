@@ -75,9 +75,10 @@ class Settled(NamedTuple):
         far = np.abs(moved).max() > _NEAR * side
         if far or (np.abs(pressed) > _STRONGER * np.abs(force)).any() or not self.balance.converged:
             return None
-        return self.balance.weights + self.balance.weights_by @ np.column_stack(
-            [moved, pressed]
-        ).ravel()
+        return (
+            self.balance.weights
+            + self.balance.weights_by @ np.column_stack([moved, pressed]).ravel()
+        )
 
 
 class _Point(NamedTuple):

@@ -124,18 +124,11 @@ def values_by(rows: F64, projected: F64, weights: F64, left: F64, first: int) ->
     """
     touches, _, functions, n = projected.shape
     change = np.empty((len(left), touches, 2))
-    others = _others(_pulls(projected, weights))
-    weighed, pulled = np.empty((touches, rows.shape[3])), np.zeros((touches, 2, n))
+    weighed, pulled = _weighed(projected, weights), np.zeros((touches, 2, n))
     for t in range(touches):
-        own = weights[n + t * functions : n + (t + 1) * functions]
-        for a in range(functions):
-            for i in range(n):
-                weighed[t, a * n + i] = own[a] * others[t, i]
-            for b in range(a, functions):
-                twice = 0.5 if a == b else 1.0
-                weighed[t, _local(n, functions, a, b)] = twice * own[a] * own[b]
-            for d in range(2):
-                _add(own[a], projected[t, 1 + d, a], pulled[t, d])
+        for d in range(2):
+            own = weights[n + t * functions : n + (t + 1) * functions]
+            _mix(own, projected[t, 1 + d], pulled[t, d])
     for m in range(len(left)):
         for t in range(touches):
             for d in range(2):
@@ -176,11 +169,17 @@ def slopes_by(fixed: AnyArray, rows: F64, projected: F64, weights: F64) -> F64:
                 along -= reach
             for u in range(touches):
                 if u != t:
-                    for a in range(functions):
-                        total = _dot(rows[u, 0, 0, a * n : (a + 1) * n], pulled)
-                        total += _dot(projected[u, 0, a], along)
-                        change[n + u * functions + a, t, d] = total
+                    own_rows = change[n + u * functions : n + (u + 1) * functions, t, d]
+                    _met(rows[u, 0, 0], projected[u, 0], pulled, along, own_rows)
     return change
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _met(row: F64, projected: F64, pulled: F64, left: F64, out: F64) -> None:
+    """Multiply the moving functions of one touch by those of another, as they are projected."""
+    n = pulled.size
+    for a in range(out.size):
+        out[a] = _dot(row[a * n : (a + 1) * n], pulled) + _dot(projected[a], left)
 
 
 @njit(cache=True, nogil=True, fastmath=True)
@@ -196,8 +195,25 @@ def _pulls(projected: F64, weights: F64) -> F64:
 
 
 @njit(cache=True, nogil=True, fastmath=True)
+def _weighed(projected: F64, weights: F64) -> F64:
+    """Weigh a row by what is ½ zᵀ B z of it, (T, L)."""
+    touches, _, functions, n = projected.shape
+    others = _others(_pulls(projected, weights))
+    weighed = np.empty((touches, functions * n + functions * (functions + 1) // 2))
+    for t in range(touches):
+        own = weights[n + t * functions : n + (t + 1) * functions]
+        for a in range(functions):
+            for i in range(n):
+                weighed[t, a * n + i] = own[a] * others[t, i]
+            for b in range(a, functions):
+                twice = 0.5 if a == b else 1.0
+                weighed[t, _local(n, functions, a, b)] = twice * own[a] * own[b]
+    return weighed
+
+
+@njit(cache=True, nogil=True, fastmath=True)
 def _others(pulls: F64) -> F64:
-    """What the fixed shapes and all other touches are to each, (T, n)."""
+    """Add up the fixed shapes and all other touches, for each (T, n)."""
     others = np.empty_like(pulls[1:])
     for t in range(len(others)):
         others[t] = pulls[0]
@@ -220,19 +236,14 @@ def _slope(
 ) -> None:
     """Multiply form m by the weights, and say what the projection leaves of each touch (T, n)."""
     touches, _, functions, n = projected.shape
-    shapes = out[:n]
-    _reached(fixed, m, pulls[0], shapes)
+    _reached(fixed, m, pulls[0], out[:n])
     for t in range(touches):
-        # One touch meets no other.
-        if touches > 1:
-            _reached(fixed, m, pulls[1 + t], left[t])
-            for i in range(n):
-                left[t, i] = -left[t, i]
-        for a in range(functions):
-            moving, own = rows[t, 0, m, a * n : (a + 1) * n], weights[n + t * functions + a]
-            _add(own, moving, shapes)
-            if touches > 1:
-                _add(own, moving, left[t])
+        own, moving = weights[n + t * functions : n + (t + 1) * functions], rows[t, 0, m]
+        moving = moving[: functions * n].reshape(functions, n)
+        _mix(own, moving, out[:n])
+        if touches > 1:  # one touch meets no other
+            _reached(fixed, m, -pulls[1 + t], left[t])
+            _mix(own, moving, left[t])
     for t in range(touches):
         row = rows[t, 0, m]
         for a in range(functions):

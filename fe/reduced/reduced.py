@@ -108,9 +108,7 @@ class Reduced:
             return replace(found, result=Trust.OVERSTRAINED)
         return found
 
-    def balance(
-        self, xy: F64, force: F64, radius: F64, near: Settled | None = None
-    ) -> Balance:
+    def balance(self, xy: F64, force: F64, radius: F64, near: Settled | None = None) -> Balance:
         """Numbers that make up the state under touches at (T, 2) mm: see `Balance`.
 
         It is found sooner where one near by is known. A plate that is not flat at rest can snap, so

@@ -81,9 +81,9 @@ class Uncertain:
     def about(self, touches: F64, left: F64) -> Whitened:
         """Whiten it by all that is not known under touches (n, 3), or by what it was near by."""
         last = self._last.get(len(touches))
-        if last is not None and np.array_equal(last.left, left):
-            if self.near(last.touches, touches):
-                return last
+        known = last is not None and np.array_equal(last.left, left)
+        if last is not None and known and self.near(last.touches, touches):
+            return last
         there = marginal(self.forward, self.bench, touches, left)
         whitened = Whitened(touches, left, there, self.candidates.through(there, there.whitening))
         self._last[len(touches)] = whitened

@@ -174,7 +174,10 @@ _ERRORS = "place", "force"
 def _timed(case: str, spent: F64, bar: Bar | None) -> Iterator[Figure]:
     late = float(np.percentile(spent, 95))
     yield from line(
-        TABLE, case, time=(float(np.median(spent)), "ms", bar, len(spent)), **{"time, p95": (late, "ms")}
+        TABLE,
+        case,
+        time=(float(np.median(spent)), "ms", bar, len(spent)),
+        **{"time, p95": (late, "ms")},
     )
 
 
