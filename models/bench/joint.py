@@ -121,7 +121,7 @@ def scatters(problem: JointProblem, on: BenchForward, state: State) -> list[Scat
         seen = through(on, press)
         own = own_error(seen.read(touch[None])[0])
         scatters.append(Scatter(press.noise, seen.whitening @ before, problem.memory, own))
-        before = on.fields.seen_of(seen.state(touch[None]))
+        before = on.fields.seen_of(seen.fields.state(touch[None]))
     return scatters
 
 
@@ -169,7 +169,7 @@ def _term(problem: JointProblem, on: BenchForward, factor: F64, press: Press, to
         own=own.T @ own,
         towards=shared.T @ residual,
         towards_own=own.T @ residual,
-        state=on.state(touch[None]),
+        state=on.fields.state(touch[None]),
     )
 
 

@@ -1,8 +1,7 @@
 """What the solver reaches on rendered images, the whole pattern seen at once.
 
-Parts: small (touches of linear theory, against the bound), time, and four and two (touches of 0.5
-to 5 N on a plate of 1 mm with so many clamped edges, images rendered from the shell). Times are of
-the processor, on one core.
+Parts: small (touches of linear theory, against the bound) and time. Times are of the processor, on
+one core.
 """
 
 from collections.abc import Callable, Iterator
@@ -29,7 +28,7 @@ TILE = 16  # px
 INSET = 30.0  # mm from an edge
 MODES = 200
 RATE = 30.0  # frames a second
-SMALL, LARGE = 50, 10  # frames
+SMALL = 50  # frames
 EDGES = {
     "four": fe.Clamped(),
     "two": fe.Edges(fe.Clamped(), fe.Clamped(), fe.Free(), fe.Free()),
@@ -192,63 +191,9 @@ def _taken(work: Callable[[], object], repeats: int = 30) -> list[float]:
     return [timed(work)[1] for _ in range(repeats)]
 
 
-def large(clamped: str) -> Iterator[Figure]:
-    """Touches of 0.5 to 5 N on a plate of 1 mm; the frame before was pressed a tenth less."""
-    bench = stand(1.0, 1024, EDGES[clamped])
-    plate = models.large_plate(fe.reduced_plate(bench.plate), MODES)
-    see = partial(models.prepare_motions, plate.modes, bench.camera, 0.5, bench.reference.tiles)
-    ways: dict[str, tuple[TilePattern, CandidateGrid]] = {}
-    for name, motions in (("reduced plate", see(plate)), ("linear", see())):
-        pattern = models.prepare_pattern(motions, bench.reference)
-        ways[name] = pattern, models.prepare_candidates(pattern.forward(AGAINST))
-    mesh = fe.grid(bench.plate, 40)
-    for number, far, late in ((1, 0.3, 20.0), (2, 0.6, 60.0)):
-        rng = np.random.default_rng(number)
-        found: dict[str, list[tuple[float, float, bool, float]]] = {name: [] for name in ways}
-        for _ in range(LARGE):
-            touches = _pressed(rng, number)
-            truth = tuple(fe.Touch(*touch) for touch in touches.tolist())
-            moved = fe.solve(bench.plate, truth, mesh=mesh).displacement(bench.warper.points)
-            image = SENSOR.capture(bench.light(moved), rng)
-            before = touches * (1.0, 1.0, 0.9) + rng.normal(0, 0.5, touches.shape) * (1, 1, 0)
-            for name, (pattern, search) in ways.items():
-                work = partial(sense, pattern, search, image, before, 2, masked=False)
-                estimate, spent = timed(work)
-                place, force, true = match(estimate, truth)
-                right = estimate.count == number
-                off = float(np.median(place)), float(np.median(abs(force / true)))
-                found[name].append((*off, right, spent))
-        for name, figures in found.items():
-            columns: list[F64] = list(np.array(figures, dtype=np.float64).T)
-            place, force, right, taken = columns
-            bars = [at_most(most) for most in (far, 1.5, late)]
-            if name == "linear":
-                bars = [None] * 3  # stands beside, and is not for such touches
-            yield from line(
-                f"Large touches, {clamped} clamped edges",
-                f"{number} touches, {name}",
-                place=(float(np.median(place)), "mm, median", bars[0], LARGE),
-                force=(100 * float(np.median(force)), "%, median", bars[1], LARGE),
-                count_right=(100 * float(np.mean(right)), "%"),
-                time=(float(np.median(taken)), "ms", bars[2], LARGE),
-            )
-
-
-def _pressed(rng: np.random.Generator, number: int) -> Touches:
-    """One touch, or two 50 mm apart, (n, 3), `INSET` or more inside."""
-    while True:
-        first, turn = rng.uniform(INSET, 254.0 - INSET, 2), rng.uniform(0, 2 * np.pi)
-        second = first + 50.0 * np.array([np.cos(turn), np.sin(turn)])
-        places = np.array([first, second][:number])
-        if places.min() > INSET and places.max() < 254.0 - INSET:
-            return np.column_stack([places, rng.uniform(0.5, 5.0, number)])
-
-
 PARTS = {
     "small": small,
     "time": time,
-    "four": partial(large, "four"),
-    "two": partial(large, "two"),
 }
 
 if __name__ == "__main__":

@@ -99,6 +99,20 @@ def test_the_jacobian_is_the_derivative_of_the_values(clamped, count, radius, qu
             assert error < 1e-6 * np.abs(difference).max()
 
 
+@pytest.mark.parametrize("count", [1, 2])
+def test_what_was_read_before_changes_nothing(clamped, count):
+    """A balance begins at the last one; near it, far from it and beyond it the same is found."""
+    followed = clamped.gauges(GAUGES)
+    rng = np.random.default_rng(count)
+    for far in (0.02, 1.0, 30.0, 1.0, 0.02):
+        xy = PLACES[:count] + far * rng.uniform(-0.5, 0.5, (count, 2))
+        force = FORCES[:count] * (1.0 + 0.03 * far * rng.uniform(-0.5, 0.5, count))
+        seen, fresh = followed.read(xy, force), clamped.gauges(GAUGES).read(xy, force)
+        assert np.abs(seen.values - fresh.values).max() < 1e-9 * np.abs(fresh.values).max()
+        steep = np.abs(fresh.jacobian).max(axis=(0, 1))
+        assert (np.abs(seen.jacobian - fresh.jacobian).max(axis=(0, 1)) < 1e-4 * steep).all()
+
+
 def test_the_order_of_touches_changes_nothing(clamped):
     view = clamped.gauges(GAUGES)
     one, other = view.read(PLACES, FORCES), view.read(PLACES[::-1], FORCES[::-1])

@@ -141,6 +141,23 @@ def test_touches_on_an_unknown_bench_scatter_as_stated(forward):
     assert np.mean(squares) < 2.0
 
 
+def test_a_touch_that_is_followed_is_that_of_its_frame_alone(forward, identified, true):
+    """What was whitened about the touch before serves only where it is right for this one."""
+    followed = models.Estimator(forward, bench=identified, max_touches=2)
+    start, rng = np.empty((0, 3)), np.random.default_rng(8)
+    for step in (0.0, 0.1, 0.1, 12.0, 0.1):
+        touch = np.array([[60.0 + step, 40.0, 2.0 + 0.05 * step]])
+        measured = measure(forward, true, touch, rng)
+        along = followed.fit_whitened(measured, start)
+        alone = models.Estimator(forward, bench=identified, max_touches=2).fit_whitened(measured)
+        assert along.count == alone.count == 1
+        sigma = np.sqrt(np.diag(alone.covariance))
+        off = np.append(along.xy[0] - alone.xy[0], along.force[0] - alone.force[0])
+        assert (np.abs(off) < 0.15 * sigma).all()
+        assert np.allclose(np.sqrt(np.diag(along.covariance)), sigma, rtol=0.05)
+        start = np.column_stack([along.xy, along.force])
+
+
 def test_nothing_on_an_unknown_bench_is_no_touch(forward):
     estimator = models.Estimator(forward, bench=models.bench_before(PLATE))
     noise = np.random.default_rng(3).standard_normal(len(forward.whitening))

@@ -64,3 +64,19 @@ def test_effort_is_counted_over_all_descents_of_a_problem():
     assert stats.descents == 2
     assert stats.steps == first.steps + second.steps
     assert stats.evaluations == first.evaluations + second.evaluations
+
+
+def test_a_score_rules_out_no_touches_that_a_descent_would_keep():
+    """Beside two touches that come closer and weaker, one alone is ruled out or fitted worse."""
+    rng, ruled_out = np.random.default_rng(4), 0
+    for apart in (40.0, 20.0, 10.0, 5.0, 2.0):
+        for force in (3.0, 0.3, 0.03):
+            touches = np.array([[60.0, 40.0, 2.0], [60.0 + apart, 50.0, force]])
+            task = problem(FORWARD.read(touches)[0] + rng.normal(size=3 * len(RING)))
+            fit = task.fit(touches)
+            for fewer in greedy._with_one_less(fit, gain=1e9):
+                if task.ruled_out(fewer, fit):
+                    ruled_out += 1
+                    assert task.fit(fewer).chi2 > fit.chi2 + task.gain
+    assert ruled_out > 15
+    assert not task.ruled_out(np.empty((0, 3)), fit)
