@@ -172,9 +172,10 @@ class TilePattern:
     def rolled(self) -> F64:
         """What `whiten` makes of fields that change by a unit a second, at a noise of 1, (K, K)."""
         late = np.zeros(len(self.hidden)) if self.shutter is None else self.shutter.tiles
-        late = np.where(self.hidden, 0.0, late)[:, None]
-        hessian, light = late * self.reference.hessian, late * self.reference.light
-        normal = _normal(hessian, light, self.motions.on_tiles, self.motions.tiles.size)
+        late = np.where(self.hidden, 0.0, late)
+        reference, on_tiles = self.reference, self.motions.on_tiles
+        size = self.motions.tiles.size
+        normal = _normal(reference.hessian, reference.light, on_tiles, size, late)
         right = self._eliminated(normal[:, : self.count])
         return solve_triangular(self.factor, right, lower=True, check_finite=False)
 
@@ -248,14 +249,25 @@ def noise_from_sums(sums: TileSums, tiles: Tiles) -> float:
     return float(np.sqrt(np.median(sums.ee)) / tiles.size)
 
 
-def _normal(hessian: F64, light: F64, basis: F32 | F64, size: int) -> F64:
+def _normal(
+    hessian: F64, light: F64, basis: F32 | F64, size: int, weight: F64 | None = None
+) -> F64:
     """Build the normal matrix of motions (T, 2, k), gain and offset over T tiles, (k + 2, k + 2).
 
-    As precise as the motions are given.
+    As precise as the motions are given. Each tile may have a weight of either sign, (T,).
     """
-    xx, xy, yy = (part[:, None] for part in hessian.T.astype(basis.dtype))
     along_x, along_y = basis[:, 0], basis[:, 1]
-    motions = along_x.T @ (xx * along_x + xy * along_y) + along_y.T @ (xy * along_x + yy * along_y)
+    # The Cholesky factor of each Hessian leaves one product of a matrix with itself.
+    xx, xy, yy = hessian.T
+    root = np.sqrt(np.maximum(xx, 1e-30))
+    below = np.sqrt(np.maximum(yy - (xy / root) ** 2, 0.0))
+    root, across, below = (part.astype(basis.dtype)[:, None] for part in (root, xy / root, below))
+    rows = np.concatenate([root * along_x + across * along_y, below * along_y])
+    if weight is None:
+        motions = rows.T @ rows
+    else:
+        motions = rows.T @ (np.tile(weight, 2).astype(basis.dtype)[:, None] * rows)
+        light = weight[:, None] * light
     fx_f, fy_f, fx, fy, ff, f = light.T
     mixed = -np.stack([fx_f @ along_x + fy_f @ along_y, fx @ along_x + fy @ along_y], axis=1)
     corner = np.array([[ff.sum(), f.sum()], [f.sum(), len(f) * size**2]])
