@@ -10,7 +10,7 @@ from dic.compiled import njit
 
 DEGREE = 7  # of the B-spline
 BEFORE = DEGREE // 2  # knots that a value needs before the pixel to its left
-_SPLINE = PPoly.from_spline(BSpline.basis_element(np.arange(DEGREE + 2.0), extrapolate=False))
+_SPLINE = PPoly.from_spline(BSpline.basis_element(np.arange(DEGREE + 2.0)).tck)
 _PIECES: F64 = np.ascontiguousarray(_SPLINE.c[:, DEGREE : 2 * DEGREE + 1][:, ::-1])
 """[power from the highest, knot -3 … 4]: what a knot weighs at the fraction t, a polynomial."""
 _SLOPES: F64 = _PIECES[:-1] * np.arange(DEGREE, 0, -1.0)[:, None]

@@ -68,14 +68,14 @@ def stretch(
     n = fixed.shape[1]
     slope, stress = np.empty((stresses, weights.size)), np.empty(stresses)
     pulls, left = _pulls(projected, weights), np.empty((stresses, len(rows), n))
-    tense, tense_rows = np.zeros((1, n, n)), np.zeros((len(rows), 1, 1, rows.shape[3]))
+    flat, tense_rows = np.zeros(n * n), np.zeros((len(rows), 1, 1, rows.shape[3]))
     for m in range(stresses):
         _slope(fixed, rows, 1 + m, projected, weights, pulls, left[m], slope[m])
         stress[m] = 0.5 * _dot(slope[m], weights)
         for t in range(len(rows)):
             _add(stress[m], rows[t, 0, 1 + m], tense_rows[t, 0, 0])
-    _mix(stress, fixed.reshape(len(fixed), n * n)[1:], tense.reshape(n * n))
-    return slope, stress, tense, tense_rows, left
+    _mix(stress, fixed.reshape(len(fixed), n * n)[1:], flat)
+    return slope, stress, flat.reshape(1, n, n), tense_rows, left
 
 
 @njit(cache=True, nogil=True, fastmath=True)
@@ -156,9 +156,9 @@ def slopes_by(fixed: AnyArray, rows: F64, projected: F64, weights: F64) -> F64:
         for d in range(2):
             row, by = rows[t, 1 + d, 0], projected[t, 1 + d]
             along[:], pulled[:] = 0.0, 0.0
+            _mix(own, row[: functions * n].reshape(functions, n), along)
+            _mix(own, by, pulled)
             for a in range(functions):
-                _add(own[a], row[a * n : (a + 1) * n], along)
-                _add(own[a], by[a], pulled)
                 total = _dot(row[a * n : (a + 1) * n], others[t]) + _dot(by[a], beside)
                 for b in range(functions):
                     total += row[_local(n, functions, a, b)] * own[b]
@@ -189,8 +189,8 @@ def _pulls(projected: F64, weights: F64) -> F64:
     pulls = np.zeros((1 + touches, n))
     pulls[0] = weights[:n]
     for t in range(touches):
-        for a in range(functions):
-            _add(weights[n + t * functions + a], projected[t, 0, a], pulls[1 + t])
+        own = weights[n + t * functions : n + (t + 1) * functions]
+        _mix(own, projected[t, 0], pulls[1 + t])
     return pulls
 
 

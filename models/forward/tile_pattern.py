@@ -271,4 +271,4 @@ def _normal(
     fx_f, fy_f, fx, fy, ff, f = light.T
     mixed = -np.stack([fx_f @ along_x + fy_f @ along_y, fx @ along_x + fy @ along_y], axis=1)
     corner = np.array([[ff.sum(), f.sum()], [f.sum(), len(f) * size**2]])
-    return np.block([[motions, mixed], [mixed.T, corner]])
+    return np.asarray(np.block([[motions, mixed], [mixed.T, corner]]), dtype=np.float64)

@@ -152,7 +152,7 @@ def _within(touches: F64, bounds: F64) -> bool:
 def _unexplained(residual: F64, tangent: F64) -> float:
     basis = _orthonormal(tangent)
     outside = residual - (basis @ residual) @ basis
-    return outside @ outside
+    return float(outside @ outside)
 
 
 @njit(cache=True, nogil=True, fastmath=True)
