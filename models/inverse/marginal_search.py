@@ -1,7 +1,9 @@
 """Touches where the bench is not known exactly: found one by one, each in the scatter of the last.
 
 What is not known of a bench grows with the touches themselves. So those found so far come to rest
-in the scatter about themselves before the measurement is asked for one more.
+in the scatter about themselves before the measurement is asked for one more. And what they leave
+unexplained may be a bench so far from the likeliest that its effect is not linear: the scatter is
+then that about the bench which the frame itself shows.
 """
 
 from __future__ import annotations
@@ -12,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from models.arrays import F64
-from models.bench.bench import BenchEstimate
+from models.bench.bench import NAMES, BenchEstimate
+from models.bench.learning import likeliest
 from models.bench.marginal import MarginalForward, marginal
 from models.estimate import Estimate, Result
 from models.forward.bench_forward import BenchForward
@@ -28,6 +31,10 @@ _MOVED, _APART, _STRONGER = 0.5, 0.004, 0.03
 # standard deviation, is taken and leaves about its square.
 _TOLERANCE = 0.01
 _ROUNDS = 4
+# Probability below which a frame may show that the bench is far from where it was looked for, and
+# by how many standard deviations of the noise its effect must be other than linear.
+_STRANGE, _LINEAR = 1e-3, 1.0
+_TENSION = [NAMES.index(name) for name in ("tension_xx", "tension_yy")]
 
 
 class Whitened(NamedTuple):
@@ -66,7 +73,7 @@ class Uncertain:
 
     @property
     def forward(self) -> BenchForward:
-        """The forward model on the most likely bench.
+        """The forward model on the bench about which is searched.
 
         Raises
         ------
@@ -77,6 +84,22 @@ class Uncertain:
         if not isinstance(forward, BenchForward):
             raise TypeError(f"a bench needs a BenchForward, got a {type(forward).__name__}")
         return forward
+
+    def moved(self, measured: F64, touches: F64, left: F64) -> Uncertain:
+        """Move to the bench that a frame shows, where what it does is not linear up to there.
+
+        It is the tension that is far from linear; once that is known, the likeliest bench is near.
+        """
+        if self.bench.known[_TENSION].all():
+            return self
+        there = likeliest(self.forward, self.bench, measured, touches, left)
+        if there is None:
+            return self
+        change = there.fields.values - self.forward.fields.values
+        linear = self.forward.read(touches)[0] + change @ self.forward.by_bench(touches)
+        if np.linalg.norm(there.read(touches)[0] - linear) < _LINEAR:
+            return self
+        return Uncertain(self.bench, replace(self.candidates, forward=there))
 
     def about(self, touches: F64, left: F64) -> Whitened:
         """Whiten it by all that is not known under touches (n, 3), or by what it was near by."""
@@ -133,7 +156,7 @@ def find_on_bench(
     def fit(there: Whitened, start: F64) -> Estimate:
         allowed = min(len(there.touches) + 1, limit)
         return find(
-            there.forward.whitening @ measured,
+            there.forward.whitened(measured),
             there.candidates,
             start=start,
             count=None if count is None else allowed,
@@ -142,20 +165,30 @@ def find_on_bench(
             solver=solver,
         )
 
-    touches = start[:limit]
-    there = uncertain.about(touches, left)
-    for rounds in range(_ROUNDS + limit):
+    touches, on, looked = start[:limit], uncertain, False
+    there = on.about(touches, left)
+    for rounds in range(_ROUNDS + limit + 1):
         estimate = fit(there, touches)
+        if not looked and _unexplained(estimate, there.touches):
+            looked, on = True, uncertain.moved(measured, there.touches, left)
+            if on is not uncertain:
+                there, touches = _settled(measured, on, there.touches, left, prior, solver)
+                continue
         touches = np.column_stack([estimate.xy, estimate.force])
-        if len(touches) == len(there.touches) and uncertain.near(
+        if len(touches) == len(there.touches) and on.near(
             there.touches, touches, estimate.covariance
         ):
             return estimate
         if rounds == 0 and len(touches) == len(start):  # they have moved since the last frame
-            there = uncertain.about(touches, left)
+            there = on.about(touches, left)
         else:
-            there, touches = _settled(measured, uncertain, touches, left, prior, solver)
+            there, touches = _settled(measured, on, touches, left, prior, solver)
     return replace(fit(there, touches), result=Result.UNRESOLVABLE)
+
+
+def _unexplained(estimate: Estimate, touches: F64) -> bool:
+    """Whether touches (n, 3) leave what a further one explains, or nothing does."""
+    return len(touches) > 0 and (estimate.count > len(touches) or estimate.p_value < _STRANGE)
 
 
 def _settled(
@@ -169,7 +202,7 @@ def _settled(
     """Let touches (n, 3) come to rest in the scatter about themselves."""
     there = uncertain.about(touches, left)
     for _ in range(_ROUNDS if len(touches) else 0):
-        white, bounds = there.forward.whitening @ measured, there.candidates.bounds
+        white, bounds = there.forward.whitened(measured), there.candidates.bounds
         fit = solver.descend(there.forward, white, touches, bounds=bounds, prior=prior)
         if uncertain.near(there.touches, fit.touches, fit.covariance):
             return there, fit.touches
