@@ -86,3 +86,9 @@ from .shell import (
     solve as solve,
 )
 from .shell.base import check_base as check_base
+from .shell.base_shapes import (
+    BaseShape as BaseShape,
+    base_shapes as base_shapes,
+    half_turned as half_turned,
+    mirrored as mirrored,
+)

@@ -119,6 +119,40 @@ class Shell:
         found = equilibrium(self._problem(base, np.zeros_like(start)), start)
         return self._state(base, found, self.undeformed.loads, shape.stability)
 
+    def settled(self, base: Base, start: F64) -> ShellState:
+        """Descend to a stable shape from a displacement that is a guess.
+
+        Parameters
+        ----------
+        base : Base
+        start : (2 nx + 2, 2 ny + 2, 3) float64, mm
+            It need not obey the clamps.
+        """
+        nothing = np.zeros(self.undeformed.values.size)
+        found = equilibrium(self._problem(base, nothing), start.ravel())
+        # What a guess passes on its way is no branch that was followed.
+        found = replace(found, escapes=0)
+        return self._state(base, found, self.undeformed.loads, self.undeformed.stability)
+
+    def moved(self, state: ShellState, base: Base) -> ShellState:
+        """Follow an untouched state while its clamps move on to another base.
+
+        Raises
+        ------
+        ValueError
+            West and east are not clamped, south or north is held, or the bend folds the plate.
+        """
+        check_base(self.plate, base)
+        nothing = np.zeros(self.undeformed.values.size)
+
+        def problem(fraction: float) -> Problem:
+            bend = (1.0 - fraction) * state.base.bend + fraction * base.bend
+            twist = (1.0 - fraction) * state.base.twist + fraction * base.twist
+            return self._problem(Base(bend, twist), nothing)
+
+        found = _follow(problem, state.values.ravel())
+        return self._state(base, found, self.undeformed.loads, self.undeformed.stability)
+
     def loaded(
         self, state: ShellState, further: F64, touches: tuple[Touch, ...] = ()
     ) -> ShellState:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -64,6 +65,11 @@ class ShellState:
     def mesh(self) -> Mesh:
         """Its grid."""
         return self.shell.mesh
+
+    @cached_property
+    def energy(self) -> float:
+        """Elastic energy of the plate and its edges from rest, N mm."""
+        return self.shell.system.forces(self.values.ravel())[0]
 
     def deflection(self, xy: ArrayLike) -> F64:
         """Deflection w at points (K, 2) mm: (K,) float64, mm along +z, negative under a press."""
