@@ -49,10 +49,10 @@ class BaseShape:
 def base_shapes(plate: Plate, base: Base, mesh: Mesh | None = None) -> tuple[BaseShape, ...]:
     """List the stable shapes of a plate whose clamps have moved.
 
-    Newton's method descends from bows to both sides, even and leaning to each free edge, and from
-    the half turns of what was found, which keep bend and twist. A plate that is held alike on
-    opposite edges therefore rests in one, two or four shapes of equal energy. Shapes that none
-    of these starts leads to are not found.
+    Newton's method descends from bows to both sides, with a twist also from ones that lean to a
+    free edge, and from the half turns of what was found, which keep bend and twist. A plate that
+    is held alike on opposite edges therefore rests in one, two or four shapes of equal energy.
+    Shapes that none of these starts leads to are not found.
 
     Parameters
     ----------
@@ -147,13 +147,13 @@ def _reversed(values: F64, direction: int) -> F64:
 
 
 def _bows(shell: Shell, base: Base) -> Iterator[F64]:
-    """Give starts: what `Shell.at` finds, and bows to both sides, even and leaning to either edge."""
+    """Give what `Shell.at` finds, and bows to both sides; where they are twisted also leaning."""
     yield shell.at(base).values
     a = shell.plate.size[0]
     even = bow(shell.plate, shell.mesh, max(base.bend, _FEWEST * a))
     across = np.linspace(-1.0, 1.0, even.shape[1] // 2)
     for side in (1.0, -1.0):
-        for lean in (0.0, 0.5, -0.5):
+        for lean in (0.0, 0.5, -0.5) if base.twist else (0.0,):
             start = even.copy()
             start[:, 0::2, 2] *= side * (1.0 - abs(lean) + lean * across)
             yield start

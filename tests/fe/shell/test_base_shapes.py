@@ -22,14 +22,14 @@ def shapes(bend, twist):
 
 
 def test_a_bow_rests_up_or_down_with_the_energy_of_the_elastica():
-    thin = fe.Plate((100.0, 60.0), 0.2, 3000.0, 0.0, TWO)
-    found = fe.base_shapes(thin, fe.Base(6.0), fe.Mesh(thin.size, (16, 6)))
+    strip = fe.Plate((100.0, 60.0), 1.0, 3000.0, 0.0, TWO)
+    found = fe.base_shapes(strip, fe.Base(6.0), fe.Mesh(strip.size, (16, 6)))
     assert [shape.name for shape in found] == ["up", "down"]
-    k = brentq(lambda k: 2 - 2 * ellipe(k**2) / ellipk(k**2) - 0.06, 1e-6, 0.9)
+    k = float(brentq(lambda k: 2 - 2 * ellipe(k**2) / ellipk(k**2) - 0.06, 1e-6, 0.9))  # pyright: ignore[reportArgumentType]
     root = 4 * ellipk(k**2) / 100.0
-    truth = 3000.0 * 60.0 * 0.2**3 / 12 * root**2 * (2 * k**2 * 100.0 - 6.0)
+    truth = 3000.0 * 60.0 * 1.0**3 / 12 * root**2 * (2 * k**2 * 100.0 - 6.0)
     for shape in found:
-        assert shape.energy == pytest.approx(truth, rel=1e-3)
+        assert shape.energy == pytest.approx(truth, rel=4e-3)  # of stretch too
         assert shape.state.stability.verdict is fe.Verdict.STABLE
 
 
