@@ -92,3 +92,9 @@ from .shell.base_shapes import (
     half_turned as half_turned,
     mirrored as mirrored,
 )
+from .shell.response import (
+    ShellResponse as ShellResponse,
+    base_tangent as base_tangent,
+    face_motion as face_motion,
+    shell_response as shell_response,
+)

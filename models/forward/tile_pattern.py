@@ -118,7 +118,7 @@ class TilePattern:
         if np.array_equal(hidden, self.hidden):
             return self
         part = hidden if 2 * np.count_nonzero(hidden) < len(hidden) else ~hidden
-        normal = _normal(
+        normal = normal_matrix(
             self.reference.hessian[part],
             self.reference.light[part],
             self.motions.on_tiles[part],
@@ -175,7 +175,7 @@ class TilePattern:
         late = np.where(self.hidden, 0.0, late)
         reference, on_tiles = self.reference, self.motions.on_tiles
         size = self.motions.tiles.size
-        normal = _normal(reference.hessian, reference.light, on_tiles, size, late)
+        normal = normal_matrix(reference.hessian, reference.light, on_tiles, size, late)
         right = self._eliminated(normal[:, : self.count])
         return solve_triangular(self.factor, right, lower=True, check_finite=False)
 
@@ -223,7 +223,9 @@ def prepare_pattern(motions: ImageMotions, reference: TileReference) -> TilePatt
         raise ValueError(
             f"reference has {reference.tiles} and the motions {motions.tiles}; use the same tiles"
         )
-    whole = _normal(reference.hessian, reference.light, motions.tile_basis(), motions.tiles.size)
+    whole = normal_matrix(
+        reference.hessian, reference.light, motions.tile_basis(), motions.tiles.size
+    )
     hidden = np.zeros(len(reference.hessian), dtype=np.bool_)
     return _reduced(motions, reference, whole, hidden, whole)
 
@@ -249,7 +251,7 @@ def noise_from_sums(sums: TileSums, tiles: Tiles) -> float:
     return float(np.sqrt(np.median(sums.ee)) / tiles.size)
 
 
-def _normal(
+def normal_matrix(
     hessian: F64, light: F64, basis: F32 | F64, size: int, weight: F64 | None = None
 ) -> F64:
     """Build the normal matrix of motions (T, 2, k), gain and offset over T tiles, (k + 2, k + 2).
