@@ -19,8 +19,9 @@ _LINES = 97
 # Pixels between those whose material points are found; the map between them is a spline.
 _STEP = 8
 _STEPS = 12
-# A pixel sees the plate where its material point is seen this close to it, px.
-_FOUND = 1e-2
+# mm by which the last step may still move a point, and by which a pixel that sees the plate may
+# miss its material point.
+_EXACT, _FOUND_MM = 1e-6, 1e-3
 # Of the spline through the reference.
 _DEGREE = 5
 
@@ -56,26 +57,33 @@ class SeenShape:
 
         A pixel beside the plate has the nearest point that Newton's method came to.
         """
+        xy, beyond = self._newton(px)
+        return xy, np.abs(beyond).max(axis=1) < _FOUND_MM
+
+    def _newton(self, px: F64) -> tuple[F64, F64]:
+        """Points on the plate (N, 2) mm, and how far beyond them pixels see by its slopes, mm."""
         across, down = self._map
         size = np.asarray(self.state.plate.size)
         xy = np.clip(self.camera.on_plate(px, self.height), 0.0, size)
-        off = np.full(px.shape, np.inf)
-        for _ in range(_STEPS):
+        step = 0
+        while True:
             x, y = xy.T
             off = px - np.column_stack([across.ev(x, y), down.ev(x, y)])
             slopes = np.empty((len(px), 2, 2))
             for row, spline in enumerate((across, down)):
                 slopes[:, row, 0], slopes[:, row, 1] = spline.ev(x, y, 1, 0), spline.ev(x, y, 0, 1)
-            xy = np.clip(xy + np.linalg.solve(slopes, off[:, :, None])[:, :, 0], 0.0, size)
-        return xy, np.abs(off).max(axis=1) < _FOUND
-
+            beyond = np.linalg.solve(slopes, off[:, :, None])[:, :, 0]
+            if step == _STEPS or np.abs(np.clip(xy + beyond, 0.0, size) - xy).max() < _EXACT:
+                return xy, beyond
+            xy, step = np.clip(xy + beyond, 0.0, size), step + 1
     def image(self, reference: AnyArray) -> F32:
         """Move an image (H, W) of the flat plate to where this shape shows it."""
         height, width = reference.shape
         lines = [np.arange(0.0, side + _STEP, _STEP) for side in (height, width)]
         columns, rows = np.meshgrid(lines[1], lines[0])
         px = np.column_stack([columns.ravel(), rows.ravel()])
-        came_from = self.camera.project(self.at_rest(self.material(px)[0])) - px
+        # Beside the plate the map goes on straight: a kink at the edge would spread into it.
+        came_from = self.camera.project(self.at_rest(np.add(*self._newton(px)))) - px
         source: list[F64] = []
         for axis, pixels in ((1, np.arange(height)[:, None]), (0, np.arange(width)[None])):
             table = came_from[:, axis].reshape(columns.shape)
