@@ -50,6 +50,30 @@ from .data.writer import (
     DatasetFile as DatasetFile,
     begin_dataset as begin_dataset,
 )
+from .deformable.known_shapes import (
+    agreement as agreement,
+    identify_shape as identify_shape,
+    known_shapes as known_shapes,
+    turned_shapes as turned_shapes,
+    with_images as with_images,
+)
+from .deformable.seen_shape import SeenShape as SeenShape
+from .deformable.shape_fit import (
+    ShapeFit as ShapeFit,
+    Watched as Watched,
+    fit_shape as fit_shape,
+)
+from .deformable.shape_motions import (
+    ShapeFields as ShapeFields,
+    ShapeForward as ShapeForward,
+)
+from .deformable.shape_touches import (
+    PreparedShape as PreparedShape,
+    Surface as Surface,
+    SurfaceEstimate as SurfaceEstimate,
+    estimate_on_shape as estimate_on_shape,
+    prepare_shape as prepare_shape,
+)
 from .design.bench_errors import (
     bench_after as bench_after,
     cost_of as cost_of,

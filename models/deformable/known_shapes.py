@@ -33,12 +33,11 @@ def known_shapes(
     twists: Sequence[float] = TWISTS,
     report: Callable[[int, int], object] = lambda done, total: None,
 ) -> tuple[fe.ShellState, ...]:
-    """Compute shapes over a range of bases, with their half turns and mirror images.
+    """Compute one stable shape of each of a range of bases; see `with_images`.
 
     Parameters
     ----------
     shell : fe.Shell
-        Held alike on opposite edges, so that turned shapes are shapes too.
     bends : sequence of float, mm
     twists : sequence of float, degrees
         Rising from 0.
@@ -55,10 +54,16 @@ def known_shapes(
                 break
             found.append(state)
             report(len(found), total)
-    return tuple(each for state in found for each in (*turned(state), *turned(mirror(state))))
+    return tuple(found)
 
 
-def turned(state: fe.ShellState) -> tuple[fe.ShellState, ...]:
+def with_images(states: Sequence[fe.ShellState]) -> tuple[fe.ShellState, ...]:
+    """Add the half turns and mirror images of shapes of a plate held alike on opposite edges."""
+    images = ((*turned_shapes(state), *turned_shapes(mirror(state))) for state in states)
+    return tuple(each for group in images for each in group)
+
+
+def turned_shapes(state: fe.ShellState) -> tuple[fe.ShellState, ...]:
     """Return a state and its half turns, which have the same base and energy, each once."""
     shapes = [state]
     for axis in range(3):
@@ -90,15 +95,13 @@ def agreement(watched: Watched, frame: AnyArray, states: Sequence[fe.ShellState]
     return found
 
 
-def identify_shape(
-    watched: Watched, frame: AnyArray, known: Sequence[fe.ShellState]
-) -> ShapeFit:
+def identify_shape(watched: Watched, frame: AnyArray, known: Sequence[fe.ShellState]) -> ShapeFit:
     """Find the shape of a plate in an image of which nothing is known.
 
     Of the known shapes the few that agree best are fitted to blurred images, and the one that
     leaves least of them is followed to the sharp ones.
     """
-    best = np.argsort(-agreement(watched, frame, known))[:_BEST]
+    best: list[int] = np.argsort(-agreement(watched, frame, known))[:_BEST].tolist()
     coarse = [misfit_of(watched, frame, known[index]) for index in best]
     return fit_shape(watched, frame, min(coarse, key=lambda fit: fit.misfit).state)
 

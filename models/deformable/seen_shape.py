@@ -72,23 +72,25 @@ class SeenShape:
             slopes = np.empty((len(px), 2, 2))
             for row, spline in enumerate((across, down)):
                 slopes[:, row, 0], slopes[:, row, 1] = spline.ev(x, y, 1, 0), spline.ev(x, y, 0, 1)
-            beyond = np.linalg.solve(slopes, off[:, :, None])[:, :, 0]
+            beyond = np.asarray(np.linalg.solve(slopes, off[:, :, None])[:, :, 0], np.float64)
             if step == _STEPS or np.abs(np.clip(xy + beyond, 0.0, size) - xy).max() < _EXACT:
                 return xy, beyond
             xy, step = np.clip(xy + beyond, 0.0, size), step + 1
+
     def image(self, reference: AnyArray) -> F32:
         """Move an image (H, W) of the flat plate to where this shape shows it."""
-        height, width = reference.shape
-        lines = [np.arange(0.0, side + _STEP, _STEP) for side in (height, width)]
-        columns, rows = np.meshgrid(lines[1], lines[0])
+        height, width = (int(side) for side in reference.shape)
+        down, across = (np.arange(0.0, side + _STEP, _STEP) for side in (height, width))
+        columns, rows = np.meshgrid(across, down)
         px = np.column_stack([columns.ravel(), rows.ravel()])
         # Beside the plate the map goes on straight: a kink at the edge would spread into it.
         came_from = self.camera.project(self.at_rest(np.add(*self._newton(px)))) - px
-        source: list[F64] = []
-        for axis, pixels in ((1, np.arange(height)[:, None]), (0, np.arange(width)[None])):
-            table = came_from[:, axis].reshape(columns.shape)
-            spline = RectBivariateSpline(*lines, table)
-            source.append(pixels + spline(np.arange(float(height)), np.arange(float(width))))
+        y, x = np.arange(float(height)), np.arange(float(width))
+        motion = [
+            RectBivariateSpline(down, across, came_from[:, axis].reshape(columns.shape))(y, x)
+            for axis in (0, 1)
+        ]
+        source = [y[:, None] + motion[1], x[None] + motion[0]]
         found = map_coordinates(
             np.asarray(reference, dtype=np.float64), source, order=_DEGREE, mode="nearest"
         )

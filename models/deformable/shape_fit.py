@@ -117,7 +117,7 @@ def _step(
     prior = np.concatenate([misfit / _CAMERA**2, np.zeros(4)])
     right[:4] -= prior[:4] * fit.camera
     found = np.linalg.solve(normal + np.diag(prior), right)
-    step = np.clip(found[4:6], -_REACH, _REACH)
+    step: F64 = np.asarray(np.clip(found[4:6], -_REACH, _REACH), dtype=np.float64)
     base = fe.Base(max(state.base.bend + step[0], 0.0), state.base.twist + step[1])
     ahead = state.shell.moved(state, base)
     settled = bool((np.abs(step) < _SETTLED).all())

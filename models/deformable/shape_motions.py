@@ -29,30 +29,37 @@ class ShapeFields:
 
     Attributes
     ----------
-    response : fe.ShellResponse
+    of_touches : fe.ShellResponse
     """
 
-    response: fe.ShellResponse
-
-    drifts = 0
+    of_touches: fe.ShellResponse
 
     @property
     def plate(self) -> fe.Plate:
         """The plate."""
-        return self.response.plate
+        return self.of_touches.plate
 
     @property
     def count(self) -> int:
         """How many fields there are."""
-        return self.response.count
+        return self.of_touches.count
+
+    @property
+    def drifts(self) -> int:
+        """No fields beside these."""
+        return 0
 
     def value(self, xy: F64) -> F64:
         """Motion of the middle along z by a unit of each field, (N, K)."""
-        return self.response.motion(xy, "middle")[:, 2]
+        return self.of_touches.motion(xy, "middle")[:, 2]
 
     def slope(self, xy: F64) -> F64:
         """Leave out: slopes enter the motion of the face (N, 3, K) itself."""
         return np.zeros((len(xy), self.count, 2))
+
+    def response(self, xy: F64) -> F64:
+        """Amplitudes per N under a light touch at each place, (n, 2) mm → (n, K)."""
+        return light_response(self.of_touches, xy)
 
     def drift(self, places: F64) -> F64:
         """Have no motion beside the fields, (N, 2, 0)."""
@@ -60,11 +67,11 @@ class ShapeFields:
 
     def amplitudes(self, xy: F64, force: F64) -> F64:
         """Amplitudes of the fields under touches (n, 2) mm and (n,) N, (K,)."""
-        return self.response.amplitudes(xy, force).sum(axis=0)
+        return self.of_touches.amplitudes(xy, force).sum(axis=0)
 
     def forward(self, factor: F64) -> Forward:
         """Forward model of amplitudes whitened by a factor (K, m)."""
-        return ShapeForward(self.response, factor)
+        return ShapeForward(self.of_touches, factor)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,8 +111,7 @@ class ShapeForward:
 
     def response(self, xy: F64) -> F64:
         """Measurement per N under a light touch at each place, (n, 2) mm → (n, m)."""
-        light = np.full(len(xy), 1e-6)
-        return 1e6 * self.of_touches.amplitudes(xy, light) @ self.factor
+        return light_response(self.of_touches, xy) @ self.factor
 
     def read(self, touches: F64) -> tuple[F64, F64]:
         """Measurement (m,) under touches x, y, F, (n, 3), and its exact derivatives (3n, m)."""
@@ -115,6 +121,11 @@ class ShapeForward:
         jacobian = self.of_touches.gradient(xy, force).swapaxes(1, 2) @ self.factor
         amplitudes = self.of_touches.amplitudes(xy, force).sum(axis=0)
         return amplitudes @ self.factor, jacobian.reshape(-1, self.freedom)
+
+
+def light_response(of_touches: fe.ShellResponse, xy: F64) -> F64:
+    """Amplitudes per N under a light touch at each place, (n, 2) mm → (n, K)."""
+    return of_touches.gradient(xy, np.zeros(len(xy)))[:, :, 2]
 
 
 def shape_motions(seen: SeenShape, tiles: Tiles, response: fe.ShellResponse) -> ImageMotions:

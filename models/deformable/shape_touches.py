@@ -8,7 +8,7 @@ from enum import Enum
 import numpy as np
 
 import fe
-from dic import lay_tiles, prepare_tiles, tile_sums
+from dic import TileReference, prepare_tiles, tile_sums
 from models.arrays import F64, AnyArray
 from models.deformable.seen_shape import SeenShape
 from models.deformable.shape_fit import ShapeFit, Watched
@@ -19,7 +19,9 @@ from models.inverse.estimator import Estimator
 
 FIELDS = 150
 # Steps of base and camera on one response, and responses that are prepared anew.
-_PASSES, _RESPONSES = 3, 3
+_PASSES, _RESPONSES = 4, 4
+# Largest motion of a tile, px, at which a pass is the last one.
+_SETTLED = 0.01
 # mm and degrees that a base may move on the tangent before the response is prepared anew.
 _NEAR = np.array([0.03, 0.1])
 # Ratio of one order of the response to the one before, beyond which the next ones count: the
@@ -29,6 +31,11 @@ _SERIES = 0.3
 _LIMIT = 0.1
 # Noise of an image that a shape explains, over that which the camera is known to have.
 _FITS = 1.3
+
+
+_NOTHING = Estimate(
+    np.empty((0, 2)), np.empty(0), np.empty((0, 0)), np.nan, 1, 0.0, Result.UNRESOLVABLE
+)
 
 
 class Surface(Enum):
@@ -43,6 +50,10 @@ class Surface(Enum):
         "the touch bends this base by more than its tangent is good for: place and force cannot be"
         " told; press less"
     )
+    MOVED_ON = (
+        "the base has moved further than the response that was prepared is good for; prepare it"
+        " again"
+    )
     NO_FIT = (
         "no bend and twist explain the image: the base may be outside of the range, may have"
         " snapped, or something lies before it"
@@ -56,29 +67,138 @@ class SurfaceEstimate:
     Attributes
     ----------
     estimate : Estimate
-        Touches; UNRESOLVABLE where `surface` says that they cannot be told.
-    fit : ShapeFit
-        Shape of the base, and the camera.
+        Touches; UNRESOLVABLE where `surface` says that they cannot be known.
+    base : fe.Base
+        Bend and twist.
     covariance : (2, 2) float64
         Of bend and twist, mm and degrees.
     surface : Surface
+    misfit : float, grey levels²
+        Mean square of what is left of the image, of the median tile.
+    motion : (K + 6,) float64
+        Amplitudes of the response, the camera and the base, from which the next frame starts.
     """
 
     estimate: Estimate
-    fit: ShapeFit
+    base: fe.Base
     covariance: F64
     surface: Surface
+    misfit: float
+    motion: F64
 
-    @property
-    def base(self) -> fe.Base:
-        """Bend and twist."""
-        return self.fit.state.base
+
+@dataclass(frozen=True, eq=False)
+class PreparedShape:
+    """A shape whose response to touches is ready: frame after frame costs what a flat plate does.
+
+    Attributes
+    ----------
+    state : fe.ShellState
+        Untouched.
+    response : fe.ShellResponse
+    shown : TileReference
+        The flat reference, moved to where the shape shows it.
+    pattern : TilePattern
+    estimator : Estimator
+    noise : float, grey levels
+        Of a frame of the camera.
+    """
+
+    state: fe.ShellState
+    response: fe.ShellResponse
+    shown: TileReference
+    pattern: TilePattern
+    estimator: Estimator
+    noise: float
+
+    def still(self, camera: F64) -> F64:
+        """Amplitudes (K + 6,) of an untouched shape whose camera moved by (4,)."""
+        return np.concatenate([np.zeros(self.response.count), camera, np.zeros(2)])
+
+    def read(self, frame: AnyArray, motion: F64, touches: F64) -> SurfaceEstimate:
+        """Find touches, camera and base in a frame, from those of the frame before.
+
+        Parameters
+        ----------
+        frame : (H, W) uint8, uint16 or float, grey levels
+        motion : (K + 6,) float64
+            Of the frame before, or `still`.
+        touches : (n, 3) float64, mm, mm, N
+            Of the frame before.
+        """
+        estimate, pattern = _NOTHING, self.pattern
+        for _ in range(_PASSES):
+            sums = tile_sums(self.shown, frame, pattern.motions.flow(motion))
+            before, right = motion, pattern.gradient(sums, motion)
+            estimate = self.estimator.fit_whitened(pattern.whiten(right, self.noise), touches)
+            touches = np.column_stack([estimate.xy, estimate.force])
+            motion = pattern.amplitudes(estimate, right)
+            if pattern.motions.max_motion(motion - before) < _SETTLED:
+                break
+        sums = tile_sums(self.shown, frame, pattern.motions.flow(motion))
+        misfit = float(np.median(sums.ee[~pattern.hidden])) / self.shown.tiles.size**2
+        return self._judged(estimate, motion, misfit)
+
+    def _judged(self, estimate: Estimate, motion: F64, misfit: float) -> SurfaceEstimate:
+        """Say what the image can show; touches that it cannot are unresolvable."""
+        at, touches = self.state.base, np.column_stack([estimate.xy, estimate.force])
+        base = fe.Base(
+            max(at.bend + motion[-2], 0.0), float(np.clip(at.twist + motion[-1], -89, 89))
+        )
+        surface = self._surface(motion, misfit, touches)
+        if surface is not Surface.SEEN:
+            estimate = replace(estimate, result=Result.UNRESOLVABLE)
+        covariance = base_covariance(self.pattern, self.response, touches, self.noise)
+        return SurfaceEstimate(estimate, base, covariance, surface, misfit, motion)
+
+    def _surface(self, motion: F64, misfit: float, touches: F64) -> Surface:
+        if (np.abs(motion[-2:]) > _NEAR).any():
+            return Surface.MOVED_ON
+        if misfit > _FITS * self.noise**2:
+            return Surface.NO_FIT
+        if self.state.stability.eigenvalue < _LIMIT:
+            return Surface.NEAR_LIMIT
+        if len(touches):
+            series = self.response.nonlinearity(touches[:, :2], touches[:, 2]).max()
+            return Surface.TOO_SOFT if series > _SERIES else Surface.SEEN
+        return Surface.SEEN
+
+
+def prepare_shape(
+    watched: Watched, state: fe.ShellState, noise: float, max_touches: int = 1
+) -> PreparedShape:
+    """Prepare a shape for frames in which its base hardly moves.
+
+    Parameters
+    ----------
+    watched : Watched
+    state : fe.ShellState
+        Untouched, stable.
+    noise : float, grey levels
+        Of a frame of the camera.
+    max_touches : int
+
+    Raises
+    ------
+    ValueError
+        The state is not a stable equilibrium, or too little of it is in view to tell its fields
+        apart.
+    """
+    seen, response = SeenShape(state, watched.camera), fe.shell_response(state, FIELDS)
+    shown = prepare_tiles(seen.image(watched.reference), watched.tile)
+    motions = shape_motions(seen, shown.tiles, response)
+    pattern = prepare_pattern(motions, shown).hiding(beside_plate(seen, shown.tiles))
+    estimator = Estimator(pattern.forward(noise), max_touches=max_touches)
+    return PreparedShape(state, response, shown, pattern, estimator, noise)
 
 
 def estimate_on_shape(
     watched: Watched, frame: AnyArray, fit: ShapeFit, noise: float, max_touches: int = 1
 ) -> SurfaceEstimate:
-    """Find touches on a shape, and what they and the base share.
+    """Find base and touches in a single frame.
+
+    Where touches had moved the shape that was fitted without them, it is moved on and its response
+    prepared again.
 
     Parameters
     ----------
@@ -90,46 +210,16 @@ def estimate_on_shape(
         Of a frame of the camera.
     max_touches : int
     """
-    if not fit.converged or not fit.state.stability.converged:
-        return _unknown(fit, Surface.NO_FIT)
-    found = _estimated(watched, frame, fit, max_touches)
-    for _ in range(_RESPONSES - 1):
-        step = np.abs(np.array(_numbers(found.base)) - _numbers(fit.state.base))
-        if (step <= _NEAR).all() or not found.fit.state.stability.converged:
-            break
-        fit = found.fit
-        found = _estimated(watched, frame, fit, max_touches)
-    return _judged(found, noise)
-
-
-def _estimated(
-    watched: Watched, frame: AnyArray, fit: ShapeFit, max_touches: int
-) -> SurfaceEstimate:
-    """Fit touches, camera and base on the response of a shape."""
-    state, seen = fit.state, SeenShape(fit.state, watched.camera)
-    response = fe.shell_response(state, FIELDS)
-    shown = prepare_tiles(seen.image(watched.reference), watched.tile)
-    motions = shape_motions(seen, lay_tiles(shown.image.shape, watched.tile), response)
-    pattern = prepare_pattern(motions, shown).hiding(beside_plate(seen, shown.tiles))
-    noise = float(np.sqrt(fit.misfit))
-    estimator = Estimator(pattern.forward(noise), max_touches=max_touches)
-    moved = np.concatenate([np.zeros(response.count), fit.camera, np.zeros(2)])
-    touches = np.empty((0, 3))
-    for _ in range(_PASSES):
-        sums = tile_sums(shown, frame, motions.flow(moved))
-        right = pattern.gradient(sums, moved)
-        estimate = estimator.fit_whitened(pattern.whiten(right, noise), touches)
-        touches = np.column_stack([estimate.xy, estimate.force])
-        moved = pattern.amplitudes(estimate, right)
-    sums = tile_sums(shown, frame, motions.flow(moved))
-    misfit = float(np.median(sums.ee[~pattern.hidden])) / watched.tile**2
-    base = fe.Base(max(state.base.bend + moved[-2], 0.0), state.base.twist + moved[-1])
-    found = ShapeFit(state.shell.moved(state, base), moved[-6:-2], misfit, True)
-    covariance = base_covariance(pattern, response, touches, float(np.sqrt(misfit)))
-    surface = Surface.SEEN
-    if len(touches) and response.nonlinearity(touches[:, :2], touches[:, 2]).max() > _SERIES:
-        surface = Surface.TOO_SOFT
-    return SurfaceEstimate(estimate, found, covariance, surface)
+    state, camera, found = fit.state, fit.camera, _unknown(fit)
+    for _ in range(_RESPONSES):
+        if not fit.converged or not state.stability.converged:
+            return replace(found, estimate=_NOTHING, surface=Surface.NO_FIT)
+        prepared = prepare_shape(watched, state, noise, max_touches)
+        found = prepared.read(frame, prepared.still(camera), np.empty((0, 3)))
+        if found.surface is not Surface.MOVED_ON:
+            return found
+        state, camera = state.shell.moved(state, found.base), found.motion[-6:-2]
+    return replace(found, surface=Surface.NO_FIT)
 
 
 def base_covariance(
@@ -155,24 +245,6 @@ def base_covariance(
     return np.asarray(inverse[first : first + 2, first : first + 2], dtype=np.float64)
 
 
-def _judged(found: SurfaceEstimate, noise: float) -> SurfaceEstimate:
-    """Say what the image can tell; touches that it cannot are unresolvable."""
-    stability, surface = found.fit.state.stability, found.surface
-    if not stability.converged or found.fit.misfit > _FITS * noise**2:
-        surface = Surface.NO_FIT
-    elif stability.eigenvalue < _LIMIT:
-        surface = Surface.NEAR_LIMIT
-    if surface is Surface.SEEN:
-        return found
-    estimate = replace(found.estimate, result=Result.UNRESOLVABLE)
-    return replace(found, estimate=estimate, surface=surface)
-
-
-def _unknown(fit: ShapeFit, surface: Surface) -> SurfaceEstimate:
-    none = np.empty((0, 2)), np.empty(0), np.empty((0, 0))
-    estimate = Estimate(*none, np.nan, 1, 0.0, Result.UNRESOLVABLE)
-    return SurfaceEstimate(estimate, fit, np.full((2, 2), np.nan), surface)
-
-
-def _numbers(base: fe.Base) -> tuple[float, float]:
-    return base.bend, base.twist
+def _unknown(fit: ShapeFit) -> SurfaceEstimate:
+    unknown, base = np.full((2, 2), np.nan), fit.state.base
+    return SurfaceEstimate(_NOTHING, base, unknown, Surface.NO_FIT, fit.misfit, np.empty(0))

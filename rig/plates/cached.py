@@ -7,6 +7,7 @@ calls `report` with how many of how many steps are done.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -50,3 +51,24 @@ def modal(plate: fe.Plate, report: Report) -> fe.ModalPlate:
         return fe.modal_plate(plate, progress=report).arrays()
 
     return fe.ModalPlate.from_arrays(cache.fetch("modal", (fe, plate), compute))
+
+
+def shapes(shell: fe.Shell, report: Report) -> tuple[fe.ShellState, ...]:
+    """Return stable shapes of a plate over the bases in which it is looked for."""
+    import models
+
+    plate, mesh = shell.plate, shell.mesh
+
+    def compute() -> cache.Arrays:
+        found = models.known_shapes(shell, report=report)
+        bases = [(state.base.bend, state.base.twist) for state in found]
+        return {"bases": np.array(bases), "values": np.array([state.values for state in found])}
+
+    parts = fe, models, plate, mesh.nodes
+    kept = cache.fetch("shapes", parts, compute)
+    # What is kept was judged to be an equilibrium when it was found.
+    rest = shell.undeformed
+    return tuple(
+        replace(rest, base=fe.Base(*base.tolist()), values=values)
+        for base, values in zip(kept["bases"], kept["values"], strict=True)
+    )

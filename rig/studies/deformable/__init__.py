@@ -1,0 +1,1 @@
+"""Touches on a bent and twisted base, seen by the camera."""

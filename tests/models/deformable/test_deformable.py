@@ -1,0 +1,105 @@
+"""Base and touches of a bent plate from images rendered of a shell on another mesh."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+import fe
+import models
+import synthetic
+
+TWO = fe.Edges(fe.Clamped(), fe.Clamped(), fe.Free(), fe.Free())
+PLATE = fe.Plate((100.0, 80.0), 1.0, 3000.0, 0.3, TWO)
+SHELL = fe.Shell(PLATE, fe.Mesh(PLATE.size, (14, 12)))
+TRUTH = fe.Shell(PLATE, fe.Mesh(PLATE.size, (18, 15)))
+CAMERA = synthetic.pinhole_above(PLATE.size, 400.0, (352, 288))
+PATTERN = synthetic.speckle(PLATE.size, diameter=1.2, softness=0.75, seed=4)
+NOISE = 1.0
+SENSOR = synthetic.Sensor(noise=NOISE)
+TOUCH = fe.Touch(62.0, 31.0, 1.5)
+
+
+def image(state, rng):
+    moved = None if state is None else lambda xy: state.displacement(xy, "top")
+    return synthetic.render(PATTERN, CAMERA, moved, SENSOR, rng, 0.5, samples=2)
+
+
+@cache
+def watched():
+    rng = np.random.default_rng(0)
+    return models.Watched(CAMERA, np.mean([image(None, rng) for _ in range(12)], axis=0), 12)
+
+
+@cache
+def frame(bend, twist, pressed):
+    state = TRUTH.at(fe.Base(bend, twist))
+    state = state.touch([TOUCH]) if pressed else state
+    return image(state, np.random.default_rng(1))
+
+
+@cache
+def fitted(bend, twist, pressed):
+    start = SHELL.at(fe.Base(1.3 * bend, 0.6 * twist))
+    return models.fit_shape(watched(), frame(bend, twist, pressed), start)
+
+
+@pytest.mark.parametrize(("bend", "twist"), [(2.5, 1.0), (5.0, 0.0)])
+def test_bend_and_twist_are_those_of_the_clamps(bend, twist):
+    fit = fitted(bend, twist, False)
+    assert fit.converged
+    assert fit.state.base.bend == pytest.approx(bend, rel=5e-3)
+    assert fit.state.base.twist == pytest.approx(twist, abs=0.05)
+    assert fit.misfit < 1.5 * NOISE**2
+    np.testing.assert_allclose(fit.camera[:2], 0.0, atol=0.02)
+
+
+def test_a_touch_is_found_on_the_base_within_its_sigma():
+    said = models.estimate_on_shape(watched(), frame(2.5, 1.0, True), fitted(2.5, 1.0, True), NOISE)
+    assert said.surface is models.Surface.SEEN
+    assert said.estimate.result is models.Result.FOUND
+    off = [*(said.estimate.xy[0] - [TOUCH.x, TOUCH.y]), said.estimate.force[0] - TOUCH.force]
+    sigma = np.sqrt(np.diag(said.estimate.covariance))
+    assert (np.abs(off) < 4 * sigma).all()
+    assert sigma[0] < 1.0
+    assert said.base.bend == pytest.approx(2.5, rel=3e-3)
+    assert abs(said.base.bend - 2.5) < 6 * np.sqrt(said.covariance[0, 0])
+
+
+def test_an_untouched_base_has_no_touch_and_one_that_moves_on_says_so():
+    fit = fitted(2.5, 1.0, False)
+    prepared = models.prepare_shape(watched(), fit.state, NOISE)
+    none = np.empty((0, 3))
+    said = prepared.read(frame(2.5, 1.0, False), prepared.still(fit.camera), none)
+    assert said.surface is models.Surface.SEEN
+    assert said.estimate.result is models.Result.NO_TOUCH
+    moved = image(TRUTH.at(fe.Base(2.58, 1.0)), np.random.default_rng(2))
+    further = prepared.read(moved, said.motion, none)
+    assert further.surface is models.Surface.MOVED_ON
+    assert further.base.bend == pytest.approx(2.58, abs=0.02)
+    assert further.estimate.result is models.Result.UNRESOLVABLE
+
+
+def test_what_no_base_explains_is_no_touch_but_a_sentence():
+    other = synthetic.speckle(PLATE.size, diameter=1.2, softness=0.75, seed=9)
+    strange = synthetic.render(other, CAMERA, None, SENSOR, np.random.default_rng(3), 0.5)
+    fit = models.fit_shape(watched(), strange, SHELL.at(fe.Base(2.0)))
+    said = models.estimate_on_shape(watched(), strange, fit, NOISE)
+    assert said.surface is models.Surface.NO_FIT
+    assert said.estimate.result is models.Result.UNRESOLVABLE
+    assert "no bend and twist explain the image" in said.surface.value
+
+
+def test_the_image_says_which_of_the_shapes_it_shows():
+    shapes = models.turned_shapes(SHELL.at(fe.Base(2.5, 1.0)))
+    assert len(shapes) == 2
+    agrees = models.agreement(watched(), frame(2.5, 1.0, True), shapes)
+    assert agrees[0] > 0.95
+    assert agrees[1] < 0.8
+
+
+def test_a_shape_is_found_by_an_image_alone():
+    known = models.with_images(models.known_shapes(SHELL, (1.0, 3.0), (0.0, 2.0)))
+    fit = models.identify_shape(watched(), frame(2.5, 1.0, True), known)
+    assert fit.state.base.bend == pytest.approx(2.5, rel=0.02)
+    assert fit.state.deflection([[50.0, 40.0]])[0] > 5.0
