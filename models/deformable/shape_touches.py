@@ -29,8 +29,9 @@ _NEAR = np.array([0.03, 0.1])
 _SERIES = 0.3
 # Least eigenvalue, in parts of that at rest, at which a small touch or step moves the plate far.
 _LIMIT = 0.1
-# Noise of an image that a shape explains, over that which the camera is known to have.
-_FITS = 1.3
+# Mean square that a shape which is right may leave of an image: of the noise, and of the contrast,
+# for a pixel sees a smaller or larger piece of a steep plate than of the flat one.
+_FITS, _IMAGING = 1.3, 0.02
 
 
 _NOTHING = Estimate(
@@ -148,13 +149,17 @@ class PreparedShape:
         surface = self._surface(motion, misfit, touches)
         if surface is not Surface.SEEN:
             estimate = replace(estimate, result=Result.UNRESOLVABLE)
-        covariance = base_covariance(self.pattern, self.response, touches, self.noise)
+        # What the noise of the camera does not explain scatters as well.
+        spread = max(1.0, misfit / self.noise**2)
+        estimate = replace(estimate, covariance=spread * estimate.covariance)
+        covariance = spread * base_covariance(self.pattern, self.response, touches, self.noise)
         return SurfaceEstimate(estimate, base, covariance, surface, misfit, motion)
 
     def _surface(self, motion: F64, misfit: float, touches: F64) -> Surface:
         if (np.abs(motion[-2:]) > _NEAR).any():
             return Surface.MOVED_ON
-        if misfit > _FITS * self.noise**2:
+        contrast = float(self.shown.image.std())
+        if misfit > _FITS * self.noise**2 + (_IMAGING * contrast) ** 2:
             return Surface.NO_FIT
         if self.state.stability.eigenvalue < _LIMIT:
             return Surface.NEAR_LIMIT
