@@ -134,6 +134,11 @@ class Shell:
         found = replace(found, escapes=0)
         return self._state(base, found, self.undeformed.loads, self.undeformed.stability)
 
+    def taken_over(self, state: ShellState) -> ShellState:
+        """Bring the untouched shape of a state on fewer elements to rest on these."""
+        start = refined(state.mesh, state.values, self.mesh)
+        return self.settled(state.base, start)
+
     def moved(self, state: ShellState, base: Base) -> ShellState:
         """Follow an untouched state while its clamps move on to another base.
 

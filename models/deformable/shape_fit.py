@@ -36,11 +36,15 @@ class Watched:
     camera : synthetic.AnyCamera
     reference : (H, W) float, grey levels
         Image of the flat plate.
+    shell : fe.Shell
+        The plate on the elements on which its image is made: of 20 a side the shape is right for
+        touches and 0.005 px off, which is much to a light touch.
     tile : int, px
     """
 
     camera: synthetic.AnyCamera
     reference: AnyArray
+    shell: fe.Shell
     tile: int = 16
 
 

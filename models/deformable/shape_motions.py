@@ -133,8 +133,8 @@ def shape_motions(seen: SeenShape, tiles: Tiles, response: fe.ShellResponse) -> 
 
     Of touches, then of the camera (shift, turn, scale), then of `BASE`.
     """
-    tangent = fe.base_tangent(seen.state)
-    motions = tile_mean(tiles, lambda px: _seen(seen, tangent, response, px))
+    tangent = fe.base_tangent(response.state)
+    motions = tile_mean(tiles, lambda px: _seen(seen, response.state, tangent, response, px))
     spread = spread_over(tiles.shape)
     coefficients = spread.fit(motions.reshape(len(motions), -1))
     basis = coefficients.reshape(-1, motions.shape[2]).astype(np.float32)
@@ -145,14 +145,20 @@ def shape_motions(seen: SeenShape, tiles: Tiles, response: fe.ShellResponse) -> 
 
 def rigid_and_base(seen: SeenShape, tiles: Tiles) -> F64:
     """Motion of the middle of every tile by the camera and by `BASE`, (T, 2, 6) px."""
-    return _seen(seen, fe.base_tangent(seen.state), None, tiles.xy)
+    return _seen(seen, seen.state, fe.base_tangent(seen.state), None, tiles.xy)
 
 
-def _seen(seen: SeenShape, tangent: F64, response: fe.ShellResponse | None, px: F64) -> F64:
+def _seen(
+    seen: SeenShape,
+    state: fe.ShellState,
+    tangent: F64,
+    response: fe.ShellResponse | None,
+    px: F64,
+) -> F64:
     xy, _ = seen.material(px)
     face = seen.camera.face
     along = seen.camera.jacobian(seen.places(xy))
-    base = fe.face_motion(seen.state, tangent, xy, face)
+    base = fe.face_motion(state, tangent, xy, face)
     parts = [synthetic.rigid_motion_basis(seen.camera, px), along @ base]
     if response is not None:
         parts.insert(0, along @ response.motion(xy, face))

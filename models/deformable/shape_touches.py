@@ -45,11 +45,11 @@ class Surface(Enum):
     SEEN = "base and touches found"
     NEAR_LIMIT = (
         "the base is near a limit point, where a small touch moves the plate far: place and force"
-        " cannot be told; bend it more or twist it less"
+        " cannot be known; bend it more or twist it less"
     )
     TOO_SOFT = (
         "the touch bends this base by more than its tangent is good for: place and force cannot be"
-        " told; press less"
+        " known; press less"
     )
     MOVED_ON = (
         "the base has moved further than the response that was prepared is good for; prepare it"
@@ -189,7 +189,9 @@ def prepare_shape(
         The state is not a stable equilibrium, or too little of it is in view to tell its fields
         apart.
     """
-    seen, response = SeenShape(state, watched.camera), fe.shell_response(state, FIELDS)
+    response = fe.shell_response(state, FIELDS)
+    finer = watched.shell.taken_over(state)
+    seen = SeenShape(finer if finer.stability.converged else state, watched.camera)
     shown = prepare_tiles(seen.image(watched.reference), watched.tile)
     motions = shape_motions(seen, shown.tiles, response)
     pattern = prepare_pattern(motions, shown).hiding(beside_plate(seen, shown.tiles))

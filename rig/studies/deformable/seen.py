@@ -1,10 +1,10 @@
 """Touches on a base that is bent and twisted, from single frames of which nothing is known.
 
 Parts: any (base, shape and touch drawn over the whole range), limit (bases near a limit point,
-where a bow buckles or begins to lean). Truth is the whole shell under the touch on 28 × 28 elements, any
-of its stable shapes, photographed exactly at 640² with a noise of 2 grey levels; the estimator has
-20 × 20, the flat reference and nothing else. The bound is that of the pixels, by differences of the
-shell, with base, camera and light unknown.
+where a bow buckles or begins to lean). Truth is the whole shell under the touch on 28 × 28
+elements, any of its stable shapes, photographed exactly at 640² with a noise of 2 grey levels; the
+estimator has 20 × 20 for touches and 36 × 36 for the shape, the flat reference and nothing else.
+The bound is that of the pixels, by differences of the shell, with base, camera and light unknown.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ CASE = "bent and twisted base"
 NEAR = "bent and twisted base near a limit point"
 SCENES, LIMITS, BOUNDS = 40, 20, 40
 BEND, TWIST, FORCE, MARGIN = (0.0, 10.0), (-15.0, 15.0), (0.5, 2.0), 8.0
-NOISE, SIDE, SEED = 2.0, 20, 11
+NOISE, SIDE, FINER, SEED = 2.0, 20, 36, 11
 # Wrong, and not by noise: mm, fraction of the force, and stated σ.
 WRONG, WRONG_FORCE, SURE = 3.0, 0.15, 4.0
 # Of the eigenvalue at rest: nearer than this a base counts as near a limit point.
@@ -90,7 +90,8 @@ def setup(rng: np.random.Generator) -> Setup:
     truth = Truth(PLATE, camera, pattern, synthetic.Sensor(noise=NOISE))
     shell = fe.Shell(PLATE, fe.Mesh(PLATE.size, (SIDE, SIDE)))
     known = models.with_images(cached.shapes(shell, lambda done, total: None))
-    return Setup(truth, models.Watched(camera, truth.reference(rng)), known)
+    finer = fe.Shell(PLATE, fe.Mesh(PLATE.size, (FINER, FINER)))
+    return Setup(truth, models.Watched(camera, truth.reference(rng), finer), known)
 
 
 def any_base(rng: np.random.Generator, truth: Truth) -> fe.ShellState:
@@ -136,8 +137,8 @@ def look(made: Setup, scene: Scene, rng: np.random.Generator, bound: bool) -> Se
     sigma = np.sqrt(np.diag(estimate.covariance)[:3])
     scaled = np.nan
     if bound and found:
-        least = made.truth.bound(scene, light, NOISE)
-        scaled = float(off[:2] @ off[:2] / np.trace(least[:2, :2]))
+        bound_of = made.truth.bound(scene, light, NOISE)
+        scaled = float(off[:2] @ off[:2] / np.trace(bound_of[:2, :2]))
     return Seen(
         found,
         float(np.hypot(*off[:2])),

@@ -15,7 +15,7 @@ import synthetic
 from rig.system.arrays import F64, AnyArray
 
 SIDE = 28
-"""Elements a side of the truth; the estimator has 20."""
+"""Elements a side of the truth; the estimator has others."""
 
 REFERENCE = 16
 """Frames averaged into the reference."""
@@ -25,7 +25,7 @@ REFERENCE = 16
 _LINES = 141
 # Points a side of a pixel, see `synthetic.render`.
 _SAMPLES = 3
-# Share of the range of each number by which the derivatives of an image are taken.
+# What is added to each number, mm, N and degrees, by which the derivatives of an image are taken.
 _STEPS = {"x": 0.3, "y": 0.3, "force": 0.02, "bend": 0.01, "twist": 0.05}
 
 

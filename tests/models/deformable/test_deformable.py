@@ -13,6 +13,7 @@ import synthetic
 TWO = fe.Edges(fe.Clamped(), fe.Clamped(), fe.Free(), fe.Free())
 PLATE = fe.Plate((100.0, 80.0), 1.0, 3000.0, 0.3, TWO)
 SHELL = fe.Shell(PLATE, fe.Mesh(PLATE.size, (14, 12)))
+FINER = fe.Shell(PLATE, fe.Mesh(PLATE.size, (22, 18)))
 TRUTH = fe.Shell(PLATE, fe.Mesh(PLATE.size, (18, 15)))
 CAMERA = synthetic.pinhole_above(PLATE.size, 400.0, (352, 288))
 PATTERN = synthetic.speckle(PLATE.size, diameter=1.2, softness=0.75, seed=4)
@@ -29,7 +30,8 @@ def image(state, rng):
 @cache
 def watched():
     rng = np.random.default_rng(0)
-    return models.Watched(CAMERA, np.mean([image(None, rng) for _ in range(12)], axis=0), 12)
+    reference = np.mean([image(None, rng) for _ in range(12)], axis=0)
+    return models.Watched(CAMERA, reference, FINER, 12)
 
 
 @cache
