@@ -39,6 +39,10 @@ _NOTHING = Estimate(
 )
 
 
+# Order at which shapes converge with their elements: measured between 3 and 4.
+_ORDER = 3
+
+
 class Surface(Enum):
     """What an image says of a deformable plate; the value is the sentence to show."""
 
@@ -103,6 +107,8 @@ class PreparedShape:
     estimator : Estimator
     noise : float, grey levels
         Of a frame of the camera.
+    mesh_error : (m,) float64
+        What the elements of the shape may be off by, in units of the noise of the forward model.
     """
 
     state: fe.ShellState
@@ -111,6 +117,7 @@ class PreparedShape:
     pattern: TilePattern
     estimator: Estimator
     noise: float
+    mesh_error: F64
 
     def still(self, camera: F64) -> F64:
         """Amplitudes (K + 6,) of an untouched shape whose camera moved by (4,)."""
@@ -151,9 +158,16 @@ class PreparedShape:
             estimate = replace(estimate, result=Result.UNRESOLVABLE)
         # What the noise of the camera does not explain scatters as well.
         spread = max(1.0, misfit / self.noise**2)
-        estimate = replace(estimate, covariance=spread * estimate.covariance)
+        scatter = spread * estimate.covariance + self._off_by_mesh(touches)
+        estimate = replace(estimate, covariance=scatter)
         covariance = spread * base_covariance(self.pattern, self.response, touches, self.noise)
         return SurfaceEstimate(estimate, base, covariance, surface, misfit, motion)
+
+    def _off_by_mesh(self, touches: F64) -> F64:
+        """Add to the covariance of touches (n, 3) what the elements may be off by, (3n, 3n)."""
+        jacobian = self.estimator.forward.read(touches)[1]
+        off = np.linalg.lstsq(jacobian.T, self.mesh_error, rcond=None)[0]
+        return np.asarray(np.outer(off, off), dtype=np.float64)
 
     def _surface(self, motion: F64, misfit: float, touches: F64) -> Surface:
         if (np.abs(motion[-2:]) > _NEAR).any():
@@ -196,7 +210,20 @@ def prepare_shape(
     motions = shape_motions(seen, shown.tiles, response)
     pattern = prepare_pattern(motions, shown).hiding(beside_plate(seen, shown.tiles))
     estimator = Estimator(pattern.forward(noise), max_touches=max_touches)
-    return PreparedShape(state, response, shown, pattern, estimator, noise)
+    off = _mesh_error(pattern, seen, SeenShape(state, watched.camera)) / noise
+    return PreparedShape(state, response, shown, pattern, estimator, noise, off)
+
+
+def _mesh_error(pattern: TilePattern, fine: SeenShape, coarse: SeenShape) -> F64:
+    """Estimate what elements of a shape are off by from coarser ones, at a noise of 1, (m,)."""
+    xy, _ = fine.material(pattern.motions.tiles.xy)
+    ratio = fine.state.mesh.units[0] / coarse.state.mesh.units[0]
+    part = ratio**_ORDER / (1.0 - ratio**_ORDER) if ratio < 1.0 else 1.0
+    camera = fine.camera
+    off = camera.project(fine.places(xy)) - camera.project(coarse.places(xy))
+    off[pattern.hidden] = 0.0
+    amplitudes = pattern.resolving @ off.ravel()
+    return np.asarray(part * (pattern.factor.T @ amplitudes), dtype=np.float64)
 
 
 def estimate_on_shape(
