@@ -29,7 +29,7 @@ def points():
 
 def pressed(force):
     state = FINER.at(BASE)
-    touched = state.touch([fe.Touch(*PLACE[0], force)])
+    touched = state.touch([fe.Touch(float(PLACE[0, 0]), float(PLACE[0, 1]), force)])
     return touched.displacement(points()) - state.displacement(points())
 
 
