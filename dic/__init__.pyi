@@ -55,6 +55,7 @@ from .images.spline import (
     spline_coefficients as spline_coefficients,
     spline_gradient as spline_gradient,
 )
+from .images.warped import warp_image as warp_image
 from .settings import (
     SettingsAdvice as SettingsAdvice,
     mean_intensity_gradient as mean_intensity_gradient,

@@ -118,6 +118,7 @@ GENERAL = {  # functions that are given no more than numbers and arrays, with wh
     "lies_inside": {"centres": "pixels", "half": 3, "shape": (40, 48)},
     "spline_coefficients": {"image": "image"},
     "spline_gradient": {"spline": np.ones((40, 48), np.float32)},
+    "warp_image": {"spline": np.ones((40, 48), np.float32), "motion": np.ones((2, 34, 42))},
     "mean_intensity_gradient": {"image": "image"},
     "speckle_size": {"image": "image"},
     "sub_pixel_bias": {"image": "image", "subset": 11, "shifts": [0.5]},
