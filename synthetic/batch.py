@@ -25,8 +25,8 @@ _RIM = 2
 class BatchWarper:
     """A plate at rest on a torch device, ready to be seen under many displacements at once.
 
-    Displacements are given at control pixels, every 8 px from −8 to past the image, and are
-    bicubic splines through those values in between.
+    Displacements are given at control pixels, every `spacing` px from one before the image to past
+    it, and are bicubic splines through those values in between.
 
     Attributes
     ----------
@@ -36,6 +36,7 @@ class BatchWarper:
     sharp : (1, 1, H', W') float32 tensor, cubic spline coefficients of the image at rest.
     down, along : float32 tensors (rows + 4, rows) and (cols + 4, cols) that turn values at the
         controls into spline coefficients there and beyond.
+    spacing : px between control pixels.
     """
 
     size: tuple[int, int]
@@ -44,6 +45,38 @@ class BatchWarper:
     sharp: Tensor = field(repr=False)
     down: Tensor = field(repr=False)
     along: Tensor = field(repr=False)
+    spacing: int = CONTROL_PX
+
+    def part(self, corner: tuple[int, int], size: tuple[int, int]) -> BatchWarper:
+        """Look at a part of the image, which shares the sharp image.
+
+        Parameters
+        ----------
+        corner : (x, y) of its first pixel.
+        size : (width, height) px.
+
+        Raises
+        ------
+        ValueError
+            The part reaches beyond the image.
+        """
+        if (
+            min(corner) < 0
+            or min(size) < 1
+            or any(
+                first + count > whole
+                for first, count, whole in zip(corner, size, self.size, strict=True)
+            )
+        ):
+            raise ValueError(
+                f"part must lie in the image of {self.size} px, got {size} px from {corner}; take "
+                "a smaller one"
+            )
+        columns, rows = (
+            slice(first * self.oversample, (first + count + 2 * BORDER_PX) * self.oversample)
+            for first, count in zip(corner, size, strict=True)
+        )
+        return _laid(self.sharp[..., rows, columns], size, self.oversample, self.spacing)
 
     def render(self, forward: ArrayLike | Tensor) -> Tensor:
         """Take one image for each displacement, without noise.
@@ -67,7 +100,7 @@ class BatchWarper:
         backward = _bicubic(spline, x, y)
         for _ in range(_INVERSION_STEPS):
             u, v = backward.unbind(1)
-            backward = _bicubic(spline, x - u / CONTROL_PX, y - v / CONTROL_PX)
+            backward = _bicubic(spline, x - u / self.spacing, y - v / self.spacing)
         u, v = _bicubic(self._filter(backward), *self._places(self._pixels())).unbind(1)
         px = self.sharp.new_tensor(self._pixels() + BORDER_PX)
         light = _bicubic(
@@ -75,16 +108,20 @@ class BatchWarper:
         )
         return 255 * light
 
-    def displacement(self, forward: ArrayLike | Tensor) -> Tensor:
+    def displacement(self, forward: ArrayLike | Tensor, pixels: np.ndarray | None = None) -> Tensor:
         """Displacement of what each pixel sees at rest: the truth of a correlation.
 
-        Parameters and errors as of `render`.
+        Parameters
+        ----------
+        forward : as of `render`, with its errors.
+        pixels : (h, w, 2) float64, places (x, y) in px; those of the image if left out.
 
         Returns
         -------
-        (B, 2, H, W) float32 tensor, px, u along columns and v along rows.
+        (B, 2, h, w) float32 tensor, px, u along columns and v along rows.
         """
-        return _bicubic(self._spline(forward), *self._places(self._pixels()))
+        places = self._pixels() if pixels is None else pixels
+        return _bicubic(self._spline(forward), *self._places(places))
 
     def _spline(self, forward: ArrayLike | Tensor) -> Tensor:
         """Coefficients (B, 2, rows + 4, cols + 4) of checked fields."""
@@ -115,23 +152,29 @@ class BatchWarper:
 
     def _places(self, pixels: np.ndarray) -> tuple[Tensor, Tensor]:
         """Column and row, each (1, h, w), of pixels (h, w, 2) among the coefficients."""
-        x, y = self.sharp.new_tensor(pixels / CONTROL_PX + 1 + _RIM).unbind(-1)
+        x, y = self.sharp.new_tensor(pixels / self.spacing + 1 + _RIM).unbind(-1)
         return x[None], y[None]
 
 
-def prepare_batch(warper: Warper, device: str = "cpu") -> BatchWarper:
+def prepare_batch(warper: Warper, device: str = "cpu", spacing: int = CONTROL_PX) -> BatchWarper:
     """Bring the sharp image of a warper to a torch device.
 
     Parameters
     ----------
     warper : as from `prepare_warp`; its oversampling decides the error.
     device : "cpu", "cuda", ...
+    spacing : px between control pixels, 8 or less; waves need two and a half of them a period.
 
     Raises
     ------
     ValueError
-        torch or kornia is not installed, or the device is not there.
+        The spacing is out of range, torch or kornia is not installed, or the device is not there.
     """
+    if not 1 <= spacing <= CONTROL_PX:
+        raise ValueError(
+            f"spacing of control pixels must lie in 1…{CONTROL_PX} px, got {spacing} px; take "
+            f"{CONTROL_PX} px"
+        )
     missing = [name for name in ("torch", "kornia") if find_spec(name) is None]
     if missing:
         raise ValueError(
@@ -145,15 +188,21 @@ def prepare_batch(warper: Warper, device: str = "cpu") -> BatchWarper:
     except (RuntimeError, AssertionError) as error:
         reason = str(error).splitlines()[0]
         raise ValueError(f"device {device!r} cannot be used ({reason}); use 'cpu'") from None
-    rows, columns = warper.grid
-    lines = (CONTROL_PX * np.arange(-1.0, count - 1) for count in (columns, rows))
+    return _laid(sharp, warper.camera.size, warper.oversample, spacing)
+
+
+def _laid(sharp: Tensor, size: tuple[int, int], oversample: int, spacing: int) -> BatchWarper:
+    """Lay control pixels over an image of which the sharp one is known."""
+    columns, rows = ((length - 1) // spacing + 4 for length in size)
+    lines = (spacing * np.arange(-1.0, count - 1) for count in (columns, rows))
     return BatchWarper(
-        size=warper.camera.size,
+        size=size,
         controls=np.stack(np.meshgrid(*lines), axis=-1),
-        oversample=warper.oversample,
+        oversample=oversample,
         sharp=sharp,
         down=sharp.new_tensor(_prefilter(rows)),
         along=sharp.new_tensor(_prefilter(columns)),
+        spacing=spacing,
     )
 
 

@@ -93,6 +93,35 @@ def test_the_images_of_a_batch_do_not_know_each_other():
     assert torch.allclose(together, alone, atol=1e-3)
 
 
+def test_a_part_of_a_batch_is_that_part_of_its_images():
+    part = BATCH.part((40, 24), (120, 96))
+    rest = np.zeros((1, *part.controls.shape))
+    whole = BATCH.render(np.zeros((1, *BATCH.controls.shape)))
+    assert torch.allclose(part.render(rest), whole[..., 24:120, 40:160], atol=2e-2)
+
+
+def test_controls_that_lie_closer_carry_shorter_waves():
+    fine = synthetic.prepare_batch(WARPER, spacing=4)
+    x, y = np.meshgrid(np.arange(253.0), np.arange(196.0))
+    errors = []
+    for batch in (fine, BATCH):
+        wave = 0.3 * np.sin(2 * np.pi * batch.controls[..., 1] / 20)
+        field = np.stack([wave, 0 * wave], axis=-1)[None]
+        stated = batch.displacement(field)[0, 0].numpy()
+        errors.append(np.abs(stated - 0.3 * np.sin(2 * np.pi * y / 20))[40:-40, 40:-40].max())
+    # Measured 2.7 and 97 mpx.
+    assert errors[0] < 4e-3
+    assert errors[1] > 20e-3
+
+
+def test_places_between_pixels_have_a_displacement_too():
+    field = WARPER.forward(waved(WARPER.points))[None]
+    x, y = np.meshgrid(np.arange(252.0) + 0.5, np.arange(196.0))
+    between = BATCH.displacement(field, np.stack([x, y], axis=-1))[0].numpy()
+    pixels = BATCH.displacement(field)[0].numpy()
+    assert np.abs(between - (pixels[..., 1:] + pixels[..., :-1]) / 2).max() < 5e-3
+
+
 def test_gradients_flow_back_to_the_field():
     field = torch.zeros((1, *WARPER.grid, 2), requires_grad=True)
     BATCH.render(field)[0, 0, 100, 100].backward()
@@ -108,6 +137,8 @@ def test_gradients_flow_back_to_the_field():
         (lambda: BATCH.render(np.full((1, 28, 35, 2), np.nan)), "smaller than the image, 253 px"),
         (lambda: BATCH.displacement(np.full((1, 28, 35, 2), 900.0)), "got 900 px"),
         (lambda: synthetic.prepare_batch(WARPER, device="nonsense"), "device 'nonsense' cannot"),
+        (lambda: synthetic.prepare_batch(WARPER, spacing=9), "spacing of control pixels .* 9 px"),
+        (lambda: BATCH.part((200, 0), (60, 20)), "part must lie in the image"),
     ],
 )
 def test_bad_input_is_named_in_one_sentence(call, sentence):
