@@ -1,0 +1,120 @@
+"""Files of nets that are plain arrays: options as JSON and a checksum beside them, in one npz."""
+
+from __future__ import annotations
+
+import json
+import os
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from models.arrays import AnyArray
+from models.nets.checkpoint import fingerprint
+
+_LARGEST = 1e3  # of a weight; NaN is not below it either
+
+
+@dataclass(frozen=True)
+class NetKind:
+    """Which net a file holds.
+
+    Attributes
+    ----------
+    format : str
+    version : int
+    command : str
+        What makes such a file.
+    """
+
+    format: str
+    version: int
+    command: str
+
+
+def save_arrays(
+    path: str | Path, kind: NetKind, arrays: Mapping[str, AnyArray], options: Mapping[str, Any]
+) -> None:
+    """Write arrays and options aside and rename the file.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written.
+    """
+    path = Path(path)
+    named = {"format": kind.format, "version": kind.version}
+    text = json.dumps(named | dict(options), sort_keys=True)
+    aside = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with aside.open("wb") as file:
+            np.savez_compressed(
+                file,
+                allow_pickle=False,
+                options=np.array(text),
+                checksum=np.array(_sum(arrays, text)),
+                **arrays,
+            )
+        aside.replace(path)
+    except OSError as error:
+        raise OSError(
+            f"net file {path} cannot be written ({error.strerror or error}); free space there or "
+            "choose another place"
+        ) from error
+    finally:
+        aside.unlink(missing_ok=True)
+
+
+def load_arrays(
+    path: str | Path, kind: NetKind, shapes: Mapping[str, tuple[int, ...]]
+) -> tuple[dict[str, AnyArray], dict[str, Any]]:
+    """Read what `save_arrays` wrote: float32 arrays of these shapes, and the options.
+
+    Raises
+    ------
+    FileNotFoundError
+        There is no such file.
+    ValueError
+        It is damaged, of another version or something else.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise FileNotFoundError(f"net file {path} does not exist; run '{kind.command}'")
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            arrays = {name: np.asarray(stored[name]) for name in stored.files}
+        text, checksum = str(arrays.pop("options")), str(arrays.pop("checksum"))
+        said = json.loads(text)
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zipfile.error) as error:
+        raise ValueError(
+            f"net file {path} is damaged or no {_plain(kind)}; delete it and run '{kind.command}'"
+        ) from error
+    if said.get("format") != kind.format or said.get("version") != kind.version:
+        raise ValueError(
+            f"net file {path} is a '{said.get('format')}' of version {said.get('version')}, this "
+            f"release reads a '{kind.format}' of version {kind.version}; run '{kind.command}'"
+        )
+    if checksum != _sum(arrays, text) or not _sound(arrays, shapes):
+        raise ValueError(f"net file {path} is damaged; delete it and run '{kind.command}'")
+    return arrays, said
+
+
+def _plain(kind: NetKind) -> str:
+    return kind.format.removeprefix("touchplate ")
+
+
+def _sound(arrays: Mapping[str, AnyArray], shapes: Mapping[str, tuple[int, ...]]) -> bool:
+    return arrays.keys() == shapes.keys() and all(
+        arrays[name].shape == shape
+        and arrays[name].dtype == np.float32
+        and bool((np.abs(arrays[name]) < _LARGEST).all())
+        for name, shape in shapes.items()
+    )
+
+
+def _sum(arrays: Mapping[str, AnyArray], text: str) -> str:
+    return fingerprint(text, *(part for name in sorted(arrays) for part in (name, arrays[name])))
