@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from models.arrays import F32, F64, AnyArray
-from models.touch_net.network import Weights
 
 if TYPE_CHECKING:
     from torch import Tensor
 
+Weights = dict[str, F32]
 Loss = Callable[[dict[str, "Tensor"], str], "Tensor"]
 """From the weights and the device they are on to what is to fall."""
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from models.arrays import F32, F64, I64
 from models.nets.checkpoint import Checkpoint, fingerprint
+from models.nets.descent import Descent
 from models.touch_net.benches import DescribedBench, bench_forward, draw_bench
-from models.touch_net.descent import Descent
 from models.touch_net.heads import draw_fits, head_loss
 from models.touch_net.network import PROPOSE, first_weights, run_torch, shapes
 from models.touch_net.prior import MAX_TOUCHES, TouchRange
