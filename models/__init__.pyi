@@ -191,6 +191,24 @@ from .forward.tile_pattern import (
     noise_from_sums as noise_from_sums,
     prepare_pattern as prepare_pattern,
 )
+from .image_net.image_net import (
+    image_net_field as image_net_field,
+    shipped_image_net as shipped_image_net,
+)
+from .image_net.onnx import (
+    image_onnx as image_onnx,
+    write_image_onnx as write_image_onnx,
+)
+from .image_net.store import (
+    ImageNet as ImageNet,
+    load_image_net as load_image_net,
+    save_image_net as save_image_net,
+)
+from .image_net.training import (
+    ImageNetRecipe as ImageNetRecipe,
+    TrainedImageNet as TrainedImageNet,
+    train_image_net as train_image_net,
+)
 from .inverse.candidates import (
     CandidateGrid as CandidateGrid,
     prepare_candidates as prepare_candidates,

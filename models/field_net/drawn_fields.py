@@ -73,17 +73,20 @@ def places(shape: tuple[int, int]) -> tuple[F64, F64]:
 
 
 def _size(rng: np.random.Generator, limits: tuple[float, float] = _SIZES) -> float:
-    return _log_uniform(limits, rng) * float(rng.choice((-1.0, 1.0)))
+    return log_uniform(limits, rng) * float(rng.choice((-1.0, 1.0)))
 
 
-def _log_uniform(limits: tuple[float, float], rng: np.random.Generator) -> float:
+def log_uniform(limits: tuple[float, float], rng: np.random.Generator) -> float:
+    """Draw a number of which the logarithm lies evenly between those of two limits."""
     low, high = np.log(limits)
     return float(np.exp(rng.uniform(float(low), float(high))))
 
 
-def _wave(x: F64, y: F64, rng: np.random.Generator) -> F64:
-    """Draw a wave whose period changes slowly."""
-    period, angle = _log_uniform(_PERIODS, rng), rng.uniform(0, 2 * np.pi)
+def draw_wave(
+    x: F64, y: F64, rng: np.random.Generator, periods: tuple[float, float] = _PERIODS
+) -> F64:
+    """Draw a wave with its slopes at places x, y; its period changes slowly."""
+    period, angle = log_uniform(periods, rng), rng.uniform(0, 2 * np.pi)
     along = np.cos(angle) * (x - x.mean()) + np.sin(angle) * (y - y.mean())
     across = np.cos(angle) * (y - y.mean()) - np.sin(angle) * (x - x.mean())
     chirp, fan = rng.normal(0, 0.004, 2)
@@ -101,7 +104,7 @@ def _gaussian(
     x: F64, y: F64, rng: np.random.Generator, scales: tuple[float, float] = _SCALES
 ) -> F64:
     """Draw a Gaussian field of one scale, as a sum of waves."""
-    scale = _log_uniform(scales, rng)
+    scale = log_uniform(scales, rng)
     k: F64 = rng.normal(0, 1 / scale, (2, _WAVES, 1, 1))
     phase = k[0] * x + k[1] * y + rng.uniform(0, 2 * np.pi, (_WAVES, 1, 1))
     size = _size(rng) * np.sqrt(2 / _WAVES)
@@ -112,7 +115,7 @@ def _gaussian(
 def _bumps(x: F64, y: F64, rng: np.random.Generator) -> F64:
     total = np.zeros((3, *x.shape))
     for _ in range(int(rng.integers(1, 6))):
-        scale, size = _log_uniform(_SCALES, rng), _size(rng)
+        scale, size = log_uniform(_SCALES, rng), _size(rng)
         dx, dy = x - rng.uniform(0, _end(x)), y - rng.uniform(0, _end(y))
         bump = size * np.exp(-(dx**2 + dy**2) / (2 * scale**2))
         if rng.random() < 0.5:
@@ -175,8 +178,8 @@ def _end(axis: F64) -> float:
 
 
 _KINDS: tuple[Callable[[F64, F64, np.random.Generator], F64], ...] = (
-    _wave,
-    _wave,
+    draw_wave,
+    draw_wave,
     _gaussian,
     _bumps,
     _curved,

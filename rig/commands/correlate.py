@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from rig.series.tabulate import Measured
 
 Kind = Literal["small", "green-lagrange", "logarithmic"]
-Field = Literal["subset", "adaptive", "net"]
+Field = Literal["subset", "adaptive", "net", "image-net"]
 
 PRINTED = {"u": (1.0, "px"), "v": (1.0, "px")} | dict.fromkeys(("exx", "eyy", "exy"), (1e6, "µε"))
 """Factor and unit in which each field is printed."""
@@ -48,7 +48,10 @@ def correlate(
     ] = False,
     field: Annotated[
         Field,
-        typer.Option(help="One subset for all; windows that the data choose; or those and a net."),
+        typer.Option(
+            help="One subset for all; windows that the data choose; or those and a net: of tiles "
+            "or of images."
+        ),
     ] = "subset",
     roi: Annotated[
         Path | None, typer.Option(metavar="MASK", help="Image that is black where to leave out.")

@@ -53,7 +53,7 @@ def train(
     net is then trained through that camera, and scored on the presses.
     """
     bench = load(scene, parse_overrides(settings or []))
-    if bench.field_net or bench.touch_net:
+    if bench.field_net or bench.image_net or bench.touch_net:
         _train_other(bench, out or model_path(scene).with_suffix(".npz"), onnx, as_json)
         return
     learned = learn_from(scene, bench, session) if session else None
@@ -70,11 +70,15 @@ def train(
 
 
 def _train_other(bench: Scene, out: Path, onnx: Path | None, as_json: bool) -> None:
-    """Train the net of a scene that has no bench: of fields, or of touches from amplitudes."""
+    """Train the net of a scene that has no bench: of fields, of images, or of touches from amplitudes."""
     if bench.field_net:
         from rig.commands.train_field_net import train_field_net
 
         train_field_net(bench.field_net, out, onnx, as_json)
+    elif bench.image_net:
+        from rig.commands.train_image_net import train_image_net
+
+        train_image_net(bench.image_net, out, onnx, as_json)
     elif bench.touch_net:
         from rig.commands.train_touch_net import train_touch_net
 

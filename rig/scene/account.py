@@ -106,7 +106,7 @@ def _left_out(scene: Scene, absent: tuple[str, ...], theory: Theory | None) -> t
         if not isinstance(scene.comparison, StrainEstimator):
             left.append(LeftOut("strain map", "the scene names no [comparison] by strain"))
     nets = [e.kind for e in (scene.estimator, scene.comparison) if e]
-    if "net" not in nets and not (scene.field_net or scene.touch_net):
+    if "net" not in nets and not (scene.field_net or scene.image_net or scene.touch_net):
         left.append(LeftOut("torch", "no net in this scene"))
     if scene.camera and scene.camera.kind == "telecentric":
         left.append(

@@ -21,6 +21,7 @@ from rig.scene.dataset import DatasetSection
 from rig.scene.departure import DepartureSection
 from rig.scene.dynamics import DynamicsSection
 from rig.scene.field_net import FieldNetSection
+from rig.scene.image_net import ImageNetSection
 from rig.scene.loop import Outputs, Page, ProjectorSection
 from rig.scene.plate import SIDES, BaseSection, Mixed, PlateSection, TouchesSection
 from rig.scene.scene import Scene
@@ -96,16 +97,26 @@ def describe(name: str, section: Section, scene: Scene) -> Part:
             return _board(name, section)
         case DynamicsSection():
             return _in_time(name, section)
-        case FieldNetSection(steps=steps, pairs=pairs, side=side):
-            what = f"{steps} steps of {2 * pairs} drawn fields of {side} × {side} tiles"
-            return Part(name, what, "trained by `touchplate train`", ("dic", "fe", "torch"))
-        case TouchNetSection(steps=steps, head_steps=later, batch=batch):
-            what = f"{steps} steps of {batch} drawn measurements, and {later} after those"
-            return Part(name, what, "trained by `touchplate train`", ("fe", "models", "torch"))
+        case FieldNetSection() | ImageNetSection() | TouchNetSection():
+            return _trained_net(name, section)
         case Page() | ProjectorSection() | Outputs():
             return _shown(name, section)
         case _:
             raise TypeError(f"no account of a {type(section).__name__}")
+
+
+def _trained_net(name: str, section: FieldNetSection | ImageNetSection | TouchNetSection) -> Part:
+    match section:
+        case FieldNetSection(steps=steps, pairs=pairs, side=side):
+            what = f"{steps} steps of {2 * pairs} drawn fields of {side} × {side} tiles"
+            needs = ("dic", "fe", "torch")
+        case ImageNetSection(steps=steps, pairs=pairs, side=side):
+            what = f"{steps} steps, {pairs} pairs of {side} × {side} px rendered in each"
+            needs = ("dic", "fe", "synthetic", "torch")
+        case TouchNetSection(steps=steps, head_steps=later, batch=batch):
+            what = f"{steps} steps of {batch} drawn measurements, and {later} after those"
+            needs = ("fe", "models", "torch")
+    return Part(name, what, "trained by `touchplate train`", needs)
 
 
 def _mechanics(name: str, section: Section, scene: Scene) -> Part:

@@ -12,6 +12,7 @@ from rig.scene.board import BoardSection
 from rig.scene.dataset import DatasetSection
 from rig.scene.dynamics import DynamicsSection
 from rig.scene.field_net import FieldNetSection
+from rig.scene.image_net import ImageNetSection
 from rig.scene.loop import Outputs, Page, ProjectorSection
 from rig.scene.plate import BaseSection, PlateSection, TouchesSection
 from rig.scene.renamed import with_new_keys
@@ -81,6 +82,9 @@ class Scene(Section):
     dataset: DatasetSection | None = Field(None, description="samples of touches on disk")
     field_net: FieldNetSection | None = Field(
         None, description="training of the net that corrects displacement fields"
+    )
+    image_net: ImageNetSection | None = Field(
+        None, description="training of the net that refines displacement from a pair of images"
     )
     touch_net: TouchNetSection | None = Field(
         None, description="training of the net that reads touches from the whole pattern"

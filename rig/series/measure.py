@@ -8,8 +8,8 @@ if TYPE_CHECKING:
     import dic
     from rig.system.arrays import AnyArray
 
-FieldKind = Literal["subset", "adaptive", "net"]
-"""One subset for all points; windows that the data choose; or those, corrected by the field net."""
+FieldKind = Literal["subset", "adaptive", "net", "image-net"]
+"""One subset for all points; windows that the data choose; or those, corrected by a net."""
 
 BLOCK = 160  # px, side of the largest block of an adaptive field: errors farther apart are free
 
@@ -20,7 +20,7 @@ def measure(ref: dic.Reference, image: AnyArray, kind: FieldKind) -> dic.Displac
     Raises
     ------
     ValueError
-        As `dic.correlate`; or there is no torch, which the net needs.
+        As `dic.correlate`; or there is no torch, which the nets need.
     """
     import dic
 
@@ -33,3 +33,7 @@ def measure(ref: dic.Reference, image: AnyArray, kind: FieldKind) -> dic.Displac
             from models import net_field
 
             return net_field(ref, image).field
+        case "image-net":
+            from models import image_net_field
+
+            return image_net_field(ref, image).field

@@ -16,6 +16,8 @@ from rig.system.arrays import F64, Mask
 SHAPE = (480, 512)  # px
 STAR = (501, 1080)
 PERIODS = (10.0, 118.0)  # px, of the star
+NOISY_STAR = (501, 2000)
+NOISY_PERIODS = (10.0, 150.0)  # px
 BANDS = ((20, 30), (30, 50), (50, 118))
 EDGE = 40  # px from the border, that no estimator is judged on
 
@@ -62,7 +64,11 @@ class KnownField:
 
 
 def _smooth(name: str, displacement: Displacement) -> KnownField:
-    return KnownField(name, SHAPE, displacement, came_from(displacement))
+    return _smooth_over(name, SHAPE, displacement)
+
+
+def _smooth_over(name: str, shape: tuple[int, int], displacement: Displacement) -> KnownField:
+    return KnownField(name, shape, displacement, came_from(displacement))
 
 
 def period(x: F64) -> F64:
@@ -80,6 +86,22 @@ def star() -> KnownField:
 
     bands = {f"{low} to {high} px": (float(low), float(high)) for low, high in BANDS}
     return KnownField("star", STAR, displacement, came_from(displacement), bands)
+
+
+def noisy_star_period(x: F64) -> F64:
+    """Period of the noisy star at columns x, px."""
+    low, high = NOISY_PERIODS
+    return low + (high - low) * x / (NOISY_STAR[1] - 1)
+
+
+@cache
+def noisy_star() -> KnownField:
+    """Wave along y whose period grows with x to waves that no subset holds, of 0.5 px."""
+    return _smooth_over(
+        "noisy star",
+        NOISY_STAR,
+        lambda x, y: (0 * x, 0.5 * np.cos(2 * np.pi * (y - 250) / noisy_star_period(x))),
+    )
 
 
 @cache

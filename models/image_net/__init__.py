@@ -1,0 +1,1 @@
+"""The image net: learned on rendered speckle, it refines a warped pair of images."""

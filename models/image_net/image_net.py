@@ -1,0 +1,141 @@
+"""Displacement by the image net: the adaptive field, refined where the net has seen the like."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.ndimage import map_coordinates
+
+from dic import DisplacementField, Reference, Status, adaptive_field, check_image
+from models.arrays import F64, AnyArray, Mask
+from models.field_net.field_net import NetField
+from models.image_net.features import STRIDE
+from models.image_net.refine import RefinedCells, refine
+from models.image_net.store import ImageNet, load_image_net
+from models.image_net.warped_pair import CELL, first_motion, image_pair
+
+SHIPPED = Path(__file__).with_name("weights.npz")
+_SMALLEST = 4 * STRIDE * CELL  # px along a side of an image
+_REFINED = (
+    Status.OK, Status.LOW_CORRELATION, Status.NOT_CONVERGED, Status.DISTURBED, Status.BROKEN,
+)  # fmt: skip
+
+
+def image_net_field(ref: Reference, image: ArrayLike, net: ImageNet | None = None) -> NetField:
+    """Measure the displacement of every point of a grid, refined by the image net from the images.
+
+    Parameters
+    ----------
+    ref : Reference
+        On a grid.
+    image : (H, W) uint8, uint16 or float, grey levels
+    net : ImageNet, optional
+        The shipped one if left out.
+
+    Raises
+    ------
+    ValueError
+        As `dic.adaptive_field`; the points are scattered; or torch is not installed.
+
+    Notes
+    -----
+    The second image is read back by the adaptive field; what is left over is refined in passes, of
+    which each starts where the last has ended. Where what the net reads lies outside of what it was
+    trained on, where its motion leaves more of the images than noise does, and where its file
+    cannot be read, the adaptive field stands and `NetField.reason` says so. `dic.strain` takes the
+    strain of the refined field from windows of points.
+    """
+    if find_spec("torch") is None:
+        raise ValueError(
+            "the image net needs torch, which is not installed; run 'pip install torch' or take "
+            "the adaptive field"
+        )
+    found = adaptive_field(ref, image)
+    if found.grid is None:
+        raise ValueError(
+            "the image net refines the field of a grid, got scattered points; prepare a grid"
+        )
+    if min(ref.image.shape) < _SMALLEST or not found.valid.any():
+        return _classical(found, "the image is too small for the net, or nothing was found again")
+    try:
+        taken = net or shipped_image_net()
+    except (OSError, ValueError) as error:
+        return _classical(found, str(error))
+    pair = image_pair(ref, check_image(image, "deformed"))
+    cells = refine(taken, pair, first_motion(found, ref.image.shape))
+    return _at_points(found, cells)
+
+
+@cache
+def shipped_image_net() -> ImageNet:
+    """Load the net that this package ships.
+
+    Raises
+    ------
+    ValueError
+        Its file is damaged or of another version.
+    """
+    return load_image_net(SHIPPED)
+
+
+def _classical(found: DisplacementField, why: str) -> NetField:
+    none = np.zeros(len(found.xy), bool)
+    return NetField(found, none, f"all points are of the adaptive field: {why}")
+
+
+def _at_points(found: DisplacementField, cells: RefinedCells) -> NetField:
+    """Put what the net has found in the place of the adaptive field, where it is known."""
+    place = ((found.xy - (CELL - 1) / 2) / CELL)[:, ::-1].T  # rows, columns of cells
+    nearest = np.rint(place).astype(np.int64)
+    nearest = np.clip(nearest, 0, np.array(cells.known.shape)[:, None] - 1)
+    by_net = cells.known[nearest[0], nearest[1]] & np.isin(found.status, _REFINED)
+    values = np.stack([_interpolated(part, place) for part in _finite(cells.motion)])
+    sigma = cells.sigma[:, nearest[0], nearest[1]].astype(np.float64)
+    slopes = np.stack([_slopes(part, place) for part in _finite(cells.motion)], axis=1)
+    each = by_net[:, None, None]
+    field = replace(
+        found,
+        u=np.where(by_net, values[0], found.u),
+        v=np.where(by_net, values[1], found.v),
+        sigma_u=np.where(by_net, sigma[0], found.sigma_u),
+        sigma_v=np.where(by_net, sigma[1], found.sigma_v),
+        gradient=np.where(each, slopes, found.gradient),
+        sigma_gradient=np.where(each, np.nan, found.sigma_gradient),
+        status=np.where(by_net, Status.OK, found.status).astype(np.int8),
+        gauge=None,
+    )
+    return NetField(field, by_net, _reason(by_net, field.valid))
+
+
+def _finite(motion: AnyArray) -> F64:
+    return np.nan_to_num(motion).astype(np.float64)
+
+
+def _interpolated(plane: F64, place: F64) -> F64:
+    """Cubic spline through the middles of the cells."""
+    return np.asarray(map_coordinates(plane, place, order=3, mode="nearest"))
+
+
+def _slopes(plane: F64, place: F64) -> F64:
+    """∂/∂x and ∂/∂y at places, by differences over two cells: (N, 2) px per px."""
+    down, right = np.array([[1.0], [0.0]]), np.array([[0.0], [1.0]])
+    steps = [
+        _interpolated(plane, place + step) - _interpolated(plane, place - step)
+        for step in (right, down)
+    ]
+    return np.column_stack(steps) / (2 * CELL)
+
+
+def _reason(by_net: Mask, valid: Mask) -> str:
+    rest = 1 - np.count_nonzero(by_net) / max(np.count_nonzero(valid), 1)
+    if rest == 0:
+        return "all points are those of the net"
+    return (
+        f"{rest:.1%} of the points are of the adaptive field: there the net has not seen the like, "
+        "or its motion leaves more of the images than noise"
+    )

@@ -1,0 +1,66 @@
+"""Storage of image nets: plain arrays, options as JSON and a checksum, in one npz."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from models.arrays import F32
+from models.image_net.features import INPUTS
+from models.image_net.network import Weights, shapes
+from models.nets.array_file import NetKind, load_arrays, save_arrays
+
+FORMAT, VERSION = "touchplate image net", 1
+
+
+@dataclass(frozen=True, eq=False)
+class ImageNet:
+    """A trained image net.
+
+    Attributes
+    ----------
+    weights : dict of float32 arrays
+        By the names of `models.image_net.network.shapes`.
+    low, high : (INPUTS, 1, 1) float32
+        Least and largest of each input that training has seen.
+    about : dict
+        Seed, steps and CPU seconds of the training, as plain values.
+    """
+
+    weights: Weights
+    low: F32
+    high: F32
+    about: dict[str, Any]
+
+
+def save_image_net(path: str | Path, net: ImageNet) -> None:
+    """Write a net aside and rename it.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written.
+    """
+    arrays = net.weights | {"low": net.low, "high": net.high}
+    save_arrays(path, _kind(), arrays, {"about": net.about})
+
+
+def load_image_net(path: str | Path) -> ImageNet:
+    """Read what `save_image_net` wrote.
+
+    Raises
+    ------
+    FileNotFoundError
+        There is no such file.
+    ValueError
+        It is damaged, of another version or something else.
+    """
+    bounds = dict.fromkeys(("low", "high"), (INPUTS, 1, 1))
+    arrays, said = load_arrays(path, _kind(), shapes() | bounds)
+    low, high = (arrays.pop(name) for name in bounds)
+    return ImageNet({name: arrays[name] for name in shapes()}, low, high, said["about"])
+
+
+def _kind() -> NetKind:
+    return NetKind(FORMAT, VERSION, "touchplate train image-net")
