@@ -28,8 +28,8 @@ def warp_image(spline: F32, motion: ArrayLike) -> F32:
     Raises
     ------
     ValueError
-        The coefficients are no float32 of two dimensions, or the motion is not of their image or
-        not finite.
+        The coefficients are not of two dimensions, or the motion is not of their image or is NaN
+        somewhere.
     """
     coefficients = check_array(spline, "spline", "f", 2)
     given = read_array(motion, "motion", "px")
@@ -39,6 +39,8 @@ def warp_image(spline: F32, motion: ArrayLike) -> F32:
             f"motion must be (2, H, W) px of the image of the spline, {shape}, got {given.shape}; "
             "take the coefficients of dic.spline_coefficients and a motion of every pixel"
         )
+    if not np.isfinite(given).all():
+        raise ValueError("motion holds NaN; fill it with that of the nearest pixel that has one")
     out = np.empty(shape, np.float32)
     _warp(np.ascontiguousarray(coefficients, np.float32), given.astype(np.float32), out)
     return out

@@ -19,7 +19,9 @@ from models.image_net.warped_pair import ImagePair, Motion, on_pixels
 PASSES = 2
 _AROUND = 17  # cells, over which what is left of a motion is compared with noise
 _MISFIT = 4.0  # times the mean square that noise leaves in a window
+_FARTHEST = 1.5  # px of a pass, of which training held no more
 _ALIKE = 0.8  # ZNCC of both images around a cell, below which it is not the same pattern
+_CHANCE = 0.6  # of the noise of a window of 5 x 5 cells: a change that the net makes of noise alone
 _SLACK = 1.2  # by which the range of the inputs in training is widened
 _RIM = 5  # cells around one that is unknown, which are not known either
 
@@ -43,16 +45,15 @@ class RefinedCells:
 
 def refine(net: ImageNet, pair: ImagePair, motion: Motion) -> RefinedCells:
     """Refine a motion that is nearly right."""
-    strange, cells = np.zeros((1, 1), bool), motion.cells
+    strange = np.zeros((1, 1), bool)
     for _ in range(PASSES):
         seen = pair_features(pair, motion)
-        strange = _strange(net, seen)
-        cells, sigma = _refined(net, seen, motion)
-        motion = Motion(on_pixels(np.nan_to_num(cells), pair.first.shape), sigma)
+        cells, sigma, wild = _refined(net, seen, motion)
+        strange = strange | wild | _strange(net, seen)
+        motion = Motion(on_pixels(cells, pair.first.shape), sigma)
     left = pair_features(pair, motion)
-    wrong = strange | _misfits(left) | ~np.isfinite(cells + motion.sigma).all(axis=0)
-    wrong |= left.zncc < _ALIKE
-    return RefinedCells(cells, motion.sigma, ~np.asarray(maximum_filter(wrong, _RIM), bool))
+    wrong = strange | _misfits(left) | (left.zncc < _ALIKE)
+    return RefinedCells(motion.cells, motion.sigma, ~np.asarray(maximum_filter(wrong, _RIM), bool))
 
 
 def evaluate(net: ImageNet, inputs: F32) -> F32:
@@ -64,11 +65,25 @@ def evaluate(net: ImageNet, inputs: F32) -> F32:
         return np.asarray(run(weights, torch.from_numpy(inputs)).numpy())
 
 
-def _refined(net: ImageNet, seen: PairFeatures, motion: Motion) -> tuple[F32, F32]:
+def _refined(net: ImageNet, seen: PairFeatures, motion: Motion) -> tuple[F32, F32, Mask]:
+    """Motion and σ of the cells after a pass, (2, R, C) each, and where it went wild, (R, C)."""
     rows, columns = seen.size.shape
     out = evaluate(net, seen.inputs[None])[..., :rows, :columns]
-    moved, growth = mixed(out, seen.windows[None], seen.size[None])
-    return motion.cells + moved[0], motion.sigma * np.exp(growth[0])
+    moved, growth = (part[0] for part in mixed(out, seen.windows[None], seen.size[None]))
+    wild = ~np.all(np.abs(moved) <= _FARTHEST, axis=0) | ~np.isfinite(growth).all(axis=0)
+    moved, growth = np.where(wild, 0, moved), np.where(wild, 0, growth)
+    weight = _shrinkage(moved, seen.noise)
+    sigma = motion.sigma * (1 + weight * (np.exp(growth) - 1))
+    return motion.cells + weight * moved, sigma, wild
+
+
+def _shrinkage(moved: F32, noise: F32) -> F32:
+    """Part of a change that is taken, (2, R, C): none where it is no larger than noise makes it.
+
+    The positive part of James and Stein (1961), over the cells around each.
+    """
+    power = np.stack([uniform_filter(np.square(part), _AROUND, mode="nearest") for part in moved])
+    return np.maximum(1 - np.square(_CHANCE * noise) / np.maximum(power, 1e-12), 0)
 
 
 def _strange(net: ImageNet, seen: PairFeatures) -> Mask:

@@ -67,7 +67,7 @@ class ImageNetRecipe:
         Plates under touches that are solved.
     """
 
-    steps: int = 4200
+    steps: int = 2900
     seed: int = 17
     pairs: int = 1
     side: int = 160

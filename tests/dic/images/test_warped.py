@@ -25,6 +25,13 @@ def test_it_is_the_image_itself_where_nothing_moves_and_never_leaves_it():
     assert np.ptp(far) == 0
 
 
+def test_a_motion_that_is_not_known_is_refused():
+    motion = np.zeros((2, *IMAGE.shape))
+    motion[0, 3, 4] = np.nan
+    with pytest.raises(ValueError, match="motion holds NaN"):
+        dic.warp_image(dic.spline_coefficients(IMAGE), motion)
+
+
 @pytest.mark.parametrize("shape", [(2, 72, 57), (57, 72), (2, 57, 72, 1)])
 def test_a_motion_of_another_image_is_refused(shape):
     with pytest.raises(ValueError, match=r"motion must be \(2, H, W\) px"):
