@@ -33,7 +33,7 @@ _LIGHT = 41  # px, over which gain and offset are one
 _WIDE = 33  # cells, over which noise and contrast are measured
 _RIDGE = 0.02  # of the usual contrast: a window without pattern says that nothing moves
 _DERIVATIVE = np.array([1, -8, 0, 8, -1], np.float32)[::-1] * np.float32(-1 / 12)
-_FAINT = 1e-3  # px, the least noise that is told apart
+_FAINT = 1e-3  # px, the least noise that is known
 _ROOTS = np.array([0.1 * (a * b) ** 0.5 for a, b in (*WINDOWS, *MEANS)], np.float32)
 """Half of what a window says is in units of its own noise, of which the net reads the arsinh."""
 
@@ -55,6 +55,8 @@ class PairFeatures:
         σ of a window of 5 x 5 cells.
     zncc : (R, C) float32
         Correlation of both images around each cell.
+    left : (R, C) float32, px²
+        Mean square of the residual that no motion of 5 x 5 cells explains, over the contrast.
     """
 
     inputs: F32
@@ -62,6 +64,7 @@ class PairFeatures:
     size: F32
     noise: F32
     zncc: F32
+    left: F32
 
 
 def pair_features(pair: ImagePair, motion: Motion) -> PairFeatures:
@@ -94,7 +97,9 @@ def pair_features(pair: ImagePair, motion: Motion) -> PairFeatures:
         (np.sqrt(np.maximum(left, 0) / (wide + 1e-12)) - 1)[None],
         0.5 * np.log(motion.sigma / noise) + 0.5,
     ])  # fmt: skip
-    return PairFeatures(_whole(inputs.astype(np.float32)), windows, size, noise, on_cells(zncc))
+    return PairFeatures(
+        _whole(inputs.astype(np.float32)), windows, size, noise, on_cells(zncc), left
+    )
 
 
 def _lit_as(first: F32, second: F32, weight: F32) -> tuple[F32, F32]:

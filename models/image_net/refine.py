@@ -23,7 +23,10 @@ _FARTHEST = 1.5  # px of a pass, of which training held no more
 _ALIKE = 0.8  # ZNCC of both images around a cell, below which it is not the same pattern
 _CHANCE = 0.6  # of the noise of a window of 5 x 5 cells: a change that the net makes of noise alone
 _SLACK = 1.2  # by which the range of the inputs in training is widened
-_RIM = 5  # cells around one that is unknown, which are not known either
+_LOUD = 2.5  # times the residual of all, from which something else than noise is in it
+_NEAR = 5  # cells, over which what no motion explains is compared with that of all
+_FEW = 0.002  # part of the cells that move at least, for another pass
+_RIM = 15  # cells around one that is unknown, which are not known either
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,15 +47,17 @@ class RefinedCells:
 
 
 def refine(net: ImageNet, pair: ImagePair, motion: Motion) -> RefinedCells:
-    """Refine a motion that is nearly right."""
-    strange = np.zeros((1, 1), bool)
+    """Refine a motion that is nearly right, until nothing moves by more than chance."""
+    seen = pair_features(pair, motion)
+    strange = np.zeros(seen.size.shape, bool)
     for _ in range(PASSES):
-        seen = pair_features(pair, motion)
         cells, sigma, wild = _refined(net, seen, motion)
-        strange = strange | wild | _strange(net, seen)
+        strange |= wild | _strange(net, seen)
+        if np.mean(cells != motion.cells) < _FEW:
+            break
         motion = Motion(on_pixels(cells, pair.first.shape), sigma)
-    left = pair_features(pair, motion)
-    wrong = strange | _misfits(left) | (left.zncc < _ALIKE)
+        seen = pair_features(pair, motion)
+    wrong = strange | _misfits(seen) | (seen.zncc < _ALIKE)
     return RefinedCells(motion.cells, motion.sigma, ~np.asarray(maximum_filter(wrong, _RIM), bool))
 
 
@@ -94,9 +99,11 @@ def _strange(net: ImageNet, seen: PairFeatures) -> Mask:
 
 
 def _misfits(left: PairFeatures) -> Mask:
-    """Cells around which more is left than noise leaves."""
+    """Cells around which a motion is left, or more of the images, than noise leaves."""
     chi = np.square(left.windows[:, _FIVE] / left.noise).mean(axis=0)
-    return np.asarray(uniform_filter(chi, _AROUND, mode="nearest")) > _MISFIT
+    moving = np.asarray(uniform_filter(chi, _AROUND, mode="nearest")) > _MISFIT
+    near = np.asarray(uniform_filter(left.left, _NEAR, mode="nearest"))
+    return moving | (near > _LOUD * np.median(left.left))
 
 
 _FIVE = WINDOWS.index((5, 5))
