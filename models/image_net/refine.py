@@ -21,7 +21,7 @@ _AROUND = 17  # cells, over which what is left of a motion is compared with nois
 _MISFIT = 4.0  # times the mean square that noise leaves in a window
 _FARTHEST = 1.5  # px of a pass, of which training held no more
 _ALIKE = 0.8  # ZNCC of both images around a cell, below which it is not the same pattern
-_CHANCE = 0.6  # of the noise of a window of 5 x 5 cells: a change that the net makes of noise alone
+_IDLE = 0.6  # of the noise of a window of 5 x 5 cells: a change that the net makes of noise alone
 _SLACK = 1.2  # by which the range of the inputs in training is widened
 _LOUD = 2.5  # times the residual of all, from which something else than noise is in it
 _NEAR = 5  # cells, over which what no motion explains is compared with that of all
@@ -88,7 +88,7 @@ def _shrinkage(moved: F32, noise: F32) -> F32:
     The positive part of James and Stein (1961), over the cells around each.
     """
     power = np.stack([uniform_filter(np.square(part), _AROUND, mode="nearest") for part in moved])
-    return np.maximum(1 - np.square(_CHANCE * noise) / np.maximum(power, 1e-12), 0)
+    return np.maximum(1 - np.square(_IDLE * noise) / np.maximum(power, 1e-12), 0)
 
 
 def _strange(net: ImageNet, seen: PairFeatures) -> Mask:

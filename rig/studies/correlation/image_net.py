@@ -158,7 +158,7 @@ def sigma() -> Iterator[Figure]:
 
 
 def time() -> Iterator[Figure]:
-    """Time of 512² from two images, one core: where the field is smooth, and with waves of 20 px."""
+    """Time of 512² from two images, one core: of a smooth field, and with waves of 20 px."""
     rng, speckle = np.random.default_rng(5), moved_speckle((512, 512), 5)
     waves = came_from(lambda x, y: (0 * x, 0.3 * np.cos(2 * np.pi * y / 20)))
     for scene, origin in (("bumps", bumps(5).origin), ("waves of 20 px", waves)):
