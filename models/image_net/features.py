@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 
 from models.arrays import F32
-from models.image_net.warped_pair import ImagePair, Motion, on_cells
+from models.image_net.warped_pair import ImagePair, PairMotion, on_cells
 
 WINDOWS = (
     (3, 3), (5, 5), (9, 9), (17, 17), (33, 33),
@@ -67,7 +67,7 @@ class PairFeatures:
     left: F32
 
 
-def pair_features(pair: ImagePair, motion: Motion) -> PairFeatures:
+def pair_features(pair: ImagePair, motion: PairMotion) -> PairFeatures:
     """Compare a pair about what is known of its motion."""
     first, weight = pair.first, pair.weight
     second, zncc = _lit_as(first, pair.second(motion.pixels), weight)

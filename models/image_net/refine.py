@@ -14,7 +14,7 @@ from models.arrays import F32, Mask
 from models.image_net.features import WINDOWS, PairFeatures, pair_features
 from models.image_net.network import mixed, run
 from models.image_net.store import ImageNet
-from models.image_net.warped_pair import ImagePair, Motion, on_pixels
+from models.image_net.warped_pair import ImagePair, PairMotion, on_pixels
 
 PASSES = 2
 _AROUND = 17  # cells, over which what is left of a motion is compared with noise
@@ -46,7 +46,7 @@ class RefinedCells:
     known: Mask
 
 
-def refine(net: ImageNet, pair: ImagePair, motion: Motion) -> RefinedCells:
+def refine(net: ImageNet, pair: ImagePair, motion: PairMotion) -> RefinedCells:
     """Refine a motion that is nearly right, until nothing moves by more than chance."""
     seen = pair_features(pair, motion)
     strange = np.zeros(seen.size.shape, bool)
@@ -55,7 +55,7 @@ def refine(net: ImageNet, pair: ImagePair, motion: Motion) -> RefinedCells:
         strange |= wild | _strange(net, seen)
         if np.mean(cells != motion.cells) < _FEW:
             break
-        motion = Motion(on_pixels(cells, pair.first.shape), sigma)
+        motion = PairMotion(on_pixels(cells, pair.first.shape), sigma)
         seen = pair_features(pair, motion)
     wrong = strange | _misfits(seen) | (seen.zncc < _ALIKE)
     return RefinedCells(motion.cells, motion.sigma, ~np.asarray(maximum_filter(wrong, _RIM), bool))
@@ -70,7 +70,7 @@ def evaluate(net: ImageNet, inputs: F32) -> F32:
         return np.asarray(run(weights, torch.from_numpy(inputs)).numpy())
 
 
-def _refined(net: ImageNet, seen: PairFeatures, motion: Motion) -> tuple[F32, F32, Mask]:
+def _refined(net: ImageNet, seen: PairFeatures, motion: PairMotion) -> tuple[F32, F32, Mask]:
     """Motion and σ of the cells after a pass, (2, R, C) each, and where it went wild, (R, C)."""
     rows, columns = seen.size.shape
     out = evaluate(net, seen.inputs[None])[..., :rows, :columns]

@@ -22,7 +22,7 @@ from models.image_net.speckle import SPACING, draw_speckle
 from models.image_net.store import ImageNet
 from models.image_net.warped_pair import (
     ImagePair,
-    Motion,
+    PairMotion,
     first_motion,
     image_pair,
     on_cells,
@@ -152,7 +152,7 @@ class _Started:
     """A pair, the motion from which the net starts, and the truth."""
 
     pair: ImagePair
-    motion: Motion
+    motion: PairMotion
     truth: F32
 
 
@@ -217,12 +217,12 @@ def _loss(weights: dict[str, Tensor], pairs: Sequence[_Started], device: str) ->
 
 def _moved(
     at: F32, moved: Tensor, sigma: F32, growth: Tensor, pairs: Sequence[_Started]
-) -> list[Motion]:
+) -> list[PairMotion]:
     """Motions from which the next pass starts."""
     cells = at + moved.detach().cpu().numpy()
     spread = sigma * np.exp(growth.detach().cpu().numpy())
     return [
-        Motion(on_pixels(cells[k], pair.pair.first.shape), spread[k])
+        PairMotion(on_pixels(cells[k], pair.pair.first.shape), spread[k])
         for k, pair in enumerate(pairs)
     ]
 

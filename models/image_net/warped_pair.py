@@ -44,7 +44,7 @@ def image_pair(ref: Reference, image: AnyArray) -> ImagePair:
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class PairMotion:
     """What is known of the motion so far.
 
     Attributes
@@ -64,7 +64,7 @@ class Motion:
         return np.stack([on_cells(part) for part in self.pixels])
 
 
-def first_motion(found: DisplacementField, shape: tuple[int, int]) -> Motion:
+def first_motion(found: DisplacementField, shape: tuple[int, int]) -> PairMotion:
     """Motion of an image (H, W) from a field on a grid: cubic splines through its points.
 
     Points that were not measured take part with the nearest one that was; beyond the outermost
@@ -81,7 +81,7 @@ def first_motion(found: DisplacementField, shape: tuple[int, int]) -> Motion:
     pixels = np.stack([down @ part @ along.T for part in (u, v)]).astype(np.float32)
     along, down = _spline(grid.xs, shape[1], CELL), _spline(grid.ys, shape[0], CELL)
     spread = [np.exp(down @ np.log(np.maximum(part, 1e-6)) @ along.T) for part in sigma]
-    return Motion(pixels, np.stack(spread).astype(np.float32))
+    return PairMotion(pixels, np.stack(spread).astype(np.float32))
 
 
 def _filled(values: F64, valid: Mask) -> F64:
