@@ -150,9 +150,13 @@ def _within(touches: F64, bounds: F64) -> bool:
 
 @njit(cache=True, nogil=True)
 def _unexplained(residual: F64, tangent: F64) -> float:
-    basis = _orthonormal(tangent)
-    outside = residual - (basis @ residual) @ basis
+    outside = _outside(residual, _orthonormal(tangent))
     return float(outside @ outside)
+
+
+@njit(cache=True, nogil=True)
+def _outside(residual: F64, basis: F64) -> F64:
+    return residual - (basis @ residual) @ basis
 
 
 @njit(cache=True, nogil=True, fastmath=True)
@@ -202,7 +206,7 @@ def _explained(row: F32, basis: F32) -> float:
 @njit(cache=True, nogil=True)
 def _best(response: F32, energy: F64, residual: F64, tangent: F64) -> tuple[int, float, float]:
     basis = _orthonormal(tangent)
-    outside = residual - (basis @ residual) @ basis
+    outside = _outside(residual, basis)
     along = response @ outside.astype(np.float32)
     rows = basis.astype(np.float32)
     best, gain, force = 0, 0.0, 0.0

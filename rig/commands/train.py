@@ -70,7 +70,7 @@ def train(
 
 
 def _train_other(bench: Scene, out: Path, onnx: Path | None, as_json: bool) -> None:
-    """Train the net of a scene that has no bench: of fields, of images, or of touches from amplitudes."""
+    """Train the net of a scene that has no bench: of fields, images or amplitudes."""
     if bench.field_net:
         from rig.commands.train_field_net import train_field_net
 
