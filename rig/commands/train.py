@@ -72,11 +72,11 @@ def train(
 def _train_other(bench: Scene, out: Path, onnx: Path | None, as_json: bool) -> None:
     """Train the net of a scene that has no bench: of fields, images or amplitudes."""
     if bench.field_net:
-        from rig.commands.train_field_net import train_field_net
+        from rig.commands.train_dic_net import train_field_net
 
         train_field_net(bench.field_net, out, onnx, as_json)
     elif bench.image_net:
-        from rig.commands.train_image_net import train_image_net
+        from rig.commands.train_dic_net import train_image_net
 
         train_image_net(bench.image_net, out, onnx, as_json)
     elif bench.touch_net:
