@@ -93,7 +93,7 @@ def empty_snapshot(
         plate_outline=view.outline,
         T_px_plate=view.T_px_plate,
         touches=(),
-        from_strain=(),
+        from_strain=None,
         truth=None,
         strain=None,
         status=status,
