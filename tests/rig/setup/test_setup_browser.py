@@ -138,6 +138,7 @@ def test_where_others_have_accounts_only_the_link_opens_the_page(page, tmp_path,
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(600)  # two and a half minutes of work, and two cores may be busy
 def test_the_whole_setup_in_the_twin_finds_plate_projector_and_force():
     from rig.studies.start.setup_wizard import wizard
 
