@@ -32,6 +32,7 @@ Section "Screen"
 EndSection
 """
 PATIENCE = 20.0  # s
+DUMPS = 5
 
 
 class XDesktop:
@@ -84,7 +85,12 @@ class XDesktop:
 
     def _desktop(self):
         command = ["xwd", "-root", "-silent", "-display", self.display]
-        dump = subprocess.run(command, check=True, capture_output=True).stdout
+        for _ in range(DUMPS):  # the desktop may change its size between its asking and its taking
+            done = subprocess.run(command, check=False, capture_output=True)
+            if not done.returncode:
+                break
+        done.check_returncode()
+        dump = done.stdout
         header = struct.unpack(">25I", dump[:100])
         wide, high, depth, stride = header[4], header[5], header[11] // 8, header[12]
         start = header[0] + 12 * header[19]
