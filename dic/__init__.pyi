@@ -76,4 +76,5 @@ from .tiles.tiles import (
     lay_tiles as lay_tiles,
     prepare_tiles as prepare_tiles,
     tile_sums as tile_sums,
+    unbiased_gradient as unbiased_gradient,
 )

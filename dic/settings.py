@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from dic.arrays import F64, I64, AnyArray
 from dic.correlation.correlation import correlate
 from dic.correlation.reference import prepare
+from dic.images.fourier import FADE, faded, shifted
 from dic.images.image import check_reference
 from dic.images.quality import box_sums, check_subset, noise_floor
 from dic.images.spline import noise_slope, prefilter, spline_gradient
@@ -18,7 +19,6 @@ from dic.numbers import read_array, read_real
 _SPOTS = 3  # speckles across a subset, iDICs Good Practices Guide
 _SIZES = range(11, 102, 2)  # px
 _PERCENTILE = 95  # of the subsets, that shall reach the σ asked for
-_TAPER = 24  # px at the border that fade to grey, so that a shifted image does not ring
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def speckle_size(image: ArrayLike) -> float:
         The image cannot be used, or has no spots: its autocorrelation never falls to one half.
     """
     grey = check_reference(image).astype(np.float64)
-    spectrum = np.square(np.abs(np.fft.rfft2(_faded(grey - grey.mean()))))
+    spectrum = np.square(np.abs(np.fft.rfft2(faded(grey - grey.mean()))))
     peak = np.fft.irfft2(spectrum, s=grey.shape)
     reach = min(grey.shape) // 2
     falls = [_half_width(line) for line in (peak[0, :reach], peak[:reach, 0])]
@@ -97,17 +97,16 @@ def sub_pixel_bias(
         Mean error of u and v.
     """
     grey = check_reference(image).astype(np.float64)
-    plain, subset = _faded(grey - grey.mean()), check_subset(subset, grey.shape)
+    plain, subset = faded(grey - grey.mean()), check_subset(subset, grey.shape)
     ref = prepare(plain, subset, max(subset // 2, 1))
     apart = np.abs(ref.xy - (np.array(grey.shape[::-1]) - 1) / 2)
-    room = np.array(grey.shape[::-1]) / 2 - _TAPER - subset
+    room = np.array(grey.shape[::-1]) / 2 - FADE - subset
     inside = np.all(apart <= np.maximum(room, subset), axis=1)
-    wave_x, wave_y = np.fft.rfftfreq(grey.shape[1]), np.fft.fftfreq(grey.shape[0])[:, None]
     bias: list[tuple[float, float]] = []
     for shift in _read_shifts(shifts):
-        turn = np.exp(-2j * np.pi * shift * (wave_x + wave_y))
-        moved = np.fft.irfft2(np.fft.rfft2(plain) * turn, s=grey.shape)
-        field = correlate(ref, moved, guess=np.full_like(ref.xy, shift))
+        field = correlate(
+            ref, shifted(grey, (shift, shift)) - grey.mean(), guess=np.full_like(ref.xy, shift)
+        )
         found = np.column_stack([field.u, field.v])[inside & field.valid]
         error = found.mean(axis=0) - shift if len(found) else np.full(2, np.nan)
         bias.append((float(error[0]), float(error[1])))
@@ -122,16 +121,6 @@ def _read_shifts(shifts: ArrayLike) -> F64:
             "the bias repeats from px to px"
         )
     return given
-
-
-def _faded(grey: AnyArray) -> F64:
-    """Let an image of mean zero fade out at its border."""
-    for axis in (0, 1):
-        count = grey.shape[axis]
-        away = np.minimum(np.arange(count), np.arange(count)[::-1])
-        fade = np.sin(np.pi / 2 * np.minimum((away + 0.5) / _TAPER, 1)) ** 2
-        grey = grey * np.expand_dims(fade, 1 - axis)
-    return grey
 
 
 def recommend_settings(image: ArrayLike, noise: float, sigma: float = 0.01) -> SettingsAdvice:

@@ -52,13 +52,14 @@ class Estimate:
     force : (n,) float64, N
         Forces into the plate.
     covariance : (3n, 3n) float64
-        Covariance of (x1, y1, F1, x2, …), mm and N: the inverse Fisher matrix at the solution.
+        Covariance of (x1, y1, F1, x2, …), mm and N: the inverse Fisher matrix at the solution, and
+        what the forward model's own error adds to it.
     chi2 : float
         Sum of squared whitened residuals.
     dof : int
         Measurements less unknowns, 1 at least.
     p_value : float
-        Probability of a larger `chi2` if model and noise are right.
+        Probability of a larger `chi2` if noise, and the own error of the forward model, are right.
     result : Result
     stats : SolverStats
         Steps of the solver; none where it was not run.

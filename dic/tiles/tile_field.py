@@ -11,7 +11,7 @@ from dic.arrays import F64, I8, AnyArray
 from dic.fields.displacement import DisplacementField, Status
 from dic.fields.grid import Grid
 from dic.numbers import check_type, read_integer, read_real
-from dic.tiles.tiles import TileReference, Tiles, TileSums
+from dic.tiles.tiles import TileReference, Tiles, TileSums, unbiased_gradient
 
 MIN_ZNCC = 0.6  # below, the pattern was not found again
 MIN_TEXTURE = 0.02  # of the median Hessian: below, a block is too flat to follow
@@ -99,7 +99,8 @@ def tile_gradient(blocks: TileBlocks, sums: TileSums) -> F64:
             "take both from one reference"
         )
     pixels = blocks.reference.tiles.size**2
-    return _of_light(sums.light.T, pixels, sums.ef, sums.e).T - sums.gradient
+    explained = _of_light(sums.light.T, pixels, sums.ef, sums.e).T
+    return explained - unbiased_gradient(blocks.reference, sums)
 
 
 def tile_displacement(blocks: TileBlocks, sums: TileSums, noise: float) -> DisplacementField:

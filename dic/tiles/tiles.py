@@ -9,17 +9,20 @@ constant over a tile makes the interpolation separable.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import fft, ndimage
 
 from dic.arrays import F32, F64, AnyArray
+from dic.images.fourier import FADE, shifted
 from dic.images.image import check_image, check_pair, check_reference
+from dic.images.spectrum import aliasing_bias, measure_spectrum
 from dic.numbers import check_array, check_type, read_array, read_integer, read_shape, shown
 from dic.tiles.tile_kernels import BEFORE, DEGREE, spline_weights, sums_in_place, sums_moved
 
 MARGIN = 8  # px kept free at the border, so that a moved tile still lies on the image
+_SHIFT = 0.25  # px, at which interpolation errs most
 
 
 @dataclass(frozen=True)
@@ -88,6 +91,8 @@ class TileReference:
         Σfx², Σfxfy, Σfy² of each tile.
     light : (T, 6) float64
         Σfx f, Σfy f, Σfx, Σfy, Σf², Σf: how a gain and an offset of the light mix with motion.
+    bias : (2,) float64, px
+        By how much interpolation makes a motion of a quarter pixel along x and y look too large.
     """
 
     tiles: Tiles
@@ -96,6 +101,7 @@ class TileReference:
     gradient: F32
     hessian: F64
     light: F64
+    bias: F64
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,14 +168,16 @@ def prepare_tiles(image: AnyArray, size: int = 16) -> TileReference:
     f = grey.astype(np.float64)
     coefficients = _spline_coefficients(f)
     fx, fy = gradient = _spline_gradient(coefficients)
-    return TileReference(
+    reference = TileReference(
         tiles=tiles,
         image=grey,
         coefficients=coefficients.astype(np.float32),
         gradient=gradient.astype(np.float32),
         hessian=np.column_stack([tiles.sums(a) for a in (fx * fx, fx * fy, fy * fy)]),
         light=np.column_stack([tiles.sums(a) for a in (fx * f, fy * f, fx, fy, f * f, f)]),
+        bias=np.zeros(2),
     )
+    return replace(reference, bias=_interpolation_bias(reference))
 
 
 def tile_sums(reference: TileReference, image: AnyArray, flow: F64 | None = None) -> TileSums:
@@ -208,6 +216,52 @@ def tile_sums(reference: TileReference, image: AnyArray, flow: F64 | None = None
         light = np.empty((count, 6))
         sums_moved(image, reference.coefficients, flow, *layout, sums, light)
     return TileSums(sums[:, :2], sums[:, 2], sums[:, 3], sums[:, 4], light, flow)
+
+
+def unbiased_gradient(reference: TileReference, sums: TileSums) -> F64:
+    """Σ∇f·e of each tile without what interpolation adds to it, (T, 2).
+
+    The error is a wave of one pixel in the motion along each axis (Schreier, Braasch, Sutton 2000,
+    Opt. Eng. 39, 2915), whose height is known of the reference: `TileReference.bias`.
+
+    Raises
+    ------
+    ValueError
+        If the sums are not those of the reference.
+    """
+    check_type(reference, TileReference, "reference", "dic.prepare_tiles")
+    check_type(sums, TileSums, "sums", "dic.tile_sums")
+    if len(sums.e) != len(reference.hessian):
+        raise ValueError(
+            f"sums are of {len(sums.e)} tiles and the reference has {len(reference.hessian)}; "
+            "take sums of this reference"
+        )
+    along_x, along_y = (reference.bias * np.sin(2.0 * np.pi * sums.flow)).T
+    xx, xy, yy = reference.hessian.T
+    return sums.gradient + np.column_stack(
+        [xx * along_x + xy * along_y, xy * along_x + yy * along_y]
+    )
+
+
+def _interpolation_bias(reference: TileReference) -> F64:
+    """Measure `TileReference.bias` on the image itself, shifted by its Fourier series.
+
+    That series takes what aliasing has folded back for what it looks like, which is taken off. 0
+    where that is half of the bias or more, so that its sign is not known; where no tile is far
+    enough from the border; and where there is no pattern.
+    """
+    tiles, shape = reference.tiles, np.array(reference.image.shape[::-1])
+    room = np.minimum(tiles.xy, shape - 1 - tiles.xy).min(axis=1) - tiles.size / 2
+    inside = room >= FADE + MARGIN
+    hessian = reference.hessian[inside].sum(axis=0)[[0, 2]]
+    if not np.all(hessian > 0.0):
+        return np.zeros(2)
+    flow = np.full((len(tiles.xy), 2), _SHIFT)
+    sums = tile_sums(reference, shifted(reference.image, (_SHIFT, _SHIFT)), flow)
+    bias = -sums.gradient[inside].sum(axis=0) / hessian
+    spectrum = measure_spectrum(reference.image, np.ones(reference.image.shape, dtype=np.bool_))
+    aliased = aliasing_bias(spectrum) if spectrum else np.zeros(2)
+    return np.where(aliased < 0.5 * bias, bias - aliased, 0.0)
 
 
 def _spline_coefficients(f: F64) -> F64:

@@ -9,6 +9,7 @@ from math import inf
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.linalg import norm
 from numpy.typing import ArrayLike
 
 from fe.arrays import F64
@@ -34,11 +35,14 @@ class Reading(NamedTuple):
         Strain exx, eyy, exy, or displacement u, v, w in mm.
     jacobian : (M, 3, T, 3) float64, read only
         Their derivatives by x, y in mm and F in N of each touch.
+    stretch : float, (N mm)^½
+        Root of twice the energy by which the plate is stretched.
     result : Trust
     """
 
     values: F64
     jacobian: F64
+    stretch: float
     result: Trust
 
 
@@ -115,8 +119,8 @@ class ReducedReadings:
         jacobian = jacobian.reshape(channels, len(xy), 3)
         jacobian[:, :, :2] += np.einsum("tcad,ta->ctd", slopes, weights)
         values.flags.writeable = jacobian.flags.writeable = False
-        result = self.reduced.trust(xy, state)
-        return Reading(values.reshape(-1, 3), jacobian.reshape(-1, 3, len(xy), 3), result)
+        jacobian, stretch = jacobian.reshape(-1, 3, len(xy), 3), float(norm(state.stress))
+        return Reading(values.reshape(-1, 3), jacobian, stretch, self.reduced.trust(xy, state))
 
 
 def _checked(given: ArrayLike, touches: int) -> F64:

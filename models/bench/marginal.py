@@ -55,6 +55,10 @@ class MarginalForward:
         """Numbers that were measured."""
         return self.forward.freedom
 
+    def own_error(self, touches: F64) -> float:
+        """None beside what is whitened: see `Forward.own_error`."""
+        return 0.0
+
     def whiten(self, measured: ArrayLike) -> F64:
         """Put a measurement as it was taken into units of all that is not known, (m,)."""
         return self.whitened(self.forward.whiten(measured))

@@ -105,6 +105,10 @@ class ShapeForward:
         """See `Forward.model_error`."""
         return MODEL_ERROR
 
+    def own_error(self, touches: F64) -> float:
+        """None: see `Forward.own_error`."""
+        return 0.0
+
     def whiten(self, measured: ArrayLike) -> F64:
         """Return a measurement that is in units of its noise already, (m,)."""
         return np.asarray(measured, dtype=np.float64)

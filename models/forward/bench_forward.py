@@ -196,6 +196,10 @@ class BenchForward:
         """From the amplitudes of the plate to what is measured, (m, all of them)."""
         return self.whitening @ self.fields.seeing
 
+    def own_error(self, touches: F64) -> float:
+        """None beside what is not known of the bench: see `Forward.own_error`."""
+        return 0.0
+
     def whiten(self, measured: ArrayLike) -> F64:
         """Return what the pattern has whitened already, (m,)."""
         return read_measured(measured, (len(self.whitening),))

@@ -37,6 +37,13 @@ class Forward(Protocol):
         """Error of the model itself, a fraction of what is measured."""
         ...
 
+    def own_error(self, touches: F64) -> float:
+        """Norm of the model's own error under touches (n, 3), in units of the noise.
+
+        It enters the covariance of touches; 0 where noise alone does, or more than it is known.
+        """
+        ...
+
     def whiten(self, measured: ArrayLike) -> F64:
         """Put a measurement into units of its noise, (m,); what is missing may be NaN."""
         ...
@@ -85,6 +92,10 @@ class LinearForward:
     def gradient(self, xy: F64) -> F64:
         """Exact derivative of `response` in x and y, (n, 2) mm → (n, m, 2) per N per mm."""
         return responses(self.table, np.asarray(xy, dtype=np.float64))[:, 1:].transpose(0, 2, 1)
+
+    def own_error(self, touches: F64) -> float:
+        """None: see `Forward.own_error`."""
+        return 0.0
 
     def read(self, touches: F64) -> tuple[F64, F64]:
         """See `Forward.read`."""

@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import cho_solve, solve_triangular
 
-from dic import TileReference, Tiles, TileSums
+from dic import TileReference, Tiles, TileSums, unbiased_gradient
 from models.arrays import F32, F64, Mask
 from models.estimate import Estimate
 from models.forward.image_motion import (
@@ -145,7 +145,8 @@ class TilePattern:
             Amplitudes of modes and rigid motions by which the reference was moved.
         """
         visible = (~self.hidden).astype(np.float64)
-        towards = -self.motions.project(sums.gradient * visible[:, None], sums.flow)
+        gradient = unbiased_gradient(self.reference, sums) * visible[:, None]
+        towards = -self.motions.project(gradient, sums.flow)
         left_over = np.concatenate([towards, [sums.ef @ visible, sums.e @ visible]])
         return left_over + self.normal[:, : len(moved)] @ moved
 

@@ -16,6 +16,7 @@ from models.inverse.candidates import CandidateGrid
 from models.inverse.descent_kernel import sort_touches, weak_or_close
 from models.inverse.greedy import CountProblem, pruned, search_count
 from models.inverse.levenberg_marquardt import Fit, LevenbergMarquardt
+from models.inverse.own_error import covariance_with_error
 from models.inverse.prior import FLAT, Prior
 
 APART = 3.0  # standard deviations between the places of two touches that are two
@@ -137,8 +138,13 @@ def _as_numbers(start: ArrayLike) -> F64:
 
 
 def _describe(problem: CountProblem, fit: Fit, *, needed: bool) -> Estimate:
-    touches, spread = sort_touches(fit.touches, fit.covariance)
+    error = problem.candidates.forward.own_error(fit.touches)
+    covariance = fit.covariance
+    if error:
+        covariance = covariance_with_error(problem.candidates, fit, error)
+    touches, spread = sort_touches(fit.touches, covariance)
     freedom = problem.freedom(fit)
+    expected = 1.0 + error**2 / freedom  # of χ² per number that is free
     sound = needed and fit.converged and problem.candidates.within(touches)
     return Estimate(
         xy=touches[:, :2],
@@ -146,7 +152,7 @@ def _describe(problem: CountProblem, fit: Fit, *, needed: bool) -> Estimate:
         covariance=spread,
         chi2=fit.chi2,
         dof=freedom,
-        p_value=float(chdtrc(freedom, fit.chi2)),
+        p_value=float(chdtrc(freedom, fit.chi2 / expected)),
         result=_judge(touches, spread, sound),
         stats=problem.stats(fit),
     )

@@ -14,11 +14,10 @@ import numpy as np
 import fe
 import models
 import synthetic
-from dic import lay_tiles, prepare_blocks, prepare_tiles, sub_pixel_bias, tile_sums
+from dic import lay_tiles, prepare_blocks, prepare_tiles, tile_sums
 from models import (
     ExpectedErrors,
     equal_tiles,
-    errors_of_gain,
     expected_errors,
     gradient_energy,
     places_over_plate,
@@ -33,7 +32,6 @@ ELEMENTS = 48  # elements along its longer side: bounds within 0.2 % of those on
 PATCH = 256  # px of the patch whose gradient is taken
 UNIT = 1.0  # N, of the touches on the map
 ACROSS = 24  # touches along the longer side
-SMALL, SUBSET = 0.1, 31  # px: a shift as touches make them, and the subset that measures it
 REPEATS = 7  # of the frame whose time is taken
 
 
@@ -48,20 +46,14 @@ class Prediction:
         Of the touches.
     unit : ExpectedErrors
         Over the plate, for a noise of 1 grey level and a gradient energy of 1.
-    twice : ExpectedErrors
-        Over the plate, if all motion were measured twice as large.
     energy : float, grey levels² a px²
         Mean squared gradient of the pattern as the camera sees it.
-    gain : float
-        Part by which small motions are measured too large, since pixels lie between.
     """
 
     setup: Setup
     force: float
     unit: ExpectedErrors
-    twice: ExpectedErrors
     energy: float
-    gain: float
 
     def at_noise(self, noise: float) -> ExpectedErrors:
         """Return the bound for a noise, grey levels, of a frame less the reference."""
@@ -69,9 +61,8 @@ class Prediction:
 
     @property
     def errors(self) -> ExpectedErrors:
-        """Errors for the noise of the setup and for what interpolation does to its pattern."""
-        gain = self.twice.scaled(abs(self.gain))
-        return self.at_noise(self.setup.noise).beside(gain)
+        """Errors for the noise of the setup."""
+        return self.at_noise(self.setup.noise)
 
 
 def predict(
@@ -98,18 +89,16 @@ def predict(
     ValueError
         If the images are too small to tell the modes of the plate apart.
     """
-    unit, twice = _shared(like, setup, force, modal) or _units(setup, force, modal)
+    unit = _shared(like, setup, force, modal) or _unit(setup, force, modal)
     if like is not None and _drawn(like.setup) == _drawn(setup):
-        return Prediction(setup, force, unit, twice, like.energy, like.gain)
-    light = _patch(setup)
-    energy = gradient_energy(light, setup.tile)
-    return Prediction(setup, force, unit, twice, energy, _gain(light))
+        return Prediction(setup, force, unit, like.energy)
+    return Prediction(setup, force, unit, pattern_energy(setup))
 
 
 def _shared(
     like: Prediction | None, setup: Setup, force: float, modal: fe.ModalPlate | None
-) -> tuple[ExpectedErrors, ExpectedErrors] | None:
-    """Return what a prediction has of another; None where it has nothing.
+) -> ExpectedErrors | None:
+    """Return the errors of a prediction that hold for another setup; None where they do not.
 
     Under another force linear theory has the same errors of force, and places in inverse
     proportion to it.
@@ -118,12 +107,11 @@ def _shared(
         return None
     part = force / like.force
     if part == 1.0:
-        return like.unit, like.twice
+        return like.unit
     if modal is not None:
         return None
     touches = like.unit.touches * (1.0, 1.0, part)
-    unit = ExpectedErrors(touches, like.unit.place / part, like.unit.force)
-    return unit, ExpectedErrors(touches, like.twice.place, part * like.twice.force)
+    return ExpectedErrors(touches, like.unit.place / part, like.unit.force)
 
 
 def _drawn(setup: Setup) -> tuple[object, ...]:
@@ -217,13 +205,10 @@ def equal_pattern(given: Setup, motions: models.ImageMotions, energy: float) -> 
         ) from None
 
 
-def _units(
-    given: Setup, force: float, modal: fe.ModalPlate | None
-) -> tuple[ExpectedErrors, ExpectedErrors]:
+def _unit(given: Setup, force: float, modal: fe.ModalPlate | None) -> ExpectedErrors:
     motions = image_motions(given.plate, given.camera, given.tile, modal)
     forward = equal_pattern(given, motions, 1.0).forward(1.0)
-    touches = touches_over(given.plate.size, force)
-    return expected_errors(forward, touches), errors_of_gain(forward, touches)
+    return expected_errors(forward, touches_over(given.plate.size, force))
 
 
 def pattern_energy(given: Setup) -> float:
@@ -243,12 +228,6 @@ def _patch(given: Setup) -> F64:
     light = warper.render(np.zeros((len(warper.points), 3)), None, None) / 255.0
     sensor = given.sensor.build()
     return (sensor.white - sensor.black) * sensor.top * light
-
-
-def _gain(patch: F64) -> float:
-    """Part by which interpolation between the pixels of a patch measures motion too large."""
-    bias = sub_pixel_bias(patch, SUBSET, [SMALL])
-    return float(np.mean(bias)) / SMALL
 
 
 def touches_over(size: tuple[float, float], force: float, across: int = ACROSS) -> F64:

@@ -129,6 +129,7 @@ GENERAL = {  # functions that are given no more than numbers and arrays, with wh
     "prepare_blocks": {"reference": "tiles", "block": 3},
     "tile_gradient": {"blocks": "blocks", "sums": "sums"},
     "tile_displacement": {"blocks": "blocks", "sums": "sums", "noise": 2.0},
+    "unbiased_gradient": {"reference": "tiles", "sums": "sums"},
 }  # fmt: skip
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.interpolate import BSpline, make_interp_spline
+from scipy.special import erf
 
 import dic
 from dic.tiles.tiles import MARGIN
@@ -215,3 +216,40 @@ def test_bad_flows_are_refused_in_one_sentence(prepared, frame, flow, sentence):
 )
 def test_bad_references_are_refused_in_one_sentence(image, size, sentence):
     refused(sentence, dic.prepare_tiles, image, size)
+
+
+@pytest.mark.parametrize("width", [0.75, 0.9])
+@pytest.mark.parametrize("shift", [(0.25, 0.0), (0.6, 0.3), (0.1, -0.4)])
+def test_interpolation_does_not_bias_a_shift(shift, width):
+    """Spots drawn exactly where they are: not by the Fourier series that is tested."""
+    prepared, biased, left = biases(shift, width)
+    assert (prepared.bias > 0).all()
+    assert np.abs(biased).max() > 2e-4
+    assert np.abs(left).max() < 0.5 * np.abs(biased).max()
+
+
+def test_a_pattern_that_aliasing_hides_is_left_alone():
+    prepared, biased, left = biases((0.25, 0.25), 0.5)
+    assert (prepared.bias == 0).all()
+    assert (biased < 0).all()
+    np.testing.assert_array_equal(biased, left)
+
+
+def biases(shift, width):
+    """Give a reference, and the bias of a shift of its tiles as it is and as it is corrected."""
+    dots = np.random.default_rng(3).uniform((0, 0), (200, 150), (3000, 2))
+    still, moved = (spots(dots + offset, width) for offset in ((0.0, 0.0), shift))
+    prepared = dic.prepare_tiles(still, SIZE)
+    sums = dic.tile_sums(prepared, moved, np.tile(shift, (len(prepared.hessian), 1)))
+    corrected = replace(sums, gradient=dic.unbiased_gradient(prepared, sums))
+    return prepared, *(best_shift(prepared, each) - shift for each in (sums, corrected))
+
+
+def spots(places, width):
+    """Light of Gaussian spots on pixels, which integrate it, (150, 200)."""
+
+    def along(count, at):
+        edges = np.arange(count + 1.0)[None] - 0.5 - at[:, None]
+        return 0.5 * np.diff(erf(edges / (width * np.sqrt(2.0))), axis=1)
+
+    return 40.0 + 50.0 * along(150, places[:, 1]).T @ along(200, places[:, 0])

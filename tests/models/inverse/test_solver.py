@@ -109,6 +109,7 @@ def test_a_fit_that_did_not_converge_says_so():
 
         plate, freedom, model_error = PLATE, FORWARD.freedom, 0.0
         read = staticmethod(FORWARD.read)
+        own_error = staticmethod(FORWARD.own_error)
         response = staticmethod(FORWARD.response)
 
     measured, start = FORWARD.whiten(strain([(60.0, 40.0, 2.0)])), [(55.0, 44.0, 1.5)]
