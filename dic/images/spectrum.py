@@ -23,8 +23,8 @@ _PHASES = 8  # sub-pixel places at which interpolation is looked at
 _MIDDLE, _CORNER = (0.7, 0.85), 1.15  # of Nyquist's frequency: bands of |ω|
 _FALL = 0.3  # a pattern falls by at least so much from the middle band to the corner
 _ROUNDING = 1 / 12  # variance of integer grey levels
-# Spots of 1.4 to 2.1 px and discs of 3 to 10 px, seen through a lens, fall faster beyond Nyquist's
-# frequency than in equal ratios: so much of the power is there that this would give.
+# Gaussian spots of 0.6 to 0.9 px (σ) and discs of 3 to 10 px through a lens fall faster beyond
+# Nyquist's frequency than in equal ratios: so much of the power is there that this would give.
 _FASTER = 0.4
 _FAINT = 1e-7  # of the variance of an image: below it there is no noise to be measured
 

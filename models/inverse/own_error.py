@@ -15,7 +15,7 @@ from models.inverse.candidates import CandidateGrid
 from models.inverse.levenberg_marquardt import Fit
 
 # Parts p and q = 1 - p: found with `models.forward.large._MISSED`.
-_EVEN = 0.626
+EVEN = 0.626
 
 
 def covariance_with_error(candidates: CandidateGrid, fit: Fit, error: float) -> F64:
@@ -27,5 +27,5 @@ def covariance_with_error(candidates: CandidateGrid, fit: Fit, error: float) -> 
     influence = fit.covariance @ fit.jacobian
     like_touches = influence @ candidates.directions.T
     even = influence @ influence.T / influence.shape[1]
-    added = _EVEN * even + (1.0 - _EVEN) * (like_touches @ like_touches.T)
+    added = EVEN * even + (1.0 - EVEN) * (like_touches @ like_touches.T)
     return np.asarray(fit.covariance + error**2 * added, dtype=np.float64)

@@ -8,6 +8,7 @@ import models
 import synthetic
 from dic.tiles.tiles import prepare_tiles, tile_sums
 from models import Result
+from models.inverse import own_error
 
 PLATE = fe.Plate((110.0, 90.0), 1.0, 3000.0, 0.38)
 RING = np.array([(x, y) for x in (8.0, 40.0, 70.0, 102.0) for y in (7.0, 45.0, 83.0)])
@@ -121,6 +122,41 @@ def test_large_touches_are_found_in_the_image(large, reduced, touches):
     assert (estimate.result, estimate.count) == (Result.FOUND, len(touches))
     np.testing.assert_allclose(estimate.xy, touches[:, :2], atol=0.3)  # mm
     np.testing.assert_allclose(estimate.force, touches[:, 2], rtol=0.02)
+
+
+def test_what_the_reduced_plate_misses_grows_with_stretch_and_not_with_light_touches(large):
+    white = np.random.default_rng(2).normal(size=(42 + large.drifts, 42 + large.drifts))
+    light, firm = (large.forward(white).own_error(ONE * (1, 1, part)) for part in (1e-3, 1.0))
+    assert light < 1e-5 * firm  # with the square of the deflection
+    twice = large.forward(2.0 * white).own_error(ONE)  # half the noise
+    assert twice == pytest.approx(2.0 * firm)
+
+
+def test_an_error_of_the_model_scatters_touches_as_stated(gauges):
+    """Errors are drawn from what is stated of them and added to exact measurements."""
+    error, rng, squares, values = 12.0, np.random.default_rng(4), [], []
+
+    class Erring:
+        plate, freedom, model_error = PLATE, gauges.freedom, gauges.model_error
+        read, response = staticmethod(gauges.read), staticmethod(gauges.response)
+
+        @staticmethod
+        def own_error(touches):
+            return error
+
+    search = models.with_forward(models.prepare_candidates(gauges, 8), Erring())
+    exact, alike = gauges.read(ONE)[0], search.directions
+    even = np.sqrt(own_error.EVEN / len(exact))
+    for _ in range(60):
+        missed = even * rng.normal(size=len(exact))
+        missed += np.sqrt(1.0 - own_error.EVEN) * rng.normal(size=len(alike)) @ alike
+        measured = exact + error * missed + rng.normal(size=len(exact))
+        estimate = models.find(measured, search, start=ONE, count=1)
+        off = (found(estimate) - ONE)[0]
+        squares.append(off @ np.linalg.solve(estimate.covariance, off))
+        values.append(estimate.p_value)
+    assert np.mean(squares) == pytest.approx(3.0, abs=4 * np.sqrt(6 / 60))
+    assert np.median(values) > 0.01
 
 
 def test_noise_must_be_positive(reduced):
