@@ -84,12 +84,6 @@ class CandidateGrid:
         i, j, *force = _best_pair(self.response, self._gram, residual, tangent)
         return [i, j], np.array(force)
 
-    @cached_property
-    def directions(self) -> F64:
-        """What candidates do to a measurement, whatever their force, (G, m); of a norm of 1."""
-        alike = self.response / np.sqrt(np.maximum(self._energy, 1e-300))[:, None]
-        return alike / np.sqrt(len(alike))
-
     def weighted(self, weight: F64) -> CandidateGrid:
         """Trust each measurement by a factor (m,), in a forward model that is linear."""
         if not isinstance(self.forward, LinearForward):

@@ -16,7 +16,6 @@ from models.inverse.candidates import CandidateGrid
 from models.inverse.descent_kernel import sort_touches, weak_or_close
 from models.inverse.greedy import CountProblem, pruned, search_count
 from models.inverse.levenberg_marquardt import Fit, LevenbergMarquardt
-from models.inverse.own_error import covariance_with_error
 from models.inverse.prior import FLAT, Prior
 
 APART = 3.0  # standard deviations between the places of two touches that are two
@@ -27,6 +26,10 @@ SURE = 6.0
 # Fall of χ² below which a fit on a model that errs by more has converged. A last step that promises
 # so little, a tenth of a standard deviation, is taken and leaves about its square.
 SETTLED = 0.01
+
+# Errors of a forward model look like touches more than noise does: by so much more than even they
+# move these, in variance. Found on reduced plates, see `models.forward.large`.
+ALIKE = 3.2
 
 WHITEN = "whiten it by the same model"
 STANDARD = LevenbergMarquardt()
@@ -139,12 +142,9 @@ def _as_numbers(start: ArrayLike) -> F64:
 
 def _describe(problem: CountProblem, fit: Fit, *, needed: bool) -> Estimate:
     error = problem.candidates.forward.own_error(fit.touches)
-    covariance = fit.covariance
-    if error:
-        covariance = covariance_with_error(problem.candidates, fit, error)
-    touches, spread = sort_touches(fit.touches, covariance)
+    added = error**2 / fit.residual.size  # to the variance of each number, were it even
+    touches, spread = sort_touches(fit.touches, (1.0 + ALIKE * added) * fit.covariance)
     freedom = problem.freedom(fit)
-    expected = 1.0 + error**2 / freedom  # of χ² per number that is free
     sound = needed and fit.converged and problem.candidates.within(touches)
     return Estimate(
         xy=touches[:, :2],
@@ -152,7 +152,7 @@ def _describe(problem: CountProblem, fit: Fit, *, needed: bool) -> Estimate:
         covariance=spread,
         chi2=fit.chi2,
         dof=freedom,
-        p_value=float(chdtrc(freedom, fit.chi2 / expected)),
+        p_value=float(chdtrc(freedom, fit.chi2 / (1.0 + added))),
         result=_judge(touches, spread, sound),
         stats=problem.stats(fit),
     )
