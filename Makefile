@@ -40,7 +40,7 @@ torch:
 demo: $(STAMP)  ## start the digital twin of a real bench and print the address of its page
 	@exec $(BIN)/touchplate run bench-real
 
-PYTEST := $(BIN)/python -m pytest --numprocesses auto --maxprocesses 4
+PYTEST := $(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 --dist worksteal
 test: $(STAMP) lint  ## linters, types, import layers and all tests but slow statistics
 	$(PYTEST) -m "not slow"
 

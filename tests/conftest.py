@@ -10,16 +10,23 @@ import pytest
 ROOT = Path(__file__).parent.parent
 
 
-def pytest_configure():
-    """Compile kernels into a folder named by their sources.
+def kernel_folder():
+    """Folder of compiled kernels, named by their sources.
 
     numba looks at the file of a kernel alone, not at those of the kernels that it calls.
     """
     sources = sorted(
-        path for room in ("dic", "fe", "synthetic") for path in (ROOT / room).rglob("*.py")
+        path
+        for room in ("dic", "fe", "synthetic", "models")
+        for path in (ROOT / room).rglob("*.py")
     )
     key = hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()[:16]
-    os.environ["NUMBA_CACHE_DIR"] = str(Path(tempfile.gettempdir()) / f"touchplate-kernels-{key}")
+    return Path(tempfile.gettempdir()) / f"touchplate-kernels-{key}"
+
+
+# At once, not in a hook: the conftest of a room that is named on the command line imports numba
+# before any hook runs, and numba reads where its files lie when it is imported.
+os.environ["NUMBA_CACHE_DIR"] = str(kernel_folder())
 
 
 @pytest.hookimpl(wrapper=True)
