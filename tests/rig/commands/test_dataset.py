@@ -43,22 +43,17 @@ RUN = [sys.executable, "-c", "from rig.cli import main; main()", "dataset", "obl
 
 
 @pytest.fixture(scope="module")
-def bench(tmp_path_factory):
-    """Return a folder with a scene, and a function that runs the command there."""
+def folder(tmp_path_factory):
+    """Return a folder with a scene."""
     folder = tmp_path_factory.mktemp("bench")
     (folder / "oblong.toml").write_text(SCENE)
+    return folder
 
-    def dataset(*arguments):
-        return subprocess.run(
-            [*RUN, *arguments],
-            cwd=folder,
-            env=environment(folder),
-            capture_output=True,
-            text=True,
-            check=False,
-        )
 
-    return folder, dataset
+@pytest.fixture
+def bench(folder, in_process):
+    """Return the folder, and a function that runs the command there."""
+    return folder, lambda *arguments: in_process(folder, "dataset", "oblong.toml", *arguments)
 
 
 def environment(folder):
@@ -66,9 +61,15 @@ def environment(folder):
 
 
 @pytest.fixture(scope="module")
-def written(bench):
-    folder, dataset = bench
-    done = dataset("--json")
+def written(folder):
+    done = subprocess.run(
+        [*RUN, "--json"],
+        cwd=folder,
+        env=environment(folder),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr
     return folder / "results" / "oblong" / "dataset.h5", json.loads(done.stdout)
 
@@ -219,10 +220,8 @@ def test_a_scene_that_insists_on_linear_theory_hears_what_it_costs(bench):
     assert "linear theory, as the scene insists: w/h is up to" in " ".join(done.stderr.split())
 
 
-def test_a_scene_without_a_data_set_is_refused(bench):
-    folder, _ = bench
-    command = [sys.executable, "-c", "from rig.cli import main; main()", "dataset", "twin"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+def test_a_scene_without_a_data_set_is_refused(folder, in_process):
+    done = in_process(folder, "dataset", "twin")
     assert done.returncode == 2
     assert "has no data set; add [dataset] and [gauges], as paper-two-magn" in done.stderr
 
