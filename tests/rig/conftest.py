@@ -85,7 +85,7 @@ def session(small, in_hand):
     return make
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def small_settings():
     """Arguments of the command line that make the twin small."""
     return [f"--set={key}={value}" for key, value in SMALL.items()]

@@ -14,9 +14,9 @@ def in_process(monkeypatch, capfd):
     """Run a command in a folder that holds its cache: `in_process(folder, "score", "oblong")`."""
     monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # that of the command ends
 
-    def run(folder, *arguments):
+    def run(folder, *arguments, cache=None):
         monkeypatch.chdir(folder)
-        monkeypatch.setenv("TOUCHPLATE_CACHE", str(folder / "cache"))
+        monkeypatch.setenv("TOUCHPLATE_CACHE", str(cache or folder / "cache"))
         monkeypatch.setattr(sys, "argv", ["touchplate", *arguments])
         capfd.readouterr()
         try:

@@ -18,20 +18,39 @@ PROGRAM = [sys.executable, "-c", "from rig.cli import main; main()"]
 READY = "the source gets ready"
 
 
-@pytest.fixture
+SHOWN = (  # what a program has imported in the end, behind what it prints
+    "import sys\n"
+    "from rig.cli import main\n"
+    "try: main()\n"
+    "except SystemExit: pass\n"
+    "print(*{name.split('.')[0] for name in sys.modules})"
+)
+
+
+@pytest.fixture(scope="module")
 def environment(live_cache):
     return os.environ | {"TOUCHPLATE_CACHE": str(live_cache)}
 
 
-@pytest.fixture
-def touchplate(environment, small_settings):
-    """Run the small twin to its end."""
+@pytest.fixture(scope="module")
+def of_a_process(environment, small_settings):
+    """Text of a headless run in a process of its own, and what it has imported."""
+    return subprocess.run(
+        [
+            *(sys.executable, "-c", SHOWN, "run", "twin", *small_settings),
+            *("--frames=60", "--headless", "--json", "--set=source.script=random"),
+            *("--set=touches.force=[2, 4]", "--set=source.shift=[0.3, 0]"),
+        ],
+        capture_output=True, text=True, check=False, env=environment,
+    )  # fmt: skip
 
-    def call(*arguments, program=PROGRAM, **variables):
-        return subprocess.run(
-            [*program, "run", "twin", *small_settings, *arguments],
-            capture_output=True, text=True, check=False, env=environment | variables,
-        )  # fmt: skip
+
+@pytest.fixture
+def touchplate(in_process, small_settings, live_cache, tmp_path):
+    """Run the small twin to its end; its frames come from a process of their own."""
+
+    def call(*arguments, cache=live_cache):
+        return in_process(tmp_path, "run", "twin", *small_settings, *arguments, cache=cache)
 
     return call
 
@@ -73,14 +92,10 @@ def ask(client):
     return header, {name: client.recv(timeout=30) for name in header["parts"]}
 
 
-def test_json_is_one_object_with_figures_against_the_truth(touchplate):
-    done = touchplate(
-        "--frames=60", "--headless", "--json", "--set=source.script=random",
-        "--set=touches.force=[2, 4]", "--set=source.shift=[0.3, 0]",
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.count("\n") == 1
-    said = json.loads(done.stdout)
+def test_json_is_one_object_with_figures_against_the_truth(of_a_process):
+    assert of_a_process.returncode == 0, of_a_process.stderr
+    text, _ = of_a_process.stdout.splitlines()
+    said = json.loads(text)
     assert said["frames"] == 60
     assert said["dropped"] >= 0
     assert said["fps"] > 0
@@ -93,7 +108,14 @@ def test_json_is_one_object_with_figures_against_the_truth(touchplate):
         assert said[way]["false_touches"] == 0
         assert said[way]["position_median_mm"] < bound
         assert said[way]["force_median_percent"] < 8
-    assert READY in done.stderr
+    assert READY in of_a_process.stderr
+
+
+def test_a_headless_run_imports_what_is_shown_and_no_more(of_a_process):
+    _, modules = of_a_process.stdout.splitlines()
+    left_out = "torch kornia skimage matplotlib h5py usb pygame starlette uvicorn websockets"
+    assert not set(modules.split()) & set(left_out.split())
+    assert {"dic", "numba", "fe", "synthetic", "models"} <= set(modules.split())
 
 
 def test_nobody_touches_and_nothing_is_found(touchplate):
@@ -107,42 +129,21 @@ def test_nobody_touches_and_nothing_is_found(touchplate):
         assert said[way]["position_median_mm"] is None
 
 
-def test_without_json_the_figures_are_a_table(touchplate):
-    done = touchplate("--frames=1", "--headless")
-    assert done.returncode == 0
-    for text in ("1 frames", "frames a second", "–", "capture to touches", "position median mm"):
-        assert text in done.stdout
-
-
-def test_a_headless_run_imports_what_is_shown_and_no_more(touchplate):
-    code = (
-        "import sys\n"
-        "from rig.cli import main\n"
-        "try: main()\n"
-        "except SystemExit: pass\n"
-        "print(*{name.split('.')[0] for name in sys.modules})"
-    )
-    done = touchplate("--frames=2", "--headless", "--json", program=[sys.executable, "-c", code])
-    said, modules = done.stdout.splitlines()
-    assert json.loads(said)["frames"] == 2
-    left_out = "torch kornia skimage matplotlib h5py usb pygame starlette uvicorn websockets"
-    assert not set(modules.split()) & set(left_out.split())
-    assert {"dic", "numba", "fe", "synthetic", "models"} <= set(modules.split())
-
-
 def test_a_second_start_computes_nothing_and_a_damaged_file_heals(touchplate, tmp_path):
-    first, second = (
-        touchplate("--frames=1", "--headless", "--json", TOUCHPLATE_CACHE=str(tmp_path))
-        for _ in range(2)
-    )
+    cache = tmp_path / "cache"
+    first = touchplate("--frames=1", "--headless", "--json", cache=cache)
+    second = touchplate("--frames=1", "--headless", cache=cache)
     assert first.returncode == second.returncode == 0
     assert "plate modes" in first.stderr
     assert "plate modes" not in second.stderr
-    kinds = sorted(path.parent.name for path in tmp_path.rglob("*.npz"))
+    # Without --json the figures are a table.
+    for text in ("1 frames", "frames a second", "–", "capture to touches", "position median mm"):
+        assert text in second.stdout
+    kinds = sorted(path.parent.name for path in cache.rglob("*.npz"))
     assert kinds == ["modes", "regime", "sharp-pattern"]
-    (modes,) = (tmp_path / "modes").iterdir()
+    (modes,) = (cache / "modes").iterdir()
     modes.write_bytes(modes.read_bytes()[:-50])
-    third = touchplate("--frames=1", "--headless", "--json", TOUCHPLATE_CACHE=str(tmp_path))
+    third = touchplate("--frames=1", "--headless", "--json", cache=cache)
     assert third.returncode == 0
     assert f"cache file {modes} was damaged and is computed again" in third.stderr
 
@@ -160,10 +161,8 @@ def assert_one_sentence(done, text):
     ("scene", "sentence"),
     [("paper-one", "has no source of frames; add [source]"), ("nothing", "no scene is called")],
 )
-def test_a_scene_that_cannot_run_is_one_sentence(environment, scene, sentence):
-    done = subprocess.run(
-        [*PROGRAM, "run", scene], capture_output=True, text=True, check=False, env=environment
-    )
+def test_a_scene_that_cannot_run_is_one_sentence(in_process, tmp_path, scene, sentence):
+    done = in_process(tmp_path, "run", scene)
     assert_one_sentence(done, sentence)
     assert done.stderr.count("\n") == 1
 
@@ -236,19 +235,8 @@ def interrupt(run, session_of, shared_memory, ended, signum=signal.SIGINT, to=wh
     return json.loads(out)
 
 
-def test_ctrl_c_while_it_runs_gives_the_figures(started, session_of, shared_memory, ended):
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        port = taken.getsockname()[1]
-    run = started("--headless", "--json", f"--set=outputs.websocket.port={port}")
-    read_until(run.stderr, READY)
-    with connect(f"ws://127.0.0.1:{port}/touches") as touches:
-        touches.recv(timeout=60)  # of the first frame
-    assert interrupt(run, session_of, shared_memory, ended)["frames"] > 0
-
-
-@pytest.mark.parametrize("to", [whole_session, loop_alone])
-def test_sigterm_ends_a_run_as_cleanly_as_ctrl_c(started, session_of, shared_memory, ended, to):
+def at_work(started):
+    """Start a run without a page; its first frame has been seen."""
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         port = taken.getsockname()[1]
@@ -256,6 +244,12 @@ def test_sigterm_ends_a_run_as_cleanly_as_ctrl_c(started, session_of, shared_mem
     read_until(run.stderr, READY)
     with connect(f"ws://127.0.0.1:{port}/touches") as touches:
         touches.recv(timeout=60)
+    return run
+
+
+@pytest.mark.parametrize("to", [whole_session, loop_alone])
+def test_sigterm_ends_a_run_as_cleanly_as_ctrl_c(started, session_of, shared_memory, ended, to):
+    run = at_work(started)
     said = interrupt(run, session_of, shared_memory, ended, signal.SIGTERM, to)
     assert said["frames"] > 0
 
@@ -281,9 +275,7 @@ def test_ctrl_c_while_it_starts_ends_quietly_with_130(
 
 
 def test_a_twin_that_dies_ends_the_run_with_one_sentence(started, session_of, ended):
-    run = started("--headless", "--json")
-    read_until(run.stderr, READY)
-    time.sleep(3.0)
+    run = at_work(started)
     pids = session_of(run.pid)
     twins = [p for p in pids if "spawn_main" in Path(f"/proc/{p}/cmdline").read_text()]
     os.kill(twins[0], signal.SIGKILL)
