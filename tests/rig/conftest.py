@@ -48,11 +48,12 @@ def live_cache(tmp_path_factory):
     return tmp_path_factory.mktemp("live-cache")
 
 
-@pytest.fixture
-def small(live_cache, monkeypatch):
+@pytest.fixture(scope="module")
+def small(live_cache):
     """Load the twin with a small camera, changed as asked: `small({"source.script": "empty"})`."""
-    monkeypatch.setenv("TOUCHPLATE_CACHE", str(live_cache))
-    return lambda overrides=(): rig.load("twin", SMALL | dict(overrides))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("TOUCHPLATE_CACHE", str(live_cache))
+        yield lambda overrides=(): rig.load("twin", SMALL | dict(overrides))
 
 
 @pytest.fixture

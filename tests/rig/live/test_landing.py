@@ -27,7 +27,7 @@ TWO_EDGES = {
 }
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def rig_of(small):
     scene = small(TWO_EDGES)
     twin, bench = build_twin(scene), build_bench(scene, lambda done, total: None)

@@ -2,7 +2,9 @@
 
 import logging
 import time
+from contextlib import nullcontext
 from dataclasses import replace
+from itertools import count
 
 import pytest
 
@@ -12,9 +14,10 @@ from rig.commands import run as command
 from rig.live.snapshot import Mark
 from rig.scene import SceneError
 from rig.scene.board import BoardSection
-from rig.sources import bench_board, board_sink
+from rig.sources import bench_board, board_sink, twin_source
 from rig.sources.bench_board import board_at_work
 from rig.sources.board_sink import BoardSink, lamp_level
+from rig.sources.twin import build_twin
 from rig.usb.link import ROUND, BoardLink
 from tests.rig.page.conftest import draw_snapshot
 
@@ -124,9 +127,15 @@ SMALL = {
 
 
 @pytest.fixture
-def plugged_in(make_bus, light, monkeypatch, tmp_path):
-    """Give every run a board on a bus that is written in Python, in a folder of its own."""
+def plugged_in(make_bus, light, in_hand, monkeypatch, tmp_path):
+    """Give every run a board on a bus that is written in Python, in a folder of its own.
+
+    Frames come from this process: what acts on them asks no other.
+    """
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(
+        twin_source, "open_twin", lambda scene: nullcontext(in_hand(build_twin(scene), count()))
+    )
     bus, at_work = make_bus(light), bench_board.board_at_work
     monkeypatch.setattr(
         bench_board, "board_at_work", lambda section, rate: at_work(section, rate, bus)
@@ -169,13 +178,19 @@ def test_a_press_does_in_a_run_what_the_scene_says(
 @pytest.mark.parametrize(("does", "left"), DOES)
 def test_a_press_does_in_a_program_what_the_scene_says(does, left, plugged_in, tmp_path, caplog):
     """Frames are taken until the press has had its effect, and some more."""
+    said = set()
+
+    def acted():
+        said.update(caplog.messages, (next(run).notice,))
+        return any(sentence.startswith(SAID[does]) for sentence in said)
+
     with caplog.at_level(logging.INFO, "touchplate"), rig.run(small(foot_switch=does)) as run:
         next(run)
         plugged_in.toys[0].firmware.presses[0] += 1
-        notices = {next(run).notice for _ in range(60)}
+        wait_for(acted)
+        for _ in range(20):
+            next(run)
     assert sorted(path.suffix for path in tmp_path.iterdir()) == left
-    said = [*caplog.messages, *notices]
-    assert any(sentence.startswith(SAID[does]) for sentence in said)
 
 
 def test_the_lamp_follows_in_a_program_too_and_a_board_that_goes_is_one_warning(
