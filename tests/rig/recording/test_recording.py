@@ -104,7 +104,7 @@ def test_a_disk_that_fills_up_ends_the_recording_and_not_the_loop(session, tmp_p
 
 
 WRITE = """
-import sys, time
+import os, sys
 from pathlib import Path
 import numpy as np
 from rig.recording.layout import LAST
@@ -120,23 +120,41 @@ layout = {
 still = {name: np.zeros(shape, kind) for name, (shape, kind) in layout.items()}
 scene = '{"title": "a test"}'
 zero = ReferenceFrame(np.ones((60, 80), np.float32), 2.0)
-writer = Writer(Path(sys.argv[1]), {"scene": scene}, zero, layout)
-rng = np.random.default_rng(0)
-for k in range(100000):
-    try:
-        writer.append({**still, "frames/image": rng.integers(0, 255, (60, 80), np.uint8) | (k % 2),
-                       "touches/place": np.full((2, 3), float(k)), LAST: np.asarray(k)})
-    except OSError as error:
-        writer.abandon()
-        sys.exit(str(error))
-    print(k, flush=True)
+
+def write(path):
+    writer = Writer(Path(path), {"scene": scene}, zero, layout)
+    rng = np.random.default_rng(0)
+    for k in range(100000):
+        image = rng.integers(0, 255, (60, 80), np.uint8) | (k % 2)
+        place = np.full((2, 3), float(k))
+        try:
+            writer.append(
+                {**still, "frames/image": image, "touches/place": place, LAST: np.asarray(k)}
+            )
+        except OSError as error:
+            writer.abandon()
+            sys.exit(str(error))
+        print(k, flush=True)
 """
+ONE = WRITE + "write(sys.argv[1])"
+# One process after another, each whole in itself, without the imports of the one before.
+IN_TURN = (
+    WRITE
+    + """
+for path in sys.argv[1:]:
+    if not (child := os.fork()):
+        write(path)
+    print("begun", child, flush=True)
+    os.waitpid(child, 0)
+"""
+)
 
 
-def writing(path, **options):
+def writing(*paths, program=ONE, **options):
     return subprocess.Popen(
-        [sys.executable, "-c", WRITE, str(path)], stdout=subprocess.PIPE, text=True, **options
-    )
+        [sys.executable, "-c", program, *map(str, paths)],
+        stdout=subprocess.PIPE, text=True, **options,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("frames", [1, 7, 40])
@@ -159,16 +177,16 @@ def test_a_writer_that_is_killed_leaves_every_whole_frame(tmp_path, frames):
 
 def test_other_programs_open_what_a_killed_writer_leaves(tmp_path):
     """At once, but for a kill within a flush, 1 of 20 of these: HDF5 has put its mark on then."""
-    opened = []
-    for number in range(8):
-        path = tmp_path / f"{number}.h5"
-        process = writing(path)
-        for _ in range(20 + number):
-            process.stdout.readline()
-        os.kill(process.pid, signal.SIGKILL)
-        process.communicate()
-        with suppress(OSError), h5py.File(path) as file:
-            opened.append(file["frames/image"][19].size and file["frames/sequence"][19] == 19)
+    paths, opened = [tmp_path / f"{number}.h5" for number in range(8)], []
+    with writing(*paths, program=IN_TURN) as process:
+        for number, path in enumerate(paths):
+            while not (line := process.stdout.readline()).startswith("begun"):
+                pass  # what the one before wrote up to its end
+            for _ in range(20 + number):
+                process.stdout.readline()
+            os.kill(int(line.split()[1]), signal.SIGKILL)
+            with suppress(OSError), h5py.File(path) as file:
+                opened.append(file["frames/image"][19].size and file["frames/sequence"][19] == 19)
     assert sum(opened) >= 5
 
 
