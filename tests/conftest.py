@@ -13,14 +13,17 @@ ROOT = Path(__file__).parent.parent
 def kernel_folder():
     """Folder of compiled kernels, named by their sources.
 
-    numba looks at the file of a kernel alone, not at those of the kernels that it calls.
+    numba looks at the file of a kernel alone, not at those of the kernels that it calls. Those of
+    `models` call what stands in files with kernels; the others take constants from anywhere.
     """
-    sources = sorted(
-        path
-        for room in ("dic", "fe", "synthetic", "models")
-        for path in (ROOT / room).rglob("*.py")
-    )
-    key = hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()[:16]
+    rooms = ("dic", "fe", "synthetic", "models")
+    sources = {path: path.read_bytes() for room in rooms for path in (ROOT / room).rglob("*.py")}
+    kept = [
+        content
+        for path, content in sorted(sources.items())
+        if path.relative_to(ROOT).parts[0] != "models" or b"njit" in content
+    ]
+    key = hashlib.sha256(b"".join(kept)).hexdigest()[:16]
     return Path(tempfile.gettempdir()) / f"touchplate-kernels-{key}"
 
 
