@@ -9,7 +9,8 @@ from typing import Any
 from models.arrays import F32
 from models.image_net.features import INPUTS
 from models.image_net.network import Weights, shapes
-from models.nets.array_file import NetKind, load_arrays, save_arrays
+from models.nets.array_file import NetKind
+from models.nets.grid_net import GridNet, load_grid_net, save_grid_net
 
 FORMAT, VERSION = "touchplate image net", 1
 
@@ -42,8 +43,7 @@ def save_image_net(path: str | Path, net: ImageNet) -> None:
     OSError
         The file cannot be written.
     """
-    arrays = net.weights | {"low": net.low, "high": net.high}
-    save_arrays(path, _kind(), arrays, {"about": net.about})
+    save_grid_net(path, _kind(), GridNet(net.weights, net.low, net.high, net.about))
 
 
 def load_image_net(path: str | Path) -> ImageNet:
@@ -56,10 +56,7 @@ def load_image_net(path: str | Path) -> ImageNet:
     ValueError
         It is damaged, of another version or something else.
     """
-    bounds = dict.fromkeys(("low", "high"), (INPUTS, 1, 1))
-    arrays, said = load_arrays(path, _kind(), shapes() | bounds)
-    low, high = (arrays.pop(name) for name in bounds)
-    return ImageNet({name: arrays[name] for name in shapes()}, low, high, said["about"])
+    return ImageNet(*load_grid_net(path, _kind(), shapes(), INPUTS))
 
 
 def _kind() -> NetKind:

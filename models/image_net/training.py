@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
@@ -29,7 +29,8 @@ from models.image_net.warped_pair import (
     on_pixels,
 )
 from models.nets.checkpoint import Checkpoint, fingerprint
-from models.nets.descent import Descent
+from models.nets.descent import Descent, fall, finish
+from models.nets.grid_net import input_range
 from synthetic import BatchWarper
 
 if TYPE_CHECKING:
@@ -44,6 +45,7 @@ _LOOKED_AT = 100  # groups whose inputs say what the net has seen
 _TAIL = 1.77  # so that σ is the standard deviation where errors are normal
 _HARD = 0.5  # power of σ that weighs a cell: 0 is the likelihood, 1 the error itself
 _ROOM = 128  # px more than a pair, of a pattern
+_FIRST = 0.01  # of the learning rate, at the first step
 
 
 @dataclass(frozen=True)
@@ -123,25 +125,19 @@ def train_image_net(
     """
     began = clock()
     rng = np.random.default_rng(recipe.seed)
-    state = Descent(first_weights(rng), recipe.learning_rate)
+    state = Descent(first_weights(rng))
     plates = draw_plates(recipe.plates, recipe.side // SPACING + 8, rng)
     stock = _Stock(draw_speckle(recipe.patterns, recipe.side + _ROOM, rng, state.device), plates)
-    task = fingerprint(recipe, *shapes().items())
-    if checkpoint is not None:
-        state.load(checkpoint.load(task))
     with loader(lambda number: _pairs(recipe, stock, number)) as load:
-        while state.step < recipe.steps:
+
+        def take() -> float:
             pairs = [pair for group in load.batch(state.step) for pair in group]
-            found = state.descend(
-                lambda weights, device, pairs=pairs: _loss(weights, pairs, device),
-                state.step / recipe.horizon,
-            )
-            state.seconds, began = state.seconds + clock() - began, clock()
-            if on_step is not None:
-                on_step(state.step, found)
-            if checkpoint is not None and state.step % checkpoint.every == 0:
-                checkpoint.save(state.arrays() | {"task": np.array(task)})
-    low, high = _range(recipe, stock)
+            rate = recipe.learning_rate * fall(state.step / recipe.horizon, _FIRST)
+            return state.descend(lambda weights, device: _loss(weights, pairs, device), rate)
+
+        task = fingerprint(recipe, *shapes().items())
+        finish(state, recipe.steps, take, task, checkpoint, on_step, lambda: clock() - began)
+    low, high = input_range(INPUTS, _looked_at(recipe, stock))
     about = asdict(recipe) | {"cpu_seconds": round(state.seconds, 1)}
     net = ImageNet(state.average(), low, high, about)
     return TrainedImageNet(net, np.array(state.history), state.seconds)
@@ -173,15 +169,11 @@ def _started(pair: RenderedPair, subset: int) -> _Started | None:
     return _Started(image_pair(ref, pair.second), motion, pair.truth)
 
 
-def _range(recipe: ImageNetRecipe, stock: _Stock) -> tuple[F32, F32]:
-    """Least and largest of each input over the first steps."""
-    low, high = (np.full((INPUTS, 1, 1), far, np.float32) for far in (np.inf, -np.inf))
+def _looked_at(recipe: ImageNetRecipe, stock: _Stock) -> Iterator[F32]:
+    """Draw the inputs of the first steps."""
     for number in range(min(_LOOKED_AT, recipe.steps)):
         for pair in _pairs(recipe, stock, number):
-            inputs = pair_features(pair.pair, pair.motion).inputs
-            low = np.minimum(low, inputs.min(axis=(1, 2))[:, None, None])
-            high = np.maximum(high, inputs.max(axis=(1, 2))[:, None, None])
-    return low, high
+            yield pair_features(pair.pair, pair.motion).inputs
 
 
 def _loss(weights: dict[str, Tensor], pairs: Sequence[_Started], device: str) -> Tensor:

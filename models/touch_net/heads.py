@@ -74,8 +74,8 @@ def draw_fits(
         here, true = pair(seen.fits.touches[found - 1, :found, :2], truth[:, :2])
         apart = truth[true] - seen.fits.touches[found - 1, here]
         features.append(each[here])
-        white: F64 = np.linalg.solve(factors[here], apart[..., None])
-        off.append(white[..., 0])
+        white = np.linalg.solve(factors[here], apart[..., None])
+        off.append(np.asarray(white[..., 0], np.float64))
     return DrawnFits(
         np.array(counts, np.float32),
         np.array(evidence, np.float32),

@@ -13,7 +13,7 @@ import numpy as np
 
 from models.arrays import F32, F64, I64
 from models.nets.checkpoint import Checkpoint, fingerprint
-from models.nets.descent import Descent
+from models.nets.descent import Descent, fall, finish
 from models.touch_net.benches import DescribedBench, bench_forward, draw_bench
 from models.touch_net.heads import draw_fits, head_loss
 from models.touch_net.network import PROPOSE, first_weights, run_torch, shapes
@@ -25,6 +25,7 @@ from models.touch_net.touch_net import KnownForward, know, signature
 if TYPE_CHECKING:
     from torch import Tensor
 
+_FIRST = 0.01  # of the learning rate, at the first step
 _OFTEN = np.array([0.04, 0.12, 0.2, 0.28, 0.36])
 """How often none, one, … touches are drawn for proposals: the more, the harder to propose."""
 
@@ -101,18 +102,17 @@ def train_touch_net(
     began = clock()
     rng = np.random.default_rng(recipe.seed)
     benches = _benches(described, touches, recipe, rng)
-    state = Descent(first_weights(rng), recipe.learning_rate)
+    state = Descent(first_weights(rng))
     task = fingerprint(described, touches, recipe, *shapes().items())
-    if checkpoint is not None:
-        state.load(checkpoint.load(task))
-    total = recipe.steps + recipe.head_steps
-    while state.step < total:
-        found = _step(state, benches, touches, recipe)
-        state.seconds, began = state.seconds + clock() - began, clock()
-        if on_step is not None:
-            on_step(state.step, found)
-        if checkpoint is not None and state.step % checkpoint.every == 0:
-            checkpoint.save(state.arrays() | {"task": np.array(task)})
+    finish(
+        state,
+        recipe.steps + recipe.head_steps,
+        lambda: _step(state, benches, touches, recipe),
+        task,
+        checkpoint,
+        on_step,
+        lambda: clock() - began,
+    )
     seen = np.array([signature(each.forward, touches) for each in benches])
     about: dict[str, object] = {"bench": _plain(described), "recipe": asdict(recipe)}
     about["cpu_seconds"] = round(state.seconds, 1)
@@ -158,14 +158,14 @@ def _step(
         batch = draw_batch(bench, touches, recipe.batch, rng)
         return state.descend(
             lambda weights, device: _proposal_loss(weights, batch, touches, device),
-            state.step / recipe.steps,
+            recipe.learning_rate * fall(state.step / recipe.steps, _FIRST),
         )
     if state.step == recipe.steps:
         state.settle()
     fits = draw_fits(state.average(), bench, touches, recipe.head_batch, rng)
     return state.descend(
         lambda weights, device: head_loss(weights, fits, device),
-        (state.step - recipe.steps) / recipe.head_steps,
+        recipe.learning_rate * fall((state.step - recipe.steps) / recipe.head_steps, _FIRST),
     )
 
 
