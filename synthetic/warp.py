@@ -1,7 +1,7 @@
-"""Images of a moving plate at the rate of a camera, from one sharp image of it at rest."""
+"""Images of a moving plate at the rate of a camera, from one sharp image of it at rest or bent."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.random import Generator
@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from scipy.ndimage import spline_filter
 
 from synthetic.arrays import F32, F64, I64, AnyArray
+from synthetic.inverse import Displacement, invert
 from synthetic.pattern import Pattern
 from synthetic.points import at_height
 from synthetic.rendering import mean_light
@@ -27,19 +28,20 @@ INVERSION_STEPS = 2
 
 @dataclass(frozen=True, eq=False)
 class Warper:
-    """A plate at rest, ready to be seen under any small displacement.
+    """A plate at rest or bent, ready to be seen under any small displacement from there.
 
     Attributes
     ----------
     camera, z : the camera, and the height of the watched face, mm.
     plate : (a, b) of the plate, mm.
-    sharp : float32, cubic spline coefficients of the image at rest.
+    sharp : float32, cubic spline coefficients of the image of the plate as it was prepared.
     grid : (rows, cols) of the control pixels.
     points : (G, 2) float64, mm, where the caller gives the displacement: the plate points seen at
         the control pixels, row by row. Control pixels that see past the edge of the plate have the
         edge instead, and the mirror images of what they see, inside the plate, come last.
     past : (E,) int64, the control pixels past the edge.
     light : (H, W) float32, the frame in work; a warper serves one thread.
+    start : (G, 3) float64, mm, displacement of `points` in the sharp image; None at rest.
     """
 
     camera: AnyCamera
@@ -50,6 +52,7 @@ class Warper:
     points: F64 = field(repr=False)
     past: I64 = field(repr=False)
     light: F32 = field(repr=False)
+    start: F64 | None = field(default=None, repr=False)
 
     @classmethod
     def from_arrays(cls, camera: AnyCamera, z: float, arrays: Mapping[str, AnyArray]) -> "Warper":
@@ -57,7 +60,7 @@ class Warper:
         a, b = (float(length) for length in arrays["plate"])
         columns, rows = (_controls(length) for length in camera.size)
         pixels = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
-        seen = camera.on_plate(pixels, z)
+        seen = arrays["seen"] if "seen" in arrays else camera.on_plate(pixels, z)
         edge = np.clip(seen, 0, (a, b))
         past = np.flatnonzero((seen != edge).any(axis=1))
         mirrored = np.clip(2 * edge[past] - seen[past], 0, (a, b))
@@ -70,11 +73,18 @@ class Warper:
             points=np.vstack([edge, mirrored]),
             past=past,
             light=np.empty(camera.size[::-1], np.float32),
+            start=arrays.get("start"),
         )
 
     def arrays(self) -> dict[str, AnyArray]:
         """Return what took time to make, to be kept by name."""
-        return {"plate": np.array(self.plate), "sharp": self.sharp}
+        kept = {"plate": np.array(self.plate), "sharp": self.sharp}
+        if self.start is None:
+            return kept
+        controls, seen = self.grid[0] * self.grid[1], self.points[: self.grid[0] * self.grid[1]]
+        beyond = seen.copy()
+        beyond[self.past] = 2 * seen[self.past] - self.points[controls:]
+        return kept | {"seen": beyond, "start": self.start}
 
     def render(
         self,
@@ -124,7 +134,7 @@ class Warper:
         return self.sharp.shape[1] // (self.camera.size[0] + 2 * BORDER_PX)
 
     def forward(self, displacement: ArrayLike, shift: tuple[float, float] = (0.0, 0.0)) -> F64:
-        """Displacement in the image of what is seen at rest at the control pixels.
+        """Displacement in the image of what the sharp image shows at the control pixels.
 
         Parameters and errors as of `render`.
 
@@ -133,6 +143,8 @@ class Warper:
         (rows, cols, 2) float64, px.
         """
         forward = image_motion(self.camera, self.points, displacement, self.z)
+        if self.start is not None:
+            forward = forward - image_motion(self.camera, self.points, self.start, self.z)
         count = self.grid[0] * self.grid[1]
         # Past the edge the field goes on as its point reflection, with equal value and slope.
         forward[self.past] = 2 * forward[self.past] - forward[count:]
@@ -147,17 +159,23 @@ class Warper:
 
 
 def prepare_warp(
-    pattern: Pattern, camera: AnyCamera, z: float = 0.0, oversample: int = 2
+    pattern: Pattern,
+    camera: AnyCamera,
+    z: float = 0.0,
+    oversample: int = 2,
+    displacement: Displacement | None = None,
 ) -> Warper:
-    """Render the plate at rest once, sharply enough to be sampled anywhere.
+    """Render the plate once, sharply enough to be sampled anywhere.
 
     The image is the mean light over a pixel as a function of the place of the pixel, known at
     `oversample` places a pixel in each direction and a cubic spline in between. Against `render`
-    it neglects that the square of a pixel is strained with the plate.
+    it neglects that the square of a pixel is strained with what moves since.
 
     Parameters
     ----------
     z : height of the seen face over the plate's middle plane, mm: `camera.face_height(thickness)`.
+    displacement : of a plate that is bent to begin with, as in `render`; None at rest. Further
+        displacement is then small against this one, and `Warper.render` takes both together.
 
     Raises
     ------
@@ -166,12 +184,34 @@ def prepare_warp(
     """
     if oversample < 1:
         raise ValueError(f"oversample must be at least 1 sample a pixel, got {oversample}")
-    sharp = mean_light(pattern, camera, None, z, SAMPLES, oversample, BORDER_PX)
+    sharp = mean_light(pattern, camera, displacement, z, SAMPLES, oversample, BORDER_PX)
     arrays = {
         "plate": np.array(pattern.speckle.size),
         "sharp": spline_filter(sharp).astype(np.float32),
     }
-    return Warper.from_arrays(camera, z, arrays)
+    if displacement is None:
+        return Warper.from_arrays(camera, z, arrays)
+    arrays["seen"] = _seen_bent(camera, displacement, pattern.speckle.size, z)
+    warper = Warper.from_arrays(camera, z, arrays)
+    return replace(warper, start=np.asarray(displacement(warper.points), dtype=np.float64))
+
+
+def _seen_bent(
+    camera: AnyCamera, displacement: Displacement, size: tuple[float, float], z: float
+) -> F64:
+    """Points of a bent plate (rows · cols, 2) mm that control pixels see.
+
+    A pixel beside the plate has what the nearest one that sees the plate has.
+    """
+    from scipy.spatial import KDTree
+
+    columns, rows = (_controls(length) for length in camera.size)
+    pixels = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
+    inverse = invert(camera, displacement, size, z, border=3 * CONTROL_PX)
+    covered = inverse.covers(pixels)
+    found = next(inverse.follow(pixels[covered], np.zeros((1, 2))))
+    _, nearest = KDTree(pixels[covered]).query(pixels)
+    return np.asarray(found[nearest], dtype=np.float64)
 
 
 def _controls(length: int) -> F64:
