@@ -91,6 +91,7 @@ from .shell.base_shapes import (
     base_shapes as base_shapes,
     half_turned as half_turned,
     mirrored as mirrored,
+    shape_name as shape_name,
 )
 from .shell.response import (
     ShellResponse as ShellResponse,

@@ -82,6 +82,8 @@ class SurfaceEstimate:
         Mean square of what is left of the image, of the median tile.
     motion : (K + 6,) float64
         Amplitudes of the response, the camera and the base, from which the next frame starts.
+    measured : (K,) float64
+        The frame in units of its noise, less what it shows at rest, as touches explain it.
     """
 
     estimate: Estimate
@@ -90,6 +92,7 @@ class SurfaceEstimate:
     surface: Surface
     misfit: float
     motion: F64
+    measured: F64
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +126,25 @@ class PreparedShape:
         """Amplitudes (K + 6,) of an untouched shape whose camera moved by (4,)."""
         return np.concatenate([np.zeros(self.response.count), camera, np.zeros(2)])
 
-    def read(self, frame: AnyArray, motion: F64, touches: F64) -> SurfaceEstimate:
+    def travelled(self, motion: F64) -> float:
+        """How far the base has moved, in parts of what the response is good for."""
+        return float((np.abs(motion[-2:]) / _NEAR).max())
+
+    def explains(self, misfit: float) -> bool:
+        """Whether noise and imaging explain what the shape leaves of an image, grey levels²."""
+        contrast = float(self.shown.image.std())
+        return misfit <= _FITS * self.noise**2 + (_IMAGING * contrast) ** 2
+
+    def carried(self, rest: F64, before: PreparedShape) -> F64:
+        """Take over what another shape near by showed at rest: amplitudes (K,) of its response."""
+        camera = np.zeros(len(before.pattern.still()) - len(rest))
+        flow = before.pattern.motions.flow(np.concatenate([rest, camera]))
+        flow = np.where(self.pattern.hidden[:, None], 0.0, flow)
+        return np.asarray(self.pattern.resolving @ flow.ravel(), dtype=np.float64)
+
+    def read(
+        self, frame: AnyArray, motion: F64, touches: F64, rest: F64 | None = None
+    ) -> SurfaceEstimate:
         """Find touches, camera and base in a frame, from those of the frame before.
 
         Parameters
@@ -133,21 +154,30 @@ class PreparedShape:
             Of the frame before, or `still`.
         touches : (n, 3) float64, mm, mm, N
             Of the frame before.
+        rest : (K,) float64, optional
+            Amplitudes of the response that frames without a touch showed, which the elements of the
+            shape leave. Without it they count in σ.
         """
-        estimate, pattern = _NOTHING, self.pattern
+        estimate, pattern, count = _NOTHING, self.pattern, self.response.count
+        left, measured = np.zeros(count) if rest is None else rest, np.empty(0)
         for _ in range(_PASSES):
             sums = tile_sums(self.shown, frame, pattern.motions.flow(motion))
-            before, right = motion, pattern.gradient(sums, motion)
-            estimate = self.estimator.fit_whitened(pattern.whiten(right, self.noise), touches)
+            right = pattern.gradient(sums, motion) - pattern.normal[:, :count] @ left
+            before, measured = motion, pattern.whiten(right, self.noise)
+            estimate = self.estimator.fit_whitened(measured, touches)
             touches = np.column_stack([estimate.xy, estimate.force])
             motion = pattern.amplitudes(estimate, right)
+            motion[:count] += left
             if pattern.motions.max_motion(motion - before) < _SETTLED:
                 break
         sums = tile_sums(self.shown, frame, pattern.motions.flow(motion))
         misfit = float(np.median(sums.ee[~pattern.hidden])) / self.shown.tiles.size**2
-        return self._judged(estimate, motion, misfit)
+        said = self._judged(estimate, motion, misfit, resting=rest is not None)
+        return replace(said, measured=measured)
 
-    def _judged(self, estimate: Estimate, motion: F64, misfit: float) -> SurfaceEstimate:
+    def _judged(
+        self, estimate: Estimate, motion: F64, misfit: float, *, resting: bool
+    ) -> SurfaceEstimate:
         """Say what the image can show; touches that it cannot are unresolvable."""
         at, touches = self.state.base, np.column_stack([estimate.xy, estimate.force])
         base = fe.Base(
@@ -158,10 +188,13 @@ class PreparedShape:
             estimate = replace(estimate, result=Result.UNRESOLVABLE)
         # What the noise of the camera does not explain scatters as well.
         spread = max(1.0, misfit / self.noise**2)
-        scatter = spread * estimate.covariance + self._off_by_mesh(touches)
+        scatter = spread * estimate.covariance
+        if not resting:
+            scatter = scatter + self._off_by_mesh(touches)
         estimate = replace(estimate, covariance=scatter)
         covariance = spread * base_covariance(self.pattern, self.response, touches, self.noise)
-        return SurfaceEstimate(estimate, base, covariance, surface, misfit, motion)
+        nothing = np.empty(0)
+        return SurfaceEstimate(estimate, base, covariance, surface, misfit, motion, nothing)
 
     def _off_by_mesh(self, touches: F64) -> F64:
         """Add to the covariance of touches (n, 3) what the elements may be off by, (3n, 3n)."""
@@ -172,8 +205,7 @@ class PreparedShape:
     def _surface(self, motion: F64, misfit: float, touches: F64) -> Surface:
         if (np.abs(motion[-2:]) > _NEAR).any():
             return Surface.MOVED_ON
-        contrast = float(self.shown.image.std())
-        if misfit > _FITS * self.noise**2 + (_IMAGING * contrast) ** 2:
+        if not self.explains(misfit):
             return Surface.NO_FIT
         if self.state.stability.eigenvalue < _LIMIT:
             return Surface.NEAR_LIMIT
@@ -281,4 +313,5 @@ def base_covariance(
 
 def _unknown(fit: ShapeFit) -> SurfaceEstimate:
     unknown, base = np.full((2, 2), np.nan), fit.state.base
-    return SurfaceEstimate(_NOTHING, base, unknown, Surface.NO_FIT, fit.misfit, np.empty(0))
+    none = np.empty(0)
+    return SurfaceEstimate(_NOTHING, base, unknown, Surface.NO_FIT, fit.misfit, none, none)

@@ -24,7 +24,7 @@ from rig.scene.source import DeviceSection, TwinSection
 from rig.system import cache
 
 if TYPE_CHECKING:
-    from rig.live.loop import Loop
+    from rig.live.live_loop import LiveLoop
 
 EVERY = 60.0  # s after which what is new is written, so that a run that is killed loses little
 Number = Annotated[int, Field(ge=0)]
@@ -172,14 +172,14 @@ class Keeper:
         self._before = touches, weights
         self._written, self._at = 0, None
 
-    def follow(self, loop: Loop, time: float) -> None:
+    def follow(self, loop: LiveLoop, time: float) -> None:
         """Write what is new, if the last time is long ago; `time` is a capture's, s."""
         self._at = time if self._at is None else self._at
         if time - self._at >= EVERY:
             self._at = time
             self.write(loop)
 
-    def write(self, loop: Loop) -> None:
+    def write(self, loop: LiveLoop) -> None:
         """Write what a loop has learned, if that is more than was written.
 
         Raises
@@ -187,7 +187,7 @@ class Keeper:
         OSError
             If the file cannot be written.
         """
-        learned, known = loop.learned, loop.bench.known
+        learned, known = loop.learned, loop.known
         if learned is None or known is None or learned.touches == self._written:
             return
         now = datetime.now(UTC).replace(microsecond=0)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from rig.calibration.learned import Keeper, Known
     from rig.calibration.store import Calibration
-    from rig.live.loop import Loop
+    from rig.live.live_loop import LiveLoop
     from rig.live.snapshot import Snapshot
     from rig.projector.show import Show
     from rig.recording.control import Switch
@@ -113,7 +113,7 @@ def start(
     headless: bool,
     record: Path | None,
     open_parts: ExitStack,
-) -> tuple[Loop, list[Sink]]:
+) -> tuple[LiveLoop, list[Sink]]:
     """Open everything that the scene names; what can fail at once comes before what is slow."""
     switch = None
     by_foot = scene.board.foot_switch if scene.board else None
@@ -121,7 +121,7 @@ def start(
         from rig.recording.control import open_switch
 
         switch = open_parts.enter_context(open_switch(record, scene, calibration))
-    opened: list[Loop] = []
+    opened: list[LiveLoop] = []
 
     def tare() -> None:
         for loop in opened:
@@ -168,7 +168,7 @@ def _board_sinks(
     return [board, says_once(lambda: board.trouble, warn)]
 
 
-def _learning_sinks(loop: Loop, keeper: Keeper | None, open_parts: ExitStack) -> list[Sink]:
+def _learning_sinks(loop: LiveLoop, keeper: Keeper | None, open_parts: ExitStack) -> list[Sink]:
     """Take what is typed while the loop runs, and keep what it learns, to its end."""
     from rig.commands.typed import typed
 
@@ -182,7 +182,7 @@ def _learning_sinks(loop: Loop, keeper: Keeper | None, open_parts: ExitStack) ->
     return sinks
 
 
-def _kept(keeper: Keeper, loop: Loop) -> None:
+def _kept(keeper: Keeper, loop: LiveLoop) -> None:
     """Keep what was learned at the end; a disk that is full must not hide the run's figures."""
     try:
         keeper.write(loop)
@@ -224,7 +224,7 @@ def _open_sinks(
     return show, panels, outputs
 
 
-def _follow(loop: Loop, sinks: list[Sink], frames: int | None) -> None:
+def _follow(loop: LiveLoop, sinks: list[Sink], frames: int | None) -> None:
     said, notice = None, ""
     for snapshot in loop:
         if sinks:

@@ -9,16 +9,16 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from rig.live.loop import Loop
+    from rig.live.live_loop import LiveLoop
     from rig.live.snapshot import Snapshot
 
 
-def typed(loop: Loop, warn: Callable[[str], object]) -> Callable[[Snapshot], object] | None:
+def typed(loop: LiveLoop, warn: Callable[[str], object]) -> Callable[[Snapshot], object] | None:
     """Read lines beside a loop; what is returned does what they ask, after a frame.
 
     Parameters
     ----------
-    loop : Loop
+    loop : LiveLoop
     warn : callable
         Takes the sentence that says why a line is no wish.
 
@@ -40,7 +40,7 @@ def typed(loop: Loop, warn: Callable[[str], object]) -> Callable[[Snapshot], obj
     return take
 
 
-def obey(line: str, loop: Loop) -> str:
+def obey(line: str, loop: LiveLoop) -> str:
     """Do what a line asks: ``w 2`` awaits a known weight of 2 N, ``t`` renews the reference.
 
     Returns

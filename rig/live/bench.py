@@ -195,7 +195,7 @@ def build_bench(
     comparison = _comparison(scene)
     plate, camera, dic, estimator = _live_parts(scene)
     flat, theory = plate.build(), choose(scene, plate, largest_force(scene))
-    view = _view(plate, camera, calibration)
+    view = camera_view(plate, camera, calibration)
     known = _known(flat, estimator, calibration)
     require_own_modes(scene, theory.name, exact=known is None)
     require_bench(camera, exact=known is None)
@@ -260,7 +260,7 @@ def _live_parts(
     return plate, camera, dic, estimator
 
 
-def _view(
+def camera_view(
     plate: PlateSection, camera: CameraSection, calibration: Calibration | None
 ) -> synthetic.AnyCamera:
     """Return the calibrated camera where it has the pixels of the scene, else the scene's."""

@@ -11,13 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from models import Estimate, noise_from_sums
-from rig.live.baseline import ReferenceFrame, average_reference, moved_during_reference
+from models import BenchEstimate, Estimate, noise_from_sums
+from rig.live.baseline import ReferenceFrame
 from rig.live.bench import Bench
+from rig.live.first_frames import take_reference
 from rig.live.frame_estimate import FrameEstimate
 from rig.live.frame_record import FrameRecord, Recorder
 from rig.live.gestures import Gesture, Gestures
 from rig.live.learning import Learned, Learning
+from rig.live.live_loop import Progress, to_nobody
 from rig.live.quality import signs
 from rig.live.run_score import RunScore
 from rig.live.snapshot import Mark, Snapshot, StrainOverlay
@@ -36,20 +38,10 @@ from rig.live.view import (
 from rig.system.frame import Frame, Source
 from rig.system.timing import Stopwatch
 
-PATIENCE = 5.0  # s without a frame after which a source is given up before the reference is there
 SILENCE = 0.5  # s without a frame after which the user is warned,
 MISSED = 3  # or so many of the intervals between the frames of the reference, if these are longer
-ATTEMPTS = 30  # series of reference frames that are thrown away because something moved
 SHOWN = 1.0  # s that a gesture stays in the snapshots, for those who do not see every frame
 PACE = 60  # frames over which the running rate is measured
-
-
-Progress = Callable[[int, int, Snapshot], object]
-"""Called as ``progress(done, total, snapshot)`` while the loop gets ready."""
-
-
-def _nobody(done: int, total: int, snapshot: Snapshot) -> None:
-    """Report to nobody."""
 
 
 class Loop:
@@ -112,7 +104,7 @@ class Loop:
             return None
         return (self.frames - 1) / (self._finished[-1] - self._first)
 
-    def get_ready(self, progress: Progress = _nobody) -> FrameProcessor:
+    def get_ready(self, progress: Progress = to_nobody) -> FrameProcessor:
         """Take the reference and pass all that may come through the chain, so that nothing waits.
 
         Parameters
@@ -123,13 +115,16 @@ class Loop:
         Raises
         ------
         OSError
-            If no frame comes for `PATIENCE` seconds before the reference is there.
+            If no frame comes for some seconds before the reference is there.
         ValueError
             If something touched the plate or moved whenever the reference was taken.
         """
         if self._follower:
             return self._follower
-        reference = self._reference = self._reference or self._take_reference()
+        if self._reference is None:
+            self._reference, pace = take_reference(self._source, self.bench.reference_frames)
+            self._silence = max(SILENCE, MISSED * pace)
+        reference = self._reference
         rest = Frame(0, self._clock(), np.rint(reference.image).astype(np.uint8))
 
         def report(done: int, total: int, what: str) -> None:
@@ -199,6 +194,11 @@ class Loop:
     def learned(self) -> Learned | None:
         """How far the learning of the bench has come; None where the bench is exact."""
         return self._learning.learned if self._learning else None
+
+    @property
+    def known(self) -> BenchEstimate | None:
+        """What is known of the bench; None where it counts as exact."""
+        return self.bench.known
 
     def summary(self) -> dict[str, Any]:
         """Figures of the run so far, ready for JSON."""
@@ -316,33 +316,6 @@ class Loop:
             events=follower.miss(self._clock()),
             taps=(),
         )
-
-    def _take_reference(self) -> ReferenceFrame:
-        for _ in range(ATTEMPTS):
-            frames = [self._next() for _ in range(self.bench.reference_frames)]
-            if any(frame.truth for frame in frames):
-                raise ValueError(
-                    "plate was touched while the reference was taken; let nothing touch it in the"
-                    f" first {self.bench.reference_frames} frames"
-                )
-            images = [frame.image for frame in frames]
-            if not moved_during_reference(images):
-                pace = (frames[-1].captured - frames[0].captured) / (len(frames) - 1)
-                self._silence = max(SILENCE, MISSED * pace)
-                return average_reference(images)
-        raise ValueError(
-            f"something moved in the image in each of {ATTEMPTS} series of reference frames;"
-            " leave the plate alone, or set camera exposure longer if its light flickers"
-        )
-
-    def _next(self) -> Frame:
-        try:
-            frame = self._source.grab(PATIENCE)
-        except EOFError as end:
-            raise OSError(f"{end}, and the reference takes more; give more images") from None
-        if frame is None:
-            raise OSError(f"{self._source.status}; none came for {PATIENCE:g} s, look after it")
-        return frame
 
     def _score(self, frame: Frame, frame_estimate: FrameEstimate) -> tuple[float, float] | None:
         if frame.truth is None:

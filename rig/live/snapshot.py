@@ -91,6 +91,42 @@ class StrainOverlay:
     sigma: tuple[float, float, float]
 
 
+@dataclass(frozen=True)
+class StableShape:
+    """A shape that a bent plate can rest in: its name, energy in N mm, and whether it is shown."""
+
+    name: str
+    energy: float
+    shown: bool
+
+
+@dataclass(frozen=True)
+class BaseReading:
+    """What a frame says of a base that bends and twists.
+
+    Attributes
+    ----------
+    bend, twist : float
+        By which the clamps came nearer, mm, and turned against each other, degrees.
+    sigma_bend, sigma_twist : float
+        Their standard deviations by the noise of the frame, mm and degrees.
+    eigenvalue : float
+        Lowest eigenvalue of the stiffness in parts of that of the flat plate: 0 at a limit point.
+    outcome : str
+        Name of what can be said of touches: "FOUND", "NO_TOUCH", or why they cannot be known.
+    shapes : tuple of StableShape
+        By energy; empty while they are sought.
+    """
+
+    bend: float
+    twist: float
+    sigma_bend: float
+    sigma_twist: float
+    eigenvalue: float
+    outcome: str
+    shapes: tuple[StableShape, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class Snapshot:
     """Everything that the operator page and the projector show of one frame.
@@ -105,10 +141,11 @@ class Snapshot:
         Camera image.
     plate_size : tuple of float
         Sides of the plate along its x and y, mm.
-    plate_outline : (4, 2) float
-        Corners of the plate in the image, px, in order round the plate.
+    plate_outline : (N, 2) float
+        Corners of the plate in the image, px, in order round the plate; points of the edges of one
+        that is bent.
     T_px_plate : (3, 3) float
-        Homography from the seen face (x, y, mm) to the image (x, y, px).
+        Homography from the seen face (x, y, mm) to the image (x, y, px); of a bent one the nearest.
     touches : tuple of Mark
         Touches as all frames so far show them, smoothed; in the order of `estimate`.
     from_strain : tuple of Mark or None
@@ -152,6 +189,8 @@ class Snapshot:
     taps : tuple of Tap
         Touches of a plate followed in time that ended: their largest force, in the frame that says
         the last of it.
+    base : BaseReading or None
+        Bend and twist; None of a flat plate, and while they are not known.
     """
 
     sequence: int
@@ -183,6 +222,7 @@ class Snapshot:
     notice: str = ""
     learned: Learned | None = None
     taps: tuple[Tap, ...] = ()
+    base: BaseReading | None = None
 
     @property
     def time(self) -> float:

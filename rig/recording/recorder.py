@@ -34,8 +34,14 @@ def new_recorder(path: Path | None, scene: Scene, calibration: Calibration) -> S
     Raises
     ------
     OSError, ValueError
-        If the path is none for a new recording, or the disk has no room for one.
+        If the path is none for a new recording, the disk has no room for one, or the plate of the
+        scene is bent by its base.
     """
+    if scene.base is not None:
+        raise ValueError(
+            f"scene '{scene.title}' has a bent plate, and a recording keeps what the loop of a flat"
+            " one needs; run it without a recording"
+        )
     now = datetime.now(UTC)
     texts = {
         "scene": scene.model_dump_json(),

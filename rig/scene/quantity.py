@@ -16,6 +16,8 @@ UNITS: dict[str, dict[str, float]] = {
     "N/mm²": {"N/mm²": 1.0, "N/mm2": 1.0, "N/m²": 1e-6, "N/m2": 1e-6},
     "deg": {"deg": 1.0, "°": 1.0, "rad": degrees(1.0)},
     "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6},
+    "mm/s": {"mm/s": 1.0, "um/s": 1e-3, "µm/s": 1e-3, "mm/min": 1.0 / 60.0},
+    "deg/s": {"deg/s": 1.0, "°/s": 1.0, "deg/min": 1.0 / 60.0},
     "K": {"K": 1.0},
     "fps": {"fps": 1.0, "Hz": 1.0},
     "px": {"px": 1.0},
@@ -95,6 +97,8 @@ LineStiffness = Annotated[float, BeforeValidator(Quantity("N/mm²", 1e12))]
 AngularStiffness = Annotated[float, BeforeValidator(Quantity("N", 1e12))]
 """Moment per length and rad; that of a rigid support is infinite."""
 Angle = Annotated[float, BeforeValidator(Quantity("deg", 360.0))]
+Speed = Annotated[float, BeforeValidator(Quantity("mm/s", 1e4))]
+TurningSpeed = Annotated[float, BeforeValidator(Quantity("deg/s", 1e4))]
 Time = Annotated[float, BeforeValidator(Quantity("s", 1e6, 1e-9))]
 Density = Annotated[float, BeforeValidator(Quantity("kg/m³", 1e5, 1.0))]
 Kelvin = Annotated[float, BeforeValidator(Quantity("K", 1e5))]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field
 
 from rig.scene.departure import DepartureSection
-from rig.scene.quantity import Count, Kelvin, Pixels, Ratio, Time
+from rig.scene.quantity import Count, Kelvin, Pixels, Ratio, Speed, Time, TurningSpeed
 from rig.scene.section import Section
 
 if TYPE_CHECKING:
@@ -27,13 +27,15 @@ class TwinSection(Section):
         "collect",
         "weights",
         "melody",
+        "presses",
         "empty",
         "board",
         "board-on-plate",
     ] = Field(
         "tour",
         description="touches: a tour of moves and presses, random ones, a finger that writes,"
-        " known presses, weights laid one beside the other, a melody on keys, or none;"
+        " known presses, weights laid one beside the other, a melody on keys, presses that rest, or"
+        " none;"
         " or the board of a calibration, held before the camera or lying on the plate",
     )
     text: Text = Field("TOUCH", description="what the script 'letters' writes, A to Z")
@@ -43,6 +45,18 @@ class TwinSection(Section):
     seed: Count = Field(0, ge=0, description="seed of noise and random touches")
     shift: tuple[Pixels, Pixels] = Field(
         (0.0, 0.0), description="shift of the camera after the reference, x and y, px"
+    )
+    shape: Count = Field(
+        1,
+        ge=1,
+        description="which of the stable shapes of [base] the plate has: by energy, of equal ones"
+        " that which bows up most comes first",
+    )
+    bend_speed: Speed = Field(
+        0.0, description="at which the clamps come nearer for half a minute, and then go back, mm/s"
+    )
+    twist_speed: TurningSpeed = Field(
+        0.0, description="at which they turn against each other meanwhile, deg/s"
     )
     departure: DepartureSection | None = Field(
         None, description="how its bench differs from what the scene says [in nothing]"

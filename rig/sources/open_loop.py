@@ -10,13 +10,15 @@ from typing import TYPE_CHECKING
 from rig.calibration.store import Calibration
 from rig.scene import Scene
 from rig.sources.open_source import open_input
-from rig.system.frame import Preparing, Waiting
+from rig.system.frame import Bending, Preparing, Waiting
 
 if TYPE_CHECKING:
+    from rig.live.baseline import ReferenceFrame
     from rig.live.frame_record import Recorder
-    from rig.live.loop import Loop
+    from rig.live.live_loop import LiveLoop
     from rig.live.snapshot import Snapshot
     from rig.projector.show import Show
+    from rig.system.frame import Source
     from rig.usb.link import BoardLink
 
 GREY = 96  # grey levels of an image that is not there yet
@@ -39,7 +41,7 @@ def open_loop(
     recorder: Recorder | None = None,
     show: Show | None = None,
     use_board: Callable[[BoardLink], object] = lambda link: None,
-) -> Generator[Loop]:
+) -> Generator[LiveLoop]:
     """Open the loop of a scene while the block runs; it has its reference and waits for nothing.
 
     Parameters
@@ -69,29 +71,71 @@ def open_loop(
     with open_input(scene, say, use_board) as (opened, reference):
         say(READY)
         shown = _also_shown(scene, progress, preview)
-        from rig.live.bench import build_bench
-        from rig.live.loop import Loop
-        from rig.live.view import plate_view
-
-        with shown("plate modes") as report:
-            bench = build_bench(scene, report, calibration)
-        source = opened
-        if show and scene.camera:
-            view = plate_view(bench.plate, bench.camera)
-            light = calibration.light(view.T_px_plate, bench.camera.size)
-            source = show.filtered(opened, light, 1 / scene.camera.rate)
-        if bench.theory.against:
-            say(bench.theory.sentence)
-        if show:
-            show.rest()
-        if isinstance(opened, Preparing):
-            with shown("the twin's bench") as report:
-                opened.prepare(report)
-        loop = Loop(bench, source, recorder=recorder, reference=reference)
+        if scene.base is not None:
+            loop = _bent_loop(scene, calibration, opened, reference, shown)
+        else:
+            parts = opened, reference, shown, recorder, show
+            loop = _flat_loop(scene, calibration, say, *parts)
         _get_ready(loop, progress, preview)
-        if isinstance(opened, Waiting):
+        if isinstance(opened, Bending) and scene.base is not None:
+            opened.bend()
+        elif isinstance(opened, Waiting):
             opened.begin()
         yield loop
+
+
+def _flat_loop(
+    scene: Scene,
+    calibration: Calibration,
+    say: Callable[[str], object],
+    opened: Source,
+    reference: ReferenceFrame | None,
+    shown: Progress,
+    recorder: Recorder | None,
+    show: Show | None,
+) -> LiveLoop:
+    """Build the loop of a flat plate."""
+    from rig.live.bench import build_bench
+    from rig.live.loop import Loop
+    from rig.live.view import plate_view
+
+    with shown("plate modes") as report:
+        bench = build_bench(scene, report, calibration)
+    source = opened
+    if show and scene.camera:
+        view = plate_view(bench.plate, bench.camera)
+        light = calibration.light(view.T_px_plate, bench.camera.size)
+        source = show.filtered(opened, light, 1 / scene.camera.rate)
+    if bench.theory.against:
+        say(bench.theory.sentence)
+    if show:
+        show.rest()
+    _prepare(opened, shown)
+    return Loop(bench, source, recorder=recorder, reference=reference)
+
+
+def _bent_loop(
+    scene: Scene,
+    calibration: Calibration,
+    opened: Source,
+    reference: ReferenceFrame | None,
+    shown: Progress,
+) -> LiveLoop:
+    """Build the loop of a plate that its base bends; its script begins when it was seen at rest."""
+    from rig.on_base.base_bench import build_base_bench
+    from rig.on_base.loop import SurfaceLoop
+
+    with shown("shapes of the base") as report:
+        bench = build_base_bench(scene, report, calibration)
+    _prepare(opened, shown)
+    begin = opened.begin if isinstance(opened, Waiting) else lambda: None
+    return SurfaceLoop(bench, opened, reference=reference, on_rest=begin)
+
+
+def _prepare(opened: Source, shown: Progress) -> None:
+    if isinstance(opened, Preparing):
+        with shown("the twin's bench") as report:
+            opened.prepare(report)
 
 
 def _also_shown(
@@ -124,7 +168,7 @@ def _also_shown(
     return shown
 
 
-def _get_ready(loop: Loop, progress: Progress, preview: Callable[[Snapshot], object]) -> None:
+def _get_ready(loop: LiveLoop, progress: Progress, preview: Callable[[Snapshot], object]) -> None:
     with progress("getting ready") as report:
 
         def show(done: int, total: int, snapshot: Snapshot) -> None:

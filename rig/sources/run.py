@@ -19,7 +19,7 @@ from rig.system.once import says_once
 from rig.system.process import interruptible
 
 if TYPE_CHECKING:
-    from rig.live.loop import Loop
+    from rig.live.live_loop import LiveLoop
     from rig.live.snapshot import Snapshot
     from rig.usb.link import BoardLink
 
@@ -77,7 +77,7 @@ class LiveRun:
     """Frames of the live loop of a scene, see `run`; also a context that ends with its block."""
 
     def __init__(self, scene: Scene, known: Known, record: Path | None):
-        self._opened: list[Loop] = []
+        self._opened: list[LiveLoop] = []
         # A function of its own: were it a method, a run that is dropped would not end at once.
         self._frames = _frames(scene, known, record, self._opened.append)
 
@@ -150,7 +150,7 @@ def _frames(
     scene: Scene,
     known: Known,
     record: Path | None,
-    opened: Callable[[Loop], object],
+    opened: Callable[[LiveLoop], object],
 ) -> Generator[Snapshot, None, None]:
     with ExitStack() as parts:
         # The solves of a frame are small: threads of BLAS make them slower, not faster.
@@ -177,7 +177,7 @@ def _next(snapshots: Iterator[Snapshot]) -> Snapshot | None:
 @contextmanager
 def _open(
     scene: Scene, known: Known, record: Path | None
-) -> Generator[tuple[Loop, list[Callable[[Snapshot], object]]]]:
+) -> Generator[tuple[LiveLoop, list[Callable[[Snapshot], object]]]]:
     """Open the loop, and what takes its snapshots before the program does."""
     for sentence in known.notes:
         LOG.warning(sentence)

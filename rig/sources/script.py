@@ -15,6 +15,8 @@ Script = Callable[[float], tuple[fe.Touch, ...]]
 
 STILL = 1.0  # s at the start of every script in which nothing touches and nothing moves
 RAMP = 0.3  # s that a finger takes to press and to leave
+PLACES = 6  # of the script 'presses', which begins again after them
+HELD, LIFTED = 3.0, 1.0  # s of each, and from one to the next
 INSET = 25.0  # mm from an edge, or a quarter of the side, within which no random touch lies
 TURN, PAUSE = 1.6, 0.3  # s from one known press to the next, and without a touch between
 
@@ -100,6 +102,40 @@ def random_touches(
         insets = (min(INSET, side / 4) for side in size)
         x, y = (draw.uniform(inset, side - inset) for inset, side in zip(insets, size, strict=True))
         return (fe.Touch(x, y, draw.uniform(*force)),)
+
+    return touches
+
+
+def presses(
+    size: tuple[float, float], force: tuple[float, float], seed: int
+) -> tuple[ScriptedPress, ...]:
+    """Draw presses that rest, one after the other; see `pressing`.
+
+    Parameters
+    ----------
+    size : (float, float), mm
+    force : (float, float), N
+        Smallest and largest.
+    seed : int
+    """
+    draw, found = np.random.default_rng(seed), list[ScriptedPress]()
+    for number in range(PLACES):
+        insets = (min(INSET, side / 4) / side for side in size)
+        x, y = (float(draw.uniform(inset, 1 - inset)) for inset in insets)
+        pressed = float(draw.uniform(*force))
+        start = STILL + LIFTED + number * (HELD + LIFTED)
+        found.append(ScriptedPress(start, HELD, ((x, y),), (pressed, pressed)))
+    return tuple(found)
+
+
+def pressing(size: tuple[float, float], presses: tuple[ScriptedPress, ...]) -> Script:
+    """Press one place after the other, over and over."""
+    length = len(presses) * (HELD + LIFTED)
+
+    def touches(time: float) -> tuple[fe.Touch, ...]:
+        within = time if time < STILL or not presses else STILL + (time - STILL) % length
+        at = (press.at(within, size) for press in presses)
+        return tuple(touch for touch in at if touch is not None)
 
     return touches
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from rig.plates.plate_solver import Solver, plate_solver, solve_plate
 from rig.scene import Scene
 from rig.scene.bench import CameraSection, PatternSection, SensorSection
 from rig.scene.departure import DepartureSection
-from rig.scene.plate import PlateSection, TouchesSection
+from rig.scene.plate import BaseSection, PlateSection, TouchesSection
 from rig.scene.source import TwinSection
 from rig.sources import script
 from rig.sources.held_board import HeldBoard, held_before, lying_on
@@ -24,6 +25,9 @@ from rig.sources.real_twin import RealTwin, build_real_twin
 from rig.sources.script import Script
 from rig.system import cache
 from rig.system.arrays import F64
+
+if TYPE_CHECKING:
+    from rig.sources.bent_twin import BentTwin
 
 WRITES = 1.5  # s after which the finger of the script 'letters' lands
 INSTANTS = 5  # of a readout in which the plate is solved: touches go straight in between
@@ -117,8 +121,8 @@ class Twin:
 
 def open_play(
     scene: Scene, report: Callable[[int, int], None] = lambda done, total: None
-) -> Twin | RealTwin:
-    """Build the twin of a scene, on its bench as it is described or as it really is.
+) -> Twin | RealTwin | BentTwin:
+    """Build the twin of a scene, on its bench as it is described or as it really is, or bent.
 
     Parameters
     ----------
@@ -129,9 +133,22 @@ def open_play(
     Raises
     ------
     ValueError
-        See `build_twin`; or if rows are read one after the other on a bench that is otherwise.
+        See `build_twin` and `build_bent_twin`; or if rows are read one after the other on a bench
+        that is otherwise.
     """
     match scene:
+        case Scene(
+            plate=PlateSection() as plate,
+            base=BaseSection() as base,
+            camera=CameraSection() as camera,
+            pattern=PatternSection() as pattern,
+            sensor=SensorSection() as sensor,
+            source=TwinSection() as source,
+        ):
+            from rig.sources.bent_twin import build_bent_twin
+
+            sections = plate, camera, pattern, sensor
+            return build_bent_twin(sections, base, source, scene.touches, report)
         case Scene(
             plate=PlateSection() as plate,
             camera=CameraSection() as camera,
@@ -221,6 +238,8 @@ def _script(
             return weights(plate.size, force)
         case "melody", TouchesSection(force=force):
             return melody(plate.size, force)
+        case "presses", TouchesSection(force=force):
+            return script.pressing(plate.size, script.presses(plate.size, force, source.seed))
         case "collect", TouchesSection(force=force):
             return script.collect(plate.size, force, source.seed)
         case _, TouchesSection(force=force):

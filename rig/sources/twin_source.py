@@ -31,6 +31,7 @@ from rig.system.process import (
 )
 
 if TYPE_CHECKING:
+    from rig.sources.bent_twin import BentTwin
     from rig.sources.real_twin import RealTwin
     from rig.sources.twin import Twin
 
@@ -84,10 +85,17 @@ class TwinSource:
         Frames that were announced meanwhile are over: the link holds some hundred of them, and a
         twin that has to wait for it leaves the next ones out.
         """
+        self._release(None)
+
+    def bend(self) -> None:
+        """Let the base of a bent plate bend; it stands still there until `begin`."""
+        self._release("bend")
+
+    def _release(self, wish: str | None) -> None:
         with suppress(EOFError, ConnectionError):  # it has ended; the next grab says so
             if not self._started:
                 self._start()
-            self._link.send(None)
+            self._link.send(wish)
             while self._receive() is not None:
                 pass
             self._waiting.clear()
@@ -205,7 +213,7 @@ def deliver(scene: Scene, memory_name: str, link: Connection) -> None:
 
 
 def _play(
-    twin: Twin | RealTwin,
+    twin: Twin | RealTwin | BentTwin,
     memory: SharedMemory,
     link: Connection,
     clock: Callable[[], float] = time.monotonic,
@@ -225,8 +233,8 @@ def _play(
         if still:
             twin = replace(twin, rest=sequence + 1)
         if still and link.poll():
-            link.send(link.recv())
-            still = False
+            twin, still = _released(twin, link.recv(), sequence)
+            link.send(None)
         slot = sequence % SLOTS
         touches = twin.touches(sequence)
         numbers[slot] = -1
@@ -236,3 +244,14 @@ def _play(
         late = clock() - start - (sequence + 1) / twin.rate
         sleep(max(0.0, -late))
         sequence += 1 + max(0, int(late * twin.rate))
+
+
+def _released(
+    twin: Twin | RealTwin | BentTwin, wish: str | None, sequence: int
+) -> tuple[Twin | RealTwin | BentTwin, bool]:
+    """Give the twin from frame `sequence` on, and whether it stands still yet."""
+    if wish != "bend":
+        return twin, False
+    from rig.sources.bent_twin import BentTwin
+
+    return (replace(twin, flat_frames=sequence) if isinstance(twin, BentTwin) else twin), True

@@ -96,6 +96,15 @@ class Waiting(Protocol):
 
 
 @runtime_checkable
+class Bending(Protocol):
+    """A source whose plate is flat until it hears that the flat one was taken."""
+
+    def bend(self) -> None:
+        """Let the base bend from now on; nothing touches it before `Waiting.begin`."""
+        ...
+
+
+@runtime_checkable
 class Preparing(Protocol):
     """A source that has much to compute before its first frame."""
 

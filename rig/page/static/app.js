@@ -5,7 +5,7 @@ import { FrameView, component, inverse, strainAt, through } from "./frame_view.j
 import { Chart } from "./chart.js";
 import { ask as wish } from "./ask.js";
 import { showControls } from "./controls.js";
-import { show, showBar, showFigures, showSigns, showStages, showTouches } from "./panels.js";
+import { show, showBar, showBase, showFigures, showSigns, showStages, showTouches } from "./panels.js";
 
 const RECONNECT = 1000, STALE = 1500, FIGURES = 125;  // ms
 const KEYS = { 0: "none", 1: "exx", x: "exx", 2: "eyy", y: "eyy", 3: "exy", s: "exy" };
@@ -89,6 +89,7 @@ function showAll(now) {
   const span = now - draws[0];
   showFigures(frame, span > 500 ? (draws.length - 1) / span * 1000 : null);
   showSigns(frame);
+  showBase(frame);
   showTouches(frame);
   showStages(frame);
   showControls(frame);

@@ -47,6 +47,18 @@ export function showSigns({ signs }) {
       make("dt", {}, name), make("dd", {}, warns ? `▲ ${says}` : says))));
 }
 
+// Bend and twist of a base, and the shapes that it leaves the plate to rest in.
+export function showBase({ base }) {
+  document.getElementById("base").hidden = !base;
+  if (!base) return;
+  show("bend", `${text(base.bend, 3)} ± ${text(base.sigma_bend, 4)} mm`);
+  show("twist", `${text(base.twist, 3)} ± ${text(base.sigma_twist, 4)}°`);
+  show("stability", `${text(base.eigenvalue, 2)} of the flat plate`);
+  document.getElementById("shapes").replaceChildren(...base.shapes.map(({ name, energy, shown }) =>
+    make("tr", { className: shown ? "whole" : "" }, make("td", {}, shown ? `▸ ${name}` : name),
+      make("td", {}, `${text(energy, 1)} N mm`))));
+}
+
 export function showTouches(frame) {
   const rows = SOURCES.filter(([source]) => frame[source] !== null).flatMap(([source, name]) => touchRows(frame[source], source, name));
   document.getElementById("touches").replaceChildren(...rows);
