@@ -69,10 +69,12 @@ from .deformable.shape_motions import (
 )
 from .deformable.shape_touches import (
     PreparedShape as PreparedShape,
-    Surface as Surface,
-    SurfaceEstimate as SurfaceEstimate,
     estimate_on_shape as estimate_on_shape,
     prepare_shape as prepare_shape,
+)
+from .deformable.surface import (
+    Surface as Surface,
+    SurfaceEstimate as SurfaceEstimate,
 )
 from .design.bench_errors import (
     bench_after as bench_after,

@@ -14,10 +14,10 @@ from functools import partial
 import numpy as np
 
 import fe
-from models import Estimate, Result, Surface, SurfaceEstimate
+from models import Estimate, PreparedShape, Result, Surface, SurfaceEstimate
 from rig.live.baseline import ReferenceFrame
 from rig.live.frame_estimate import NO_ESTIMATE, touches_of
-from rig.live.snapshot import BaseReading
+from rig.live.snapshot import BaseReading, StableShape
 from rig.live.tracker import LATENCY
 from rig.live.tracks import Event, Track, Tracks
 from rig.on_base.base_bench import BaseBench
@@ -148,7 +148,8 @@ class SurfaceFollower:
             return self._unknown(frame.captured)
         with self._watch.stage("estimate"):
             rest = self._rest.amplitudes
-            said = self.ready.shape.read(frame.image, self._motion, self._touches, rest)
+            shape = self.ready.shape
+            said = _named(shape, shape.read(frame.image, self._motion, self._touches, rest))
         self._watch.add(LATENCY, self._clock() - frame.captured)
         resting = self._take_rest(frame.captured, self.ready, said)
         self._start_next(self.ready, said)
@@ -165,7 +166,18 @@ class SurfaceFollower:
         found, before = self.preparation.take(), self.ready
         if found is None or (found[0] is Way.SEARCH and before and self._seen):
             return
-        ready, rest = found[1], unknown_rest(found[1].shape)
+        self.use(found[1], time)
+
+    def use(self, ready: ReadyShape, time: float) -> None:
+        """Go over to a shape; what one near by showed at rest, and its touches, go with it.
+
+        Parameters
+        ----------
+        ready : ReadyShape
+        time : float, s
+            Capture of the next frame.
+        """
+        before, rest = self.ready, unknown_rest(ready.shape)
         camera, touches = ready.camera, np.empty((0, 3))
         if before is not None and _near(before, ready):
             rest = self._rest.carried(ready.shape, before.shape)
@@ -176,11 +188,16 @@ class SurfaceFollower:
 
     def _list(self, base: fe.Base) -> None:
         """Have the stable shapes sought, unless those of a base near by are known."""
-        if self._listing is not None and self._listing.done():
-            self._listed, self._listing = self._listing.result(), None
         listed = self._listed
         if self._listing is None and (listed is None or (_apart(listed.base, base) > LISTED).any()):
             self._listing = self._beside(partial(list_shapes, self._bench, base))
+
+    def _shapes(self, state: fe.ShellState) -> tuple[StableShape, ...]:
+        """List the stable shapes with the one that is shown, as far as they were sought."""
+        if self._listing is not None and self._listing.done():
+            listing, self._listing = self._listing, None
+            self._listed = listing.result()
+        return self._listed.beside(state) if self._listed else ()
 
     def _take_rest(self, time: float, ready: ReadyShape, said: SurfaceEstimate) -> bool:
         """Take a frame for the plate at rest where it is; say whether it is still being taken."""
@@ -257,7 +274,6 @@ class SurfaceFollower:
         return said.surface.value + doing
 
     def _reading(self, ready: ReadyShape, said: SurfaceEstimate, outcome: str) -> BaseReading:
-        self._list(said.base)
         state, base = ready.shape.state, said.base
         sigma_bend, sigma_twist = np.sqrt(np.diag(said.covariance)).tolist()
         return BaseReading(
@@ -267,8 +283,15 @@ class SurfaceFollower:
             sigma_twist=sigma_twist,
             eigenvalue=state.stability.eigenvalue,
             outcome=outcome,
-            shapes=self._listed.beside(state) if self._listed else (),
+            shapes=self._shapes(state),
         )
+
+
+def _named(shape: PreparedShape, said: SurfaceEstimate) -> SurfaceEstimate:
+    """Call a base that has moved on what it is only where that explains the image."""
+    if said.surface is Surface.MOVED_ON and not shape.explains(said.misfit):
+        return replace(said, surface=Surface.NO_FIT)
+    return said
 
 
 def _apart(one: fe.Base, other: fe.Base) -> F64:

@@ -158,8 +158,8 @@ class SurfaceLoop:
             Always.
         """
         raise ValueError(
-            f"a known weight of {force:g} N says nothing of a plate that is bent by its base; lay it"
-            " on the flat plate, without [base]"
+            f"a known weight of {force:g} N says nothing of a plate that is bent by its base; lay"
+            " it on the flat plate, without [base]"
         )
 
     def summary(self) -> dict[str, Any]:

@@ -76,9 +76,13 @@ class Truth:
         drawn = shapes[int(rng.integers(len(shapes)))]
         return self.shell.settled(base, drawn.values)
 
+    def flat_light(self) -> F64:
+        """Image of the flat plate without noise, grey levels of light."""
+        return self._light(None)
+
     def reference(self, rng: np.random.Generator) -> F64:
         """Photograph the flat plate `REFERENCE` times and average."""
-        light = self._light(None) / 255
+        light = self.flat_light() / 255
         frames = [self.sensor.capture(light, rng) for _ in range(REFERENCE)]
         return np.asarray(np.mean(frames, axis=0), dtype=np.float64)
 
