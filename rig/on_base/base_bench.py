@@ -14,13 +14,14 @@ from rig.live.bench import camera_view
 from rig.plates import cached
 from rig.scene import Scene
 from rig.scene.bench import CameraSection
+from rig.scene.counts import BASE_ELEMENTS
 from rig.scene.plate import PlateSection
 from rig.scene.sensing import DicSection, PatternEstimator
 
 if TYPE_CHECKING:
     from rig.calibration.store import Calibration
 
-ELEMENTS, FINER = 20, 36
+ELEMENTS, FINER = BASE_ELEMENTS
 """Elements along a side: of the shell that is pressed, and of the one that makes its image."""
 
 

@@ -34,6 +34,15 @@ IN_MODES = Part(
 )
 
 
+ON_BASE = Part(
+    "shapes of the base",
+    "bend, twist and branch from the image, and the response to touches there",
+    "shapes over the range made once, in a minute, and kept in the cache; a response in seconds,"
+    " beside the loop",
+    ("fe", "models"),
+)
+
+
 @dataclass(frozen=True)
 class LeftOut:
     """A part that is not in, and why."""
@@ -84,6 +93,8 @@ def account(scene: Scene) -> Account:
 def _mechanics(scene: Scene, theory: Theory) -> tuple[Part, ...]:
     """List what the live loop needs of the plate beside its modes."""
     match scene.estimator:
+        case PatternEstimator() if scene.base is not None:
+            return (ON_BASE,)
         case PatternEstimator(bench="usual"):
             return (IN_MODES,)
         case PatternEstimator() if theory.name == "large":

@@ -20,6 +20,9 @@ TWIN_ELEMENTS = 64
 SHELL_ELEMENTS = 40
 """Elements of the shell along a side of a square, as in `fe.shell`."""
 
+BASE_ELEMENTS = 20, 36
+"""The same of those that a live loop presses and makes images of, as in `rig.on_base`."""
+
 TILE_MARGIN = 8
 """Border that tiles leave free, px, as in `dic.tiles`."""
 

@@ -127,8 +127,11 @@ def _mechanics(name: str, section: Section, scene: Scene) -> Part:
             return Part(name, _plate(section), cost, ("fe",))
         case BaseSection(bend=bend, twist=twist):
             what = f"clamps {bend:g} mm nearer and turned by {twist:g}° before any touch"
-            columns, rows = counts.even_elements(scene.plate, counts.SHELL_ELEMENTS)
-            return Part(name, what, f"shell on {columns} × {rows} elements", ("fe",))
+            live = isinstance(scene.estimator, PatternEstimator)
+            sides = counts.BASE_ELEMENTS if live else (counts.SHELL_ELEMENTS,)
+            grids = [counts.even_elements(scene.plate, side) for side in sides]
+            cost = " and ".join(f"{columns} × {rows}" for columns, rows in grids)
+            return Part(name, what, f"shell on {cost} elements", ("fe",))
         case TouchesSection(max_touches=number, force=(low, high), radius=radius):
             noun = "touch" if number == 1 else "touches"
             over = f" over a radius of {radius:g} mm" if radius else ""
@@ -252,6 +255,10 @@ def _images(
         case TwinSection(departure=DepartureSection(), script=script, seed=seed):
             what = f"rendered images of a bench that is otherwise, script '{script}', seed {seed}"
             cost = "states of the whole plate, once; one image a frame, in its own process"
+            return Part(name, what, cost, ("fe", "synthetic"))
+        case TwinSection(script=script, seed=seed, shape=shape) if scene.base is not None:
+            what = f"rendered images of stable shape {shape}, script '{script}', seed {seed}"
+            cost = "states of the whole shell, once; one image a frame, in its own process"
             return Part(name, what, cost, ("fe", "synthetic"))
         case TwinSection(script=script, seed=seed):
             columns, rows = counts.elements(scene.plate, counts.TWIN_ELEMENTS)

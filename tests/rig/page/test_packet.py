@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from rig.live.snapshot import Mark
+from rig.live.snapshot import BaseReading, Mark, StableShape
 from rig.page.packet import BRIGHTENED, Packet
 from rig.projector.markers import draw_marks, fit_plate
 from tests.rig.page.conftest import draw_snapshot
@@ -28,6 +28,15 @@ def test_the_header_has_each_kind_of_mark_by_its_name(shot):
     assert said["T_px_plate"] == shot.T_px_plate.tolist()
     assert (said["captured"], said["dropped"]) == (shot.captured, shot.dropped)
     assert said["controls"] is False
+
+
+def test_a_base_goes_out_with_its_shapes(shot):
+    shapes = StableShape("up", 12.5, shown=True), StableShape("down", 12.5, shown=False)
+    base = BaseReading(6.0, -8.0, 1e-4, float("nan"), 0.4, "FOUND", shapes)
+    said = json.loads(Packet(replace(shot, base=base), None).header({}, controls=True))["base"]
+    assert (said["bend"], said["twist"], said["sigma_twist"]) == (6.0, -8.0, None)
+    assert [shape["shown"] for shape in said["shapes"]] == [True, False]
+    assert json.loads(Packet(shot, None).header({}, controls=True))["base"] is None
 
 
 def test_the_map_spans_its_own_columns_and_rows(shot):

@@ -12,6 +12,7 @@ SCRIPTS = {
     "tour": script.tour(SIZE),
     "random": script.random_touches(SIZE, (0.5, 4.0), seed=3, rate=30.0),
     "empty": script.empty,
+    "presses": script.pressing(SIZE, script.presses(SIZE, (0.5, 4.0), seed=5)),
 }
 every_script = pytest.mark.parametrize("touches", SCRIPTS.values(), ids=SCRIPTS)
 seconds = st.floats(0.0, 100.0)
@@ -94,3 +95,20 @@ def test_random_touches_fit_on_a_plate_smaller_than_the_inset():
     places = np.array([(touch.x, touch.y) for k in range(30, 130) for touch in touches(k / 30)])
     assert (places >= (10.0, 5.0)).all()
     assert (places <= (30.0, 15.0)).all()
+
+
+def test_presses_rest_where_they_are_one_after_the_other_and_begin_again():
+    presses = script.presses(SIZE, (0.5, 4.0), seed=5)
+    pressing = script.pressing(SIZE, presses)
+    length = script.PLACES * (script.HELD + script.LIFTED)
+    for number, press in enumerate(presses):
+        middle = press.start + script.HELD / 2
+        (touch,) = pressing(middle)
+        assert (touch.x, touch.y) == pytest.approx(np.multiply(press.path[0], SIZE))
+        assert touch.force == pytest.approx(press.force[0])
+        assert pressing(middle + length) == pressing(middle)
+        assert pressing(press.start - 0.5) == ()
+        assert number == 0 or press.start - presses[number - 1].start == pytest.approx(
+            script.HELD + script.LIFTED
+        )
+    assert script.pressing(SIZE, ())(3.0) == ()

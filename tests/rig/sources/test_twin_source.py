@@ -109,6 +109,15 @@ def test_frames_from_before_the_script_are_over_when_it_begins(ring):
     assert source.grab(1.0).sequence == 40
 
 
+def test_a_base_bends_when_the_flat_plate_was_taken(ring):
+    source, there, deliver, _ = ring
+    there.send(None)  # heard
+    deliver(7)
+    source.bend()
+    assert [there.recv() for _ in range(2)] == [None, "bend"]
+    assert source.grab(1.0).sequence == 7
+
+
 def test_a_twin_that_has_ended_is_reported_by_the_grab_and_not_by_the_begin(ring):
     source, there, _, _ = ring
     there.close()
@@ -261,7 +270,7 @@ def test_however_slow_it_is_the_reference_is_untouched_and_then_touches_come(
     small, hurried, monkeypatch, seconds, series
 ):
     moved = iter([True] * (series - 1) + [False])
-    monkeypatch.setattr("rig.live.loop.moved_during_reference", lambda images: next(moved))
+    monkeypatch.setattr("rig.live.first_frames.moved_during_reference", lambda images: next(moved))
     scene = small(FEW)
     source = hurried(scene, seconds)
     loop = Loop(build_bench(scene, lambda done, total: None), source)
