@@ -86,6 +86,39 @@ def test_an_untouched_base_has_no_touch_and_one_that_moves_on_says_so():
     assert further.estimate.result is models.Result.UNRESOLVABLE
 
 
+def test_what_the_elements_leave_is_taken_out_by_frames_at_rest():
+    prepare, none = prepared(), np.empty((0, 3))
+    pattern, motion = prepare.pattern, prepare.still(np.zeros(4))
+    state, rng = TRUTH.at(fe.Base(2.5, 1.0)), np.random.default_rng(5)
+    moved = lambda xy: state.displacement(xy, "top")  # noqa: E731
+    light = synthetic.render(PATTERN, CAMERA, moved, None, None, 0.5, samples=2) / 255
+    shown = [prepare.read(SENSOR.capture(light, rng), motion, none) for _ in range(16)]
+    mean = np.mean([said.measured for said in shown], axis=0)
+    rest = NOISE * np.linalg.solve(pattern.factor.T, mean)
+    again = prepare.read(frame(2.5, 1.0, False), motion, none, rest)
+    # 1.4 before, 1.1 after: noise alone leaves 1.
+    assert np.mean(again.measured**2) < 0.85 * np.mean([said.measured**2 for said in shown])
+    carried = prepare.carried(rest, prepare)
+    np.testing.assert_allclose(carried, rest, atol=0.02 * np.abs(rest).max())
+    pressed = prepare.read(frame(2.5, 1.0, True), motion, none, rest)
+    off = [*(pressed.estimate.xy[0] - [TOUCH.x, TOUCH.y]), pressed.estimate.force[0] - TOUCH.force]
+    assert (np.abs(off) < 4 * np.sqrt(np.diag(pressed.estimate.covariance))).all()
+
+
+def test_firm_touches_are_starts_and_two_are_not_taken_for_one():
+    prepare = prepared()
+    forward = prepare.estimator.forward
+    for touch in ([70.0, 22.0, 1.4], [33.0, 60.0, 0.7], [51.0, 40.0, 2.3]):
+        measured, _ = forward.read(np.array([touch]))
+        nearest = prepare._table.nearest(measured)[0]
+        assert np.hypot(*(nearest[:2] - touch[:2])) < 5.0  # places lie 4.8 and 3.8 mm apart
+    two = [fe.Touch(25.0, 20.0, 1.5), fe.Touch(75.0, 60.0, 1.5)]
+    both = image(TRUTH.at(fe.Base(2.5, 1.0)).touch(two), np.random.default_rng(4))
+    said = prepare.read(both, prepare.still(np.zeros(4)), np.empty((0, 3)))
+    assert said.surface in (models.Surface.STRANGE, models.Surface.MOVED_ON)
+    assert said.estimate.result is models.Result.UNRESOLVABLE
+
+
 def test_what_no_base_explains_is_no_touch_but_a_sentence():
     other = synthetic.speckle(PLATE.size, diameter=1.2, softness=0.75, seed=9)
     strange = synthetic.render(other, CAMERA, None, SENSOR, np.random.default_rng(3), 0.5)
