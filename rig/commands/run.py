@@ -255,6 +255,12 @@ def _table(summary: dict[str, Any]) -> Table:
     if recorded := summary["recorded"]:
         table.add_row("recorded frames", f"{recorded['frames']}, {recorded['dropped']} left out")
         table.add_row("recording", recorded["status"])
+    if last := (summary.get("base") or {}).get("last"):
+        table.add_row("bend", f"{last['bend']:.4g} mm ± {_text(last['sigma_bend'])}")
+        table.add_row("twist", f"{last['twist']:.4g} deg ± {_text(last['sigma_twist'])}")
+        for shape in last["shapes"]:
+            shown = ", shown" if shape["shown"] else ""
+            table.add_row("stable shape", f"{shape['name']}: {shape['energy']:.5g} N mm{shown}")
     for way in ("pattern", "strain", "net"):
         if scores := summary[way]:
             for name, value in scores.items():

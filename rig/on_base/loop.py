@@ -6,6 +6,7 @@ import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, replace
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -188,7 +189,7 @@ class SurfaceLoop:
     def _base_summary(self) -> dict[str, Any]:
         taken = self._follower.preparation.taken if self._follower else []
         return {
-            "last": asdict(self._last) if self._last else None,
+            "last": _as_json(self._last) if self._last else None,
             "outcomes": dict(self.outcomes),
             "shapes_prepared": len(taken),
             "prepare_s": float(np.median(taken)) if taken else None,
@@ -261,6 +262,14 @@ class SurfaceLoop:
             notice=self._notice.at(frame.captured),
             base=result.base,
         )
+
+
+def _as_json(reading: BaseReading) -> dict[str, Any]:
+    """Give a reading as JSON knows it: what is not finite becomes None."""
+    return {
+        name: None if isinstance(value, float) and not isfinite(value) else value
+        for name, value in asdict(reading).items()
+    }
 
 
 def _signs(result: SurfaceResult, follower: SurfaceFollower) -> tuple[Sign, ...]:

@@ -218,7 +218,10 @@ def _sensing(
             )
         case PatternEstimator(modes=modes):
             what = "touches from the whole pattern, rigid motion of the camera free"
-            return Part(name, what, f"{modes} modes, kept in the cache", ("models",))
+            cost = f"{modes} modes, kept in the cache"
+            if scene.base is not None:
+                cost = "milliseconds a frame, on the response of the shape"
+            return Part(name, what, cost, ("models",))
         case StrainEstimator():
             return _strain(name, scene)
         case NetEstimator(layers=layers, solver_steps=steps):

@@ -90,7 +90,10 @@ def test_what_the_elements_leave_is_taken_out_by_frames_at_rest():
     prepare, none = prepared(), np.empty((0, 3))
     pattern, motion = prepare.pattern, prepare.still(np.zeros(4))
     state, rng = TRUTH.at(fe.Base(2.5, 1.0)), np.random.default_rng(5)
-    moved = lambda xy: state.displacement(xy, "top")  # noqa: E731
+
+    def moved(xy):
+        return state.displacement(xy, "top")
+
     light = synthetic.render(PATTERN, CAMERA, moved, None, None, 0.5, samples=2) / 255
     shown = [prepare.read(SENSOR.capture(light, rng), motion, none) for _ in range(16)]
     mean = np.mean([said.measured for said in shown], axis=0)
