@@ -115,7 +115,9 @@ class BaseReading:
     outcome : str
         Name of what can be said of touches: "FOUND", "NO_TOUCH", or why they cannot be known.
     shapes : tuple of StableShape
-        By energy; empty while they are sought.
+        By energy.
+    all_sought : bool
+        Whether others than the one that is shown and its half turns were sought.
     """
 
     bend: float
@@ -125,6 +127,7 @@ class BaseReading:
     eigenvalue: float
     outcome: str
     shapes: tuple[StableShape, ...]
+    all_sought: bool
 
 
 @dataclass(frozen=True, eq=False)

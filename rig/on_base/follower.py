@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Future
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -17,7 +18,7 @@ import fe
 from models import Estimate, PreparedShape, Result, Surface, SurfaceEstimate
 from rig.live.baseline import ReferenceFrame
 from rig.live.frame_estimate import NO_ESTIMATE, touches_of
-from rig.live.snapshot import BaseReading, StableShape
+from rig.live.snapshot import BaseReading
 from rig.live.tracker import LATENCY
 from rig.live.tracks import Event, Track, Tracks
 from rig.on_base.base_bench import BaseBench
@@ -31,6 +32,7 @@ from rig.on_base.shapes import (
     find_shape,
     follow_shape,
     list_shapes,
+    turns_of,
 )
 from rig.system.arrays import F64
 from rig.system.frame import Frame
@@ -184,20 +186,22 @@ class SurfaceFollower:
             camera, touches = self._motion[-6:-2], self._touches
         self.ready, self._from = ready, (time, ready.shape.state.base)
         self._motion, self._touches, self._rest = ready.shape.still(camera), touches, rest
-        self._list(ready.shape.state.base)
+        self._list(ready.shape.state)
 
-    def _list(self, base: fe.Base) -> None:
+    def _list(self, state: fe.ShellState) -> None:
         """Have the stable shapes sought, unless those of a base near by are known."""
-        listed = self._listed
+        listed, base = self._listed, state.base
         if self._listing is None and (listed is None or (_apart(listed.base, base) > LISTED).any()):
+            self._listed = turns_of(state)
             self._listing = self._beside(partial(list_shapes, self._bench, base))
 
-    def _shapes(self, state: fe.ShellState) -> tuple[StableShape, ...]:
-        """List the stable shapes with the one that is shown, as far as they were sought."""
+    def _shapes(self, state: fe.ShellState) -> ListedShapes:
+        """Give the stable shapes as far as they were sought."""
         if self._listing is not None and self._listing.done():
             listing, self._listing = self._listing, None
-            self._listed = listing.result()
-        return self._listed.beside(state) if self._listed else ()
+            with suppress(ValueError):  # a base for which no other start comes to rest
+                self._listed = listing.result()
+        return self._listed or turns_of(state)
 
     def _take_rest(self, time: float, ready: ReadyShape, said: SurfaceEstimate) -> bool:
         """Take a frame for the plate at rest where it is; say whether it is still being taken."""
@@ -275,6 +279,7 @@ class SurfaceFollower:
 
     def _reading(self, ready: ReadyShape, said: SurfaceEstimate, outcome: str) -> BaseReading:
         state, base = ready.shape.state, said.base
+        listed = self._shapes(state)
         sigma_bend, sigma_twist = np.sqrt(np.diag(said.covariance)).tolist()
         return BaseReading(
             bend=base.bend,
@@ -283,7 +288,8 @@ class SurfaceFollower:
             sigma_twist=sigma_twist,
             eigenvalue=state.stability.eigenvalue,
             outcome=outcome,
-            shapes=self._shapes(state),
+            shapes=listed.beside(state),
+            all_sought=listed.all_sought,
         )
 
 

@@ -47,10 +47,13 @@ class ListedShapes:
     base : fe.Base
     shapes : tuple of fe.BaseShape
         By energy.
+    all_sought : bool
+        Whether they are all that are found, or one and its half turns.
     """
 
     base: fe.Base
     shapes: tuple[fe.BaseShape, ...]
+    all_sought: bool = True
 
     def beside(self, state: fe.ShellState) -> tuple[StableShape, ...]:
         """List them with the one that an image shows, which may be none of them."""
@@ -96,6 +99,13 @@ def follow_shape(
     state = shape.state.shell.moved(shape.state, base)
     found = models.ShapeFit(state, camera, np.inf, state.stability.converged)
     return _ready(bench, watched, found, shape.noise)
+
+
+def turns_of(state: fe.ShellState) -> ListedShapes:
+    """List a shape and its half turns, which rest on the same base with the same energy."""
+    turned = models.turned_shapes(state)
+    shapes = (fe.BaseShape(each, each.energy, fe.shape_name(each)) for each in turned)
+    return ListedShapes(state.base, tuple(shapes), all_sought=False)
 
 
 def list_shapes(bench: BaseBench, base: fe.Base) -> ListedShapes:

@@ -54,6 +54,7 @@ export function showBase({ base }) {
   show("bend", `${text(base.bend, 3)} ± ${text(base.sigma_bend, 4)} mm`);
   show("twist", `${text(base.twist, 3)} ± ${text(base.sigma_twist, 4)}°`);
   show("stability", `${text(base.eigenvalue, 2)} of the flat plate`);
+  show("sought", base.all_sought ? "stable shapes, ▸ shown" : "its half turns, others are sought");
   document.getElementById("shapes").replaceChildren(...base.shapes.map(({ name, energy, shown }) =>
     make("tr", { className: shown ? "whole" : "" }, make("td", {}, shown ? `▸ ${name}` : name),
       make("td", {}, `${text(energy, 1)} N mm`))));

@@ -174,7 +174,7 @@ def live(truth: Truth, there: Scene, rng: np.random.Generator, listing: bool) ->
         # A base that is refused is pressed too: it must not be believed then.
         refused = outcome in ("NEAR_LIMIT", "UNRESOLVABLE")
         known = loop.get_ready().knows_rest
-        listed = bool(shot.base and shot.base.shapes) or not listing
+        listed = bool(shot.base and shot.base.all_sought) or not listing
         if not began and listed and (known or refused):
             began.append(shot.sequence)
     return _judged(there, shots)
@@ -186,7 +186,7 @@ def _judged(there: Scene, shots: list[Snapshot]) -> Lived:
     silent = any(_silent(shot, touch) for shot in shots)
     base = last.base
     right = None
-    if base and base.shapes:
+    if base and base.all_sought:
         shown = next(shape.name for shape in base.shapes if shape.shown)
         right = shown == fe.shape_name(there.untouched)
     place = force = frame_place = frame_force = np.nan

@@ -32,7 +32,7 @@ def test_the_header_has_each_kind_of_mark_by_its_name(shot):
 
 def test_a_base_goes_out_with_its_shapes(shot):
     shapes = StableShape("up", 12.5, shown=True), StableShape("down", 12.5, shown=False)
-    base = BaseReading(6.0, -8.0, 1e-4, float("nan"), 0.4, "FOUND", shapes)
+    base = BaseReading(6.0, -8.0, 1e-4, float("nan"), 0.4, "FOUND", shapes, all_sought=True)
     said = json.loads(Packet(replace(shot, base=base), None).header({}, controls=True))["base"]
     assert (said["bend"], said["twist"], said["sigma_twist"]) == (6.0, -8.0, None)
     assert [shape["shown"] for shape in said["shapes"]] == [True, False]

@@ -4,6 +4,7 @@ import base64
 import threading
 import time
 from contextlib import contextmanager
+from functools import partial
 from itertools import count
 from urllib.parse import urlsplit
 
@@ -13,7 +14,7 @@ import pytest
 from playwright.sync_api import expect, sync_playwright
 
 from rig.calibration.guide import Progress
-from rig.live.snapshot import Mark
+from rig.live.snapshot import BaseReading, Mark, StableShape
 from rig.page import serve
 from rig.page.controls import Measured, PageControls, PageSetting, Played, Recording, Wizard
 from rig.projector.markers import fit_plate
@@ -91,6 +92,18 @@ def still(snapshot, **changes):
     return lambda sequence: snapshot(3, **changes) if sequence else shot
 
 
+def test_a_bent_plate_has_a_card_of_its_base(page, snapshot):
+    shapes = StableShape("up", 12.5, shown=True), StableShape("down", 12.5, shown=False)
+    base = BaseReading(6.0, -8.0, 1e-3, 2e-3, 0.4, "FOUND", shapes, all_sought=True)
+    with serve(0, SCREEN) as publisher, feed(publisher, partial(snapshot, base=base)):
+        open_live(page, publisher)
+        expect(page.locator("#bend")).to_have_text("6.000 ± 0.0010 mm")
+        expect(page.locator("#twist")).to_have_text("-8.000 ± 0.0020°")
+        expect(page.locator("#shapes tr")).to_have_count(2)
+        expect(page.locator("#shapes tr").first).to_have_text("▸ up12.5 N mm")
+    assert page.complaints == []
+
+
 def test_a_frame_fills_every_part_of_the_page(page, snapshot):
     with serve(0, SCREEN) as publisher, feed(publisher, snapshot):
         open_live(page, publisher)
@@ -102,6 +115,7 @@ def test_a_frame_fills_every_part_of_the_page(page, snapshot):
         expect(page.locator("#position-median")).to_have_text("0.79")
         expect(page.locator("#force-median")).to_have_text("0.031")
         expect(page.locator("#stages tr")).to_have_count(5)
+        expect(page.locator("#base")).to_be_hidden()
         expect(page.locator("#signs div")).to_have_count(2)
         expect(page.locator("#signs .warning")).to_have_text("noise▲ <b>9</b> gl")
         expect(page.locator("#stages tr").last).to_contain_text("9.413.1")
