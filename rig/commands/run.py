@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from datetime import UTC, datetime
 from pathlib import Path
@@ -255,17 +255,25 @@ def _table(summary: dict[str, Any]) -> Table:
     if recorded := summary["recorded"]:
         table.add_row("recorded frames", f"{recorded['frames']}, {recorded['dropped']} left out")
         table.add_row("recording", recorded["status"])
-    if last := (summary.get("base") or {}).get("last"):
-        table.add_row("bend", f"{last['bend']:.4g} mm ± {_text(last['sigma_bend'])}")
-        table.add_row("twist", f"{last['twist']:.4g} deg ± {_text(last['sigma_twist'])}")
-        for shape in last["shapes"]:
-            shown = ", shown" if shape["shown"] else ""
-            table.add_row("stable shape", f"{shape['name']}: {shape['energy']:.5g} N mm{shown}")
+    for row in _base_rows(summary.get("base")):
+        table.add_row(*row)
     for way in ("pattern", "strain", "net"):
         if scores := summary[way]:
             for name, value in scores.items():
                 table.add_row(f"{way}: {name.replace('_', ' ')}", _text(value))
     return table
+
+
+def _base_rows(base: dict[str, Any] | None) -> Iterator[tuple[str, str]]:
+    """Give the rows of a base that bends and twists, as the last frame shows it."""
+    last: dict[str, Any] | None = base["last"] if base else None
+    if last is None:
+        return
+    yield "bend", f"{last['bend']:.4g} mm ± {_text(last['sigma_bend'])}"
+    yield "twist", f"{last['twist']:.4g} deg ± {_text(last['sigma_twist'])}"
+    for shape in last["shapes"]:
+        shown = ", shown" if shape["shown"] else ""
+        yield "stable shape", f"{shape['name']}: {shape['energy']:.5g} N mm{shown}"
 
 
 def _text(value: float | None) -> str:
