@@ -70,9 +70,7 @@ def known(part, young=0.0):
 
 
 def loop_that_learned(touches, young):
-    return SimpleNamespace(
-        learned=Learned(touches=touches, weights=1), bench=SimpleNamespace(known=known(0.01, young))
-    )
+    return SimpleNamespace(learned=Learned(touches=touches, weights=1), known=known(0.01, young))
 
 
 def test_the_next_run_goes_on_from_what_was_learned(scene):
