@@ -15,11 +15,10 @@ frame reports a touch that is off by more than noise, none where one is held, or
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
-from concurrent.futures import Future
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache, partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,75 +27,20 @@ from rig.live.live_loop import to_nobody
 from rig.live.snapshot import Snapshot
 from rig.on_base.base_bench import BaseBench, build_base_bench
 from rig.on_base.loop import SurfaceLoop
-from rig.on_base.shapes import list_shapes
 from rig.report.figure import Figure, at_most
 from rig.scene import Scene as RigScene, load
 from rig.sources.twin import open_play
 from rig.studies.deformable import seen
+from rig.studies.deformable.stage import RATE, Later, Stage
 from rig.studies.deformable.truth import Scene, Truth
 from rig.studies.study import Cell, line, run
 from rig.system.arrays import AnyArray
-from rig.system.frame import Frame
 
 CASE, NEAR = "bent and twisted base, live", "bent and twisted base near a limit point, live"
 SCENES, LIMITS, LISTED, FEW = 16, 8, 6, 3
-RATE, HELD, PATIENCE = 10.0, 10, 400
-TAKES = 6.0  # s, for which what is worked out beside the loop takes on a core of its own
+HELD, PATIENCE = 10, 400
 SPEEDS = {"0.04 mm/min, 0.1 deg/min": 1.0, "0.16 mm/min, 0.4 deg/min": 4.0}
 SEED = 23
-
-
-class Later:
-    """Works at once, and gives the result some seconds of the frames' time later."""
-
-    def __init__(self, clock: Callable[[], float], listing: bool):
-        self._clock, self._listing = clock, listing
-
-    def __call__(self, work: Callable[[], Any]) -> Future[Any]:
-        """See `rig.on_base.beside.Beside`."""
-        if isinstance(work, partial) and work.func is list_shapes and not self._listing:
-            return Future()
-        awaited = _Awaited(self._clock)
-        try:
-            awaited.set_result(work())
-        except ValueError as error:
-            awaited.set_exception(error)
-        return awaited
-
-
-class _Awaited(Future[Any]):
-    """A result that is there some seconds after it was asked for."""
-
-    def __init__(self, clock: Callable[[], float]):
-        super().__init__()
-        self._clock, self._begun = clock, clock()
-
-    def done(self) -> bool:
-        """Whether its time has come."""
-        return self._clock() >= self._begun + TAKES
-
-
-class Stage:
-    """A source that shows one plate after the other, a frame every tenth of a second.
-
-    Parameters
-    ----------
-    frame : callable
-        Gives image and truth of a frame by its number.
-    """
-
-    status = "the stage is over"
-
-    def __init__(self, frame: Callable[[int], tuple[AnyArray, tuple[fe.Touch, ...]] | None]):
-        self.time, self._frame, self._number = 0.0, frame, 0
-
-    def grab(self, timeout: float) -> Frame | None:
-        """See `rig.system.frame.Source`."""
-        taken = self._frame(self._number)
-        if taken is None:
-            raise EOFError(self.status)
-        self.time, self._number = self._number / RATE, self._number + 1
-        return Frame(self._number, self.time, np.asarray(taken[0], np.uint8), taken[1])
 
 
 class Lived(NamedTuple):
