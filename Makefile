@@ -10,7 +10,7 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check
 export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: help install torch demo test quick slow lint format bench report images docs system-deps clean
+.PHONY: help install torch demo test kernels slow lint format bench report images docs system-deps clean
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -41,12 +41,13 @@ demo: $(STAMP)  ## start the digital twin of a real bench and print the address 
 	@exec $(BIN)/touchplate run bench-real
 
 PYTEST := $(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 --dist worksteal
-# Types are checked on one core, and beside the tests rather than before them.
+# On two cores: the kernels that most tests need are compiled once, beside the check of types.
 test: $(STAMP)  ## linters, types, import layers and all tests but slow statistics
-	@$(MAKE) --no-print-directory --jobs 2 lint quick
+	@$(MAKE) --no-print-directory --jobs 2 lint kernels
+	$(PYTEST) -m "not slow" --ignore tests/dic
 
-quick: $(STAMP)
-	$(PYTEST) -m "not slow"
+kernels: $(STAMP)
+	$(BIN)/python -m pytest -m "not slow" tests/dic
 
 slow: $(STAMP)  ## slow statistics, and every row of the table of stiff and extreme cases
 	$(PYTEST) -m slow

@@ -200,6 +200,7 @@ class Anatomy(HTMLParser):
             self.links.append(given["href"])
 
 
+@pytest.mark.slow
 def test_every_link_of_the_site_resolves_and_nothing_is_fetched_from_outside(site):
     pages = {path: Anatomy(path) for path in site.rglob("*.html")}
     for path, page in pages.items():
@@ -216,6 +217,7 @@ def test_every_link_of_the_site_resolves_and_nothing_is_fetched_from_outside(sit
                 assert unquote(parts.fragment) in pages[target].places, f"{link} in {path.name}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["dic", "fe", "models", "rig", "synthetic"])
 def test_every_public_name_has_its_entry(site, name):
     page = (site / f"api/{name}.html").read_text(encoding="utf-8")

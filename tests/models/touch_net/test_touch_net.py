@@ -65,6 +65,7 @@ def test_the_steps_end_at_the_touches_where_there_is_no_noise(forward):
     np.testing.assert_allclose(found, APART, atol=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [0, 1, 2, 3])
 def test_it_finds_touches_that_stand_apart(reader, forward, number):
     rng, truth = np.random.default_rng(number), APART[:number]

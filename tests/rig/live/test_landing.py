@@ -35,6 +35,7 @@ def rig_of(small):
     return chain, twin
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("y", [5.0, 20.0])
 def test_it_is_one_touch_and_hides_nothing(rig_of, y):
     """Over to the other edge of the plate by 3 px; tiles that were lost made a second touch."""
