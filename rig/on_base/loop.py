@@ -283,7 +283,7 @@ def _signs(result: SurfaceResult, follower: SurfaceFollower) -> tuple[Sign, ...]
     signs = (
         Sign("misfit", f"{left:.2f} of the noise", left > LOOSE),
         Sign("camera moved", f"{shift:.2f} px", shift > BUMPED),
-        Sign("base moved", f"{travelled:.0%} of what the response is good for", travelled > 1.0),
+        Sign("base moved", f"{travelled:.0%} of range", travelled > 1.0),
     )
     if not result.estimate.count:
         return signs
