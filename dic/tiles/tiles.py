@@ -236,6 +236,8 @@ def unbiased_gradient(reference: TileReference, sums: TileSums) -> F64:
             f"sums are of {len(sums.e)} tiles and the reference has {len(reference.hessian)}; "
             "take sums of this reference"
         )
+    if not reference.bias.any():
+        return sums.gradient
     along_x, along_y = (reference.bias * np.sin(2.0 * np.pi * sums.flow)).T
     xx, xy, yy = reference.hessian.T
     return sums.gradient + np.column_stack(

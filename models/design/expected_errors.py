@@ -39,6 +39,11 @@ class ExpectedErrors:
         """Multiply by a factor of the noise."""
         return ExpectedErrors(self.touches, factor * self.place, factor * self.force)
 
+    def beside(self, other: ExpectedErrors) -> ExpectedErrors:
+        """Add errors of another cause, as root sum of squares."""
+        place, force = np.hypot(self.place, other.place), np.hypot(self.force, other.force)
+        return ExpectedErrors(self.touches, place, force)
+
     def force_for(self, error: float) -> F64:
         """Smallest forces (n,), N, whose places are known to `error` mm by linear theory."""
         return self.place * self.touches[:, 2] / error
@@ -60,6 +65,29 @@ def expected_errors(forward: Forward, touches: F64) -> ExpectedErrors:
     return ExpectedErrors(
         touches, np.sqrt(variances[:, 0] + variances[:, 1]), np.sqrt(variances[:, 2])
     )
+
+
+def errors_of_gain(forward: Forward, touches: F64) -> ExpectedErrors:
+    """Say by how much each touch is off where all motion is measured too large by a factor.
+
+    Interpolation between pixels does that to motions below half a pixel where aliasing hides by how
+    much, see `dic.TileReference`. Linear in the factor; these are for a factor of 2, by one more.
+
+    Parameters
+    ----------
+    forward : Forward
+    touches : (n, 3) array
+        x, y (mm) and F (N).
+    """
+    touches = np.asarray(touches, dtype=np.float64)
+    off = np.array([bias_of_gain(forward, touch) for touch in touches]).reshape(-1, 3)
+    return ExpectedErrors(touches, np.linalg.norm(off[:, :2], axis=1), np.abs(off[:, 2]))
+
+
+def bias_of_gain(forward: Forward, touch: F64) -> F64:
+    """Error of x, y, F of a touch (3,) where all motion is measured twice as large, (3,)."""
+    seen, jacobian = forward.read(touch[None])
+    return np.asarray(seen @ np.linalg.pinv(jacobian), dtype=np.float64)
 
 
 def places_over_plate(size: tuple[float, float], across: int = 24) -> F64:

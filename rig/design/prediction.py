@@ -14,10 +14,11 @@ import numpy as np
 import fe
 import models
 import synthetic
-from dic import lay_tiles, prepare_blocks, prepare_tiles, tile_sums
+from dic import lay_tiles, prepare_blocks, prepare_tiles, tile_sums, unbiased_gradient
 from models import (
     ExpectedErrors,
     equal_tiles,
+    errors_of_gain,
     expected_errors,
     gradient_energy,
     places_over_plate,
@@ -32,6 +33,7 @@ ELEMENTS = 48  # elements along its longer side: bounds within 0.2 % of those on
 PATCH = 256  # px of the patch whose gradient is taken
 UNIT = 1.0  # N, of the touches on the map
 ACROSS = 24  # touches along the longer side
+SMALL = 0.1  # px: a shift as touches make them
 REPEATS = 7  # of the frame whose time is taken
 
 
@@ -46,14 +48,21 @@ class Prediction:
         Of the touches.
     unit : ExpectedErrors
         Over the plate, for a noise of 1 grey level and a gradient energy of 1.
+    twice : ExpectedErrors
+        Over the plate, if all motion were measured twice as large.
     energy : float, grey levels² a px²
         Mean squared gradient of the pattern as the camera sees it.
+    gain : float
+        Part by which small motions are measured too large, where aliasing keeps tiles from knowing
+        what interpolation adds.
     """
 
     setup: Setup
     force: float
     unit: ExpectedErrors
+    twice: ExpectedErrors
     energy: float
+    gain: float
 
     def at_noise(self, noise: float) -> ExpectedErrors:
         """Return the bound for a noise, grey levels, of a frame less the reference."""
@@ -61,8 +70,9 @@ class Prediction:
 
     @property
     def errors(self) -> ExpectedErrors:
-        """Errors for the noise of the setup."""
-        return self.at_noise(self.setup.noise)
+        """Errors for the noise of the setup and for what interpolation leaves of its pattern."""
+        gain = self.twice.scaled(abs(self.gain))
+        return self.at_noise(self.setup.noise).beside(gain)
 
 
 def predict(
@@ -89,16 +99,16 @@ def predict(
     ValueError
         If the images are too small to tell the modes of the plate apart.
     """
-    unit = _shared(like, setup, force, modal) or _unit(setup, force, modal)
+    unit, twice = _shared(like, setup, force, modal) or _units(setup, force, modal)
     if like is not None and _drawn(like.setup) == _drawn(setup):
-        return Prediction(setup, force, unit, like.energy)
-    return Prediction(setup, force, unit, pattern_energy(setup))
+        return Prediction(setup, force, unit, twice, like.energy, like.gain)
+    return Prediction(setup, force, unit, twice, pattern_energy(setup), remaining_gain(setup))
 
 
 def _shared(
     like: Prediction | None, setup: Setup, force: float, modal: fe.ModalPlate | None
-) -> ExpectedErrors | None:
-    """Return the errors of a prediction that hold for another setup; None where they do not.
+) -> tuple[ExpectedErrors, ExpectedErrors] | None:
+    """Return what a prediction has of another; None where it has nothing.
 
     Under another force linear theory has the same errors of force, and places in inverse
     proportion to it.
@@ -107,11 +117,12 @@ def _shared(
         return None
     part = force / like.force
     if part == 1.0:
-        return like.unit
+        return like.unit, like.twice
     if modal is not None:
         return None
     touches = like.unit.touches * (1.0, 1.0, part)
-    return ExpectedErrors(touches, like.unit.place / part, like.unit.force)
+    unit = ExpectedErrors(touches, like.unit.place / part, like.unit.force)
+    return unit, ExpectedErrors(touches, like.twice.place, part * like.twice.force)
 
 
 def _drawn(setup: Setup) -> tuple[object, ...]:
@@ -205,10 +216,13 @@ def equal_pattern(given: Setup, motions: models.ImageMotions, energy: float) -> 
         ) from None
 
 
-def _unit(given: Setup, force: float, modal: fe.ModalPlate | None) -> ExpectedErrors:
+def _units(
+    given: Setup, force: float, modal: fe.ModalPlate | None
+) -> tuple[ExpectedErrors, ExpectedErrors]:
     motions = image_motions(given.plate, given.camera, given.tile, modal)
     forward = equal_pattern(given, motions, 1.0).forward(1.0)
-    return expected_errors(forward, touches_over(given.plate.size, force))
+    touches = touches_over(given.plate.size, force)
+    return expected_errors(forward, touches), errors_of_gain(forward, touches)
 
 
 def pattern_energy(given: Setup) -> float:
@@ -216,8 +230,20 @@ def pattern_energy(given: Setup) -> float:
     return gradient_energy(_patch(given), given.tile)
 
 
-def _patch(given: Setup) -> F64:
-    """Render the middle of the image without noise, grey levels."""
+def remaining_gain(given: Setup) -> float:
+    """Measure the part by which tiles find a small motion of the pattern too large.
+
+    Its image is rendered moved, so that aliasing is in it as in a camera's.
+    """
+    reference = prepare_tiles(_patch(given), given.tile)
+    flow = np.full((len(reference.hessian), 2), SMALL)
+    sums = tile_sums(reference, _patch(given, (SMALL, SMALL)), flow)
+    left = -unbiased_gradient(reference, sums).sum(axis=0)
+    return float(np.mean(left / reference.hessian.sum(axis=0)[[0, 2]])) / SMALL
+
+
+def _patch(given: Setup, shift: tuple[float, float] = (0.0, 0.0)) -> F64:
+    """Render the middle of the image without noise, moved by a shift in px, grey levels."""
     view = given.camera.build(given.plate)
     width, height = (min(PATCH, side) for side in view.size)
     left, top = (view.size[0] - width) // 2, (view.size[1] - height) // 2
@@ -225,7 +251,7 @@ def _patch(given: Setup) -> F64:
     patch = replace(view, size=(width, height), centre=centre)
     pattern = given.pattern.build(given.plate)
     warper = synthetic.prepare_warp(pattern, patch, view.face_height(given.plate.thickness))
-    light = warper.render(np.zeros((len(warper.points), 3)), None, None) / 255.0
+    light = warper.render(np.zeros((len(warper.points), 3)), None, None, shift) / 255.0
     sensor = given.sensor.build()
     return (sensor.white - sensor.black) * sensor.top * light
 

@@ -15,7 +15,7 @@ from models.design.expected_errors import shape_over
 from rig import cli
 from rig.design.limits import refusal
 from rig.design.outlook import design, search_for
-from rig.design.prediction import linear_to, predict
+from rig.design.prediction import linear_to, predict, remaining_gain
 from rig.design.setup import changes, setup_of
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
@@ -75,6 +75,29 @@ def test_what_is_shared_is_not_computed_again(small):
     assert again.unit is now.unit
     assert again.energy == now.energy
     np.testing.assert_allclose(again.errors.place, predict(louder).errors.place)
+
+
+def test_what_interpolation_leaves_of_a_pattern_is_part_of_the_errors(small):
+    """The patch is moved by its exact shift, so that fine speckles alias as in a camera."""
+    fine, coarse = (
+        setup_of(small({"pattern.diameter": speckle * millimetres_per_pixel(small)}))
+        for speckle in (2.0, 7.0)
+    )
+    assert abs(remaining_gain(coarse)) < 5e-4
+    assert abs(remaining_gain(fine)) > 2 * abs(remaining_gain(coarse))
+    promised = predict(fine)
+    unavoidable = promised.at_noise(fine.noise)
+    # With all motion too large by a part, a force of 1 N is too large by it.
+    added = np.sqrt(promised.errors.force**2 - unavoidable.force**2)
+    np.testing.assert_allclose(added, abs(promised.gain), rtol=0.02)
+
+
+def millimetres_per_pixel(small):
+    scene = small()
+    camera = scene.camera.build(scene.plate)
+    middle = np.array(camera.size) / 2
+    first, second = camera.on_plate(np.array([middle, middle + (1, 0)]), 0.0)
+    return float(np.linalg.norm(second - first))
 
 
 def test_images_that_are_too_small_are_refused(small):
