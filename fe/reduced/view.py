@@ -9,7 +9,6 @@ from math import inf
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.linalg import norm
 from numpy.typing import ArrayLike
 
 from fe.arrays import F64
@@ -119,7 +118,7 @@ class ReducedReadings:
         jacobian = jacobian.reshape(channels, len(xy), 3)
         jacobian[:, :, :2] += np.einsum("tcad,ta->ctd", slopes, weights)
         values.flags.writeable = jacobian.flags.writeable = False
-        jacobian, stretch = jacobian.reshape(-1, 3, len(xy), 3), float(norm(state.stress))
+        jacobian, stretch = jacobian.reshape(-1, 3, len(xy), 3), float(np.linalg.norm(state.stress))
         return Reading(values.reshape(-1, 3), jacobian, stretch, self.reduced.trust(xy, state))
 
 

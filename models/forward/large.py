@@ -12,7 +12,6 @@ from functools import cached_property
 from math import sqrt
 
 import numpy as np
-from numpy.linalg import norm
 from numpy.typing import ArrayLike
 
 import fe
@@ -161,11 +160,12 @@ class LargePlate:
         whitening = np.zeros((factor.shape[1], len(self.view.fixed)))
         whitening[:, : self._count] = factor.T
         plate, modes = self.reduced.plate, len(self.modes.stiffness)
-        # Fields are orthonormal over the area A: 1 mm everywhere is √A of one.
-        in_plane = norm(whitening[:, modes : self._count]) * sqrt(plate.area / self.drifts)
-        strain = 1.0 / sqrt(plate.young * plate.thickness * plate.area)
-        missed = _MISSED * sqrt(plate.area) * strain * in_plane
-        return LargeForward(self.view, whitening, float(missed))
+        # Fields are orthonormal over the area A: 1 mm everywhere is √A of one. The energy E h A ε²
+        # of a strain ε moves the plate over a side √A by √A ε.
+        fields = whitening[:, modes : self._count]
+        in_plane = np.linalg.norm(fields) * sqrt(plate.area / self.drifts)
+        missed = _MISSED * float(in_plane) / sqrt(plate.young * plate.thickness)
+        return LargeForward(self.view, whitening, missed)
 
     @property
     def _count(self) -> int:

@@ -97,7 +97,7 @@ def live(
                 sinks.append(open_parts.enter_context(open_touches(touches)))
             _follow(loop, sinks, frames)
     except KeyboardInterrupt:
-        if loop is None or not loop.frames:
+        if loop is None or not loop.pace.frames:
             raise
         say("ended")
     summary = loop.summary()
@@ -240,7 +240,7 @@ def _follow(loop: LiveLoop, sinks: list[Sink], frames: int | None) -> None:
             warn(said)
         if snapshot.fresh:
             said = None
-        if frames and loop.frames >= frames:
+        if frames and loop.pace.frames >= frames:
             return
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, Protocol
 
+from rig.live.pace import Pace
 from rig.live.snapshot import Snapshot
 from rig.system.timing import Stopwatch
 
@@ -25,13 +26,13 @@ class LiveLoop(Protocol):
 
     Attributes
     ----------
-    frames : int
-        That were looked at.
+    pace : Pace
+        How many frames it took, and how fast.
     watch : Stopwatch
         Of its stages.
     """
 
-    frames: int
+    pace: Pace
     watch: Stopwatch
 
     def __iter__(self) -> Iterator[Snapshot]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, replace
 from math import inf
@@ -20,12 +19,13 @@ from rig.live.frame_record import FrameRecord, Recorder
 from rig.live.gestures import Gesture, Gestures
 from rig.live.learning import Learned, Learning
 from rig.live.live_loop import Progress, to_nobody
+from rig.live.pace import LATENCY, Pace
 from rig.live.quality import signs
 from rig.live.run_score import RunScore
 from rig.live.snapshot import Mark, Snapshot, StrainOverlay
 from rig.live.strain_chain import StrainChain
 from rig.live.tare import Tare
-from rig.live.tracker import LATENCY, FrameProcessor, FrameResult
+from rig.live.tracker import FrameProcessor, FrameResult
 from rig.live.view import (
     View,
     empty_snapshot,
@@ -41,7 +41,6 @@ from rig.system.timing import Stopwatch
 SILENCE = 0.5  # s without a frame after which the user is warned,
 MISSED = 3  # or so many of the intervals between the frames of the reference, if these are longer
 SHOWN = 1.0  # s that a gesture stays in the snapshots, for those who do not see every frame
-PACE = 60  # frames over which the running rate is measured
 
 
 class Loop:
@@ -69,8 +68,7 @@ class Loop:
         reference: ReferenceFrame | None = None,
     ):
         self.bench = bench
-        self.dropped = 0
-        self.frames = 0
+        self.pace = Pace()
         self.watch = Stopwatch(clock)
         self.pattern_score = RunScore(bench.min_force)
         self.strain_score = RunScore(bench.min_force)
@@ -82,27 +80,10 @@ class Loop:
         self._view = plate_view(bench.plate, bench.camera)
         self._follower: FrameProcessor | None = None
         self._silence = SILENCE
-        self._sequence: int | None = None
-        self._first: float | None = None
-        self._finished: deque[float] = deque(maxlen=PACE)
         self._gestures, self._recent = Gestures(), tuple[Gesture, ...]()
         self._tare = Tare(bench)
         self._learning = _learning(bench)
         self._recorded = False
-
-    @property
-    def fps(self) -> float:
-        """Frames a second that the loop finishes now; 0 before the second."""
-        if len(self._finished) < 2:
-            return 0.0
-        return (len(self._finished) - 1) / (self._finished[-1] - self._finished[0])
-
-    @property
-    def mean_fps(self) -> float | None:
-        """Frames a second from the first to the last; None before the second."""
-        if self._first is None or self.frames < 2:
-            return None
-        return (self.frames - 1) / (self._finished[-1] - self._first)
 
     def get_ready(self, progress: Progress = to_nobody) -> FrameProcessor:
         """Take the reference and pass all that may come through the chain, so that nothing waits.
@@ -202,17 +183,7 @@ class Loop:
 
     def summary(self) -> dict[str, Any]:
         """Figures of the run so far, ready for JSON."""
-        median, late = self.watch.quantiles(LATENCY)
-        return {
-            "frames": self.frames,
-            "dropped": self.dropped,
-            "fps": self.mean_fps,
-            "latency_ms": {"median": median, "p95": late},
-            "stages_ms": {
-                name: {"median": middle, "p95": slow}
-                for name, middle, slow in self.watch.table()
-                if name != LATENCY
-            },
+        return self.pace.summary(self.watch) | {
             "pattern": self.pattern_score.summary(),
             "strain": self.strain_score.summary() if self._from_strain else None,
             "net": self.net_score.summary() if self.bench.net else None,
@@ -230,9 +201,7 @@ class Loop:
         return () if found.from_strain is None else marks(found.from_strain)
 
     def _take(self, frame: Frame, follower: FrameProcessor, view: View) -> Snapshot:
-        if self._sequence is not None:
-            self.dropped += frame.sequence - self._sequence - 1
-        self._sequence = frame.sequence
+        self.pace.begin(frame.sequence)
         self._renew(follower)
         self._begin_recording(follower)
         result = follower.process(frame)
@@ -243,12 +212,9 @@ class Loop:
             self._recorder.put(
                 FrameRecord(frame, result.before, result.frame_estimate, result.identities)
             )
-        self.frames += 1
         self._follow_gestures(frame, result)
         errors = self._score(frame, result.frame_estimate)
-        now = self._clock()
-        self._first = now if self._first is None else self._first
-        self._finished.append(now)
+        self.pace.finish(self._clock())
         return self._snapshot(frame, follower, view, result, errors)
 
     def _notice(self, time: float) -> str:
@@ -272,7 +238,7 @@ class Loop:
         """
         recorded = self._recorder is not None and self._recorder.summary() is not None
         begins, self._recorded = recorded and not self._recorded, recorded
-        if begins and self._learning and self.frames and self._reference:
+        if begins and self._learning and self.pace.frames and self._reference:
             self._learning.pause()
             follower.stand_still(self.bench.prepare_all(self._reference))
 
@@ -354,8 +320,8 @@ class Loop:
             force_error=errors[1] if errors else None,
             position_error_median=running[0] if running else None,
             force_error_median=running[1] if running else None,
-            fps=self.fps,
-            dropped=self.dropped,
+            fps=self.pace.fps,
+            dropped=self.pace.dropped,
             stages=tuple(row for row in self.watch.table() if row[0] != LATENCY),
             latency=self.watch.quantiles(LATENCY),
             noise=noise_from_sums(frame_estimate.sums, follower.chain.reference.tiles),

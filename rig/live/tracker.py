@@ -15,14 +15,13 @@ from rig.live.chain import ChainState, at_rest
 from rig.live.frame_estimate import NO_ESTIMATE, FrameEstimate, estimate_frame
 from rig.live.learning import on_learned
 from rig.live.memory import Memory
+from rig.live.pace import LATENCY
 from rig.live.quality import SLIGHT
 from rig.live.strain_chain import with_strain, with_touches
 from rig.live.tracks import Event, Track, Tracks
 from rig.live.warm_up import Report, quiet, rehearsal
 from rig.system.frame import Frame
 from rig.system.timing import Stopwatch
-
-LATENCY = "capture to touches"
 
 
 @dataclass(frozen=True, eq=False)

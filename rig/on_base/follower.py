@@ -1,7 +1,7 @@
 """Follows a bent plate from frame to frame: its base, and the touches on it.
 
-Whatever takes seconds is done beside it. While a shape is not known, or not well enough to say what
-touches it, no touch is reported, and why stands in the sentence of the frame.
+Whatever takes seconds is done in the background. While a shape is not known, or not well enough to
+say what touches it, no touch is reported, and why stands in the sentence of the frame.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ import fe
 from models import Estimate, PreparedShape, Result, Surface, SurfaceEstimate
 from rig.live.baseline import ReferenceFrame
 from rig.live.frame_estimate import NO_ESTIMATE, touches_of
+from rig.live.pace import LATENCY
 from rig.live.snapshot import BaseReading
-from rig.live.tracker import LATENCY
 from rig.live.tracks import Event, Track, Tracks
+from rig.on_base.background import Background, in_a_thread
 from rig.on_base.base_bench import BaseBench
-from rig.on_base.beside import Beside, in_a_thread
 from rig.on_base.preparation import Preparation, Way
 from rig.on_base.resting_plate import FRAMES, RestingPlate, is_untouched, unknown_rest
 from rig.on_base.shapes import (
@@ -98,8 +98,8 @@ class SurfaceFollower:
     watch : Stopwatch
     clock : callable
         Monotonic time, s; the same that stamps the frames.
-    beside : callable
-        Does what takes seconds; see `Beside`.
+    background : callable
+        Does what takes seconds; see `Background`.
 
     Attributes
     ----------
@@ -115,12 +115,13 @@ class SurfaceFollower:
         reference: ReferenceFrame,
         watch: Stopwatch,
         clock: Callable[[], float],
-        beside: Beside = in_a_thread,
+        background: Background = in_a_thread,
     ):
         self.ready: ReadyShape | None = None
-        self.preparation = Preparation(beside, clock)
+        self.preparation = Preparation(background, clock)
         self._bench, self._watched = bench, bench.watched(reference)
-        self._noise, self._watch, self._clock, self._beside = reference.noise, watch, clock, beside
+        self._noise, self._background = reference.noise, background
+        self._watch, self._clock = watch, clock
         self._tracks, self._rest = Tracks(), RestingPlate(np.empty(0))
         self._motion, self._touches = np.empty(0), np.empty((0, 3))
         self._seen = False
@@ -193,7 +194,7 @@ class SurfaceFollower:
         listed, base = self._listed, state.base
         if self._listing is None and (listed is None or (_apart(listed.base, base) > LISTED).any()):
             self._listed = turns_of(state)
-            self._listing = self._beside(partial(list_shapes, self._bench, base))
+            self._listing = self._background(partial(list_shapes, self._bench, base))
 
     def _shapes(self, state: fe.ShellState) -> ListedShapes:
         """Give the stable shapes as far as they were sought."""
@@ -288,7 +289,7 @@ class SurfaceFollower:
             sigma_twist=sigma_twist,
             eigenvalue=state.stability.eigenvalue,
             outcome=outcome,
-            shapes=listed.beside(state),
+            shapes=listed.marked(state),
             all_sought=listed.all_sought,
         )
 

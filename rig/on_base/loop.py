@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, replace
 from math import isfinite
@@ -15,14 +15,14 @@ from rig.live.baseline import ReferenceFrame
 from rig.live.first_frames import take_reference
 from rig.live.learning import Learned
 from rig.live.live_loop import Progress, to_nobody
-from rig.live.loop import MISSED, PACE, SILENCE
+from rig.live.loop import MISSED, SILENCE
 from rig.live.notice import Notice
+from rig.live.pace import LATENCY, Pace
 from rig.live.run_score import RunScore
 from rig.live.snapshot import BaseReading, Sign, Snapshot
-from rig.live.tracker import LATENCY
 from rig.live.view import empty_snapshot, plate_view, tracked_marks, true_marks
+from rig.on_base.background import Background, in_a_thread
 from rig.on_base.base_bench import BaseBench
-from rig.on_base.beside import Beside, in_a_thread
 from rig.on_base.follower import SurfaceFollower, SurfaceResult
 from rig.system.frame import Frame, Source
 from rig.system.timing import Stopwatch
@@ -44,8 +44,8 @@ class SurfaceLoop:
         Monotonic time, s; the same that stamps the frames.
     reference : ReferenceFrame or None
         The flat plate, where the source knows it.
-    beside : callable
-        Does what takes seconds; see `Beside`.
+    background : callable
+        Does what takes seconds; see `Background`.
     on_rest : callable
         Called once, when the bent plate at rest was taken: it may be touched.
     """
@@ -56,22 +56,19 @@ class SurfaceLoop:
         source: Source,
         clock: Callable[[], float] = time.monotonic,
         reference: ReferenceFrame | None = None,
-        beside: Beside = in_a_thread,
+        background: Background = in_a_thread,
         on_rest: Callable[[], object] = lambda: None,
     ):
         self.bench = bench
-        self.dropped = self.frames = 0
+        self.pace = Pace()
         self.watch = Stopwatch(clock)
         self.score = RunScore(bench.min_force)
         self.outcomes: Counter[str] = Counter()
-        self._source, self._clock, self._beside = source, clock, beside
+        self._source, self._clock, self._background = source, clock, background
         self._reference, self._on_rest = reference, on_rest
         self._view = plate_view(bench.plate, bench.camera)
         self._follower: SurfaceFollower | None = None
         self._silence, self._begun = SILENCE, False
-        self._sequence: int | None = None
-        self._first: float | None = None
-        self._finished: deque[float] = deque(maxlen=PACE)
         self._notice = Notice()
         self._last: BaseReading | None = None
 
@@ -84,13 +81,6 @@ class SurfaceLoop:
     def known(self) -> None:
         """The bench counts as exact."""
         return
-
-    @property
-    def fps(self) -> float:
-        """Frames a second that the loop finishes now; 0 before the second."""
-        if len(self._finished) < 2:
-            return 0.0
-        return (len(self._finished) - 1) / (self._finished[-1] - self._finished[0])
 
     def get_ready(self, progress: Progress = to_nobody) -> SurfaceFollower:
         """Take the reference of the flat plate.
@@ -116,7 +106,7 @@ class SurfaceLoop:
         sentence = "the flat plate was taken: the base may be bent now"
         snapshot = empty_snapshot(rest, self.bench.plate.size, self._view, sentence)
         progress(1, 1, replace(snapshot, fresh=False))
-        parts = self.bench, self._reference, self.watch, self._clock, self._beside
+        parts = self.bench, self._reference, self.watch, self._clock, self._background
         self._follower = SurfaceFollower(*parts)
         return self._follower
 
@@ -165,19 +155,7 @@ class SurfaceLoop:
 
     def summary(self) -> dict[str, Any]:
         """Figures of the run so far, ready for JSON."""
-        median, late = self.watch.quantiles(LATENCY)
-        first, finished = self._first, self._finished
-        several = first is not None and self.frames > 1
-        return {
-            "frames": self.frames,
-            "dropped": self.dropped,
-            "fps": (self.frames - 1) / (finished[-1] - first) if first and several else None,
-            "latency_ms": {"median": median, "p95": late},
-            "stages_ms": {
-                name: {"median": middle, "p95": slow}
-                for name, middle, slow in self.watch.table()
-                if name != LATENCY
-            },
+        return self.pace.summary(self.watch) | {
             "pattern": self.score.summary(),
             "strain": None,
             "net": None,
@@ -196,20 +174,15 @@ class SurfaceLoop:
         }
 
     def _take(self, frame: Frame, follower: SurfaceFollower) -> Snapshot:
-        if self._sequence is not None:
-            self.dropped += frame.sequence - self._sequence - 1
-        self._sequence = frame.sequence
+        self.pace.begin(frame.sequence)
         result = follower.process(frame)
-        self.frames += 1
         self.outcomes[result.outcome] += 1
         self._last = result.base or self._last
+        errors = self._score(frame, result)
+        self.pace.finish(self._clock())
         if follower.knows_rest and not self._begun:
             self._begun = True
             self._on_rest()
-        errors = self._score(frame, result)
-        now = self._clock()
-        self._first = now if self._first is None else self._first
-        self._finished.append(now)
         return self._snapshot(frame, follower, result, errors)
 
     def _score(self, frame: Frame, result: SurfaceResult) -> tuple[float, float] | None:
@@ -250,8 +223,8 @@ class SurfaceLoop:
             force_error=errors[1] if errors else None,
             position_error_median=running[0] if running else None,
             force_error_median=running[1] if running else None,
-            fps=self.fps,
-            dropped=self.dropped,
+            fps=self.pace.fps,
+            dropped=self.pace.dropped,
             stages=tuple(row for row in self.watch.table() if row[0] != LATENCY),
             latency=self.watch.quantiles(LATENCY),
             noise=float("nan") if said is None else float(np.sqrt(said.misfit)),

@@ -1,4 +1,4 @@
-"""The next shape, which is found and prepared beside the loop."""
+"""The next shape, which is found and prepared in the background."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from concurrent.futures import Future
 from enum import Enum
 
 from models import Surface
-from rig.on_base.beside import Beside
+from rig.on_base.background import Background
 from rig.on_base.shapes import ReadyShape
 
 
@@ -23,8 +23,8 @@ class Preparation:
 
     Parameters
     ----------
-    beside : callable
-        Does what takes seconds; see `Beside`.
+    background : callable
+        Does what takes seconds; see `Background`.
     clock : callable
         Monotonic time, s.
 
@@ -36,10 +36,10 @@ class Preparation:
         Why the last one is none, as a sentence; empty where it is one.
     """
 
-    def __init__(self, beside: Beside, clock: Callable[[], float]):
+    def __init__(self, background: Background, clock: Callable[[], float]):
         self.taken: list[float] = []
         self.trouble = ""
-        self._beside, self._clock = beside, clock
+        self._background, self._clock = background, clock
         self._job: Future[ReadyShape | None] | None = None
         self._way, self._begun = Way.SEARCH, 0.0
 
@@ -57,7 +57,7 @@ class Preparation:
         """Begin, unless one is on its way."""
         if self._job is None:
             self._way, self._begun = way, self._clock()
-            self._job = self._beside(work)
+            self._job = self._background(work)
 
     def forget(self) -> None:
         """Leave what is on its way."""

@@ -1,4 +1,4 @@
-"""What takes seconds and is done beside the loop: find a shape, follow it, list all that rest."""
+"""What takes seconds and is done in the background: find a shape, follow it, list all that rest."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class ListedShapes:
     shapes: tuple[fe.BaseShape, ...]
     all_sought: bool = True
 
-    def beside(self, state: fe.ShellState) -> tuple[StableShape, ...]:
+    def marked(self, state: fe.ShellState) -> tuple[StableShape, ...]:
         """List them with the one that an image shows, which may be none of them."""
         off = [float(np.abs(each.state.values - state.values).max()) for each in self.shapes]
         largest = max(float(np.abs(state.values).max()), state.plate.thickness)

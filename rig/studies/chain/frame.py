@@ -18,8 +18,9 @@ import fe
 import rig
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
+from rig.live.pace import LATENCY
 from rig.live.run_score import RunScore
-from rig.live.tracker import LATENCY, FrameProcessor
+from rig.live.tracker import FrameProcessor
 from rig.report.figure import Bar, Figure, at_most
 from rig.sources.twin import build_twin
 from rig.studies.study import line, run

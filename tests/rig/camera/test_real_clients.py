@@ -1,6 +1,5 @@
 """Cameras through the real OpenCV and the real linuxpy, on an emulated /dev/video0."""
 
-import json
 import textwrap
 
 import pytest

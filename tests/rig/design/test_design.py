@@ -96,7 +96,7 @@ def millimetres_per_pixel(small):
     scene = small()
     camera = scene.camera.build(scene.plate)
     middle = np.array(camera.size) / 2
-    first, second = camera.on_plate(np.array([middle, middle + (1, 0)]), 0.0)
+    first, second = camera.on_plate(np.array([middle, [middle[0] + 1, middle[1]]]), 0.0)
     return float(np.linalg.norm(second - first))
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import fe
-from rig.live import loop as module
 from rig.live.bench import build_bench
 from rig.live.loop import Loop
+from rig.live.pace import LATENCY
 from rig.sources.twin import build_twin
 from rig.system.frame import Frame
 
@@ -75,7 +75,7 @@ def test_a_camera_shift_changes_neither_places_nor_forces(start):
 def test_while_the_loop_gets_ready_it_shows_the_plate_at_rest_and_how_far_it_is(start):
     loop, shown = start(range(20)), []
     follower = loop.get_ready(lambda *step: shown.append(step))
-    assert loop.frames == 0
+    assert loop.pace.frames == 0
     assert loop.get_ready() is follower
     for number, (done, total, shot) in enumerate(shown):
         assert (done, total) == (number, len(shown) - 1)
@@ -103,7 +103,7 @@ def test_frames_lost_while_the_reference_is_prepared_are_not_dropped(start):
 
 def test_a_source_that_ends_ends_the_loop(start):
     loop = start(range(20))
-    assert len(list(loop)) == loop.frames == 4
+    assert len(list(loop)) == loop.pace.frames == 4
 
 
 def test_a_source_that_ends_too_early_is_one_sentence(start):
@@ -136,7 +136,7 @@ def test_a_source_that_falls_silent_shows_no_touch_and_says_why(start):
     assert silent.status == Unplugged.status
     assert back.fresh
     assert len(back.touches) == 1
-    assert loop.frames == 2
+    assert loop.pace.frames == 2
 
 
 @pytest.mark.parametrize(("interval", "patience"), [(1 / 30, 0.5), (0.5, 1.5), (2.0, 6.0)])
@@ -230,9 +230,9 @@ def test_the_figures_are_taken_on_the_given_clock_and_are_json(start):
 def test_the_rate_is_that_of_the_whole_run(start):
     loop = start(range(40), clock=Ticks())
     run(loop, 5)
-    looks = (loop._finished[-1] - loop._first) / 0.1 / 4  # a frame
+    looks = (loop.pace._finished[-1] - loop.pace._first) / 0.1 / 4  # a frame
     assert loop.summary()["fps"] == pytest.approx(10.0 / looks)
-    assert loop.fps == pytest.approx(loop.summary()["fps"])
+    assert loop.pace.fps == pytest.approx(loop.summary()["fps"])
 
 
 def test_the_latency_counts_from_the_capture(start):
@@ -246,7 +246,7 @@ def test_the_latency_counts_from_the_capture(start):
 
     source.grab = late
     run(loop, 2)
-    median, slow = loop.watch.quantiles(module.LATENCY)
+    median, slow = loop.watch.quantiles(LATENCY)
     assert 1e3 * delay < median <= slow < 1e3 * (delay + 5)
 
 

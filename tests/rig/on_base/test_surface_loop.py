@@ -84,9 +84,11 @@ def never(work):
     return Future()
 
 
-def loop_on(images, beside=at_once, **options):
+def loop_on(images, background=at_once, **options):
     source = Staged([(light(None, False), ())] * FLAT + images)
-    return SurfaceLoop(bench(), source, lambda: source.number / 10, beside=beside, **options)
+    return SurfaceLoop(
+        bench(), source, lambda: source.number / 10, background=background, **options
+    )
 
 
 @cache
@@ -96,7 +98,7 @@ def story():
     images = [(light(BASE, False), ())] * (UNTIL - FLAT)
     images += [(light(BASE, True), (TOUCH,))] * 8
     images += [(light(MOVED, True), (TOUCH,))] * 8
-    loop = loop_on(images, on_rest=lambda: rested.append(loop.frames))
+    loop = loop_on(images, on_rest=lambda: rested.append(loop.pace.frames))
     return list(loop), loop, rested
 
 
@@ -160,7 +162,7 @@ def hidden():
     """Snapshots of a bent plate before which something stands, and then no more."""
     ready = story()[1].get_ready().ready
     bent = (light(MOVED, False), ())
-    loop = loop_on([bent] * 2 + [(strange(), ())] * 2 + [bent] * 2, beside=never)
+    loop = loop_on([bent] * 2 + [(strange(), ())] * 2 + [bent] * 2, background=never)
     begin_with(loop, ready)
     return list(loop), loop
 
@@ -184,7 +186,7 @@ def test_near_a_limit_point_the_reason_is_named():
     shape = ready.shape
     soft = replace(shape.state.stability, eigenvalue=0.05)
     near = replace(shape, state=replace(shape.state, stability=soft))
-    loop = loop_on([(light(MOVED, False), ())] * 2, beside=never)
+    loop = loop_on([(light(MOVED, False), ())] * 2, background=never)
     begin_with(loop, replace(ready, shape=near))
     for shot in loop:
         assert shot.base.outcome == "NEAR_LIMIT"
@@ -202,7 +204,7 @@ def test_what_is_left_in_front_is_looked_for_anew_and_not_believed():
 
 
 def test_while_a_shape_is_prepared_frames_say_so():
-    shots = list(loop_on([(light(BASE, True), (TOUCH,))] * 3, beside=never))
+    shots = list(loop_on([(light(BASE, True), (TOUCH,))] * 3, background=never))
     assert outcomes(shots) == ["SEARCHING"] * 3
     assert all(shot.estimate.result is models.Result.UNRESOLVABLE for shot in shots)
     assert not any(shot.touches for shot in shots)
@@ -212,13 +214,13 @@ def test_a_shape_that_is_none_of_the_listed_ones_joins_them():
     state = bench().shell.at(BASE)
     other = fe.half_turned(state.values, 2)
     up = fe.BaseShape(state, state.energy, "up")
-    assert [s.shown for s in ListedShapes(BASE, (up,)).beside(state)] == [True]
-    listed = ListedShapes(BASE, (up,)).beside(replace(state, values=-other))
+    assert [s.shown for s in ListedShapes(BASE, (up,)).marked(state)] == [True]
+    listed = ListedShapes(BASE, (up,)).marked(replace(state, values=-other))
     assert [shape.shown for shape in listed] == [False, True]
 
 
 def test_a_known_weight_is_refused_and_a_tare_identifies_anew():
-    loop = loop_on([(light(BASE, False), ())] * 2, beside=never)
+    loop = loop_on([(light(BASE, False), ())] * 2, background=never)
     shots = iter(loop)
     next(shots)
     loop.tare()

@@ -1,4 +1,4 @@
-"""Work beside the loop, which no frame waits for."""
+"""Work in the background, which no frame waits for."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from concurrent.futures import Future
 from typing import Any, Protocol
 
 
-class Beside(Protocol):
+class Background(Protocol):
     """Has something worked out."""
 
     def __call__(self, work: Callable[[], Any]) -> Future[Any]:
@@ -26,5 +26,5 @@ def in_a_thread(work: Callable[[], Any]) -> Future[Any]:
         except Exception as error:  # noqa: BLE001 - raised where the result is taken
             result.set_exception(error)
 
-    threading.Thread(target=run, name="beside", daemon=True).start()
+    threading.Thread(target=run, name="background", daemon=True).start()
     return result
