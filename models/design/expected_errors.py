@@ -39,7 +39,7 @@ class ExpectedErrors:
         """Multiply by a factor of the noise."""
         return ExpectedErrors(self.touches, factor * self.place, factor * self.force)
 
-    def beside(self, other: ExpectedErrors) -> ExpectedErrors:
+    def combined_with(self, other: ExpectedErrors) -> ExpectedErrors:
         """Add errors of another cause, as root sum of squares."""
         place, force = np.hypot(self.place, other.place), np.hypot(self.force, other.force)
         return ExpectedErrors(self.touches, place, force)

@@ -72,7 +72,7 @@ class Prediction:
     def errors(self) -> ExpectedErrors:
         """Errors for the noise of the setup and for what interpolation leaves of its pattern."""
         gain = self.twice.scaled(abs(self.gain))
-        return self.at_noise(self.setup.noise).beside(gain)
+        return self.at_noise(self.setup.noise).combined_with(gain)
 
 
 def predict(
@@ -238,8 +238,9 @@ def remaining_gain(given: Setup) -> float:
     reference = prepare_tiles(_patch(given), given.tile)
     flow = np.full((len(reference.hessian), 2), SMALL)
     sums = tile_sums(reference, _patch(given, (SMALL, SMALL)), flow)
-    left = -unbiased_gradient(reference, sums).sum(axis=0)
-    return float(np.mean(left / reference.hessian.sum(axis=0)[[0, 2]])) / SMALL
+    left: F64 = -unbiased_gradient(reference, sums).sum(axis=0)
+    xx, _, yy = reference.hessian.sum(axis=0)
+    return float(left[0] / xx + left[1] / yy) / (2.0 * SMALL)
 
 
 def _patch(given: Setup, shift: tuple[float, float] = (0.0, 0.0)) -> F64:

@@ -6,7 +6,7 @@ moving (a base that moves on while it is pressed). In the first two truth is the
 the touch on 28 × 28 elements, any of its stable shapes, photographed exactly at 640² with a noise
 of 2 grey levels; the loop gets the flat plate, then the bent one, and, when it says that it knows
 it at rest, the pressed one for a second of 10 frames. In the third the twin of the scene bent-base
-gives the frames. What is worked out beside the loop is ready `TAKES` s later, and no frame waits
+gives the frames. What is worked out in the background is ready `TAKES` s later, and no frame waits
 for it; nothing is known but plate and camera. *Place* and *force* are of the touch as it is shown
 after that second, *one frame* those of its first frame alone. Silently wrong is a scene in which a
 frame reports a touch that is off by more than noise, none where one is held, or one where none is.
@@ -108,7 +108,7 @@ def live(truth: Truth, there: Scene, rng: np.random.Generator, listing: bool) ->
 
     stage = Stage(frame)
     loop = SurfaceLoop(
-        bench(), stage, lambda: stage.time, beside=Later(lambda: stage.time, listing)
+        bench(), stage, lambda: stage.time, background=Later(lambda: stage.time, listing)
     )
     loop.get_ready(to_nobody)
     shots: list[Snapshot] = []
@@ -286,12 +286,12 @@ def _follow(described: RigScene) -> SurfaceLoop:
         return now.frame(number, touches), touches
 
     stage = Stage(frame)
-    beside = Later(lambda: stage.time, listing=False)
+    later = Later(lambda: stage.time, listing=False)
 
     def begin() -> None:
         begun.append(round(stage.time * RATE) + 1)
 
-    loop = SurfaceLoop(bench(), stage, lambda: stage.time, beside=beside, on_rest=begin)
+    loop = SurfaceLoop(bench(), stage, lambda: stage.time, background=later, on_rest=begin)
     for _ in loop:
         pass
     return loop

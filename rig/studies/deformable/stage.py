@@ -18,7 +18,7 @@ RATE = 10.0
 """Frames a second."""
 
 TAKES = 6.0
-"""Seconds, for which what is worked out beside the loop takes on a core of its own."""
+"""Seconds, for which what is worked out in the background takes on a core of its own."""
 
 
 class Later:
@@ -28,7 +28,7 @@ class Later:
         self._clock, self._listing = clock, listing
 
     def __call__(self, work: Callable[[], Any]) -> Future[Any]:
-        """See `rig.on_base.beside.Beside`."""
+        """See `rig.on_base.background.Background`."""
         if isinstance(work, partial) and work.func is list_shapes and not self._listing:
             return Future()
         awaited = _Awaited(self._clock)
