@@ -38,6 +38,18 @@ THIN, PRESSED = 0.2, 2.0  # mm of the strip under pressure, and its deflection i
 THICK = (0.05, 0.1, 0.2)  # thickness over the side
 
 
+def summed(kind: str, rows: list[tuple[float, float, float]], bar: Bar) -> Iterator[Figure]:
+    """Sum up errors of strain and deflection, and what is stated over the true one."""
+    table = np.array(rows)
+    worst = table[np.abs(np.log(table[:, 2])).argmax(), 2]
+    yield from line(
+        "Plates by aspect, the worst of all",
+        f"aspect 1:1 to 100:1, {kind}",
+        relative_error=(float(table[:, :2].max()), "", bar, len(rows)),
+        stated_over_true_error=(float(worst), "", STATED, len(rows)),
+    )
+
+
 class Looked(NamedTuple):
     """Points (K, 2) mm of a plate, and the truth there under 1 N."""
 
@@ -79,6 +91,7 @@ def looked(plate: fe.Plate) -> Looked:
 
 def linear() -> Iterator[Figure]:
     """Compare linear plates with Lévy's series; the errors, and what is stated of them."""
+    rows: list[tuple[float, float, float]] = []
     for aspect in ASPECTS:
         for name, sides in SIDES.items():
             plate = plate_of(aspect, sides)
@@ -92,16 +105,20 @@ def linear() -> Iterator[Figure]:
             largest = np.abs(truth.strain).max()
             before, cost = as_before(plate, touch, truth)
             count = len(truth.xy)
+            strain, deflection = off / largest, sagged / np.abs(truth.deflection).max()
+            stated_over_true = float(stated.strain.max() / off)
+            rows.append((float(strain), float(deflection), stated_over_true))
             yield from line(
                 "Linear plates by aspect, one touch, against Lévy's series",
                 f"{aspect:g}:1, sides {name}",
-                strain_off=(float(off / largest), "", LINEAR, count),
-                w_off=(float(sagged / np.abs(truth.deflection).max()), "", LINEAR, count),
-                stated_over_true=(float(stated.strain.max() / off), "", STATED, count),
+                strain_off=(float(strain), "", LINEAR, count),
+                w_off=(float(deflection), "", LINEAR, count),
+                stated_over_true=(stated_over_true, "", STATED, count),
                 strain_off_on_equal_elements=(before, "", None, count),
                 time=(spent, "CPU s"),
                 time_over_equal_elements=(spent / cost, "", NO_SLOWER),
             )
+    yield from summed("linear", rows, LINEAR)
 
 
 def as_before(plate: fe.Plate, touch: fe.Touch, truth: Looked) -> tuple[float, float]:
@@ -117,6 +134,7 @@ def as_before(plate: fe.Plate, touch: fe.Touch, truth: Looked) -> tuple[float, f
 
 def shell() -> Iterator[Figure]:
     """Compare the shell with Lévy's series under a small force, and with a strip under pressure."""
+    rows: list[tuple[float, float, float]] = []
     for aspect in ASPECTS:
         plate = plate_of(aspect, SIDES["clamped"])
         truth, force = looked(plate), 1e-4
@@ -132,15 +150,21 @@ def shell() -> Iterator[Figure]:
         began = time.process_time()
         fe.solve(plate, [touch_on(plate, force)], mesh=fe.grid(plate, LONG))
         cost, count = time.process_time() - began, len(truth.xy)
+        strain, deflection = (
+            off / np.abs(truth.strain).max(),
+            sagged / np.abs(truth.deflection).max(),
+        )
+        rows.append((float(strain), float(deflection), float(stated / off)))
         yield from line(
             "Shells by aspect, small force, against Lévy's series",
             f"{aspect:g}:1",
-            strain_off=(float(off / np.abs(truth.strain).max()), "", SHELL, said),
-            w_off=(float(sagged / np.abs(truth.deflection).max()), "", SHELL, count),
+            strain_off=(float(strain), "", SHELL, said),
+            w_off=(float(deflection), "", SHELL, count),
             stated_over_true=(float(stated / off), "", STATED, said),
             time=(spent, "CPU s"),
             time_over_equal_elements=(spent / cost, "", NO_SLOWER),
         )
+    yield from summed("shell", rows, SHELL)
     for aspect in ASPECTS[3:]:
         yield from pressed(aspect)
 

@@ -1,7 +1,8 @@
 """Large touches in a frame of 1024²: place, force, count, what is stated of them, and time.
 
 Parts: few, some and hundred (5, 20 and 100 scenes a cell: one or two touches of 0.5 to 5 N, on a
-plate of 1 mm with four or two clamped edges), and uncertain (a tour of the scene `bench-real`).
+plate of 1 mm with four or two clamped edges), edges and edges_few (40 and 4 scenes a cell of one
+touch near an edge), and uncertain (a tour of the scene `bench-real`).
 Images are rendered from the geometrically exact shell, which no estimator knows; those of the tour
 from the whole plate of von Kármán. A tracked frame follows one that was pressed a tenth less and
 half a millimetre aside, a cold one follows the plate at rest. Places and forces are medians of the
@@ -13,13 +14,14 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
 import fe
 import models
 import rig
-from models import Estimate, Result, match
+from models import Estimate, Result, covariance, match
 from rig.calibration.store import calibration_beside
 from rig.live.baseline import ReferenceFrame, average_reference, drift_weight
 from rig.live.bench import build_bench
@@ -38,11 +40,15 @@ from rig.system.timing import Stopwatch
 THICKNESS, PIXELS, ELEMENTS = 1.0, 1024, 40
 FORCES, INSET, APART = (0.5, 5.0), 30.0, 50.0  # N, mm from an edge, mm between two touches
 BEFORE, ASIDE = 0.9, 0.5  # of the force, mm: the frame before
+NEAR, NEAR_FORCES = (8.0, 25.0), (2.0, 4.0)  # mm from an edge, N
+KNOWN = 0.25  # of a force: the bound up to which it counts
 FAR = 10.0  # mm: what is further off is no estimate of a touch
 COUNTS = {1: "one touch", 2: "two touches"}
 PLACE, FORCE = (at_most(0.15), at_most(0.5)), (at_most(0.5), at_most(1.5))
 TRACKED, COLD = (at_most(8.0), at_most(15.0)), at_most(50.0)
+WITHIN = Bar(-2.0, 2.0)
 TABLE, CELLS = "Large touches", "Large touches by cell"
+NEAR_EDGES = "Large touches near an edge"
 
 
 @dataclass
@@ -84,6 +90,14 @@ def drawn(rng: np.random.Generator, count: int) -> F64:
         places = np.array([first, second][:count])
         if places.min() > INSET and places.max() < 254.0 - INSET:
             return np.column_stack([places, rng.uniform(*FORCES, count)])
+
+
+def drawn_near_an_edge(rng: np.random.Generator) -> F64:
+    """One touch near an edge, but no corner, (1, 3)."""
+    place = np.array([rng.uniform(*NEAR), rng.uniform(INSET, 254.0 - INSET)])
+    place = place[:: rng.choice([1, -1])]
+    place = np.where(rng.random(2) < 0.5, place, 254.0 - place)
+    return np.array([[*place, rng.uniform(*NEAR_FORCES)]])
 
 
 def after(chain: Chain, touches: F64) -> ChainState:
@@ -195,6 +209,63 @@ def _of_cell(name: str, cell: Cell) -> Iterator[Figure]:
     )
 
 
+class Near(NamedTuple):
+    """Touches near an edge whose force the bound knows to `KNOWN`, from a plate at rest."""
+
+    found: int
+    looked_for: int
+    force: list[float]
+
+    def line(self, case: str, bars: tuple[Bar | None, Bar | None]) -> Iterator[Figure]:
+        """Sum up; the error of a force is in parts of it."""
+        bias = 100.0 * float(np.mean(self.force)) if self.force else float("nan")
+        scatter = 100.0 * float(np.std(self.force)) if self.force else float("nan")
+        found = 100.0 * self.found / max(self.looked_for, 1)
+        yield from line(
+            NEAR_EDGES,
+            case,
+            found=(found, "%", bars[0], self.looked_for),
+            **{
+                "bias of the force": (bias, "%", bars[1], len(self.force)),
+                "scatter of the force": (scatter, "%", None, len(self.force)),
+            },
+        )
+
+
+def edges(scenes: int) -> Iterator[Figure]:
+    """Press so many scenes a cell near an edge."""
+    every: list[Near] = []
+    for name, clamped in EDGES.items():
+        bench = stand(THICKNESS, PIXELS, clamped)
+        every.append(pressed_near_an_edge(bench, prepared(bench, 2), scenes))
+        yield from every[-1].line(f"{name} clamped edges", (None, None))
+    together = Near(
+        sum(one.found for one in every),
+        sum(one.looked_for for one in every),
+        [force for one in every for force in one.force],
+    )
+    yield from together.line("8 to 25 mm from an edge, 2 to 4 N", (at_least(95.0), WITHIN))
+
+
+def pressed_near_an_edge(bench: Bench, chain: Chain, scenes: int) -> Near:
+    """Press near an edge; how many are found and known for sure, of those that could be."""
+    mesh, rng = fe.grid(bench.plate, ELEMENTS), np.random.default_rng(8)
+    found, looked_for, force = 0, 0, list[float]()
+    for _ in range(scenes):
+        touches = drawn_near_an_edge(rng)
+        truth = (fe.Touch(*touches[0].tolist()),)
+        moved = fe.solve(bench.plate, truth, mesh=mesh).displacement(bench.warper.points)
+        estimate = frame(chain, SENSOR.capture(bench.light(moved), rng), at_rest(chain))[0]
+        bound = covariance(chain.estimator.candidates.forward.read(touches)[1])
+        if np.sqrt(bound[2, 2]) > KNOWN * touches[0, 2]:
+            continue
+        looked_for += 1
+        if estimate.count == 1 and estimate.result is Result.FOUND:
+            found += 1
+            force.append(float(estimate.force[0] / touches[0, 2] - 1.0))
+    return Near(found, looked_for, force)
+
+
 def uncertain() -> Iterator[Figure]:
     """Follow a tour of the scene `bench-real`, whose estimator knows its bench only so well."""
     scene = rig.load(SCENE)
@@ -224,6 +295,8 @@ PARTS = {
     "few": partial(large, 5),
     "some": partial(large, 20),
     "hundred": partial(large, 100),
+    "edges": partial(edges, 40),
+    "edges_few": partial(edges, 4),
     "uncertain": uncertain,
 }
 

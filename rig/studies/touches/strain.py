@@ -204,7 +204,7 @@ def _all_found(estimate: Estimate, touches: Touches) -> bool:
 def time() -> Iterator[Figure]:
     """Time of a frame, median over scenes."""
     search = prepared(0.01)
-    for number, cold_bar, tracked_bar in ((1, 0.2, 0.05), (4, 1.0, 0.1)):
+    for number, cold_bar, tracked_bar in ((1, 0.2, 0.03), (4, 1.0, 0.07)):
         rng = np.random.default_rng(number)
         cold: list[float] = []
         tracked: list[float] = []

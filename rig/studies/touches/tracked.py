@@ -96,6 +96,7 @@ def follow(path: Path, rate: float, sigma: float, seed: int) -> Errors:
 
 def tracked() -> Iterator[Figure]:
     """Compare the filter with single frames."""
+    worst: dict[Bar, list[float]] = {STILL: [], MOVING: [], LAG: []}
     for name, (path, bar) in PATHS.items():
         for rate in RATES:
             for sigma in SIGMAS:
@@ -105,6 +106,10 @@ def tracked() -> Iterator[Figure]:
                 squared = np.sum(found.speed**2)
                 lag = -1e3 * np.sum(found.speed * found.filtered[:, :2]) / max(squared, 1e-9)
                 moving = squared > 0
+                if bar:
+                    worst[bar].append(float(ratio))
+                if bar and moving:
+                    worst[LAG].append(float(lag))
                 yield from line(
                     "Touches over time: the filter over one frame alone",
                     f"{name}, {rate:g} frames/s, σ {sigma:g} mm",
@@ -125,6 +130,16 @@ def tracked() -> Iterator[Figure]:
                     other_names=(float(found.broken), "", None, TOUCHES),
                     place_60_ms_ahead=(rms(found.ahead), "mm", None, count),
                 )
+    yield from _summed(worst)
+
+
+def _summed(worst: dict[Bar, list[float]]) -> Iterator[Figure]:
+    """Give the worst of all paths, rates and scatters that have a bar."""
+    table = "Touches over time: the worst of all"
+    still, moving, lag = worst[STILL], worst[MOVING], worst[LAG]
+    yield from line(table, "still touch after 1 s over one frame", error=(max(still), "", STILL))
+    yield from line(table, "moving touch over one frame", error=(max(moving), "", MOVING))
+    yield from line(table, "moving touch", lag=(max(lag, key=abs), "ms", LAG))
 
 
 PARTS = {"tracked": tracked}
