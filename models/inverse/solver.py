@@ -27,9 +27,10 @@ SURE = 6.0
 # so little, a tenth of a standard deviation, is taken and leaves about its square.
 SETTLED = 0.01
 
-# Errors of a forward model look like touches more than noise does: by so much more than even they
-# move these, in variance. Found on reduced plates, see `models.forward.large`.
-ALIKE = 3.2
+# Errors of a forward model look like touches more than noise does. They are of second order, so
+# that each of n touches has a part with every other one: in variance they move touches by n² times
+# this more than errors that are even. `rig.studies.touches.missed` finds it on reduced plates.
+ALIKE = 1.05
 
 WHITEN = "whiten it by the same model"
 STANDARD = LevenbergMarquardt()
@@ -143,7 +144,8 @@ def _as_numbers(start: ArrayLike) -> F64:
 def _describe(problem: CountProblem, fit: Fit, *, needed: bool) -> Estimate:
     error = problem.candidates.forward.own_error(fit.touches)
     added = error**2 / fit.residual.size  # to the variance of each number, were it even
-    touches, spread = sort_touches(fit.touches, (1.0 + ALIKE * added) * fit.covariance)
+    widened = 1.0 + ALIKE * len(fit.touches) ** 2 * added
+    touches, spread = sort_touches(fit.touches, widened * fit.covariance)
     freedom = problem.freedom(fit)
     sound = needed and fit.converged and problem.candidates.within(touches)
     return Estimate(

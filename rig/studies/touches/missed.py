@@ -52,8 +52,8 @@ def missed(scenes: int) -> Iterator[Figure]:
         for count, name in COUNTS.items():
             found = list(misfits(bench, chain, count, scenes))
             every += found
-            yield from _summed(f"{edges} clamped edges, {name}", found)
-    yield from _summed("reduced plate", every)
+            yield from _summed(f"{edges} clamped edges, {name}", found, ALIKE * count**2)
+    yield from _summed("reduced plate", every, None)
 
 
 def misfits(bench: Bench, chain: Chain, count: int, scenes: int) -> Iterator[Misfit]:
@@ -95,7 +95,7 @@ def misfit(readings: list[Reading], touches: F64) -> Misfit:
     )
 
 
-def _summed(case: str, found: list[Misfit]) -> Iterator[Figure]:
+def _summed(case: str, found: list[Misfit], alike: float | None) -> Iterator[Figure]:
     everything, stated, moved, evenly = np.sum(found, axis=0)
     yield from line(
         TABLE,
@@ -108,7 +108,7 @@ def _summed(case: str, found: list[Misfit]) -> Iterator[Figure]:
                 len(found),
             ),
             "alike": (float(moved / evenly), "", None, len(found)),
-            "alike, stated": ALIKE,
+            "alike, stated": alike,
         },
     )
 
