@@ -210,10 +210,11 @@ def default_mesh(plate: Plate) -> Mesh:
     return even_grid(plate, _SIDE)
 
 
-def coarser(mesh: Mesh) -> Mesh:
-    """Return the mesh with half the elements in each run, or six where half are fewer."""
+def coarser(mesh: Mesh, fraction: float = 0.5) -> Mesh:
+    """Return the mesh with a fraction of the elements in each run, or six where that are fewer."""
     runs = [
-        tuple(max((last - first) // 2, _FEWEST) for first, last in line.runs) for line in mesh.lines
+        tuple(max(int((last - first) * fraction), _FEWEST) for first, last in line.runs)
+        for line in mesh.lines
     ]
     counts = sum(runs[0]), sum(runs[1])
     return Mesh(mesh.size, counts, mesh.breaks, (runs[0], runs[1]))

@@ -13,12 +13,12 @@ from numpy.typing import ArrayLike
 from fe.arrays import F64, AnyArray, Mask
 from fe.elements.factor import Factor, factor
 from fe.elements.functional import derivative, recovered
-from fe.elements.mesh import Mesh, coarser, mesh_for
+from fe.elements.mesh import Mesh, mesh_for
 from fe.elements.resolution import unresolved
 from fe.linear.buckling import check_buckling
 from fe.linear.energy import free, stiffness
 from fe.linear.load import spread
-from fe.linear.mesh_error import RICHARDSON, MeshError
+from fe.linear.mesh_error import MeshError, left, less_mesh
 from fe.linear.touch_mesh import touch_mesh
 from fe.plate.plate import Plate, Touch
 from fe.plate.thin import check_thin
@@ -108,14 +108,14 @@ class LinearState:
     def mesh_error(self, xy: ArrayLike, face: Face = "top") -> MeshError:
         """Estimate how far deflection and strain at points (K, 2) mm are off because of the mesh.
 
-        Bends the plate once more, on half the elements.
+        Bends the plate once more, on two thirds of the elements.
         """
-        less = Linear(self.plate, coarser(self.mesh)).deflect(self.touches)
+        less = Linear(self.plate, less_mesh(self.mesh)).deflect(self.touches)
         # Where this mesh resolves the strain the other one is read too, though it may not.
         less = replace(less, touches=())
         return MeshError(
-            RICHARDSON * np.abs(self.deflection(xy) - less.deflection(xy)),
-            RICHARDSON * np.abs(self.strain(xy, face) - less.strain(xy, face)),
+            left(self.deflection(xy), less.deflection(xy)),
+            left(self.strain(xy, face), less.strain(xy, face)),
         )
 
     def _derivative(self, xy: F64, p: int, q: int) -> F64:
@@ -234,8 +234,8 @@ def deflect(plate: Plate, touches: Sequence[Touch], mesh: Mesh | None = None) ->
     plate : Plate
     touches : sequence of Touch
     mesh : Mesh, optional
-        If left out `default_mesh(plate)` for a square plate, and for others one that is fine where
-        they are touched. For many loads on one plate keep a `Linear`.
+        If left out one that is fine where the plate is touched, or `default_mesh(plate)` where a
+        square is touched at many places. For many loads on one plate keep a `Linear`.
 
     Raises
     ------

@@ -19,9 +19,7 @@ _GRADING = Grading(finest=160.0, growth=0.15, elements=36000)
 
 
 def touch_mesh(plate: Plate, touches: Sequence[Touch]) -> Mesh:
-    """Return the mesh for touches that are known: the default one of a square plate, else graded.
-
-    On a square the default mesh resolves every place at a cost that grading cannot halve.
+    """Return the mesh for touches that are known: one that is fine at these.
 
     Raises
     ------
@@ -29,14 +27,24 @@ def touch_mesh(plate: Plate, touches: Sequence[Touch]) -> Mesh:
         A touch, or a part of its disc, lies outside the plate.
     """
     check_touches(plate, touches)
-    if plate.size[0] == plate.size[1] or not touches:
-        return default_mesh(plate)
-    xy = np.array([(t.x, t.y) for t in touches])
-    return graded(plate, xy, np.array([t.radius for t in touches]), _GRADING)
+    xy = np.array([(t.x, t.y) for t in touches]).reshape(-1, 2)
+    return _fine_at(plate, xy, np.array([t.radius for t in touches]))
 
 
 def gauge_mesh(plate: Plate, gauges: F64) -> Mesh:
     """Return the mesh for touches anywhere and gauges (M, 2) mm that are known."""
-    if plate.size[0] == plate.size[1] or not len(gauges):
-        return default_mesh(plate)
-    return graded(plate, gauges, np.zeros(len(gauges)), _GRADING)
+    return _fine_at(plate, gauges, np.zeros(len(gauges)))
+
+
+def _fine_at(plate: Plate, xy: F64, radius: F64) -> Mesh:
+    """Return the mesh that is fine at discs, or the default one where that is as good.
+
+    It is where there is no disc; and on a square whose discs are so many that grading takes more
+    elements than the default mesh, which resolves every place of it.
+    """
+    default = default_mesh(plate)
+    if not len(xy):
+        return default
+    fine = graded(plate, xy, radius, _GRADING)
+    square = plate.size[0] == plate.size[1]
+    return default if square and np.prod(fine.counts) > np.prod(default.counts) else fine

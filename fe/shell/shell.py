@@ -11,11 +11,12 @@ import numpy as np
 
 from fe.arrays import F64
 from fe.elements.graded import Grading, graded
-from fe.elements.mesh import Mesh, coarser, even_grid, mesh_for
+from fe.elements.mesh import Mesh, even_grid, mesh_for
 from fe.elements.refinement import refined
 from fe.linear.buckling import check_buckling
 from fe.linear.demand import strain_demand
 from fe.linear.load import check_touches
+from fe.linear.mesh_error import less_mesh
 from fe.plate.plate import Plate, Touch
 from fe.plate.thin import check_thin
 from fe.shell.band import cholesky
@@ -32,8 +33,8 @@ from fe.shell.system import System
 _SIDE = 40
 _COARSE = 20
 
-# Where touches are known and the plate is not square. Strains err by 5e-4 of the largest at a
-# twentieth of the shorter side from a touch and beyond (study `plates.aspect`).
+# Where touches are known. Strains err by 8e-4 of the largest at a twentieth of the shorter side
+# from a touch and beyond (study `plates.aspect`).
 _GRADING = Grading(finest=72.0, growth=0.45, elements=18000)
 
 # Patches stiffer than 1e9 times the rest round off so much that the digits run out.
@@ -68,9 +69,9 @@ class Shell:
         return System(self.plate, self.mesh)
 
     @cached_property
-    def halved(self) -> Shell:
-        """The same plate on half the elements."""
-        return Shell(self.plate, coarser(self.mesh))
+    def coarser(self) -> Shell:
+        """The same plate on fewer elements, which errors of the mesh are estimated from."""
+        return Shell(self.plate, less_mesh(self.mesh))
 
     @cached_property
     def undeformed(self) -> ShellState:
@@ -242,8 +243,8 @@ def solve(
     base : Base, optional
         Movement of the clamps before the touch; none if left out.
     mesh : Mesh, optional
-        If left out `shell_mesh(plate)` for a square plate, and for others one that is fine where
-        they are touched. For many loads keep a `Shell` or the state of its base.
+        If left out one that is fine where the plate is touched, `shell_mesh(plate)` without
+        touches. For many loads keep a `Shell` or the state of its base.
 
     Returns
     -------
@@ -275,7 +276,7 @@ def shell_mesh(plate: Plate) -> Mesh:
 
 
 def _mesh_for(plate: Plate, touches: Sequence[Touch]) -> Mesh:
-    if plate.size[0] == plate.size[1] or not touches:
+    if not touches:
         return shell_mesh(plate)
     xy = np.array([(t.x, t.y) for t in touches])
     return graded(plate, xy, np.array([t.radius for t in touches]), _GRADING)
