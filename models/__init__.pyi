@@ -83,6 +83,7 @@ from .design.bench_errors import (
 )
 from .design.cramer_rao import (
     cramer_rao as cramer_rao,
+    pixel_bound as pixel_bound,
     pixel_level as pixel_level,
 )
 from .design.expected_errors import (

@@ -117,13 +117,15 @@ def tiles_at_points(found: DisplacementField, tiles: AdaptiveTiles) -> Displacem
     Returns
     -------
     DisplacementField
-        Where no tile is near, or the pattern was not found again, it is what was found.
+        Where no tile is near, or the pattern was not found again, it is what was found. A point
+        about which the tiles see no pattern is FLAT: its subset follows the rim of a hole.
     """
     check_type(found, DisplacementField, "found", "dic.correlate")
     check_type(tiles, AdaptiveTiles, "tiles", "dic.adaptive_tiles")
     at = evaluate(tiles, found.xy)
     alike = np.isin(found.status, _BY_TILES) & (tiles.zncc.ravel()[at.tile] >= _FOUND)
-    return _replaced(by_subsets(found), at, at.known & alike, tiles)
+    bare = tiles.bare.ravel()[at.tile] & ~at.known
+    return _replaced(_without(by_subsets(found), bare), at, at.known & alike, tiles)
 
 
 def by_subsets(found: DisplacementField) -> DisplacementField:
@@ -133,6 +135,20 @@ def by_subsets(found: DisplacementField) -> DisplacementField:
         return replace(found, gauge=gauge)
     unknown = np.full_like(found.gradient, np.nan)  # a shift knows no gradient
     return replace(found, gauge=gauge, gradient=unknown, sigma_gradient=unknown)
+
+
+def _without(found: DisplacementField, bare: Mask) -> DisplacementField:
+    """Leave out points that were measured though there is no pattern."""
+    wrong = bare & found.valid
+    unknown = {
+        name: np.where(wrong, np.nan, getattr(found, name))
+        for name in ("u", "v", "sigma_u", "sigma_v", "gauge")
+    } | {
+        name: np.where(wrong[:, None, None], np.nan, getattr(found, name))
+        for name in ("gradient", "sigma_gradient")
+    }
+    status = np.where(wrong, Status.FLAT, found.status).astype(np.int8)
+    return replace(found, **unknown, status=status)
 
 
 def _replaced(

@@ -35,7 +35,9 @@ class AdaptiveTiles:
     noise : (2, R, C) float64, px
         σ of that, white from tile to tile.
     valid : (R, C) bool
-        Where `seen` can be believed: not masked, hidden or torn.
+        Where `seen` can be believed: not masked, hidden, torn or bare.
+    bare : (R, C) bool
+        Tiles without pattern, as in a hole.
     values : (2, 3, R, C) float64
         u, ∂u/∂x, ∂u/∂y and v, ∂v/∂x, ∂v/∂y, px and px per tile, of the adaptive field.
     sigma : (2, 3, R, C) float64
@@ -47,6 +49,7 @@ class AdaptiveTiles:
     seen: F64
     noise: F64
     valid: Mask
+    bare: Mask
     values: F64
     sigma: F64
     zncc: F64
@@ -117,11 +120,18 @@ def denoised_tiles(seen: F64, noise: F64, valid: Mask) -> AdaptiveTiles:
     seen, noise = (np.where(valid, array, 0.0) for array in (seen, noise))
     first = denoise(seen, noise, valid, None)
     field = denoise(seen, noise, valid, carried(first)[:, 0])
-    drawn = Observation(seen, noise, valid, np.ones(shape))
+    drawn = Observation(seen, noise, valid, np.zeros(shape, bool), np.ones(shape))
     return _tiles(TileLattice((TILE // 2, TILE // 2), (shape[0], shape[1])), drawn, field)
 
 
 def _tiles(lattice: TileLattice, seen: Observation, field: BlockField) -> AdaptiveTiles:
     return AdaptiveTiles(
-        lattice, seen.moved, seen.sigma, seen.valid, field.values, field.sigma, seen.zncc
+        lattice,
+        seen.moved,
+        seen.sigma,
+        seen.valid,
+        seen.bare,
+        field.values,
+        field.sigma,
+        seen.zncc,
     )

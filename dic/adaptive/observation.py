@@ -12,15 +12,18 @@ from dic.adaptive.tile_lattice import TILE, TileLattice
 from dic.arrays import F32, F64, AnyArray, Mask
 from dic.correlation.reference import Reference
 from dic.fields.displacement import Status
+from dic.images.spline import noise_slope
 
 _LIGHT = 7  # tiles along the side of the square over which gain and offset are one
 _SMOOTH = 5  # tiles, over which the texture counts as even
 _LOUD, _LOUDEST = 3.0, 9.0  # times the usual variance, of the tiles around and of all
 _SOME = 2000  # tiles that say what is usual
+_HERE = 3  # tiles along the side of the square that has a pattern or none
 _ALONE = 3  # loud tiles that touch, at most, and part nothing
 _WHOLE = 0.6  # fraction of the pixels of a tile that must lie in the ROI
 _EXACT = 1e-4  # px, of a tile: images that are drawn have no noise, but are rounded
 _OFF = 0.5  # px beyond the last pixel at which a tile is lost
+_PATTERN = 1.5  # times the gradient that noise alone has: less is no pattern
 
 
 @dataclass(frozen=True)
@@ -57,6 +60,8 @@ class Observation:
     sigma : (2, R, C) float64, px
         One standard deviation, smooth over tiles.
     valid : (R, C) bool
+    bare : (R, C) bool
+        Tiles without pattern.
     zncc : (R, C) float64
         Correlation of the tiles around each.
     """
@@ -64,6 +69,7 @@ class Observation:
     moved: F64
     sigma: F64
     valid: Mask
+    bare: Mask
     zncc: F64
 
 
@@ -114,6 +120,8 @@ def observe(
     if loud.any():  # what is hidden says nothing of the light
         b, variance, zncc = _seen(texture.sums, frame, hessian, valid & ~loud)
         loud = valid & _loud(variance, valid & ~loud)
+    bare = _bare(hessian, texture.sums[..., 9], variance, valid & ~loud, ref.prefilter.sigma)
+    valid &= ~bare
     trusted = valid & ~loud
     # A tile that stands alone parts nothing: what is around it says what it has not seen.
     valid = trusted | (loud & ~_lines(loud))
@@ -126,7 +134,7 @@ def observe(
     spread = np.maximum(noise, 0.0)[..., None] * texture.even[..., [0, 1], [0, 1]] * texture.gain
     moved = motion[:, 0] + np.moveaxis(delta, -1, 0)
     sigma = np.maximum(np.sqrt(np.moveaxis(spread, -1, 0)), _EXACT)
-    return Observation(moved, sigma, valid, zncc)
+    return Observation(moved, sigma, valid, bare, zncc)
 
 
 def box(values: AnyArray, side: int) -> F64:
@@ -213,6 +221,19 @@ def _lines(loud: Mask) -> Mask:
         return loud
     labels, _ = label(loud, np.ones((3, 3), int))
     return np.asarray(np.bincount(labels.ravel())[labels] > _ALONE) & loud
+
+
+def _bare(hessian: F64, count: F64, variance: F64, trusted: Mask, sigma: float) -> Mask:
+    """Tiles without pattern: about them the gradient is that of noise, as in a hole.
+
+    Noise of the reference has a gradient, which would hold the tile where it is supposed to be.
+    """
+    pixels, tiles = box(count * trusted, _HERE), box(trusted.astype(np.float64), _HERE)
+    energy = box(np.trace(hessian, axis1=-2, axis2=-1) * trusted, _HERE)
+    # A tile leaves the noise of both images.
+    noise = box(np.where(trusted, variance, 0.0), _HERE) / np.maximum(tiles, 1e-9) / 2.0
+    bare = trusted & (energy < _PATTERN * 2.0 * noise_slope(sigma) * noise * pixels)
+    return np.asarray(cv2.dilate(bare.astype(np.uint8), np.ones((_HERE, _HERE), np.uint8)) > 0)
 
 
 def _leaves(ref: Reference, lattice: TileLattice, motion: F64) -> Mask:

@@ -17,9 +17,10 @@ from dic.fields.grid import Grid, grid_over
 from dic.images.image import check_reference
 from dic.images.prefilter import Prefilter, gaussian_power, read_prefilter, smooth_image
 from dic.images.quality import box_areas, box_sums
-from dic.images.spline import prefilter, spline_gradient
+from dic.images.spline import noise_slope, prefilter, spline_gradient
 
 _BARE = 0.02  # of the median mean square of ∇f: the inner half of a subset is without pattern
+_FAR = 5.0  # σ of the mean square that noise has there
 _CLIPPED = 2 / 3  # fraction of a subset at black or at white from which it cannot be trusted
 _LEAK = 3  # px from the edge of the ROI at which the spline keeps 8 % of a jump there
 
@@ -139,7 +140,7 @@ def prepare(
     status = _status(image, weight, centres, subset // 2)
     chosen = read_prefilter(prefilter, image, weight, subset)
     texture = _texture(chosen.apply(image), _inner(weight, chosen.sigma))
-    status = _without_bare(texture, centres, status, subset // 2)
+    status = _without_bare(texture, centres, status, subset // 2, chosen)
     sums = _sums(texture, xy, subset // 2, order, grid)
     slope, status = normal.smallest_slope(sums, status, order)
     noise_gain = _noise_gain(texture, centres, subset // 2, chosen.sigma)
@@ -200,19 +201,25 @@ def _status(image: AnyArray, weight: Mask, centres: I64, half: int) -> I8:
     return status
 
 
-def _without_bare(texture: F32, centres: I64, status: I8, half: int) -> I8:
+def _without_bare(texture: F32, centres: I64, status: I8, half: int, prefilter: Prefilter) -> I8:
     """Name FLAT the points with no pattern of their own, such as those in a hole near its rim.
 
-    The rim alone can be followed, but it says nothing of the place of the point.
+    The rim alone can be followed, but it says nothing of the place of the point. Noise has a
+    gradient as well, whose mean square over n pixels is known to 2/√n of it.
     """
     usable = status == Status.OK
     if not usable.any():
         return status
     steepness = np.square(texture[0]) + np.square(texture[1])
     own = box_sums(steepness, centres[usable], half // 2)
-    own /= box_areas(centres[usable], half // 2, steepness.shape)
+    pixels = box_areas(centres[usable], half // 2, steepness.shape)
+    own /= pixels
+    variance = np.nan_to_num(prefilter.noise) ** 2 * gaussian_power(prefilter.sigma)
+    of_noise = 2.0 * noise_slope(prefilter.sigma) * variance
+    own -= of_noise
+    least = np.maximum(_BARE * np.median(own), _FAR * 2.0 / np.sqrt(pixels) * of_noise)
     status = status.copy()
-    status[np.flatnonzero(usable)[own < _BARE * np.median(own)]] = Status.FLAT
+    status[np.flatnonzero(usable)[own < least]] = Status.FLAT
     return status
 
 

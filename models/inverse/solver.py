@@ -30,7 +30,7 @@ SETTLED = 0.01
 # Errors of a forward model look like touches more than noise does. They are of second order, so
 # that each of n touches has a part with every other one: in variance they move touches by n² times
 # this more than errors that are even. `rig.studies.touches.missed` finds it on reduced plates.
-ALIKE = 1.05
+ALIKE = 1.3
 
 WHITEN = "whiten it by the same model"
 STANDARD = LevenbergMarquardt()

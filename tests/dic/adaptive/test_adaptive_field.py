@@ -130,6 +130,24 @@ def test_nothing_is_carried_into_or_out_of_a_hole(speckle):
     assert np.nanmax(np.abs(off[rim])) < 0.012
 
 
+def test_a_hole_that_no_roi_leaves_out_is_flat_and_holds_nothing_beside_it(speckle):
+    drawn = speckle(SHAPE)
+    y, x = np.indices(SHAPE)
+    hole = np.hypot(x - 120, y - 100) < 35
+    scaled: list[np.ndarray] = []
+    for seed in range(4):
+        image = drawn.draw()
+        image[hole] = 20.0
+        frame = np.roll(image, (2, -3), (0, 1))
+        found = dic.adaptive_field(dic.prepare(noisy(image, 40 + seed)), noisy(frame, 50 + seed))
+        away = np.hypot(found.xy[:, 0] - 120, found.xy[:, 1] - 100)
+        assert not found.valid[away < 25].any()
+        assert (found.status[away < 20] == dic.Status.FLAT).all()
+        off = errors(found, (-3.0, 2.0)) / np.column_stack([found.sigma_u, found.sigma_v])
+        scaled.append(off[found.valid & (away < 60)])
+    assert np.sqrt(np.mean(np.square(np.concatenate(scaled)))) < 1.5
+
+
 def test_a_hand_over_the_pattern_is_left_out_and_the_rest_is_not_touched(speckle):
     drawn = speckle(SHAPE)
     frame = noisy(drawn.draw(SHIFT), 7)

@@ -81,6 +81,27 @@ def test_bound_is_that_of_the_pixels(bench, fine, touches):
                                atol=0.04)  # fmt: skip
 
 
+def test_bound_beside_an_edge_and_of_neighbours_is_that_of_the_pixels(bench):
+    image = np.asarray(bench.reference.image, dtype=float)
+    for touches in ([(8.0, 70.0, 1.0)], [(60.0, 70.0, 1.0), (75.0, 70.0, 2.0)]):
+        found, truth = (
+            np.sqrt(np.diag(covariance))
+            for covariance in (
+                models.pixel_bound(
+                    bench.modes.plate,
+                    bench.camera,
+                    bench.height,
+                    image,
+                    np.array(touches),
+                    NOISE,
+                    moves=models.with_tilts,
+                ),
+                by_pixels(bench, np.array(touches)),
+            )
+        )
+        np.testing.assert_allclose(found, truth, rtol=0.03)
+
+
 def test_bound_grows_with_the_noise_and_falls_with_the_force(fine):
     touch = np.array([[60.0, 70.0, 1.0]])
     base = models.cramer_rao(fine, touch, NOISE)
