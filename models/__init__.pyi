@@ -153,6 +153,7 @@ from .forward.camera_change import (
     CAMERA as CAMERA,
     CameraChange as CameraChange,
     Seen as Seen,
+    moving as moving,
     varied as varied,
 )
 from .forward.camera_gauges import (

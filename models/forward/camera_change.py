@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from math import exp
 from typing import NamedTuple
 
@@ -13,7 +13,14 @@ import numpy as np
 import synthetic
 from dic import Tiles
 from models.arrays import F64
-from models.forward.image_motion import Field, InPlane, at_middles, plate_motions, tile_mean
+from models.forward.image_motion import (
+    Field,
+    InPlane,
+    at_middles,
+    plate_motions,
+    tile_mean,
+    with_tilts,
+)
 from models.forward.tile_pattern import TilePattern
 
 CAMERA = (
@@ -33,6 +40,8 @@ plate, ln of the focal length, distortion beside that of the description."""
 # Of derivatives by difference: what is left out is 1e-4 of them, rounding less.
 _STEPS = np.array([1e-4, 1e-4, 1e-4, 0.02, 0.02, 0.02, 1e-4, 3e-4, 3e-4])
 _THICKER = 1e-3
+_POSE = 6  # of the numbers: turns and shifts
+_LOOKS = 9  # places along each side of an image
 
 
 class Seen(NamedTuple):
@@ -126,6 +135,61 @@ class CameraChange:
     def _middle(self) -> tuple[float, float, float]:
         a, b = self.fields.plate.size
         return 0.5 * a, 0.5 * b, 0.0
+
+
+def moving(
+    values: F64, middle: tuple[float, float, float], height: float
+) -> Callable[[synthetic.AnyCamera, F64], F64]:
+    """Return how the image moves with a camera that stands otherwise than described.
+
+    Where a pinhole looks at a slant, or its lens distorts, a camera that drifts moves the image
+    unevenly: at 1° and k1 = -0.03, the shift of 1 px is another one by 5 mpx at its borders.
+
+    Parameters
+    ----------
+    values : (9,) float64
+        Numbers of the camera, see `CAMERA`.
+    middle : tuple of float, mm
+        Point of the plate about which it turns.
+    height : float, mm
+        Of the seen face over the plate's middle plane.
+
+    Returns
+    -------
+    callable
+        From a camera described and pixels (N, 2) to (N, 2, R) px by a unit of each of the motions
+        of `with_tilts`, as near to these as those of this camera come.
+    """
+
+    def moves(camera: synthetic.AnyCamera, px: F64) -> F64:
+        if not isinstance(camera, synthetic.Camera):
+            return with_tilts(camera, px)
+        pose = partial(_by_pose, camera, values, middle, height)
+        width, rows = camera.size
+        looks = np.stack(np.meshgrid(*(np.linspace(0, n - 1, _LOOKS) for n in (width, rows))), -1)
+        looks = looks.reshape(-1, 2)
+        own, wanted = pose(looks), with_tilts(camera, looks)
+        own, wanted = (part.reshape(2 * len(looks), -1) for part in (own, wanted))
+        return pose(px) @ np.linalg.lstsq(own, wanted, rcond=None)[0]
+
+    return moves
+
+
+def _by_pose(
+    camera: synthetic.Camera,
+    values: F64,
+    middle: tuple[float, float, float],
+    height: float,
+    px: F64,
+) -> F64:
+    """Differentiate pixels (N, 2) by turns, rad, and shifts, mm, of the plate, (N, 2, 6) px."""
+    points = varied(camera, middle, values).on_plate(px, height)
+    points = np.column_stack([points, np.full(len(points), height)])
+    columns: list[F64] = []
+    for step in np.diag(_STEPS)[:_POSE]:
+        ends = [varied(camera, middle, values + sign * step).project(points) for sign in (1, -1)]
+        columns.append((ends[0] - ends[1]) / (2.0 * step.sum()))
+    return np.stack(columns, axis=2)
 
 
 def varied(

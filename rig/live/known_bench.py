@@ -24,11 +24,13 @@ def motions_on_bench(
 ) -> models.ImageMotions:
     """Prepare the motions of a plate whose bench is `known`, through the camera described.
 
-    The tilts of the camera are free.
+    The tilts of the camera are free, and it moves as the one that is known does.
     """
     fields = models.BenchFields(fe.BenchPlate(modal(plate, report), known.values[:_PLATE]))
     height = camera.face_height(plate.thickness)
-    return models.prepare_motions(fields, camera, height, tiles, fields, models.with_tilts)
+    a, b = plate.size
+    moves = models.moving(known.values[_PLATE:], (0.5 * a, 0.5 * b, 0.0), height)
+    return models.prepare_motions(fields, camera, height, tiles, fields, moves)
 
 
 @dataclass(frozen=True, eq=False)

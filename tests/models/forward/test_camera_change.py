@@ -92,3 +92,27 @@ def test_a_camera_as_described_sees_the_fields_that_are_measured(look):
     details = look.fields.detailed
     measured = np.delete(matrix, np.s_[look.fields.count - details : look.fields.count], axis=1)
     np.testing.assert_allclose(measured[:, : len(matrix)], np.eye(len(matrix)), atol=2e-4)
+
+
+def test_a_camera_at_a_slant_with_a_lens_moves_the_image_as_it_is_projected():
+    middle, height, rng = (75.0, 55.0, 0.0), 1.0, np.random.default_rng(4)
+    off = models.varied(CAMERA, middle, MOVED)
+    px = rng.uniform(20.0, np.array(CAMERA.size) - 20.0, (40, 2))
+    points = np.column_stack([off.on_plate(px, height), np.full(len(px), height)])
+    basis = models.moving(MOVED, middle, height)(CAMERA, px).reshape(2 * len(px), -1)
+    drift = np.concatenate([rng.normal(0.0, 1e-4, 3), rng.normal(0.0, 0.02, 3), np.zeros(3)])
+    moved = (models.varied(CAMERA, middle, MOVED + drift).project(points) - px).ravel()
+    left, evenly = (
+        moved - some @ np.linalg.lstsq(some, moved, rcond=None)[0]
+        for some in (basis, models.with_tilts(CAMERA, px).reshape(2 * len(px), -1))
+    )
+    assert np.abs(left).max() < 0.1 * np.abs(evenly).max()
+    assert np.abs(left).max() < 2e-3 * np.abs(moved).max()
+
+
+def test_a_camera_as_described_moves_the_image_by_shifts_turns_and_tilts():
+    px = np.random.default_rng(5).uniform(20.0, np.array(CAMERA.size) - 20.0, (40, 2))
+    found = models.moving(np.zeros(9), (75.0, 55.0, 0.0), 1.0)(CAMERA, px)
+    wanted = models.with_tilts(CAMERA, px)
+    scale = np.abs(wanted).max(axis=(0, 1))
+    np.testing.assert_allclose(found / scale, wanted / scale, atol=1e-4)
