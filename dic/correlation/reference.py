@@ -21,6 +21,7 @@ from dic.images.spline import noise_slope, prefilter, spline_gradient
 
 _BARE = 0.02  # of the median mean square of ∇f: the inner half of a subset is without pattern
 _FAR = 5.0  # σ of the mean square that noise has there
+_HALF = 0.5  # of the median: what is steeper is like the rest
 _CLIPPED = 2 / 3  # fraction of a subset at black or at white from which it cannot be trusted
 _LEAK = 3  # px from the edge of the ROI at which the spline keeps 8 % of a jump there
 
@@ -216,10 +217,12 @@ def _without_bare(texture: F32, centres: I64, status: I8, half: int, prefilter: 
     own /= pixels
     variance = np.nan_to_num(prefilter.noise) ** 2 * gaussian_power(prefilter.sigma)
     of_noise = 2.0 * noise_slope(prefilter.sigma) * variance
-    own -= of_noise
-    least = np.maximum(_BARE * np.median(own), _FAR * 2.0 / np.sqrt(pixels) * of_noise)
+    # A pattern that is itself white is taken for noise; it is so everywhere.
+    usual = np.median(own)
+    by_noise = np.minimum((1.0 + _FAR * 2.0 / np.sqrt(pixels)) * of_noise, _HALF * usual)
+    bare = own < np.maximum(_BARE * usual, by_noise)
     status = status.copy()
-    status[np.flatnonzero(usable)[own < least]] = Status.FLAT
+    status[np.flatnonzero(usable)[bare]] = Status.FLAT
     return status
 
 
