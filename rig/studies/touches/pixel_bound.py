@@ -114,8 +114,9 @@ def by_derivatives(bench: Bench, solver: fe.Linear, span: float, touches: F64) -
     columns += [_by_shift(bench, here, axis) for axis in (0, 1)]
     x, y = (points[:, :2] - 0.5 * np.array(bench.plate.size)).T
     none = np.zeros_like(x)
-    turn, growth = np.column_stack([-y, x, none]), np.column_stack([x, y, none])
-    columns += [_along(bench, here, field) for field in (turn, growth)]
+    turn: F64 = np.column_stack([-y, x, none])
+    growth: F64 = np.column_stack([x, y, none])
+    columns += [_along(bench, here, turn), _along(bench, here, growth)]
     image = bench.light(here)
     columns += [image, np.ones_like(image)]
     slopes = span * np.array([column.ravel() for column in columns])
