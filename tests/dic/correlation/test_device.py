@@ -7,6 +7,8 @@ import pytest
 
 import dic
 
+pytest.importorskip("torch")
+
 MOTION = (3.4, -2.3), ((1.2e-2, 2e-3), (-4e-3, -8e-3))
 
 

@@ -10,6 +10,8 @@ from models.nets.net import predict
 from models.nets.recipe import Recipe
 from models.scores.score import position_error
 
+pytest.importorskip("torch")
+
 SIZE = (60.0, 40.0)
 GAUGES = gauges_on_edges(SIZE, spacing=10.0)
 

@@ -13,6 +13,8 @@ from models.nets.checkpoint import Checkpoint
 from models.nets.net import NetOptions
 from models.nets.train import Recipe, train_net
 
+pytest.importorskip("torch")
+
 RUN = """
 import os, signal, sys
 import numpy as np

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-import torch
 
 from models.nets import loss
+
+torch = pytest.importorskip("torch")
 
 RNG = np.random.default_rng(0)
 TRUE = RNG.uniform(1.0, 9.0, (7, 6))

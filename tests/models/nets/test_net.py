@@ -5,7 +5,6 @@ import sys
 
 import numpy as np
 import pytest
-import torch
 from hypothesis import given, strategies as st
 
 from models.nets import net
@@ -19,6 +18,7 @@ def made(options, inputs=7, seed=0):
 
 def in_torch(made_net, strain):
     """Build the same net from torch's own layers."""
+    torch = pytest.importorskip("torch")
     modules = []
     acts = {"relu": torch.nn.ReLU, "tanh": torch.nn.Tanh, "silu": torch.nn.SiLU}
     for weights, biases in made_net.layers:

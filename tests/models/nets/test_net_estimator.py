@@ -16,6 +16,8 @@ from models.nets.net_estimator import NetTouchEstimator, jacobian, prepare_net_e
 from models.nets.recipe import Recipe
 from models.nets.train import train_net
 
+pytest.importorskip("torch")
+
 SIZE = (120.0, 90.0)
 FORCE = 2.0
 

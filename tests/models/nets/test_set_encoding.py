@@ -4,11 +4,12 @@ import itertools
 
 import numpy as np
 import pytest
-import torch
 from hypothesis import given, strategies as st
 
 from models.nets.set_encoding import decode, encode, permutation_invariant_loss
 from models.scores.score import matched_error
+
+torch = pytest.importorskip("torch")
 
 SIZE = (60.0, 40.0)
 

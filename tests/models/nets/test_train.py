@@ -10,6 +10,8 @@ from models.nets.set_encoding import encode
 from models.nets.train import Recipe, train_net
 from models.scores.score import matched_error, position_error
 
+pytest.importorskip("torch")
+
 SIZE = (60.0, 40.0)
 TANH = NetOptions((16, 16), "tanh")
 
@@ -99,8 +101,7 @@ def test_a_recipe_that_goes_nowhere_is_refused():
 
 
 def test_training_leaves_the_threads_of_torch_as_they_were():
-    import torch
-
+    torch = pytest.importorskip("torch")
     before = torch.get_num_threads()
     trained(2)
     assert torch.get_num_threads() == before

@@ -15,6 +15,8 @@ from models.nets.two_step import (
 )
 from models.scores.score import position_error
 
+pytest.importorskip("torch")
+
 
 def made(count, seed):
     """Draw gauges that add a strong base and a weak touch."""

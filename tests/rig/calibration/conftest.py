@@ -62,10 +62,15 @@ def photograph(sharp, rng, noise=2.0):
     return np.clip(np.rint(blurred + rng.normal(0, noise, sharp.shape)), 0, 255).astype(np.uint8)
 
 
-@pytest.fixture(scope="session")
-def room():
+def make_room():
     """Give camera_at, places_seen, look_up and photograph."""
     return SimpleNamespace(
         camera_at=camera_at, places_seen=places_seen, look_up=look_up, photograph=photograph,
         size=SIZE, focal=FOCAL, centre=CENTRE, lens=LENS,
     )  # fmt: skip
+
+
+@pytest.fixture(scope="session")
+def room():
+    """Give the room to each test."""
+    return make_room()

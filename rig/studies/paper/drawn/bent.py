@@ -7,6 +7,7 @@ import numpy as np
 
 import fe
 from rig.report.figure import Figure, at_most
+from rig.studies.deformable.tangent import Tangent
 from rig.studies.paper.drawn import plots
 from rig.studies.paper.drawn.rows import seeds
 from rig.studies.paper.drawn.trainings import KeptTraining, train_kept
@@ -25,7 +26,6 @@ SYSTEMS = {
 
 BEST = at_most(0.1)
 SOLVED = 8  # touches of each test base that the solver is given
-STEPS = 8  # of Gauss-Newton
 NOISE = 0.01  # over the root mean square strain of a touch of 1 N
 RAISED = 3  # times the heights of figure 5A are enlarged
 SHAPES = ((4.0, 0.0), (0.5, 2.0), (4.0, 2.0))  # mm and degrees of figure 5A
@@ -90,7 +90,7 @@ def _solver(kept: KeptTraining) -> Iterator[Figure]:
     limits: list[float] = []
     for base, places, touch in zip(test.bases, test.places, test.touch, strict=True):
         response = fe.shell_influence(shell.at(fe.Base(*base)), gauges)
-        solve = _Tangent(response, plate.size)
+        solve = Tangent(response, plate.size)
         for place, strain in zip(places[:SOLVED], touch[:SOLVED], strict=True):
             off.append(float(np.hypot(*(solve.fit(strain)[:2] - place))))
             draw = sigma * rng.normal(size=len(strain))
@@ -108,37 +108,6 @@ def _solver(kept: KeptTraining) -> Iterator[Figure]:
     crb = {"bound at 1 % noise": (bound, "mm")}
     here = ratio, "", at_most(1.1), len(noisy)
     yield from line(TITLE, f"{said}÷ CRB at 1 % noise", here=here, **crb)
-
-
-class _Tangent:
-    """Least squares for one touch on a known base: Gauss-Newton from the best of a grid."""
-
-    def __init__(self, response: fe.ShellInfluence, size: tuple[float, float]) -> None:
-        self.response, self.size = response, np.array(size)
-        along = [np.linspace(0.06 * side, 0.94 * side, 15) for side in size]
-        self.grid = np.stack(np.meshgrid(*along), axis=-1).reshape(-1, 2)
-        self.table = response.strain(self.grid).reshape(len(self.grid), -1)
-
-    def read(self, touch: F64) -> tuple[F64, F64]:
-        """Return strain (m,) of x, y, F and its derivatives (m, 3)."""
-        place, force = touch[None, :2], touch[2]
-        unit = self.response.strain(place).ravel()
-        slope = self.response.gradient(place).reshape(len(unit), 2)
-        return force * unit, np.column_stack([force * slope, unit])
-
-    def fit(self, measured: F64) -> F64:
-        """Return x, y, F."""
-        power = np.sum(self.table**2, axis=1)
-        explained = (self.table @ measured) ** 2 / power
-        best = int(np.argmax(explained))
-        force = float(self.table[best] @ measured / power[best])
-        touch: F64 = np.array([*self.grid[best], force], np.float64)
-        for _ in range(STEPS):
-            predicted, jacobian = self.read(touch)
-            step = np.linalg.lstsq(jacobian, measured - predicted, rcond=None)[0]
-            touch = np.asarray(touch + step, np.float64)
-            touch[:2] = np.clip(touch[:2], 0.0, self.size)
-        return touch
 
 
 def shapes(folder: Path) -> Iterator[Figure]:
