@@ -109,9 +109,8 @@ def by_derivatives(bench: Bench, solver: fe.Linear, span: float, touches: F64) -
     for index in np.ndindex(touches.shape):
         step: F64 = np.zeros(touches.shape)
         step[index] = STEPS[index[1]]
-        ends: F64 = moved(touches + step) - moved(touches - step)
-        slope: F64 = ends / (2.0 * STEPS[index[1]])
-        columns.append(_along(bench, here, slope))
+        ends = moved(touches + step) - moved(touches - step)
+        columns.append(_along(bench, here, ends / (2.0 * float(step[index]))))
     columns += [_by_shift(bench, here, axis) for axis in (0, 1)]
     x, y = (points[:, :2] - 0.5 * np.array(bench.plate.size)).T
     none = np.zeros_like(x)
