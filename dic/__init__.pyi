@@ -23,6 +23,7 @@ from .correlation.sequence import (
     follow_frame as follow_frame,
     renewed_reference as renewed_reference,
 )
+from .correlation.splitting import correlate_split as correlate_split
 from .fields.displacement import (
     DisplacementField as DisplacementField,
     Status as Status,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from dic.arrays import F64, I8, I64, Mask
@@ -22,35 +24,31 @@ _LOUDER = 1.5  # σ above the usual noise, that a neighbour of a break must be
 _LARGE = 0.1  # of what a subset leaves over, that a jump takes where no points stand beside it
 
 
-def across(ref: Reference, points: Points, frame: DeformedImage, noise: F64, status: I8) -> I64:
-    """Find the points whose subset lies across a break.
+class Lines(NamedTuple):
+    """Lines along which the material has broken.
 
-    A subset whose middle the break crosses shows it: a jump along a line takes more of what the fit
-    leaves over than any curve does, and the points on both sides have moved apart by as much. Where
-    the break cuts only a side of a subset, jump and curve look alike; those points are known by the
-    lines of their neighbours.
+    Attributes
+    ----------
+    normal : (L, 2) float64
+    place : (L, 2) float64, px
+        A point of each.
+    seen_by : (L,) int64
+        The point whose subset shows it.
     """
-    clear, line = _clear(ref, points, frame, noise, status)
-    if not len(clear):
-        return clear
-    near = _neighbours(ref.xy[clear], ref.xy, 1.5 * ref.half)
-    half, loud = ref.half, _louder(ref, noise, status, _LOUDER)
-    touched = np.zeros(len(ref.xy), dtype=bool)
-    for here, (normal, place), others in zip(clear, line, near, strict=True):
-        away, reach = ref.xy[others] - place, _TOUCHED * half * np.abs(normal).sum()
-        beside = np.abs(away @ (-normal[1], normal[0])) <= half
-        touched[others] |= beside & (np.abs(away @ normal) <= reach)
-        touched[here] = True
-    return np.flatnonzero(touched & loud)
+
+    normal: F64
+    place: F64
+    seen_by: I64
 
 
-def _clear(
-    ref: Reference, points: Points, frame: DeformedImage, noise: F64, status: I8
-) -> tuple[I64, list[tuple[F64, F64]]]:
-    """Points that a break crosses for certain: normal and place of its line."""
+_NO_LINES = Lines(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0, dtype=np.int64))
+
+
+def lines(ref: Reference, points: Points, frame: DeformedImage, noise: F64, status: I8) -> Lines:
+    """Find the lines of breaks that cross the middle of a subset for certain."""
     here = np.flatnonzero(_louder(ref, noise, status, _SUSPECT))
     if not len(here):
-        return here, []
+        return _NO_LINES
     found = residuals.jumps(ref, points, frame, here)
     of_jump, of_curve = found[:, :2].T
     level = noise[here] / np.median(noise[status == Status.OK])
@@ -59,7 +57,7 @@ def _clear(
     kept = plain & (np.hypot(found[:, 2], found[:, 3]) > _JUMP)
     clear, found = here[kept], found[kept]
     if not len(clear):
-        return clear, []
+        return _NO_LINES
     jump, normal = found[:, 2:4], found[:, 4:6]
     place = ref.xy[clear] + found[:, 6:] * normal
     beside = _beside(ref, points.motion, status, place, normal)
@@ -68,7 +66,43 @@ def _clear(
     alike &= np.linalg.norm(beside, axis=1) > _USUAL * _usual(ref, points.motion, status)
     alone = np.isnan(beside[:, 0])
     agreed: Mask = (alone & strong) | (~alone & alike)
-    return clear[agreed], list(zip(normal[agreed], place[agreed], strict=True))
+    return Lines(normal[agreed], place[agreed], clear[agreed])
+
+
+def across(ref: Reference, found: Lines, noise: F64, status: I8) -> I64:
+    """Find the points whose subset lies across a break.
+
+    A subset whose middle the break crosses shows it: a jump along a line takes more of what the fit
+    leaves over than any curve does, and the points on both sides have moved apart by as much. Where
+    the break cuts only a side of a subset, jump and curve look alike; those points are known by the
+    lines of their neighbours.
+    """
+    return crossed(ref, found, _louder(ref, noise, status, _LOUDER))[0]
+
+
+def crossed(ref: Reference, found: Lines, among: Mask) -> tuple[I64, I64, F64]:
+    """Find the points `among` (N,) bool whose subset a line crosses.
+
+    Returns
+    -------
+    points, line : (M,) int64
+        And the line of each: the one that it shows itself, or else the nearest.
+    apart : (M,) float64, px
+        Distance of the nearest line.
+    """
+    nearest, line = np.full(len(ref.xy), np.inf), np.full(len(ref.xy), -1)
+    near = _neighbours(ref.xy[found.seen_by], ref.xy, 1.5 * ref.half)
+    for k, others in enumerate(near):
+        normal, away = found.normal[k], ref.xy[others] - found.place[k]
+        beside = np.abs(away @ (-normal[1], normal[0])) <= ref.half
+        apart = np.abs(away @ normal)
+        close = beside & (apart <= _TOUCHED * ref.half * np.abs(normal).sum())
+        close &= apart < nearest[others]
+        touched = np.array(others, dtype=np.int64)[close]
+        nearest[touched], line[touched] = apart[close], k
+    line[found.seen_by] = np.arange(len(found.seen_by))
+    here = np.flatnonzero((line >= 0) & among)
+    return here, line[here], nearest[here]
 
 
 def _beside(ref: Reference, motion: F64, status: I8, place: F64, normal: F64) -> F64:

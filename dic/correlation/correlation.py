@@ -71,6 +71,19 @@ def correlate(
     balanced pattern. The fraction of the Hessian that is noise of the reference is taken off, and
     where a field on a grid is rougher than its σ says, σ is that much larger (`roughness`).
     """
+    return point_status.displacement_field(ref, *iterate(ref, image, guess))
+
+
+def iterate(
+    ref: Reference, image: ArrayLike, guess: DisplacementField | ArrayLike | None
+) -> tuple[Points, DeformedImage]:
+    """Iterate the points of a reference on a frame, as far as they can be followed.
+
+    Raises
+    ------
+    ValueError
+        As `correlate`.
+    """
     check_type(ref, Reference, "ref", "dic.prepare")
     image = check_image(image, "deformed")
     check_pair(ref.image.shape, image.shape)
@@ -79,7 +92,7 @@ def correlate(
     points = Points(dense_motion.fill(ref.xy, motion, known)[0])
     if repeats or not known.any():
         points.repeats = usable & repeats
-        return point_status.displacement_field(ref, points, read_parts(image))
+        return points, read_parts(image)
     frame = None
     if ref.grid is None and len(motion) * _PART < image.size:
         frame = read_parts(image)
@@ -93,7 +106,7 @@ def correlate(
             if np.count_nonzero(usable) > _FEW * len(usable):
                 usable &= ~point_status.is_flat(ref, points)
         _iterate_points(ref, frame, points, usable)
-    return point_status.displacement_field(ref, points, frame)
+    return points, frame
 
 
 def _start(

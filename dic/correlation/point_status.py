@@ -43,11 +43,24 @@ def is_correlated(ref: Reference, points: Points) -> Mask:
 
 def displacement_field(ref: Reference, points: Points, frame: DeformedImage) -> DisplacementField:
     """Turn the last state of the points in a frame into a measurement, NaN where there is none."""
+    return field_and_breaks(ref, points, frame)[0]
+
+
+def noise_of(ref: Reference, points: Points) -> F64:
+    """Noise of one image that each subset leaves over, (N,), grey levels."""
     residual = np.maximum(points.residual * _freedom(ref), _ROUNDING * _contrast(ref))
-    noise = np.sqrt(residual / _noise_gain(ref, points.motion))
+    return np.sqrt(residual / _noise_gain(ref, points.motion))
+
+
+def field_and_breaks(
+    ref: Reference, points: Points, frame: DeformedImage
+) -> tuple[DisplacementField, breaks.Lines]:
+    """Turn the last state of the points into a measurement, and find where the material broke."""
+    noise = noise_of(ref, points)
     clipped = _clipped(ref, points, frame.image)
     status = _status(ref, points, noise, clipped)
-    status[breaks.across(ref, points, frame, noise, status)] = Status.BROKEN
+    broken = breaks.lines(ref, points, frame, noise, status)
+    status[breaks.across(ref, broken, noise, status)] = Status.BROKEN
     lost = status != Status.OK
     correlated = ref.noise_gain * residuals.excess(ref, points, frame, ~lost)
     count = points.motion.shape[2]
@@ -71,7 +84,7 @@ def displacement_field(ref: Reference, points: Points, frame: DeformedImage) -> 
             spread[:, :, 0], flattening(motion[:, :, 0].T, ref.grid, ref.order).T
         )
     untried = ref.status != Status.OK
-    return DisplacementField(
+    field = DisplacementField(
         xy=ref.xy,
         u=motion[:, 0, 0],
         v=motion[:, 1, 0],
@@ -88,6 +101,7 @@ def displacement_field(ref: Reference, points: Points, frame: DeformedImage) -> 
         grid=ref.grid,
         prefilter=ref.prefilter.sigma,
     )
+    return field, broken
 
 
 def expected_sigma(ref: Reference, noise: float | None = None) -> F64:

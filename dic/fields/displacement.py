@@ -26,6 +26,7 @@ class Status(IntEnum):
     DISTURBED = 8  # far from what the others leave over: hidden in part, or bent beyond its order
     AMBIGUOUS = 9  # the pattern repeats: another motion, a period away, is as good
     BROKEN = 10  # two motions in one subset, as across a crack
+    SPLIT = 11  # measured by the larger side of a subset across a crack
 
     @property
     def sentence(self) -> str:
@@ -47,14 +48,16 @@ _SENTENCES = {
     "subset or order 2",
     "AMBIGUOUS": "the pattern repeats, and another motion is as good; give a guess to within half "
     "a period, or print a pattern without one",
-    "BROKEN": "two motions in one subset, as across a crack; draw the crack into the ROI or take a "
-    "smaller subset",
+    "BROKEN": "two motions in one subset, as across a crack; split the subset, draw the crack into "
+    "the ROI or take a smaller subset",
+    "SPLIT": "measured by the larger side of a subset across a crack; strain there needs a smaller "
+    "subset or a ROI",
 }
 
 
 @dataclass(frozen=True)
 class DisplacementField:
-    """Displacement measured at N points, in px of the reference; NaN where `status` is not OK.
+    """Displacement measured at N points, in px of the reference; NaN unless OK or SPLIT.
 
     Attributes
     ----------

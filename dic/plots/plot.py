@@ -22,7 +22,7 @@ from dic.plots.axes import SheetBox
 
 _STATUS_COLOURS = (
     "#2f9e44", "#ced4da", "#f1c40f", "#343a40", "#f783ac", "#4dabf7", "#e03131", "#7048e8",
-    "#8c5a2b", "#22b8cf", "#f76707",
+    "#8c5a2b", "#22b8cf", "#f76707", "#94d82d",
 )  # fmt: skip
 _BLUE_TO_RED = (
     "#053061", "#2166ac", "#4393c3", "#92c5de", "#d1e5f0", "#f7f7f7", "#fddbc7", "#f4a582",

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from rig.series.tabulate import Measured
 
 Kind = Literal["small", "green-lagrange", "logarithmic"]
-Field = Literal["subset", "adaptive", "net", "image-net"]
+Field = Literal["subset", "split", "adaptive", "net", "image-net"]
 
 PRINTED = {"u": (1.0, "px"), "v": (1.0, "px")} | dict.fromkeys(("exx", "eyy", "exy"), (1e6, "µε"))
 """Factor and unit in which each field is printed."""
@@ -49,8 +49,8 @@ def correlate(
     field: Annotated[
         Field,
         typer.Option(
-            help="One subset for all; windows that the data choose; or those and a net: of tiles "
-            "or of images."
+            help="One subset for all; that, split along cracks; windows that the data choose; or "
+            "those and a net: of tiles or of images."
         ),
     ] = "subset",
     roi: Annotated[

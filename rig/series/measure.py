@@ -8,8 +8,9 @@ if TYPE_CHECKING:
     import dic
     from rig.system.arrays import AnyArray
 
-FieldKind = Literal["subset", "adaptive", "net", "image-net"]
-"""One subset for all points; windows that the data choose; or those, corrected by a net."""
+FieldKind = Literal["subset", "split", "adaptive", "net", "image-net"]
+"""One subset for all points; that, or across a break its larger side; windows that the data choose;
+or those, corrected by a net."""
 
 BLOCK = 160  # px, side of the largest block of an adaptive field: errors farther apart are free
 
@@ -27,6 +28,8 @@ def measure(ref: dic.Reference, image: AnyArray, kind: FieldKind) -> dic.Displac
     match kind:
         case "subset":
             return dic.correlate(ref, image)
+        case "split":
+            return dic.correlate_split(ref, image)
         case "adaptive":
             return dic.adaptive_field(ref, image)
         case "net":

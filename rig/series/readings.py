@@ -72,7 +72,7 @@ class Reader:
 
 def reach(field: str, window: int, step: int, subset: int) -> float:
     """Distance from which the errors of two strains are free of each other, px."""
-    return (window - 1) * step + subset if field == "subset" else BLOCK
+    return (window - 1) * step + subset if field in ("subset", "split") else BLOCK
 
 
 def readings_of(
