@@ -13,6 +13,10 @@ from .scene import (
     SceneError as SceneError,
     load as load,
 )
+from .sources.frame_pairs import (
+    FramePair as FramePair,
+    frame_pairs as frame_pairs,
+)
 from .sources.run import (
     LiveRun as LiveRun,
     run as run,

@@ -5,6 +5,7 @@ Collected where the extra "vision" is installed.
 
 import importlib.util
 import os
+import threading
 from pathlib import Path
 
 import cv2
@@ -19,7 +20,7 @@ SERIAL = "0815-0000"  # of pylon's emulated camera
 
 @pytest.fixture(scope="session")
 def pylon_emulation():
-    os.environ["PYLON_CAMEMU"] = "1"  # read once, when pylon starts
+    os.environ["PYLON_CAMEMU"] = "2"  # read once, when pylon starts
 
 
 @pytest.fixture(scope="session")
@@ -134,3 +135,27 @@ def test_a_genicam_camera_or_producer_that_is_not_there_is_one_sentence(producer
         open_genicam(producer, "7", SIZE, 20.0, Controls())
     with pytest.raises(OSError, match=r"GenTL producer 'none\.cti' does not exist"):
         open_genicam("none.cti", "1", SIZE, 20.0, Controls())
+
+
+def test_two_cameras_on_one_pulse_give_pairs_within_a_millisecond(pylon_emulation):
+    from rig.sources.frame_pairs import matched
+
+    opened = [open_emulated(serial=f"0815-000{k}", trigger="Software") for k in range(2)]
+    ending = threading.Event()
+
+    def pulses():
+        while not ending.wait(0.02):
+            for camera in opened:
+                camera._camera.ExecuteSoftwareTrigger()
+
+    pulsing = threading.Thread(target=pulses)
+    with LiveCamera(lambda: opened[0]) as first, LiveCamera(lambda: opened[1]) as second:
+        pulsing.start()
+        try:
+            pairs = matched(first, second, 1e-3)
+            found = [next(pairs) for _ in range(5)]
+        finally:
+            ending.set()
+            pulsing.join()
+    assert all(abs(pair.apart) <= 1e-3 for pair in found)
+    assert [pair.first.sequence for pair in found] == sorted({p.first.sequence for p in found})
