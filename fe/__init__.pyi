@@ -10,6 +10,7 @@ from .elements.mesh import (
     even_grid as even_grid,
     grid as grid,
 )
+from .elements.nodal_loads import nodal_loads as nodal_loads
 from .linear.adjoint import Adjoint as Adjoint
 from .linear.buckling import buckling_factor as buckling_factor
 from .linear.compliances import compliance as compliance
@@ -58,6 +59,13 @@ from .plate.edges import (
     Elastic as Elastic,
     Free as Free,
     Supported as Supported,
+)
+from .plate.loads import (
+    LineLoad as LineLoad,
+    Load as Load,
+    Moment as Moment,
+    Pressure as Pressure,
+    Push as Push,
 )
 from .plate.plate import (
     Patch as Patch,

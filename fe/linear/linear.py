@@ -1,4 +1,4 @@
-"""Small deflections: Kirchhoff's plate under point loads."""
+"""Small deflections: Kirchhoff's plate under touches and other loads."""
 
 from __future__ import annotations
 
@@ -14,12 +14,14 @@ from fe.arrays import F64, AnyArray, Mask
 from fe.elements.factor import Factor, factor
 from fe.elements.functional import derivative, recovered
 from fe.elements.mesh import Mesh, mesh_for
+from fe.elements.nodal_loads import nodal_loads
 from fe.elements.resolution import unresolved
 from fe.linear.buckling import check_buckling
 from fe.linear.energy import free, stiffness
 from fe.linear.load import spread
 from fe.linear.mesh_error import MeshError, left, less_mesh
 from fe.linear.touch_mesh import touch_mesh
+from fe.plate.loads import Load, acts_along, singular_places
 from fe.plate.plate import Plate, Touch
 from fe.plate.thin import check_thin
 
@@ -44,12 +46,15 @@ class LinearState:
         Unknowns of the deflection w along +z.
     touches : tuple of Touch
         What presses, as far as it is known: beside a point force strain is not a number.
+    loads : tuple of Load
+        What acts beside touches, as far as it is known.
     """
 
     plate: Plate
     mesh: Mesh
     values: F64
     touches: tuple[Touch, ...] = ()
+    loads: tuple[Load, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "values", self.mesh.table(self.values, 1))
@@ -103,16 +108,17 @@ class LinearState:
 
     def near_touch(self, xy: ArrayLike) -> Mask:
         """Whether points (K, 2) mm lie so near to a point force that strain is not resolved."""
-        return unresolved(self.plate, self.mesh, self.touches, self.plate.points(xy))
+        points = (*self.touches, *singular_places(self.loads))
+        return unresolved(self.plate, self.mesh, points, self.plate.points(xy))
 
     def mesh_error(self, xy: ArrayLike, face: Face = "top") -> MeshError:
         """Estimate how far deflection and strain at points (K, 2) mm are off because of the mesh.
 
         Bends the plate once more, on two thirds of the elements.
         """
-        less = Linear(self.plate, less_mesh(self.mesh)).deflect(self.touches)
+        less = Linear(self.plate, less_mesh(self.mesh)).deflect(self.touches, self.loads)
         # Where this mesh resolves the strain the other one is read too, though it may not.
-        less = replace(less, touches=())
+        less = replace(less, touches=(), loads=())
         return MeshError(
             left(self.deflection(xy), less.deflection(xy)),
             left(self.strain(xy, face), less.strain(xy, face)),
@@ -208,23 +214,36 @@ class Linear:
         values[self.free] = solution.reshape(right.shape)
         return values
 
-    def deflect(self, touches: Sequence[Touch]) -> LinearState:
-        """Bend the plate by touches.
+    def deflect(self, touches: Sequence[Touch], loads: Sequence[Load] = ()) -> LinearState:
+        """Bend the plate by touches and other loads.
 
         Raises
         ------
         ValueError
-            A touch lies outside the plate, or the plate is thick.
+            A touch or load lies outside the plate, a load acts along the plate, or the plate is
+            thick.
         """
         check_thin(self.plate)
+        for load in loads:
+            if acts_along(load):
+                raise ValueError(
+                    f"linear theory bends the plate and does not stretch it, got {load}; use"
+                    " fe.solve for forces along the plate"
+                )
         xy, along_z, _ = spread(self.plate, self.mesh, touches)
-        loads = np.zeros((*self.mesh.shape, 1))
-        derivative(self.mesh, xy).add_to(loads, along_z, np.zeros(len(xy), dtype=np.int64))
-        return LinearState(self.plate, self.mesh, self.solve(loads), tuple(touches))
+        work = nodal_loads(self.plate, self.mesh, loads)[:, :, 2:].copy()
+        derivative(self.mesh, xy).add_to(work, along_z, np.zeros(len(xy), dtype=np.int64))
+        values = self.solve(work)
+        return LinearState(self.plate, self.mesh, values, tuple(touches), tuple(loads))
 
 
-def deflect(plate: Plate, touches: Sequence[Touch], mesh: Mesh | None = None) -> LinearState:
-    """Bend a plate by touches, linearly.
+def deflect(
+    plate: Plate,
+    touches: Sequence[Touch],
+    mesh: Mesh | None = None,
+    loads: Sequence[Load] = (),
+) -> LinearState:
+    """Bend a plate by touches and other loads, linearly.
 
     Deflections must stay small against the thickness: strain is off by 1 % where the deflection
     reaches 0.02 to 0.05 of it, for then the middle of the plate stretches too.
@@ -236,12 +255,14 @@ def deflect(plate: Plate, touches: Sequence[Touch], mesh: Mesh | None = None) ->
     mesh : Mesh, optional
         If left out one that is fine where the plate is touched, or `default_mesh(plate)` where a
         square is touched at many places. For many loads on one plate keep a `Linear`.
+    loads : sequence of Load, optional
+        Pressure, line loads and moments beside the touches.
 
     Raises
     ------
     ValueError
-        A touch lies outside the plate, the mesh has another size, or the plate has a shape or is
-        thick.
+        A touch or load lies outside the plate, a load acts along the plate, the mesh has another
+        size, or the plate has a shape or is thick.
     """
     chosen = touch_mesh(plate, touches) if mesh is None else mesh_for(plate, mesh)
-    return Linear(plate, chosen).deflect(touches)
+    return Linear(plate, chosen).deflect(touches, loads)

@@ -12,11 +12,13 @@ import numpy as np
 from fe.arrays import F64
 from fe.elements.graded import Grading, graded
 from fe.elements.mesh import Mesh, even_grid, mesh_for
+from fe.elements.nodal_loads import nodal_loads
 from fe.elements.refinement import refined
 from fe.linear.buckling import check_buckling
 from fe.linear.demand import strain_demand
 from fe.linear.load import check_touches
 from fe.linear.mesh_error import less_mesh
+from fe.plate.loads import Load
 from fe.plate.plate import Plate, Touch
 from fe.plate.thin import check_thin
 from fe.shell.band import cholesky
@@ -232,8 +234,9 @@ def solve(
     touches: Sequence[Touch],
     base: Base | None = None,
     mesh: Mesh | None = None,
+    loads: Sequence[Load] = (),
 ) -> ShellState:
-    """Bend a plate by its base and by touches, however far.
+    """Bend a plate by its base, by touches and by other loads, however far.
 
     Parameters
     ----------
@@ -245,6 +248,9 @@ def solve(
     mesh : Mesh, optional
         If left out one that is fine where the plate is touched, `shell_mesh(plate)` without
         touches. For many loads keep a `Shell` or the state of its base.
+    loads : sequence of Load, optional
+        Pressure, line loads, pushes and moments, which act after the touches and keep the direction
+        that they have on the plate at rest.
 
     Returns
     -------
@@ -254,14 +260,16 @@ def solve(
     Raises
     ------
     ValueError
-        A touch lies outside the plate, the mesh has another size, or the plate cannot take the
-        base.
+        A touch or load lies outside the plate, the mesh has another size, or the plate cannot take
+        the base.
     """
     # Refuses touches outside before the base takes its time.
     check_touches(plate, touches)
     shell = Shell(plate, _mesh_for(plate, touches) if mesh is None else mesh)
     state = shell.at(base or Base())
-    return state.touch(touches) if touches else state
+    if touches:
+        state = state.touch(touches)
+    return state.load(nodal_loads(plate, shell.mesh, loads)) if loads else state
 
 
 def shell_mesh(plate: Plate) -> Mesh:

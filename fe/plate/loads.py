@@ -1,0 +1,144 @@
+"""What acts on a plate beside touches: pressure, forces along lines and along the face, moments."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite
+from typing import TypeAlias
+
+from fe.plate.checks import number
+from fe.plate.plate import Touch
+
+
+@dataclass(frozen=True)
+class Pressure:
+    """Even pressure on the whole plate, or on a rectangle of it.
+
+    Attributes
+    ----------
+    pressure : float, MPa
+        Positive into the plate.
+    x, y : tuple of float, mm, or None
+        From and to along each side; None for the whole side.
+
+    Raises
+    ------
+    ValueError
+        A number is not finite, or the rectangle is empty.
+    """
+
+    pressure: float
+    x: tuple[float, float] | None = None
+    y: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        _finite(self.pressure, "pressure", "MPa")
+        for name, ends in (("x", self.x), ("y", self.y)):
+            if ends is not None and not ends[0] < ends[1]:
+                raise ValueError(
+                    f"pressure must act from a smaller to a larger {name}, got {ends[0]:g} to"
+                    f" {ends[1]:g} mm; exchange them"
+                )
+
+
+@dataclass(frozen=True)
+class LineLoad:
+    """A force spread evenly along a line on the touched face.
+
+    Attributes
+    ----------
+    start, end : tuple of float, mm
+        Ends (x, y) of the line.
+    force : float, N
+        Of the whole line, positive into the plate.
+    along_x, along_y : float, N
+        Of the whole line, along the face.
+
+    Raises
+    ------
+    ValueError
+        A number is not finite, or the line is a point.
+    """
+
+    start: tuple[float, float]
+    end: tuple[float, float]
+    force: float
+    along_x: float = 0.0
+    along_y: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("force", "along_x", "along_y"):
+            _finite(getattr(self, name), f"line load {name}", "N")
+        if tuple(self.start) == tuple(self.end):
+            raise ValueError(
+                f"line load must have a length, got both ends at {self.start} mm; use a Touch"
+            )
+
+
+@dataclass(frozen=True)
+class Push:
+    """A force along the touched face at a point, such as friction of a finger.
+
+    Attributes
+    ----------
+    x, y : float, mm
+    along_x, along_y : float, N
+
+    Raises
+    ------
+    ValueError
+        A number is not finite.
+    """
+
+    x: float
+    y: float
+    along_x: float
+    along_y: float
+
+    def __post_init__(self) -> None:
+        for name in ("along_x", "along_y"):
+            _finite(getattr(self, name), f"push {name}", "N")
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A moment at a point, by the right hand about the axes of the plate.
+
+    Attributes
+    ----------
+    x, y : float, mm
+    about_x, about_y : float, N mm
+
+    Raises
+    ------
+    ValueError
+        A number is not finite.
+    """
+
+    x: float
+    y: float
+    about_x: float
+    about_y: float
+
+    def __post_init__(self) -> None:
+        for name in ("about_x", "about_y"):
+            _finite(getattr(self, name), f"moment {name}", "N mm")
+
+
+Load: TypeAlias = Pressure | LineLoad | Push | Moment
+
+
+def acts_along(load: Load) -> bool:
+    """Whether a load has a part along the face, which stretches the plate in its plane."""
+    return isinstance(load, Push | LineLoad) and (load.along_x != 0 or load.along_y != 0)
+
+
+def singular_places(loads: tuple[Load, ...]) -> tuple[Touch, ...]:
+    """Points at which the strain under the loads has no limit, as touches without force."""
+    return tuple(Touch(load.x, load.y, 0.0) for load in loads if isinstance(load, Push | Moment))
+
+
+def _finite(value: object, name: str, unit: str) -> None:
+    given = number(value, name, unit)
+    if not isfinite(given):
+        raise ValueError(f"{name} must be finite, got {given} {unit}; give a number")
