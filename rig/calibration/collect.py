@@ -22,6 +22,9 @@ HOLD = 0.6  # s that a press must stand still; the second half counts, when a fi
 STEADY = 0.05  # of the force, by which it may vary meanwhile, beside what its noise explains
 NOISE = 4.0  # standard deviations that noise may explain
 NEAR = 30.0  # mm from its target: further away somebody pressed something else
+# What a plate keeps of a press for minutes, up to a twentieth, looks like a weak touch.
+WEAK = 0.15  # of the strongest touch, below which another is no finger
+LET_GO = 0.3  # of a press, below which what is still seen at its place is no finger
 
 
 def targets(scene: Scene) -> tuple[fe.Touch, ...]:
@@ -112,12 +115,12 @@ class Collector:
         time : float, s
             When the frame was captured.
         """
-        self._released |= not marks
-        pressed = self._pressed(marks)
-        if self.target is None or not self._released or pressed is None:
+        mark = _finger(marks)
+        self._released |= mark is None or self._has_let_go(mark)
+        pressed = self._pressed(mark)
+        if self.target is None or not self._released or mark is None or pressed is None:
             self._held = []
             return None
-        mark = marks[0]
         found = np.array([mark.x, mark.y, mark.force])
         sigma = np.array([mark.sigma_x, mark.sigma_y, mark.sigma_force])
         self._held.append((time, found, sigma))
@@ -130,15 +133,31 @@ class Collector:
         self._released, self._held = False, []
         return taken
 
-    def _pressed(self, marks: Sequence[Mark]) -> fe.Touch | None:
+    def _has_let_go(self, mark: Mark) -> bool:
+        """Whether what is seen now is only what the last press left behind."""
+        if not self.taken:
+            return True
+        x, y, force = self.taken[-1].found
+        return np.hypot(mark.x - x, mark.y - y) > NEAR or mark.force < LET_GO * force
+
+    def _pressed(self, mark: Mark | None) -> fe.Touch | None:
         """Target that one finger presses and that was not taken yet."""
-        if len(marks) != 1 or not self.targets:
+        if mark is None or not self.targets:
             return None
-        away = [np.hypot(marks[0].x - touch.x, marks[0].y - touch.y) for touch in self.targets]
+        away = [np.hypot(mark.x - touch.x, mark.y - touch.y) for touch in self.targets]
         nearest = self.targets[int(np.argmin(away))]
         if min(away) > NEAR or nearest in {one.press for one in self.taken}:
             return None
         return nearest
+
+
+def _finger(marks: Sequence[Mark]) -> Mark | None:
+    """Return the one finger beside what the plate keeps of others; None of several or none."""
+    strongest = max(marks, key=lambda mark: mark.force, default=None)
+    if strongest is None:
+        return None
+    others = (mark.force for mark in marks if mark is not strongest)
+    return strongest if all(force < WEAK * strongest.force for force in others) else None
 
 
 def _still(before: F64, now: F64, sigma: F64) -> bool:

@@ -124,7 +124,7 @@ class Calibration(Section):
         if known is None:
             return self
         before, now = self.bench, datetime.now(UTC).replace(microsecond=0)
-        entry = entry_of(known, before.date if before else now)["bench"]
+        entry = _bench_entry(known, before.date if before else now)
         if before is not None and known.held_out is None:
             errors = {"error": before.error, "error_force": before.error_force}
             entry = entry.model_copy(update=errors)
@@ -163,8 +163,11 @@ def _other(name: str, made: tuple[int, int], what: str, there: tuple[int, int]) 
     )
 
 
-def entry_of(part: Part, now: datetime) -> dict[str, Dated]:
-    """Return the entry of a new result, by the name of its part, for `Calibration`."""
+def entry_of(part: Part, now: datetime) -> dict[str, Dated | None]:
+    """Return the entry of a new result, by the name of its part, for `Calibration`.
+
+    A bench that is known needs no map of places and forces beside it.
+    """
     match part:
         case Lens():
             return {"lens": _lens_entry(part, now)}
@@ -177,7 +180,7 @@ def entry_of(part: Part, now: datetime) -> dict[str, Dated]:
         case Latency():
             return {"latency": _latency_entry(part, now)}
         case models.BenchEstimate():
-            return {"bench": _bench_entry(part, now)}
+            return {"bench": _bench_entry(part, now), "presses": None}
         case Alignment():
             return {"presses": _presses_entry(part, now)}
 

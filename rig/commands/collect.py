@@ -1,9 +1,9 @@
-"""`touchplate collect SCENE`: known presses, one after the other, and what they correct."""
+"""`touchplate collect SCENE`: known presses, one after the other, and the bench they show."""
 
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict
 from itertools import islice
@@ -12,13 +12,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rig.commands.output import console, emit
+from rig.commands.output import console, emit, progress
 from rig.system.process import interruptible
 
 if TYPE_CHECKING:
     from rig.calibration.collect import Collector, Taken
+    from rig.calibration.press_folder import PressFolder
     from rig.calibration.store import Calibration
+    from rig.live.snapshot import Snapshot
     from rig.scene import Scene
+
+    See = Callable[[Snapshot, Taken | None], None]
 
 PATIENCE = 10.0  # s that a scripted press may take; after so many in all the session is given up
 COLUMNS = ("x_mm", "y_mm", "force_n", "found_x_mm", "found_y_mm", "found_force_n")
@@ -29,6 +33,10 @@ def collect(
     scene: Annotated[str, typer.Argument(help="Name of a shipped scene, or a TOML file.")],
     presses: Annotated[int, typer.Option(min=9, max=30, help="How many.")] = 20,
     table: Annotated[Path | None, typer.Option(metavar="FILE", help="Write them as CSV.")] = None,
+    images: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Keep images and list here, else in SCENE.presses."),
+    ] = None,
     record: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Keep the session in a new file *.h5.")
     ] = None,
@@ -41,9 +49,11 @@ def collect(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Ask for known presses, see each stand still, and score what they correct on those held out.
+    """Ask for known presses, see each stand still, and find the bench that they show.
 
-    In the twin a scripted finger presses.
+    What was pressed is kept: a collection that was stopped goes on by the same command. In the twin
+    a scripted finger presses. Scenes without an estimator of the whole pattern get a map of places
+    and forces instead.
     """
     from rig.commands.run import known
     from rig.scene import load, parse_overrides
@@ -52,17 +62,58 @@ def collect(
     loaded = load(scene, overrides)
     if loaded.source and loaded.source.kind == "twin":
         overrides |= {"source.script": "collect"}
-    if loaded.estimator and loaded.estimator.kind == "net":
+    whole = loaded.estimator is not None and loaded.estimator.kind == "pattern"
+    if loaded.estimator is not None and loaded.estimator.kind == "net":
         # Presses are known from the whole pattern: a net may not be trained yet.
         overrides |= {"estimator": {"kind": "pattern"}}
     loaded = load(scene, overrides)
     # What older presses corrected is not applied: these are to say what the bench itself finds.
     calibration = known(scene, loaded).calibration.model_copy(update={"presses": None})
-    with ExitStack() as open_parts, interruptible():
-        collector = _ask(loaded, calibration, presses, record, open_parts)
+    if not whole:
+        taken = _collected(loaded, calibration, presses, record)
+        if table:
+            _write(table, taken)
+        conclude(scene, taken, keep, as_json)
+        return
+    folder = _press_folder(loaded, images or Path(f"{Path(scene).stem}.presses"))
+    taken = _collected(loaded, calibration, presses, record, folder)
     if table:
-        _write(table, collector.taken)
-    conclude(scene, collector.taken, keep, as_json)
+        _write(table, taken)
+    _identify(scene, loaded, calibration, folder, keep, as_json)
+
+
+def _press_folder(scene: Scene, path: Path) -> PressFolder:
+    from rig.calibration.press_folder import open_press_folder
+
+    if scene.dic is None:
+        raise ValueError(
+            f"scene '{scene.title}' has no [dic] to see presses with; add it, as twin has it"
+        )
+    return open_press_folder(path, scene.dic.reference_frames)
+
+
+def _identify(
+    scene: str,
+    loaded: Scene,
+    calibration: Calibration,
+    folder: PressFolder,
+    keep: bool,
+    as_json: bool,
+) -> None:
+    """Find the bench that the presses of a folder show, say it, and put it beside the scene."""
+    from rig.calibration import bench_presses, store
+    from rig.commands.bench_table import described, table
+
+    listed = folder.listed
+    with progress("plate modes") as report:
+        given = loaded, calibration, listed, folder.path, (), report
+        found = bench_presses.identify_bench(*given)
+    path = store.beside(scene)
+    if keep:
+        store.keep(path, found)
+    said = described(found, [one.press for one in listed])
+    said |= {"presses": len(listed), "images": str(folder.path), "kept": keep, "path": str(path)}
+    emit(table(said), said, as_json)
 
 
 def conclude(scene: str, taken: Sequence[Taken], keep: bool, as_json: bool) -> None:
@@ -86,17 +137,52 @@ def conclude(scene: str, taken: Sequence[Taken], keep: bool, as_json: bool) -> N
     emit(sentence, said, as_json)
 
 
-def _ask(
-    scene: Scene, calibration: Calibration, count: int, record: Path | None, open_parts: ExitStack
-) -> Collector:
-    """Run the loop until all presses are taken."""
+def _collected(
+    scene: Scene,
+    calibration: Calibration,
+    count: int,
+    record: Path | None,
+    folder: PressFolder | None = None,
+) -> list[Taken]:
+    """Run the loop until all presses are taken; those that a folder has are not asked for again.
+
+    Raises
+    ------
+    ValueError
+        The source ended, or patience, before all were taken.
+    """
     from rig.calibration.collect import Collector, targets
+    from rig.calibration.press_folder import KeptFrames
+
+    asked, before = targets(scene), 0 if folder is None else len(folder.listed)
+    wanted = Collector(asked if folder is None else folder.left(asked), count - before)
+    if wanted.target is None:
+        return wanted.taken
+    kept = KeptFrames(folder)
+    with ExitStack() as open_parts, interruptible():
+        _ask(scene, calibration, wanted, record, open_parts, kept)
+    if len(wanted.taken) < wanted.wanted:
+        seen = f"{before + len(wanted.taken)} of {count} presses were seen"
+        if folder is None:
+            raise ValueError(f"{seen}; watch them with `touchplate run`")
+        raise ValueError(f"{seen}; they are kept in '{folder.path}', go on by the same command")
+    return wanted.taken
+
+
+def _ask(
+    scene: Scene,
+    calibration: Calibration,
+    collector: Collector,
+    record: Path | None,
+    open_parts: ExitStack,
+    see: See,
+) -> None:
+    """Run the loop until all presses are taken, or for as long as patience lasts."""
     from rig.commands.run import start
     from rig.live.snapshot import Mark
     from rig.live.view import marks
     from rig.projector.markers import fit_plate
 
-    collector = Collector(targets(scene), count)
     loop, _ = start(scene, calibration, True, record, open_parts)
     show = None
     if scene.projector and scene.plate:
@@ -107,18 +193,17 @@ def _ask(
         opened = open_projector(screen, window.display, window.full_screen, output=window.output)
         show = open_parts.enter_context(opened)
     rate = scene.camera.rate if scene.camera else 0.0
-    for snapshot in islice(loop, int(PATIENCE * count * rate)):
+    for snapshot in islice(loop, int(PATIENCE * collector.wanted * rate)):
         # Each frame by itself: the collector takes the mean of those that it holds.
         seen = () if snapshot.estimate is None else marks(snapshot.estimate)
-        if collector.add_frame(seen, snapshot.captured):
-            console().print(f"{len(collector.taken)} of {count} presses are taken")
+        taken = collector.add_frame(seen, snapshot.captured)
+        see(snapshot, taken)
+        if taken:
+            console().print(f"{len(collector.taken)} of {collector.wanted} presses are taken")
         if (target := collector.target) is None:
-            return collector
+            return
         if show:
             show((Mark(target.x, target.y, target.force),))
-    raise ValueError(
-        f"{len(collector.taken)} of {count} presses were seen; watch them with `touchplate run`"
-    )
 
 
 def _write(path: Path, taken: Sequence[Taken]) -> None:
