@@ -10,6 +10,7 @@ from fe.arrays import F64
 from fe.elements.graded import Grading, graded
 from fe.elements.mesh import Mesh, default_mesh
 from fe.linear.load import check_touches
+from fe.plate.checks import positive
 from fe.plate.plate import Plate, Touch
 
 # Strains err by 4e-5 of the largest at a twentieth of the shorter side from a touch and by 1e-5
@@ -17,11 +18,19 @@ from fe.plate.plate import Plate, Touch
 # elements of a square plate: with many touches or gauges all elements are coarser.
 _GRADING = Grading(finest=160.0, growth=0.15, elements=36000)
 # Influences are read far from their gauges too, and there in parts of what is left of them.
-_FOR_GAUGES = _GRADING._replace(across=10.0, far=3.2, elements=42000)
+_FOR_GAUGES = _GRADING._replace(across=10.0, far=3.5, elements=60000)
 
 
-def touch_mesh(plate: Plate, touches: Sequence[Touch]) -> Mesh:
+def touch_mesh(plate: Plate, touches: Sequence[Touch], finest: float = 160.0) -> Mesh:
     """Return the mesh for touches that are known: one that is fine at these.
+
+    Parameters
+    ----------
+    plate : Plate
+    touches : sequence of Touch
+    finest : float
+        Elements at a touch for the shorter side: more where what moves under the touch itself is
+        read, as beside an edge.
 
     Raises
     ------
@@ -30,7 +39,10 @@ def touch_mesh(plate: Plate, touches: Sequence[Touch]) -> Mesh:
     """
     check_touches(plate, touches)
     xy = np.array([(t.x, t.y) for t in touches]).reshape(-1, 2)
-    return _fine_at(plate, xy, np.array([t.radius for t in touches]), _GRADING)
+    grading = _GRADING._replace(
+        finest=positive(finest, "elements for the shorter side", "elements")
+    )
+    return _fine_at(plate, xy, np.array([t.radius for t in touches]), grading)
 
 
 def gauge_mesh(plate: Plate, gauges: F64) -> Mesh:
