@@ -17,8 +17,10 @@ from fe.plate.plate import Plate, Touch
 # beyond a tenth, on plates of 1:1 to 100:1 (study `plates.aspect`). At most 2.5 times the
 # elements of a square plate: with many touches or gauges all elements are coarser.
 _GRADING = Grading(finest=160.0, growth=0.15, elements=36000)
-# Influences are read far from their gauges too, and there in parts of what is left of them.
-_FOR_GAUGES = _GRADING._replace(across=10.0, far=3.5, elements=60000)
+# Influences are read far from their gauges too, and there in parts of what is left of them. Gauges
+# all along a strip take more elements the longer it is.
+_FOR_GAUGES = _GRADING._replace(across=10.0, far=3.5)
+_BY_ASPECT = 600
 
 
 def touch_mesh(plate: Plate, touches: Sequence[Touch], finest: float = 160.0) -> Mesh:
@@ -39,15 +41,16 @@ def touch_mesh(plate: Plate, touches: Sequence[Touch], finest: float = 160.0) ->
     """
     check_touches(plate, touches)
     xy = np.array([(t.x, t.y) for t in touches]).reshape(-1, 2)
-    grading = _GRADING._replace(
-        finest=positive(finest, "elements for the shorter side", "elements")
-    )
-    return _fine_at(plate, xy, np.array([t.radius for t in touches]), grading)
+    finest = positive(finest, "elements at a touch", "elements")
+    radius = np.array([t.radius for t in touches])
+    return _fine_at(plate, xy, radius, _GRADING._replace(finest=finest))
 
 
 def gauge_mesh(plate: Plate, gauges: F64) -> Mesh:
     """Return the mesh for touches anywhere and gauges (M, 2) mm that are known."""
-    return _fine_at(plate, gauges, np.zeros(len(gauges)), _FOR_GAUGES)
+    elements = round(_BY_ASPECT * max(plate.size) / min(plate.size))
+    grading = _FOR_GAUGES._replace(elements=max(elements, _FOR_GAUGES.elements))
+    return _fine_at(plate, gauges, np.zeros(len(gauges)), grading)
 
 
 def _fine_at(plate: Plate, xy: F64, radius: F64, grading: Grading) -> Mesh:
