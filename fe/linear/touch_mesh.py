@@ -10,7 +10,6 @@ from fe.arrays import F64
 from fe.elements.graded import Grading, graded
 from fe.elements.mesh import Mesh, default_mesh
 from fe.linear.load import check_touches
-from fe.plate.checks import positive
 from fe.plate.plate import Plate, Touch
 
 # Strains err by 4e-5 of the largest at a twentieth of the shorter side from a touch and by 1e-5
@@ -23,16 +22,8 @@ _FOR_GAUGES = _GRADING._replace(across=10.0, far=3.5)
 _BY_ASPECT = 600
 
 
-def touch_mesh(plate: Plate, touches: Sequence[Touch], finest: float = 160.0) -> Mesh:
+def touch_mesh(plate: Plate, touches: Sequence[Touch]) -> Mesh:
     """Return the mesh for touches that are known: one that is fine at these.
-
-    Parameters
-    ----------
-    plate : Plate
-    touches : sequence of Touch
-    finest : float
-        Elements at a touch for the shorter side: more where what moves under the touch itself is
-        read, as beside an edge.
 
     Raises
     ------
@@ -41,9 +32,7 @@ def touch_mesh(plate: Plate, touches: Sequence[Touch], finest: float = 160.0) ->
     """
     check_touches(plate, touches)
     xy = np.array([(t.x, t.y) for t in touches]).reshape(-1, 2)
-    finest = positive(finest, "elements at a touch", "elements")
-    radius = np.array([t.radius for t in touches])
-    return _fine_at(plate, xy, radius, _GRADING._replace(finest=finest))
+    return _fine_at(plate, xy, np.array([t.radius for t in touches]), _GRADING)
 
 
 def gauge_mesh(plate: Plate, gauges: F64) -> Mesh:

@@ -30,8 +30,7 @@ from fe.shell.state import ShellState
 from fe.shell.support import Support, support
 from fe.shell.system import System
 
-# Elements along the side of a square on which a base is bent before a finer mesh takes over its
-# shape.
+# Elements along the side of a square on which a base is bent before a finer mesh takes over.
 _COARSE = 20
 
 # Patches stiffer than 1e9 times the rest round off so much that the digits run out.

@@ -19,9 +19,6 @@ from models.inverse.levenberg_marquardt import covariance
 
 PIXELS = 4  # side of the tiles over which motion counts as constant, px
 _NUDGE, _SIGNS = 0.1, (1.0, -1.0)  # mm by which a touch is moved for a derivative
-# Elements at a touch for the plate's shorter side. 5 mm from both edges of a corner of a plate of
-# 254 mm, 160 leave 3 % of what a touch moves beside it when it moves; this many 0.3 %.
-_FINEST = 640.0
 
 
 def pixel_level(
@@ -125,7 +122,7 @@ def pixel_bound(
 def _derivatives(plate: fe.Plate, points: F64, touches: F64) -> tuple[F64, F64]:
     """Differentiate deflection (N, 3n) and slope (N, 3n, 2) by x, y and F of each touch."""
     pressed = [fe.Touch(*touch) for touch in touches.tolist()]
-    solver = fe.Linear(plate, fe.touch_mesh(plate, pressed, _FINEST))
+    solver = fe.Linear(plate, fe.deflect(plate, pressed).mesh)
     values, slopes = list[F64](), list[F64]()
     for x, y, force in touches.tolist():
         alone = solver.deflect([fe.Touch(x, y, 1.0)])

@@ -3,9 +3,8 @@
 Parts: bound. Truth is the image itself, rendered exactly without noise: it is differentiated
 numerically along the motion of place and force of each touch, by shift, turn and scale of the
 image and by gain and offset of the light, and the information of all pixels is inverted. Plates are
-bent on grids that no bound knows, of equal elements about the touches and larger equal ones
-elsewhere: 5 mm from both edges of a corner, elements of 1.7 mm throughout are 2 % off. Touches
-lie 5 mm from an edge, 5 mm from both edges of a corner, and in pairs 20 mm apart anywhere.
+bent on a grid of equal elements that no bound knows. Touches lie 5 mm from an edge, 5 mm from both
+edges of a corner, and in pairs 20 mm apart anywhere.
 """
 
 from collections.abc import Callable, Iterator
@@ -22,7 +21,7 @@ from rig.system.arrays import F64
 THICKNESS, PIXELS = 2.0, 1024
 NEAR, APART, INSET = 5.0, 20.0, 30.0  # mm
 FORCES = (1.0, 4.0)  # N
-ABOUT, CLOSE, FAR = 12.0, 0.6, 2.6  # mm about touches, and elements there and elsewhere
+ELEMENTS = 150
 DRAWN = 4  # of each kind and of each plate
 STEPS = (0.2, 0.2, 0.1)  # mm, mm, N
 SHIFT, SLANT = 0.2, 0.25  # px; largest slope of a ray
@@ -41,8 +40,9 @@ def bound() -> Iterator[Figure]:
         pattern = models.pixel_level(
             fe.modes(bench.plate, MODES), bench.camera, height, span * still
         )
+        solver = fe.Linear(bench.plate, fe.grid(bench.plate, ELEMENTS))
         for kind, scenes in drawn().items():
-            true = [_deviations(by_derivatives(bench, span, touches)) for touches in scenes]
+            true = [_deviations(by_derivatives(bench, solver, span, touches)) for touches in scenes]
             off = [
                 _deviations(pixel_bound(bench, span * still, touches)) / least - 1.0
                 for touches, least in zip(scenes, true, strict=True)
@@ -97,29 +97,9 @@ def drawn() -> dict[str, list[F64]]:
     return scenes
 
 
-def stepped(plate: fe.Plate, touches: F64) -> fe.Mesh:
-    """Mesh of equal elements about the touches (n, 3), and of larger ones elsewhere."""
-    breaks: list[tuple[float, ...]] = []
-    runs: list[tuple[int, ...]] = []
-    for axis, side in enumerate(plate.size):
-        along = touches[:, axis]
-        ends = [float(along.min()) - ABOUT, float(along.max()) + ABOUT]
-        inside = [end for end in ends if 0.0 < end < side]
-        edges = [0.0, *inside, side]
-        lengths = np.diff(edges)
-        middles = np.array(edges[:-1]) + 0.5 * lengths
-        close = (middles > ends[0]) & (middles < ends[1])
-        counts = np.maximum(np.ceil(lengths / np.where(close, CLOSE, FAR)), 6)
-        breaks.append(tuple(inside))
-        runs.append(tuple(int(count) for count in counts))
-    counts = sum(runs[0]), sum(runs[1])
-    return fe.Mesh(plate.size, counts, (breaks[0], breaks[1]), (runs[0], runs[1]))
-
-
-def by_derivatives(bench: Bench, span: float, touches: F64) -> F64:
+def by_derivatives(bench: Bench, solver: fe.Linear, span: float, touches: F64) -> F64:
     """Least covariance (3n, 3n) by derivatives of rendered images, mm and N."""
     points = bench.warper.points
-    solver = fe.Linear(bench.plate, stepped(bench.plate, touches))
 
     def moved(at: F64) -> F64:
         pressed = [fe.Touch(*touch) for touch in at.tolist()]

@@ -65,15 +65,6 @@ def test_elements_are_large_where_nothing_of_a_touch_is_left():
     assert sizes[far].min() > 30.0
 
 
-def test_a_mesh_is_as_fine_at_a_touch_as_is_asked_for():
-    plate, touch = fe.Plate((254.0, 200.0), **PVC), fe.Touch(5.0, 5.0, 1.0)
-    usual, fine = fe.touch_mesh(plate, [touch]), fe.touch_mesh(plate, [touch], finest=640.0)
-    assert usual.finest > 1.0
-    assert fine.finest <= 200.0 / 640.0
-    with pytest.raises(ValueError, match="elements at a touch"):
-        fe.touch_mesh(plate, [touch], finest=0.0)
-
-
 def test_a_mesh_of_runs_comes_back_from_its_arrays():
     plate = long_plate(3.0)
     influence = fe.influence(plate, [(30.0, 20.0)], face="bottom", length=6.0)
