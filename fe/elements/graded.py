@@ -18,11 +18,12 @@ from fe.plate.plate import Plate
 
 # A run can be halved for an estimate of the error and still be recovered from.
 _FEWEST = 12
-# What the ends of a strip do to it falls off within its width b: elements of b/6 carry it. Farther
-# than 3 b from ends and touches what is left is smooth, and elements grow.
-_ACROSS = 6.0
-_FAR = 3.0
-_FAR_GROWTH = 0.15
+# What touches and ends of a strip do to it falls off as exp(-4.2 d / b) with the distance d over
+# its width b. Farther than 2 b from a touch what is left is 2e-4 of it, or smooth, and elements
+# grow; an end does less, for it only holds what reaches it.
+_FAR = 2.0
+_FAR_FROM_ENDS = 1.0
+_FAR_GROWTH = 0.6
 # Borders of patches are corners of stiffness; elements beside them are not longer than b/40.
 _AT_BORDERS = 40.0
 _FINER = 1.25  # by which elements grow until they are few enough
@@ -39,15 +40,21 @@ class Grading(NamedTuple):
         Length of an element over its distance from the next place.
     elements : int
         So many at most, where coarser elements at all places can bring them down to it.
+    across : float
+        Elements near places and ends of a strip, for the shorter side.
+    far : float
+        Up to which distance from a place, in shorter sides.
     """
 
     finest: float
     growth: float
     elements: int
+    across: float = 6.0
+    far: float = 2.0
 
 
 class Spots(NamedTuple):
-    """Intervals of a line that are to be resolved.
+    """Intervals of a line that are to be resolved, and how.
 
     Attributes
     ----------
@@ -55,12 +62,17 @@ class Spots(NamedTuple):
     floor : (P,) float64, mm
         Length of the elements inside.
     growth : float
+    longest : float, mm
+        Length of elements up to the distances `far`, mm, from them and `from_ends`, mm.
     """
 
     low: F64
     high: F64
     floor: F64
     growth: float
+    longest: float
+    far: float
+    from_ends: float
 
 
 def graded(plate: Plate, xy: F64, radius: F64, grading: Grading) -> Mesh:
@@ -93,22 +105,22 @@ def _mesh(plate: Plate, xy: F64, radius: F64, scale: float, grading: Grading) ->
             np.concatenate([xy[:, axis] + sign * radius, np.array(places)]) for sign in (-1, 1)
         )
         at_borders = np.full(len(places), max(scale, 1.0) * across / _AT_BORDERS)
-        spots = Spots(low, high, np.concatenate([finest, at_borders]), scale * grading.growth)
-        parts.append(_runs(plate.size[axis], spots, places, across))
+        floor, growth = np.concatenate([finest, at_borders]), scale * grading.growth
+        far = grading.far * across, _FAR_FROM_ENDS * across
+        spots = Spots(low, high, floor, growth, across / grading.across, *far)
+        parts.append(_runs(plate.size[axis], spots, places))
     (breaks_x, runs_x), (breaks_y, runs_y) = parts
     counts = sum(runs_x), sum(runs_y)
     breaks = tuple(breaks_x), tuple(breaks_y)
     return Mesh(plate.size, counts, breaks, (tuple(runs_x), tuple(runs_y)))
 
 
-def _runs(
-    side: float, spots: Spots, borders: Sequence[float], across: float
-) -> tuple[list[float], list[int]]:
+def _runs(side: float, spots: Spots, borders: Sequence[float]) -> tuple[list[float], list[int]]:
     """Return breaks along a side, mm, and the elements of each run between them."""
-    shortest = float(min(spots.floor.min(initial=np.inf), across / _ACROSS))
-    ends = _candidates(side, spots, borders, across, shortest)
+    shortest = float(min(spots.floor.min(initial=np.inf), spots.longest))
+    ends = _candidates(side, spots, borders, shortest)
     middles = 0.5 * (ends[1:] + ends[:-1])
-    level = np.floor(np.log2(_target(middles, side, spots, across) / shortest) + 1e-6)
+    level = np.floor(np.log2(_target(middles, side, spots) / shortest) + 1e-6)
     runs: list[list[float]] = np.column_stack(
         [ends[:-1], ends[1:], np.maximum(level, 0.0)]
     ).tolist()
@@ -117,25 +129,24 @@ def _runs(
     return [float(low) for low, _, _ in runs[1:]], counts
 
 
-def _target(x: F64, side: float, spots: Spots, across: float) -> F64:
+def _target(x: F64, side: float, spots: Spots) -> F64:
     """Longest element that places (K,) mm allow."""
     away = np.maximum(0.0, np.maximum(spots.low - x[:, None], x[:, None] - spots.high))
     near = np.maximum(spots.floor, spots.growth * away).min(axis=1, initial=np.inf)
-    distance = np.minimum(away.min(axis=1, initial=np.inf), np.minimum(x, side - x))
-    far = _FAR_GROWTH * (distance - _FAR * across)
-    return np.minimum(near, np.maximum(across / _ACROSS, far))
+    beyond = away.min(axis=1, initial=np.inf) - spots.far
+    beyond_ends = np.minimum(x, side - x) - spots.from_ends
+    far = _FAR_GROWTH * np.minimum(beyond, beyond_ends)
+    return np.minimum(near, np.maximum(spots.longest, far))
 
 
-def _candidates(
-    side: float, spots: Spots, borders: Sequence[float], across: float, shortest: float
-) -> F64:
+def _candidates(side: float, spots: Spots, borders: Sequence[float], shortest: float) -> F64:
     """Places at which the length of elements may change, ends included."""
     doublings = shortest * 2.0 ** np.arange(1, 40)
-    near = doublings[doublings <= across / _ACROSS] / spots.growth
-    far = _FAR * across + doublings[doublings > across / _ACROSS] / _FAR_GROWTH
-    steps = np.concatenate([near, far[far < side]])
+    near = doublings[doublings <= spots.longest] / spots.growth
+    grown = doublings[(doublings > spots.longest) & (doublings < _FAR_GROWTH * side)] / _FAR_GROWTH
+    steps = np.concatenate([near, spots.far + grown])
     around = [spots.low[:, None] - steps, spots.high[:, None] + steps]
-    ends = far, side - far
+    ends = spots.from_ends + grown, side - spots.from_ends - grown
     both = np.concatenate([*(part.ravel() for part in around), *ends, np.array(borders)])
     inside = both[(both > 0) & (both < side)]
     return np.unique(np.concatenate([[0.0], inside, [side]]))

@@ -20,7 +20,7 @@ from fe.reduced.kernel import slopes, slopes_by, stretch, summed, values_by, who
 _ITERATIONS = 30
 # Residual, in parts of the force that the linear solution puts on the fixed shapes. One more step
 # leaves its square, and derivatives are off by this much.
-_SETTLED = 1e-6
+_SETTLED = 1e-7
 # A balance leads to another if places differ by less, in parts of the plate's shorter side, and
 # forces by less, in parts of the later ones.
 _NEAR, _STRONGER = 0.06, 0.5

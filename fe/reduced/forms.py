@@ -23,6 +23,7 @@ from fe.linear.membrane import pull, stretch
 from fe.reduced.basis import ReducedBasis, spread_out
 from fe.reduced.karman import Karman
 from fe.reduced.parallel import in_parallel
+from fe.reduced.sheet import samples
 from fe.reduced.spline import SplineTable, table
 from fe.reduced.touch_shape import TouchShapes
 
@@ -48,11 +49,14 @@ class Forms:
     moving : SplineTable
         Of F (A n + A (A + 1) / 2) functions of the place of a touch: one argument moving, then
         both.
+    slopes : SplineTable
+        Of the slopes of the A functions at the samples of `fe.reduced.sheet`.
     """
 
     stresses: int
     fixed: F32
     moving: SplineTable
+    slopes: SplineTable
 
     @property
     def resting(self) -> I64:
@@ -88,13 +92,14 @@ def forms(shapes: TouchShapes, basis: ReducedBasis, progress: Callable[[], objec
     x, y = (_places(karman.mesh, axis) for axis in (0, 1))
     places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     stresses = _all_stresses(karman, basis)
-    local, moving = _local(shapes, stresses, places, progress)
+    local, moving, slopes = _local(shapes, stresses, places, progress)
     fixed, mixed = _with_fixed(karman, basis.shapes, stresses, moving, progress)
     del stresses, moving
     both = np.concatenate([mixed, local], axis=2).reshape(len(x), len(y), -1)
     del mixed, local
     tabled = table(karman.plate.size, both)
-    return Forms(basis.stresses.shape[-1], fixed.astype(np.float32), tabled)
+    seen = table(karman.plate.size, slopes.reshape(len(x), len(y), -1))
+    return Forms(basis.stresses.shape[-1], fixed.astype(np.float32), tabled, seen)
 
 
 def form_steps(mesh: Mesh) -> int:
@@ -174,7 +179,7 @@ def _with_fixed(
 
 def _local(
     shapes: TouchShapes, stresses: F64, places: F64, progress: Callable[[], object]
-) -> tuple[F32, F32]:
+) -> tuple[F32, F32, F32]:
     """Forms of two functions that move with the same touch, and these functions.
 
     Returns
@@ -182,17 +187,22 @@ def _local(
     local : (P, F, A (A + 1) / 2) float32
     moving : (N, P, A) float32, mm
         Free unknowns under 1 N at each of the places (P, 2) mm.
+    slopes : (P, 2 Q A) float32
+        At the samples.
     """
-    karman = shapes.karman
+    karman, grid = shapes.karman, samples(shapes.karman.mesh)
     gauss, free, functions = karman.membrane.gauss, karman.linear.free, len(shapes.factors)
     weighed = karman.membrane.weigh(stresses).astype(np.float32)
     a, b = np.triu_indices(functions)
     size = karman.stiffness.shape[0]
     local = np.empty((len(places), 1 + len(weighed), len(a)), dtype=np.float32)
     moving = np.empty((size, len(places), functions), dtype=np.float32)
+    slopes = np.empty((len(places), grid.count, functions), dtype=np.float32)
 
     def fill(part: I64) -> None:
         there = shapes.each(places[part])
+        seen = grid.slopes(there.reshape(*there.shape[:2], -1))
+        slopes[part] = seen.reshape(grid.count, len(part), functions).swapaxes(0, 1)
         flat = there[free].reshape(size, len(part), functions)
         moving[:, part] = flat
         along, across = (
@@ -207,4 +217,4 @@ def _local(
 
     for _ in in_parallel(fill, _parts(len(places))):
         progress()
-    return local, moving
+    return local, moving, slopes.reshape(len(places), -1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -11,42 +11,33 @@ from numpy.typing import ArrayLike
 
 from fe.arrays import F64
 from fe.elements.functional import Functional, derivative, recovered
-from fe.elements.mesh import Mesh, even_grid, mesh_for
+from fe.elements.mesh import Mesh
+from fe.elements.rise import rise
 from fe.elements.storage import restore, store
 from fe.linear.adjoint import Adjoint
 from fe.linear.demand import strain_demand
 from fe.linear.linear import CURVATURES, Face, LinearState, height
 from fe.linear.load import disc
-from fe.plate.checks import positive
 from fe.plate.plate import Plate, Touch
-from fe.plate.thin import check_thin
 from fe.reduced.assembly import assemble
-from fe.reduced.basis import ReducedBasis, basis, stretching_work
+from fe.reduced.basis import spread_out
 from fe.reduced.equilibrium import Balance, Settled, balance
-from fe.reduced.forms import Forms, form_steps, forms
-from fe.reduced.interpolation import between
+from fe.reduced.forms import Forms
 from fe.reduced.karman import Karman
 from fe.reduced.large_state import LargeState, drift_at, middle_strain
-from fe.reduced.parallel import Steps
 from fe.reduced.result import Trust
+from fe.reduced.sheet import Sheet, at_points, by_stretch, samples
 from fe.reduced.spline import SplineTable
-from fe.reduced.symmetry import symmetries
 from fe.reduced.touch_shape import TouchShapes, touch_shapes
-from fe.reduced.training import MARGIN, copied, sample, snapshots, split
+from fe.reduced.training import MARGIN
 from fe.reduced.view import ReducedReadings
 
-# Elements for the side of a square, and the part of the shorter one that the rim takes along each
-# edge. Elements of the rim are smaller: where a clamped edge meets a free one strain is singular,
-# and gauges 5 mm from the corner of a plate of 254 mm err by 1.8 % on even elements, here by 0.4 %.
-_SIDE = 36
-_RIM = 0.1
-_RIM_ELEMENTS = 6
 # Orders of derivative of w behind u, v, w.
 _MOTION = ((1, 0), (0, 1), (0, 0))
 # Adjoint channels a solve.
 _BLOCK = 48
 
-_ARRAYS = ("stresses", "fixed", "moving", "shapes", "nodal", "drifts", "stretched")
+_ARRAYS = ("stresses", "fixed", "moving", "slopes", "shapes", "nodal", "drifts", "stretched")
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,9 +69,28 @@ class Reduced:
     stretched: float
 
     @cached_property
+    def karman(self) -> Karman:
+        """The whole plate."""
+        return Karman(self.plate, self.mesh)
+
+    @cached_property
     def touch_shapes(self) -> TouchShapes:
         """The functions that move with a touch."""
-        return touch_shapes(Karman(self.plate, self.mesh))
+        return touch_shapes(self.karman)
+
+    @cached_property
+    def sheet(self) -> Sheet:
+        """Slopes of all that makes up a deflection."""
+        resting, shapes = np.zeros(self.shapes.shape[2]), self.shapes
+        if len(self.forms.resting):
+            resting[self.forms.resting] = 1.0
+            shapes = shapes + resting * rise(self.plate, self.mesh)
+        return Sheet(samples(self.mesh).slopes(shapes), self.forms.slopes, resting)
+
+    @cached_property
+    def drifts_by_stretch(self) -> F64:
+        """Amplitudes of the `drifts` as the samples of the sheet are stretched, (U, 3 Q)."""
+        return by_stretch(self.karman, np.stack([spread_out(self.mesh, d) for d in self.drifts]))
 
     def solve(self, touches: Sequence[Touch]) -> LargeState:
         """Bend and stretch the plate by touches.
@@ -101,7 +111,8 @@ class Reduced:
             points = disc(self.plate, self.mesh, np.array([[touch.x, touch.y]]), touch.radius)
             values += self.touch_shapes.at(*points) @ part
         bent = LinearState(self.plate, self.mesh, values[:, :, None], tuple(touches))
-        plane = (self.drifts @ state.drift)[..., None]
+        membrane = self.karman.membrane
+        plane = membrane.relax(membrane.stretching(values[:, :, None])).values
         stress = (self.stresses @ state.stress)[..., None]
         found = LargeState(bent, plane, stress, self.trust(xy, state))
         if found.converged and strain_demand(found) > 1.0:
@@ -160,10 +171,15 @@ class Reduced:
             for (p, q), part in zip(_MOTION, scale, strict=True)
         ]
         plane = np.zeros((len(at), 3, self.forms.stresses + self.drifts.shape[-1]))
-        plane[:, :2, self.forms.stresses :] = drift_at(self.mesh, self.drifts, at)
-        return self._view(reads, plane)
+        drifts = drift_at(self.mesh, self.drifts, at)
+        plane[:, :2, self.forms.stresses :] = drifts
+        # What the fields hold is theirs: forms are smooth in the place of a touch, samples less.
+        held = drifts.reshape(2 * len(at), -1) @ self.drifts_by_stretch
+        return self._view(reads, plane, at_points(self.karman, at) - held)
 
-    def _view(self, reads: list[tuple[Functional, F64]], plane: F64) -> ReducedReadings:
+    def _view(
+        self, reads: list[tuple[Functional, F64]], plane: F64, sheet: F64 | None = None
+    ) -> ReducedReadings:
         """Solve for three channels a place: functionals of w with scales (M,), and the plane."""
         count = len(plane)
         fixed = np.stack([scale[:, None] * read.of(self.shapes) for read, scale in reads], axis=1)
@@ -178,7 +194,7 @@ class Reduced:
             values[:, :, part] = self.touch_shapes.solve(loads[:, :, part])
         moving = Adjoint(self.plate, self.mesh, values.reshape(*self.mesh.shape, -1))
         return ReducedReadings(
-            self, moving, fixed.reshape(3 * count, -1), plane.reshape(3 * count, -1)
+            self, moving, fixed.reshape(3 * count, -1), plane.reshape(3 * count, -1), sheet
         )
 
     def arrays(self) -> dict[str, np.ndarray]:
@@ -189,6 +205,7 @@ class Reduced:
             stresses=self.forms.stresses,
             fixed=self.forms.fixed,
             moving=self.forms.moving.coefficients,
+            slopes=self.forms.slopes.coefficients,
             shapes=self.shapes,
             nodal=self.stresses,
             drifts=self.drifts,
@@ -205,79 +222,7 @@ class Reduced:
             An array is missing or has the wrong shape.
         """
         plate, mesh, found = restore(arrays, *_ARRAYS)
-        stresses, fixed, moving, shapes, nodal, drifts, stretched = found
-        parts = Forms(int(stresses), fixed, SplineTable(plate.size, moving))
+        stresses, fixed, moving, slopes, shapes, nodal, drifts, stretched = found
+        tables = (SplineTable(plate.size, part) for part in (moving, slopes))
+        parts = Forms(int(stresses), fixed, *tables)
         return cls(plate, mesh, parts, shapes, nodal, drifts, float(stretched))
-
-
-def reduced_plate(
-    plate: Plate,
-    mesh: Mesh | None = None,
-    force: float = 5.0,
-    progress: Callable[[int, int], object] | None = None,
-) -> Reduced:
-    """Make a reduced plate from states of the whole one.
-
-    Parameters
-    ----------
-    plate : Plate
-    mesh : Mesh, optional
-        If left out, as many elements as on a square of 36 a side, smaller ones along the edges.
-    force : float
-        Largest force of a touch, N; a finger presses with up to 5.
-    progress : callable, optional
-        Called with the steps done and their number.
-
-    Returns
-    -------
-    Reduced
-
-    Raises
-    ------
-    ValueError
-        The mesh does not fit the plate, or the force is not positive.
-    """
-    force = positive(force, "largest force", "N")
-    check_thin(plate)
-    mesh = _mesh(plate) if mesh is None else mesh_for(plate, mesh)
-    karman = Karman(plate, mesh)
-    # A quarter of the states with four copies of each left an error of 13 %, a half of them 1 %.
-    touches = sample(plate, force, max(len(symmetries(plate, mesh)) // 2, 1))
-    steps = Steps(progress, len(touches) + form_steps(mesh))
-    shapes = touch_shapes(karman)
-    found, largest = _trained(shapes, touches, steps.one)
-    gauss = karman.membrane.gauss
-    x, y = (
-        between(axis.places, at) for axis, at in zip((gauss.x, gauss.y), mesh.nodes, strict=True)
-    )
-    nodal = np.einsum("ig,jh,cghm->ijcm", x, y, found.stresses, optimize=True)
-    fitted = forms(shapes, found, steps.one)
-    moved = np.zeros((*mesh.shape, fitted.fixed.shape[1]))
-    moved[:, :, : found.shapes.shape[2]] = found.shapes
-    return Reduced(plate, mesh, fitted, moved, nodal, found.drifts, largest)
-
-
-def _trained(
-    shapes: TouchShapes, touches: list[tuple[Touch, ...]], progress: Callable[[], object]
-) -> tuple[ReducedBasis, float]:
-    """Find the basis of states under touches and under their copies, and their largest stretch."""
-    karman = shapes.karman
-    states = snapshots(karman, touches, progress)
-    ways = symmetries(karman.plate, karman.mesh)
-    states, parts = copied(karman, states, split(shapes, states), ways)
-    found = basis(karman, states, parts)
-    stretches = stretching_work(karman, found.stresses, states.values)
-    return found, float(np.linalg.norm(stretches, axis=0).max())
-
-
-def _mesh(plate: Plate) -> Mesh:
-    if plate.patches:
-        return even_grid(plate, _SIDE)
-    rim = _RIM * min(plate.size)
-    element = plate.area**0.5 / _SIDE
-    counts = [
-        2 * _RIM_ELEMENTS + max(2 * round(0.5 * (side - 2 * rim) / element), 6)
-        for side in plate.size
-    ]
-    a, b = plate.size
-    return Mesh(plate.size, (counts[0], counts[1]), ((rim, a - rim), (rim, b - rim)))

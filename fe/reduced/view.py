@@ -15,7 +15,7 @@ from fe.arrays import F64
 from fe.linear.adjoint import Adjoint
 from fe.plate.checks import array, number
 from fe.plate.plate import Plate
-from fe.reduced.equilibrium import Settled
+from fe.reduced.equilibrium import Balance, Settled
 from fe.reduced.result import Trust
 
 if TYPE_CHECKING:
@@ -60,12 +60,16 @@ class ReducedReadings:
         Channels of the fixed shapes.
     plane : (3 M, M' + U) float64
         Channels of the stresses and of the displacements in the plane.
+    sheet : (2 M, 3 Q) float64 or None
+        What the displacements in the plane leave of u and v, by the strain at the samples of the
+        sheet; None where nothing in the plane is read but what `plane` holds.
     """
 
     reduced: Reduced
     moving: Adjoint
     fixed: F64
     plane: F64
+    sheet: F64 | None = None
 
     _last: dict[int, Settled] = field(default_factory=dict[int, Settled], repr=False)
 
@@ -117,9 +121,22 @@ class ReducedReadings:
         jacobian = by_weights @ state.weights_by + self.plane @ plane_by
         jacobian = jacobian.reshape(channels, len(xy), 3)
         jacobian[:, :, :2] += np.einsum("tcad,ta->ctd", slopes, weights)
+        if self.sheet is not None:
+            self._add_sheet(self.sheet, (xy, radius), state, (values, jacobian))
         values.flags.writeable = jacobian.flags.writeable = False
         jacobian, stretch = jacobian.reshape(-1, 3, len(xy), 3), float(np.linalg.norm(state.stress))
         return Reading(values.reshape(-1, 3), jacobian, stretch, self.reduced.trust(xy, state))
+
+    def _add_sheet(
+        self, sheet: F64, touches: tuple[F64, float], state: Balance, found: tuple[F64, F64]
+    ) -> None:
+        """Add to values and Jacobian what the fields in the plane leave."""
+        strain, strain_by = self.reduced.sheet.stretched(
+            self.plate, self.reduced.mesh, touches, (state.weights, state.weights_by)
+        )
+        values, jacobian = (part.reshape(len(sheet) // 2, 3, -1) for part in found)
+        values[:, :2, 0] += (sheet @ strain).reshape(-1, 2)
+        jacobian[:, :2] += (sheet @ strain_by).reshape(len(sheet) // 2, 2, -1)
 
 
 def _checked(given: ArrayLike, touches: int) -> F64:

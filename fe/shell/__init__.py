@@ -2,7 +2,8 @@
 
 from fe.shell.base import Base
 from fe.shell.influence import ShellInfluence, shell_influence
-from fe.shell.shell import Shell, shell_mesh, solve
+from fe.shell.meshes import shell_mesh
+from fe.shell.shell import Shell, solve
 from fe.shell.stability import Stability, Verdict
 from fe.shell.state import ShellState
 

@@ -12,7 +12,8 @@ from fe.elements.mesh import Mesh, even_grid
 from fe.elements.refinement import refined
 from fe.plate.plate import Plate
 from fe.shell.base import Base, bow, check_base
-from fe.shell.shell import Shell, shell_mesh
+from fe.shell.meshes import shell_mesh
+from fe.shell.shell import Shell
 from fe.shell.state import ShellState
 
 # Elements a side on which shapes are looked for, before a finer mesh takes them over.

@@ -10,7 +10,6 @@ from math import nan
 import numpy as np
 
 from fe.arrays import F64
-from fe.elements.graded import Grading, graded
 from fe.elements.mesh import Mesh, even_grid, mesh_for
 from fe.elements.nodal_loads import nodal_loads
 from fe.elements.refinement import refined
@@ -23,6 +22,7 @@ from fe.plate.plate import Plate, Touch
 from fe.plate.thin import check_thin
 from fe.shell.band import cholesky
 from fe.shell.base import Base, bow, check_base
+from fe.shell.meshes import pressed_mesh
 from fe.shell.newton import Equilibrium, equilibrium
 from fe.shell.problem import Problem
 from fe.shell.stability import Stability, Verdict, judge, smallest
@@ -30,14 +30,8 @@ from fe.shell.state import ShellState
 from fe.shell.support import Support, support
 from fe.shell.system import System
 
-# Elements along the side of a square: of the default mesh, and of the one on which a base is bent
-# before the finer mesh takes over its shape.
-_SIDE = 40
+# Elements along the side of a square on which a base is bent before a finer mesh takes over.
 _COARSE = 20
-
-# Where touches are known. Strains err by 8e-4 of the largest at a twentieth of the shorter side
-# from a touch and beyond (study `plates.aspect`).
-_GRADING = Grading(finest=72.0, growth=0.45, elements=18000)
 
 # Patches stiffer than 1e9 times the rest round off so much that the digits run out.
 _MAX_RESIDUAL = 1e-6
@@ -265,29 +259,11 @@ def solve(
     """
     # Refuses touches outside before the base takes its time.
     check_touches(plate, touches)
-    shell = Shell(plate, _mesh_for(plate, touches) if mesh is None else mesh)
+    shell = Shell(plate, pressed_mesh(plate, touches) if mesh is None else mesh)
     state = shell.at(base or Base())
     if touches:
         state = state.touch(touches)
     return state.load(nodal_loads(plate, shell.mesh, loads)) if loads else state
-
-
-def shell_mesh(plate: Plate) -> Mesh:
-    """Return the default grid of the shell: `even_grid` of 40 elements a side.
-
-    Films bend sharply next to clamps and touches, within lengths of h / √(12 ε) at a stretch of ε.
-    Where that is less than an element, the strain of the faces near a clamp and the deflection
-    under a point are coarse: at a thickness of 1e-4 of the side off by 13 % and 3 %, while a disc
-    and the strain of the middle keep to 1 % (study `plates.shell`, thickness).
-    """
-    return even_grid(plate, _SIDE)
-
-
-def _mesh_for(plate: Plate, touches: Sequence[Touch]) -> Mesh:
-    if not touches:
-        return shell_mesh(plate)
-    xy = np.array([(t.x, t.y) for t in touches])
-    return graded(plate, xy, np.array([t.radius for t in touches]), _GRADING)
 
 
 def _check_held_in_plane(plate: Plate) -> None:

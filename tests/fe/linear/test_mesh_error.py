@@ -55,6 +55,16 @@ def test_the_shell_of_a_long_plate_bends_as_the_linear_plate_does():
     assert shell.deflection(at) == pytest.approx(linear.deflection(at), rel=1e-3)
 
 
+def test_elements_are_large_where_nothing_of_a_touch_is_left():
+    plate, touch = long_plate(40.0), fe.Touch(1720.0, 37.0, 1.0)
+    x = fe.touch_mesh(plate, [touch]).nodes[0]
+    sizes, middles = np.diff(x), 0.5 * (x[1:] + x[:-1])
+    near = np.abs(middles - 1720.0) < 150.0
+    far = (np.abs(middles - 1720.0) > 800.0) & (np.minimum(middles, 4000.0 - middles) > 800.0)
+    assert sizes[near].max() <= 100.0 / 6.0
+    assert sizes[far].min() > 30.0
+
+
 def test_a_mesh_of_runs_comes_back_from_its_arrays():
     plate = long_plate(3.0)
     influence = fe.influence(plate, [(30.0, 20.0)], face="bottom", length=6.0)

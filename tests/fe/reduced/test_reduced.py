@@ -129,7 +129,23 @@ def test_views_read_what_the_state_says(clamped, face):
     assert found.values == pytest.approx(strain, abs=1e-9 * np.abs(strain).max())
     assert found.result is state.result
     found = clamped.points(GAUGES, face).read(*reading)
-    assert found.values == pytest.approx(moved, abs=1e-9 * np.abs(moved).max())
+    assert found.values[:, 2] == pytest.approx(moved[:, 2], abs=1e-9 * np.abs(moved).max())
+    # A state finds the balance in the plane on its mesh, a view takes it from samples.
+    in_plane = np.abs(moved[:, :2]).max()
+    assert found.values[:, :2] == pytest.approx(moved[:, :2], abs=0.02 * in_plane)
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_points_move_in_the_plane_as_those_of_the_whole_plate(clamped, count):
+    """Measured 5 % on these few elements; the fixed fields alone err by 14 to 25 %."""
+    pressed = touches(PLACES[:count], FORCES[:count])
+    true = whole(Karman(OBLONG, clamped.mesh), pressed)
+    x, y = np.meshgrid(np.linspace(0.0, 90.0, 9)[1:-1], np.linspace(0.0, 70.0, 8)[1:-1])
+    at = np.column_stack([x.ravel(), y.ravel()])
+    plane = [np.ascontiguousarray(part) for part in true.plane.values]
+    truth = np.column_stack([derivative(clamped.mesh, at).of(part)[:, 0] for part in plane])
+    found = clamped.points(at, "middle").read(PLACES[:count], FORCES[:count]).values[:, :2]
+    assert np.abs(found - truth).max() < 0.08 * np.abs(truth).max()
 
 
 @pytest.mark.parametrize(
@@ -183,7 +199,7 @@ def test_strain_of_the_middle_is_the_derivative_of_how_it_moves(clamped):
     exy = (plane[:, 0, 1] + plane[:, 1, 0] + wx * wy) / 2
     found = middle_strain(state.plate, state.mesh, state.stress, at)[:, :, 0]
     truth = np.column_stack([exx, eyy, exy])
-    # The in-plane displacement of the reduced plate is itself 14 to 25 % off; measured 15 % here.
+    # The stress is of the basis, the motion that of the deflection.
     assert np.abs(found - truth).max() < 0.2 * np.abs(truth).max()
 
 

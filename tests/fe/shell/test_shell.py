@@ -121,6 +121,13 @@ def test_default_mesh_has_as_many_elements_as_a_square_of_forty():
     assert shell_mesh(PVC).counts == (44, 36)
 
 
+def test_the_default_mesh_of_a_long_plate_is_fine_along_its_edges():
+    mesh = shell_mesh(fe.Plate((1000.0, 100.0), 1.0, 3000.0, 0.3))
+    for nodes in mesh.nodes:
+        assert np.diff(nodes)[[0, -1]].max() < 2.0
+    assert np.diff(mesh.nodes[0])[40] > 5.0
+
+
 def test_plates_that_float_in_their_plane_are_refused():
     held = fe.Elastic(deflection=np.inf, rotation=0.0)
     plate = fe.Plate(PVC.size, 1.0, 3000.0, 0.38, held)

@@ -1,0 +1,101 @@
+"""How a reduced plate is made: states of the whole plate, then their basis and its forms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from fe.elements.mesh import Mesh, even_grid, mesh_for
+from fe.plate.checks import positive
+from fe.plate.plate import Plate, Touch
+from fe.plate.thin import check_thin
+from fe.reduced.basis import ReducedBasis, basis, stretching_work
+from fe.reduced.forms import form_steps, forms
+from fe.reduced.interpolation import between
+from fe.reduced.karman import Karman
+from fe.reduced.parallel import Steps
+from fe.reduced.reduced import Reduced
+from fe.reduced.symmetry import symmetries
+from fe.reduced.touch_shape import TouchShapes, touch_shapes
+from fe.reduced.training import copied, sample, snapshots, split
+
+# Elements for the side of a square, and the part of the shorter one that the rim takes along each
+# edge. Elements of the rim are smaller: where a clamped edge meets a free one strain is singular,
+# and gauges 5 mm from the corner of a plate of 254 mm err by 1.8 % on even elements, here by 0.4 %.
+_SIDE = 36
+_RIM = 0.1
+_RIM_ELEMENTS = 6
+
+
+def reduced_plate(
+    plate: Plate,
+    mesh: Mesh | None = None,
+    force: float = 5.0,
+    progress: Callable[[int, int], object] | None = None,
+) -> Reduced:
+    """Make a reduced plate from states of the whole one.
+
+    Parameters
+    ----------
+    plate : Plate
+    mesh : Mesh, optional
+        If left out, as many elements as on a square of 36 a side, smaller ones along the edges.
+    force : float
+        Largest force of a touch, N; a finger presses with up to 5.
+    progress : callable, optional
+        Called with the steps done and their number.
+
+    Returns
+    -------
+    Reduced
+
+    Raises
+    ------
+    ValueError
+        The mesh does not fit the plate, or the force is not positive.
+    """
+    force = positive(force, "largest force", "N")
+    check_thin(plate)
+    mesh = _mesh(plate) if mesh is None else mesh_for(plate, mesh)
+    karman = Karman(plate, mesh)
+    # A quarter of the states with four copies of each left an error of 13 %, a half of them 1 %.
+    touches = sample(plate, force, max(len(symmetries(plate, mesh)) // 2, 1))
+    steps = Steps(progress, len(touches) + form_steps(mesh))
+    shapes = touch_shapes(karman)
+    found, largest = _trained(shapes, touches, steps.one)
+    gauss = karman.membrane.gauss
+    x, y = (
+        between(axis.places, at) for axis, at in zip((gauss.x, gauss.y), mesh.nodes, strict=True)
+    )
+    nodal = np.einsum("ig,jh,cghm->ijcm", x, y, found.stresses, optimize=True)
+    fitted = forms(shapes, found, steps.one)
+    moved = np.zeros((*mesh.shape, fitted.fixed.shape[1]))
+    moved[:, :, : found.shapes.shape[2]] = found.shapes
+    return Reduced(plate, mesh, fitted, moved, nodal, found.drifts, largest)
+
+
+def _trained(
+    shapes: TouchShapes, touches: list[tuple[Touch, ...]], progress: Callable[[], object]
+) -> tuple[ReducedBasis, float]:
+    """Find the basis of states under touches and under their copies, and their largest stretch."""
+    karman = shapes.karman
+    states = snapshots(karman, touches, progress)
+    ways = symmetries(karman.plate, karman.mesh)
+    states, parts = copied(karman, states, split(shapes, states), ways)
+    found = basis(karman, states, parts)
+    stretches = stretching_work(karman, found.stresses, states.values)
+    return found, float(np.linalg.norm(stretches, axis=0).max())
+
+
+def _mesh(plate: Plate) -> Mesh:
+    if plate.patches:
+        return even_grid(plate, _SIDE)
+    rim = _RIM * min(plate.size)
+    element = plate.area**0.5 / _SIDE
+    counts = [
+        2 * _RIM_ELEMENTS + max(2 * round(0.5 * (side - 2 * rim) / element), 6)
+        for side in plate.size
+    ]
+    a, b = plate.size
+    return Mesh(plate.size, (counts[0], counts[1]), ((rim, a - rim), (rim, b - rim)))
