@@ -119,7 +119,7 @@ class LevenbergMarquardt:
         """
         given = (measured, start, bounds, prior, self.control, relative_tolerance)
         if isinstance(forward, LinearForward):
-            return Fit(*descend_table(forward.table, *given))
+            return Fit(*descend_table(forward.reading, *given))
         fit = descend(forward, *given)
         return Fit(*fit, covariance(fit[2], prior.precision))
 

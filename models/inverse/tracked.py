@@ -73,7 +73,7 @@ def track(
         return None
     found = Tracked(
         *_track(
-            forward.table,
+            forward.reading,
             candidates.searched,
             measured,
             start,
