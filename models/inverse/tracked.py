@@ -117,6 +117,5 @@ def _track(
     )
     inside = within(touches, bounds)
     touches, spread = sort_touches(touches, spread)
-    return (
-        usual, touches, spread, chi2, freedom, evidence, apart, converged, inside, steps, evaluations
-    )  # fmt: skip
+    judged = usual, touches, spread, chi2, freedom, evidence, apart
+    return *judged, converged, inside, steps, evaluations
