@@ -131,11 +131,10 @@ def span(dynamics: PlateDynamics, interval: float, exposure: float) -> Span:
     before = np.cumsum(steps) <= interval - exposure + 1e-12
     # Knots lie evenly before the exposure, and in it: two lengths of step, or one.
     lengths, kinds = np.unique(steps, return_inverse=True)
-    segments = [
-        np.stack(parts)
-        for parts in zip(*(_segment(dynamics, step) for step in lengths.tolist()), strict=True)
-    ]
-    carry, carried, opened = _carried(*segments, kinds, int(before.sum()))
+    segments = [_segment(dynamics, step) for step in lengths.tolist()]
+    free, first, second = (np.array([one[k] for one in segments]) for k in range(3))
+    kind = np.asarray(kinds, dtype=np.int64)
+    carry, carried, opened = _carried(free, first, second, kind, int(before.sum()))
     weights = _trapezoids(np.where(before, 0.0, steps)) / exposure
     seen = _mean(dynamics, carry - opened[:, :2], exposure)
     pressed = _mean(dynamics, carried - opened[:, 2:], exposure) + weights[:, None]
