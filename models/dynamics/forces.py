@@ -9,10 +9,12 @@ from __future__ import annotations
 import numpy as np
 
 from models.arrays import F64
+from models.compiled import njit
 
 _KEPT = 0.2  # s for which a force keeps its rate
 
 
+@njit(cache=True, nogil=True)
 def force_knots(steps: F64) -> tuple[F64, F64]:
     """Force and rate at p + 1 knots, by what they begin with and by noise between the knots.
 
@@ -28,7 +30,8 @@ def force_knots(steps: F64) -> tuple[F64, F64]:
     count = len(steps)
     forces, rates = np.zeros((count + 1, 2 + count)), np.zeros((count + 1, 2 + count))
     forces[0, 0] = rates[0, 1] = 1.0
-    for k, step in enumerate(steps.tolist()):
+    for k in range(count):
+        step = steps[k]
         rates[k + 1] = np.exp(-step / _KEPT) * rates[k]
         rates[k + 1, 2 + k] += np.sqrt(step)
         forces[k + 1] = forces[k] + 0.5 * step * (rates[k] + rates[k + 1])

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 import fe
-from models.arrays import F64
+from models.arrays import F64, I64
+from models.compiled import njit
 from models.dynamics.forces import force_knots
 from models.dynamics.seeing import RINGING
 
@@ -128,22 +129,15 @@ def span(dynamics: PlateDynamics, interval: float, exposure: float) -> Span:
     exposure = min(exposure, interval)
     steps = _steps(interval, exposure)
     before = np.cumsum(steps) <= interval - exposure + 1e-12
-    count, modes = len(steps), len(dynamics.omega)
-    carry = np.zeros((2, 2, modes))
-    carry[0, 0] = carry[1, 1] = 1.0
-    carried = np.zeros((2, count + 1, modes))
-    opened = carry, carried
-    for k, step in enumerate(steps.tolist()):
-        free, first, second = _segment(dynamics, step)
-        carry = np.einsum("abk,bck->ack", free, carry)
-        carried = np.einsum("abk,bjk->ajk", free, carried)
-        carried[:, k] += first
-        carried[:, k + 1] += second
-        if before[k]:
-            opened = carry, carried
+    # Knots lie evenly before the exposure, and in it: two lengths of step, or one.
+    lengths, kinds = np.unique(steps, return_inverse=True)
+    segments = [_segment(dynamics, step) for step in lengths.tolist()]
+    free, first, second = (np.array([one[k] for one in segments]) for k in range(3))
+    kind = np.asarray(kinds, dtype=np.int64)
+    carry, carried, opened = _carried(free, first, second, kind, int(before.sum()))
     weights = _trapezoids(np.where(before, 0.0, steps)) / exposure
-    seen = _mean(dynamics, carry - opened[0], exposure)
-    pressed = _mean(dynamics, carried - opened[1], exposure) + weights[:, None]
+    seen = _mean(dynamics, carry - opened[:, :2], exposure)
+    pressed = _mean(dynamics, carried - opened[:, 2:], exposure) + weights[:, None]
     turn, damping = dynamics.omega * interval, dynamics.damping
     knots = force_knots(steps)
     return Span(steps, carry, carried, seen, pressed, weights, turn, damping, *knots)
@@ -171,6 +165,43 @@ def _mean(dynamics: PlateDynamics, change: F64, exposure: float) -> F64:
     The equation of motion integrated: ω² ∫(q - u) dt = -Δq̇ - 2 ζ ω Δq.
     """
     return -(change[1] + 2 * dynamics.damping * change[0]) / (dynamics.omega * exposure)
+
+
+@njit(cache=True, nogil=True)
+def _carried(free: F64, first: F64, second: F64, kinds: I64, opens: int) -> tuple[F64, F64, F64]:
+    """Follow the modes over steps, each of one of S kinds (p,), of which `opens` lie before light.
+
+    Parameters
+    ----------
+    free, first, second : (S, 2, 2, K), (S, 2, K), (S, 2, K) float64
+        See `_segment`.
+
+    Returns
+    -------
+    carry, carried : (2, 2, K), (2, p + 1, K) float64
+        See `Span`.
+    opened : (2, 2 + p + 1, K) float64
+        Both as they are where the exposure begins.
+    """
+    count, modes = len(kinds), free.shape[3]
+    whole, opened = np.zeros((2, 3 + count, modes)), np.zeros((2, 3 + count, modes))
+    whole[0, 0], whole[1, 1] = 1.0, 1.0
+    for k in range(count + 1):
+        if k == opens:
+            opened[:] = whole
+        if k == count:
+            break
+        by, kind = free[kinds[k]], kinds[k]
+        for j in range(2 + k + 1):
+            for m in range(modes):
+                place, speed = whole[0, j, m], whole[1, j, m]
+                whole[0, j, m] = by[0, 0, m] * place + by[0, 1, m] * speed
+                whole[1, j, m] = by[1, 0, m] * place + by[1, 1, m] * speed
+        for part in range(2):
+            for m in range(modes):
+                whole[part, 2 + k, m] += first[kind, part, m]
+                whole[part, 3 + k, m] += second[kind, part, m]
+    return whole[:, :2].copy(), whole[:, 2:].copy(), opened
 
 
 def _segment(dynamics: PlateDynamics, step: float) -> tuple[F64, F64, F64]:

@@ -71,7 +71,17 @@ def read_touches(table: ForwardTable, touches: F64) -> tuple[F64, F64]:
         x, y, force = touches[n]
         _read_channels(table, x, y, force, raw[3 * n + 2], raw[3 * n], raw[3 * n + 1])
     jacobian = _whiten(table, raw)
-    return touches[:, 2].copy() @ jacobian[2::3].copy(), jacobian
+    return _total(touches, jacobian), jacobian
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _total(touches: F64, jacobian: F64) -> F64:
+    """Sum of what each touch (n, 3) shows by itself, of derivatives (3 n, m): (m,)."""
+    total = np.zeros(jacobian.shape[1])
+    for n in range(len(touches)):
+        for k in range(len(total)):
+            total[k] += touches[n, 2] * jacobian[3 * n + 2, k]
+    return total
 
 
 @njit(cache=True, nogil=True)
@@ -121,10 +131,12 @@ def _read_channels(
 
 @njit(cache=True, nogil=True)
 def _whiten(table: ForwardTable, raw: F64) -> F64:
-    """Put readings of all channels (n, M c) into units of their noise, (n, m)."""
+    """Put readings of all channels (n, M c) into units of their noise, (n, m), perhaps in place."""
     groups, numbers, _ = table.whitening.shape
     if groups == 1:
         found = raw @ table.whitening[0].T
+    elif table.whitening.size == groups:
+        found = _scale(table.whitening.reshape(groups), raw)
     else:
         found = np.empty((len(raw), groups * numbers))
         _whiten_groups(table.whitening, raw, found)
@@ -134,13 +146,17 @@ def _whiten(table: ForwardTable, raw: F64) -> F64:
 
 
 @njit(cache=True, nogil=True, fastmath=True)
+def _scale(factors: F64, raw: F64) -> F64:
+    """Multiply each row (n, m) by factors (m,), where it stands."""
+    for part in range(len(raw)):
+        for g in range(len(factors)):
+            raw[part, g] *= factors[g]
+    return raw
+
+
+@njit(cache=True, nogil=True, fastmath=True)
 def _whiten_groups(whitening: F64, raw: F64, white: F64) -> None:
     groups, numbers, channels = whitening.shape
-    if numbers == channels == 1:
-        for part in range(len(raw)):
-            for g in range(groups):
-                white[part, g] = whitening[g, 0, 0] * raw[part, g]
-        return
     for part in range(len(raw)):
         for g in range(groups):
             for d in range(numbers):

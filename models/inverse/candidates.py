@@ -41,12 +41,17 @@ class CandidateGrid:
 
     def prepare(self) -> CandidateGrid:
         """Make now what the first measurement would have to wait for; return the same grid."""
-        _ = self.bounds, self._single, self._energy
+        _ = self.searched
         return self
+
+    @cached_property
+    def searched(self) -> tuple[F32, F64, F64]:
+        """Responses, their sums of squares and `bounds`, as compiled code takes them."""
+        return self._single, self._energy, self.bounds
 
     def within(self, touches: F64) -> bool:
         """Whether all touches (n, 3) lie within the bounds, and none on a bound of its place."""
-        return bool(_within(touches, self.bounds))
+        return bool(within(touches, self.bounds))
 
     def best(self, residual: F64, tangent: F64) -> tuple[int, float, float]:
         """Candidate that explains most of a residual beside the touches already there.
@@ -65,7 +70,7 @@ class CandidateGrid:
         force : float, N
             Of that touch.
         """
-        return _best(self._single, self._energy, residual, tangent)
+        return best(self._single, self._energy, residual, tangent)
 
     def best_pair(self, residual: F64, tangent: F64) -> tuple[list[int], F64]:
         """Two candidates that together explain most of a residual, by trying all pairs.
@@ -140,7 +145,8 @@ def with_forward(candidates: CandidateGrid, forward: Forward) -> CandidateGrid:
 
 
 @njit(cache=True, nogil=True)
-def _within(touches: F64, bounds: F64) -> bool:
+def within(touches: F64, bounds: F64) -> bool:
+    """Whether the places of all touches (n, 3) lie within bounds (2, 3), and none on one."""
     for touch in touches:
         for k in range(2):
             if not bounds[0, k] < touch[k] < bounds[1, k]:
@@ -204,7 +210,8 @@ def _explained(row: F32, basis: F32) -> float:
 
 
 @njit(cache=True, nogil=True)
-def _best(response: F32, energy: F64, residual: F64, tangent: F64) -> tuple[int, float, float]:
+def best(response: F32, energy: F64, residual: F64, tangent: F64) -> tuple[int, float, float]:
+    """Compiled; see `CandidateGrid.best`."""
     basis = _orthonormal(tangent)
     outside = _outside(residual, basis)
     along = response @ outside.astype(np.float32)

@@ -19,7 +19,7 @@ from models.checks import check_integer, read_array
 from models.estimate import Estimate
 from models.forward.bench_forward import BenchForward
 from models.forward.gauges import gauge_forward
-from models.forward.linear import Forward
+from models.forward.linear import Forward, LinearForward
 from models.inverse.candidates import CandidateGrid, prepare_candidates
 from models.inverse.levenberg_marquardt import LevenbergMarquardt
 from models.inverse.marginal_search import Uncertain, find_on_bench
@@ -68,6 +68,8 @@ class Estimator:
         """Prepare the candidates."""
         check_integer("max_touches", self.max_touches, 0, "use 4")
         self._stand_on_bench()
+        if grid is None and isinstance(self.forward, LinearForward):
+            object.__setattr__(self, "forward", self.forward.often())
         candidates = prepare_candidates(self.forward) if grid is None else grid
         if candidates.forward is not self.forward:
             raise ValueError(
@@ -199,4 +201,10 @@ def solve(
         "strain", strain, "exx, eyy, exy of each gauge", (len(influence.gauges), 3)
     )
     forward = gauge_forward(influence, sigma, ~np.isfinite(measured), covariance)
-    return Estimator(forward, max_touches=max_touches, prior=prior).fit(measured, count=count)
+    return find(
+        forward.whiten(measured),
+        prepare_candidates(forward),
+        count=count,
+        max_touches=max_touches,
+        prior=prior,
+    )

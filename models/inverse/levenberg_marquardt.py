@@ -117,14 +117,15 @@ class LevenbergMarquardt:
         relative_tolerance : float
             Fraction of χ² by which a step must lower it to be worth another, for a coarse fit.
         """
-        given = (measured, start, bounds, prior, self._control, relative_tolerance)
+        given = (measured, start, bounds, prior, self.control, relative_tolerance)
         if isinstance(forward, LinearForward):
-            return Fit(*descend_table(forward.table, *given))
+            return Fit(*descend_table(forward.reading, *given))
         fit = descend(forward, *given)
         return Fit(*fit, covariance(fit[2], prior.precision))
 
     @cached_property
-    def _control(self) -> Control:
+    def control(self) -> Control:
+        """The same numbers, as compiled code takes them."""
         factors = (self.damping, self.damping_down, self.damping_up, self.max_damping)
         return Control(int(self.max_steps), *map(float, factors), tolerance=float(self.tolerance))
 

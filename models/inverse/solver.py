@@ -11,12 +11,13 @@ from scipy.special import chdtrc
 
 from models.arrays import F64
 from models.checks import check_integer, read_array
-from models.estimate import Estimate, Result
+from models.estimate import Estimate, Result, SolverStats
 from models.inverse.candidates import CandidateGrid
 from models.inverse.descent_kernel import sort_touches, weak_or_close
 from models.inverse.greedy import CountProblem, pruned, search_count
 from models.inverse.levenberg_marquardt import Fit, LevenbergMarquardt
 from models.inverse.prior import FLAT, Prior
+from models.inverse.tracked import Tracked, track
 
 APART = 3.0  # standard deviations between the places of two touches that are two
 # Standard deviations by which the force of a touch is known to be one. Below it χ² is no parabola:
@@ -81,8 +82,11 @@ def find(
     measured = check_measured(measured, candidates)
     if candidates.forward.model_error:
         solver = replace(solver, tolerance=max(solver.tolerance, SETTLED))
-    problem = CountProblem(measured, candidates, prior, solver, limit, count is not None)
     begun = read_start(start)[:limit]
+    tracked = track(measured, candidates, begun, prior, solver)
+    if tracked is not None:
+        return _as_tracked(tracked)
+    problem = CountProblem(measured, candidates, prior, solver, limit, count is not None)
     fit = problem.fit(begun)
     if not len(begun) or not problem.explained(fit):
         fit = search_count(problem, fit)
@@ -139,6 +143,23 @@ def _as_numbers(start: ArrayLike) -> F64:
             f"start must be (n, 3) numbers, x, y, F of each touch, got {given.dtype}; use floats"
         )
     return np.array(given, dtype=np.float64)
+
+
+def _as_tracked(tracked: Tracked) -> Estimate:
+    """State touches of which nothing is left to be searched for."""
+    touches, freedom = tracked.touches, tracked.freedom
+    sure = tracked.evidence >= SURE**2 and tracked.apart >= APART**2
+    sound = tracked.converged and tracked.within
+    return Estimate(
+        touches[:, :2],
+        touches[:, 2],
+        tracked.covariance,
+        tracked.chi2,
+        freedom,
+        float(chdtrc(freedom, tracked.chi2)),
+        Result.FOUND if sound and sure else Result.UNRESOLVABLE,
+        SolverStats(1, tracked.steps, tracked.evaluations, tracked.converged),
+    )
 
 
 def _describe(problem: CountProblem, fit: Fit, *, needed: bool) -> Estimate:

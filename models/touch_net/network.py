@@ -67,9 +67,12 @@ def first_weights(rng: np.random.Generator) -> Weights:
 def run(weights: Weights, hidden: tuple[str, ...], out: str, x: F32) -> F32:
     """Run layers `hidden` with SiLU between, and the layer `out`, on rows (…, in)."""
     for name in hidden:
-        x = x @ weights[f"{name}.weight"].T + weights[f"{name}.bias"]
-        gate = 1.0 + np.tanh(0.5 * x)
-        x = (0.5 * x * gate).astype(np.float32, copy=False)
+        x = x @ weights[f"{name}.weight"].T
+        x += weights[f"{name}.bias"]
+        x *= np.float32(0.5)
+        gate = np.tanh(x)
+        gate += np.float32(1.0)
+        x *= gate
     return x @ weights[f"{out}.weight"].T + weights[f"{out}.bias"]
 
 

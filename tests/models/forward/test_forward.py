@@ -136,6 +136,32 @@ def test_touches_add_and_their_derivatives_are_exact(kind):
         np.testing.assert_allclose(jacobian[k], slope, atol=1e-4 * np.abs(jacobian).max())
 
 
+@pytest.mark.parametrize("kind", ["modal", "whole covariance", "whole covariance, base free"])
+def test_what_is_read_often_is_the_same(kind):
+    root = np.random.default_rng(4).normal(0, 1e-6, (12, 20))
+    whole = models.gauge_forward(INFLUENCE, covariance=root @ root.T)
+    free = whole.setting_aside(np.random.default_rng(5).normal(0, 1, (2, 4, 3)))
+    forward = {"modal": FORWARDS["modal"], "whole covariance": whole}.get(kind, free)
+    often = forward.often()
+    touches = np.array([[40.0, 60.0, 2.0], [100.0, 20.0, 0.5]])
+    for here, there in zip(often.read(touches), forward.read(touches), strict=True):
+        np.testing.assert_allclose(here, there, rtol=1e-9, atol=1e-9 * np.abs(there).max())
+    xy = touches[:, :2]
+    np.testing.assert_allclose(often.response(xy), forward.response(xy), rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(often.gradient(xy), forward.gradient(xy), rtol=1e-9, atol=1e-9)
+    measured = np.random.default_rng(6).normal(0, 1, forward.shape)
+    np.testing.assert_array_equal(often.whiten(measured), forward.whiten(measured))
+    assert often.freedom == forward.freedom
+    weight = np.linspace(0.5, 1.0, len(often.whiten(measured)))
+    np.testing.assert_array_equal(
+        often.weighted(weight).read(touches)[0], forward.weighted(weight).read(touches)[0]
+    )
+
+
+def test_gauges_with_noise_of_their_own_are_read_as_they_stand():
+    assert FORWARDS["gauges"].often() is FORWARDS["gauges"]
+
+
 def test_modal_response_is_that_of_the_modes_times_the_factor():
     forward, xy = FORWARDS["modal"], np.array([[40.0, 60.0], [100.0, 20.0]])
     np.testing.assert_allclose(forward.response(xy), MODES.response(xy) @ FACTOR)
