@@ -157,7 +157,7 @@ def _sum_by_block(slope: F32, r: F32, side: int, sums: F64) -> float:
                 product += along[i] * left[i]
                 square += along[i] * along[i]
             sums[j * count // side, b] += product
-            squares += square
+            squares += np.float64(square)
     return squares
 
 
