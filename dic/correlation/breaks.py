@@ -12,6 +12,7 @@ from dic.correlation.deformed_image import DeformedImage
 from dic.correlation.newton import Points
 from dic.correlation.reference import Reference
 from dic.fields.displacement import Status
+from dic.numbers import median
 
 _SUSPECT = 3.5  # σ above the usual noise from which a subset is looked at
 _JUMP = 0.2  # px, between the two motions
@@ -51,7 +52,7 @@ def lines(ref: Reference, points: Points, frame: DeformedImage, noise: F64, stat
         return _NO_LINES
     found = residuals.jumps(ref, points, frame, here)
     of_jump, of_curve = found[:, :2].T
-    level = noise[here] / np.median(noise[status == Status.OK])
+    level = noise[here] / median(noise[status == Status.OK])
     # What a gap leaves over is no noise: the jump is seen beside that of the other subsets.
     plain = (of_jump * np.maximum(level, 1) ** 2 > _PLAIN) & (of_jump > of_curve)
     kept = plain & (np.hypot(found[:, 2], found[:, 3]) > _JUMP)
@@ -136,7 +137,7 @@ def _usual(ref: Reference, motion: F64, status: I8) -> float:
 def _louder(ref: Reference, noise: F64, status: I8, sigmas: float) -> Mask:
     """Points that leave more over than the others, by so many σ of what noise does, (N,) bool."""
     valid = status == Status.OK
-    level = np.median(noise[valid]) if valid.any() else np.inf
+    level = median(noise[valid]) if valid.any() else np.inf
     limit = 1 + sigmas / np.sqrt(2 * np.maximum(ref.light[:, 2], 1))
     return (valid | (status == Status.DISTURBED)) & (noise > limit * level)
 

@@ -23,7 +23,6 @@ from dic.correlation.subset import (
     warp,
 )
 from dic.fields import shape
-from dic.images.prefilter import gaussian_taps
 
 Known: TypeAlias = tuple[F64, F64, int]  # inverse, light and half of a reference
 State: TypeAlias = tuple[F64, F64, F64, F64, NDArray[np.int16], Mask]  # arrays of `Points`
@@ -79,7 +78,7 @@ class _Bench(threading.local):
 
     def tools(self, half: int, count: int, sigma: float) -> Tools:
         if (half, count, sigma) not in self.kept:
-            self.kept[half, count, sigma] = make_tools(half, count, gaussian_taps(sigma))
+            self.kept[half, count, sigma] = make_tools(half, count, sigma)
         return self.kept[half, count, sigma]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TypeAlias
 
 import numpy as np
@@ -16,7 +17,7 @@ from dic.fields.displacement import DisplacementField, Status
 from dic.fields.roughness import excess, flattening
 from dic.images.prefilter import gaussian_power
 from dic.images.spline import noise_power, noise_slope
-from dic.numbers import check_type, read_real
+from dic.numbers import check_type, median, read_real
 
 Clipped: TypeAlias = list[tuple[F64, Status]]  # fraction of each subset, DARK or SATURATED
 
@@ -166,12 +167,23 @@ def _noise_gain(ref: Reference, motion: AnyArray) -> F64:
     κ depends on the fraction of a px by which the subset moved, averaged over what its gradients
     sweep.
     """
-    mean, harmonic = noise_power(ref.prefilter.sigma)
-    kept = np.ones(len(motion))
-    for shift, along_x, along_y in motion[:, :, :3].transpose(1, 2, 0):
-        swept = np.sinc(2 * ref.half * along_x) * np.sinc(2 * ref.half * along_y)
-        kept *= mean + harmonic * np.cos(2 * np.pi * shift) * swept
+    kept = np.empty(len(motion))
+    _keep_noise(motion, ref.half, *noise_power(ref.prefilter.sigma), kept)
     return 1 + kept
+
+
+@njit(cache=True, nogil=True)
+def _keep_noise(motion: F64, half: int, mean: float, harmonic: float, out: F64) -> None:
+    for n in range(motion.shape[0]):
+        out[n] = 1.0
+        for shift, along_x, along_y in motion[n, :, :3]:
+            swept = _sinc(2 * half * along_x) * _sinc(2 * half * along_y)
+            out[n] *= mean + harmonic * math.cos(2 * math.pi * shift) * swept
+
+
+@njit(cache=True, nogil=True)
+def _sinc(x: float) -> float:
+    return math.sin(math.pi * x) / (math.pi * x) if x != 0 else 1.0
 
 
 def _noise_fraction(ref: Reference, noise: AnyArray) -> F64:
@@ -212,7 +224,7 @@ def _clipped(ref: Reference, points: Points, image: AnyArray) -> Clipped:
 def _status(ref: Reference, points: Points, noise: F64, clipped: Clipped) -> I8:
     """Name what became of each point; what is named first stands."""
     measured = (ref.status == Status.OK) & (points.zncc >= _FOUND)
-    level = np.median(noise[measured]) if measured.any() else 0.0
+    level = median(noise[measured]) if measured.any() else 0.0
     status = ref.status.copy()
     for condition, name in (
         (points.repeats, Status.AMBIGUOUS),
@@ -231,7 +243,7 @@ def is_flat(ref: Reference, points: Points) -> Mask:
     """Find where too much of the slope is noise, as far as is known yet, (N,) bool."""
     noise = np.sqrt(np.maximum(points.residual, 0) / _noise_gain(ref, points.motion))
     measured = (ref.status == Status.OK) & (points.zncc >= _FOUND)
-    return _is_flat(ref, float(np.median(noise[measured])) if measured.any() else 0.0)
+    return _is_flat(ref, median(noise[measured]) if measured.any() else 0.0)
 
 
 def _is_flat(ref: Reference, level: float) -> Mask:

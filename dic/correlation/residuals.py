@@ -45,7 +45,9 @@ def excess(ref: Reference, points: Points, frame: DeformedImage, valid: AnyArray
     if len(whole) < _FEWEST or expected.min() < _KNOWN:
         return np.ones(2)
     count = _SAMPLES if ref.grid is not None else _FEW_SAMPLES
-    here = whole[np.unique(np.linspace(0, len(whole) - 1, count).astype(int))]
+    here = whole
+    if len(whole) > count:
+        here = whole[np.linspace(0, len(whole) - 1, count).astype(int)]
     ratios = np.full((len(here), 2), np.nan)
     _sum_blocks(
         _subsets(ref, here), (frame.pixels, frame.filtered), here, (ref.xy, points.motion),
@@ -126,7 +128,6 @@ def _sum_blocks(
     (subsets, which), (xy, motion), (inverse, lights, half) = textures, places, known
     side, size = 2 * half + 1, inverse.shape[1]
     towards, r = np.empty(size), np.empty(subsets.shape[2], np.float32)
-    width = subsets.shape[2] // side
     sums = np.empty((2, count, count))
     for m in range(here.shape[0]):
         n, pixels = here[m], subsets[which[m]]
@@ -137,14 +138,27 @@ def _sum_blocks(
         if variance <= 0:
             continue
         for a in range(2):
-            slope, squares = pixels[a], 0.0
-            sums[a] = 0.0
-            for j in range(side):
-                for i in range(side):
-                    k = j * width + i
-                    sums[a, j * count // side, i * count // side] += slope[k] * r[k]
-                    squares += slope[k] * slope[k]
+            squares = _sum_by_block(pixels[a], r, side, sums[a])
             out[m, a] = np.sum(sums[a] ** 2) / (variance * squares) if squares > 0 else np.nan
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _sum_by_block(slope: F32, r: F32, side: int, sums: F64) -> float:
+    """Sum ∂f r over each block of a subset, (count, count), and return Σ(∂f)² of the subset."""
+    count, width, squares = sums.shape[0], r.shape[0] // side, 0.0
+    sums[:] = 0.0
+    for j in range(side):
+        for b in range(count):
+            first, last = -(-b * side // count), -(-(b + 1) * side // count)
+            line = slice(j * width + first, j * width + last)
+            along, left = slope[line], r[line]
+            product, square = np.float32(0), np.float32(0)
+            for i in range(along.shape[0]):
+                product += along[i] * left[i]
+                square += along[i] * along[i]
+            sums[j * count // side, b] += product
+            squares += np.float64(square)
+    return squares
 
 
 def jumps(ref: Reference, points: Points, frame: DeformedImage, here: I64) -> F64:

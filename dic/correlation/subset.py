@@ -16,12 +16,14 @@ import numpy as np
 from dic.arrays import F32, F64, I32, I64, AnyArray
 from dic.compiled import njit
 from dic.images.block import RIM, read, read_part
+from dic.images.prefilter import gaussian_taps
+from dic.images.shifted import response, shift_block, tap_count
 from dic.images.warp import PAD, TAPS, sample, weights
 
 if TYPE_CHECKING:
     from dic.correlation.reference import Reference
 
-Tools: TypeAlias = tuple[F32, F32, F32, F32, I32, F32, F32, F32, F32, I64, F32]
+Tools: TypeAlias = tuple[F32, F32, F32, F32, I32, F32, F32, F32, F32, I64, F32, F32, F32, F32, F32]
 
 _SPREAD = 2  # px by which the whole part of the motion may differ within a subset
 _SPARE = TAPS - 1 + _SPREAD  # columns of a block beyond the side of its subset
@@ -58,23 +60,21 @@ def gather(texture: F32, xy: F64, half: int) -> F32:
     return out
 
 
-@njit(cache=True, nogil=True)
-def make_tools(half: int, count: int, taps: F32) -> Tools:
+def make_tools(half: int, count: int, sigma: float) -> Tools:
     """Make the arrays in which one subset is worked on, for `count` coefficients a component.
 
-    `taps` (2 R + 1,) is the prefilter of a frame.
+    `sigma` px is the Gaussian that a frame passes first.
     """
     side = 2 * half + 1
-    width = side + _SPARE
-    rim = RIM + taps.shape[0] // 2
+    width, taps, behind = side + _SPARE, gaussian_taps(sigma), response(sigma)
+    rim = RIM + len(taps) // 2
     part, pixels = (width + 2 * rim) // _VECTOR * _VECTOR + _VECTOR, side * width
-    middle = np.empty((2, pixels), np.float32)
-    for n in range(pixels):
-        # The columns beyond the side weigh nothing; they move with the last one.
-        middle[0, n], middle[1, n] = min(n % width, side - 1) - half, n // width - half
+    more = tap_count(behind)
+    # The columns beyond the side weigh nothing; they move with the last one.
+    columns, rows = np.minimum(np.arange(pixels) % width, side - 1), np.arange(pixels) // width
     return (
         np.empty((2, pixels), np.float32),  # ξ, η
-        middle,  # ξ, η about the middle of the subset
+        np.stack([columns, rows]).astype(np.float32) - half,  # about the middle of the subset
         np.empty((2 * count, pixels), np.float32),  # fx·m, fy·m
         np.empty((2, pixels), np.float32),  # motion
         np.empty((2, pixels), np.int32),  # its whole part
@@ -84,6 +84,10 @@ def make_tools(half: int, count: int, taps: F32) -> Tools:
         np.empty((2, part, part), np.float32),  # part of the frame
         np.zeros(2, np.int64),  # its corner, px
         taps,  # of the prefilter
+        behind,  # coefficients that a pixel leaves behind prefilter and spline
+        np.empty((2, more), np.float32),  # taps of a shift along x and y
+        np.empty((side + more - 1, width + more - 1), np.float32),  # pixels that these reach
+        np.empty((2, side * (width + more - 1)), np.float32),  # shifted along y, and along both
     )
 
 
@@ -155,7 +159,7 @@ def _is_gentle(c: F64, half: int) -> bool:
     return reach < _GENTLE
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True)
 def _shift(
     frame: AnyArray,
     filtered: bool,
@@ -166,18 +170,30 @@ def _shift(
     side: int,
     tools: Tools,
 ) -> None:
-    """Interpolate along x and then along y: one fraction for the whole subset."""
+    """Interpolate along one axis after the other: one fraction for the whole subset."""
     column, row = math.floor(u), math.floor(v)
-    _fetch(frame, filtered, left + column, top + row, side, tools)
-    block, across, out = tools[7][0], tools[7][1], tools[6][0]
-    a0, a1, a2, a3, a4, a5 = weights(np.float32(u - column))
+    x, y = np.float32(u - column), np.float32(v - row)
+    if filtered:
+        _fetch(frame, filtered, left + column, top + row, side, tools)
+        _shift_coefficients(tools[7][0], x, y, side, tools[7][1], tools[6][0])
+    else:
+        corner, scratch = (left + column, top + row), (tools[12], tools[13], tools[14])
+        out = tools[6][0].reshape(side, side + _SPARE)
+        shift_block(frame, corner, (x, y), tools[11], scratch, out)
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _shift_coefficients(
+    block: F32, x: np.float32, y: np.float32, side: int, across: F32, out: F32
+) -> None:
+    a0, a1, a2, a3, a4, a5 = weights(x)
     for n in range(block.shape[0] - TAPS):
         across[n] = (
             a0 * block[n] + a1 * block[n + 1] + a2 * block[n + 2]
             + a3 * block[n + 3] + a4 * block[n + 4] + a5 * block[n + 5]
         )  # fmt: skip
     width = side + _SPARE
-    b0, b1, b2, b3, b4, b5 = weights(np.float32(v - row))
+    b0, b1, b2, b3, b4, b5 = weights(y)
     r0, r1, r2 = across, across[width:], across[2 * width :]
     r3, r4, r5 = across[3 * width :], across[4 * width :], across[5 * width :]
     for n in range(out.shape[0]):

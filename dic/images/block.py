@@ -41,7 +41,7 @@ def read_part(
     if min(away_x, away_y) < rim or max(away_x, away_y) > spare - rim:
         away_x = away_y = spare // 2
         corner[0], corner[1] = x - away_x, y - away_y
-        _cut(image, corner[0], corner[1], part[0])
+        cut(image, corner[0], corner[1], part[0])
         if taps.shape[0] > 1:
             _smooth(part[0], taps, part[1])
         filter_square(part[0], part[1])
@@ -72,19 +72,20 @@ def _smooth(square: F32, taps: F32, scratch: F32) -> None:
 
 
 @njit(cache=True, nogil=True)
-def _cut(image: AnyArray, x: int, y: int, part: F32) -> None:
-    """Copy a square of the image, gone on beyond its border, less the level of its middle."""
-    (rows, columns), size = image.shape, part.shape[0]
-    level = np.float32(_grey(image, x + size // 2, y + size // 2))
-    inside = x >= 0 and x + size <= columns
-    for j in range(size):
+def cut(image: AnyArray, x: int, y: int, part: F32) -> None:
+    """Copy a part of the image, gone on beyond its border, less the level of its middle."""
+    rows, columns = image.shape
+    level = np.float32(_grey(image, x + part.shape[1] // 2, y + part.shape[0] // 2))
+    inside = x >= 0 and x + part.shape[1] <= columns
+    for j in range(part.shape[0]):
+        into = part[j]
         if inside and 0 <= y + j < rows:
-            line = image[y + j]
-            for i in range(size):
-                part[j, i] = np.float32(line[x + i]) - level
+            line = image[y + j, x : x + into.shape[0]]
+            for i in range(into.shape[0]):
+                into[i] = np.float32(line[i]) - level
         else:
-            for i in range(size):
-                part[j, i] = np.float32(_grey(image, x + i, y + j)) - level
+            for i in range(into.shape[0]):
+                into[i] = np.float32(_grey(image, x + i, y + j)) - level
 
 
 @njit(cache=True, nogil=True)

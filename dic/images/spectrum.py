@@ -20,8 +20,10 @@ _SMALLEST = 16  # px of a tile below which a spectrum says nothing
 _TILES = 16
 _LATTICE = 8  # tiles are chosen from so many along each side
 _PHASES = 8  # sub-pixel places at which interpolation is looked at
-_MIDDLE, _CORNER = (0.7, 0.85), 1.15  # of Nyquist's frequency: bands of |ω|
-_FALL = 0.3  # a pattern falls by at least so much from the middle band to the corner
+# Bands of |ω|, of Nyquist's frequency. A pattern falls to at most _FALL from the middle one to the
+# corner, and to _AGAIN times what it fell to from the low one to the middle.
+_LOW, _MIDDLE, _CORNER = (0.45, 0.6), (0.75, 0.9), (1.2, 2.0)
+_FALL, _AGAIN = 0.3, 2.5
 _ROUNDING = 1 / 12  # variance of integer grey levels
 # Gaussian spots of 0.6 to 0.9 px (σ) and discs of 3 to 10 px through a lens fall faster beyond
 # Nyquist's frequency than in equal ratios: so much of the power is there that this would give.
@@ -66,7 +68,9 @@ def measure_spectrum(image: AnyArray, weight: Mask) -> Spectrum | None:
     """Estimate the power spectrum of the pattern inside a ROI and the noise of the image.
 
     White noise is what the spectrum does not fall below at its corner: a pattern, however sharp,
-    falls to a third from 0.8 to 1.2 of Nyquist's frequency (printed discs of 1.5 to 6 px).
+    falls to a third from 0.8 to 1.3 of Nyquist's frequency (printed discs of 1.5 to 6 px), and a
+    soft one, which falls fast before, goes on as fast: of 16 prints and spots the corner holds at
+    most 2.2 times what the same fall again would leave.
 
     Returns
     -------
@@ -105,9 +109,11 @@ def _tiles(image: AnyArray, weight: Mask, side: int) -> AnyArray:
 
 
 def _noise(power: F64, side: int, whole: bool) -> float:
-    middle, corner = (float(power[band].mean()) for band in _bands(side))
+    low, middle, corner = (float(power[band].mean()) for band in _bands(side))
+    fallen = max(middle - corner, 0.0) / max(low - corner, 1e-30)
+    fall = min(_FALL, _AGAIN * fallen)
     floor = _FAINT * float(power.mean()) + (_ROUNDING if whole else 0.0)
-    return max((corner - _FALL * middle) / (1 - _FALL), floor)
+    return max((corner - fall * middle) / (1 - fall), floor)
 
 
 @cache
@@ -120,10 +126,11 @@ def _waves(side: int) -> tuple[F64, F64, F64]:
 
 
 @cache
-def _bands(side: int) -> tuple[Mask, Mask]:
+def _bands(side: int) -> tuple[Mask, Mask, Mask]:
     wx, wy, _ = _waves(side)
     away = np.hypot(wx, wy) / np.pi
-    return (away > _MIDDLE[0]) & (away < _MIDDLE[1]), away > _CORNER
+    low, middle, corner = ((away > a) & (away < b) for a, b in (_LOW, _MIDDLE, _CORNER))
+    return low, middle, corner
 
 
 @cache

@@ -187,5 +187,12 @@ def spline_response(omega: F64, t: float) -> NDArray[np.complex128]:
     return np.asarray(waves / _prefilter(omega), dtype=np.complex128)
 
 
+def impulse_response(reach: int) -> F64:
+    """Coefficients of an image that is 1 at one pixel, along one axis, (2 reach + 1,)."""
+    omega = 2 * np.pi * np.fft.rfftfreq(256)
+    behind = np.fft.irfft(1 / _prefilter(omega))
+    return np.asarray(behind[np.arange(-reach, reach + 1)], dtype=np.float64)
+
+
 def _prefilter(omega: AnyArray) -> F64:
     return (66 + 52 * np.cos(omega) + 2 * np.cos(2 * omega)) / 120

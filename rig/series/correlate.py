@@ -14,7 +14,7 @@ from pathlib import Path
 
 import dic
 from rig.series.frames import Frames
-from rig.series.measure import measure
+from rig.series.measure import measure, nothing_measured
 from rig.series.parts import is_whole, missing_part, write_part
 from rig.series.tabulate import StrainOptions, strained
 from rig.system.arrays import AnyArray
@@ -95,12 +95,13 @@ def _read(frames: Frames, number: int) -> Frame:
 def _fields(
     ref: dic.Reference, strain: StrainOptions, frame: Frame
 ) -> tuple[int, dict[str, AnyArray], str]:
-    """Fields of a frame; none, and the sentence why, where it does not fit the reference."""
+    """Fields of a frame, and a sentence where it does not fit the reference or shows no point."""
     number, image, error = frame
     if image is not None:
         try:
             found = measure(ref, image, strain.field)
-            return number, strained(found, strain).table(strain.fields), ""
+            table = strained(found, strain).table(strain.fields)
+            return number, table, nothing_measured(found)
         except (OSError, ValueError) as refusal:
             error = str(refusal)
     return number, missing_part(strain.fields, len(ref.xy)), error

@@ -15,6 +15,7 @@ import numpy as np
 import dic
 from dic import export
 from rig.series.frames import Frames
+from rig.series.measure import nothing_measured
 from rig.series.parts import missing_part, write_part
 from rig.series.tabulate import StrainOptions, strained
 from rig.system.arrays import AnyArray
@@ -64,7 +65,7 @@ def follow_frames(
         try:
             image = frames.read(number)
             found, base, state = dic.follow_frame(ref, point.base, point.state, image)
-            table, error = strained(found, strain).table(strain.fields), ""
+            table, error = strained(found, strain).table(strain.fields), nothing_measured(found)
         except (OSError, ValueError) as refusal:
             table, error = missing_part(strain.fields, len(ref.xy)), str(refusal)
             point = _Point(number + 1, point.before, point.renewed_at, point.base, point.state)

@@ -40,3 +40,17 @@ def measure(ref: dic.Reference, image: AnyArray, kind: FieldKind) -> dic.Displac
             from models import image_net_field
 
             return image_net_field(ref, image).field
+
+
+def nothing_measured(found: dic.DisplacementField) -> str:
+    """Say what is the matter with a frame in which no point was measured; empty otherwise."""
+    import numpy as np
+
+    import dic
+
+    if found.valid.any():
+        return ""
+    asked = found.status[found.status != dic.Status.EXCLUDED]
+    names, counts = np.unique(asked, return_counts=True)
+    usual = dic.Status(names[counts.argmax()]) if len(names) else dic.Status.EXCLUDED
+    return f"no point was measured, most are {usual.name}: {usual.sentence}"

@@ -72,37 +72,44 @@ class _Printed:
 
 def printed() -> Iterator[Figure]:
     """Sixteen printed patterns, two fields: error, and beside what the peer and no filter make."""
-    for noise in (0.0, NOISE):
-        rows: list[_Printed] = []
-        for pattern in prints():
-            still = draw(pattern, SHAPE)
-            for name in FIELDS:
-                rows.append(_printed(pattern, still, name, noise))
-                yield from rows[-1].figures()
-        over = [row.error / row.peer for row in rows if row.peer]
-        kept = [row for row in rows if row.peer and row.unfiltered < row.peer]
-        yield from line(
-            "16 patterns as printed",
-            f"noise {noise:g}",
-            rms_over_pyvale_worst=(max(over, default=None), "", at_most(1.1), len(over)),
-            beyond_5_σ=(
-                sum(row.beyond for row in rows),
-                "valid points",
-                at_most(0),
-                sum(len(row.off) for row in rows),
-            ),
-            rms_over_unfiltered_where_that_is_better=(
-                max((row.error / row.unfiltered for row in kept), default=None),
-                "",
-                at_most(1),
-                len(kept),
-            ),
-        )
+    rows: dict[float, list[_Printed]] = {0.0: [], NOISE: []}
+    for pattern in prints():
+        still = draw(pattern, SHAPE)
+        for name, field in FIELDS.items():
+            moved = draw(pattern, SHAPE, field)
+            for noise, found in rows.items():
+                found.append(_printed(pattern, (still, moved), name, noise))
+                yield from found[-1].figures()
+    for noise, found in rows.items():
+        yield from _worst(found, noise)
 
 
-def _printed(pattern: Print, still: F64, name: str, noise: float) -> _Printed:
+def _worst(rows: list[_Printed], noise: float) -> Iterator[Figure]:
+    """Sum up the patterns: the worst beside the peer, and beside no filter where that is better."""
+    over = [row.error / row.peer for row in rows if row.peer]
+    kept = [row for row in rows if row.peer and row.unfiltered < row.peer]
+    yield from line(
+        "16 patterns as printed",
+        f"noise {noise:g}",
+        rms_over_pyvale_worst=(max(over, default=None), "", at_most(1.1), len(over)),
+        beyond_5_σ=(
+            sum(row.beyond for row in rows),
+            "valid points",
+            at_most(0),
+            sum(len(row.off) for row in rows),
+        ),
+        rms_over_unfiltered_where_that_is_better=(
+            max((row.error / row.unfiltered for row in kept), default=None),
+            "",
+            at_most(1),
+            len(kept),
+        ),
+    )
+
+
+def _printed(pattern: Print, images: tuple[F64, F64], name: str, noise: float) -> _Printed:
     rng, field = np.random.default_rng(1), FIELDS[name]
-    first, second = (eight_bit(im, noise, rng) for im in (still, draw(pattern, SHAPE, field)))
+    first, second = (eight_bit(image, noise, rng) for image in images)
     found = dic.correlate(dic.prepare(first), second)
     plain = dic.correlate(dic.prepare(first, prefilter=0), second)
     peer = pyvale_field(first, second, 1, repeats=1)

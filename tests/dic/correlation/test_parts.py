@@ -9,10 +9,11 @@ from hypothesis import given, settings, strategies as st
 from scipy import ndimage
 
 import dic
-from dic.correlation import dense_motion, moments, normal
+from dic.correlation import dense_motion, moments, normal, subset
 from dic.fields import shape
 from dic.fields.grid import grid_over
 from dic.images import spline, warp
+from dic.images.prefilter import smooth_image
 
 
 @pytest.fixture(scope="module")
@@ -47,6 +48,23 @@ def test_gradient_is_the_slope_of_the_sample(image):
     slope_x = (warp.sample(c, x + h, y) - warp.sample(c, x - h, y)) / (2 * h)
     slope_y = (warp.sample(c, x, y + h) - warp.sample(c, x, y - h)) / (2 * h)
     assert (gx[11, 23], gy[11, 23]) == pytest.approx((slope_x, slope_y), abs=0.05)
+
+
+@pytest.mark.parametrize("sigma", [0.0, 0.8])
+@pytest.mark.parametrize(
+    ("place", "motion"), [((26, 18), (0.3, -0.6)), ((6, 5), (-0.4, 0.5)), ((40, 30), (4.7, -3.0))]
+)
+def test_shifted_subset_is_what_the_spline_gives(image, sigma, place, motion):
+    half, c = 5, np.zeros((2, 3))
+    c[:, 0] = motion
+    tools = subset.make_tools(half, 3, sigma)
+    done = subset.warp(image, False, np.array(place, dtype=float), c, half, tools)
+    found = tools[6][0].reshape(2 * half + 1, -1)[:, : 2 * half + 1]
+    smooth = spline.spline_coefficients(smooth_image(image, sigma) if sigma else image)
+    x, y = (np.arange(-half, half + 1) + p + u for p, u in zip(place, motion, strict=True))
+    there = np.array([[warp.sample(smooth, i, j) for i in x] for j in y])
+    assert done == subset.SHIFTED
+    np.testing.assert_allclose(found - found.mean(), there - there.mean(), atol=0.3)
 
 
 @pytest.mark.parametrize("t", [0.0, 0.2, 0.5, 0.7])

@@ -98,6 +98,18 @@ def test_spectrum_tells_noise_from_pattern(reference):
         assert np.sqrt(found.noise) == pytest.approx(noise, rel=0.25)
 
 
+@pytest.mark.parametrize("diameter", [3.5, 6.0])
+def test_noise_is_seen_behind_a_soft_print_and_aliasing_of_a_hard_one_is_none(diameter):
+    rng, whole = np.random.default_rng(8), np.ones(SHAPE, dtype=bool)
+    soft, hard = (
+        draw(Print("dots", diameter, width * diameter, seed=3), SHAPE) for width in (0.25, 0.02)
+    )
+    assert measure_spectrum(eight_bit(soft, 2.0, rng), whole).noise ** 0.5 == pytest.approx(
+        2.0, rel=0.25
+    )
+    assert measure_spectrum(eight_bit(hard, 0.0, rng), whole).noise < 1.0
+
+
 def test_predicted_error_is_the_noise_floor_where_nothing_else_errs(pattern, reference):
     rng, whole = np.random.default_rng(7), np.ones(reference.shape, dtype=bool)
     image = reference + rng.normal(0, 3.0, reference.shape)

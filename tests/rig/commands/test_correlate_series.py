@@ -127,9 +127,10 @@ def test_a_bad_frame_is_left_out_in_a_sentence_and_the_others_go_on(series, corr
     Image.fromarray(images[3].astype(np.uint16) * 257).save(series / "frames" / "f13.png")
     code, said, text = correlate("ref.png", "frames/*.png", "--json", "--out", "o")
     assert code == 0
-    assert json.loads(said)["left_out"] == 2
+    assert json.loads(said)["left_out"] == 3
     assert "60x50 px" in text
     assert "f11.png is not an image" in text
+    assert "f12.png: no point was measured" in text
     with h5py.File(series / "o" / "fields.h5") as file:
         status = file["status"][:]
         valid = (status == 0).mean(axis=(1, 2))
