@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from dic.adaptive import tile_kernels
+from dic.adaptive.motion import straight
 from dic.adaptive.observation import TileTexture, residual
 from dic.adaptive.tile_lattice import TILE
 from dic.arrays import F32, F64, Mask
@@ -24,14 +25,14 @@ def part(
 
     Parameters
     ----------
-    motion : (2, 3, R, C) float64, px
+    motion : (2, 6, R, C) float64, px
         As it starts: that of the nearest point that was measured.
     found : DisplacementField
         Its points are BROKEN where a subset lies across a crack.
 
     Returns
     -------
-    motion : (2, 3, R, C) float64, px
+    motion : (2, 6, R, C) float64, px
     torn : (R, C) bool
         Tiles that the crack cuts.
     """
@@ -44,7 +45,7 @@ def part(
     near &= jump > _JUMP
     if not near.any():
         return motion, torn
-    there = np.ascontiguousarray(other.reshape(*shape, 2, 3).transpose(2, 3, 0, 1))
+    there = straight(other, texture.lattice)
     own, across = (_left_over(ref, texture, spline, each) for each in (motion, there))
     band = _two_motions(near.reshape(shape), np.minimum(own, across))
     crossed = band & (across < own)

@@ -99,8 +99,9 @@ def observe(
     ----------
     spline : (H + 2 PAD, W + 2 PAD) float32
         Coefficients of the frame.
-    motion : (2, 3, R, C) float64, px
-        u, v of each tile, and their gradients.
+    motion : (2, 6, R, C) float64, px
+        u, v of each tile, their gradients and second derivatives: what bends within a tile would
+        be flattened otherwise.
     torn : (R, C) bool
         Tiles that a crack cuts.
 
