@@ -6,7 +6,7 @@ import numpy as np
 
 from dic.adaptive import tile_kernels
 from dic.adaptive.motion import straight
-from dic.adaptive.observation import TileTexture, residual
+from dic.adaptive.observation import TileTexture, lines, residual
 from dic.adaptive.tile_lattice import TILE
 from dic.arrays import F32, F64, Mask
 from dic.correlation.reference import Reference
@@ -16,6 +16,7 @@ _JUMP = 0.12  # px, between the motions of both sides
 _BEYOND = 1.5  # of the distance to its own side, at which a tile looks for the other one
 _UNLIKE, _AT_MOST = 2.0, 0.4  # times the usual residual, and the fraction of tiles with more
 _PARTED = 0.5  # of the jump, by which tiles on either side differ
+_STEEP = 0.5  # of what slopes on either side explain: as much of a step may be a short wave
 
 
 def part(
@@ -52,6 +53,29 @@ def part(
     chosen = np.where(crossed, there, motion)
     rest = np.where(crossed, across, own)
     return chosen, _between(chosen[:, 0], rest, np.where(band, jump.reshape(shape), np.inf))
+
+
+def still_torn(torn: Mask, values: F64) -> Mask:
+    """Keep the torn tiles across which a field (2, 3, R, C) jumps, or of which it says nothing.
+
+    A steep wave that subsets lost at a border looks torn as long as its motion is not known.
+    """
+    if not torn.any():
+        return torn
+    u, right, down = values[:, 0], values[:, 1], values[:, 2]
+    across = _step_over(u, right)
+    along = _step_over(u.swapaxes(1, 2), down.swapaxes(1, 2)).T
+    known = np.isfinite(across) | np.isfinite(along)
+    return lines(torn & (~known | (across > _JUMP) | (along > _JUMP)))
+
+
+def _step_over(u: F64, slope: F64) -> F64:
+    """Step from the tile before to the one after each, beyond that of a wave, (R, C) px."""
+    step = np.full(u.shape[1:], np.nan)
+    explained = slope[..., 2:] + slope[..., :-2]
+    rest = np.abs(u[..., 2:] - u[..., :-2] - explained) - _STEEP * np.abs(explained)
+    step[:, 1:-1] = rest.max(axis=0)
+    return step
 
 
 def _two_motions(near: Mask, rest: F64) -> Mask:
