@@ -12,6 +12,7 @@ from dic.fields.displacement import DisplacementField
 
 TERMS = 6  # of the motion of a tile: itself, its gradient, its second derivatives
 
+
 def start_motion(found: DisplacementField, lattice: TileLattice) -> F64:
     """Motion (2, 6, R, C) of the tiles, px: of the nearest point each, carried by its gradient.
 
@@ -76,8 +77,8 @@ def _bends(values: F64) -> F64:
     u, right, down = values[:, 0], values[:, 1], values[:, 2]
     bends[:, 0, :, 1:-1] = _second(u, right)
     bends[:, 2, 1:-1] = _second(u.swapaxes(1, 2), down.swapaxes(1, 2)).swapaxes(1, 2)
-    both = 0.25 * (down[:, 1:-1, 2:] - down[:, 1:-1, :-2] + right[:, 2:, 1:-1] - right[:, :-2, 1:-1])
-    bends[:, 1, 1:-1, 1:-1] = both
+    both = down[:, 1:-1, 2:] - down[:, 1:-1, :-2] + right[:, 2:, 1:-1] - right[:, :-2, 1:-1]
+    bends[:, 1, 1:-1, 1:-1] = 0.25 * both
     return np.nan_to_num(bends)
 
 
