@@ -69,10 +69,6 @@ def waved(x, y):
     return x - 0.2, there
 
 
-def truth(xy):
-    return np.column_stack([0.2 + 0 * xy[:, 0], 0.4 * np.cos(2 * np.pi * xy[:, 1] / 17)])
-
-
 @pytest.fixture(scope="module")
 def pair():
     return seen(speckle(), 5), seen(speckle(waved), 6)
@@ -263,10 +259,10 @@ def both(shipped, period):
 
 
 def test_it_resolves_a_wave_of_two_tiles_better_than_the_adaptive_field(shipped):
-    found, net, before, known = both(shipped, 11)
+    found, net, before, known = both(shipped, 10)
     here = found.by_net & known
-    assert here.mean() > 0.5
-    assert np.abs(net[here]).mean() < np.abs(before[here]).mean()
+    assert here.mean() > 0.25
+    assert np.abs(net[here]).mean() < 0.9 * np.abs(before[here]).mean()
     stated = np.column_stack([found.field.sigma_u, found.field.sigma_v])[here]
     assert 0.6 < np.sqrt(np.mean(stated**2) / np.mean(net[here] ** 2)) < 2.0
 
