@@ -24,6 +24,7 @@ SUBSETS, WINDOW = (15, 21, 31), 9
 ADDED = 3.0  # grey levels, of the noise that is drawn over photographs
 DRAWS = 6
 EDGE = 30  # px
+SHORTEST = 11.0  # px, period from which the crest of star 5 is looked at
 Field = dic.DisplacementField | dic.SmoothField
 Pair = tuple[AnyArray, AnyArray]
 
@@ -57,7 +58,7 @@ def star(data: Path) -> Iterator[Figure]:
 
 def _efficiency(name: str, field: dic.DisplacementField, images: Pair) -> Iterator[Figure]:
     """Noise × period at 10 % loss: noise of a still pair, and redrawn in situ."""
-    limit = measure_star(field, _period(field.xy[:, 0]), _wave(field.xy)).period
+    limit = measure_star(field, _period(field.xy[:, 0]), _wave(field.xy), SHORTEST).period
     noise = _noise(*images, beyond=2500.0)
     quiet, situ = _still(images[0], noise, name), _redrawn(images, noise, limit, name)
     for case, value, bar in (("still pair", quiet, 0.05), ("in situ", situ, 0.2)):
