@@ -1,4 +1,4 @@
-"""Tiles that a crack cuts, told from a steep wave once the motion about them is known."""
+"""Tiles that a crack cuts, beside a steep wave once the motion about them is known."""
 
 import numpy as np
 
