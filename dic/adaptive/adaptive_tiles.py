@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dic.adaptive.blocks import SCALES, BlockField, denoise
-from dic.adaptive.cracks import part
+from dic.adaptive.cracks import part, still_torn
 from dic.adaptive.motion import carried, start_motion
 from dic.adaptive.observation import Observation, box, observe, tile_texture
 from dic.adaptive.tile_lattice import TILE, TileLattice, lay_lattice
@@ -70,6 +70,7 @@ def update(ref: Reference, start: DisplacementField, image: AnyArray) -> Adaptiv
     field = denoise(seen.moved, seen.sigma, seen.valid, None)
     for _ in range(_PASSES):
         before, motion = motion, carried(field)
+        torn = still_torn(torn, field.values)
         moved = np.abs(motion[:, 0] - before[:, 0]) > _MOVED * seen.sigma
         seen = observe(ref, texture, spline, motion, torn)
         field = denoise(seen.moved, seen.sigma, seen.valid, motion[:, 0])

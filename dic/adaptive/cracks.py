@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from dic.adaptive import tile_kernels
-from dic.adaptive.observation import TileTexture, residual
+from dic.adaptive.motion import straight
+from dic.adaptive.observation import TileTexture, lines, residual
 from dic.adaptive.tile_lattice import TILE
 from dic.arrays import F32, F64, Mask
 from dic.correlation.reference import Reference
@@ -15,6 +16,7 @@ _JUMP = 0.12  # px, between the motions of both sides
 _BEYOND = 1.5  # of the distance to its own side, at which a tile looks for the other one
 _UNLIKE, _AT_MOST = 2.0, 0.4  # times the usual residual, and the fraction of tiles with more
 _PARTED = 0.5  # of the jump, by which tiles on either side differ
+_STEEP = 0.5  # of what slopes on either side explain: as much of a step may be a short wave
 
 
 def part(
@@ -24,14 +26,14 @@ def part(
 
     Parameters
     ----------
-    motion : (2, 3, R, C) float64, px
+    motion : (2, 6, R, C) float64, px
         As it starts: that of the nearest point that was measured.
     found : DisplacementField
         Its points are BROKEN where a subset lies across a crack.
 
     Returns
     -------
-    motion : (2, 3, R, C) float64, px
+    motion : (2, 6, R, C) float64, px
     torn : (R, C) bool
         Tiles that the crack cuts.
     """
@@ -44,13 +46,36 @@ def part(
     near &= jump > _JUMP
     if not near.any():
         return motion, torn
-    there = np.ascontiguousarray(other.reshape(*shape, 2, 3).transpose(2, 3, 0, 1))
+    there = straight(other, texture.lattice)
     own, across = (_left_over(ref, texture, spline, each) for each in (motion, there))
     band = _two_motions(near.reshape(shape), np.minimum(own, across))
     crossed = band & (across < own)
     chosen = np.where(crossed, there, motion)
     rest = np.where(crossed, across, own)
     return chosen, _between(chosen[:, 0], rest, np.where(band, jump.reshape(shape), np.inf))
+
+
+def still_torn(torn: Mask, values: F64) -> Mask:
+    """Keep the torn tiles across which a field (2, 3, R, C) jumps, or of which it says nothing.
+
+    A steep wave that subsets lost at a border looks torn as long as its motion is not known.
+    """
+    if not torn.any():
+        return torn
+    u, right, down = values[:, 0], values[:, 1], values[:, 2]
+    across = _step_over(u, right)
+    along = _step_over(u.swapaxes(1, 2), down.swapaxes(1, 2)).T
+    known = np.isfinite(across) | np.isfinite(along)
+    return lines(torn & (~known | (across > _JUMP) | (along > _JUMP)))
+
+
+def _step_over(u: F64, slope: F64) -> F64:
+    """Step from the tile before to the one after each, beyond that of a wave, (R, C) px."""
+    step = np.full(u.shape[1:], np.nan)
+    explained = slope[..., 2:] + slope[..., :-2]
+    rest = np.abs(u[..., 2:] - u[..., :-2] - explained) - _STEEP * np.abs(explained)
+    step[:, 1:-1] = rest.max(axis=0)
+    return step
 
 
 def _two_motions(near: Mask, rest: F64) -> Mask:

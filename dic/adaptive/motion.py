@@ -10,9 +10,11 @@ from dic.arrays import F64, I64
 from dic.correlation import dense_motion
 from dic.fields.displacement import DisplacementField
 
+TERMS = 6  # of the motion of a tile: itself, its gradient, its second derivatives
+
 
 def start_motion(found: DisplacementField, lattice: TileLattice) -> F64:
-    """Motion (2, 3, R, C) of the tiles, px: of the nearest point each, carried by its gradient.
+    """Motion (2, 6, R, C) of the tiles, px: of the nearest point each, carried by its gradient.
 
     Points that were not measured take part with the motion of the nearest one that was, so that on
     each side of a crack the tiles move with their own side.
@@ -28,7 +30,14 @@ def start_motion(found: DisplacementField, lattice: TileLattice) -> F64:
     near = motion[row * len(grid.xs) + column]
     away = np.column_stack([x, y]) - found.xy[row * len(grid.xs) + column]
     near[:, :, 0] += np.einsum("nak,nk->na", near[:, :, 1:], away)
-    return np.ascontiguousarray(near.reshape(*lattice.shape, 2, 3).transpose(2, 3, 0, 1))
+    return straight(near, lattice)
+
+
+def straight(motion: F64, lattice: TileLattice) -> F64:
+    """Lay motions (T, 2, 3) of tiles on their lattice, (2, 6, R, C): nothing is known of bends."""
+    laid = np.zeros((2, TERMS, *lattice.shape))
+    laid[:, :3] = motion.reshape(*lattice.shape, 2, 3).transpose(2, 3, 0, 1)
+    return laid
 
 
 def _nearest(places: F64, line: I64 | F64) -> I64:
@@ -39,9 +48,10 @@ def _nearest(places: F64, line: I64 | F64) -> I64:
 
 
 def carried(field: BlockField) -> F64:
-    """Motion (2, 3, R, C) of a field on tiles, px; where it has none, that of the nearest tile."""
-    motion = field.values.copy()
-    motion[:, 1:] /= TILE
+    """Motion (2, 6, R, C) of a field on tiles, px; where it has none, that of the nearest tile."""
+    motion = np.concatenate([field.values, _bends(field.values)], axis=1)
+    motion[:, 1:3] /= TILE
+    motion[:, 3:] /= TILE**2
     valid = field.valid
     if valid.all():
         return motion
@@ -53,5 +63,26 @@ def carried(field: BlockField) -> F64:
     row, column = np.asarray(nearest)
     here = np.indices(valid.shape)
     motion = motion[:, :, row, column]
+    motion[:, 3:, ~valid] = 0.0
     motion[:, 0] += TILE * (motion[:, 1] * (here[1] - column) + motion[:, 2] * (here[0] - row))
     return motion
+
+
+def _bends(values: F64) -> F64:
+    """Second derivatives (2, 3, R, C) of a field and its slopes (2, 3, R, C), px per tile².
+
+    Beside a tile that has none, as at a crack or the border, they are 0.
+    """
+    bends = np.zeros_like(values)
+    u, right, down = values[:, 0], values[:, 1], values[:, 2]
+    bends[:, 0, :, 1:-1] = _second(u, right)
+    bends[:, 2, 1:-1] = _second(u.swapaxes(1, 2), down.swapaxes(1, 2)).swapaxes(1, 2)
+    both = down[:, 1:-1, 2:] - down[:, 1:-1, :-2] + right[:, 2:, 1:-1] - right[:, :-2, 1:-1]
+    bends[:, 1, 1:-1, 1:-1] = 0.25 * both
+    return np.nan_to_num(bends)
+
+
+def _second(u: F64, slope: F64) -> F64:
+    """Second derivative along the last axis by values and slopes, right to fourth order."""
+    curved = 2.0 * (u[..., 2:] - 2.0 * u[..., 1:-1] + u[..., :-2])
+    return curved - 0.5 * (slope[..., 2:] - slope[..., :-2])

@@ -99,8 +99,9 @@ def observe(
     ----------
     spline : (H + 2 PAD, W + 2 PAD) float32
         Coefficients of the frame.
-    motion : (2, 3, R, C) float64, px
-        u, v of each tile, and their gradients.
+    motion : (2, 6, R, C) float64, px
+        u, v of each tile, their gradients and second derivatives: what bends within a tile would
+        be flattened otherwise.
     torn : (R, C) bool
         Tiles that a crack cuts.
 
@@ -124,7 +125,7 @@ def observe(
     valid &= ~bare
     trusted = valid & ~loud
     # A tile that stands alone parts nothing: what is around it says what it has not seen.
-    valid = trusted | (loud & ~_lines(loud))
+    valid = trusted | (loud & ~lines(loud))
     b, hessian = b * trusted[..., None], hessian * trusted[..., None, None]
     start = _around(hessian, b)
     innovation = b - (hessian @ start[..., None])[..., 0]
@@ -213,8 +214,8 @@ def _loud(variance: F64, valid: Mask) -> Mask:
     return (variance > _LOUD * np.maximum(around, usual / 2)) | (variance > _LOUDEST * usual)
 
 
-def _lines(loud: Mask) -> Mask:
-    """Loud tiles of which so many touch that they may be a crack or the rim of a hand."""
+def lines(loud: Mask) -> Mask:
+    """Tiles of which so many touch that they may be a crack or the rim of a hand."""
     from scipy.ndimage import label
 
     if not loud.any():

@@ -47,20 +47,28 @@ def sum_reference(texture: F32, left: int, top: int, out: F64) -> None:
 def sum_frame(texture: F32, spline: F32, left: int, top: int, motion: F64, out: F64) -> None:
     """Sum fx g, fy g, g, g², f g over the tiles, each read where its motion takes it.
 
-    `motion` (R, C, 2, 3) px holds the shift of the middle of each tile and its gradient.
+    `motion` (R, C, 2, 6) px holds the shift of the middle of each tile, its gradient, and its
+    second derivatives along x, across and along y.
     """
     block = np.empty((_SIDE, TILE), np.float32)
     g = np.empty((TILE, TILE), np.float32)
     for r in range(out.shape[0]):
         for c in range(out.shape[1]):
             x, y, m = left + TILE * c, top + TILE * r, motion[r, c]
-            bend = _HALF * (max(abs(m[0, 1]) + abs(m[0, 2]), abs(m[1, 1]) + abs(m[1, 2])))
+            bend = max(_bending(m[0]), _bending(m[1]))
             if bend < _GENTLE and _fits(spline, x + m[0, 0], y + m[1, 0]):
                 _shift(spline, x, y, m, block, g)
                 _bend(texture, x, y, m, g)
             else:
                 _warp(spline, x, y, m, g)
             _add(texture, x - _HALF, y - _HALF, g, out[r, c])
+
+
+@njit(cache=True, nogil=True)
+def _bending(m: F64) -> float:
+    """Largest motion of the corner of a tile against its middle, px."""
+    curved = 0.5 * abs(m[3]) + abs(m[4]) + 0.5 * abs(m[5])
+    return _HALF * (abs(m[1]) + abs(m[2]) + _HALF * curved)
 
 
 @njit(cache=True, nogil=True)
@@ -96,13 +104,19 @@ def _shift(spline: F32, x: int, y: int, m: F64, block: F32, g: F32) -> None:
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _bend(texture: F32, x: int, y: int, m: F64, g: F32) -> None:
-    """Add what the gradient of a gentle motion moves, by ∇f: an error of second order."""
-    ux, uy, vx, vy = m[0, 1], m[0, 2], m[1, 1], m[1, 2]
+    """Add what a gentle motion bends, by ∇f: an error of second order."""
+    u, v = m[0], m[1]
     for k in range(TILE):
         for n in range(TILE):
             xi, eta = n - _HALF, k - _HALF
             fx, fy = texture[0, y + eta, x + xi], texture[1, y + eta, x + xi]
-            g[k, n] += np.float32(fx * (ux * xi + uy * eta) + fy * (vx * xi + vy * eta))
+            g[k, n] += np.float32(fx * _away(u, xi, eta) + fy * _away(v, xi, eta))
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy", inline="always")
+def _away(m: F64, xi: int, eta: int) -> float:
+    """Motion of a pixel of a tile against that of its middle, px."""
+    return (m[1] + 0.5 * m[3] * xi + m[4] * eta) * xi + (m[2] + 0.5 * m[5] * eta) * eta
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -110,8 +124,7 @@ def _warp(spline: F32, x: int, y: int, m: F64, g: F32) -> None:
     for k in range(TILE):
         for n in range(TILE):
             xi, eta = n - _HALF, k - _HALF
-            u = m[0, 0] + m[0, 1] * xi + m[0, 2] * eta
-            v = m[1, 0] + m[1, 1] * xi + m[1, 2] * eta
+            u, v = m[0, 0] + _away(m[0], xi, eta), m[1, 0] + _away(m[1], xi, eta)
             g[k, n] = sample(spline, x + xi + u, y + eta + v)
 
 

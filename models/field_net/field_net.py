@@ -29,6 +29,7 @@ SHIPPED = Path(__file__).with_name("weights.npz")
 _AROUND = 9  # tiles, over which a correction is compared with what was seen
 _WORSE = 0.3  # by which the χ² of a tile may grow: 2.7 σ of its mean over 81 tiles
 _FARTHEST = 6.0  # σ, corrections beyond which nothing was trained
+_SMALL = "the field is too small for the net, or nothing was found again: it is that of subsets"
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +83,7 @@ def net_field(ref: Reference, image: ArrayLike, net: FieldNet | None = None) -> 
     if tiles is None:
         field = adaptive_field(ref, image, start)
         none = np.zeros(len(field.xy), bool)
-        return NetField(field, none, "the field is too small for the net: it is that of subsets")
+        return NetField(field, none, _SMALL)
     better, known = correct_tiles(tiles, net or shipped_net())
     found = tiles_at_points(start, better)
     by_net = known.ravel()[tiles.lattice.nearest(found.xy)] & found.valid

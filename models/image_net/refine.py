@@ -25,7 +25,8 @@ _IDLE = 0.6  # of the noise of a window of 5 x 5 cells: a change that the net ma
 _SLACK = 1.2  # by which the range of the inputs in training is widened
 _LOUD = 2.5  # times the residual of all, from which something else than noise is in it
 _NEAR = 5  # cells, over which what no motion explains is compared with that of all
-_FEW = 0.002  # part of the cells that move at least, for another pass
+_FEW = 0.005  # part of the cells with more left than noise, at least, for another pass
+_WORSE = 0.02  # part by which a motion may leave more of the images than the one before the net
 _RIM = 15  # cells around one that is unknown, which are not known either
 
 
@@ -38,7 +39,8 @@ class RefinedCells:
     motion : (2, R, C) float32, px
     sigma : (2, R, C) float32, px
     known : (R, C) bool
-        Where the net has seen the like, and its motion leaves no more than noise.
+        Where the net has seen the like, and its motion leaves no more than noise, and no more than
+        the motion that it began with.
     """
 
     motion: F32
@@ -47,17 +49,17 @@ class RefinedCells:
 
 
 def refine(net: ImageNet, pair: ImagePair, motion: PairMotion) -> RefinedCells:
-    """Refine a motion that is nearly right, until nothing moves by more than chance."""
-    seen = pair_features(pair, motion)
+    """Refine a motion that is nearly right, until it leaves no more than noise."""
+    first = seen = pair_features(pair, motion)
     strange = np.zeros(seen.size.shape, bool)
     for _ in range(PASSES):
         cells, sigma, wild = _refined(net, seen, motion)
         strange |= wild | _strange(net, seen)
-        if np.mean(cells != motion.cells) < _FEW:
-            break
         motion = PairMotion(on_pixels(cells, pair.first.shape), sigma)
         seen = pair_features(pair, motion)
-    wrong = strange | _misfits(seen) | (seen.zncc < _ALIKE)
+        if np.mean(_left(seen, _FIVE) > _MISFIT) < _FEW:
+            break
+    wrong = strange | _misfits(seen) | _worse(first, seen) | (seen.zncc < _ALIKE)
     return RefinedCells(motion.cells, motion.sigma, ~np.asarray(maximum_filter(wrong, _RIM), bool))
 
 
@@ -100,10 +102,22 @@ def _strange(net: ImageNet, seen: PairFeatures) -> Mask:
 
 def _misfits(left: PairFeatures) -> Mask:
     """Cells around which a motion is left, or more of the images, than noise leaves."""
-    chi = np.square(left.windows[:, _FIVE] / left.noise).mean(axis=0)
-    moving = np.asarray(uniform_filter(chi, _AROUND, mode="nearest")) > _MISFIT
     near = np.asarray(uniform_filter(left.left, _NEAR, mode="nearest"))
-    return moving | (near > _LOUD * np.median(left.left))
+    return (_left(left, _FIVE) > _MISFIT) | (near > _LOUD * np.median(left.left))
 
 
-_FIVE = WINDOWS.index((5, 5))
+def _worse(before: PairFeatures, after: PairFeatures) -> Mask:
+    """Cells around which the net leaves more motion in the images than it has found there."""
+    worse = np.zeros(after.size.shape, bool)
+    for window in (_FIVE, _NINE):
+        worse |= _left(after, window) > (1 + _WORSE) * _left(before, window)
+    return worse
+
+
+def _left(seen: PairFeatures, window: int) -> F32:
+    """Mean square of the motion that windows find, over the variance of those of 5 x 5 cells."""
+    chi = np.square(seen.windows[:, window] / seen.noise).mean(axis=0)
+    return np.asarray(uniform_filter(chi, _AROUND, mode="nearest"))
+
+
+_FIVE, _NINE = WINDOWS.index((5, 5)), WINDOWS.index((9, 9))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 
@@ -12,6 +12,9 @@ from scipy.interpolate import RectBivariateSpline
 import fe
 from rig.studies.correlation.moved_speckle import Displacement, Origin, came_from
 from rig.system.arrays import F64, Mask
+
+Absent = Callable[[F64, F64], Mask]
+"""Whether there is no material at x and y of the reference, px."""
 
 SHAPE = (480, 512)  # px
 STAR = (501, 1080)
@@ -35,6 +38,8 @@ class KnownField:
         Where the material came from.
     bands : dict of callables
         Parts of the image, each judged by itself: x, y → mask.
+    absent : callable, optional
+        Where there is no material, and so no pattern.
     """
 
     name: str
@@ -42,14 +47,23 @@ class KnownField:
     displacement: Displacement
     origin: Origin
     bands: Mapping[str, tuple[float, float]] = field(default_factory=dict[str, tuple[float, float]])
+    absent: Absent | None = None
 
     def truth(self, xy: F64) -> F64:
         """Displacement of points (N, 2) px, (N, 2) px."""
         return np.column_stack(self.displacement(*xy.T))
 
     def inside(self, xy: F64) -> Mask:
-        """Points (N,) away from the border."""
-        return np.all((xy >= EDGE) & (xy < np.array(self.shape[::-1]) - EDGE), axis=1)
+        """Points (N,) of the material, away from the border."""
+        away = np.all((xy >= EDGE) & (xy < np.array(self.shape[::-1]) - EDGE), axis=1)
+        return away if self.absent is None else away & ~self.absent(*xy.T)
+
+    def pierced(self, image: F64, moved: bool) -> F64:
+        """Take the pattern off a drawing (H, W) where there is no material, moved or not."""
+        if self.absent is None:
+            return image
+        y, x = np.indices(self.shape).astype(np.float64)
+        return np.where(self.absent(*(self.origin(x, y) if moved else (x, y))), 128.0, image)
 
     def parts(self, xy: F64) -> dict[str, Mask]:
         """Points of each band, (N,) each; all of them where there are no bands."""
@@ -161,6 +175,24 @@ def shift(seed: int) -> KnownField:
 def still(_: int) -> KnownField:
     """Nothing moves: the images differ by noise alone."""
     return _smooth("noise alone", lambda x, y: (0 * x, 0 * y))
+
+
+@cache
+def hole(seed: int) -> KnownField:
+    """Draw a round hole in a sheet that is pulled: strains are twice as large at its rim."""
+    rng = np.random.default_rng((seed, 6))
+    middle = (np.array(SHAPE[::-1]) - 1) / 2 + rng.uniform(-60, 60, 2)
+    radius, stretch = rng.uniform(40, 80), rng.uniform(1e-3, 4e-3)
+
+    def displacement(x: F64, y: F64) -> tuple[F64, F64]:
+        right, down = x - middle[0], y - middle[1]
+        more = 1 + radius**2 / np.maximum(right**2 + down**2, radius**2 / 4)
+        return stretch * right * more, -0.4 * stretch * down * more
+
+    def absent(x: F64, y: F64) -> Mask:
+        return np.hypot(x - middle[0], y - middle[1]) < radius
+
+    return KnownField("hole", SHAPE, displacement, came_from(displacement), absent=absent)
 
 
 @cache

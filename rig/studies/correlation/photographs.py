@@ -125,16 +125,17 @@ def measure_star(
     field: dic.DisplacementField | dic.SmoothField,
     period: NDArray[np.float64],
     wave: NDArray[np.float64],
+    shortest: float = SHORTEST,
 ) -> Efficiency:
     """Period at which the crest of the wave keeps 90 %, and the noise of the crest beyond it.
 
     What is kept is a polynomial in 1/period through all of the crest: a point alone is known to a
     few per cent only.
     """
-    crest = field.valid & (np.abs(field.xy[:, 1] - 250) <= 2.5) & (period > SHORTEST)
+    crest = field.valid & (np.abs(field.xy[:, 1] - 250) <= 2.5) & (period > shortest)
     kept = field.v[crest] / wave[crest]
     through = np.polynomial.Polynomial.fit(1 / period[crest], kept, 6)
-    every = np.geomspace(SHORTEST, 290, 2000)
+    every = np.geomspace(shortest, 290, 2000)
     limit = every[np.flatnonzero(through(1 / every) < 0.9).max()]
     far = period[crest] > 1.3 * limit
     noise = np.std((kept - through(1 / period[crest]))[far]) / 2  # of a crest of 0.5 px

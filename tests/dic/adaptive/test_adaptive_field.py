@@ -93,6 +93,32 @@ def test_a_short_wave_that_a_subset_flattens_comes_back(speckle):
     assert off < 0.25 * before
 
 
+def test_a_wave_of_four_tiles_keeps_its_height(speckle):
+    """A tile that did not bend with the wave would see 9/10 of it."""
+    image = speckle(SHAPE).draw()
+
+    def wave(x, y):
+        return 0 * x, 0.3 * np.cos(2 * np.pi * y / 20)
+
+    found = dic.adaptive_field(dic.prepare(noisy(image, 1)), noisy(moved(image, wave), 2))
+    inside = np.all((found.xy > 25) & (found.xy < np.array(SHAPE[::-1]) - 25), axis=1)
+    truth = wave(*found.xy[inside].T)[1]
+    assert found.v[inside] @ truth / (truth @ truth) > 0.96
+
+
+def test_a_steep_wave_tears_no_tile_at_the_border(speckle):
+    image = speckle(SHAPE).draw()
+
+    def star(x, y):
+        return 0 * x, 0.5 * np.cos(2 * np.pi * (y - 250) / (26 + 0.0725 * x))
+
+    ref, frame = dic.prepare(noisy(image, 7)), noisy(moved(image, star), 8)
+    found = dic.adaptive_field(ref, frame)
+    off = np.abs(errors(found, np.column_stack(star(*found.xy.T))))[found.valid]
+    assert found.valid.mean() > 0.99
+    assert np.quantile(off, 0.995) < 0.1
+
+
 def cracked(image, jump):
     """Image whose right half has moved down by `jump` px, along the column 120."""
     slid = map_coordinates(image, np.indices(image.shape) - [[[jump]], [[0.0]]], order=5)
