@@ -40,7 +40,7 @@ from rig.projector.markers import Screen, project
 from rig.scene import Scene
 from rig.sources.twin import build_twin
 from rig.studies.study import part
-from rig.system.arrays import F32, F64, AnyArray
+from rig.system.arrays import F32, AnyArray
 
 ROOT = Path(__file__).parents[3]
 sys.path.insert(0, str(ROOT))
