@@ -49,7 +49,7 @@ SETTLED = 20.0  # s after which memory must be flat
 Touches = tuple[fe.Touch, ...]
 Exposed = tuple[float, Touches, NDArray[np.float64]]
 """When a frame was exposed, its touches, and where the light of their marks fell."""
-Told = tuple[float, dict[str, Any]]
+Heard = tuple[float, dict[str, Any]]
 """When a message of the app came, and what it said."""
 TAPPED = 60.0  # s of taps
 HELD, LIFTED = 0.5, 0.4  # s of each, and to the next
@@ -165,7 +165,7 @@ def lights(room: Room, seconds: float) -> list[float]:
 
 
 def of_the_marks(
-    exposed: list[Exposed], told: list[Told], begun: float, seconds: float
+    exposed: list[Exposed], heard: list[Heard], begun: float, seconds: float
 ) -> Iterator[Figure]:
     """Yield where marks were lit."""
     frames = [one for one in exposed if begun + 2 < one[0] < begun + seconds]
@@ -174,13 +174,13 @@ def of_the_marks(
     yield from quantiles("mark to touch", every, (at_most(2.0), at_most(4.0)))
     for name, gaps in sorted(phases.items()):
         yield from quantiles(f"mark to touch, {name}", np.array(gaps))
-    found = [gap for one in told for gap in missed(frames, *one)]
+    found = [gap for one in heard for gap in missed(frames, *one)]
     yield from quantiles("touch as found, where it was when it was seen", np.array(found))
 
 
-def of_the_app(figures: dict[str, Any], told: list[Told], begun: float) -> Iterator[Figure]:
+def of_the_app(figures: dict[str, Any], heard: list[Heard], begun: float) -> Iterator[Figure]:
     """Yield how fast the app was."""
-    ages = np.array([came - said["captured"] for came, said in told if came > begun])
+    ages = np.array([came - said["captured"] for came, said in heard if came > begun])
     rate = figures["fps"], "frames/s", at_least(30.0)
     oldest = 1e3 * float(ages.max()), "ms", at_most(100.0), len(ages)
     yield from line(TABLE, "closed loop", rate=rate, oldest_frame=oldest)
