@@ -248,9 +248,10 @@ def unbiased_gradient(reference: TileReference, sums: TileSums) -> F64:
 def _interpolation_bias(reference: TileReference) -> F64:
     """Measure `TileReference.bias` on the image itself, shifted by its Fourier series.
 
-    That series takes what aliasing has folded back for what it looks like, which is taken off. 0
-    where that is half of the bias or more, so that its sign is not known; where no tile is far
-    enough from the border; and where there is no pattern.
+    That series takes what aliasing has folded back for what it looks like, which is taken off. From
+    half of the bias on less and less counts, since its sign is not known, and evenly so, that a
+    patch of a pattern says the same as all of it. 0 where aliasing is all of it; where no tile is
+    far enough from the border; and where there is no pattern.
     """
     tiles, shape = reference.tiles, np.array(reference.image.shape[::-1])
     room = np.minimum(tiles.xy, shape - 1 - tiles.xy).min(axis=1) - tiles.size / 2
@@ -263,7 +264,8 @@ def _interpolation_bias(reference: TileReference) -> F64:
     bias = -sums.gradient[inside].sum(axis=0) / hessian
     spectrum = measure_spectrum(reference.image, np.ones(reference.image.shape, dtype=np.bool_))
     aliased = aliasing_bias(spectrum) if spectrum else np.zeros(2)
-    return np.where(aliased < 0.5 * bias, bias - aliased, 0.0)
+    left = np.maximum(bias - aliased, 0.0)
+    return left * np.minimum(1.0, 2.0 * left / np.maximum(bias, _SHIFT * 1e-9))
 
 
 def _spline_coefficients(f: F64) -> F64:

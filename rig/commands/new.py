@@ -15,16 +15,21 @@ if TYPE_CHECKING:
 
 def new(
     file: Annotated[Path, typer.Argument(help="TOML file to write; it must not exist.")],
-    size: Annotated[tuple[float, float], typer.Option(help="Sides, mm.")] = (254.0, 203.0),
+    size: Annotated[tuple[float, float], typer.Option(help="Width and height, mm.")] = (
+        254.0,
+        203.0,
+    ),
     thickness: Annotated[float, typer.Option(help="Thickness, mm.")] = 2.0,
     material: Annotated[str, typer.Option(help="PVC, acrylic, polycarbonate, glass, …")] = "PVC",
     edges: Annotated[str, typer.Option(help="clamped, supported or 'two clamped'.")] = "clamped",
     stand_off: Annotated[float, typer.Option(help="From camera to plate, mm.")] = 500.0,
     side: Annotated[str, typer.Option(help="Camera above or below the plate.")] = "above",
-    pixels: Annotated[tuple[int, int], typer.Option(help="Of the camera.")] = (1280, 960),
+    pixels: Annotated[tuple[int, int], typer.Option(help="Of an image, px.")] = (1280, 960),
     rate: Annotated[float, typer.Option(help="Images a second.")] = 30.0,
     force: Annotated[float, typer.Option(help="Largest force of a finger, N.")] = 3.0,
-    camera: Annotated[str | None, typer.Option(help="Its device node; else the twin.")] = None,
+    camera: Annotated[
+        str | None, typer.Option(help="Device, such as /dev/video0; without it, the twin.")
+    ] = None,
     projector: Annotated[
         tuple[int, int] | None, typer.Option(help="Width and height of its image, px.")
     ] = None,

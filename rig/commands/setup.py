@@ -24,13 +24,13 @@ def setup(
         Path | None, typer.Argument(help="TOML file to write or to resume; else my-bench.toml.")
     ] = None,
     rehearse: Annotated[
-        bool, typer.Option("--rehearse", help="On the twin, as on a bench; in rehearsal.toml.")
+        bool, typer.Option("--rehearse", help="Practise on a twin; in rehearsal.toml.")
     ] = False,
     terminal: Annotated[
         bool, typer.Option("--terminal", help="Ask in the terminal, without a page.")
     ] = False,
     port: Annotated[int, typer.Option(help="Port of the page, 0 for any free one.")] = 8765,
-    seed: Annotated[int, typer.Option(min=0, help="Of the bench that the twin is.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Draws the twin of a rehearsal.")] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Set a bench up step by step; leave at any of them, and resume by the same command.

@@ -2,7 +2,10 @@
 
 Parts: loop. See `emulated`. Projector and latency are measured first, by the app itself in the same
 loop. Reported are how far from each touch its mark lies on the plate at that moment, also by what
-the touch does; frames a second; how old what is shown is; memory.
+the touch does; frames a second; how old what is shown is; memory. Then a finger taps for a minute,
+each time elsewhere and at once with all of its force: touch to light is the time from the exposure
+with which it comes until light is seen within `REACH` of it; a tap that is never lit counts as
+infinite.
 """
 
 from __future__ import annotations
@@ -46,6 +49,14 @@ SETTLED = 20.0  # s after which memory must be flat
 Touches = tuple[fe.Touch, ...]
 Exposed = tuple[float, Touches, NDArray[np.float64]]
 """When a frame was exposed, its touches, and where the light of their marks fell."""
+Heard = tuple[float, dict[str, Any]]
+"""When a message of the app came, and what it said."""
+TAPPED = 60.0  # s of taps
+HELD, LIFTED = 0.5, 0.4  # s of each, and to the next
+TAPS = ((60, 70), (190, 180), (70, 190), (185, 60), (125, 125), (200, 125), (65, 130), (130, 200))
+"""Where they are, one after the other, mm: farther from each other than light counts."""
+HARD = 2.0  # N
+LOOK = 0.002  # s from one look at the projector's light to the next
 SPAN, STILL = 0.3, 1.0  # s and mm: a touch that has gone less far is still, less round moves on
 # The projector hangs a little askew.
 T_TRUE = np.array([[2.82, 0.06, 268.0], [0.03, -2.80, 752.0], [2e-5, -3e-5, 1.0]])
@@ -63,7 +74,7 @@ def loop() -> Iterator[Figure]:
                 port = free_port()
                 scene = scene_of(folder, display, port, SIZE)
                 yield from calibrate(scene, room, camera)
-                yield from follow(scene, room, camera, Listener(port), 60 * MINUTES)
+                yield from follow(scene, room, camera, Listener(port))
         finally:
             room.close()
             display.unplug()
@@ -92,10 +103,8 @@ def calibrate(scene: Path, room: Room, camera: Emulation) -> Iterator[Figure]:
     yield from line(TABLE, "latency", measured=times, p95=(1e3 * latency.p95, "ms"))
 
 
-def follow(
-    scene: Path, room: Room, camera: Emulation, listener: Listener, seconds: float
-) -> Iterator[Figure]:
-    """Run the app while the tour of touches goes round, and yield the figures."""
+def follow(scene: Path, room: Room, camera: Emulation, listener: Listener) -> Iterator[Figure]:
+    """Run the app while the tour of touches goes round, then a finger that taps."""
     app = touchplate(camera, "run", scene, "--json")
     listener.start()
     while not listener.heard:
@@ -104,20 +113,25 @@ def follow(
         time.sleep(0.1)
     time.sleep(2.0)
     room.begin(script.tour((254.0, 254.0)), script.TOUR_LENGTH)
-    begun = time.monotonic()
+    begun, seconds = time.monotonic(), 60 * MINUTES
     memory: list[tuple[float, int]] = []
     room.late = 0
     while time.monotonic() - begun < seconds and app.poll() is None:
         memory.append((time.monotonic() - begun, resident(app.pid)))
         time.sleep(1.0)
-    late = room.late
+    late, frames, heard = room.late, list(room.seen), list(listener.heard)
+    room.begin(taps, len(TAPS) * (HELD + LIFTED))
+    lit = lights(room, TAPPED)
     if app.poll() is None:
         os.killpg(app.pid, signal.SIGINT)
     out, said = app.communicate(timeout=60)
     if app.returncode:
         raise OSError(f"the app has ended: {said}")
-    yield from of_the_marks(room, listener, begun, seconds)
-    yield from of_the_app(json.loads(out[out.index("{") :]), listener, begun)
+    yield from of_the_marks(frames, heard, begun, seconds)
+    yield from of_the_app(json.loads(out[out.index("{") :]), heard, begun)
+    middle = 1e3 * float(np.median(lit)), "ms, median", at_most(60.0), len(lit)
+    late_light = 1e3 * float(np.percentile(lit, 95, method="higher")), "ms"
+    yield from line(TABLE, "closed loop", touch_to_light=middle, p95=late_light)
     flat = np.array([size for at, size in memory if at > min(SETTLED, seconds / 3)])
     growth = 100 * float(flat.max() / flat[0] - 1), "%, at most", at_most(5.0)
     yield from line(TABLE, "memory grows by", measured=growth)
@@ -126,26 +140,53 @@ def follow(
     yield from line(TABLE, "frames that the renderer left out", measured=left_out)
 
 
-def of_the_marks(room: Room, listener: Listener, begun: float, seconds: float) -> Iterator[Figure]:
+def taps(now: float) -> Touches:
+    """Press one place after the other, each at once and evenly."""
+    turn, age = divmod(now, HELD + LIFTED)
+    x, y = TAPS[int(turn) % len(TAPS)]
+    return (fe.Touch(float(x), float(y), HARD),) if age < HELD else ()
+
+
+def lights(room: Room, seconds: float) -> list[float]:
+    """Time from the exposure with which each touch comes until light is seen at it, s."""
+    end, place = time.monotonic() + seconds, None
+    came, lit = 0.0, list[float]()
+    while (now := time.monotonic()) < end:
+        exposed, touches, _ = room.seen[-1]
+        there = (touches[0].x, touches[0].y) if touches else None
+        if there and there != place:
+            came = exposed
+            lit.append(np.inf)
+        place = there
+        if there and np.isinf(lit[-1]) and room.lit_at(there):
+            lit[-1] = time.monotonic() - came
+        time.sleep(max(0.0, now + LOOK - time.monotonic()))
+    return lit
+
+
+def of_the_marks(
+    exposed: list[Exposed], heard: list[Heard], begun: float, seconds: float
+) -> Iterator[Figure]:
     """Yield where marks were lit."""
-    frames = [one for one in room.seen if begun + 2 < one[0] < begun + seconds]
+    frames = [one for one in exposed if begun + 2 < one[0] < begun + seconds]
     phases = by_phase(frames)
     every = np.concatenate([np.array(gaps) for gaps in phases.values()])
     yield from quantiles("mark to touch", every, (at_most(2.0), at_most(4.0)))
     for name, gaps in sorted(phases.items()):
         yield from quantiles(f"mark to touch, {name}", np.array(gaps))
-    found = [gap for heard in listener.heard for gap in missed(frames, *heard)]
+    found = [gap for one in heard for gap in missed(frames, *one)]
     yield from quantiles("touch as found, where it was when it was seen", np.array(found))
 
 
-def of_the_app(figures: dict[str, Any], listener: Listener, begun: float) -> Iterator[Figure]:
+def of_the_app(figures: dict[str, Any], heard: list[Heard], begun: float) -> Iterator[Figure]:
     """Yield how fast the app was."""
-    ages = np.array([came - said["captured"] for came, said in listener.heard if came > begun])
+    ages = np.array([came - said["captured"] for came, said in heard if came > begun])
     rate = figures["fps"], "frames/s", at_least(30.0)
-    yield from line(TABLE, "rate", measured=rate, dropped=(figures["dropped"], "frames"))
-    middle = 1e3 * float(np.median(ages)), "ms, median"
     oldest = 1e3 * float(ages.max()), "ms", at_most(100.0), len(ages)
-    yield from line(TABLE, "age of touches when sent", measured=middle, oldest=oldest)
+    yield from line(TABLE, "closed loop", rate=rate, oldest_frame=oldest)
+    middle = 1e3 * float(np.median(ages)), "ms, median"
+    dropped = figures["dropped"], "frames"
+    yield from line(TABLE, "age of touches when sent", measured=middle, dropped=dropped)
     latency = figures["latency_ms"]
     yield from line(
         TABLE,

@@ -51,6 +51,7 @@ RATE = 30.0
 SLACK = 1 / 3  # of a frame by which an exposure may be late
 PROJECTOR = (1280, 800)
 STRENGTH = 1.0  # the projector's white over the light of the room
+COARSE = 4  # px from one pixel that is looked at for the light of a mark to the next
 REACH = 40.0  # mm round a touch in which light counts as its mark
 Script = Callable[[float], tuple[fe.Touch, ...]]
 Bent = tuple[tuple[fe.Touch, ...], np.ndarray]  # touches, and how far each point has moved, mm
@@ -101,6 +102,10 @@ class Display:
     def read(self) -> np.ndarray | None:
         """Image (H, W, 3) RGB; None without a display."""
         return None if self._pixels is None else cv2.cvtColor(self._pixels, cv2.COLOR_BGRA2RGB)
+
+    def glow(self) -> np.ndarray:
+        """Green of every `COARSE`th pixel, (H, W); quick, unlike the whole image."""
+        return np.zeros((0, 0)) if self._pixels is None else self._pixels[::COARSE, ::COARSE, 1]
 
 
 class Lit:
@@ -190,6 +195,11 @@ class Room(threading.Thread):
             self.late, number = self.late + missed, number + 1 + missed
             self._ending.wait(max(0.0, begun + number / RATE - time.monotonic()))
 
+    def lit_at(self, place: tuple[float, float]) -> bool:
+        """Whether light of the projector falls within `REACH` of a place, mm, at this moment."""
+        mm, _ = self._light_on_plate(self._display.glow())
+        return bool((np.linalg.norm(mm - place, axis=1) < REACH).any())
+
     def _bend(self, touches: tuple[fe.Touch, ...]) -> Bent:
         points = self._twin.warper.points
         if not touches:
@@ -221,20 +231,22 @@ class Room(threading.Thread):
         places = np.full((len(touches), 2), np.nan)
         if shown is None or not touches:
             return places
-        thin = shown[::4, ::4, 1].astype(np.float64)
-        rows, columns = np.nonzero(thin)
-        if not len(rows):
-            return places
-        px = 4.0 * np.column_stack([columns, rows])
-        mm = project(np.linalg.inv(self._screen.T_px_plate), px)
+        mm, light = self._light_on_plate(shown[::COARSE, ::COARSE, 1])
         true = np.array([(touch.x, touch.y) for touch in touches])
         away = np.linalg.norm(mm[:, None] - true[None], axis=2)
-        nearest, light = away.argmin(axis=1), thin[rows, columns]
+        nearest = away.argmin(axis=1)
         for index in range(len(touches)):
             mine = (nearest == index) & (away[:, index] < REACH)
             if mine.any():
                 places[index] = np.average(mm[mine], axis=0, weights=light[mine])
         return places
+
+    def _light_on_plate(self, glow: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Where on the plate the pixels that are not dark fall, (n, 2) mm, and their light (n,)."""
+        rows, columns = np.nonzero(glow)
+        px = float(COARSE) * np.column_stack([columns, rows])
+        mm = project(np.linalg.inv(self._screen.T_px_plate), px)
+        return mm, glow[rows, columns].astype(np.float64)
 
 
 class Listener(threading.Thread):

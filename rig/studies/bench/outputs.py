@@ -31,7 +31,7 @@ ROOT = Path(__file__).parents[3]
 TABLE = "The projector on one of two outputs"
 UNPLUGGED = "The projector unplugged and back"
 AWAY, AFTER = 6.0, 1.0  # s that the laptop is looked at while the projector is away, and after
-PATIENCE = 20.0  # s
+PATIENCE = 60.0  # s that a window may take to show its marks on a busy machine
 ORDERS = {"laptop first, left": (0, 0), "laptop last, right": (1, 1), "laptop first, right": (0, 1)}
 """Which output the laptop is, and on which side it lies."""
 
