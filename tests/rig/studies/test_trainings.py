@@ -41,6 +41,27 @@ def test_other_values_and_other_seeds_have_other_files(folder):
     assert trainings.place("paper-one", same) == trainings.place("paper-one", one)
 
 
+def test_a_training_of_another_scene_in_its_place_is_refused(folder):
+    settings = {"estimator.epochs": 20, "training.test_samples": 50}
+    trainings.train_kept("paper-one", settings)
+    (path,) = folder.iterdir()
+    trainings.train_kept("paper-one", settings | {"estimator.layers": [8]})
+    (other,) = set(folder.iterdir()) - {path}
+    other.replace(path)
+    with pytest.raises(ValueError, match="made for another scene; delete it, and it is made again"):
+        trainings.train_kept("paper-one", settings)
+
+
+@pytest.mark.parametrize("content", [b"", b"no archive", b"PK\x03\x04cut off"])
+def test_a_damaged_checkpoint_is_named(folder, content):
+    settings = {"estimator.epochs": 20, "training.test_samples": 50}
+    path = trainings.place("paper-one", rig.load("paper-one", settings | {"estimator.seed": 0}))
+    path.with_suffix(".part.npz").write_bytes(content)
+    with pytest.raises(ValueError, match="is damaged; delete it, and training begins anew"):
+        trainings.train_kept("paper-one", settings)
+    assert not path.is_file()
+
+
 def test_a_regression_has_no_curves_and_no_seed(folder):
     kept = trainings.train_kept("paper-regression", {"training.test_samples": 50}, 5)
     assert kept.curves() == {}
