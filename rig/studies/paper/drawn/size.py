@@ -105,7 +105,7 @@ def finest(folder: Path) -> Iterator[Figure]:
 
 
 def _steps(kept: KeptTraining) -> float:
-    """Steps in the 30000 epochs of the paper's first model."""
+    """Return the steps in the 30000 epochs of the paper's first model."""
     batch = kept.plan.descent.batch
     return PAPER_EPOCHS * (np.ceil(len(kept.flat.training) / batch) if batch else 1)
 

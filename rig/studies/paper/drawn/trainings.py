@@ -117,8 +117,8 @@ def train_kept(scene: str, settings: Settings | None = None, seed: int = 0) -> K
     model, about = load_model(path)
     if about.get("scene") != bench.model_dump(mode="json"):
         raise ValueError(
-            f"training {path} is kept for '{bench.title}' and was made for another scene; delete it,"
-            " and it is made again"
+            f"training {path} is kept for '{bench.title}' and was made for another scene;"
+            " delete it, and it is made again"
         )
     return KeptTraining(model, plan, sets, float(about["cpu"]))
 
