@@ -52,10 +52,10 @@ def bound() -> Iterator[Figure]:
         limits[number] = np.trace(truth.bound(scene, light, NOISE)[:2, :2])
         for row in off[number]:
             row[:] = _off(shape, fit, truth.photograph(light, rng), scene.touch)
-    yield from _figures(off, ratios, limits)
+    yield from score(off, ratios, limits)
 
 
-def _figures(off: F64, ratios: F64, limits: F64) -> Iterator[Figure]:
+def score(off: F64, ratios: F64, limits: F64) -> Iterator[Figure]:
     """Give figures of errors (scenes, frames, 3) at loads (scenes,) with bounds (scenes,) mm²."""
     square = np.sum(off[:, :, :2] ** 2, axis=2)
     found = np.isfinite(square)

@@ -97,14 +97,14 @@ def finest(folder: Path) -> Iterator[Figure]:
         spent = {"training": (kept.cpu, "CPU s")}
         rows += seeds(title, said, [loss], "mm", 0.06, None, **spent)
         if kept.plan.descent.decay == "constant":
-            rows += _extrapolated(title, name, curve, _steps(kept))
+            rows += _extrapolated(title, name, curve, steps_of_the_paper(kept))
     axes[0, 0].axhline(0.06, **plots.PAPER, label="paper: 0.06 mm")
     axes[0, 0].legend(fontsize="xx-small")
     yield plots.keep(drawn, folder, "paper-3d-recipe.png", title, "losses on the way, one seed")
     yield from rows
 
 
-def _steps(kept: KeptTraining) -> float:
+def steps_of_the_paper(kept: KeptTraining) -> float:
     """Return the steps in the 30000 epochs of the paper's first model."""
     batch = kept.plan.descent.batch
     return PAPER_EPOCHS * (np.ceil(len(kept.flat.training) / batch) if batch else 1)
