@@ -1,4 +1,4 @@
-"""Touches on the paper's bases, read from images, over the bound of their pixels.
+"""Touches on the paper's bases, read from images, against the bound of their pixels.
 
 Plate and bases are those of the scene paper-deformable-best, loads those of figure 5D. Truth is
 the whole shell under the touch on 28 × 28 elements, in any of its stable shapes, photographed
@@ -26,7 +26,7 @@ from rig.system.arrays import F64, AnyArray
 from rig.training.bases import RATIOS
 from rig.training.plan import TrainingPlan, training_plan
 
-TABLE = "A touch on such a base, over its bound"
+TABLE = "A touch on such a base, from the image"
 CASE = "deformable, solver on images"
 SCENES, FRAMES, SEED = 5, 8, 43
 UNIT = 1.0  # N, the paper's Δ0

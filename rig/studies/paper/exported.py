@@ -1,4 +1,4 @@
-"""Nets of the paper's scenes, of every kind, as ONNX files, run by another runtime: the same numbers."""
+"""Nets of the paper's scenes, of every kind, as ONNX files in another runtime: the same numbers."""
 
 # onnxruntime states its types in part.
 # pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false, reportUnknownVariableType=false
