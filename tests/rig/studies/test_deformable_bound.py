@@ -3,6 +3,7 @@
 import numpy as np
 
 from rig.studies.deformable.bound import CASE, score
+from rig.studies.deformable.truth import slope
 
 RATIOS = np.array([0.5, 0.75, 1.0, 1.25, 1.5])
 LIMITS = np.array([0.09, 0.04, 0.03, 0.02, 0.01])  # mm²
@@ -39,3 +40,14 @@ def test_what_was_not_found_is_counted_apart():
     assert found[CASE, "÷ CRB"].samples == 80
     assert found[CASE, "÷ CRB"].verdict == "missed"
     assert np.isnan(found[f"{CASE}, 1 Δ0", "÷ CRB"].value)
+
+
+def test_the_slope_of_a_fine_pattern_is_that_of_its_waves():
+    y, x = np.mgrid[0:60, 0:84].astype(float)
+    across, down = 2 * np.pi / 3.5, 2 * np.pi / 5.0  # of waves of 3.5 and 5 px
+    image = np.cos(across * (x + 0.5)) + np.cos(down * (y + 0.5))
+    along_x, along_y = -across * np.sin(across * (x + 0.5)), -down * np.sin(down * (y + 0.5))
+    np.testing.assert_allclose(slope(image, 1), along_x, atol=1e-10)
+    np.testing.assert_allclose(slope(image, 0), along_y, atol=1e-10)
+    central = np.gradient(image)[1]
+    assert np.mean(central**2) < 0.5 * np.mean(along_x**2)
