@@ -199,6 +199,7 @@ def build_bench(
     known = _known(flat, estimator, calibration)
     require_own_modes(scene, theory.name, exact=known is None)
     require_bench(camera, exact=known is None)
+    net = _net(scene, theory)  # read first: a wrong file is not to be found out after a minute
     tiles = lay_tiles((view.size[1], view.size[0]), dic.tile)
     if known is not None:
         motions = motions_on_bench(known, flat, view, tiles, report)
@@ -217,7 +218,7 @@ def build_bench(
         strain_touches=comparison is None or comparison.touches,
         theory=theory,
         alignment=calibration.alignment() if calibration and known is None else None,
-        net=_net(scene, theory),
+        net=net,
         known=known,
         in_time=in_time(scene, motions.plate_modes) if scene.dynamics else None,
         row_time=camera.row_time,

@@ -100,7 +100,7 @@ class Truth:
         Of the shell's own differences, with bend, twist, camera and light unknown too.
         """
         grey = 255 * (self.sensor.black + (self.sensor.white - self.sensor.black) * light / 255)
-        slope_y, slope_x = np.gradient(grey)
+        along_x, along_y = slope(grey, 1), slope(grey, 0)
         height, width = grey.shape
         columns, rows = np.arange(0, width, 8.0), np.arange(0, height, 8.0)
         px = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
@@ -116,7 +116,7 @@ class Truth:
             return np.asarray(spline(y, x), dtype=np.float64)
 
         inside = whole(on_plate.astype(np.float64)) > 0.999
-        parts = [slope_x * whole(d[:, 0]) + slope_y * whole(d[:, 1]) for d in motions]
+        parts = [along_x * whole(d[:, 0]) + along_y * whole(d[:, 1]) for d in motions]
         columns_of = np.array([part[inside] for part in (*parts, grey, np.ones_like(grey))])
         covariance = np.linalg.inv(columns_of @ columns_of.T / noise**2)
         return np.asarray(covariance[:3, :3], dtype=np.float64)
@@ -160,3 +160,17 @@ class Truth:
             return np.stack([spline.ev(*points.T) for spline in splines], axis=1)
 
         return displacement
+
+
+def slope(image: F64, axis: int) -> F64:
+    """Return the slope of an image along an axis, grey levels/px, by its Fourier transform.
+
+    Of this pattern its square is that of exact renderings a fraction of a pixel apart, to 0.1 %;
+    central differences have three quarters of it, and a bound of them is 16 % too large.
+    """
+    mirrored = np.concatenate([image, np.flip(image, axis)], axis)
+    shape = [1, 1]
+    shape[axis] = -1
+    turns = 2j * np.pi * np.fft.fftfreq(mirrored.shape[axis]).reshape(shape)
+    found = np.fft.ifft(turns * np.fft.fft(mirrored, axis=axis), axis=axis).real
+    return np.asarray(np.take(found, range(image.shape[axis]), axis), dtype=np.float64)

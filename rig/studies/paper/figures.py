@@ -16,7 +16,7 @@ from rig.studies.paper.drawn.one import noise, other_nets, random_touches, regre
 from rig.studies.paper.drawn.plate import layout
 from rig.studies.paper.drawn.recipe import changed, recipe
 from rig.studies.paper.drawn.several import doubled, histograms, samples, three, three_whole, two
-from rig.studies.paper.drawn.size import search, spacing
+from rig.studies.paper.drawn.size import finest, search, spacing
 from rig.studies.study import run_drawn
 
 PARTS: dict[str, Callable[[Path], Iterator[Figure]]] = {
@@ -29,6 +29,7 @@ PARTS: dict[str, Callable[[Path], Iterator[Figure]]] = {
     "s2": regressions,
     "s4": noise,
     "3d": spacing,
+    "3d-recipe": finest,
     "s1": search,
     "s5": two,
     "4a": three,

@@ -24,5 +24,8 @@ def test_what_a_row_lacks_is_named(tmp_path):
     assert lacking(row, tmp_path) == ["figure"]
     (tmp_path / row.drawing).write_bytes(b"")
     assert lacking(row, tmp_path) == []
-    assert lacking(row._replace(seeds=1), tmp_path) == ["spread"]
+    assert lacking(row._replace(seeds=4), tmp_path) == ["spread"]
+    long = row._replace(scene="paper-deformable")
+    assert lacking(long._replace(seeds=3), tmp_path) == []
+    assert lacking(long._replace(seeds=2), tmp_path) == ["spread"]
     assert lacking(row._replace(scene="nowhere"), tmp_path) == ["command"]

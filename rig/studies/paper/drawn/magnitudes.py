@@ -82,6 +82,11 @@ def _weights(folder: Path, long: int) -> Iterator[Figure]:
     axes[0, 1].set(title="error by k", xlabel="k, mm", xscale="log", yscale="log")
     for panel in axes[0]:
         panel.legend(fontsize="xx-small")
+    curves = {
+        f"4×128, k {k:g}": [each.curves()[""] for each in group] for k, group in pairs.items()
+    }
+    curves["8×256, k 1"] = [wide.curves()[""]]
+    plots.keep_losses(folder, "paper-4c-losses.csv", curves)
     yield plots.keep(drawn, folder, "paper-4c.png", title, "losses on the way, and errors by k")
     yield from rows
     yield from said

@@ -3,7 +3,8 @@
 # matplotlib leaves the types of its keywords open.
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
 
-from collections.abc import Sequence
+import csv
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -84,6 +85,19 @@ def losses(axes: Any, curves: Sequence[F64], colour: str, label: str) -> None:
         named = {"label": f"{label}, training"} if number == 0 else {}
         axes.loglog(epochs, training, "--", color=colour, linewidth=0.7, alpha=0.7, **named)
     axes.set(xlabel="epoch or step", ylabel="loss, mm")
+
+
+def keep_losses(folder: Path, file: str, curves: Mapping[str, Sequence[F64]]) -> None:
+    """Write the losses (checks, 3) of the seeds of each net, thinned: they travel with a drawing.
+
+    What was trained stays where it was trained; its losses are what is extrapolated.
+    """
+    with (folder / file).open("w", encoding="utf-8", newline="") as opened:
+        out = csv.writer(opened, lineterminator="\n")
+        out.writerow(("net", "seed", "step", "training", "validation"))
+        for name, seeds in curves.items():
+            for seed, curve in enumerate(seeds):
+                out.writerows((name, seed, *(f"{v:.6g}" for v in row)) for row in thinned(curve))
 
 
 def thinned(curve: F64, count: int = 60) -> F64:

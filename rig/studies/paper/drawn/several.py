@@ -70,13 +70,16 @@ def three_whole(folder: Path) -> Iterator[Figure]:
 def _equal(folder: Path, touches: int, title: str, file: str, steps: int) -> Iterator[Figure]:
     drawn, axes = plots.canvas(1, width=5.6, height=4.2)
     rows: list[Figure] = []
+    curves: dict[str, list[F64]] = {}
     solver = beside(sized(touches, WIDE, steps, 0))  # the test of all these is the same
     for (name, (layers, many, number)), colour in zip(SIZES.items(), COLOURS, strict=False):
         kept = [sized(touches, layers, many, seed) for seed in range(number)]
-        plots.losses(axes[0, 0], [each.curves()[""] for each in kept], colour, name)
+        curves[name] = [each.curves()[""] for each in kept]
+        plots.losses(axes[0, 0], curves[name], colour, name)
         rows += _rows(title, f"{name}, {many} steps", kept, solver, None)
     wide = [sized(touches, WIDE, steps, 0)]
     curve = wide[0].curves()[""]
+    curves["8×256"] = [curve]
     plots.losses(axes[0, 0], [curve], COLOURS[2], "8×256")
     three = touches == 3
     rows += _rows(title, f"8×256, {steps} steps", wide, solver, PAPER if three else None)
@@ -89,6 +92,7 @@ def _equal(folder: Path, touches: int, title: str, file: str, steps: int) -> Ite
     axes[0, 0].legend(fontsize="x-small")
     best = [train_kept(BEST[touches], {}, seed) for seed in range(BEST_SEEDS[touches])]
     rows += _rows(title, "best recipe", best, solver, PAPER if three else None, at_most(PAPER))
+    plots.keep_losses(folder, file.replace(".png", "-losses.csv"), curves)
     yield plots.keep(drawn, folder, file, title, "all seeds, and the extrapolation of the widest")
     yield from rows
     yield from said

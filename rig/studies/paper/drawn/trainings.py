@@ -6,6 +6,7 @@ beside it lies the checkpoint of one that was killed: a study that is started ag
 
 import json
 import time
+import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -94,7 +95,13 @@ class KeptTraining:
 
 
 def train_kept(scene: str, settings: Settings | None = None, seed: int = 0) -> KeptTraining:
-    """Return the training of a shipped scene, changed by key=value, from the folder or anew."""
+    """Return the training of a shipped scene, changed by key=value, from the folder or anew.
+
+    Raises
+    ------
+    ValueError
+        If the file or the checkpoint that is kept is damaged, or of another scene.
+    """
     given = dict(settings or {})
     seeded_net = isinstance(rig.load(scene, given).estimator, NetEstimator)
     seeded = {SEED: seed} if seeded_net else {}
@@ -108,15 +115,24 @@ def train_kept(scene: str, settings: Settings | None = None, seed: int = 0) -> K
         spent = (time.process_time() - began) / max(left, 0.01)
         save_model(path, model, {"scene": bench.model_dump(mode="json"), "cpu": spent})
     model, about = load_model(path)
+    if about.get("scene") != bench.model_dump(mode="json"):
+        raise ValueError(
+            f"training {path} is kept for '{bench.title}' and was made for another scene;"
+            " delete it, and it is made again"
+        )
     return KeptTraining(model, plan, sets, float(about["cpu"]))
 
 
 def _done(part: Path, plan: TrainingPlan) -> float:
-    """Return the fraction of the steps that a checkpoint has behind it."""
-    if not part.is_file():
+    """Return the fraction of the steps that a checkpoint has behind it; 0 where it is no such file.
+
+    What is wrong with one that is damaged is said by the training that reads it.
+    """
+    try:
+        with np.load(part, allow_pickle=False) as kept:
+            return int(kept["epoch"]) / plan.descent.epochs
+    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile):
         return 0.0
-    with np.load(part, allow_pickle=False) as kept:
-        return int(kept["epoch"]) / plan.descent.epochs
 
 
 SEED = "estimator.seed"
