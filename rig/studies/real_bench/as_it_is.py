@@ -85,7 +85,7 @@ def nominal_and_after(bench: RealBench, seed: int, touches: int) -> tuple[Score,
     """Score the same touches before and after nine presses."""
     with tempfile.TemporaryDirectory() as place:
         truth, scene, made = photographed(bench, seed, Path(place), touches)
-        nominal = score(scene, Calibration(), made)
+        nominal = score(rig.load(scene), Calibration(), made)
         listed = write_presses(truth, scene.parent / "presses", 9)
         return nominal, calibrated(scene, listed, made)
 
@@ -132,7 +132,7 @@ def calibrated(scene: Path, listed: Path, made: list[Touched]) -> Calibrated:
     began = time.process_time()
     found = identified(scene, listed, listed.with_suffix(""))
     spent = time.process_time() - began
-    return Calibrated(score(scene, kept(found, scene.parent), made), spent)
+    return Calibrated(score(rig.load(scene), kept(found, scene.parent), made), spent)
 
 
 def identified(scene: Path, listed: Path, images: Path) -> models.BenchEstimate:
