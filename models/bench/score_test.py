@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import log, sqrt
+from math import copysign, log, sqrt
 
 import numpy as np
 from scipy.optimize import brentq
@@ -59,7 +59,8 @@ class Slopes:
     @property
     def step(self) -> F64:
         """Where the numbers go to first order, (P,) in parts of each prior's σ."""
-        return np.linalg.solve(self.normal + np.eye(len(self.slope)), self.slope)
+        step = np.linalg.solve(self.normal + np.eye(len(self.slope)), self.slope)
+        return np.asarray(step, dtype=np.float64)
 
     @property
     def fall(self) -> float:
@@ -71,7 +72,7 @@ class Slopes:
         """Probability of as much of a fall where the bench is as described."""
         whitened = np.linalg.cholesky(self.normal + np.eye(len(self.slope)))
         half = solve_lower(whitened, solve_lower(whitened, self.spread).T)
-        return tail(np.linalg.eigvalsh(half), self.fall)
+        return tail(np.asarray(np.linalg.eigvalsh(half), dtype=np.float64), self.fall)
 
 
 def slopes(problem: JointProblem, on: BenchForward, state: State, reference: float = 0.0) -> Slopes:
@@ -131,8 +132,9 @@ def tail(weights: F64, value: float) -> float:
 
     # The sum is the mean at 0, no less than its largest term, no more than that of equal weights.
     low, high = -len(weights) / value, 0.5 * (1.0 - (1.0 - 1e-9) * largest / value) / largest
-    at = brentq(beyond, low, 0.0) if value < mean else brentq(beyond, 0.0, high)
+    ends = (low, 0.0) if value < mean else (0.0, high)
+    at = float(brentq(beyond, *ends))
     grown = -0.5 * float(np.sum(np.log1p(-2.0 * at * weights)))
     bent = 2.0 * float(np.sum((weights / (1.0 - 2.0 * at * weights)) ** 2))
-    away = np.sign(at) * sqrt(2.0 * (at * value - grown))
+    away = copysign(sqrt(2.0 * (at * value - grown)), at)
     return float(norm.sf(away + log(at * sqrt(bent) / away) / away))

@@ -99,7 +99,8 @@ class Drawn:
 
     def _images(self, number: int) -> Iterator[tuple[str, Grey]]:
         rng, points = np.random.default_rng((self.truth.seed, 5, number)), self.truth.later.points
-        for one in rng.permutation(len(self.states))[:_IMAGES].tolist():
+        drawn: list[int] = rng.permutation(len(self.states))[:_IMAGES].tolist()
+        for one in drawn:
             moved = self.truth.shown(points, self.states[one])
             yield f"touch {one}", self.truth.image(moved, 6, number, one)
 

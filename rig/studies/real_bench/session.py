@@ -97,8 +97,8 @@ def _write_presses(
     return path
 
 
-def write_touches(truth: Truth, folder: Path, count: int) -> list[Touched]:
-    """Write images of the plate under one touch after the other, and of it alone in between."""
+def write_touches(truth: Truth, folder: Path, count: int, alone: int = 1) -> list[Touched]:
+    """Write images of the plate under one touch after the other, and `alone` of it in between."""
     rng, sides = np.random.default_rng((truth.seed, 2)), np.array(SAID.size)
     images, made, before = _references(truth), list[Touched](), None
     for one in range(count):
@@ -107,7 +107,7 @@ def write_touches(truth: Truth, folder: Path, count: int) -> list[Touched]:
         made.append(Touched(len(images), np.array([*place, force])))
         images.append(truth.photograph(touches, before, 10_000 + len(images)))
         before = truth.left(touches)
-        if one % EVERY == EVERY - 1:
+        for _ in range(alone if one % EVERY == EVERY - 1 else 0):
             made.append(Touched(len(images), None))
             images.append(truth.photograph((), before, 10_000 + len(images)))
     _write(folder, images)
