@@ -1,11 +1,11 @@
 """Which cause is named for a bench of which one thing is otherwise, from ordinary touches.
 
-Parts: wrong (five drawings of each thing), right (102 of a bench that is as described), wrong_2
+Parts: wrong (five drawings of each thing), right (104 of a bench that is as described), wrong_2
 (two of each thing, for a first look). Images are those of `as_it_is`: the whole plate of von
 Kármán, single frames at 1024² with a noise of 2 grey levels; of places and forces nothing is known.
 A drawing takes up to sixteen of the touches under which its plate was solved and photographs them
 anew; drawings of a thing share a pattern and the mean of its reference images, those of right
-benches have six of these. Right: the cause is among those named, which may be several where touches
+benches have four of these. Right: the cause is among those named, which may be several where touches
 cannot tell them apart; of a soft clamp, its edge as well.
 """
 
@@ -42,7 +42,7 @@ SEED = 100
 _IMAGES = 2 * TOUCHES  # of a drawing: some lie too near another
 _SOLVED = 24  # touches of a plate, of which each drawing takes some
 _SOLVED_RIGHT = 60
-_PATTERNS = 6  # of the right benches
+_PATTERNS = 4  # of the right benches
 
 _RIGID = fe.Elastic(inf, inf, inf)
 _SOFT = fe.Elastic(inf, 400.0, 25.0)
@@ -173,7 +173,7 @@ def _line(thing: str, hits: list[bool], found: list[models.Diagnosis]) -> Iterat
 
 PARTS = {
     "wrong": partial(wrong, 5),
-    "right": partial(accused, _PATTERNS, 17),
+    "right": partial(accused, _PATTERNS, 26),
     "wrong_2": partial(wrong, 2),
 }
 
