@@ -4,9 +4,9 @@ Parts: wrong (five drawings of each thing), right (104 of a bench that is as des
 (two of each thing, for a first look). Images are those of `as_it_is`: the whole plate of von
 Kármán, single frames at 1024² with a noise of 2 grey levels; of places and forces nothing is known.
 A drawing takes up to sixteen of the touches under which its plate was solved and photographs them
-anew; drawings of a thing share a pattern and the mean of its reference images, those of right
-benches have four of these. Right: the cause is among those named, which may be several where touches
-cannot tell them apart; of a soft clamp, its edge as well.
+anew; drawings of a thing share a pattern and the mean of its reference images, right benches have
+four of these. Right: the cause is among those named, which may be several where touches cannot tell
+them apart; of a soft clamp, its edge as well.
 """
 
 from __future__ import annotations
