@@ -115,8 +115,8 @@ def wrong(drawings: int) -> Iterator[Figure]:
         right = [_is_right(thing, cause, one) for one in found]
         yield from _line(thing, right, found)
         hits += right
-    share = 100.0 * sum(hits) / len(hits)
-    yield from line(TABLE, "all of them", right=(share, "%", at_least(90.0), len(hits)))
+    fraction = 100.0 * sum(hits) / len(hits)
+    yield from line(TABLE, "all of them", right=(fraction, "%", at_least(90.0), len(hits)))
 
 
 def accused(patterns: int, drawings: int) -> Iterator[Figure]:
@@ -128,11 +128,11 @@ def accused(patterns: int, drawings: int) -> Iterator[Figure]:
         drawn = _drawn(truth, states, bench)
         found += [drawn.diagnosis(one).p_value for one in range(drawings)]
     p_values, count = np.array(found), len(found)
-    share = 100.0 * float(np.mean(p_values < models.FALSE_ALARM))
+    fraction = 100.0 * float(np.mean(p_values < models.FALSE_ALARM))
     yield from line(
         TABLE,
         "all of them",
-        right_bench_accused=(share, "%", at_most(1.0), count),
+        right_bench_accused=(fraction, "%", at_most(1.0), count),
         rate_that_is_stated=(100.0 * models.FALSE_ALARM, "%"),
         smallest_p_of_a_right_bench=(float(p_values.min()), "", None, count),
         p_below_0_1=(100.0 * float(np.mean(p_values < 0.1)), "%", None, count),

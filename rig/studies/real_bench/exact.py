@@ -63,8 +63,8 @@ def known() -> models.BenchEstimate:
 def worse_by(granted: Score, inferred: Score) -> dict[str, float]:
     """Compute how much worse each figure of the second is, %; below 0 where it is better."""
     one, two = _figures(granted), _figures(inferred)
-    shares = {name: 100.0 * (two[name] / one[name] - 1.0) for name in one}
-    return shares | {
+    fractions = {name: 100.0 * (two[name] / one[name] - 1.0) for name in one}
+    return fractions | {
         name: each - _points(granted)[name] for name, each in _points(inferred).items()
     }
 
@@ -78,12 +78,12 @@ def _figures(seen: Score) -> dict[str, float]:
 
 
 def _points(seen: Score) -> dict[str, float]:
-    """Figures that are shares already, %: wrong numbers of touches, and coverage that is off."""
+    """Figures that are fractions already, %: wrong numbers of touches, and coverage that is off."""
     frames = len(seen.place) + seen.missed + seen.alone
     wrong = {"number": 100.0 * (seen.missed + seen.phantoms + seen.false) / frames}
-    for sigma, share in _COVERED:
+    for sigma, fraction in _COVERED:
         inside = 100.0 * float(np.mean(np.abs(seen.within) < sigma))
-        wrong[f"inside {sigma:g} σ"] = abs(inside - share)
+        wrong[f"inside {sigma:g} σ"] = abs(inside - fraction)
     return wrong
 
 

@@ -63,7 +63,7 @@ def test_a_right_bench_is_not_accused(forward):
     assert steps[-1] == (5, 5), "a camera that is not given is not accused"
 
 
-def test_a_bench_says_how_likely_it_looks_so_by_chance(forward):
+def test_a_right_bench_has_a_large_p_value_and_a_wrong_one_a_small_one(forward):
     prior = models.bench_before(PLATE)
     right = models.diagnose(forward, touched(forward, seed=5), prior)
     wrong = models.diagnose(forward, touched(forward, seed=5, sag=0.2), prior)
@@ -81,7 +81,7 @@ def test_what_touches_of_unknown_force_cannot_tell_is_not_named(forward):
 
 
 @pytest.mark.slow
-def test_right_benches_are_accused_no_more_often_than_stated(forward):
+def test_right_benches_are_accused_at_the_stated_rate(forward):
     prior = models.bench_before(PLATE)
     p_values = [models.diagnose(forward, touched(forward, k), prior).p_value for k in range(150)]
     assert sum(p < models.FALSE_ALARM for p in p_values) <= 2
