@@ -135,7 +135,7 @@ def accused(patterns: int, drawings: int) -> Iterator[Figure]:
         right_bench_accused=(fraction, "%", at_most(1.0), count),
         rate_that_is_stated=(100.0 * models.FALSE_ALARM, "%"),
         smallest_p_of_a_right_bench=(float(p_values.min()), "", None, count),
-        p_below_0_1=(100.0 * float(np.mean(p_values < 0.1)), "%", None, count),
+        p_below_a_tenth=(100.0 * float(np.mean(p_values < 0.1)), "%", None, count),
     )
 
 
