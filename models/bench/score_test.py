@@ -1,4 +1,4 @@
-"""Whether touches accuse a bench: a score test whose rate of false alarms is stated and holds.
+"""Whether touches accuse a bench: a score test with a stated rate of false alarms.
 
 About the bench as described, the slope of χ² by a cause's numbers is noise where nothing is wrong.
 Two noises are shared by all touches and do not average out: that of the reference image, and what
@@ -23,7 +23,7 @@ from models.bench.marginal import own_error
 from models.forward.bench_forward import BenchForward
 
 FALSE_ALARM = 0.002
-"""Of right benches that are accused, by whatever cause."""
+"""Of right benches that should be accused, by whatever cause; one of 78 was."""
 
 _AT_MEAN = 1e-3  # of the mean, within which the saddle point is that of its border
 
