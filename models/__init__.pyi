@@ -24,6 +24,7 @@ from .bench.marginal import (
     marginal as marginal,
 )
 from .bench.press import Press as Press
+from .bench.score_test import FALSE_ALARM as FALSE_ALARM
 from .data.dataset import (
     Dataset as Dataset,
     StrainInfluence as StrainInfluence,
@@ -152,6 +153,7 @@ from .forward.bench_forward import (
 from .forward.camera_change import (
     CAMERA as CAMERA,
     CameraChange as CameraChange,
+    Look as Look,
     Seen as Seen,
     moving as moving,
     varied as varied,

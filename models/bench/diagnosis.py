@@ -1,28 +1,33 @@
 """What of a bench is not as described: the causes tried one by one, and named by what they explain.
 
-A few touches of unknown place and force are fitted once on the bench as it is described, and once
-more for each cause with the numbers of that cause free. What explains the touches best is named
-with its size; where others explain them nearly as well, they are named with it.
+A few touches of unknown place and force are fitted on the bench as it is described. Where the
+slopes of χ² by the numbers of some cause accuse it, see `score_test`, they are fitted once more for
+each cause with its numbers free. What explains the touches best is named with its size; where
+others explain them nearly as well, they are named with it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 
 import fe
+from models.arrays import F64, Mask
 from models.bench.bench import NAMES, UNITS, BenchEstimate
 from models.bench.identify import COARSE
 from models.bench.joint import JointProblem, State, Term, descend, pose, scatters, stand, through
 from models.bench.press import Press
+from models.bench.score_test import FALSE_ALARM, Slopes, slopes
 from models.forward.bench_forward import BenchForward
-from models.forward.camera_change import CAMERA, CameraChange
+from models.forward.camera_change import CAMERA, Look
 
-_LENS, _FOCAL = ("k1", "k2"), ("focal",)
-_POSE = tuple(name for name, _ in CAMERA if name not in (*_LENS, *_FOCAL))
+_LENS, _FOCAL, _STAND_OFF = ("k1", "k2"), ("focal",), ("shift_z",)
+_POSE = tuple(name for name, _ in CAMERA if name not in (*_LENS, *_FOCAL, *_STAND_OFF))
 
 
 def _starting(*starts: str) -> tuple[str, ...]:
@@ -33,20 +38,23 @@ CAUSES: dict[str, tuple[str, ...]] = {
     "clamps that give": _starting("rotation", "membrane"),
     "a plate that is not flat": _starting("sag"),
     "tension in the plate": _starting("tension"),
+    "the thickness": ("thickness",),
     "uneven thickness": _starting("thickness_"),
     "the camera's pose": _POSE,
+    "the stand-off": _STAND_OFF,
     "the focal length": _FOCAL,
     "the lens": _LENS,
 }
 """Numbers of the bench by what they are; not Young's modulus, of which touches of unknown force
 tell nothing."""
 
-# Fall of χ², beside 1 for each number, that a cause must bring to be named.
-_GAIN = 25.0
 # Standard deviations of χ² above its mean: one cause does not explain all.
 _UNUSUAL = 6.0
 # χ² by which another cause may explain less than the best and be named with it.
 _ALIKE = 12.0
+# Of the fall of χ² of the best, by which a cause may look worse with a camera to first order: a
+# turn of 1° moves what it does by 1e-2 of itself.
+_SECOND_ORDER = 0.02
 
 
 @dataclass(frozen=True)
@@ -58,14 +66,17 @@ class Cause:
     name : str
         One of `CAUSES`.
     chi2 : float
-        With its numbers free.
+        With its numbers free; to first order where the bench is as described.
     size : dict of str to float
         Its numbers, in the units of `BENCH`.
+    p_value : float
+        Probability that a bench as described looks as much like it, see `score_test`.
     """
 
     name: str
     chi2: float
     size: dict[str, float]
+    p_value: float
 
     @property
     def largest(self) -> str:
@@ -93,13 +104,17 @@ class Diagnosis:
     causes: tuple[Cause, ...]
 
     @property
+    def p_value(self) -> float:
+        """Probability that a bench as described looks as much like any cause."""
+        return min(1.0, len(self.causes) * min(cause.p_value for cause in self.causes))
+
+    @property
     def named(self) -> tuple[Cause, ...]:
         """The causes that explain the touches; none where the bench is as described."""
-        best = self.causes[0]
-        if self.chi2 - best.chi2 < _GAIN + len(best.size):
+        if self.p_value >= FALSE_ALARM:
             return ()
-        near = (each for each in self.causes if each.chi2 - len(best.size) - best.chi2 < _ALIKE)
-        return tuple(each for each in near if self.chi2 - each.chi2 >= _GAIN)
+        limit = self.causes[0].chi2 + _ALIKE
+        return tuple(each for each in self.causes if each.chi2 - len(each.size) < limit)
 
     @property
     def sentence(self) -> str:
@@ -116,10 +131,14 @@ def diagnose(
     forward: BenchForward,
     presses: Sequence[Press],
     prior: BenchEstimate,
-    look: CameraChange | None = None,
+    look: Look | None = None,
     progress: Callable[[int, int], object] | None = None,
+    reference: float = 0.0,
 ) -> Diagnosis:
     """Find what of the bench touches show to be otherwise than described.
+
+    Where they accuse no cause beyond the rate of false alarms, causes are tried to first order;
+    where they do, each is fitted.
 
     Parameters
     ----------
@@ -127,37 +146,105 @@ def diagnose(
         As for `identify`; eight touches of unknown place and force are enough.
     progress : callable, optional
         Called with the causes tried and their number.
+    reference : float
+        Noise that all measurements share with that of the reference image, standard deviation in
+        units of that of one: 1/√(n + 1) for a mean of n frames.
     """
     causes = {name: free for name, free in CAUSES.items() if look or free[0] in _starting("")}
-    tried: list[Cause] = []
-    described = _fitted(forward, pose(presses, prior, look, (), forward), look)
-    for name, free in causes.items():
-        problem = pose(presses, prior, look, free, forward)
-        state, chi2 = _fitted(forward, problem, look)
-        tried.append(Cause(name, chi2, _by_size(problem, state)))
-        if progress is not None:
-            progress(len(tried), len(causes))
+    on = stand(forward, prior.values, look)
+    problem = pose(presses, prior, look, sum(causes.values(), ()), forward)
+    described = _fitted(replace(problem, free=_NONE, scales=np.empty(0)), on)
+    near = slopes(replace(problem, factors=described.factors), on, described.state, reference)
+    tried = [_first_order(each, near.of(free), prior, described) for each, free in causes.items()]
     freedom = sum(through(forward, press).freedom - 3 for press in presses)
-    return Diagnosis(described[1], freedom, tuple(sorted(tried, key=lambda cause: cause.chi2)))
+    found = Diagnosis(described.chi2, freedom, tuple(sorted(tried, key=_explained)))
+    if found.named:
+        fits = _each(causes, partial(pose, presses, prior, look, forward=forward), on, progress)
+        fits = _looked_at_closely(fits, described.chi2, look)
+        tried = [_as_fitted(each, fits[each.name]) for each in tried]
+        found = replace(found, causes=tuple(sorted(tried, key=_explained)))
+    if progress is not None:
+        progress(len(causes), len(causes))
+    return found
 
 
-def _fitted(
-    forward: BenchForward, problem: JointProblem, look: CameraChange | None
-) -> tuple[State, float]:
-    """Fit touches and free numbers; χ² with the priors of both."""
-    state = State(problem.prior.values.copy(), np.array([one.touch for one in problem.presses]))
-    on, terms = stand(forward, state.values, look), list[Term]()
+_NONE = np.zeros(len(NAMES), dtype=bool)
+
+
+class _Fit(NamedTuple):
+    """Touches and free numbers as they fit best, χ² with the priors of both, and the scatter."""
+
+    problem: JointProblem
+    on: BenchForward
+    state: State
+    chi2: float
+    factors: list[F64]
+
+
+def _fitted(problem: JointProblem, on: BenchForward, state: State | None = None) -> _Fit:
+    """Fit touches and free numbers, through a camera to first order about that of `on`."""
+    if state is None:
+        touches = np.array([one.touch for one in problem.presses])
+        state = State(problem.prior.values.copy(), touches)
+    terms, factors = list[Term](), list[F64]()
     for discrepancy in (COARSE, problem.prior.discrepancy):
-        factors = [each.factor(discrepancy) for each in scatters(problem, on, state)]
+        here = on.moved(state.values)
+        factors = [each.factor(discrepancy) for each in scatters(problem, here, state)]
         state, terms, _ = descend(replace(problem, factors=factors), on, state, terms)
-        on = stand(on, state.values, look)
     beside = (state.values - problem.prior.values)[problem.free] / problem.scales
-    return state, sum(term.chi2 for term in terms) + float(beside @ beside)
+    chi2 = sum(term.chi2 for term in terms) + float(beside @ beside)
+    return _Fit(problem, on, state, chi2, factors)
 
 
-def _by_size(problem: JointProblem, state: State) -> dict[str, float]:
+def _each(
+    causes: Mapping[str, tuple[str, ...]],
+    asked: Callable[[Sequence[str]], JointProblem],
+    on: BenchForward,
+    progress: Callable[[int, int], object] | None,
+) -> dict[str, _Fit]:
+    """Fit the numbers of each cause, the camera's to first order."""
+    fits: dict[str, _Fit] = {}
+    for name, free in causes.items():
+        fits[name] = _fitted(asked(free), on)
+        if progress is not None:
+            progress(len(fits), len(causes) + 1)
+    return fits
+
+
+def _looked_at_closely(
+    fits: dict[str, _Fit], described: float, look: Look | None
+) -> dict[str, _Fit]:
+    """Fit those once more that may be the best, about where the camera was found to stand."""
+    best = min(fit.chi2 for fit in fits.values())
+    limit = best + _ALIKE + _SECOND_ORDER * (described - best)
+    closely = {
+        name: _fitted(fit.problem, stand(fit.on, fit.state.values, look), fit.state)
+        for name, fit in fits.items()
+        if fit.chi2 - len(fit.problem.scales) < limit
+    }
+    return fits | closely
+
+
+def _as_fitted(cause: Cause, fit: _Fit) -> Cause:
+    size = _by_size(fit.problem.free, fit.state.values, fit.problem.prior)
+    return replace(cause, chi2=fit.chi2, size=size)
+
+
+def _explained(cause: Cause) -> float:
+    return cause.chi2
+
+
+def _first_order(name: str, near: Slopes, prior: BenchEstimate, described: _Fit) -> Cause:
+    """Return a cause by what it promises about the bench as described."""
+    values = prior.values.copy()
+    values[near.free] += prior.sigma[near.free] * near.step
+    size = _by_size(near.free, values, prior)
+    return Cause(name, described.chi2 - near.fall, size, near.p_value)
+
+
+def _by_size(free: Mask, values: F64, prior: BenchEstimate) -> dict[str, float]:
     """Numbers that were free, that which is largest in parts of its prior first."""
-    off = np.abs(state.values - problem.prior.values) / np.maximum(problem.prior.prior, 1e-300)
-    names = [name for name, free in zip(NAMES, problem.free, strict=True) if free]
+    off = np.abs(values - prior.values) / np.maximum(prior.prior, 1e-300)
+    names = [name for name, one in zip(NAMES, free, strict=True) if one]
     names.sort(key=lambda name: -off[NAMES.index(name)])
-    return {name: float(state.values[NAMES.index(name)]) for name in names}
+    return {name: float(values[NAMES.index(name)]) for name in names}

@@ -30,7 +30,7 @@ from models.bench.labels import LabelErrors, Shown, label_errors
 from models.bench.marginal import own_error
 from models.bench.press import Press
 from models.forward.bench_forward import BenchForward
-from models.forward.camera_change import CameraChange
+from models.forward.camera_change import Look
 
 COARSE = 0.1
 """Error of the model in the first turn: so wide that only the large features of the presses count,
@@ -46,7 +46,7 @@ def identify(
     forward: BenchForward,
     presses: Sequence[Press],
     prior: BenchEstimate,
-    look: CameraChange | None = None,
+    look: Look | None = None,
     free: Sequence[str] = NAMES,
     progress: Callable[[int, int], object] | None = None,
 ) -> BenchEstimate:
@@ -60,7 +60,7 @@ def identify(
         In the order in which they were made.
     prior : BenchEstimate
         What is known beforehand.
-    look : CameraChange, optional
+    look : Look, optional
         Where the numbers of the camera are to be found too.
     free : sequence of str
         Names of the numbers to find; the others stay as the prior has them.

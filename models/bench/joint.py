@@ -23,7 +23,7 @@ from models.bench.limits import pushing
 from models.bench.marginal import own_error
 from models.bench.press import Press
 from models.forward.bench_forward import THICKNESS, BenchForward
-from models.forward.camera_change import CameraChange
+from models.forward.camera_change import Look
 
 _STEPS = 12
 _SETTLED = 0.02  # fall of χ² below which a descent has ended
@@ -67,7 +67,7 @@ class State(NamedTuple):
 def pose(
     presses: Sequence[Press],
     prior: BenchEstimate,
-    look: CameraChange | None,
+    look: Look | None,
     free: Sequence[str],
     forward: BenchForward,
 ) -> JointProblem:
@@ -87,10 +87,15 @@ def pose(
     return JointProblem(tuple(presses), prior, chosen, scales, plate, labels, prior.memory)
 
 
-def stand(forward: BenchForward, values: F64, look: CameraChange | None) -> BenchForward:
-    """Return the forward model on a bench, through what its camera sees exactly."""
-    if look is None:
-        return forward.on(values, forward.fields.seen)
+def stand(forward: BenchForward, values: F64, look: Look | None) -> BenchForward:
+    """Return the forward model on a bench, through what its camera sees exactly.
+
+    A camera that stands as it stood, on a plate as thick, sees what it saw.
+    """
+    seen, was = forward.fields.seen, forward.fields.values
+    alike = np.array_equal(values[_PLATE:], was[_PLATE:]) and values[THICKNESS] == was[THICKNESS]
+    if look is None or (seen is not None and alike):
+        return forward.on(values, seen)
     return forward.on(values, look.at(values[_PLATE:], float(values[THICKNESS])))
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from math import exp
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -59,6 +59,14 @@ class Seen(NamedTuple):
     matrix: F64
     derivatives: F64
     by_thickness: F64
+
+
+class Look(Protocol):
+    """What is measured of a plate's fields by what watches it, a camera or gauges."""
+
+    def at(self, values: F64, thicker: float = 0.0) -> Seen:
+        """Measure by a camera whose numbers are `values` (9,), of a plate thicker by e^thicker."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from math import sqrt
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +13,11 @@ from rig.calibration.bench_presses import measured, ordered_images, usual_bench
 from rig.calibration.store import Calibration
 from rig.camera.files import read_grey
 from rig.live.baseline import average_reference
+from rig.live.bench import Bench
 from rig.live.chain import Chain
 from rig.live.known_bench import KnownBench
 from rig.scene import Scene
+from rig.system.arrays import AnyArray
 
 TOUCHES = 8  # are enough to tell one cause from another
 _LOOKED_AT = 40  # images, spread over all
@@ -38,26 +41,51 @@ def diagnose_images(
     paths = ordered_images(folder, bench.reference_frames)
     still, later = paths[: bench.reference_frames], paths[bench.reference_frames :]
     chain = bench.prepare(average_reference([read_grey(path) for path in still]))[0]
+    looked_at = later[:: max(1, len(later) // _LOOKED_AT)]
+    return diagnosed(bench, chain, ((path.name, read_grey(path)) for path in looked_at), report)
+
+
+def diagnosed(
+    bench: Bench,
+    chain: Chain,
+    images: Iterable[tuple[str, AnyArray]],
+    report: Callable[[int, int], None],
+) -> models.Diagnosis:
+    """Name what explains the touches in named images, of which as many as needed are taken.
+
+    Parameters
+    ----------
+    bench : Bench
+        That of `usual_bench`.
+    chain : Chain
+        Prepared for the reference.
+
+    Raises
+    ------
+    ValueError
+        If the bench is exact, or fewer than three touches are found.
+    """
     forward = chain.pattern.forward(chain.noise)
     if not isinstance(forward, models.BenchForward) or bench.known is None:
-        raise ValueError(f"scene '{scene.title}' has no estimator of kind 'pattern'; give it one")
-    presses = _touches(chain, later[:: max(1, len(later) // _LOOKED_AT)])
+        raise ValueError("the bench has no estimator of kind 'pattern'; give the scene one")
+    presses = _touches(chain, images)
     if len(presses) < 3:
         raise ValueError(
-            f"{len(presses)} touches of {_MIN_FORCE:g} N or more are found in '{folder}'; press at"
+            f"{len(presses)} touches of {_MIN_FORCE:g} N or more are found in the images; press at"
             f" {TOUCHES} places, far apart"
         )
     look = KnownBench(bench.known, bench.camera).look(chain.pattern)
-    return models.diagnose(forward, presses, bench.known, look, report)
+    reference = 1.0 / sqrt(bench.reference_frames + 1.0)
+    return models.diagnose(forward, presses, bench.known, look, report, reference)
 
 
-def _touches(chain: Chain, paths: list[Path]) -> list[models.Press]:
+def _touches(chain: Chain, images: Iterable[tuple[str, AnyArray]]) -> list[models.Press]:
     """Measure up to `TOUCHES` single touches at places far apart, in the order of the images."""
     found: list[models.Press] = []
-    for path in paths:
-        image = np.asarray(read_grey(path), dtype=np.float32)
+    for name, grey in images:
+        image = np.asarray(grey, dtype=np.float32)
         try:
-            touch, seen, whitening = measured(chain, image, None, path.name)
+            touch, seen, whitening = measured(chain, image, None, name)
         except ValueError:  # nobody touches the plate here
             continue
         near = any(np.hypot(*(touch[:2] - one.touch[:2])) < _APART for one in found)

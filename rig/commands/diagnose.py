@@ -43,9 +43,9 @@ def _table(found: Diagnosis) -> Table:
     from rich.table import Table
 
     title = f"χ² as described {found.chi2:.0f}, of {found.freedom}"
-    table = Table("cause", "χ²", "largest number", title=title, caption=found.sentence)
+    table = Table("cause", "χ²", "p-value", "largest number", title=title, caption=found.sentence)
     for cause in found.causes:
-        table.add_row(cause.name, f"{cause.chi2:.0f}", cause.largest)
+        table.add_row(cause.name, f"{cause.chi2:.0f}", f"{cause.p_value:.1g}", cause.largest)
     return table
 
 
@@ -54,9 +54,15 @@ def _data(found: Diagnosis) -> dict[str, Any]:
         "sentence": found.sentence,
         "chi2": found.chi2,
         "freedom": found.freedom,
+        "p_value": found.p_value,
         "named": [cause.name for cause in found.named],
         "causes": [
-            {"name": cause.name, "chi2": cause.chi2, "numbers": cause.size}
+            {
+                "name": cause.name,
+                "chi2": cause.chi2,
+                "p_value": cause.p_value,
+                "numbers": cause.size,
+            }
             for cause in found.causes
         ],
     }

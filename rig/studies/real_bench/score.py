@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -49,7 +48,7 @@ class Score:
     seconds: float
 
 
-def score(scene: Path, known: Calibration, made: list[Touched]) -> Score:
+def score(scene: rig.Scene, known: Calibration, made: list[Touched]) -> Score:
     """Run a scene over its images and compare what is found with what was made."""
     found, taken = _run(scene, known)
     return compared(found, made, float(np.median(taken)))
@@ -88,11 +87,11 @@ def pooled(scores: Sequence[Score]) -> Score:
     )
 
 
-def _run(scene: Path, known: Calibration) -> tuple[dict[int, Estimate], list[float]]:
+def _run(scene: rig.Scene, known: Calibration) -> tuple[dict[int, Estimate], list[float]]:
     found: dict[int, Estimate] = {}
     taken: list[float] = []
     began = time.thread_time()
-    for frame in rig.run(rig.load(scene), calibration=known):
+    for frame in rig.run(scene, calibration=known):
         if frame.fresh and frame.estimate is not None:
             found[frame.sequence] = frame.estimate
         taken.append(time.thread_time() - began)

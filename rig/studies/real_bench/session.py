@@ -21,8 +21,8 @@ REFERENCES = 16
 FRAMES = 12  # of a press
 FORCES = (1.0, 2.0, 4.0)
 EVERY = 5  # touches, after which the plate is left alone for a frame
-_LABEL = np.array([0.2, 0.2, 0.003])  # mm, mm, fraction by which a list of presses errs
-_MARGIN = 25.0  # mm
+LABEL = np.array([0.2, 0.2, 0.003])  # mm, mm, fraction by which a list of presses errs
+MARGIN = 25.0  # mm
 
 
 @dataclass(frozen=True)
@@ -57,19 +57,24 @@ class Photographer(Protocol):
 def write_presses(truth: Photographer, folder: Path, count: int) -> Path:
     """Write images of the plate at rest and under `count` known presses, and the list of these."""
     rng, sides = np.random.default_rng((truth.seed, 1)), np.array(SAID.size)
-    fractions = np.array([(x, y) for y in (1, 3, 5) for x in (1, 3, 5)]) / 6.0
-    more = rng.uniform(0.1, 0.9, (max(count - len(fractions), 0), 2))
-    places = sides * (0.1 + 0.8 * np.concatenate([fractions, more])[:count])
+    more = sides * (0.1 + 0.8 * rng.uniform(0.1, 0.9, (max(count - 9, 0), 2)))
+    places = np.concatenate([nine_places(), more])[:count]
     forces = np.resize(FORCES, count)
     presses = np.column_stack([places, forces])
-    labels = presses + rng.normal(0.0, _LABEL, presses.shape) * [(1.0, 1.0, f) for f in forces]
+    labels = presses + rng.normal(0.0, LABEL, presses.shape) * [(1.0, 1.0, f) for f in forces]
     return _write_presses(truth, folder, presses, [tuple(label) for label in labels.tolist()])
+
+
+def nine_places() -> F64:
+    """Places of the first nine presses, three by three over the plate, (9, 2) mm."""
+    fractions = np.array([(x, y) for y in (1, 3, 5) for x in (1, 3, 5)]) / 6.0
+    return np.array(SAID.size) * (0.1 + 0.8 * fractions)
 
 
 def write_ordinary(truth: Photographer, folder: Path, count: int) -> Path:
     """Write `count` touches of which nothing is known, and a weight of 2 N somewhere."""
     rng, sides = np.random.default_rng((truth.seed, 3)), np.array(SAID.size)
-    places = rng.uniform(_MARGIN, sides - _MARGIN, (count + 1, 2))
+    places = rng.uniform(MARGIN, sides - MARGIN, (count + 1, 2))
     forces = np.append(rng.uniform(0.5, 4.0, count), 2.0)
     labels = [("", "", "")] * count + [("", "", 2.0)]
     return _write_presses(truth, folder, np.column_stack([places, forces]), labels)
@@ -92,17 +97,17 @@ def _write_presses(
     return path
 
 
-def write_touches(truth: Truth, folder: Path, count: int) -> list[Touched]:
-    """Write images of the plate under one touch after the other, and of it alone in between."""
+def write_touches(truth: Truth, folder: Path, count: int, alone: int = 1) -> list[Touched]:
+    """Write images of the plate under one touch after the other, and `alone` of it in between."""
     rng, sides = np.random.default_rng((truth.seed, 2)), np.array(SAID.size)
     images, made, before = _references(truth), list[Touched](), None
     for one in range(count):
-        place, force = rng.uniform(_MARGIN, sides - _MARGIN), float(rng.uniform(0.5, 4.0))
+        place, force = rng.uniform(MARGIN, sides - MARGIN), float(rng.uniform(0.5, 4.0))
         touches = (fe.Touch(float(place[0]), float(place[1]), force),)
         made.append(Touched(len(images), np.array([*place, force])))
         images.append(truth.photograph(touches, before, 10_000 + len(images)))
         before = truth.left(touches)
-        if one % EVERY == EVERY - 1:
+        for _ in range(alone if one % EVERY == EVERY - 1 else 0):
             made.append(Touched(len(images), None))
             images.append(truth.photograph((), before, 10_000 + len(images)))
     _write(folder, images)

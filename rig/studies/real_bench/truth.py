@@ -11,7 +11,7 @@ import fe
 import synthetic
 from fe.elements.functional import derivative
 from fe.elements.rise import rise
-from fe.reduced.karman import Karman
+from fe.reduced.karman import Deflected, Karman
 from fe.reduced.training import pressure
 from models.forward.camera_change import varied
 from rig.studies.real_bench.departure import SAID, RealBench
@@ -141,10 +141,17 @@ class Truth:
 
     def displacement(self, points: F64, touches: tuple[fe.Touch, ...]) -> F64:
         """Displacement of points of the seen face from a flat plate, (K, 3) mm."""
+        return self.shown(points, self.solved(touches) if touches else None)
+
+    def solved(self, touches: tuple[fe.Touch, ...]) -> Deflected:
+        """Solve the plate under touches; any truth of the same plate can show it."""
+        return self.karman.solve(pressure(self.karman, touches))
+
+    def shown(self, points: F64, state: Deflected | None) -> F64:
+        """Displacement of points of the seen face from a flat plate in a state, (K, 3) mm."""
         karman, moved = self.karman, np.zeros((len(points), 3))
         raised = rise(karman.plate, karman.mesh)
-        if touches:
-            state = karman.solve(pressure(karman, touches))
+        if state is not None:
             raised = raised + state.values
             for axis, along in enumerate(state.plane.values):
                 moved[:, axis] = derivative(karman.mesh, points).of(along)[:, 0]

@@ -60,4 +60,29 @@ def test_a_right_bench_is_not_accused(forward):
     )
     assert found.named == ()
     assert "as the scene says" in found.sentence
-    assert steps[-1] == (4, 4), "a camera that is not given is not accused"
+    assert steps[-1] == (5, 5), "a camera that is not given is not accused"
+
+
+def test_a_right_bench_has_a_large_p_value_and_a_wrong_one_a_small_one(forward):
+    prior = models.bench_before(PLATE)
+    right = models.diagnose(forward, touched(forward, seed=5), prior)
+    wrong = models.diagnose(forward, touched(forward, seed=5, sag=0.2), prior)
+    assert right.p_value > models.FALSE_ALARM
+    assert wrong.p_value < 1e-6
+    alike = models.diagnose(forward, touched(forward, seed=5, sag=0.2), prior, reference=0.5)
+    assert alike.p_value > wrong.p_value, "noise that all touches share accuses less"
+
+
+def test_what_touches_of_unknown_force_cannot_tell_is_not_named(forward):
+    prior = models.bench_before(PLATE)
+    assert not models.diagnose(forward, touched(forward, young=0.2), prior).named
+    uneven = models.diagnose(forward, touched(forward, thickness_x=0.08), prior)
+    assert "uneven thickness" in [each.name for each in uneven.named]
+
+
+@pytest.mark.slow
+def test_right_benches_are_accused_at_the_stated_rate(forward):
+    prior = models.bench_before(PLATE)
+    p_values = [models.diagnose(forward, touched(forward, k), prior).p_value for k in range(150)]
+    assert sum(p < models.FALSE_ALARM for p in p_values) <= 2
+    assert 0.02 < np.mean(np.array(p_values) < 0.2) < 0.25
