@@ -61,11 +61,11 @@ from .plate.edges import (
     Supported as Supported,
 )
 from .plate.loads import (
+    FaceForce as FaceForce,
     LineLoad as LineLoad,
     Load as Load,
-    Moment as Moment,
+    PointMoment as PointMoment,
     Pressure as Pressure,
-    Push as Push,
 )
 from .plate.plate import (
     Patch as Patch,

@@ -1,4 +1,4 @@
-"""Generalised nodal loads: the work of pressure, lines, pushes and moments on each unknown."""
+"""Generalised nodal loads: work of pressure, lines, forces along the face and moments."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from fe.arrays import F64
 from fe.elements.functional import derivative
 from fe.elements.mesh import Mesh
-from fe.plate.loads import LineLoad, Load, Moment, Pressure, Push
+from fe.plate.loads import FaceForce, LineLoad, Load, PointMoment, Pressure
 from fe.plate.plate import Plate
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)  # a bicubic along a line has degree 6
@@ -64,11 +64,11 @@ def _works(plate: Plate, mesh: Mesh, load: Load) -> list[_Work]:
             xy, parts = _along_line(plate, mesh, load)
             pressed = _Work(xy, 2, (0, 0), -load.force * parts)
             return [pressed, *_along_face(plate, xy, load.along_x * parts, load.along_y * parts)]
-        case Push():
-            xy = plate.points([(load.x, load.y)], "push")
+        case FaceForce():
+            xy = plate.points([(load.x, load.y)], "face force")
             return _along_face(plate, xy, np.array([load.along_x]), np.array([load.along_y]))
-        case Moment():
-            xy = plate.points([(load.x, load.y)], "moment")
+        case PointMoment():
+            xy = plate.points([(load.x, load.y)], "point moment")
             about_x = _Work(xy, 2, (0, 1), np.array([load.about_x]))  # turns by w,y about x
             return [about_x, _Work(xy, 2, (1, 0), np.array([-load.about_y]))]
 

@@ -76,7 +76,7 @@ class LineLoad:
 
 
 @dataclass(frozen=True)
-class Push:
+class FaceForce:
     """A force along the touched face at a point, such as friction of a finger.
 
     Attributes
@@ -97,11 +97,11 @@ class Push:
 
     def __post_init__(self) -> None:
         for name in ("along_x", "along_y"):
-            _finite(getattr(self, name), f"push {name}", "N")
+            _finite(getattr(self, name), f"face force {name}", "N")
 
 
 @dataclass(frozen=True)
-class Moment:
+class PointMoment:
     """A moment at a point, by the right hand about the axes of the plate.
 
     Attributes
@@ -122,20 +122,22 @@ class Moment:
 
     def __post_init__(self) -> None:
         for name in ("about_x", "about_y"):
-            _finite(getattr(self, name), f"moment {name}", "N mm")
+            _finite(getattr(self, name), f"point moment {name}", "N mm")
 
 
-Load: TypeAlias = Pressure | LineLoad | Push | Moment
+Load: TypeAlias = Pressure | LineLoad | FaceForce | PointMoment
 
 
 def acts_along(load: Load) -> bool:
     """Whether a load has a part along the face, which stretches the plate in its plane."""
-    return isinstance(load, Push | LineLoad) and (load.along_x != 0 or load.along_y != 0)
+    return isinstance(load, FaceForce | LineLoad) and (load.along_x != 0 or load.along_y != 0)
 
 
 def singular_places(loads: tuple[Load, ...]) -> tuple[Touch, ...]:
     """Points at which the strain under the loads has no limit, as touches without force."""
-    return tuple(Touch(load.x, load.y, 0.0) for load in loads if isinstance(load, Push | Moment))
+    return tuple(
+        Touch(load.x, load.y, 0.0) for load in loads if isinstance(load, FaceForce | PointMoment)
+    )
 
 
 def _finite(value: object, name: str, unit: str) -> None:

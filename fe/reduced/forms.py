@@ -197,12 +197,12 @@ def _local(
     size = karman.stiffness.shape[0]
     local = np.empty((len(places), 1 + len(weighed), len(a)), dtype=np.float32)
     moving = np.empty((size, len(places), functions), dtype=np.float32)
-    slopes = np.empty((len(places), grid.count, functions), dtype=np.float32)
+    slopes = np.empty((len(places), grid.readings, functions), dtype=np.float32)
 
     def fill(part: I64) -> None:
         there = shapes.each(places[part])
         seen = grid.slopes(there.reshape(*there.shape[:2], -1))
-        slopes[part] = seen.reshape(grid.count, len(part), functions).swapaxes(0, 1)
+        slopes[part] = seen.reshape(grid.readings, len(part), functions).swapaxes(0, 1)
         flat = there[free].reshape(size, len(part), functions)
         moving[:, part] = flat
         along, across = (

@@ -45,7 +45,7 @@ class Samples(NamedTuple):
     y: tuple[F64, F64]
 
     @property
-    def count(self) -> int:
+    def readings(self) -> int:
         """Slopes 2 Q at all samples."""
         return 2 * len(self.places[0]) * len(self.places[1])
 

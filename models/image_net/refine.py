@@ -117,7 +117,8 @@ def _worse(before: PairFeatures, after: PairFeatures) -> Mask:
 def _left(seen: PairFeatures, window: int) -> F32:
     """Mean square of the motion that windows find, over the variance of those of 5 x 5 cells."""
     chi = np.square(seen.windows[:, window] / seen.noise).mean(axis=0)
-    return np.asarray(uniform_filter(chi, _AROUND, mode="nearest"))
+    around: F32 = uniform_filter(chi, _AROUND, mode="nearest")
+    return around
 
 
 _FIVE, _NINE = WINDOWS.index((5, 5)), WINDOWS.index((9, 9))

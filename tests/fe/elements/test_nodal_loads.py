@@ -56,12 +56,12 @@ def test_a_moment_is_a_pair_of_forces_by_the_right_hand():
     k = np.pi * TERMS / SIZE[0]
     about_y = navier(-k * np.cos(k * 44.4)[None], sines(33.3, SIZE[1]))
     np.testing.assert_allclose(
-        deflection(fe.Moment(44.4, 33.3, 0.0, 5.0)), 5.0 * about_y, rtol=2e-3
+        deflection(fe.PointMoment(44.4, 33.3, 0.0, 5.0)), 5.0 * about_y, rtol=2e-3
     )
     m = np.pi * TERMS / SIZE[1]
     about_x = navier(sines(44.4, SIZE[0]), m * np.cos(m * 33.3)[None])
     np.testing.assert_allclose(
-        deflection(fe.Moment(44.4, 33.3, 5.0, 0.0)), 5.0 * about_x, rtol=2e-3
+        deflection(fe.PointMoment(44.4, 33.3, 5.0, 0.0)), 5.0 * about_x, rtol=2e-3
     )
 
 
@@ -84,7 +84,7 @@ def test_a_force_along_the_face_stretches_a_strip_as_a_rod_and_bends_it_by_its_a
 
 
 def test_strain_at_a_moment_is_not_a_number_and_under_pressure_it_is():
-    loads = (fe.Moment(60.0, 45.0, 1.0, 0.0), fe.Pressure(0.001))
+    loads = (fe.PointMoment(60.0, 45.0, 1.0, 0.0), fe.Pressure(0.001))
     state = fe.deflect(PLATE, [], MESH, loads)
     assert np.isnan(state.strain([(60.0, 45.0)])).all()
     assert np.isfinite(state.strain([(30.0, 20.0)])).all()
@@ -93,12 +93,12 @@ def test_strain_at_a_moment_is_not_a_number_and_under_pressure_it_is():
 
 def test_loads_that_cannot_be_are_one_sentence():
     with pytest.raises(ValueError, match="linear theory bends the plate and does not stretch it"):
-        deflection(fe.Push(10.0, 10.0, 1.0, 0.0))
+        deflection(fe.FaceForce(10.0, 10.0, 1.0, 0.0))
     with pytest.raises(ValueError, match="end of a line load"):
         deflection(fe.LineLoad((10.0, 10.0), (130.0, 10.0), 1.0))
     with pytest.raises(ValueError, match="from a smaller to a larger x"):
         fe.Pressure(0.1, x=(30.0, 20.0))
     with pytest.raises(ValueError, match="use a Touch"):
         fe.LineLoad((1.0, 2.0), (1.0, 2.0), 1.0)
-    with pytest.raises(ValueError, match="moment about_x must be finite"):
-        fe.Moment(1.0, 2.0, float("nan"), 0.0)
+    with pytest.raises(ValueError, match="point moment about_x must be finite"):
+        fe.PointMoment(1.0, 2.0, float("nan"), 0.0)
