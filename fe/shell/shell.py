@@ -22,7 +22,7 @@ from fe.plate.plate import Plate, Touch
 from fe.plate.thin import check_thin
 from fe.shell.band import cholesky
 from fe.shell.base import Base, bow, check_base
-from fe.shell.meshes import pressed_mesh
+from fe.shell.meshes import pressed_mesh, shell_mesh
 from fe.shell.newton import Equilibrium, equilibrium
 from fe.shell.problem import Problem
 from fe.shell.stability import Stability, Verdict, judge, smallest
@@ -241,10 +241,10 @@ def solve(
         Movement of the clamps before the touch; none if left out.
     mesh : Mesh, optional
         If left out one that is fine where the plate is touched, `shell_mesh(plate)` without
-        touches. For many loads keep a `Shell` or the state of its base.
+        touches or with other loads. For many loads keep a `Shell` or the state of its base.
     loads : sequence of Load, optional
-        Pressure, line loads, pushes and moments, which act after the touches and keep the direction
-        that they have on the plate at rest.
+        Pressure, line loads, forces along the face and moments, which act after the touches and
+        keep the direction that they have on the plate at rest.
 
     Returns
     -------
@@ -259,7 +259,10 @@ def solve(
     """
     # Refuses touches outside before the base takes its time.
     check_touches(plate, touches)
-    shell = Shell(plate, pressed_mesh(plate, touches) if mesh is None else mesh)
+    if mesh is None:
+        # A mesh that is fine at touches is coarse elsewhere, where loads may be.
+        mesh = shell_mesh(plate) if loads else pressed_mesh(plate, touches)
+    shell = Shell(plate, mesh)
     state = shell.at(base or Base())
     if touches:
         state = state.touch(touches)
