@@ -16,8 +16,8 @@ from dic.images.prefilter import gaussian_taps
 from dic.images.spline import impulse_response
 from dic.images.warp import TAPS, weights
 
-_REACH = 9
-"""Pixels to which the response of the filter is taken: what is left is 0.1 % of it."""
+_REACH = 21
+"""Pixels to which the response of the filter is taken: what is left is 3e-8 of it."""
 _CHUNK = 8  # taps in one pass over a line
 
 

@@ -126,6 +126,7 @@ class PointMoment:
 
 
 Load: TypeAlias = Pressure | LineLoad | FaceForce | PointMoment
+"""What acts on a plate beside touches."""
 
 
 def acts_along(load: Load) -> bool:

@@ -23,7 +23,7 @@ from fe.reduced.interpolation import between
 from fe.reduced.karman import Karman
 from fe.reduced.spline import SplineTable
 
-# Samples along the side of a square. What fields leave is off by 2 % of itself with 36, and beside
+# SlopeSamples along the side of a square. What fields leave is off by 2 % of itself with 36, and beside
 # an edge by half with 28.
 _SIDE = 36
 _FEWEST = 12
@@ -31,7 +31,7 @@ _FEWEST = 12
 _TOGETHER = 24
 
 
-class Samples(NamedTuple):
+class SlopeSamples(NamedTuple):
     """Matrices from the unknowns of each line to values and slopes at the samples.
 
     Attributes
@@ -56,7 +56,7 @@ class Samples(NamedTuple):
         return np.stack(along).reshape(-1, values.shape[2])
 
 
-def samples(mesh: Mesh) -> Samples:
+def samples(mesh: Mesh) -> SlopeSamples:
     """Spread samples evenly over a plate, edges included."""
     element = (mesh.size[0] * mesh.size[1]) ** 0.5 / _SIDE
     x, y = (np.linspace(0.0, side, max(round(side / element), _FEWEST)) for side in mesh.size)
@@ -64,7 +64,7 @@ def samples(mesh: Mesh) -> Samples:
         (dense(at, line, 0), dense(at, line, 1))
         for at, line in zip((x, y), mesh.lines, strict=True)
     ]
-    return Samples((x, y), *ways)
+    return SlopeSamples((x, y), *ways)
 
 
 @dataclass(frozen=True, eq=False)

@@ -163,11 +163,8 @@ def _other(name: str, made: tuple[int, int], what: str, there: tuple[int, int]) 
     )
 
 
-def entry_of(part: Part, now: datetime) -> dict[str, Dated | None]:
-    """Return the entry of a new result, by the name of its part, for `Calibration`.
-
-    A bench that is known needs no map of places and forces beside it.
-    """
+def entry_of(part: Part, now: datetime) -> dict[str, Dated]:
+    """Return the entry of a new result, by the name of its part, for `Calibration`."""
     match part:
         case Lens():
             return {"lens": _lens_entry(part, now)}
@@ -180,7 +177,7 @@ def entry_of(part: Part, now: datetime) -> dict[str, Dated | None]:
         case Latency():
             return {"latency": _latency_entry(part, now)}
         case models.BenchEstimate():
-            return {"bench": _bench_entry(part, now), "presses": None}
+            return {"bench": _bench_entry(part, now)}
         case Alignment():
             return {"presses": _presses_entry(part, now)}
 

@@ -95,6 +95,7 @@ GENERAL = {  # functions that are given no more than numbers and arrays, with wh
     "prepare": {"image": "image", "subset": 11, "step": 6, "order": 1, "roi": None, "points": None,
                 "device": None},
     "correlate": {"ref": "ref", "image": "image", "guess": "disp"},
+    "correlate_split": {"ref": "ref", "image": "image", "guess": "disp"},
     "expected_sigma": {"ref": "ref", "noise": 2.0},
     "adaptive_field": {"ref": "ref", "image": "image", "guess": "disp"},
     "adaptive_tiles": {"ref": "ref", "image": "image", "found": "disp"},
