@@ -23,7 +23,7 @@ from fe.reduced.interpolation import between
 from fe.reduced.karman import Karman
 from fe.reduced.spline import SplineTable
 
-# SlopeSamples along the side of a square. What fields leave is off by 2 % of itself with 36, and beside
+# Samples along the side of a square. What fields leave is off by 2 % of itself with 36, and beside
 # an edge by half with 28.
 _SIDE = 36
 _FEWEST = 12
