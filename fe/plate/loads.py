@@ -32,7 +32,7 @@ class Pressure:
     y: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        _finite(self.pressure, "pressure", "MPa")
+        _all_finite(self, "", "MPa", "pressure")
         for name, ends in (("x", self.x), ("y", self.y)):
             if ends is not None and not ends[0] < ends[1]:
                 raise ValueError(
@@ -67,8 +67,7 @@ class LineLoad:
     along_y: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("force", "along_x", "along_y"):
-            _finite(getattr(self, name), f"line load {name}", "N")
+        _all_finite(self, "line load ", "N", "force", "along_x", "along_y")
         if tuple(self.start) == tuple(self.end):
             raise ValueError(
                 f"line load must have a length, got both ends at {self.start} mm; use a Touch"
@@ -96,8 +95,7 @@ class FaceForce:
     along_y: float
 
     def __post_init__(self) -> None:
-        for name in ("along_x", "along_y"):
-            _finite(getattr(self, name), f"face force {name}", "N")
+        _all_finite(self, "face force ", "N", "along_x", "along_y")
 
 
 @dataclass(frozen=True)
@@ -121,8 +119,7 @@ class PointMoment:
     about_y: float
 
     def __post_init__(self) -> None:
-        for name in ("about_x", "about_y"):
-            _finite(getattr(self, name), f"point moment {name}", "N mm")
+        _all_finite(self, "point moment ", "N mm", "about_x", "about_y")
 
 
 Load: TypeAlias = Pressure | LineLoad | FaceForce | PointMoment
@@ -141,7 +138,9 @@ def singular_places(loads: tuple[Load, ...]) -> tuple[Touch, ...]:
     )
 
 
-def _finite(value: object, name: str, unit: str) -> None:
-    given = number(value, name, unit)
-    if not isfinite(given):
-        raise ValueError(f"{name} must be finite, got {given} {unit}; give a number")
+def _all_finite(load: Load, kind: str, unit: str, *names: str) -> None:
+    for name in names:
+        shown = f"{kind}{name}"
+        given = number(getattr(load, name), shown, unit)
+        if not isfinite(given):
+            raise ValueError(f"{shown} must be finite, got {given} {unit}; give a number")

@@ -171,7 +171,8 @@ class Shell:
 
         found = _follow(problem, state.values.ravel())
         touched = (*state.touches, *touches)
-        return self._state(state.base, found, loads, state.stability, touched)
+        reached = self._state(state.base, found, loads, state.stability, touched)
+        return replace(reached, beside=state.beside or not touches)
 
     def _bent(self, base: Base) -> ShellState:
         """Bend first, in one go from a shape that is nearly right, then twist step by step."""

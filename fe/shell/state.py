@@ -42,7 +42,9 @@ class ShellState:
     stability : Stability
         Whether this is an equilibrium, and how far from a limit. Look at it before anything else.
     touches : tuple of Touch
-        What presses: beside a point force strain is not a number. Other loads are not among them.
+        What presses: beside a point force strain is not a number.
+    beside : bool
+        Whether loads act that are none of the touches.
     """
 
     shell: Shell
@@ -51,6 +53,7 @@ class ShellState:
     loads: F64
     stability: Stability
     touches: tuple[Touch, ...] = ()
+    beside: bool = False
 
     def __post_init__(self) -> None:
         for name in ("values", "loads"):
@@ -129,13 +132,17 @@ class ShellState:
         """Estimate how far deflection and strain at points (K, 2) mm are off because of the mesh.
 
         Solves once more for base and touches, all pressed at once, on two thirds of the elements.
-        Loads beside the touches are not known there.
 
         Raises
         ------
         ValueError
-            No equilibrium was found on two thirds of the elements.
+            Loads act beside the touches, or no equilibrium was found on two thirds of the elements.
         """
+        if self.beside:
+            raise ValueError(
+                "error of the mesh is that of a base and touches, got loads beside them; solve on "
+                "two meshes and compare"
+            )
         less = self.shell.coarser.at(self.base)
         if self.touches:
             less = less.touch(self.touches)

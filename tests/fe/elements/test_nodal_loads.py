@@ -91,6 +91,15 @@ def test_strain_at_a_moment_is_not_a_number_and_under_pressure_it_is():
     assert np.isfinite(state.mesh_error([(30.0, 20.0)]).deflection).all()
 
 
+def test_the_error_of_a_mesh_knows_touches_alone():
+    touch = fe.Touch(60.0, 45.0, 0.5)
+    beside = fe.solve(PLATE, [touch], loads=[fe.Pressure(1e-4)])
+    with pytest.raises(ValueError, match="got loads beside them"):
+        beside.mesh_error([(30.0, 20.0)])
+    with pytest.raises(ValueError, match="got loads beside them"):
+        beside.touch([touch]).mesh_error([(30.0, 20.0)])
+
+
 def test_loads_that_cannot_be_are_one_sentence():
     with pytest.raises(ValueError, match="linear theory bends the plate and does not stretch it"):
         deflection(fe.FaceForce(10.0, 10.0, 1.0, 0.0))
