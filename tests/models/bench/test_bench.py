@@ -158,6 +158,22 @@ def test_a_touch_that_is_followed_is_that_of_its_frame_alone(forward, identified
         start = np.column_stack([along.xy, along.force])
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_what_the_last_state_tells_of_a_touch_near_by_is_what_the_touch_shows(forward, seed):
+    rng = np.random.default_rng(seed)
+    last = np.array([[rng.uniform(20, 130), rng.uniform(20, 90), rng.uniform(0.5, 4)]])
+    _, jacobian = forward.on(forward.fields.values, None).read(last)
+    far = rng.standard_normal(3)
+    step = far * rng.uniform(0.5, 1.9) / np.linalg.norm(far @ jacobian)
+    after = forward.on(forward.fields.values, None)
+    after.read(last)
+    alone = forward.on(forward.fields.values, None)
+    assert np.linalg.norm(after.read(last + step)[0] - alone.read(last + step)[0]) < 0.03
+    touch = last + step
+    moved, pressed = (on.fields.amplitudes(touch[:, :2], touch[:, 2]) for on in (after, alone))
+    np.testing.assert_allclose(moved, pressed, atol=3e-5 * np.abs(pressed).max())
+
+
 def test_nothing_on_an_unknown_bench_is_no_touch(forward):
     estimator = models.Estimator(forward, bench=models.bench_before(PLATE))
     noise = np.random.default_rng(3).standard_normal(len(forward.whitening))
