@@ -1,11 +1,12 @@
 """The shipped twin as it comes: touches and empty frames, rendered; the loop; rendered shifts.
 
-Parts: touches, empty, loop, shifts. The bound is Cramér and Rao's of all pixels, with shift,
-rotation and scale of the camera and the light unknown.
+Parts: touches, empty, lamp (lit after the reference, it saturates a third of the image), loop,
+shifts. The bound is Cramér and Rao's of all pixels, with shift, rotation and scale of the camera
+and the light unknown.
 """
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -25,13 +26,14 @@ from rig.report.figure import Figure, at_least, at_most
 from rig.sources.twin import Twin, build_twin
 from rig.studies.start import child
 from rig.studies.study import line, part, rms, run
-from rig.system.arrays import F64
+from rig.system.arrays import F64, AnyArray
 from rig.system.timing import Stopwatch
 
 INSET = 25.0  # mm from an edge
 FORCE = (2.0, 4.0)  # N
 REFERENCE = 16  # frames
 FRAMES, EMPTY, LOOP = 200, 300, 600
+LIT, EDGE = 60, 0.02  # frames; of the width
 PLACE, OFF, OVER = at_most(1.0), at_most(3.0), at_most(1.5)  # mm; %; times the bound
 
 
@@ -66,13 +68,37 @@ def empty() -> Iterator[Figure]:
     )
 
 
+def lamp() -> Iterator[Figure]:
+    """Touch, and touch not, while a lamp whitens a third of the image."""
+    scene = rig.load("twin")
+    bench, twin = build_bench(scene, lambda done, total: None), build_twin(scene)
+    drawn = drawn_touches(bench, LIT)
+    script = [pressed for touch in drawn for pressed in ((touch,), ())]
+    found = list(estimates(bench, twin, script, lit))
+    false = sum(each.count for each in found[1::2])
+    once = [(t, each) for t, each in zip(drawn, found[::2], strict=True) if each.count == 1]
+    place = [float(np.hypot(*(each.xy[0] - (t.x, t.y)))) for t, each in once]
+    force = [100 * abs(float(each.force[0]) / t.force - 1) for t, each in once]
+    yield from line(
+        "A lamp saturates a third of the image",
+        "one touch of 2 to 4 N, then none",
+        found=(100.0 * len(once) / LIT, "%", at_least(95.0), LIT),
+        place=(float(np.median(place)) if place else None, "mm, median", PLACE, len(place)),
+        force=(float(np.median(force)) if force else None, "%, median", OFF, len(force)),
+        false_touches=(false, "", at_most(0), LIT),
+    )
+
+
+def lit(image: AnyArray) -> AnyArray:
+    """Add the light of a lamp at the left, with a soft edge a third of the width away."""
+    along = np.linspace(0.0, 1.0, image.shape[1])
+    light = 128.0 * (1.0 - np.tanh((along - 1 / 3 - 2 * EDGE) / EDGE))
+    return np.clip(image + light, 0, 255).astype(np.uint8)
+
+
 def random_touches(bench: Bench, twin: Twin, count: int) -> tuple[F64, F64]:
     """Errors x mm, y mm, F relative of `count` frames, and the bound on the place, mm²."""
-    rng, (a, b) = np.random.default_rng(1), bench.plate.size
-    drawn = [
-        fe.Touch(rng.uniform(INSET, a - INSET), rng.uniform(INSET, b - INSET), rng.uniform(*FORCE))
-        for _ in range(count)
-    ]
+    drawn = drawn_touches(bench, count)
     noise = float(np.sqrt(twin.sensor.noise**2 + 1 / 12))  # with the rounding to whole grey levels
     pattern = every_pixel(bench, twin)
     errors: list[tuple[float, float, float]] = []
@@ -88,6 +114,15 @@ def random_touches(bench: Bench, twin: Twin, count: int) -> tuple[F64, F64]:
     return np.array(errors), np.array(limits)
 
 
+def drawn_touches(bench: Bench, count: int) -> list[fe.Touch]:
+    """Draw touches all over the plate but for its rim."""
+    rng, (a, b) = np.random.default_rng(1), bench.plate.size
+    return [
+        fe.Touch(rng.uniform(INSET, a - INSET), rng.uniform(INSET, b - INSET), rng.uniform(*FORCE))
+        for _ in range(count)
+    ]
+
+
 def every_pixel(bench: Bench, twin: Twin) -> TilePattern:
     """Use every pixel of the image at rest."""
     rest = twin.warper.render(np.zeros((len(twin.warper.points), 3)), None, None)
@@ -96,14 +131,17 @@ def every_pixel(bench: Bench, twin: Twin) -> TilePattern:
 
 
 def estimates(
-    bench: Bench, twin: Twin, script: Iterable[tuple[fe.Touch, ...]]
+    bench: Bench,
+    twin: Twin,
+    script: Iterable[tuple[fe.Touch, ...]],
+    seen: Callable[[AnyArray], AnyArray] = np.asarray,
 ) -> Iterator[Estimate]:
-    """Take the reference, then estimate a frame for each entry of the script."""
+    """Take the reference, then estimate a frame, as it is seen, for each entry of the script."""
     images = [twin.frame(n, ()) for n in range(REFERENCE)]
     chain, _ = bench.prepare(average_reference(images))
     state, watch = at_rest(chain), Stopwatch(lambda: 0.0)
     for n, pressed in enumerate(script):
-        sensed = estimate_frame(chain, twin.frame(1000 + n, pressed), state, watch)
+        sensed = estimate_frame(chain, seen(twin.frame(1000 + n, pressed)), state, watch)
         state = sensed.state
         yield sensed.estimate
 
@@ -174,7 +212,7 @@ def floor_of(image: F64, noise: float) -> float:
     return float(noise * np.sqrt(2 * np.mean(variances)))
 
 
-PARTS = {"touches": touches, "empty": empty, "loop": loop, "shifts": shifts}
+PARTS = {"touches": touches, "empty": empty, "lamp": lamp, "loop": loop, "shifts": shifts}
 
 if __name__ == "__main__":
     run(PARTS, __doc__)
