@@ -66,6 +66,11 @@ class CountProblem:
         return GAIN + float(error**2 * (self.measured @ self.measured))
 
     @property
+    def superposed(self) -> bool:
+        """Whether what touches do adds up."""
+        return isinstance(self.candidates.forward, LinearForward)
+
+    @property
     def min_fall(self) -> float:
         """Fall of χ² that a further touch must bring."""
         return 0.0 if self.exact else self.gain
@@ -131,6 +136,8 @@ def search_count(problem: CountProblem, begun: Fit) -> Fit:
         len(fit.touches) == len(begun.touches) and problem.explained(fit)
     ):
         return fit
+    if len(fit.touches) == problem.max_touches == 2 and problem.superposed:
+        return fit  # of all pairs of candidates, see `_too_many`
     return min(fit, _follow(problem, problem.fit(begun.touches[:0])), key=problem.cost)
 
 
@@ -140,7 +147,7 @@ def _follow(problem: CountProblem, fit: Fit) -> Fit:
     What a pair does is the sum of what two touches do where forces superpose, and only there.
     """
     larger = _add_touch(problem, fit, lambda fit: fit)
-    if not isinstance(problem.candidates.forward, LinearForward) or problem.explained(larger):
+    if not problem.superposed or problem.explained(larger):
         return larger
     larger = min(
         larger, _add_touch(problem, fit, lambda fit: _pairs_anew(problem, fit)), key=problem.cost
