@@ -35,6 +35,8 @@ _ASTRAY = 4.0  # mm: fingers glide and roll as they lift
 _CARRIED = 2.0
 # The same of all amplitudes in parts of their size, where they only say how the image has moved.
 _CHANGED = 2e-3
+# Of the shorter side, by which a touch may have moved for that: weak ones change little anywhere.
+_BESIDE = 1e-3
 _LIGHT = 0.3  # N: a touch whose shape is that of the linear plate
 
 
@@ -115,7 +117,8 @@ class BenchFields:
         """Amplitudes seen under touches (n, 2) mm and (n,) N, (K + U,)."""
         if not len(force):
             return np.zeros(self.count + self.drifts)
-        touches, near = np.column_stack([xy, force]), self.last(len(force))
+        touches = np.column_stack([xy, force])
+        near = self.beside(touches)
         if near is not None:
             change = near.jacobian() @ (touches - near.touches).ravel()
             if np.linalg.norm(change) < _CHANGED * np.linalg.norm(near.values):
@@ -124,7 +127,7 @@ class BenchFields:
 
     def state(self, touches: F64) -> fe.Pressed:
         """State of the plate under touches (n, 3); the last one is where the next begins."""
-        near = self.last(len(touches))
+        near = self.beside(touches)
         if near is not None and np.array_equal(near.touches, touches):
             return near
         touches = touches.copy()  # kept with the state, and the caller may go on writing
@@ -134,10 +137,13 @@ class BenchFields:
         self._near[len(touches)] = state
         return state
 
-    def last(self, count: int) -> fe.Pressed | None:
-        """Return the last state of this bench under so many touches."""
-        near = self._near.get(count)
-        return near if near is not None and near.bench is self.bench else None
+    def beside(self, touches: F64) -> fe.Pressed | None:
+        """Return the last state of this bench, if its touches were no further than a step away."""
+        near = self._near.get(len(touches))
+        if near is None or near.bench is not self.bench:
+            return None
+        apart = np.abs(near.touches[:, :2] - touches[:, :2]).max()
+        return near if apart <= _BESIDE * min(self.plate.size) else None
 
     def seen_of(self, state: fe.Pressed) -> F64:
         """Amplitudes seen of a state of the plate, (K + U,)."""
@@ -234,7 +240,7 @@ class BenchForward:
 
     def _carried(self, touches: F64) -> tuple[F64, F64] | None:
         """Read touches from the derivatives of the last state, where they moved so little."""
-        near = self.fields.last(len(touches))
+        near = self.fields.beside(touches)
         if near is None:
             return None
         values, jacobian = self._read(near)

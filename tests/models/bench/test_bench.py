@@ -174,6 +174,29 @@ def test_what_the_last_state_tells_of_a_touch_near_by_is_what_the_touch_shows(fo
     np.testing.assert_allclose(moved, pressed, atol=3e-5 * np.abs(pressed).max())
 
 
+@pytest.mark.parametrize("force", [0.0, 1e-6, 1e-3, 0.1, 2.0])
+def test_a_touch_elsewhere_is_read_as_if_there_had_been_none_before(forward, force):
+    """However weak both are: a weak touch changes little wherever it goes."""
+    after = forward.on(forward.fields.values, None)
+    after.read(np.array([[40.0, 35.0, force]]))
+    there = np.array([[95.0, 70.0, force]])
+    values, jacobian = forward.on(forward.fields.values, None).read(there)
+    seen = after.read(there)
+    np.testing.assert_allclose(seen[0], values, atol=1e-5)
+    np.testing.assert_allclose(seen[1], jacobian, atol=1e-6 * np.abs(jacobian).max())
+
+
+def test_frames_of_one_touch_each_are_found_one_after_the_other(forward, identified, true):
+    estimator = models.Estimator(forward, bench=identified, max_touches=2)
+    rng = np.random.default_rng(12)
+    for _ in range(8):
+        touch = np.array([[rng.uniform(30, 120), rng.uniform(25, 85), rng.uniform(0.5, 4)]])
+        found = estimator.fit_whitened(measure(forward, true, touch, rng))
+        assert found.count == 1
+        sigma = np.sqrt(np.diag(found.covariance))[:2]
+        assert (np.abs(found.xy[0] - touch[0, :2]) < 5 * sigma).all()
+
+
 def test_nothing_on_an_unknown_bench_is_no_touch(forward):
     estimator = models.Estimator(forward, bench=models.bench_before(PLATE))
     noise = np.random.default_rng(3).standard_normal(len(forward.whitening))
