@@ -172,7 +172,7 @@ class Shell:
         found = _follow(problem, state.values.ravel())
         touched = (*state.touches, *touches)
         reached = self._state(state.base, found, loads, state.stability, touched)
-        return replace(reached, beside=state.beside or not touches)
+        return replace(reached, beside=state.beside or bool(further.any() and not touches))
 
     def _bent(self, base: Base) -> ShellState:
         """Bend first, in one go from a shape that is nearly right, then twist step by step."""

@@ -127,20 +127,20 @@ class BenchFields:
 
     def state(self, touches: F64) -> fe.Pressed:
         """State of the plate under touches (n, 3); the last one is where the next begins."""
-        near = self.beside(touches)
-        if near is not None and np.array_equal(near.touches, touches):
+        near = self._near.get(len(touches))
+        if near is not None and near.bench is self.bench and np.array_equal(near.touches, touches):
             return near
         touches = touches.copy()  # kept with the state, and the caller may go on writing
-        state = self.bench.press(touches, self._near.get(len(touches)))
+        state = self.bench.press(touches, near)
         if not state.converged:
             state = self.bench.press(touches)
         self._near[len(touches)] = state
         return state
 
     def beside(self, touches: F64) -> fe.Pressed | None:
-        """Return the last state of this bench, if its touches were no further than a step away."""
+        """Return the last state of this bench, if its touches (n, 3) were hardly elsewhere."""
         near = self._near.get(len(touches))
-        if near is None or near.bench is not self.bench:
+        if near is None or near.bench is not self.bench or not near.converged:
             return None
         apart = np.abs(near.touches[:, :2] - touches[:, :2]).max()
         return near if apart <= _BESIDE * min(self.plate.size) else None

@@ -132,12 +132,13 @@ def _without_touch(measured: F64) -> Fit:
 def search_count(problem: CountProblem, begun: Fit) -> Fit:
     """Find touches from those of the last frame on, and afresh where these mislead."""
     fit = _follow(problem, begun if problem.exact else pruned(problem, begun))
-    if not len(begun.touches) or (
-        len(fit.touches) == len(begun.touches) and problem.explained(fit)
-    ):
+    if not len(begun.touches):
         return fit
-    if len(fit.touches) == problem.max_touches == 2 and problem.superposed:
-        return fit  # of all pairs of candidates, see `_too_many`
+    if problem.explained(fit):
+        if len(fit.touches) == len(begun.touches):
+            return fit
+    elif len(fit.touches) == problem.max_touches == 2 and problem.superposed:
+        return fit  # the best of all pairs of candidates, see `_too_many`
     return min(fit, _follow(problem, problem.fit(begun.touches[:0])), key=problem.cost)
 
 

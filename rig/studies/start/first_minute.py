@@ -1,12 +1,12 @@
 """The first run after an install: frames dropped after the first one shown, by what it shows.
 
-Parts: fresh, again; fresh_few, fresh_many and fresh_hidden are parts of fresh. Each case is the
-command itself on the shipped twin of 1024², headless, with frames that were rendered before and are
-played as a camera gives them; *fresh* with empty caches, nothing compiled and a process beside it
-that never rests, *again* with what was compiled and cached before and nothing beside it. A frame
-counts as dropped if it was given a number and the loop did not sense it. *Late* are frames that the
-player gave late by more than the time of a frame, because it had to wait for a processor itself: a
-camera does not wait, so of those that were dropped so many may be due to the player.
+Parts: fresh, again, and fresh_CASE for one case of fresh. Each case is the command itself on the
+shipped twin of 1024², headless, with frames that were rendered before and are played as a camera
+gives them; *fresh* with empty caches, nothing compiled and a process beside it that never rests,
+*again* with what was compiled and cached before and nothing beside it. A frame counts as dropped if
+it was given a number and the loop did not sense it. *Late* are frames that the player gave late by
+more than the time of a frame, because it had to wait for a processor itself: a camera does not
+wait, so of those that were dropped so many may be due to the player.
 """
 
 import json
@@ -94,12 +94,8 @@ def _run(case: str, caches: Path, frames: int) -> tuple[dict[str, Any], float, f
     return said, float(late.read_text(encoding="utf-8")), took, os.getloadavg()[0]
 
 
-PARTS = {
-    "fresh": partial(fresh, CASES),
-    "again": again,
-    "fresh_few": partial(fresh, CASES[:3]),
-    "fresh_many": partial(fresh, CASES[3:4]),
-    "fresh_hidden": partial(fresh, CASES[4:]),
+PARTS = {"fresh": partial(fresh, CASES), "again": again} | {
+    f"fresh_{case}": partial(fresh, (case,)) for case in CASES
 }
 
 if __name__ == "__main__":

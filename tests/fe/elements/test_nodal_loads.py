@@ -98,6 +98,8 @@ def test_the_error_of_a_mesh_knows_touches_alone():
         beside.mesh_error([(30.0, 20.0)])
     with pytest.raises(ValueError, match="got loads beside them"):
         beside.touch([touch]).mesh_error([(30.0, 20.0)])
+    nothing_more = fe.solve(PLATE, [touch]).touch([])
+    assert np.isfinite(nothing_more.mesh_error([(30.0, 20.0)]).deflection).all()
 
 
 def test_loads_that_cannot_be_are_one_sentence():

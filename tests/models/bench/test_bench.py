@@ -160,27 +160,29 @@ def test_a_touch_that_is_followed_is_that_of_its_frame_alone(forward, identified
 
 @pytest.mark.parametrize("seed", range(4))
 def test_what_the_last_state_tells_of_a_touch_near_by_is_what_the_touch_shows(forward, seed):
-    rng = np.random.default_rng(seed)
+    rng, (after, alone) = np.random.default_rng(seed), (unread(forward), unread(forward))
     last = np.array([[rng.uniform(20, 130), rng.uniform(20, 90), rng.uniform(0.5, 4)]])
-    _, jacobian = forward.on(forward.fields.values, None).read(last)
-    far = rng.standard_normal(3)
-    step = far * rng.uniform(0.5, 1.9) / np.linalg.norm(far @ jacobian)
-    after = forward.on(forward.fields.values, None)
-    after.read(last)
-    alone = forward.on(forward.fields.values, None)
-    assert np.linalg.norm(after.read(last + step)[0] - alone.read(last + step)[0]) < 0.03
-    touch = last + step
+    _, jacobian = after.read(last)
+    step = rng.standard_normal(3)
+    step *= 0.1 / np.abs(step[:2]).max()
+    touch = last + step * min(1.0, 1.9 / np.linalg.norm(step @ jacobian))
+    assert after.fields.beside(touch) is not None
+    assert np.linalg.norm(after.read(touch)[0] - alone.read(touch)[0]) < 0.03
     moved, pressed = (on.fields.amplitudes(touch[:, :2], touch[:, 2]) for on in (after, alone))
     np.testing.assert_allclose(moved, pressed, atol=3e-5 * np.abs(pressed).max())
+
+
+def unread(forward):
+    """Return the same forward model, which has read nothing yet."""
+    return forward.on(forward.fields.values, None)
 
 
 @pytest.mark.parametrize("force", [0.0, 1e-6, 1e-3, 0.1, 2.0])
 def test_a_touch_elsewhere_is_read_as_if_there_had_been_none_before(forward, force):
     """However weak both are: a weak touch changes little wherever it goes."""
-    after = forward.on(forward.fields.values, None)
+    after, there = unread(forward), np.array([[95.0, 70.0, force]])
     after.read(np.array([[40.0, 35.0, force]]))
-    there = np.array([[95.0, 70.0, force]])
-    values, jacobian = forward.on(forward.fields.values, None).read(there)
+    values, jacobian = unread(forward).read(there)
     seen = after.read(there)
     np.testing.assert_allclose(seen[0], values, atol=1e-5)
     np.testing.assert_allclose(seen[1], jacobian, atol=1e-6 * np.abs(jacobian).max())
