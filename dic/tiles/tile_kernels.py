@@ -87,9 +87,13 @@ def sums_moved(
     size: int,
     shape: tuple[int, int],
     out: AnyArray,
+    hessian: F64,
     light: F64,
 ) -> None:
-    """Sum the same with every tile of the reference moved by its flow, and its light (T, 6).
+    """Sum the same with every tile of the reference moved by its flow, and what it is then.
+
+    That is its Hessian (T, 3) and its light (T, 6): beside the rim of the pattern a fraction of a
+    pixel changes both many times.
 
     What is computed of a tile lies in one piece of memory, a row after the other.
     """
@@ -119,7 +123,8 @@ def sums_moved(
         _down(slopes, wy, size, fx)
         _down(values, sy, size, fy)
         _seen(image, left, top, size, g)
-        _add(g, f, fx, fy, out[tile], light[tile])
+        _add(g, f, fx, fy, out[tile])
+        _own(f, fx, fy, hessian[tile], light[tile])
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -173,11 +178,10 @@ def _down(rows: F32, weights: F32, size: int, out: F32) -> None:
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _add(g: F32, f: F32, fx: F32, fy: F32, out: AnyArray, light: F64) -> None:
-    """Sum fx·e, fy·e, e, e², e·f over one tile, and fx·f, fy·f, fx, fy, f², f."""
+def _add(g: F32, f: F32, fx: F32, fy: F32, out: AnyArray) -> None:
+    """Sum fx·e, fy·e, e, e², e·f over one tile."""
     zero = np.float32(0.0)
     fx_e, fy_e, e_, ee, ef = zero, zero, zero, zero, zero
-    fx_f, fy_f, fx_, fy_, ff, f_ = zero, zero, zero, zero, zero, zero
     for i in range(f.size):
         e = g[i] - f[i]
         fx_e += fx[i] * e
@@ -185,11 +189,24 @@ def _add(g: F32, f: F32, fx: F32, fy: F32, out: AnyArray, light: F64) -> None:
         e_ += e
         ee += e * e
         ef += e * f[i]
+    out[0], out[1], out[2], out[3], out[4] = fx_e, fy_e, e_, ee, ef
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _own(f: F32, fx: F32, fy: F32, hessian: F64, light: F64) -> None:
+    """Sum fx², fx·fy, fy² over one tile, and fx·f, fy·f, fx, fy, f², f."""
+    zero = np.float32(0.0)
+    xx, xy, yy = zero, zero, zero
+    fx_f, fy_f, fx_, fy_, ff, f_ = zero, zero, zero, zero, zero, zero
+    for i in range(f.size):
+        xx += fx[i] * fx[i]
+        xy += fx[i] * fy[i]
+        yy += fy[i] * fy[i]
         fx_f += fx[i] * f[i]
         fy_f += fy[i] * f[i]
         fx_ += fx[i]
         fy_ += fy[i]
         ff += f[i] * f[i]
         f_ += f[i]
-    out[0], out[1], out[2], out[3], out[4] = fx_e, fy_e, e_, ee, ef
+    hessian[0], hessian[1], hessian[2] = xx, xy, yy
     light[0], light[1], light[2], light[3], light[4], light[5] = fx_f, fy_f, fx_, fy_, ff, f_

@@ -114,8 +114,8 @@ class TileSums:
         Σ∇f·e with e = g - f. The motion left over, δ = d - flow, obeys H δ = -Σ∇f·e.
     e, ee, ef : (T,) float64
         Σe, Σe², Σe·f.
-    light : (T, 6) float64
-        As `TileReference.light`, of the reference as it was moved.
+    hessian, light : (T, 3), (T, 6) float64
+        As those of `TileReference`, of the reference as it was moved.
     flow : (T, 2) float64, px
         Motion by which the reference was moved before it was compared; zero if it was not.
     """
@@ -124,6 +124,7 @@ class TileSums:
     e: F64
     ee: F64
     ef: F64
+    hessian: F64
     light: F64
     flow: F64
 
@@ -202,7 +203,7 @@ def tile_sums(reference: TileReference, image: AnyArray, flow: F64 | None = None
     count = len(reference.hessian)
     layout = tiles.origin, tiles.size, tiles.shape
     sums = np.empty((count, 5))
-    light = reference.light
+    hessian, light = reference.hessian, reference.light
     if flow is None:
         sums_in_place(image, reference.image, reference.gradient, *layout, sums)
         flow = np.zeros((count, 2))
@@ -213,9 +214,9 @@ def tile_sums(reference: TileReference, image: AnyArray, flow: F64 | None = None
                 f"flow must be ({count}, 2) px, one motion a tile within the image; "
                 f"got shape {flow.shape} and motions up to {np.abs(flow).max(initial=0):g} px"
             )
-        light = np.empty((count, 6))
-        sums_moved(image, reference.coefficients, flow, *layout, sums, light)
-    return TileSums(sums[:, :2], sums[:, 2], sums[:, 3], sums[:, 4], light, flow)
+        hessian, light = np.empty((count, 3)), np.empty((count, 6))
+        sums_moved(image, reference.coefficients, flow, *layout, sums, hessian, light)
+    return TileSums(sums[:, :2], sums[:, 2], sums[:, 3], sums[:, 4], hessian, light, flow)
 
 
 def unbiased_gradient(reference: TileReference, sums: TileSums) -> F64:

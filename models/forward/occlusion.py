@@ -42,7 +42,7 @@ def hidden_tiles(reference: TileReference, sums: TileSums, noise: float) -> Mask
     """
     pixels = float(reference.tiles.size**2)
     unexplained, gain, texture, unsure = _local(
-        reference.hessian, sums.light, sums.gradient, sums.e, sums.ee, sums.ef, pixels
+        sums.hessian, sums.light, sums.gradient, sums.e, sums.ee, sums.ef, pixels
     )
     freedom = pixels - UNKNOWNS
     allowed = noise**2 * (freedom + LIMIT * np.sqrt(2 * freedom)) + ROUGH**2 * texture

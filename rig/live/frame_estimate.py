@@ -14,6 +14,7 @@ from rig.live.memory import Memory
 from rig.live.plate_in_time import MeasuredFrame, PlateInTime
 from rig.live.registration import Registered, jumped, register, strangeness
 from rig.live.touch_start import begin
+from rig.live.visibility import SLIGHT
 from rig.system.arrays import F64, AnyArray, Mask
 from rig.system.timing import Stopwatch
 
@@ -133,7 +134,8 @@ def _estimated(
         estimate, memory = _fitted(estimator, measured, replace(state, touches=begun))
         motion = pattern.amplitudes(estimate, right)
         motion[: len(rest)] += rest
-        if drift and not estimate.count and not seen.hidden.any() and is_consistent(estimate):
+        untouched = not estimate.count and is_consistent(estimate)
+        if drift and untouched and seen.hidden.mean() <= SLIGHT:
             crept = estimator.without_memory(measured, memory.left)
             rest = update_drift(rest, pattern, crept, chain.noise, drift)
     after = replace(state, motion=motion, rest=rest, touches=touches_of(estimate), memory=memory)
@@ -162,7 +164,7 @@ def _in_time(
         modal = pattern.motions.modal_amplitudes(found.estimate.xy, found.estimate.force)
         motion = pattern.with_camera(modal + found.beside, right)
         motion[: len(rest)] += rest
-        if drift and found.left is not None and not seen.hidden.any():
+        if drift and found.left is not None and seen.hidden.mean() <= SLIGHT:
             rest = update_drift(rest, pattern, found.left, chain.noise, drift)
     touches = touches_of(found.estimate)
     after = replace(state, motion=motion, rest=rest, touches=touches, past=found.past)

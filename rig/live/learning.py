@@ -21,8 +21,7 @@ from rig.live.baseline import is_consistent
 from rig.live.chain import Chain
 from rig.live.frame_estimate import FrameEstimate
 from rig.live.notice import Notice
-from rig.live.quality import SLIGHT
-from rig.live.visibility import MaskedModels
+from rig.live.visibility import SLIGHT, MaskedModels
 from rig.system.arrays import F64, Mask
 
 HELD = 8

@@ -9,9 +9,8 @@ from rig.live.baseline import is_consistent
 from rig.live.chain import Chain
 from rig.live.frame_estimate import FrameEstimate
 from rig.live.snapshot import Sign
-from rig.live.visibility import contrast
+from rig.live.visibility import SLIGHT, contrast
 
-SLIGHT = 0.02  # of the tiles, flat ones at the border mostly: nothing that a user could change
 NOISY = 1.3  # times the noise of the reference
 DIM, BRIGHT = 0.7, 1.3  # times the light of the reference
 BUMPED = 1.0  # px; a camera on a firm stand creeps by tenths

@@ -12,7 +12,8 @@ import numpy as np
 from rig.live.baseline import average_reference, is_consistent, moved_during_reference
 from rig.live.bench import Bench, PreparedBench
 from rig.live.frame_estimate import FrameEstimate
-from rig.live.quality import BUMPED, SLIGHT
+from rig.live.quality import BUMPED
+from rig.live.visibility import SLIGHT
 from rig.system.arrays import F64, Grey
 from rig.system.frame import Frame
 

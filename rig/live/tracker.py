@@ -16,9 +16,9 @@ from rig.live.frame_estimate import NO_ESTIMATE, FrameEstimate, estimate_frame
 from rig.live.learning import on_learned
 from rig.live.memory import Memory
 from rig.live.pace import LATENCY
-from rig.live.quality import SLIGHT
 from rig.live.strain_chain import with_strain, with_touches
 from rig.live.tracks import Event, Track, Tracks
+from rig.live.visibility import SLIGHT
 from rig.live.warm_up import Report, quiet, rehearsal
 from rig.system.frame import Frame
 from rig.system.timing import Stopwatch

@@ -12,6 +12,7 @@ from dic import Status, TileBlocks, TileReference, TileSums, tile_gradient
 from models import Estimator, TilePattern
 from rig.system.arrays import F64, AnyArray, Mask
 
+SLIGHT = 0.02  # of the tiles hidden: a speck or a scratch, not a hand
 HIDDEN = 0.75  # of the tiles, beyond which the others say too little
 DARK = 0.3  # of the contrast of the reference, below which there is no pattern to follow
 DARKEST = 0.05  # of the visible tiles; fewer say nothing against the others

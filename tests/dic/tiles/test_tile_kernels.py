@@ -39,3 +39,5 @@ def test_sums_of_moved_tiles_are_those_of_the_spline(size, far):
         np.testing.assert_allclose(have, want, rtol=2e-4, atol=0.05 * size**2)
         light = [(fx * f).sum(), (fy * f).sum(), fx.sum(), fy.sum(), (f * f).sum(), f.sum()]
         np.testing.assert_allclose(found.light[t], light, rtol=2e-4, atol=0.05 * size**2)
+        hessian = [(fx * fx).sum(), (fx * fy).sum(), (fy * fy).sum()]
+        np.testing.assert_allclose(found.hessian[t], hessian, rtol=2e-4, atol=0.05 * size**2)

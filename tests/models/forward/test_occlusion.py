@@ -48,14 +48,16 @@ def test_a_hand_is_hidden_and_the_rest_is_not(bench, shade):
 
 
 @pytest.mark.parametrize(
-    "change", [{}, {"touches": TOUCHES}, {"gain": 0.85}, {"shift": (0.3, -0.3)}]
+    "change",
+    [{}, {"touches": TOUCHES}, {"gain": 0.85}]
+    + [{"shift": (0.1 * k, -0.06 * k)} for k in range(1, 10)],
 )
 def test_touches_light_and_a_shifted_camera_hide_nothing(bench, change):
     image = frame(bench, **change)
     motion = bench.pattern.still()
     motion[bench.pattern.count : bench.pattern.count + 2] = change.get("shift", (0.0, 0.0))
     sums = tile_sums(bench.reference, image, bench.pattern.motions.flow(motion))
-    assert models.hidden_tiles(bench.reference, sums, NOISE).mean() < 0.01
+    assert not models.hidden_tiles(bench.reference, sums, NOISE).any()
 
 
 def test_a_touch_is_found_beside_a_hand(bench):

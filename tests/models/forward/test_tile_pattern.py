@@ -130,9 +130,8 @@ def moved_by(reference, flow, gain, offset):
     e[inside] -= fx[inside] * wide[..., 0] + fy[inside] * wide[..., 1]
     gradient = np.column_stack([tiles.sums(fx * e), tiles.sums(fy * e)])
     nothing = np.zeros_like(flow)
-    return TileSums(
-        gradient, tiles.sums(e), tiles.sums(e * e), tiles.sums(e * f), reference.light, nothing
-    )
+    squares = tiles.sums(e), tiles.sums(e * e), tiles.sums(e * f)
+    return TileSums(gradient, *squares, reference.hessian, reference.light, nothing)
 
 
 def test_the_normal_matrix_is_that_of_the_pixels(bench):

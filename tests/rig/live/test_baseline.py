@@ -50,13 +50,15 @@ class Creeping:
             average_reference([self.twin.frame(k, ()) for k in range(16)])
         )
 
-    def run(self, loads, settling, touch=()):
-        """Estimates of a frame a second under growing loads, N."""
+    def run(self, loads, settling, touch=(), speck=()):
+        """Estimates of a frame a second under growing loads, N; a speck lies on rows, columns."""
         state, watch, found = at_rest(self.chain), Stopwatch(time.monotonic), []
         for index, load in enumerate(loads):
             touches = (fe.Touch(70.0, 140.0, load, 30.0), *touch)
-            image = self.twin.frame(20 + index, touches)
+            image = self.twin.frame(20 + index, touches).copy()
+            image[speck or np.s_[:0]] = 0
             frame_estimate = estimate_frame(self.chain, image, state, watch, settling)
+            assert frame_estimate.hidden.any() == bool(speck)
             state = frame_estimate.state
             found.append(frame_estimate.estimate)
         return found
@@ -71,6 +73,14 @@ def test_slow_drift_is_no_touch_and_without_settling_it_is(creeping):
     loads = np.linspace(0.005, 0.8, 60)  # N, in a minute
     assert not any(estimate.count for estimate in creeping.run(loads, drift_weight(1.0)))
     assert any(estimate.count for estimate in creeping.run(loads[-3:], 0.0))
+
+
+def test_slow_drift_is_no_touch_where_a_speck_has_settled_on_the_plate(creeping):
+    height, width = creeping.twin.frame(0, ()).shape
+    speck = np.s_[height // 3 : height // 3 + 12, width // 4 : width // 4 + 12]
+    loads = np.linspace(0.005, 0.8, 60)
+    found = creeping.run(loads, drift_weight(1.0), speck=speck)
+    assert not any(estimate.count for estimate in found)
 
 
 def test_a_touch_that_stays_is_never_taken_for_rest(creeping):
