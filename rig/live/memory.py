@@ -13,7 +13,9 @@ from rig.system.arrays import F64, Mask
 SAME = 10.0  # mm, within which two touches are one
 # Fraction of its largest force below which a touch has ended: thrice what a plate keeps of it.
 FADED = 3.0 * MEMORY
-MANY = 8  # that are remembered: a trace of 0.01 N is seen on a plate of 1 mm
+# That are remembered: a trace of 0.01 N is seen on a plate of 1 mm, and a touch that slides faster
+# than frames come leaves one in every frame.
+MANY = 16
 RENEWED = 0.5  # of what pressed there before: what is left of that no longer counts
 
 
