@@ -11,11 +11,12 @@ from models import MEMORY
 from rig.system.arrays import F64, Mask
 
 SAME = 10.0  # mm, within which two touches are one
+# mm, and fraction of its force, within which one that is gone has slid to where a new one is: what
+# it passed between two frames keeps nothing of it. A lift and a press take longer than a frame.
+SLID, STEADY = 40.0, 0.25
 # Fraction of its largest force below which a touch has ended: thrice what a plate keeps of it.
 FADED = 3.0 * MEMORY
-# That are remembered: a trace of 0.01 N is seen on a plate of 1 mm, and a touch that slides faster
-# than frames come leaves one in every frame.
-MANY = 16
+MANY = 16  # that are remembered: a trace of 0.01 N is seen on a plate of 1 mm
 RENEWED = 0.5  # of what pressed there before: what is left of that no longer counts
 
 
@@ -47,7 +48,9 @@ class Memory:
         for touch in largest:
             touch[2] = self.held[_near(self.held, touch), 2].max(initial=touch[2])
         held = largest[found[:, 2] >= FADED * largest[:, 2]]
-        ended = np.array([not _near(held, touch).any() for touch in self.held], dtype=bool)
+        come = held[_which(held, lambda touch: not _near(self.held, touch).any())]
+        gone = _which(self.held, lambda touch: not _near(held, touch).any())
+        ended = gone & ~_which(self.held, lambda touch: _slid(touch, come))
         # What is weaker than a trace of another leaves none, and may be one.
         strongest = max(
             part[:, 2].max(initial=0.0) for part in (self.held, self.left, self.covered)
@@ -56,9 +59,9 @@ class Memory:
         renewed = _which(self.left, lambda touch: bool(_near(self.held[ended], touch).any()))
         under = _which(self.left, lambda touch: _renewed(held, touch))
         still = _which(self.covered, lambda touch: _renewed(held, touch))
-        gone = _which(self.covered, lambda touch: bool(_near(self.held[ended], touch).any()))
-        covered = np.concatenate([self.left[under & ~renewed], self.covered[still & ~gone]])[:MANY]
-        back = self.covered[~still & ~gone]
+        over = _which(self.covered, lambda touch: bool(_near(self.held[ended], touch).any()))
+        covered = np.concatenate([self.left[under & ~renewed], self.covered[still & ~over]])[:MANY]
+        back = self.covered[~still & ~over]
         if not (ended.any() or renewed.any() or under.any() or len(back)):
             return Memory(held, self.left, covered)
         kept = np.concatenate([self.left[~renewed & ~under], back])
@@ -68,6 +71,12 @@ class Memory:
 def _which(touches: F64, holds: Callable[[F64], bool]) -> Mask:
     """For which touches (n, 3) something holds, (n,)."""
     return np.array([holds(touch) for touch in touches], dtype=bool)
+
+
+def _slid(touch: F64, come: F64) -> bool:
+    """Whether a touch that is gone has slid to where one of those that came is."""
+    steady = np.abs(come[:, 2] - touch[2]) <= STEADY * touch[2]
+    return bool((steady & (np.hypot(*(come[:, :2] - touch[:2]).T) <= SLID)).any())
 
 
 def _renewed(held: F64, touch: F64) -> bool:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rig.live.memory import FADED, MANY, Memory
+from rig.live.memory import FADED, MANY, SLID, Memory
 
 
 def pressed(*touches):
@@ -46,8 +46,20 @@ def test_a_weak_touch_where_a_strong_one_was_keeps_its_memory():
 
 def test_the_last_that_ended_count():
     places = [(20.0 * k, 50.0, 1.0 + k) for k in range(MANY + 4)]
-    memory = after(*[[place] for place in places])
-    np.testing.assert_allclose(memory.left, places[MANY + 2 : 2 : -1])
+    memory = after(*[frame for place in places for frame in ([place], [])])
+    np.testing.assert_allclose(memory.left, places[: -MANY - 1 : -1])
+
+
+def test_a_slide_that_outruns_the_frames_leaves_what_ended_before_it():
+    slide = [[(30.0 + 25.0 * k, 150.0, 2.0 + 0.1 * k)] for k in range(MANY + 4)]
+    memory = after([(50, 40, 3.5)], [], *slide, [])
+    np.testing.assert_allclose(memory.left, [slide[-1][0], (50, 40, 3.5)])
+
+
+def test_a_touch_far_away_or_of_another_force_is_another():
+    assert len(after([(50, 40, 2.0)], [(50 + 1.2 * SLID, 40, 2.0)]).left) == 1
+    assert len(after([(50, 40, 2.0)], [(50 + 0.8 * SLID, 40, 3.0)]).left) == 1
+    assert len(after([(50, 40, 2.0)], [(50 + 0.8 * SLID, 40, 2.2)]).left) == 0
 
 
 def test_a_place_is_remembered_once():
