@@ -19,7 +19,7 @@ from models.bench.bench import BenchEstimate
 from models.forward.bench_forward import BenchForward
 
 # Of a measurement in units of all that is not known, what a modal plate leaves of it beside any
-# touch: 2 % under 4 N near a corner, the mean of a hundred frames, and less elsewhere.
+# touch: in a trial 2 % under 4 N near a corner, the mean of a hundred frames, and less elsewhere.
 _LEFT_OVER = 0.02
 # Of a finger that presses, glides or lets go: a millimetre and a tenth of its force in a frame
 # at 30 fps, in mm/s and 1/s.

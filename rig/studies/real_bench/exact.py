@@ -4,8 +4,8 @@ Parts: exact. The same images of 100 touches are read by an estimator that takes
 granted (`estimator.bench = "exact"`, `plate.theory = "large"`) and by one that infers a bench of
 which every number is known. *Worse by*: the largest of what the second one has more of: place
 (median, p95) and force in per cent of the first one's, and in points of a hundred frames of another
-number of touches and what coverage is off 68 and 95 %. Truth is the whole plate
-of von Kármán on its own mesh.
+number of touches and what coverage is off 68 and 95 %. Truth is the whole plate of von Kármán on
+its own mesh.
 """
 
 from __future__ import annotations
