@@ -16,7 +16,7 @@ SAME = 10.0  # mm, within which two touches are one
 SLID, STEADY = 40.0, 0.25
 # Fraction of its largest force below which a touch has ended: thrice what a plate keeps of it.
 FADED = 3.0 * MEMORY
-MANY = 16  # that are remembered: a trace of 0.01 N is seen on a plate of 1 mm
+MANY = 8  # that are remembered: a trace of 0.01 N is seen on a plate of 1 mm
 RENEWED = 0.5  # of what pressed there before: what is left of that no longer counts
 
 

@@ -18,8 +18,8 @@
 /start/touches         (N, n, 3) float64
 /start/from_strain     (N, n, 3) float64
 /start/held            (N, n, 3) float64      see `Memory`
-/start/left            (N, 16, 3) float64
-/start/covered         (N, 16, 3) float64
+/start/left            (N, 8, 3) float64
+/start/covered         (N, 8, 3) float64
 /frames/check          (N,) uint32            CRC-32 of a frame's numbers, all but the large arrays
 /frames/reference      (N,) int64             0 for /reference, n for the n-th of /tares/image
 /tares/image           (M, H, W) float32      references that were taken while the loop ran
