@@ -25,6 +25,11 @@ from .bench.marginal import (
 )
 from .bench.press import Press as Press
 from .bench.score_test import FALSE_ALARM as FALSE_ALARM
+from .bench.traces import (
+    NO_TRACES as NO_TRACES,
+    Traces as Traces,
+    left_by as left_by,
+)
 from .data.dataset import (
     Dataset as Dataset,
     StrainInfluence as StrainInfluence,

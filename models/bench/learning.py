@@ -17,8 +17,9 @@ from models.arrays import F64
 from models.bench.bench import NAMES, BenchEstimate
 from models.bench.joint import solve_lower, through
 from models.bench.limits import pushing
-from models.bench.marginal import NONE, own_error
+from models.bench.marginal import own_error
 from models.bench.press import Press
+from models.bench.traces import NO_TRACES, Traces
 from models.forward.bench_forward import BenchForward
 
 _STEPS = 5
@@ -65,7 +66,7 @@ def wandered(bench: BenchEstimate, seconds: float) -> BenchEstimate:
 
 
 def learn(
-    forward: BenchForward, bench: BenchEstimate, press: Press, left: F64 = NONE
+    forward: BenchForward, bench: BenchEstimate, press: Press, left: Traces = NO_TRACES
 ) -> BenchEstimate | None:
     """Learn on a bench from a touch of which little is known.
 
@@ -81,8 +82,8 @@ def learn(
     press : Press
         Mean of its frames, a start, and what is known of place and force: each number whose σ is
         finite counts as one more that was measured.
-    left : (n, 3) float64, mm, mm, N
-        Touches that ended, of which the plate may still show a part.
+    left : Traces
+        What the plate may still show of touches that ended.
 
     Returns
     -------
@@ -100,7 +101,11 @@ def learn(
 
 
 def likeliest(
-    forward: BenchForward, bench: BenchEstimate, measured: F64, touches: F64, left: F64 = NONE
+    forward: BenchForward,
+    bench: BenchEstimate,
+    measured: F64,
+    touches: F64,
+    left: Traces = NO_TRACES,
 ) -> BenchForward | None:
     """Move a forward model to the bench that a frame itself makes likeliest, its touches near some.
 
@@ -116,8 +121,8 @@ def likeliest(
     measured : (m,) float64
         In units of its noise.
     touches : (n, 3) float64, mm, mm, N
-    left : (k, 3) float64, mm, mm, N
-        Touches that ended, of which the plate may still show a part.
+    left : Traces
+        What the plate may still show of touches that ended.
 
     Returns
     -------
@@ -141,7 +146,7 @@ class _Step(NamedTuple):
 
 
 def _fitted(
-    forward: BenchForward, bench: BenchEstimate, touches: F64, press: Press, left: F64
+    forward: BenchForward, bench: BenchEstimate, touches: F64, press: Press, left: Traces
 ) -> tuple[BenchForward, _Step] | None:
     """Move to the likeliest bench and touches; None where that is not likely."""
     step = None
@@ -159,7 +164,9 @@ def _fitted(
     return forward, step
 
 
-def _step(on: BenchForward, bench: BenchEstimate, press: Press, touches: F64, left: F64) -> _Step:
+def _step(
+    on: BenchForward, bench: BenchEstimate, press: Press, touches: F64, left: Traces
+) -> _Step:
     """Take a step of Gauss and Newton from a bench and touches."""
     values = on.fields.values
     residual, own, shared = _whitened(on, bench, press, touches, left)
@@ -180,14 +187,15 @@ def _step(on: BenchForward, bench: BenchEstimate, press: Press, touches: F64, le
 
 
 def _whitened(
-    on: BenchForward, bench: BenchEstimate, press: Press, touches: F64, left: F64
+    on: BenchForward, bench: BenchEstimate, press: Press, touches: F64, left: Traces
 ) -> tuple[F64, F64, F64]:
     """Whiten what touches leave (m,), its derivatives by them (m, 3n) and by the bench (m, 50)."""
     predicted, own = on.read(touches)
     variance = press.noise**2 + bench.discrepancy**2 * own_error(predicted)
     spread = variance * np.eye(len(predicted))
     if len(left):
-        shown = bench.memory * on.left(left)
+        likely, shown = left.shown(on, bench)
+        predicted = predicted + likely
         spread += shown.T @ shown
     rows = np.concatenate([(press.measured - predicted)[None], own, on.by_bench(touches)]).T
     white = solve_lower(np.asarray(np.linalg.cholesky(spread), dtype=np.float64), rows)

@@ -16,6 +16,7 @@ from scipy.linalg import solve_triangular
 import fe
 from models.arrays import F64
 from models.bench.bench import BenchEstimate
+from models.bench.traces import NO_TRACES, Traces
 from models.forward.bench_forward import BenchForward
 
 # Of a measurement in units of all that is not known, what a modal plate leaves of it beside any
@@ -80,28 +81,34 @@ class MarginalForward:
         return self.whitening @ values, jacobian @ self.whitening.T
 
 
-NONE = np.empty((0, 3))
-
-
 def marginal(
-    forward: BenchForward, bench: BenchEstimate, touches: F64, left: F64 = NONE
+    forward: BenchForward, bench: BenchEstimate, touches: F64, left: Traces = NO_TRACES
 ) -> MarginalForward:
     """Whiten a forward model by noise and bench as they are under some touches (n, 3).
 
-    The plate may still show a part of each touch that ended, `left` (n, 3).
+    The plate may still show traces of touches that ended, `left`.
     """
     lower = np.linalg.cholesky(scatter(forward, bench, touches, left))
     whitening = solve_triangular(lower, np.eye(len(lower)), lower=True, check_finite=False)
-    away = bench.values - forward.fields.values
-    shift = away @ forward.by_bench(touches) if away.any() else np.zeros(len(lower))
+    shift = likely_shift(forward, bench, touches)
+    if len(left):
+        shift = shift + left.shown(forward, bench)[0]
     return MarginalForward(forward, np.asarray(whitening, dtype=np.float64), shift)
 
 
-def scatter(forward: BenchForward, bench: BenchEstimate, touches: F64, left: F64 = NONE) -> F64:
+def likely_shift(forward: BenchForward, bench: BenchEstimate, touches: F64) -> F64:
+    """Compute what the most likely bench shows more than that of the forward model, (m,)."""
+    away = bench.values - forward.fields.values
+    return away @ forward.by_bench(touches) if away.any() else np.zeros(len(forward.whitening))
+
+
+def scatter(
+    forward: BenchForward, bench: BenchEstimate, touches: F64, left: Traces = NO_TRACES
+) -> F64:
     """Covariance of a measurement by noise, memory, bench, change and model error, (m, m)."""
     even = np.eye(len(forward.whitening))
     if len(left):
-        shown = bench.memory * forward.left(left)
+        shown = left.shown(forward, bench)[1]
         even += shown.T @ shown
     if not len(touches):
         return even
@@ -130,11 +137,25 @@ def own_error(seen: F64) -> float:
     return float(seen @ seen) / len(seen)
 
 
-def without_memory(forward: BenchForward, bench: BenchEstimate, measured: F64, left: F64) -> F64:
-    """Take what a plate without touches still shows of those that ended (n, 3) off it, (m,)."""
+def without_memory(forward: BenchForward, bench: BenchEstimate, measured: F64, left: Traces) -> F64:
+    """Take what a plate without touches still shows of those that ended off it, (m,)."""
     if not len(left):
         return measured
-    shown = bench.memory * forward.left(left)
-    return (
-        measured - np.linalg.solve(np.eye(len(shown)) + shown @ shown.T, shown @ measured) @ shown
-    )
+    likely, shown = left.shown(forward, bench)
+    rest = measured - likely
+    return rest - np.linalg.solve(np.eye(len(shown)) + shown @ shown.T, shown @ rest) @ shown
+
+
+def traces_after(
+    forward: BenchForward, bench: BenchEstimate, measured: F64, touches: F64, left: Traces
+) -> Traces:
+    """Take in what a frame with touches (n, 3) tells of traces, and how they may fade after it."""
+    own = forward.left(left.touches) * bench.memory
+    predicted, jacobian = forward.read(touches)
+    rest = measured - predicted - likely_shift(forward, bench, touches)
+    lower = np.linalg.cholesky(scatter(forward, bench, touches))
+    rows = np.concatenate([rest[None], jacobian, own]).T
+    white = np.asarray(solve_triangular(lower, rows, lower=True, check_finite=False))
+    basis = np.linalg.qr(white[:, 1 : 1 + touches.size])[0]
+    white -= basis @ (basis.T @ white)
+    return left.told(white[:, 1 + touches.size :], white[:, 0]).faded()

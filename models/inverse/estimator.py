@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike
 import fe
 from models.arrays import F64
 from models.bench.bench import BenchEstimate
-from models.bench.marginal import without_memory
+from models.bench.marginal import traces_after, without_memory
+from models.bench.traces import NO_TRACES, Traces
 from models.checks import check_integer, read_array
 from models.estimate import Estimate
 from models.forward.bench_forward import BenchForward
@@ -79,11 +80,17 @@ class Estimator:
         uncertain = None if self.bench is None else Uncertain(self.bench, self.candidates)
         object.__setattr__(self, "_uncertain", uncertain)
 
-    def without_memory(self, measured: F64, left: F64) -> F64:
-        """Take what the plate of a bench still shows of touches that ended (n, 3) off it, (m,)."""
+    def without_memory(self, measured: F64, left: Traces) -> F64:
+        """Take what the plate of a bench still shows of touches that ended off it, (m,)."""
         if self.bench is None or not isinstance(self.forward, BenchForward):
             return measured
         return without_memory(self.forward, self.bench, measured, left)
+
+    def traces_after(self, measured: F64, touches: F64, left: Traces) -> Traces:
+        """Take in what a frame (m,) with touches (n, 3) tells of the traces of those that ended."""
+        if self.bench is None or not isinstance(self.forward, BenchForward) or not len(left):
+            return left
+        return traces_after(self.forward, self.bench, measured, touches, left)
 
     def _stand_on_bench(self) -> None:
         """Put the forward model on the bench that is most likely, where it is not there yet."""
@@ -122,7 +129,7 @@ class Estimator:
         start: ArrayLike | None = None,
         *,
         count: int | None = None,
-        left: ArrayLike = (),
+        left: Traces = NO_TRACES,
     ) -> Estimate:
         """Find touches from a measurement in units of its noise, (m,); see `find`.
 
@@ -133,8 +140,8 @@ class Estimator:
             x, y, F of the last frame's touches: the fit begins there.
         count : int, optional
             Number of touches where it is known.
-        left : (n, 3) array, mm, mm, N
-            Touches that ended, of which the plate of a `bench` may still show a part.
+        left : Traces
+            What the plate of a `bench` may still show of touches that ended.
 
         Raises
         ------
@@ -147,7 +154,7 @@ class Estimator:
                 check_measured(measured, self.candidates),
                 self._uncertain,
                 start=read_start(() if start is None else start),
-                left=read_start(left),
+                left=left,
                 count=count,
                 max_touches=self.max_touches,
                 prior=self.prior,

@@ -17,6 +17,7 @@ from models.arrays import F64
 from models.bench.bench import NAMES, BenchEstimate
 from models.bench.learning import likeliest
 from models.bench.marginal import MarginalForward, marginal
+from models.bench.traces import Traces
 from models.estimate import Estimate, Result
 from models.forward.bench_forward import BenchForward
 from models.inverse.candidates import CandidateGrid
@@ -44,15 +45,15 @@ class Whitened(NamedTuple):
     Attributes
     ----------
     touches : (n, 3) float64, mm, mm, N
-    left : (k, 3) float64, mm, mm, N
-        Touches that ended.
+    left : Traces
+        Of touches that ended.
     forward : MarginalForward
     candidates : CandidateGrid
         Of that forward model.
     """
 
     touches: F64
-    left: F64
+    left: Traces
     forward: MarginalForward
     candidates: CandidateGrid
 
@@ -86,7 +87,7 @@ class Uncertain:
             raise TypeError(f"a bench needs a BenchForward, got a {type(forward).__name__}")
         return forward
 
-    def moved(self, measured: F64, touches: F64, left: F64) -> Uncertain:
+    def moved(self, measured: F64, touches: F64, left: Traces) -> Uncertain:
         """Move to the bench that a frame shows, where what it does is not linear up to there.
 
         It is the tension that is far from linear; once that is known, the likeliest bench is near.
@@ -102,10 +103,10 @@ class Uncertain:
             return self
         return Uncertain(self.bench, replace(self.candidates, forward=there))
 
-    def about(self, touches: F64, left: F64) -> Whitened:
+    def about(self, touches: F64, left: Traces) -> Whitened:
         """Whiten it by all that is not known under touches (n, 3), or by what it was near by."""
         last = self._last.get(len(touches))
-        known = last is not None and np.array_equal(last.left, left)
+        known = last is not None and last.left.same(left)
         if last is not None and known and self.near(last.touches, touches):
             return last
         there = marginal(self.forward, self.bench, touches, left)
@@ -128,7 +129,7 @@ def find_on_bench(
     uncertain: Uncertain,
     *,
     start: F64,
-    left: F64,
+    left: Traces,
     count: int | None = None,
     max_touches: int = 4,
     prior: Prior = FLAT,
@@ -141,8 +142,8 @@ def find_on_bench(
     measured : (m,) float64
     uncertain : Uncertain
     start : (n, 3) float64, mm, mm, N
-    left : (k, 3) float64, mm, mm, N
-        Touches that ended, of which the plate may still show a part.
+    left : Traces
+        What the plate may still show of touches that ended.
     count, max_touches, prior, solver
         As for `find`.
 
@@ -196,7 +197,7 @@ def _settled(
     measured: F64,
     uncertain: Uncertain,
     touches: F64,
-    left: F64,
+    left: Traces,
     prior: Prior,
     solver: LevenbergMarquardt,
 ) -> tuple[Whitened, F64]:

@@ -182,10 +182,14 @@ def _fitted(estimator: Estimator, measured: F64, state: ChainState) -> tuple[Est
     left = before.after(state.touches).left
     estimate = estimator.fit_whitened(measured, state.touches, left=left)
     memory = before.after(touches_of(estimate))
-    if not np.array_equal(memory.left, left):
+    if not memory.left.same(left):
         estimate = estimator.fit_whitened(measured, memory.held, left=memory.left)
         memory = before.after(touches_of(estimate))
-    return estimate, memory
+    if memory.left.same(before.left) or not is_consistent(estimate):
+        return estimate, memory
+    return estimate, replace(
+        memory, left=estimator.traces_after(measured, touches_of(estimate), memory.left)
+    )
 
 
 def touches_of(estimate: Estimate) -> F64:

@@ -71,7 +71,7 @@ class _Held:
 
     touch: F64
     shown: tuple[F64, ...]
-    left: F64
+    left: models.Traces
 
 
 class Learning:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from models import MEMORY
+from models import MEMORY, NO_TRACES, Traces, left_by
 from rig.system.arrays import F64, Mask
 
 SAME = 10.0  # mm, within which two touches are one
@@ -32,14 +32,14 @@ class Memory:
     ----------
     held : (n, 3) float64, mm, mm, N
         The touches of the last frame.
-    left : (n, 3) float64, mm, mm, N
-        Those that ended last, the latest first.
+    left : Traces
+        Of those that ended last, the latest first.
     covered : (n, 3) float64, mm, mm, N
         Those of them where something presses now: their trace does not count until it has gone on.
     """
 
     held: F64 = field(default_factory=_none)
-    left: F64 = field(default_factory=_none)
+    left: Traces = NO_TRACES
     covered: F64 = field(default_factory=_none)
 
     def after(self, found: F64) -> Memory:
@@ -51,21 +51,21 @@ class Memory:
         come = held[_which(held, lambda touch: not _near(self.held, touch).any())]
         gone = _which(self.held, lambda touch: not _near(held, touch).any())
         ended = gone & ~_which(self.held, lambda touch: _slid(touch, come))
+        before = self.left.touches
         # What is weaker than a trace of another leaves none, and may be one.
-        strongest = max(
-            part[:, 2].max(initial=0.0) for part in (self.held, self.left, self.covered)
-        )
+        strongest = max(part[:, 2].max(initial=0.0) for part in (self.held, before, self.covered))
         ended &= self.held[:, 2] >= MEMORY * strongest
-        renewed = _which(self.left, lambda touch: bool(_near(self.held[ended], touch).any()))
-        under = _which(self.left, lambda touch: _renewed(held, touch))
+        renewed = _which(before, lambda touch: bool(_near(self.held[ended], touch).any()))
+        under = _which(before, lambda touch: _renewed(held, touch))
         still = _which(self.covered, lambda touch: _renewed(held, touch))
         over = _which(self.covered, lambda touch: bool(_near(self.held[ended], touch).any()))
-        covered = np.concatenate([self.left[under & ~renewed], self.covered[still & ~over]])[:MANY]
+        covered = np.concatenate([before[under & ~renewed], self.covered[still & ~over]])[:MANY]
         back = self.covered[~still & ~over]
         if not (ended.any() or renewed.any() or under.any() or len(back)):
             return Memory(held, self.left, covered)
-        kept = np.concatenate([self.left[~renewed & ~under], back])
-        return Memory(held, np.concatenate([self.held[ended], kept])[:MANY], covered)
+        older = self.left.of(~renewed & ~under).and_older(left_by(back))
+        left = left_by(self.held[ended]).and_older(older)
+        return Memory(held, left.of(np.arange(len(left)) < MANY), covered)
 
 
 def _which(touches: F64, holds: Callable[[F64], bool]) -> Mask:

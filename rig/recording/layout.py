@@ -19,6 +19,8 @@
 /start/from_strain     (N, n, 3) float64
 /start/held            (N, n, 3) float64      see `Memory`
 /start/left            (N, 8, 3) float64
+/start/trace           (N, 24) float64        what is known of their traces, see `Traces`
+/start/trace_scatter   (N, 24, 24) float64
 /start/covered         (N, 8, 3) float64
 /frames/check          (N,) uint32            CRC-32 of a frame's numbers, all but the large arrays
 /frames/reference      (N,) int64             0 for /reference, n for the n-th of /tares/image
@@ -40,7 +42,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from models import Estimate
+from models import Estimate, Traces, left_by
 from rig.live.baseline import ReferenceFrame
 from rig.live.chain import Chain, ChainState
 from rig.live.frame_record import FrameRecord
@@ -84,6 +86,8 @@ def shapes(chain: Chain, strain: bool) -> Shapes:
         "start/from_strain": (touches, "f8"),
         "start/held": (touches, "f8"),
         "start/left": ((MANY, 3), "f8"),
+        "start/trace": ((3 * MANY,), "f8"),
+        "start/trace_scatter": ((3 * MANY, 3 * MANY), "f8"),
         "start/covered": ((MANY, 3), "f8"),
     }
     if strain:
@@ -115,6 +119,7 @@ def tare_row(reference: ReferenceFrame, captured: float) -> dict[str, AnyArray]:
 def rows(record: FrameRecord, layout: Shapes, number: int = 0) -> dict[str, AnyArray]:
     """Arrays of one frame, in the shapes of the layout, against the reference of a number."""
     estimate, sums, frame = record.frame_estimate.estimate, record.frame_estimate.sums, record.frame
+    left = record.before.memory.left
     fingers = [(t.x, t.y, t.force, t.radius) for t in frame.truth or ()][:FINGERS]
     found = {
         "frames/image": frame.image,
@@ -132,7 +137,9 @@ def rows(record: FrameRecord, layout: Shapes, number: int = 0) -> dict[str, AnyA
         "start/touches": record.before.touches,
         "start/from_strain": record.before.from_strain,
         "start/held": record.before.memory.held,
-        "start/left": record.before.memory.left,
+        "start/left": left.touches,
+        "start/trace": left.part,
+        "start/trace_scatter": padded(left.covariance, 3 * MANY),
         "start/covered": record.before.memory.covered,
         REFERENCE: number,
         LAST: frame.sequence,
@@ -166,14 +173,28 @@ def covariances(estimate: Estimate) -> F64:
 def state(row: Mapping[str, AnyArray]) -> ChainState:
     """State of the loop before a frame."""
     none = np.empty((0, 3))  # as in recordings of the release before
-    memory = (there(row.get(f"start/{name}", none)) for name in ("held", "left", "covered"))
+    held, left, covered = (
+        there(row.get(f"start/{name}", none)) for name in ("held", "left", "covered")
+    )
+    traces = left_by(left)
+    if "start/trace" in row:
+        numbers = left.size
+        scatter = row["start/trace_scatter"][:numbers, :numbers]
+        traces = Traces(left, row["start/trace"][:numbers], scatter)
     return ChainState(
         row["start/motion"],
         row["start/rest"],
         there(row["start/touches"]),
         there(row["start/from_strain"]),
-        Memory(*memory),
+        Memory(held, traces, covered),
     )
+
+
+def padded(values: F64, size: int) -> F64:
+    """Put a square of numbers into the corner of a larger one; the rest is NaN."""
+    larger = np.full((size, size), np.nan)
+    larger[: len(values), : len(values)] = values
+    return larger
 
 
 def there(padded: AnyArray) -> AnyArray:

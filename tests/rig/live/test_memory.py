@@ -19,7 +19,7 @@ def after(*frames):
 def test_a_touch_that_goes_is_left_with_the_largest_force_it_had():
     memory = after([(50, 40, 1.0)], [(51, 40, 4.0)], [(52, 40, 3.0)], [])
     assert len(memory.held) == 0
-    np.testing.assert_allclose(memory.left, [[52, 40, 4.0]])
+    np.testing.assert_allclose(memory.left.touches, [[52, 40, 4.0]])
 
 
 def test_what_fades_under_what_a_plate_keeps_of_it_has_ended():
@@ -32,7 +32,7 @@ def test_what_fades_under_what_a_plate_keeps_of_it_has_ended():
 def test_one_of_two_that_goes_leaves_the_other_held():
     memory = after([(50, 40, 2.0), (120, 90, 3.0)], [(120, 90, 3.0)])
     np.testing.assert_allclose(memory.held, [[120, 90, 3.0]])
-    np.testing.assert_allclose(memory.left, [[50, 40, 2.0]])
+    np.testing.assert_allclose(memory.left.touches, [[50, 40, 2.0]])
 
 
 def test_a_touch_that_was_lost_for_a_frame_is_not_its_own_memory():
@@ -47,13 +47,13 @@ def test_a_weak_touch_where_a_strong_one_was_keeps_its_memory():
 def test_the_last_that_ended_count():
     places = [(20.0 * k, 50.0, 1.0 + k) for k in range(MANY + 4)]
     memory = after(*[frame for place in places for frame in ([place], [])])
-    np.testing.assert_allclose(memory.left, places[: -MANY - 1 : -1])
+    np.testing.assert_allclose(memory.left.touches, places[: -MANY - 1 : -1])
 
 
 def test_a_slide_that_outruns_the_frames_leaves_what_ended_before_it():
     slide = [[(30.0 + 25.0 * k, 150.0, 2.0 + 0.1 * k)] for k in range(MANY + 4)]
     memory = after([(50, 40, 3.5)], [], *slide, [])
-    np.testing.assert_allclose(memory.left, [slide[-1][0], (50, 40, 3.5)])
+    np.testing.assert_allclose(memory.left.touches, [slide[-1][0], (50, 40, 3.5)])
 
 
 def test_a_touch_far_away_or_of_another_force_is_another():
@@ -64,7 +64,7 @@ def test_a_touch_far_away_or_of_another_force_is_another():
 
 def test_a_place_is_remembered_once():
     memory = after([(50, 40, 2.0)], [], [(52, 40, 0.9)], [])
-    np.testing.assert_allclose(memory.left, [[52, 40, 0.9]])
+    np.testing.assert_allclose(memory.left.touches, [[52, 40, 0.9]])
 
 
 def test_left_stays_the_same_array_while_none_ends():
@@ -77,12 +77,12 @@ def test_what_a_gliding_touch_passes_over_is_there_again_when_it_has_gone_on():
     memory = after([(50, 40, 2.0)], [], *path[:4])
     assert len(memory.left) == 0
     memory = after([(50, 40, 2.0)], [], *path)
-    np.testing.assert_allclose(memory.left, [[50, 40, 2.0]])
+    np.testing.assert_allclose(memory.left.touches, [[50, 40, 2.0]])
     memory = after([(50, 40, 2.0)], [], *path, [])
-    np.testing.assert_allclose(memory.left, [[72, 40, 3.0], [50, 40, 2.0]])
+    np.testing.assert_allclose(memory.left.touches, [[72, 40, 3.0], [50, 40, 2.0]])
 
 
 def test_what_may_be_a_trace_itself_leaves_none():
     memory = after([(50, 40, 4.0)], [], [(90, 80, 0.15)], [])
-    np.testing.assert_allclose(memory.left, [[50, 40, 4.0]])
+    np.testing.assert_allclose(memory.left.touches, [[50, 40, 4.0]])
     assert len(after([(50, 40, 4.0)], [], [(90, 80, 0.25)], []).left) == 2
