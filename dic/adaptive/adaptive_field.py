@@ -140,6 +140,8 @@ def by_subsets(found: DisplacementField) -> DisplacementField:
 def _without(found: DisplacementField, bare: Mask) -> DisplacementField:
     """Leave out points that were measured though there is no pattern."""
     wrong = bare & found.valid
+    if not wrong.any():
+        return found
     unknown = {
         name: np.where(wrong, np.nan, getattr(found, name))
         for name in ("u", "v", "sigma_u", "sigma_v", "gauge")

@@ -50,15 +50,19 @@ def evaluate(field: AdaptiveTiles, xy: F64) -> PointValues:
     corners = [(low[:, 1], low[:, 0], 0, 0), (low[:, 1], high[:, 0], 1, 0),
                (high[:, 1], low[:, 0], 0, 1), (high[:, 1], high[:, 0], 1, 1)]  # fmt: skip
     values, variance = np.zeros((2, 3, len(xy))), np.zeros((2, 3, len(xy)))
+    missing: Mask = np.asarray(~np.isfinite(field.values).all(axis=(0, 1)))
+    lost = np.zeros(len(xy), dtype=bool)
+    seen, spread = np.where(missing, 0.0, field.values), np.where(missing, 0.0, field.sigma**2)
     for row, column, right, below in corners:
-        at, power = field.values[..., row, column], np.square(field.sigma[..., row, column])
+        at = seen[..., row, column]
         wx, sx = _hermite(tx, right)
         wy, sy = _hermite(ty, below)
         linear = (tx if right else 1 - tx) * (ty if below else 1 - ty)
-        values[:, 0] += _times(wx * wy, at[:, 0]) + _times(sx * wy, at[:, 1])
-        values[:, 0] += _times(wx * sy, at[:, 2])
-        values[:, 1:] += _times(linear, at[:, 1:])
-        variance += _times(linear, power)
+        values[:, 0] += wx * wy * at[:, 0] + sx * wy * at[:, 1] + wx * sy * at[:, 2]
+        values[:, 1:] += linear * at[:, 1:]
+        variance += linear * spread[..., row, column]
+        lost |= missing[row, column] & (linear > 0)
+    values[..., lost], variance[..., lost] = np.nan, np.nan
     inside = np.abs(place - nearest).max(axis=1) <= 0.5 + 1e-9
     alone = ~np.isfinite(values).all(axis=(0, 1)) & inside
     values[..., alone], variance[..., alone] = _carry(field, nearest[alone], place[alone])
@@ -73,11 +77,6 @@ def _hermite(t: F64, end: int) -> tuple[F64, F64]:
     s = 1 - t if end else t
     slope = s * (1 - s) ** 2
     return (1 + 2 * s) * (1 - s) ** 2, -slope if end else slope
-
-
-def _times(weight: F64, values: F64) -> F64:
-    """Product that is zero where the weight is, even if there is no value."""
-    return np.where(weight == 0, 0.0, weight * values)
 
 
 def _carry(field: AdaptiveTiles, tile: I64, place: F64) -> tuple[F64, F64]:

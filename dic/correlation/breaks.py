@@ -144,6 +144,8 @@ def _louder(ref: Reference, noise: F64, status: I8, sigmas: float) -> Mask:
 
 def _neighbours(xy: F64, around: F64, reach: float) -> list[list[int]]:
     """Points of `around` within a square of ±`reach` px of each of `xy`."""
+    if not len(xy):
+        return []
     from scipy.spatial import KDTree
 
     tree = KDTree(around)

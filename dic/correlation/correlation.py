@@ -30,6 +30,7 @@ from dic.numbers import check_type, read_array
 _MAX_PASSES = 10  # of the whole field
 _PART = 2500  # px filtered for one point, in the time that the whole image takes
 _FEW = 0.05  # fraction of points below which they iterate alone
+_HARDLY_ANY = 0.001  # fraction of points by which those found may still grow
 _SEED_SPACINGS = 60, 30  # px, the second where holes or lost parts leave too few
 _TRIES = 2  # a point that is lost is tried again beside those found
 _HOPE = 0.5  # fraction of a field that must not be flat after some passes
@@ -195,7 +196,7 @@ def _iterate_field(ref: Reference, grid: Grid, spline: AnyArray, points: Points)
         points.step(ref, sums_of(net), net.base)
         good = point_status.is_correlated(ref, points)
         moving, count = np.count_nonzero(good & ~points.still), np.count_nonzero(good)
-        if moving <= _FEW * count and count <= held:
+        if moving <= _FEW * count and count <= held + _HARDLY_ANY * count:
             return
         if passes >= _PATIENCE and point_status.is_flat(ref, points)[good].mean() > _HOPE:
             return

@@ -158,4 +158,4 @@ def traces_after(
     white = np.asarray(solve_triangular(lower, rows, lower=True, check_finite=False))
     basis = np.linalg.qr(white[:, 1 : 1 + touches.size])[0]
     white -= basis @ (basis.T @ white)
-    return left.told(white[:, 1 + touches.size :], white[:, 0]).faded()
+    return left.updated(white[:, 1 + touches.size :], white[:, 0]).faded()

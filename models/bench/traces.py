@@ -73,7 +73,7 @@ class Traces:
         seen = bench.memory * forward.left(self.touches)
         return self.part @ seen, np.linalg.cholesky(self.covariance).T @ seen
 
-    def told(self, seen: F64, residual: F64) -> Traces:
+    def updated(self, seen: F64, residual: F64) -> Traces:
         """Take in what a frame tells of them.
 
         Parameters
@@ -104,3 +104,4 @@ def left_by(touches: F64) -> Traces:
 
 
 NO_TRACES = left_by(np.empty((0, 3)))
+"""Traces of a plate that nothing has touched."""

@@ -234,43 +234,43 @@ def still_shown(forward, true, identified, rng):
     return still, still + rng.standard_normal(len(still))
 
 
-def test_a_frame_tells_how_much_of_a_touch_is_left(forward, identified, true):
+def test_a_frame_shows_how_much_of_a_touch_is_left(forward, identified, true):
     estimator = models.Estimator(forward, bench=identified)
     none = np.empty((0, 3))
     pulls = []
     for seed in range(12):
         measured = still_shown(forward, true, identified, np.random.default_rng((8, seed)))[1]
-        told = estimator.traces_after(measured, none, models.left_by(ENDED))
-        sigma = np.sqrt(np.diag(told.covariance))
-        pulls.append((2.0 * told.part[0] - KEPT) / (2.0 * sigma[0]))
+        updated = estimator.traces_after(measured, none, models.left_by(ENDED))
+        sigma = np.sqrt(np.diag(updated.covariance))
+        pulls.append((2.0 * updated.part[0] - KEPT) / (2.0 * sigma[0]))
         assert 0.2 * KEPT < sigma[0] < KEPT, "it may have faded since"
     assert np.abs(pulls).max() < 2.0
 
 
-def test_what_is_left_is_told_beside_a_touch_too_and_makes_the_next_one_surer(
+def test_what_is_left_is_known_beside_a_touch_too_and_makes_the_next_one_surer(
     forward, identified, true
 ):
     estimator, rng = models.Estimator(forward, bench=identified), np.random.default_rng(9)
     still, _ = still_shown(forward, true, identified, rng)
     first = np.array([[100.0, 70.0, 3.0]])
     fresh = models.left_by(ENDED)
-    told = estimator.traces_after(still + measure(forward, true, first, rng), first, fresh)
-    assert abs(told.part[0] - 0.5 * KEPT) < 2.0 * np.sqrt(told.covariance[0, 0])
+    updated = estimator.traces_after(still + measure(forward, true, first, rng), first, fresh)
+    assert abs(updated.part[0] - 0.5 * KEPT) < 2.0 * np.sqrt(updated.covariance[0, 0])
     weak, off = np.array([[75.0, 55.0, 0.5]]), []
     for seed in range(10):
         draw = np.random.default_rng((10, seed))
         measured = 0.5 * still + measure(forward, true, weak, draw)
-        sure = estimator.fit_whitened(measured, weak, left=told)
+        sure = estimator.fit_whitened(measured, weak, left=updated)
         unsure = estimator.fit_whitened(measured, weak, left=fresh)
         assert np.trace(sure.covariance[:2, :2]) < np.trace(unsure.covariance[:2, :2])
         off.append((sure.xy[0] - weak[0, :2]) / np.sqrt(np.diag(sure.covariance)[:2]))
     assert np.abs(off).max() < 4.0
 
 
-def test_what_is_told_of_older_ones_stays_when_another_ends():
-    told = models.Traces(ENDED, np.array([0.5, 0.1, 0.0]), np.diag([0.1, 0.2, 0.3]))
-    both = models.left_by(np.array([[20.0, 20.0, 1.0]])).and_older(told)
-    assert both.of(np.array([False, True])).same(told)
+def test_what_is_known_of_older_ones_stays_when_another_ends():
+    updated = models.Traces(ENDED, np.array([0.5, 0.1, 0.0]), np.diag([0.1, 0.2, 0.3]))
+    both = models.left_by(np.array([[20.0, 20.0, 1.0]])).and_older(updated)
+    assert both.of(np.array([False, True])).same(updated)
     np.testing.assert_allclose(both.covariance[:3, :3], np.eye(3))
     np.testing.assert_allclose(both.covariance[3:, :3], 0.0)
 
