@@ -39,6 +39,8 @@ NEEDED: Mapping[str, tuple[str, tuple[int, ...]]] = {
 }
 """Kind of number and shape of a frame's part; 0 for any length."""
 
+TRACE, SCATTER = "start/trace", "start/trace_scatter"
+
 ALWAYS = ("frames/captured", "start/motion", "start/rest")
 """Numbers that are there in every frame; others are NaN where a touch is not."""
 
@@ -50,6 +52,8 @@ BOUNDED = (
     "start/from_strain",
     "start/held",
     "start/left",
+    TRACE,
+    SCATTER,
 )
 
 
@@ -119,7 +123,19 @@ def wrong_numbers(row: Mapping[str, AnyArray]) -> str:
         absent = np.isnan(numbers)
         if (np.abs(numbers[~absent]) > LARGE).any() or (name in ALWAYS and absent.any()):
             return f"{name} holds a number that cannot be"
-    return ""
+    return _wrong_traces(row) if SCATTER in row else ""
+
+
+def _wrong_traces(row: Mapping[str, AnyArray]) -> str:
+    """Say what is wrong with what is known of traces; empty where nothing is."""
+    count = 3 * int(np.isfinite(np.asarray(row["start/left"])[:, 0]).sum())
+    part, scatter = np.asarray(row[TRACE])[:count], np.asarray(row[SCATTER])[:count, :count]
+    try:
+        np.linalg.cholesky(scatter)
+    except np.linalg.LinAlgError:
+        return f"{SCATTER} is no covariance"
+    fits = scatter.shape == (count, count) and np.isfinite(part).sum() == count
+    return "" if fits and np.isfinite(scatter).all() else f"{TRACE} does not fit its touches"
 
 
 def first_wrong(columns: Mapping[str, AnyArray]) -> tuple[int, str] | None:

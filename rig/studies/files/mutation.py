@@ -73,3 +73,10 @@ def _span(content: bytes, rng: Rng) -> tuple[int, int]:
     """Draw some bytes, from one of them to a disk's block."""
     start = int(rng.integers(len(content)))
     return start, min(start + int(2 ** rng.uniform(0, 12)), len(content))
+
+
+def mutate_text(content: bytes, rng: Rng) -> bytes:
+    """Change a number of a text, or any of its bytes."""
+    if rng.random() < 0.7:
+        return mutate_number(content.decode(), rng).encode()
+    return mutate_bytes(content, rng)
