@@ -36,7 +36,8 @@ _TRIES = 2  # a point that is lost is tried again beside those found
 _HOPE = 0.5  # fraction of a field that must not be flat after some passes
 _PATIENCE = 3  # passes
 _BESIDE = 40  # px, how far a motion is carried to points that were lost
-_ENOUGH = 0.5  # fraction of the seeds found from which they are enough
+_ENOUGH = 0.4  # fraction of the seeds found from which they are enough
+_TURNED = 0.25  # fraction of the seeds below which the image may be turned or stretched
 
 
 def correlate(
@@ -160,9 +161,10 @@ def _search(ref: Reference, image: AnyArray, usable: AnyArray):
     for spacing in _SEED_SPACINGS:
         places = _seed_places(ref, usable, spacing)
         motion, found, repeats = seeds.find(ref.image, image, ref.xy[places])
-        if repeats or np.count_nonzero(found) >= _ENOUGH * len(places):
+        # Closer seeds find more where some are found; where none is, they find none either.
+        if repeats or not found.any() or np.count_nonzero(found) >= _ENOUGH * len(places):
             break
-    else:
+    if not repeats and np.count_nonzero(found) < _TURNED * len(places):
         turn = features.affine(ref.image, image)
         if turn is not None:
             xy, straight = ref.xy[places], features.straighten(image, turn)
