@@ -17,7 +17,9 @@ from dic.numbers import median
 _SUSPECT = 3.5  # σ above the usual noise from which a subset is looked at
 _JUMP = 0.2  # px, between the two motions
 _PLAIN = 40.0  # χ² of a jump that no noise makes
-_TOUCHED = 0.85  # of half a subset, from its middle: a break farther out does no harm
+_TOUCHED = 1.0  # of half a subset, from its middle: a break farther out does no harm
+_LINKED = 8.0  # of half a subset: between two lines so far apart the material is broken too
+_FAR = 0.1  # px beside a line by which a px along it is less sure: eight directions are tried
 _ALIKE = 0.45  # of a jump, by which that between the points on both sides may differ
 _USUAL = 7.0  # times the usual difference between points as far apart, that is no jump
 _PROBES = 200  # points at which the usual difference is looked at
@@ -76,34 +78,62 @@ def across(ref: Reference, found: Lines, noise: F64, status: I8) -> I64:
     A subset whose middle the break crosses shows it: a jump along a line takes more of what the fit
     leaves over than any curve does, and the points on both sides have moved apart by as much. Where
     the break cuts only a side of a subset, jump and curve look alike; those points are known by the
-    lines of their neighbours.
+    lines of their neighbours, and are louder than others, or lie between two lines.
     """
-    return crossed(ref, found, _louder(ref, noise, status, _LOUDER))[0]
+    every = crossed(ref, found, np.isin(status, (Status.OK, Status.DISTURBED)))
+    loud = _louder(ref, noise, status, _LOUDER)[every.points]
+    return every.points[loud | every.linked]
 
 
-def crossed(ref: Reference, found: Lines, among: Mask) -> tuple[I64, I64, F64]:
-    """Find the points `among` (N,) bool whose subset a line crosses.
+class Crossed(NamedTuple):
+    """Points whose subset a line crosses.
 
-    Returns
-    -------
+    Attributes
+    ----------
     points, line : (M,) int64
         And the line of each: the one that it shows itself, or else the nearest.
     apart : (M,) float64, px
         Distance of the nearest line.
+    linked : (M,) bool
+        Whether there are lines before and behind the point, along the break.
     """
+
+    points: I64
+    line: I64
+    apart: F64
+    linked: Mask
+
+
+def crossed(ref: Reference, found: Lines, among: Mask) -> Crossed:
+    """Find the points `among` (N,) bool whose subset a line crosses, or the link of two lines."""
     nearest, line = np.full(len(ref.xy), np.inf), np.full(len(ref.xy), -1)
-    near = _neighbours(ref.xy[found.seen_by], ref.xy, 1.5 * ref.half)
-    for k, others in enumerate(near):
-        normal, away = found.normal[k], ref.xy[others] - found.place[k]
-        beside = np.abs(away @ (-normal[1], normal[0])) <= ref.half
-        apart = np.abs(away @ normal)
-        close = beside & (apart <= _TOUCHED * ref.half * np.abs(normal).sum())
-        close &= apart < nearest[others]
-        touched = np.array(others, dtype=np.int64)[close]
-        nearest[touched], line[touched] = apart[close], k
+    apart = np.full(len(ref.xy), np.inf)
+    beside, sides = np.zeros(len(ref.xy), dtype=bool), np.zeros((2, len(ref.xy)), dtype=bool)
+    near = _neighbours(ref.xy[found.seen_by], ref.xy, (_LINKED + 0.5) * ref.half)
+    for k, some in enumerate(near):
+        normal, others = found.normal[k], np.array(some, dtype=np.int64)
+        away = ref.xy[others] - found.place[k]
+        along, off = away @ _along(normal), np.abs(away @ normal)
+        distance = off + _FAR * np.abs(along)
+        reached = distance <= _TOUCHED * ref.half * np.abs(normal).sum()
+        reached &= np.abs(along) <= _LINKED * ref.half
+        others, along, off, distance = (a[reached] for a in (others, along, off, distance))
+        beside[others[np.abs(along) <= ref.half]] = True
+        sides[0, others[along >= 0]] = sides[1, others[along <= 0]] = True
+        close = distance < nearest[others]
+        nearest[others[close]], line[others[close]] = distance[close], k
+        apart[others[close]] = off[close]
+    linked: Mask = np.asarray(sides.all(axis=0))
+    line[~(beside | linked)] = -1
     line[found.seen_by] = np.arange(len(found.seen_by))
     here = np.flatnonzero((line >= 0) & among)
-    return here, line[here], nearest[here]
+    return Crossed(here, line[here], apart[here], linked[here])
+
+
+def _along(normal: F64) -> F64:
+    """Direction (2,) of a line, the same for all that are nearly parallel, upright ones too."""
+    direction = np.array([-normal[1], normal[0]])
+    return direction if direction @ (1.0, 0.2) > 0 else -direction
 
 
 def _beside(ref: Reference, motion: F64, status: I8, place: F64, normal: F64) -> F64:

@@ -50,7 +50,7 @@ def correlate_split(
     """
     points, frame = iterate(ref, image, guess)
     field, lines = point_status.field_and_breaks(ref, points, frame)
-    here, line, apart = breaks.crossed(ref, lines, np.isin(field.status, _LOST))
+    here, line, apart, _ = breaks.crossed(ref, lines, np.isin(field.status, _LOST))
     if not len(here) or not field.valid.any():
         return field
     sided = _one_side(ref, here, lines.normal[line], lines.place[line])
