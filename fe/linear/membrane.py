@@ -184,12 +184,11 @@ class Membrane:
 
     def work(self, stress: F64, strain: F64) -> F64:
         """Work ∫ N : E dA of C stresses on K strains (3, gx, gy, ...): (C, K) float64, N mm."""
-        # One component after the other: what is weighed is a copy, and the states of a plate many.
+        # One component after the other: what is weighed is a copy, and states are many.
         found = np.zeros((stress.shape[-1], strain[0, 0, 0].size))
         for part, along, times in zip(stress, strain, (1.0, 1.0, 2.0), strict=True):
-            area = times * self.gauss.weights[..., None]
-            weighed = (part * area).reshape(-1, stress.shape[-1])
-            found += weighed.T @ along.reshape(len(weighed), -1)
+            area = times * self.gauss.weights.reshape(-1, 1)
+            found += part.reshape(len(area), -1).T @ (along.reshape(len(area), -1) * area)
         return found
 
     def weigh(self, stress: F64) -> F64:

@@ -6,6 +6,7 @@ energy of the states outside.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +15,8 @@ from fe.arrays import F64
 from fe.elements.hermite import hermite_gram
 from fe.elements.mesh import Mesh
 from fe.reduced.karman import Karman
-from fe.reduced.training import SnapshotParts, Snapshots
+from fe.reduced.symmetry import Symmetry
+from fe.reduced.training import SnapshotParts, Snapshots, copied, copied_parts
 
 # Shapes of w from linear solutions, which couple one touch to another, and from what touches leave;
 # stresses; displacements in the plane. A quarter more stresses and a tenth more shapes lower errors
@@ -42,12 +44,22 @@ class ReducedBasis(NamedTuple):
     drifts: F64
 
 
-def basis(karman: Karman, states: Snapshots, parts: SnapshotParts) -> ReducedBasis:
-    """Find the basis of some states and of the parts of their deflections."""
-    return ReducedBasis(_shapes(karman, parts), _stresses(karman, states), _drifts(karman, states))
+def basis(
+    karman: Karman, states: Snapshots, parts: SnapshotParts, ways: Sequence[Symmetry]
+) -> ReducedBasis:
+    """Find the basis of some states, of the parts of their deflections, and of their copies.
+
+    The copies of one kind are gone before those of the next are made.
+    """
+    return ReducedBasis(
+        _shapes(karman, parts, ways),
+        _stresses(karman, states, ways),
+        _drifts(karman, states, ways),
+    )
 
 
-def _shapes(karman: Karman, parts: SnapshotParts) -> F64:
+def _shapes(karman: Karman, parts: SnapshotParts, ways: Sequence[Symmetry]) -> F64:
+    parts = copied_parts(karman, parts, ways)
     stiffness, free = karman.stiffness, karman.linear.free
     linear = parts.linear @ leading(parts.linear.T @ (stiffness @ parts.linear), _LINEAR)
     rest = parts.rest - linear @ (linear.T @ (stiffness @ parts.rest))
@@ -58,9 +70,11 @@ def _shapes(karman: Karman, parts: SnapshotParts) -> F64:
     return shapes
 
 
-def _stresses(karman: Karman, states: Snapshots) -> F64:
-    energy = stretching_work(karman, states.stress, states.values)
-    return states.stress @ balanced(0.5 * (energy + energy.T), _STRESSES)
+def _stresses(karman: Karman, states: Snapshots, ways: Sequence[Symmetry]) -> F64:
+    stress = copied(lambda way: way.stresses(states.stress), ways)
+    values = copied(lambda way: way.deflections(states.values), ways)
+    energy = stretching_work(karman, stress, values)
+    return stress @ balanced(0.5 * (energy + energy.T), _STRESSES)
 
 
 def stretching_work(karman: Karman, stress: F64, values: F64) -> F64:
@@ -74,10 +88,13 @@ def stretching_work(karman: Karman, stress: F64, values: F64) -> F64:
     return work
 
 
-def _drifts(karman: Karman, states: Snapshots) -> F64:
-    forces = np.stack([spread_out(karman.mesh, component) for component in states.plane])
-    product = np.tensordot(states.plane, forces, ((0, 1, 2), (0, 1, 2)))
-    return states.plane @ balanced(product, _DRIFTS)
+def _drifts(karman: Karman, states: Snapshots, ways: Sequence[Symmetry]) -> F64:
+    plane = copied(lambda way: way.displacements(states.plane), ways)
+    product = np.zeros((plane.shape[-1],) * 2)
+    for component in plane:
+        forces = spread_out(karman.mesh, component)
+        product += np.tensordot(component, forces, ((0, 1), (0, 1)))
+    return plane @ balanced(product, _DRIFTS)
 
 
 def spread_out(mesh: Mesh, values: F64) -> F64:

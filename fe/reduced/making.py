@@ -82,9 +82,9 @@ def _trained(
     karman = shapes.karman
     states = snapshots(karman, touches, progress)
     ways = symmetries(karman.plate, karman.mesh)
-    states, parts = copied(karman, states, split(shapes, states), ways)
-    found = basis(karman, states, parts)
-    stretches = stretching_work(karman, found.stresses, states.values)
+    found = basis(karman, states, split(shapes, states), ways)
+    values = copied(lambda way: way.deflections(states.values), ways)
+    stretches = stretching_work(karman, found.stresses, values)
     return found, float(np.linalg.norm(stretches, axis=0).max())
 
 

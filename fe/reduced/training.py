@@ -189,29 +189,26 @@ def split(shapes: TouchShapes, states: Snapshots) -> SnapshotParts:
     return SnapshotParts(np.concatenate(linear, axis=1), np.stack(rest, axis=1))
 
 
-def copied(
-    karman: Karman, states: Snapshots, parts: SnapshotParts, ways: Sequence[Symmetry]
-) -> tuple[Snapshots, SnapshotParts]:
-    """Lay states and their parts on the plate in every way in which it lies on itself."""
-    if len(ways) == 1:
-        return states, parts
-    size, free = karman.plate.size, karman.linear.free
-    touches = [
-        tuple(way.touch(touch, size) for touch in pressed)
-        for way in ways
-        for pressed in states.touches
-    ]
+def copied(laid: Callable[[Symmetry], F64], ways: Sequence[Symmetry]) -> F64:
+    """Lay something on the plate in every way in which it lies on itself, along the last axis.
+
+    One way after the other: together they are the largest arrays of all that is made.
+    """
+    first = laid(ways[0])
+    count = first.shape[-1]
+    every = np.empty((*first.shape[:-1], count * len(ways)))
+    for k, way in enumerate(ways):
+        every[..., k * count : (k + 1) * count] = laid(way)
+    return every
+
+
+def copied_parts(karman: Karman, parts: SnapshotParts, ways: Sequence[Symmetry]) -> SnapshotParts:
+    """Lay parts of deflections on the plate in every way in which it lies on itself."""
+    free = karman.linear.free
 
     def moved(vectors: F64) -> F64:
         table = np.zeros((*karman.mesh.shape, vectors.shape[1]))
         table[free] = vectors.reshape(*table[free].shape)
-        each = [way.deflections(table)[free].reshape(vectors.shape) for way in ways]
-        return np.concatenate(each, axis=1)
+        return copied(lambda way: way.deflections(table)[free].reshape(vectors.shape), ways)
 
-    every = Snapshots(
-        touches,
-        np.concatenate([way.deflections(states.values) for way in ways], axis=-1),
-        np.concatenate([way.stresses(states.stress) for way in ways], axis=-1),
-        np.concatenate([way.displacements(states.plane) for way in ways], axis=-1),
-    )
-    return every, SnapshotParts(moved(parts.linear), moved(parts.rest))
+    return SnapshotParts(moved(parts.linear), moved(parts.rest))
