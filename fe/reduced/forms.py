@@ -192,7 +192,7 @@ def _local(
     """
     karman, grid = shapes.karman, samples(shapes.karman.mesh)
     gauss, free, functions = karman.membrane.gauss, karman.linear.free, len(shapes.factors)
-    weighed = karman.membrane.weigh(stresses).astype(np.float32)
+    weighed = karman.membrane.weigh(stresses)
     a, b = np.triu_indices(functions)
     size = karman.stiffness.shape[0]
     local = np.empty((len(places), 1 + len(weighed), len(a)), dtype=np.float32)

@@ -194,11 +194,16 @@ def copied(laid: Callable[[Symmetry], F64], ways: Sequence[Symmetry]) -> F64:
 
     One way after the other: together they are the largest arrays of all that is made.
     """
-    first = laid(ways[0])
-    count = first.shape[-1]
-    every = np.empty((*first.shape[:-1], count * len(ways)))
+    if len(ways) == 1:
+        return laid(ways[0])
+    every = np.empty(0)
     for k, way in enumerate(ways):
-        every[..., k * count : (k + 1) * count] = laid(way)
+        part = laid(way)
+        count = part.shape[-1]
+        if not k:
+            every = np.empty((*part.shape[:-1], count * len(ways)))
+        every[..., k * count : (k + 1) * count] = part
+        del part
     return every
 
 
