@@ -39,7 +39,13 @@ NEEDED: Mapping[str, tuple[str, tuple[int, ...]]] = {
 }
 """Kind of number and shape of a frame's part; 0 for any length."""
 
-TRACE, SCATTER = "start/trace", "start/trace_scatter"
+LEFT, TRACE, SCATTER = "start/left", "start/trace", "start/trace_scatter"
+TRACES: Mapping[str, tuple[str, tuple[int, ...]]] = {
+    LEFT: ("f", (0, 3)),
+    TRACE: ("f", (0,)),
+    SCATTER: ("f", (0, 0)),
+}
+"""As `NEEDED`, of recordings that hold what is known of traces: all of it or none."""
 
 ALWAYS = ("frames/captured", "start/motion", "start/rest")
 """Numbers that are there in every frame; others are NaN where a touch is not."""
@@ -51,7 +57,7 @@ BOUNDED = (
     "start/touches",
     "start/from_strain",
     "start/held",
-    "start/left",
+    LEFT,
     TRACE,
     SCATTER,
 )
@@ -59,7 +65,8 @@ BOUNDED = (
 
 def wrong_layout(arrays: Mapping[str, h5py.Dataset], reference: tuple[int, ...]) -> str:
     """Say what is wrong with the arrays of a file; empty where nothing is."""
-    for name, (kind, shape) in NEEDED.items():
+    wanted = {**NEEDED, **TRACES} if TRACE in arrays or SCATTER in arrays else NEEDED
+    for name, (kind, shape) in wanted.items():
         array = arrays.get(name)
         if array is None:
             return f"{name} is missing"
@@ -128,7 +135,7 @@ def wrong_numbers(row: Mapping[str, AnyArray]) -> str:
 
 def _wrong_traces(row: Mapping[str, AnyArray]) -> str:
     """Say what is wrong with what is known of traces; empty where nothing is."""
-    count = 3 * int(np.isfinite(np.asarray(row["start/left"])[:, 0]).sum())
+    count = 3 * int(np.isfinite(np.asarray(row[LEFT])[:, 0]).sum())
     part, scatter = np.asarray(row[TRACE])[:count], np.asarray(row[SCATTER])[:count, :count]
     try:
         np.linalg.cholesky(scatter)

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import dic
+from dic.adaptive.evaluation import evaluate
+from dic.adaptive.tile_lattice import TILE
 
 SHAPE = (48, 60)
 SIGMA = 0.03  # px
@@ -83,3 +85,15 @@ def test_noise_must_be_positive():
     seen = np.zeros((2, *SHAPE))
     with pytest.raises(ValueError, match="noise must be above 0 px"):
         dic.denoised_tiles(seen, seen, np.ones(SHAPE, bool))
+
+
+@pytest.mark.parametrize("beside", [-0.4, -0.1, 0.0, 0.3])
+def test_beside_a_tile_without_value_the_nearest_one_is_carried_on(beside):
+    x, y = places()
+    tiles = drawn(0.2 * x - 0.1 * y, 3)
+    tiles.values[..., 1] = np.nan
+    place = np.array(tiles.lattice.origin) + TILE * np.array([[beside, 4.0]])
+    found = evaluate(tiles, place)
+    value, along = tiles.values[0, :2, 4, 0]
+    assert found.values[0, 0, 0] == pytest.approx(value + along * beside, abs=1e-12)
+    assert found.sigma[0, 0, 0] == pytest.approx(tiles.sigma[0, 0, 4, 0])

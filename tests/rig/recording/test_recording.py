@@ -258,6 +258,23 @@ def read_all(path):
         return [recording.row(k) for k in range(recording.frames)]
 
 
+def test_what_is_known_of_traces_is_there_whole_or_not_at_all(session, tmp_path):
+    path = tmp_path / "session.h5"
+    bench, shots, _ = session(path, PRESSED[:8])
+    with h5py.File(path, "r+") as file:
+        kept = file["start/trace"][:]
+        del file["start/trace"]
+    with pytest.raises(OSError, match="start/trace is missing"), open_session(path):
+        pass
+    with h5py.File(path, "r+") as file:
+        file["start/trace"] = kept[:, None]
+    with pytest.raises(OSError, match="start/trace is float64"), open_session(path):
+        pass
+    with h5py.File(path, "r+") as file:
+        del file["start/trace"], file["start/trace_scatter"], file["frames/check"]
+    assert len(again(path, bench)) == len(shots), "as in recordings of the release before"
+
+
 def test_what_is_no_recording_is_one_sentence(tmp_path):
     path = tmp_path / "other.h5"
     with pytest.raises(OSError, match="does not exist; check the path"), open_session(path):
