@@ -18,11 +18,13 @@ from models.bench.joint import (
     State,
     Term,
     descend,
+    of_reference,
     pose,
     reduced,
     scatters,
     solve_lower,
     stand,
+    start,
     through,
     whiten,
 )
@@ -36,7 +38,10 @@ COARSE = 0.1
 """Error of the model in the first turn: so wide that only the large features of the presses count,
 and the descent does not end in a valley beside the right one."""
 
-_TURNS = 3
+_TURNS, _MOST = 3, 8
+_MOVED = 0.05
+"""Of the prior's σ, by which the last turn moved no number: a camera is taken to first order in a
+turn, and touches of unknown place lead it far."""
 _JUDGED = 3  # steps of expectation maximisation on the labels, a turn
 _DISCREPANCIES = np.geomspace(2e-4, 5e-2, 25)
 _USUAL = 1.0  # presses that what a usual plate remembers counts as
@@ -78,10 +83,11 @@ def identify(
         There is no press, or a name is none of `BENCH`.
     """
     problem = pose(presses, prior, look, free, forward)
-    state = State(prior.values.copy(), np.array([press.touch for press in presses]))
+    state = start(problem)
     bench, terms = replace(prior, discrepancy=COARSE), list[Term]()
     on = stand(forward, state.values, look)
-    for turn in range(_TURNS):
+    for turn in range(_MOST):
+        before = state.values[problem.free]
         factors = [each.factor(bench.discrepancy) for each in scatters(problem, on, state)]
         problem = replace(problem, factors=factors)
         state, terms, converged = descend(problem, on, state, terms)
@@ -92,8 +98,12 @@ def identify(
         problem = replace(problem, memory=bench.memory)
         for _ in range(_JUDGED):
             problem = replace(problem, labels=_labels(problem, terms, state))
+        moved = np.max(np.abs(state.values[problem.free] - before) / problem.scales, initial=0.0)
+        last = turn + 1 >= _TURNS and moved < _MOVED
         if progress is not None:
-            progress(turn + 1, _TURNS)
+            progress(turn + 1, max(_TURNS, turn + 2 - last))
+        if last:
+            break
     return _described(problem, on, bench, state, terms)
 
 
@@ -103,6 +113,7 @@ def _discrepancy(problem: JointProblem, on: BenchForward, state: State) -> float
     given = zip(problem.presses, state.touches, scatters(problem, on, state), strict=True)
     for press, touch, scatter in given:
         residual = press.measured - through(on, press).read(touch[None])[0]
+        residual -= of_reference(problem, press) @ state.noise
         for k, size in enumerate(_DISCREPANCIES):
             lower = scatter.factor(float(size))
             white = solve_lower(lower, residual)
@@ -122,7 +133,8 @@ def _memory(problem: JointProblem, on: BenchForward, state: State, discrepancy: 
         tangent = np.linalg.qr(own.T)[0]
         left = scatter.left - tangent @ (tangent.T @ scatter.left)
         precision = float(left @ left) / scatter.even(discrepancy)
-        seen = float(left @ (press.measured - predicted)) / scatter.even(discrepancy)
+        rest = press.measured - predicted - of_reference(problem, press) @ state.noise
+        seen = float(left @ rest) / scatter.even(discrepancy)
         variance = usual / (1.0 + usual * precision)
         squares.append((variance * seen) ** 2 + variance)
     return float(np.sqrt(sum(squares) / (_USUAL + len(given) - 1)))
@@ -146,7 +158,8 @@ def _described(
     problem: JointProblem, on: BenchForward, bench: BenchEstimate, state: State, terms: list[Term]
 ) -> BenchEstimate:
     normal, _, _ = reduced(problem, state, terms, 0.0)
-    inverse = np.asarray(np.linalg.inv(normal), dtype=np.float64)
+    numbers = len(problem.scales)
+    inverse = np.asarray(np.linalg.inv(normal), dtype=np.float64)[:numbers, :numbers]
     moved = bench.discrepancy * inverse @ _led_astray(problem, on, state, terms)
     covariance = problem.prior.covariance.copy()
     index = np.flatnonzero(problem.free)
@@ -169,14 +182,15 @@ def _led_astray(problem: JointProblem, on: BenchForward, state: State, terms: li
     What a model leaves out it leaves out of every press: such an error does not average as noise
     does, and moves the bench as far as the presses are alike.
     """
-    total = np.zeros((len(problem.scales), len(on.whitening)))
+    numbers = len(problem.scales)
+    total = np.zeros((numbers, len(on.whitening)))
     given = zip(
         terms, problem.factors, problem.presses, state.touches, problem.labels.sigmas, strict=True
     )
     for term, factor, press, touch, sigma in given:
         seen = through(on, press)
         _, own, shared = whiten(problem, seen, factor, press, touch)
-        along = np.linalg.solve(term.own + np.diag(sigma**-2.0), term.mixed.T)
+        along = np.linalg.solve(term.own + np.diag(sigma**-2.0), term.mixed[:numbers].T)
         size = np.sqrt(own_error(seen.read(touch[None])[0]))
         total += size * (shared - own @ along).T @ solve_lower(factor, np.eye(len(factor)))
     return total

@@ -1,9 +1,9 @@
 """All presses at once: one least squares over the numbers of the bench and every touch.
 
 Each press moves the plate; its place and force are known to some part, or not at all. What all
-presses share is the bench: with the touches eliminated press by press (Schur complement), damped
-Gauss-Newton steps from a start find its numbers. The scatter of a press holds what the one before
-left in the plate and the model's own error.
+presses share is the bench, and the noise of the reference that they are measured against: with the
+touches eliminated press by press (Schur complement), damped Gauss-Newton steps from a start find
+both. The scatter of a press holds what the one before left in the plate and the model's own error.
 """
 
 from __future__ import annotations
@@ -35,17 +35,21 @@ class Term(NamedTuple):
     """What one press adds to the normal equations."""
 
     chi2: float
-    bench: F64  # (P, P)
-    mixed: F64  # (P, 3)
+    bench: F64  # (P + R, P + R)
+    mixed: F64  # (P + R, 3)
     own: F64  # (3, 3)
-    towards: F64  # (P,)
+    towards: F64  # (P + R,)
     towards_own: F64  # (3,)
     state: fe.Pressed
 
 
 @dataclass(frozen=True, eq=False)
 class JointProblem:
-    """Presses, what is known beforehand, and which numbers are to be found."""
+    """Presses, what is known beforehand, and which P numbers are to be found.
+
+    The noise of the reference has R of them, as many as a press was measured by: none where its
+    presses share no noise.
+    """
 
     presses: tuple[Press, ...]
     prior: BenchEstimate
@@ -54,14 +58,17 @@ class JointProblem:
     plate: fe.ModalPlate
     labels: LabelErrors
     memory: float
+    noises: int = 0
+    unwhitening: F64 | None = None
     factors: list[F64] = field(default_factory=list[F64])
 
 
 class State(NamedTuple):
-    """Numbers of the bench and the touch of each press."""
+    """Numbers of the bench, the touch of each press, and the noise of the reference."""
 
     values: F64  # (50,)
     touches: F64  # (N, 3)
+    noise: F64 = np.zeros(0)  # (R,), in units of its standard deviation
 
 
 def pose(
@@ -84,7 +91,26 @@ def pose(
     labels = LabelErrors(stated, np.zeros(len(stated), dtype=bool))
     plate = forward.fields.bench.modal
     scales = prior.sigma[chosen]
-    return JointProblem(tuple(presses), prior, chosen, scales, plate, labels, prior.memory)
+    noises = len(forward.whitening) if any(press.reference for press in presses) else 0
+    hidden = noises and any(press.whitening is not None for press in presses)
+    unwhitening = np.linalg.pinv(forward.whitening) if hidden else None
+    known = tuple(presses), prior, chosen, scales, plate, labels, prior.memory
+    return JointProblem(*known, noises, unwhitening)
+
+
+def start(problem: JointProblem) -> State:
+    """Begin at the prior, at the touches that presses state, and with a reference without noise."""
+    touches = np.array([press.touch for press in problem.presses])
+    return State(problem.prior.values.copy(), touches, np.zeros(problem.noises))
+
+
+def of_reference(problem: JointProblem, press: Press) -> F64:
+    """What a press shows of each number of the noise of the reference, (m, R)."""
+    if not problem.noises:
+        return np.zeros((len(press.measured), 0))
+    if press.whitening is None or problem.unwhitening is None:
+        return press.reference * np.eye(problem.noises)
+    return press.reference * press.whitening @ problem.unwhitening
 
 
 def stand(forward: BenchForward, values: F64, look: Look | None) -> BenchForward:
@@ -156,17 +182,24 @@ def _terms(
     bench = on.moved(state.values)
     starts = [bench.near(term.state) for term in near] or [bench] * len(problem.presses)
     given = zip(starts, problem.factors, problem.presses, state.touches, strict=True)
-    terms = [_term(problem, *each) for each in given]
+    terms = [_term(problem, state.noise, *each) for each in given]
     labels = (state.touches - [press.touch for press in problem.presses]) / problem.labels.sigmas
     beside = (state.values - problem.prior.values)[problem.free] / problem.scales
     excess = pushing(state.values, problem.plate.described, problem.prior)[1]
     priors = float(np.sum(labels**2) + beside @ beside + excess @ excess)
+    priors += float(state.noise @ state.noise)
     return terms, sum(term.chi2 for term in terms) + priors
 
 
-def _term(problem: JointProblem, on: BenchForward, factor: F64, press: Press, touch: F64) -> Term:
+def _term(
+    problem: JointProblem, noise: F64, on: BenchForward, factor: F64, press: Press, touch: F64
+) -> Term:
     on = through(on, press)
     residual, own, shared = whiten(problem, on, factor, press, touch)
+    if problem.noises:
+        common = solve_lower(factor, of_reference(problem, press))
+        residual = residual - common @ noise
+        shared = np.concatenate([shared, common], axis=1)
     return Term(
         chi2=float(residual @ residual),
         bench=shared.T @ shared,
@@ -204,12 +237,13 @@ def _stepped(problem: JointProblem, state: State, terms: list[Term], damping: fl
     """State after a step of the damped normal equations, touches eliminated."""
     normal, slope, blocks = reduced(problem, state, terms, damping)
     step = cho_solve(cho_factor(normal), slope)
-    values = state.values.copy()
-    values[problem.free] += problem.scales * step
+    values, numbers = state.values.copy(), len(problem.scales)
+    values[problem.free] += problem.scales * step[:numbers]
     touches = state.touches.copy()
     for i, (inverse, towards) in enumerate(blocks):
         touches[i] += inverse @ (towards - terms[i].mixed.T @ step)
-    return State(values, _inside(touches, np.array(problem.plate.plate.size)))
+    inside = _inside(touches, np.array(problem.plate.plate.size))
+    return State(values, inside, state.noise + step[numbers:])
 
 
 def _inside(touches: F64, size: F64) -> F64:
@@ -221,11 +255,15 @@ def _inside(touches: F64, size: F64) -> F64:
 def reduced(
     problem: JointProblem, state: State, terms: list[Term], damping: float
 ) -> tuple[F64, F64, list[tuple[F64, F64]]]:
-    """Build normal matrix and slope of the bench, and the inverse block and slope of each touch."""
+    """Build normal matrix and slope of what is shared, and inverse block and slope of each touch.
+
+    What is shared are the numbers of the bench that are free, then the noise of the reference.
+    """
     rows, excess = pushing(state.values, problem.plate.described, problem.prior)
-    rows = rows[:, problem.free] * problem.scales
-    normal = np.eye(len(problem.scales)) + rows.T @ rows
-    slope = -(state.values - problem.prior.values)[problem.free] / problem.scales - excess @ rows
+    rows = np.pad(rows[:, problem.free] * problem.scales, ((0, 0), (0, problem.noises)))
+    normal = np.eye(rows.shape[1]) + rows.T @ rows
+    beside = (state.values - problem.prior.values)[problem.free] / problem.scales
+    slope = -np.concatenate([beside, state.noise]) - excess @ rows
     blocks: list[tuple[F64, F64]] = []
     for term, touch, press, sigma in zip(
         terms, state.touches, problem.presses, problem.labels.sigmas, strict=True

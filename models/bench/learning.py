@@ -191,7 +191,7 @@ def _whitened(
 ) -> tuple[F64, F64, F64]:
     """Whiten what touches leave (m,), its derivatives by them (m, 3n) and by the bench (m, 50)."""
     predicted, own = on.read(touches)
-    variance = press.noise**2 + bench.discrepancy**2 * own_error(predicted)
+    variance = press.total_noise**2 + bench.discrepancy**2 * own_error(predicted)
     spread = variance * np.eye(len(predicted))
     if len(left):
         likely, shown = left.shown(on, bench)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import hypot, sqrt
 
 import numpy as np
 
@@ -23,9 +24,12 @@ class Press:
     sigma : (3,) float64, mm, mm, N
         Their standard deviations; infinite where unknown.
     noise : float
-        Standard deviation of `measured`: 1 for one frame, 1/√n for the mean of n.
+        Standard deviation of `measured` by the press's own frames: 1 for one, 1/√n for the mean of
+        n, where the reference is without noise.
     whitening : (m, K + U) float64, optional
         Where a part of the pattern was hidden: that of the others, see `BenchForward`.
+    reference : float
+        Standard deviation of what the noise of the reference adds, which all presses share.
     """
 
     measured: F64
@@ -33,6 +37,31 @@ class Press:
     sigma: F64
     noise: float = 1.0
     whitening: F64 | None = None
+    reference: float = 0.0
+
+    @classmethod
+    def of_frames(
+        cls, measured: F64, touch: F64, sigma: F64, frames: tuple[int, int], whitening: F64 | None
+    ) -> Press:
+        """Build a press from the mean of frames, and the reference from the mean of others.
+
+        Parameters
+        ----------
+        measured : (m,) float64
+            In units of the noise of one frame against the reference.
+        touch, sigma : (3,) float64
+        frames : tuple of int
+            Of the press, and of the reference.
+        whitening : (m, K + U) float64 or None
+        """
+        own, still = (1.0 / count for count in frames)
+        one = 1.0 + still
+        return cls(measured, touch, sigma, sqrt(own / one), whitening, sqrt(still / one))
+
+    @property
+    def total_noise(self) -> float:
+        """Standard deviation of `measured`, the noise of the reference included."""
+        return hypot(self.noise, self.reference)
 
     def __post_init__(self) -> None:
         size = (3,)
@@ -45,3 +74,8 @@ class Press:
             )
         if not 0 < self.noise <= 1:
             raise ValueError(f"noise of a press must lie in 0 to 1, got {self.noise:g}; use 1/√n")
+        if not 0 <= self.reference <= 1:
+            raise ValueError(
+                f"noise of the reference must lie in 0 to 1, got {self.reference:g}; use 1/√n of"
+                " its frames"
+            )

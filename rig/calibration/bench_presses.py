@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import inf, isfinite, sqrt
+from math import inf, isfinite
 from pathlib import Path
 
 import numpy as np
@@ -196,9 +196,8 @@ def _press(chain: Chain, bench: Bench, one: Listed, image: F32) -> models.Press:
         touch[2] = one.force
     along = inf if one.place is None else PLACE
     sigma = np.array([along, along, inf if one.force is None else FORCE * one.force])
-    still = 1.0 / bench.reference_frames
-    noise = sqrt((1.0 / (last - first + 1) + still) / (1.0 + still))
-    return models.Press(seen, touch, sigma, min(noise, 1.0), whitening)
+    frames = last - first + 1, bench.reference_frames
+    return models.Press.of_frames(seen, touch, sigma, frames, whitening)
 
 
 def measured(chain: Chain, image: F32, start: F64 | None, name: str) -> tuple[F64, F64, F64]:

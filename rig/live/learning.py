@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from math import hypot, inf, sqrt
+from math import hypot, inf
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -237,14 +237,12 @@ class Learning:
         self._last = time, held.touch
         since = 0.0 if self._known_at is None else max(time - self._known_at, 0.0)
         self.bench, self._known_at = models.wandered(self.bench, since), time
-        still = 1.0 / self._references
-        noise = sqrt((1.0 / len(held.shown) + still) / (1.0 + still))
-        shown = np.mean(held.shown, axis=0)
+        shown, frames = np.mean(held.shown, axis=0), (len(held.shown), self._references)
         touch, sigma = held.touch.copy(), np.full(3, inf)
         if weight is not None:
             touch[2], sigma[2] = weight, WEIGHT * weight
             self.learned, self._weighed = replace(self.learned, weight=None), weight
-        press = models.Press(shown, touch, sigma, min(noise, 1.0))
+        press = models.Press.of_frames(shown, touch, sigma, frames, None)
         worker = ThreadPoolExecutor(1, "learning")
         self._next = worker.submit(models.learn, forward, self.bench, press, held.left)
         worker.shutdown(wait=False)
