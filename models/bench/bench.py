@@ -79,6 +79,11 @@ class BenchEstimate:
         return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
 
     @property
+    def is_prior(self) -> bool:
+        """Whether no press or touch has told anything yet."""
+        return bool(np.allclose(self.sigma, self.prior))
+
+    @property
     def known(self) -> Mask:
         """Which numbers the presses determine, (50,)."""
         return self.sigma < _KNOWN * self.prior

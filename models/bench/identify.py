@@ -17,6 +17,7 @@ from models.bench.joint import (
     JointProblem,
     State,
     Term,
+    camera_moved,
     descend,
     of_reference,
     pose,
@@ -39,9 +40,9 @@ COARSE = 0.1
 and the descent does not end in a valley beside the right one."""
 
 _TURNS, _MOST = 3, 8
-_MOVED = 0.05
-"""Of the prior's σ, by which the last turn moved no number: a camera is taken to first order in a
-turn, and touches of unknown place lead it far."""
+# Of the prior's σ: a turn that moves a number of the camera further is not the last. In a turn the
+# camera is taken to first order, and touches of unknown place lead it far.
+_MOVED = 0.35
 _JUDGED = 3  # steps of expectation maximisation on the labels, a turn
 _DISCREPANCIES = np.geomspace(2e-4, 5e-2, 25)
 _USUAL = 1.0  # presses that what a usual plate remembers counts as
@@ -87,7 +88,7 @@ def identify(
     bench, terms = replace(prior, discrepancy=COARSE), list[Term]()
     on = stand(forward, state.values, look)
     for turn in range(_MOST):
-        before = state.values[problem.free]
+        before = state.values
         factors = [each.factor(bench.discrepancy) for each in scatters(problem, on, state)]
         problem = replace(problem, factors=factors)
         state, terms, converged = descend(problem, on, state, terms)
@@ -98,8 +99,7 @@ def identify(
         problem = replace(problem, memory=bench.memory)
         for _ in range(_JUDGED):
             problem = replace(problem, labels=_labels(problem, terms, state))
-        moved = np.max(np.abs(state.values[problem.free] - before) / problem.scales, initial=0.0)
-        last = turn + 1 >= _TURNS and moved < _MOVED
+        last = turn + 1 >= _TURNS and camera_moved(problem, before, state.values) < _MOVED
         if progress is not None:
             progress(turn + 1, max(_TURNS, turn + 2 - last))
         if last:

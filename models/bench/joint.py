@@ -93,7 +93,7 @@ def pose(
     scales = prior.sigma[chosen]
     noises = len(forward.whitening) if any(press.reference for press in presses) else 0
     hidden = noises and any(press.whitening is not None for press in presses)
-    unwhitening = np.linalg.pinv(forward.whitening) if hidden else None
+    unwhitening = np.asarray(np.linalg.pinv(forward.whitening), np.float64) if hidden else None
     known = tuple(presses), prior, chosen, scales, plate, labels, prior.memory
     return JointProblem(*known, noises, unwhitening)
 
@@ -105,7 +105,7 @@ def start(problem: JointProblem) -> State:
 
 
 def of_reference(problem: JointProblem, press: Press) -> F64:
-    """What a press shows of each number of the noise of the reference, (m, R)."""
+    """Return what a press shows of each number of the noise of the reference, (m, R)."""
     if not problem.noises:
         return np.zeros((len(press.measured), 0))
     if press.whitening is None or problem.unwhitening is None:
@@ -123,6 +123,12 @@ def stand(forward: BenchForward, values: F64, look: Look | None) -> BenchForward
     if look is None or (seen is not None and alike):
         return forward.on(values, seen)
     return forward.on(values, look.at(values[_PLATE:], float(values[THICKNESS])))
+
+
+def camera_moved(problem: JointProblem, before: F64, after: F64) -> float:
+    """By how much of the prior's σ a number of the camera changed most."""
+    change = np.abs(after - before)[problem.free] / problem.scales
+    return float(np.max(change[np.flatnonzero(problem.free) >= _PLATE], initial=0.0))
 
 
 class Scatter(NamedTuple):

@@ -45,6 +45,8 @@ class OpenDevice(Protocol):
 class InOrder:
     """A `rig.system.frame.Source` that leaves nothing out: each grab gives the next image."""
 
+    kept = True
+
     def __init__(self, device: OpenDevice):
         self._device = device
         self.status = f"{device.name} gives no images"

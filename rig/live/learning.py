@@ -4,12 +4,17 @@ A touch that is held still for some frames counts as a press of unknown place an
 says of the bench is worked out beside the loop, and taken over a fixed number of frames later, so
 that a run over recorded images ends the same however fast they come. Of a known weight the force is
 known as well: it sets the newton.
+
+A bench of which nothing is known but its scene is found from its first touches together, see
+`FirstTouches`; then each one moves what is known a little.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 from math import hypot, inf
 
 import numpy as np
@@ -19,6 +24,7 @@ import models
 from models import BenchEstimate, BenchForward, Result
 from rig.live.baseline import is_consistent
 from rig.live.chain import Chain
+from rig.live.first_touches import FirstTouches, NextBench
 from rig.live.frame_estimate import FrameEstimate
 from rig.live.notice import Notice
 from rig.live.visibility import SLIGHT, MaskedModels
@@ -47,6 +53,8 @@ class Learned:
     ----------
     touches : int
         That have said something of the bench.
+    gathered : int
+        First touches, of which the bench is not found yet.
     strange : int
         That fitted no likely bench and were left aside.
     weights : int
@@ -59,6 +67,7 @@ class Learned:
     """
 
     touches: int = 0
+    gathered: int = 0
     strange: int = 0
     weights: int = 0
     force_sigma: float | None = None
@@ -67,11 +76,15 @@ class Learned:
 
 @dataclass(frozen=True, eq=False)
 class _Held:
-    """A touch that is held: its first place and force (3,), and what frames have shown so far."""
+    """A touch that is held: its first place and force (3,), and what frames have shown so far.
+
+    It came alone where the frame before showed no touch beside it.
+    """
 
     touch: F64
     shown: tuple[F64, ...]
     left: models.Traces
+    came_alone: bool
 
 
 class Learning:
@@ -83,6 +96,10 @@ class Learning:
         What is known of it at the start.
     references : int
         Frames of the reference, whose noise all touches share.
+    first : FirstTouches, optional
+        Of a bench of which nothing is known but its scene.
+    waits : bool
+        Whether frames wait while a bench is found: those of images that are kept do.
 
     Attributes
     ----------
@@ -93,13 +110,21 @@ class Learning:
         What has become of a known weight.
     """
 
-    def __init__(self, bench: BenchEstimate, references: int):
+    def __init__(
+        self,
+        bench: BenchEstimate,
+        references: int,
+        first: FirstTouches | None = None,
+        waits: bool = False,
+    ):
         self.bench, self.learned, self.notice = bench, Learned(), Notice()
-        self._references = references
+        self._references, self._waits = references, waits
+        self._first, self._finding = first, False
+        self._before: F64 | None = np.empty((0, 2))  # places of the frame before, where known
         self._held: _Held | None = None
         self._last: tuple[float, F64] | None = None  # time and touch of what was learned last
         self._known_at: float | None = None
-        self._next: Future[BenchEstimate | None] | None = None
+        self._next: Future[NextBench | None] | None = None
         self._wait = 0
         self._weighed: float | None = None  # N, of the touch that is worked out
 
@@ -124,10 +149,16 @@ class Learning:
         self.notice.say(f"known weight: lay {force:g} N on the plate and let it lie")
 
     def pause(self) -> None:
-        """Forget what is on its way; nothing is learned until the next frame that is followed."""
-        self._held = self._next = self._weighed = None
+        """Forget what is on its way; nothing is learned until the next frame that is followed.
 
-    def follow(self, time: float, found: FrameEstimate, chain: Chain) -> BenchEstimate | None:
+        First touches are gathered anew: they were measured against a reference that is no more.
+        """
+        self._held = self._next = self._weighed = None
+        if self._first is not None:
+            self._first = replace(self._first, presses=())
+            self.learned = replace(self.learned, gathered=0)
+
+    def follow(self, time: float, found: FrameEstimate, chain: Chain) -> NextBench | None:
         """Look at a frame; give the bench where it is another one from the next frame on.
 
         Parameters
@@ -143,25 +174,34 @@ class Learning:
             self._judge(chain)
         if self._next is not None:
             return self._taken_over(chain)
-        self._held = self._holding(found, chain)
+        held, self._held = self._held, self._holding(found, chain)
         if self._held is not None and len(self._held.shown) == HELD:
             self._ask(time, self._held, chain)
             self._held = None
+        elif self._first and held and held.came_alone and self._has_gone(held, found):
+            self._ask(time, held, chain)
+        self._before = None if found.measured is None else found.estimate.xy
         return self._less_sure(time) if self._next is None else None
 
-    def _less_sure(self, time: float) -> BenchEstimate | None:
+    def _has_gone(self, held: _Held, found: FrameEstimate) -> bool:
+        """Whether a frame shows nothing near a touch of the one before, which lay still then."""
+        return found.measured is not None and _is_apart(held.touch, found.estimate.xy)
+
+    def _less_sure(self, time: float) -> NextBench | None:
         """Let a bench that has shown nothing for some time be less sure."""
         if self._known_at is None or time - self._known_at < _UNSURE:
             return None
         self.bench = models.wandered(self.bench, time - self._known_at)
         self._known_at = time
-        return self.bench
+        return NextBench(self.bench)
 
-    def _taken_over(self, chain: Chain) -> BenchEstimate | None:
+    def _taken_over(self, chain: Chain) -> NextBench | None:
         self._wait -= 1
-        if self._wait or self._next is None:
+        if self._next is None or self._wait > 0 or (self._finding and not self._is_found()):
             return None
         made, self._next = self._next.result(), None
+        if self._finding:
+            return self._first_found(made, chain)
         weighed, self._weighed, learned = self._weighed, None, self.learned
         if made is None:
             self.learned = replace(learned, strange=learned.strange + 1)
@@ -170,17 +210,33 @@ class Learning:
                     f"known weight of {weighed:g} N: what it shows fits no likely bench"
                 )
             return None
-        before, self.bench = self.bench, made
+        before, self.bench = self.bench, made.bench
         weights = learned.weights + (weighed is not None)
         self.learned = replace(learned, touches=learned.touches + 1, weights=weights)
         self._judge(chain)
         if weighed:
-            stiffer = float(made["young"][0] - before["young"][0])
+            stiffer = float(made.bench["young"][0] - before["young"][0])
             self.notice.say(
                 f"known weight of {weighed:g} N: the plate is {abs(stiffer):.1%}"
                 f" {'stiffer' if stiffer > 0 else 'softer'} than was thought; forces are known to"
                 f" {self.learned.force_sigma or 0.0:.1%} now"
             )
+        return made
+
+    def _is_found(self) -> bool:
+        """Whether the bench of the first touches is there; frames that wait let it be made."""
+        return self._waits or (self._next is not None and self._next.done())
+
+    def _first_found(self, made: NextBench | None, chain: Chain) -> NextBench | None:
+        """Take over a bench that the first touches show, and follow it when they are enough."""
+        first, self._finding = self._first, False
+        if first is None or made is None:
+            return None
+        self.bench = made.bench
+        self.learned = replace(self.learned, touches=len(first.presses), gathered=0)
+        self._judge(chain)
+        if first.complete:
+            self._first = None
         return made
 
     def _judge(self, chain: Chain) -> None:
@@ -210,7 +266,8 @@ class Learning:
         if not self._may_be_weight(found):
             return None
         if self._held is None or not _same(self._held.touch, touch):
-            return _Held(touch, (shown,), found.state.memory.left)
+            alone = self._before is not None and _is_apart(touch, self._before)
+            return _Held(touch, (shown,), found.state.memory.left, alone)
         return replace(self._held, shown=(*self._held.shown, shown))
 
     def _may_be_weight(self, found: FrameEstimate) -> bool:
@@ -243,16 +300,42 @@ class Learning:
             touch[2], sigma[2] = weight, WEIGHT * weight
             self.learned, self._weighed = replace(self.learned, weight=None), weight
         press = models.Press.of_frames(shown, touch, sigma, frames, None)
+        if self._first is not None:
+            self._gather(self._first.with_press(press), chain)
+        if self._first is None or (self._weighed is not None and self._next is None):
+            self._work(partial(_learned, forward, self.bench, press, held.left), LATER)
+
+    def _gather(self, first: FirstTouches, chain: Chain) -> None:
+        """Keep a first touch, and find the bench where there are enough of them."""
+        self._first = first
+        self.learned = replace(self.learned, gathered=len(first.presses) - self.learned.touches)
+        if first.due:
+            self._finding, self._weighed = True, None
+            self._work(partial(first.find, chain.pattern, chain.noise), 1)
+
+    def _work(self, make: Callable[[], NextBench | None], wait: int) -> None:
+        """Work something out beside the loop; at the soonest it counts `wait` frames later."""
         worker = ThreadPoolExecutor(1, "learning")
-        self._next = worker.submit(models.learn, forward, self.bench, press, held.left)
+        self._next, self._wait = worker.submit(make), wait
         worker.shutdown(wait=False)
-        self._wait = LATER
 
     def _is_new(self, time: float, touch: F64) -> bool:
         if self._last is None:
             return True
         then, before = self._last
         return time - then > _LONG_AGO or hypot(*(touch[:2] - before[:2])) > _ELSEWHERE
+
+
+def _learned(
+    forward: BenchForward, bench: BenchEstimate, press: models.Press, left: models.Traces
+) -> NextBench | None:
+    made = models.learn(forward, bench, press, left)
+    return None if made is None else NextBench(made)
+
+
+def _is_apart(touch: F64, places: F64) -> bool:
+    """Whether none of some places (n, 2) is near a touch."""
+    return bool((np.hypot(*(places - touch[:2]).T) > _ELSEWHERE).all())
 
 
 def _of_whole_pattern(measured: F64, hidden: Mask, chain: Chain) -> F64:
@@ -270,21 +353,23 @@ def _same(before: F64, touch: F64) -> bool:
     return moved < _STILL and abs(touch[2] - before[2]) < _STEADY * before[2]
 
 
-def on_learned(chain: Chain, bench: BenchEstimate) -> Chain:
-    """Stand a chain on a bench near by; its candidates stay where they are.
+def on_learned(chain: Chain, known: NextBench) -> Chain:
+    """Stand a chain on another bench; its candidates stay where they are.
 
     Raises
     ------
     ValueError
         If the chain stands on an exact bench.
     """
-    before, pattern = chain.estimator, chain.pattern
+    before, pattern, bench = chain.estimator, chain.pattern, known.bench
     if not isinstance(before.forward, BenchForward):
         raise ValueError("the chain stands on an exact bench, which nothing is learned of")
     if np.array_equal(before.forward.fields.values, bench.values):  # it is less sure, no more
         estimator = replace(before, bench=bench, grid=before.candidates)
         return replace(chain, masked_models=MaskedModels(pattern, estimator, chain.noise))
     forward = before.forward.moved(bench.values)
+    if known.seen is not None:
+        forward = before.forward.on(bench.values, known.seen)
     motions = replace(pattern.motions, modes=forward.fields, large=forward.fields)
     grid = replace(before.candidates, forward=forward)
     estimator = replace(before, forward=forward, bench=bench, grid=grid)

@@ -14,6 +14,7 @@ from models import BenchEstimate, Estimate, noise_from_sums
 from rig.live.baseline import ReferenceFrame
 from rig.live.bench import Bench
 from rig.live.first_frames import take_reference
+from rig.live.first_touches import FirstTouches
 from rig.live.frame_estimate import FrameEstimate
 from rig.live.frame_record import FrameRecord, Recorder
 from rig.live.gestures import Gesture, Gestures
@@ -35,7 +36,7 @@ from rig.live.view import (
     tracked_marks,
     true_marks,
 )
-from rig.system.frame import Frame, Source
+from rig.system.frame import Frame, Kept, Source
 from rig.system.timing import Stopwatch
 
 SILENCE = 0.5  # s without a frame after which the user is warned,
@@ -82,7 +83,7 @@ class Loop:
         self._silence = SILENCE
         self._gestures, self._recent = Gestures(), tuple[Gesture, ...]()
         self._tare = Tare(bench)
-        self._learning = _learning(bench)
+        self._learning = _learning(bench, source)
         self._recorded = False
 
     def get_ready(self, progress: Progress = to_nobody) -> FrameProcessor:
@@ -227,6 +228,8 @@ class Loop:
         if prepared := self._tare.ready():
             follower.renew(prepared)
             self._reference = prepared.reference
+            if self._learning:
+                self._learning.pause()
             if self._recorder:
                 self._recorder.renew(prepared.reference, prepared.chain)
 
@@ -250,12 +253,12 @@ class Loop:
         if self._learning is None or self._recorded:
             return
         found = result.frame_estimate
-        if bench := self._learning.follow(frame.captured, found, follower.chain):
-            follower.stand_on(bench)
-            self.bench = replace(self.bench, known=bench)
+        if known := self._learning.follow(frame.captured, found, follower.chain):
+            follower.stand_on(known)
+            self.bench = replace(self.bench, known=known.bench)
             self._tare.stand_on(self.bench)
             if self._recorder:
-                self._recorder.stand_on(bench)
+                self._recorder.stand_on(known.bench)
 
     def _follow_gestures(self, frame: Frame, result: FrameResult) -> None:
         estimate = result.frame_estimate.estimate
@@ -336,9 +339,12 @@ class Loop:
         )
 
 
-def _learning(bench: Bench) -> Learning | None:
+def _learning(bench: Bench, source: Source) -> Learning | None:
     """Learn of a bench that is not known exactly."""
-    return Learning(bench.known, bench.reference_frames) if bench.known else None
+    if not bench.known:
+        return None
+    first = FirstTouches(bench.known, bench.camera) if bench.known.is_prior else None
+    return Learning(bench.known, bench.reference_frames, first, isinstance(source, Kept))
 
 
 def _sigma(estimate: Estimate, index: int) -> float:

@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models import BenchEstimate, BenchForward, Estimate, LargeForward, Result
+from models import BenchForward, Estimate, LargeForward, Result
 from rig.live.baseline import ReferenceFrame, drift_weight, is_consistent
 from rig.live.bench import Bench, PreparedBench
 from rig.live.chain import ChainState, at_rest
+from rig.live.first_touches import NextBench
 from rig.live.frame_estimate import NO_ESTIMATE, FrameEstimate, estimate_frame
 from rig.live.learning import on_learned
 from rig.live.memory import Memory
@@ -132,9 +133,9 @@ class FrameProcessor:
         """Go on as before on the same reference, prepared anew."""
         self._use(prepared)
 
-    def stand_on(self, bench: BenchEstimate) -> None:
-        """Take another bench near by from the next frame on."""
-        self.chain = on_learned(self.chain, bench)
+    def stand_on(self, known: NextBench) -> None:
+        """Take another bench from the next frame on."""
+        self.chain = on_learned(self.chain, known)
         if self.strain is not None and self.strain.estimator is not None:
             self.strain = with_touches(self.strain, self.chain)
 

@@ -17,6 +17,8 @@ class Playback:
     The clock of a recording is over, so each frame counts as captured when it is given.
     """
 
+    kept = True
+
     def __init__(self, session: Session):
         self._session = session
         self._next = 0

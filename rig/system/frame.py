@@ -87,6 +87,13 @@ class Source(Protocol):
 
 
 @runtime_checkable
+class Kept(Protocol):
+    """A source of images that are kept: each is given, whenever the loop asks for it."""
+
+    kept: bool
+
+
+@runtime_checkable
 class Waiting(Protocol):
     """A source whose plate stands still until it hears that the reference was taken."""
 

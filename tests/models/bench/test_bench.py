@@ -4,6 +4,8 @@ The plate is the modal plate itself here: these tests hold the inference, and pr
 plates. What the modal plate is worth stands in tests/fe/modal.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -27,14 +29,18 @@ def forward():
     return models.BenchForward(fields, np.eye(count) / NOISE)
 
 
-@pytest.fixture(scope="module")
-def true():
-    """Numbers of a bench drawn from its prior; edges only give, and all along."""
-    prior, rng = models.prior_sigma(PLATE)[: len(fe.BENCH_PARAMETERS)], np.random.default_rng(4)
+def drawn_bench(rng):
+    """Draw numbers of a bench from its prior; edges only give, and all along."""
+    prior = models.prior_sigma(PLATE)[:PLATE_NUMBERS]
     drawn = rng.normal(0.0, prior)
     drawn[EVEN] = np.abs(drawn[EVEN])
     drawn[SLOPES] = rng.uniform(-0.7, 0.7, 8) * drawn[EVEN]
     return np.concatenate([drawn, np.zeros(len(models.CAMERA))])
+
+
+@pytest.fixture(scope="module")
+def true():
+    return drawn_bench(np.random.default_rng(4))
 
 
 def measure(forward, true, touches, rng):
@@ -107,6 +113,65 @@ def test_a_mislabelled_press_is_widened(forward, true, identified):
     assert found.outliers == (4,)
     off = (found.values - true)[:2] / found.sigma[:2]
     assert np.abs(off).max() < 5.0
+
+
+FRAMES, REFERENCES = 12, 16
+
+
+def of_one_reference(forward, true, rng):
+    """Give presses of twelve frames against one reference of sixteen, whose noise all share."""
+    one = 1.0 + 1.0 / REFERENCES
+    still = rng.normal(0.0, np.sqrt(1.0 / REFERENCES / one), len(forward.whitening))
+    made = []
+    for x, y in PLACES:
+        touch = np.array([x, y, rng.uniform(0.3, 1.0)])
+        seen = forward.on(true, None).read(touch[None])[0] + still
+        seen = seen + rng.normal(0.0, np.sqrt(1.0 / FRAMES / one), len(seen))
+        sigma = np.array([np.inf, np.inf, 0.01 * touch[2]])
+        start = touch + np.array([3.0, -2.0, rng.normal(0.0, sigma[2])])
+        made.append(models.Press.of_frames(seen, start, sigma, (FRAMES, REFERENCES), None))
+    return made
+
+
+def test_the_noise_of_one_reference_is_found_and_enters_the_sigma(forward):
+    """Eight benches; their edges apart, which give and never push, as no normal law has it."""
+    rng, prior = np.random.default_rng(8), models.bench_before(PLATE)
+    inner, within, errors = slice(NAMES.index("rotation_west")), [], []
+    for _ in range(8):
+        true = drawn_bench(rng)
+        shared = of_one_reference(forward, true, rng)
+        apart = [replace(one, noise=one.total_noise, reference=0.0) for one in shared]
+        off = [models.identify(forward, each, prior) for each in (shared, apart)]
+        known = off[0].known[inner]
+        off = [((one.values - true)[inner] / off[0].sigma[inner])[known] for one in off]
+        within.append(np.abs(off[0]))
+        errors.append([np.median(np.abs(one)) for one in off])
+    assert 0.58 < np.mean(np.concatenate(within) < 1.0) < 0.78
+    assert np.mean(np.concatenate(within) < 2.0) > 0.9
+    found, left = np.mean(errors, axis=0)
+    assert found < 0.9 * left
+
+
+def test_a_press_that_a_hand_hid_a_part_of_shows_the_same_reference(forward, true):
+    given = of_one_reference(forward, true, np.random.default_rng(9))
+    prior = models.bench_before(PLATE)
+    whole = models.identify(forward, given, prior)
+    seen = np.ones(len(forward.whitening))
+    seen[::9] = 0.0
+    hidden = [replace(one, measured=seen * one.measured) for one in given[:4]]
+    hidden = [replace(one, whitening=seen[:, None] * forward.whitening) for one in hidden]
+    found = models.identify(forward, [*hidden, *given[4:]], prior)
+    far = np.abs(found.values - whole.values)[whole.known] / whole.sigma[whole.known]
+    assert far.max() < 2.5
+
+
+def test_a_press_states_the_noise_of_its_frames_and_of_its_reference():
+    zero = np.zeros(3)
+    press = models.Press.of_frames(zero, zero, np.ones(3), (4, 4), None)
+    assert press.noise == pytest.approx(press.reference) == pytest.approx(np.sqrt(0.2))
+    assert models.Press.of_frames(zero, zero, np.ones(3), (1, 16), None).total_noise == 1.0
+    with pytest.raises(ValueError, match=r"reference must lie in 0 to 1, got 2; use 1/√n"):
+        models.Press(zero, zero, np.ones(3), reference=2.0)
 
 
 def test_places_need_not_be_known(forward, true):

@@ -12,6 +12,7 @@ import sys
 import numpy as np
 import pytest
 
+import rig
 from rig.calibration.store import Calibration, calibration_beside
 from rig.studies.real_bench.departure import ALL
 from rig.studies.real_bench.score import score
@@ -65,3 +66,14 @@ def test_touches_are_right_after_it_and_not_before(session, answer):
     assert 0.46 < np.mean(np.abs(after.within) < 1.0) < 0.9
     assert np.mean(np.abs(after.within) < 2.0) > 0.85
     assert (before.false, after.false, after.missed, after.phantoms) == (0, 0, 0, 0)
+
+
+@pytest.mark.slow
+def test_touches_that_nobody_labels_show_a_bench_from_the_twenty_fourth_on(tmp_path):
+    """Before it σ is that of all that may be wrong; after it both are a third of what they were."""
+    truth = Truth(ALL, 6)
+    made = write_touches(truth, tmp_path / "touches", 42)
+    seen = score(rig.load(write_scene(tmp_path, tmp_path / "touches")), Calibration(), made)
+    before, after = np.split(seen.place, [20])
+    assert np.median(after[12:]) < 0.4 < 0.5 * np.median(before)
+    assert np.mean(np.abs(seen.within[-12:, :2]) < 2.0) > 0.8

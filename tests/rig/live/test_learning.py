@@ -1,5 +1,6 @@
 """The bench learned on while the loop runs: which touches count, and when they are taken over."""
 
+from threading import Event
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 import fe
 import models
 from models import Estimate, Result
+from rig.live.first_touches import ENOUGH, FirstTouches, NextBench
 from rig.live.learning import HELD, LATER, Learning
 from rig.live.memory import Memory
 
@@ -72,6 +74,7 @@ def chain_of(forward):
     return SimpleNamespace(
         estimator=SimpleNamespace(forward=forward),
         pattern=SimpleNamespace(factor=factor),
+        noise=1.0,
         masked_models=SimpleNamespace(pattern_for=lambda hidden: visible),
     )
 
@@ -169,3 +172,81 @@ def test_a_run_that_is_recorded_forgets_what_was_on_its_way(learning, forward, f
     learning.pause()
     assert follow(learning, forward, [frames([]) for _ in range(2 * LATER)]) == []
     assert learning.learned.touches == 0
+
+
+class Together(FirstTouches):
+    """First touches that show the bench that a test knows, when it lets them."""
+
+    def find(self, pattern, noise):
+        assert LET.wait(10.0)
+        softer = np.zeros(len(NAMES))
+        softer[0] = -0.1
+        return NextBench(models.BenchEstimate(softer, 1e-4 * np.diag(self.prior.prior**2), 1e-3,
+                                              self.prior.prior))  # fmt: skip
+
+
+LET = Event()
+
+
+@pytest.fixture
+def first():
+    """Learn of a bench of which nothing is known but its scene, and let its frames wait."""
+    LET.set()
+
+    def made(waits):
+        prior = models.bench_before(PLATE)
+        return Learning(prior, 16, Together(prior, None), waits)
+
+    return made
+
+
+def stills(frames, count):
+    """Give single frames of touches at places all over the plate."""
+    rng = np.random.default_rng(5)
+    places = rng.uniform([20.0, 20.0], [130.0, 90.0], (40 * count, 2))
+    apart = [places[0]]
+    for place in places:
+        if len(apart) < count and np.hypot(*(place - apart[-1])) > 30.0:
+            apart.append(place)
+    return [frames([*place, 2.0]) for place in apart]
+
+
+def test_the_first_touches_show_a_bench_together(forward, frames, first):
+    learning, shown = first(waits=True), stills(frames, ENOUGH[-1] + 6)
+    few = ENOUGH[0] - 1
+    assert follow(learning, forward, shown[:few]) == []
+    assert (learning.learned.gathered, learning.learned.touches) == (few - 1, 0)
+    assert learning.bench.is_prior
+    assert len(follow(learning, forward, shown[few:], 110.0)) == 2
+    assert learning.bench.values[0] == -0.1
+    assert (learning.learned.gathered, learning.learned.touches) == (0, ENOUGH[-1])
+
+
+def test_live_frames_do_not_wait_for_what_first_touches_show(forward, frames, first):
+    learning = first(waits=False)
+    LET.clear()
+    assert follow(learning, forward, stills(frames, ENOUGH[0] + 10)) == []
+    LET.set()
+    for _ in range(1000):
+        if learning.follow(130.0, frames([]), chain_of(forward)) is not None:
+            break
+        Event().wait(0.01)
+    assert learning.learned.touches == ENOUGH[0]
+
+
+def test_a_finger_that_slides_is_no_first_touch(forward, frames, first):
+    learning = first(waits=True)
+    slide = [frames([20.0 + 4.0 * k, 50.0, 2.0]) for k in range(25)]
+    unsure = frames([60.0, 50.0, 2.0], measured=None)
+    assert (
+        follow(learning, forward, [frames([]), *slide, frames([]), unsure, slide[9], unsure]) == []
+    )
+    assert learning.learned.gathered == 0
+
+
+def test_first_touches_against_another_reference_are_gathered_anew(forward, frames, first):
+    learning = first(waits=True)
+    follow(learning, forward, stills(frames, 10))
+    assert learning.learned.gathered == 9
+    learning.pause()
+    assert learning.learned.gathered == 0
