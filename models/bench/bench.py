@@ -80,7 +80,7 @@ class BenchEstimate:
 
     @property
     def is_prior(self) -> bool:
-        """Whether no press or touch has told anything yet."""
+        """Whether no press and no touch has shown anything of it yet."""
         return bool(np.allclose(self.sigma, self.prior))
 
     @property

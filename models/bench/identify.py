@@ -39,7 +39,7 @@ COARSE = 0.1
 """Error of the model in the first turn: so wide that only the large features of the presses count,
 and the descent does not end in a valley beside the right one."""
 
-_TURNS, _MOST = 3, 8
+_TURNS, _LIMIT = 3, 8
 # Of the prior's σ: a turn that moves a number of the camera further is not the last. In a turn the
 # camera is taken to first order, and touches of unknown place lead it far.
 _MOVED = 0.35
@@ -87,7 +87,7 @@ def identify(
     state = start(problem)
     bench, terms = replace(prior, discrepancy=COARSE), list[Term]()
     on = stand(forward, state.values, look)
-    for turn in range(_MOST):
+    for turn in range(_LIMIT):
         before = state.values
         factors = [each.factor(bench.discrepancy) for each in scatters(problem, on, state)]
         problem = replace(problem, factors=factors)
