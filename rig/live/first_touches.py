@@ -10,6 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+import numpy as np
+
 import fe
 import models
 import synthetic
@@ -63,12 +65,19 @@ class FirstTouches:
         """Return these touches and one more."""
         return replace(self, presses=(*self.presses, press))
 
+    def again(self) -> FirstTouches:
+        """Return what to go on with where these show no bench: the same, or none if enough."""
+        return replace(self, presses=()) if self.complete else self
+
     def find(self, pattern: models.TilePattern, noise: float) -> NextBench | None:
-        """Find the bench that all of them show; None where the descent did not end."""
+        """Find the bench that all of them show; None where the descent does not end."""
         forward, look = pattern.forward(noise), KnownBench(self.prior, self.camera).look(pattern)
         if not isinstance(forward, models.BenchForward):
             return None
-        bench = models.identify(forward, self.presses, self.prior, look)
+        try:
+            bench = models.identify(forward, self.presses, self.prior, look)
+        except np.linalg.LinAlgError:
+            return None
         if not bench.converged:
             return None
         return NextBench(bench, look.at(bench.values[_PLATE:], bench["thickness"][0]))

@@ -64,6 +64,9 @@ class Learned:
         middle of the plate; None before the first frame.
     weight : float or None, N
         That is waited for.
+    found : bool
+        Whether touches are taken in one by one, since the first ones have shown the bench, or
+        presses before them.
     """
 
     touches: int = 0
@@ -72,6 +75,7 @@ class Learned:
     weights: int = 0
     force_sigma: float | None = None
     weight: float | None = None
+    found: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +121,8 @@ class Learning:
         first: FirstTouches | None = None,
         waits: bool = False,
     ):
-        self.bench, self.learned, self.notice = bench, Learned(), Notice()
+        self.bench, self.notice = bench, Notice()
+        self.learned = Learned(found=first is None)
         self._references, self._waits = references, waits
         self._first, self._finding = first, False
         self._before: F64 | None = np.empty((0, 2))  # places of the frame before, where known
@@ -154,6 +159,7 @@ class Learning:
         First touches are gathered anew: they were measured against a reference that is no more.
         """
         self._held = self._next = self._weighed = None
+        self._finding = False
         if self._first is not None:
             self._first = replace(self._first, presses=())
             self.learned = replace(self.learned, gathered=0)
@@ -172,15 +178,18 @@ class Learning:
         self._known_at = time if self._known_at is None else self._known_at
         if self.learned.force_sigma is None:
             self._judge(chain)
-        if self._next is not None:
-            return self._taken_over(chain)
+        known = self._looked_at(time, found, chain) if self._next is None else self._made(chain)
+        self._before = None if found.measured is None else found.estimate.xy
+        return known
+
+    def _looked_at(self, time: float, found: FrameEstimate, chain: Chain) -> NextBench | None:
+        """See whether a frame shows a touch that says something."""
         held, self._held = self._held, self._holding(found, chain)
         if self._held is not None and len(self._held.shown) == HELD:
             self._ask(time, self._held, chain)
             self._held = None
         elif self._first and held and held.came_alone and self._has_gone(held, found):
             self._ask(time, held, chain)
-        self._before = None if found.measured is None else found.estimate.xy
         return self._less_sure(time) if self._next is None else None
 
     def _has_gone(self, held: _Held, found: FrameEstimate) -> bool:
@@ -195,7 +204,8 @@ class Learning:
         self._known_at = time
         return NextBench(self.bench)
 
-    def _taken_over(self, chain: Chain) -> NextBench | None:
+    def _made(self, chain: Chain) -> NextBench | None:
+        """Take over what was worked out, when it is time."""
         self._wait -= 1
         if self._next is None or self._wait > 0 or (self._finding and not self._is_found()):
             return None
@@ -231,9 +241,10 @@ class Learning:
         """Take over a bench that the first touches show, and follow it when they are enough."""
         first, self._finding = self._first, False
         if first is None or made is None:
+            self._first = first and first.again()
             return None
         self.bench = made.bench
-        self.learned = replace(self.learned, touches=len(first.presses), gathered=0)
+        self.learned = replace(self.learned, touches=len(first.presses), gathered=0, found=True)
         self._judge(chain)
         if first.complete:
             self._first = None
@@ -302,7 +313,7 @@ class Learning:
         press = models.Press.of_frames(shown, touch, sigma, frames, None)
         if self._first is not None:
             self._gather(self._first.with_press(press), chain)
-        if self._first is None or (self._weighed is not None and self._next is None):
+        if self._first is None or self._weighed is not None:
             self._work(partial(_learned, forward, self.bench, press, held.left), LATER)
 
     def _gather(self, first: FirstTouches, chain: Chain) -> None:
@@ -310,6 +321,8 @@ class Learning:
         self._first = first
         self.learned = replace(self.learned, gathered=len(first.presses) - self.learned.touches)
         if first.due:
+            weights = self.learned.weights + (self._weighed is not None)
+            self.learned = replace(self.learned, weights=weights)
             self._finding, self._weighed = True, None
             self._work(partial(first.find, chain.pattern, chain.noise), 1)
 

@@ -217,7 +217,9 @@ def test_the_first_touches_show_a_bench_together(forward, frames, first):
     assert follow(learning, forward, shown[:few]) == []
     assert (learning.learned.gathered, learning.learned.touches) == (few - 1, 0)
     assert learning.bench.is_prior
+    assert not learning.learned.found
     assert len(follow(learning, forward, shown[few:], 110.0)) == 2
+    assert learning.learned.found
     assert learning.bench.values[0] == -0.1
     assert (learning.learned.gathered, learning.learned.touches) == (0, ENOUGH[-1])
 
@@ -250,3 +252,29 @@ def test_first_touches_against_another_reference_are_gathered_anew(forward, fram
     assert learning.learned.gathered == 9
     learning.pause()
     assert learning.learned.gathered == 0
+
+
+class Nothing(FirstTouches):
+    """First touches of which no descent ends."""
+
+    def find(self, pattern, noise):
+        return None
+
+
+def test_first_touches_that_show_no_bench_change_nothing_and_are_gathered_anew(forward, frames):
+    learning = Learning(models.bench_before(PLATE), 16, Nothing(models.bench_before(PLATE), None))
+    assert follow(learning, forward, stills(frames, ENOUGH[-1] + 20)) == []
+    assert 0 < learning.learned.gathered < ENOUGH[0]
+    assert learning.bench.is_prior
+
+
+def test_a_weight_sets_the_newton_of_a_bench_that_is_not_found_yet(forward, frames, first):
+    learning = first(waits=True)
+    learning.follow(99.0, frames([]), chain_of(forward))
+    before = learning.learned.force_sigma
+    learning.weigh(2.0)
+    follow(learning, forward, [frames(TOUCH) for _ in range(HELD + LATER)])
+    learned = learning.learned
+    assert (learned.touches, learned.weights, learned.gathered) == (1, 1, 1)
+    assert not learned.found
+    assert learned.force_sigma < 0.5 * before
