@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from math import hypot
 from typing import NamedTuple
 
 import numpy as np
@@ -135,9 +136,15 @@ class Scatter(NamedTuple):
     """What a press scatters by: noise, memory, and by each unit of the model's own error."""
 
     noise: float
+    reference: float
     left: F64  # (m,) of the press before, all of it
     memory: float
     own: float
+
+    @property
+    def alone(self) -> Scatter:
+        """That of a press by itself, to which the noise of the reference is noise as any other."""
+        return self._replace(noise=hypot(self.noise, self.reference), reference=0.0)
 
     def even(self, discrepancy: float) -> float:
         """Variance of each number that was measured, for an error of the model."""
@@ -157,7 +164,8 @@ def scatters(problem: JointProblem, on: BenchForward, state: State) -> list[Scat
     for press, touch in zip(problem.presses, state.touches, strict=True):
         seen = through(on, press)
         own = own_error(seen.read(touch[None])[0])
-        scatters.append(Scatter(press.noise, seen.whitening @ before, problem.memory, own))
+        noise = press.noise, press.reference
+        scatters.append(Scatter(*noise, seen.whitening @ before, problem.memory, own))
         before = on.fields.seen_of(seen.fields.state(touch[None]))
     return scatters
 
