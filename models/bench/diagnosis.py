@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from math import sqrt
 from typing import NamedTuple
 
@@ -20,7 +19,17 @@ import fe
 from models.arrays import F64, Mask
 from models.bench.bench import NAMES, UNITS, BenchEstimate
 from models.bench.identify import COARSE
-from models.bench.joint import JointProblem, State, Term, descend, pose, scatters, stand, through
+from models.bench.joint import (
+    JointProblem,
+    State,
+    Term,
+    descend,
+    pose,
+    scatters,
+    stand,
+    start,
+    through,
+)
 from models.bench.press import Press
 from models.bench.score_test import FALSE_ALARM, Slopes, slopes
 from models.forward.bench_forward import BenchForward
@@ -133,7 +142,6 @@ def diagnose(
     prior: BenchEstimate,
     look: Look | None = None,
     progress: Callable[[int, int], object] | None = None,
-    reference: float = 0.0,
 ) -> Diagnosis:
     """Find what of the bench touches show to be otherwise than described.
 
@@ -146,20 +154,21 @@ def diagnose(
         As for `identify`; eight touches of unknown place and force are enough.
     progress : callable, optional
         Called with the causes tried and their number.
-    reference : float
-        Noise that all measurements share with that of the reference image, standard deviation in
-        units of that of one: 1/√(n + 1) for a mean of n frames.
     """
     causes = {name: free for name, free in CAUSES.items() if look or free[0] in _starting("")}
     on = stand(forward, prior.values, look)
-    problem = pose(presses, prior, look, sum(causes.values(), ()), forward)
+
+    def asked(free: Sequence[str]) -> JointProblem:
+        return pose(presses, prior, look, free, forward).apart
+
+    problem = asked(sum(causes.values(), ()))
     described = _fitted(replace(problem, free=_NONE, scales=np.empty(0)), on)
-    near = slopes(replace(problem, factors=described.factors), on, described.state, reference)
+    near = slopes(replace(problem, factors=described.factors), on, described.state)
     tried = [_first_order(each, near.of(free), prior, described) for each, free in causes.items()]
     freedom = sum(through(forward, press).freedom - 3 for press in presses)
     found = Diagnosis(described.chi2, freedom, tuple(sorted(tried, key=_explained)))
     if found.named:
-        fits = _each(causes, partial(pose, presses, prior, look, forward=forward), on, progress)
+        fits = _each(causes, asked, on, progress)
         fits = _looked_at_closely(fits, described.chi2, look)
         tried = [_as_fitted(each, fits[each.name]) for each in tried]
         found = replace(found, causes=tuple(sorted(tried, key=_explained)))
@@ -184,8 +193,7 @@ class _Fit(NamedTuple):
 def _fitted(problem: JointProblem, on: BenchForward, state: State | None = None) -> _Fit:
     """Fit touches and free numbers, through a camera to first order about that of `on`."""
     if state is None:
-        touches = np.array([one.touch for one in problem.presses])
-        state = State(problem.prior.values.copy(), touches)
+        state = start(problem)
     terms, factors = list[Term](), list[F64]()
     for discrepancy in (COARSE, problem.prior.discrepancy):
         here = on.moved(state.values)

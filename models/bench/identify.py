@@ -113,11 +113,11 @@ def _discrepancy(problem: JointProblem, on: BenchForward, state: State) -> float
     Each press by itself: the noise of the reference that was found fits the residuals too well.
     """
     likelihood = np.zeros(len(_DISCREPANCIES))
-    given = zip(problem.presses, state.touches, scatters(problem, on, state), strict=True)
+    given = zip(problem.presses, state.touches, scatters(problem.apart, on, state), strict=True)
     for press, touch, scatter in given:
         residual = press.measured - through(on, press).read(touch[None])[0]
         for k, size in enumerate(_DISCREPANCIES):
-            lower = scatter.alone.factor(float(size))
+            lower = scatter.factor(float(size))
             white = solve_lower(lower, residual)
             likelihood[k] -= 0.5 * float(white @ white) + float(np.log(np.diag(lower)).sum())
     return float(_DISCREPANCIES[np.argmax(likelihood)])

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from math import hypot
 from typing import NamedTuple
 
 import numpy as np
@@ -49,7 +48,7 @@ class JointProblem:
     """Presses, what is known beforehand, and which P numbers are to be found.
 
     The noise of the reference has R of them, as many as a press was measured by: none where its
-    presses share no noise.
+    presses share no noise, or where it counts as that of each, see `apart`.
     """
 
     presses: tuple[Press, ...]
@@ -63,13 +62,18 @@ class JointProblem:
     unwhitening: F64 | None = None
     factors: list[F64] = field(default_factory=list[F64])
 
+    @property
+    def apart(self) -> JointProblem:
+        """The same with each press by itself, to which the reference's noise is as its own."""
+        return replace(self, noises=0)
+
 
 class State(NamedTuple):
     """Numbers of the bench, the touch of each press, and the noise of the reference."""
 
     values: F64  # (50,)
     touches: F64  # (N, 3)
-    noise: F64 = np.zeros(0)  # (R,), in units of its standard deviation
+    noise: F64  # (R,), in units of its standard deviation
 
 
 def pose(
@@ -136,15 +140,9 @@ class Scatter(NamedTuple):
     """What a press scatters by: noise, memory, and by each unit of the model's own error."""
 
     noise: float
-    reference: float
     left: F64  # (m,) of the press before, all of it
     memory: float
     own: float
-
-    @property
-    def alone(self) -> Scatter:
-        """That of a press by itself, to which the noise of the reference is noise as any other."""
-        return self._replace(noise=hypot(self.noise, self.reference), reference=0.0)
 
     def even(self, discrepancy: float) -> float:
         """Variance of each number that was measured, for an error of the model."""
@@ -164,8 +162,8 @@ def scatters(problem: JointProblem, on: BenchForward, state: State) -> list[Scat
     for press, touch in zip(problem.presses, state.touches, strict=True):
         seen = through(on, press)
         own = own_error(seen.read(touch[None])[0])
-        noise = press.noise, press.reference
-        scatters.append(Scatter(*noise, seen.whitening @ before, problem.memory, own))
+        noise = press.noise if problem.noises else press.total_noise
+        scatters.append(Scatter(noise, seen.whitening @ before, problem.memory, own))
         before = on.fields.seen_of(seen.fields.state(touch[None]))
     return scatters
 

@@ -61,7 +61,7 @@ class Press:
     @property
     def total_noise(self) -> float:
         """Standard deviation of `measured`, the noise of the reference included."""
-        return hypot(self.noise, self.reference)
+        return min(hypot(self.noise, self.reference), 1.0)
 
     def __post_init__(self) -> None:
         size = (3,)

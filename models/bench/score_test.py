@@ -79,8 +79,10 @@ class Slopes:
         return tail(np.asarray(np.linalg.eigvalsh(half), dtype=np.float64), self.fall)
 
 
-def slopes(problem: JointProblem, on: BenchForward, state: State, reference: float = 0.0) -> Slopes:
+def slopes(problem: JointProblem, on: BenchForward, state: State) -> Slopes:
     """Compute the slope of χ² at the touches that fit best on the bench as described.
+
+    What the noise of the reference brings into all measurements alike does not average.
 
     Parameters
     ----------
@@ -89,9 +91,6 @@ def slopes(problem: JointProblem, on: BenchForward, state: State, reference: flo
     on : BenchForward
         The bench as described.
     state : State
-    reference : float
-        Standard deviation of the noise that the reference brings into all measurements alike, in
-        units of that of one.
     """
     count = len(problem.scales)
     slope, normal = np.zeros(count), np.zeros((count, count))
@@ -105,9 +104,9 @@ def slopes(problem: JointProblem, on: BenchForward, state: State, reference: flo
         slope += shared.T @ residual
         normal += shared.T @ shared
         by_error = shared.T @ solve_lower(factor, np.eye(len(factor)))
-        alike += by_error
+        alike += press.reference * by_error
         missing += sqrt(own_error(seen.read(touch[None])[0])) * by_error
-    spread = normal + reference**2 * alike @ alike.T
+    spread = normal + alike @ alike.T
     spread += problem.prior.discrepancy**2 * missing @ missing.T
     return Slopes(problem.free, slope, normal, spread)
 

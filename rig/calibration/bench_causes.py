@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from math import sqrt
 from pathlib import Path
 
 import numpy as np
@@ -68,18 +67,19 @@ def diagnosed(
     forward = chain.pattern.forward(chain.noise)
     if not isinstance(forward, models.BenchForward) or bench.known is None:
         raise ValueError("the bench has no estimator of kind 'pattern'; give the scene one")
-    presses = _touches(chain, images)
+    presses = _touches(chain, images, bench.reference_frames)
     if len(presses) < 3:
         raise ValueError(
             f"{len(presses)} touches of {_MIN_FORCE:g} N or more are found in the images; press at"
             f" {TOUCHES} places, far apart"
         )
     look = KnownBench(bench.known, bench.camera).look(chain.pattern)
-    reference = 1.0 / sqrt(bench.reference_frames + 1.0)
-    return models.diagnose(forward, presses, bench.known, look, report, reference)
+    return models.diagnose(forward, presses, bench.known, look, report)
 
 
-def _touches(chain: Chain, images: Iterable[tuple[str, AnyArray]]) -> list[models.Press]:
+def _touches(
+    chain: Chain, images: Iterable[tuple[str, AnyArray]], references: int
+) -> list[models.Press]:
     """Measure up to `TOUCHES` single touches at places far apart, in the order of the images."""
     found: list[models.Press] = []
     for name, grey in images:
@@ -90,7 +90,8 @@ def _touches(chain: Chain, images: Iterable[tuple[str, AnyArray]]) -> list[model
             continue
         near = any(np.hypot(*(touch[:2] - one.touch[:2])) < _APART for one in found)
         if touch[2] >= _MIN_FORCE and not near:
-            found.append(models.Press(seen, touch, np.full(3, np.inf), whitening=whitening))
+            unknown, frames = np.full(3, np.inf), (1, references)
+            found.append(models.Press.of_frames(seen, touch, unknown, frames, whitening))
         if len(found) == TOUCHES:
             break
     return found

@@ -1,5 +1,7 @@
 """Causes by name: one thing wrong at a time, touches of unknown place and force."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -71,7 +73,11 @@ def test_a_right_bench_has_a_large_p_value_and_a_wrong_one_a_small_one(forward):
     wrong = models.diagnose(forward, touched(forward, seed=5, sag=0.2), prior)
     assert right.p_value > models.FALSE_ALARM
     assert wrong.p_value < 1e-6
-    alike = models.diagnose(forward, touched(forward, seed=5, sag=0.2), prior, reference=0.5)
+    shared = [
+        replace(one, noise=np.sqrt(0.75), reference=0.5)
+        for one in touched(forward, seed=5, sag=0.2)
+    ]
+    alike = models.diagnose(forward, shared, prior)
     assert alike.p_value > wrong.p_value, "noise that all touches share accuses less"
 
 
