@@ -182,18 +182,13 @@ class Keeper:
     def write(self, loop: LiveLoop) -> None:
         """Write what a loop has learned, if that is more than was written.
 
-        What a weight alone has shown is not kept: the next run must know that its first touches
-        have not shown the bench yet.
-
         Raises
         ------
         OSError
             If the file cannot be written.
         """
         learned, known = loop.learned, loop.known
-        if learned is None or known is None or not learned.found:
-            return
-        if learned.touches == self._written:
+        if learned is None or known is None or learned.touches == self._written:
             return
         now = datetime.now(UTC).replace(microsecond=0)
         entry = Calibration().on_bench(known).bench

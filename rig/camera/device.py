@@ -45,7 +45,7 @@ class OpenDevice(Protocol):
 class InOrder:
     """A `rig.system.frame.Source` that leaves nothing out: each grab gives the next image."""
 
-    kept = True
+    stored = True
 
     def __init__(self, device: OpenDevice):
         self._device = device

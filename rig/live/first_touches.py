@@ -65,10 +65,6 @@ class FirstTouches:
         """Return these touches and one more."""
         return replace(self, presses=(*self.presses, press))
 
-    def again(self) -> FirstTouches:
-        """Return what to go on with where these show no bench: the same, or none if enough."""
-        return replace(self, presses=()) if self.complete else self
-
     def find(self, pattern: models.TilePattern, noise: float) -> NextBench | None:
         """Find the bench that all of them show; None where the descent does not end."""
         forward, look = pattern.forward(noise), KnownBench(self.prior, self.camera).look(pattern)

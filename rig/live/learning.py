@@ -54,7 +54,7 @@ class Learned:
     touches : int
         That have said something of the bench.
     gathered : int
-        First touches, of which the bench is not found yet.
+        First touches since then, from which the bench is not found yet.
     strange : int
         That fitted no likely bench and were left aside.
     weights : int
@@ -64,9 +64,6 @@ class Learned:
         middle of the plate; None before the first frame.
     weight : float or None, N
         That is waited for.
-    found : bool
-        Whether touches are taken in one by one, since the first ones have shown the bench, or
-        presses before them.
     """
 
     touches: int = 0
@@ -75,7 +72,6 @@ class Learned:
     weights: int = 0
     force_sigma: float | None = None
     weight: float | None = None
-    found: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +85,19 @@ class _Held:
     shown: tuple[F64, ...]
     left: models.Traces
     came_alone: bool
+
+
+@dataclass(frozen=True, eq=False)
+class _Work:
+    """What is worked out beside the loop, and in how many frames it counts, or later.
+
+    It is what a touch says, of a known weight in N or not, or the bench that first touches show.
+    """
+
+    made: Future[NextBench | None]
+    wait: int
+    weighed: float | None
+    first: FirstTouches | None = None
 
 
 class Learning:
@@ -121,17 +130,13 @@ class Learning:
         first: FirstTouches | None = None,
         waits: bool = False,
     ):
-        self.bench, self.notice = bench, Notice()
-        self.learned = Learned(found=first is None)
-        self._references, self._waits = references, waits
-        self._first, self._finding = first, False
+        self.bench, self.learned, self.notice = bench, Learned(), Notice()
+        self._references, self._waits, self._first = references, waits, first
         self._before: F64 | None = np.empty((0, 2))  # places of the frame before, where known
         self._held: _Held | None = None
         self._last: tuple[float, F64] | None = None  # time and touch of what was learned last
         self._known_at: float | None = None
-        self._next: Future[NextBench | None] | None = None
-        self._wait = 0
-        self._weighed: float | None = None  # N, of the touch that is worked out
+        self._work: _Work | None = None
 
     def weigh(self, force: float) -> None:
         """Take the touch that is held next, anywhere on the plate, as a known weight.
@@ -158,8 +163,7 @@ class Learning:
 
         First touches are gathered anew: they were measured against a reference that is no more.
         """
-        self._held = self._next = self._weighed = None
-        self._finding = False
+        self._held = self._work = None
         if self._first is not None:
             self._first = replace(self._first, presses=())
             self.learned = replace(self.learned, gathered=0)
@@ -178,7 +182,10 @@ class Learning:
         self._known_at = time if self._known_at is None else self._known_at
         if self.learned.force_sigma is None:
             self._judge(chain)
-        known = self._looked_at(time, found, chain) if self._next is None else self._made(chain)
+        if self._work is None:
+            known = self._looked_at(time, found, chain)
+        else:
+            known = self._taken_over(self._work, chain)
         self._before = None if found.measured is None else found.estimate.xy
         return known
 
@@ -190,7 +197,7 @@ class Learning:
             self._held = None
         elif self._first and held and held.came_alone and self._has_gone(held, found):
             self._ask(time, held, chain)
-        return self._less_sure(time) if self._next is None else None
+        return self._less_sure(time) if self._work is None else None
 
     def _has_gone(self, held: _Held, found: FrameEstimate) -> bool:
         """Whether a frame shows nothing near a touch of the one before, which lay still then."""
@@ -204,51 +211,65 @@ class Learning:
         self._known_at = time
         return NextBench(self.bench)
 
-    def _made(self, chain: Chain) -> NextBench | None:
-        """Take over what was worked out, when it is time."""
-        self._wait -= 1
-        if self._next is None or self._wait > 0 or (self._finding and not self._is_found()):
+    def _taken_over(self, work: _Work, chain: Chain) -> NextBench | None:
+        """Take over what was worked out, when it is time; live frames do not wait for a bench."""
+        if work.wait > 1 or not (self._waits or work.first is None or work.made.done()):
+            self._work = replace(work, wait=work.wait - 1)
             return None
-        made, self._next = self._next.result(), None
-        if self._finding:
-            return self._first_found(made, chain)
-        weighed, self._weighed, learned = self._weighed, None, self.learned
-        if made is None:
+        self._work, known = None, work.made.result()
+        if work.first is not None:
+            return self._found(known, work.weighed, work.first, chain)
+        return self._moved(known, work.weighed, chain)
+
+    def _moved(
+        self, known: NextBench | None, weighed: float | None, chain: Chain
+    ) -> NextBench | None:
+        """Take over a bench that one touch has moved, a known weight or not."""
+        learned = self.learned
+        if known is None:
             self.learned = replace(learned, strange=learned.strange + 1)
             if weighed:
                 self.notice.say(
                     f"known weight of {weighed:g} N: what it shows fits no likely bench"
                 )
             return None
-        before, self.bench = self.bench, made.bench
+        before, self.bench = self.bench, known.bench
+        # A first touch counts among those that are gathered.
+        touches = learned.touches + (self._first is None)
         weights = learned.weights + (weighed is not None)
-        self.learned = replace(learned, touches=learned.touches + 1, weights=weights)
+        self.learned = replace(learned, touches=touches, weights=weights)
         self._judge(chain)
         if weighed:
-            stiffer = float(made.bench["young"][0] - before["young"][0])
+            stiffer = float(known.bench["young"][0] - before["young"][0])
             self.notice.say(
                 f"known weight of {weighed:g} N: the plate is {abs(stiffer):.1%}"
                 f" {'stiffer' if stiffer > 0 else 'softer'} than was thought; forces are known to"
                 f" {self.learned.force_sigma or 0.0:.1%} now"
             )
-        return made
+        return known
 
-    def _is_found(self) -> bool:
-        """Whether the bench of the first touches is there; frames that wait let it be made."""
-        return self._waits or (self._next is not None and self._next.done())
-
-    def _first_found(self, made: NextBench | None, chain: Chain) -> NextBench | None:
+    def _found(
+        self, known: NextBench | None, weighed: float | None, first: FirstTouches, chain: Chain
+    ) -> NextBench | None:
         """Take over a bench that the first touches show, and follow it when they are enough."""
-        first, self._finding = self._first, False
-        if first is None or made is None:
-            self._first = first and first.again()
+        count = len(first.presses)
+        if known is None:
+            self.notice.say(f"the first {count} touches show no likely bench; more are gathered")
+            if first.complete:
+                self.pause()
             return None
-        self.bench = made.bench
-        self.learned = replace(self.learned, touches=len(first.presses), gathered=0, found=True)
+        self.bench, learned = known.bench, self.learned
+        touches, weights = learned.touches + learned.gathered, learned.weights
+        weights += weighed is not None
+        self.learned = replace(learned, touches=touches, weights=weights, gathered=0)
         self._judge(chain)
+        self.notice.say(
+            f"the bench is found from {count} touches: places and forces are those on it from now"
+            f" on, forces to {self.learned.force_sigma or 0.0:.1%}"
+        )
         if first.complete:
             self._first = None
-        return made
+        return known
 
     def _judge(self, chain: Chain) -> None:
         """Work out how well the newton is known, in the middle of the plate."""
@@ -309,34 +330,31 @@ class Learning:
         touch, sigma = held.touch.copy(), np.full(3, inf)
         if weight is not None:
             touch[2], sigma[2] = weight, WEIGHT * weight
-            self.learned, self._weighed = replace(self.learned, weight=None), weight
+            self.learned = replace(self.learned, weight=None)
         press = models.Press.of_frames(shown, touch, sigma, frames, None)
         if self._first is not None:
-            self._gather(self._first.with_press(press), chain)
-        if self._first is None or self._weighed is not None:
-            self._work(partial(_learned, forward, self.bench, press, held.left), LATER)
-
-    def _gather(self, first: FirstTouches, chain: Chain) -> None:
-        """Keep a first touch, and find the bench where there are enough of them."""
-        self._first = first
-        self.learned = replace(self.learned, gathered=len(first.presses) - self.learned.touches)
-        if first.due:
-            weights = self.learned.weights + (self._weighed is not None)
-            self.learned = replace(self.learned, weights=weights)
-            self._finding, self._weighed = True, None
-            self._work(partial(first.find, chain.pattern, chain.noise), 1)
-
-    def _work(self, make: Callable[[], NextBench | None], wait: int) -> None:
-        """Work something out beside the loop; at the soonest it counts `wait` frames later."""
-        worker = ThreadPoolExecutor(1, "learning")
-        self._next, self._wait = worker.submit(make), wait
-        worker.shutdown(wait=False)
+            self._first = self._first.with_press(press)
+            self.learned = replace(self.learned, gathered=self.learned.gathered + 1)
+        if self._first is not None and self._first.due:
+            find = partial(self._first.find, chain.pattern, chain.noise)
+            self._work = _Work(_beside(find), 1, weight, self._first)
+        elif self._first is None or weight is not None:
+            learn = partial(_learned, forward, self.bench, press, held.left)
+            self._work = _Work(_beside(learn), LATER, weight)
 
     def _is_new(self, time: float, touch: F64) -> bool:
         if self._last is None:
             return True
         then, before = self._last
         return time - then > _LONG_AGO or hypot(*(touch[:2] - before[:2])) > _ELSEWHERE
+
+
+def _beside(make: Callable[[], NextBench | None]) -> Future[NextBench | None]:
+    """Work something out beside the loop."""
+    worker = ThreadPoolExecutor(1, "learning")
+    made = worker.submit(make)
+    worker.shutdown(wait=False)
+    return made
 
 
 def _learned(

@@ -36,7 +36,7 @@ from rig.live.view import (
     tracked_marks,
     true_marks,
 )
-from rig.system.frame import Frame, Kept, Source
+from rig.system.frame import Frame, Source, Stored
 from rig.system.timing import Stopwatch
 
 SILENCE = 0.5  # s without a frame after which the user is warned,
@@ -344,7 +344,7 @@ def _learning(bench: Bench, source: Source) -> Learning | None:
     if not bench.known:
         return None
     first = FirstTouches(bench.known, bench.camera) if bench.known.is_prior else None
-    return Learning(bench.known, bench.reference_frames, first, isinstance(source, Kept))
+    return Learning(bench.known, bench.reference_frames, first, isinstance(source, Stored))
 
 
 def _sigma(estimate: Estimate, index: int) -> float:

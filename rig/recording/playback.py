@@ -17,7 +17,7 @@ class Playback:
     The clock of a recording is over, so each frame counts as captured when it is given.
     """
 
-    kept = True
+    stored = True
 
     def __init__(self, session: Session):
         self._session = session

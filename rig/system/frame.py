@@ -87,10 +87,10 @@ class Source(Protocol):
 
 
 @runtime_checkable
-class Kept(Protocol):
-    """A source of images that are kept: each is given, whenever the loop asks for it."""
+class Stored(Protocol):
+    """A source of images that are stored: each is given, whenever the loop asks for it."""
 
-    kept: bool
+    stored: bool
 
 
 @runtime_checkable

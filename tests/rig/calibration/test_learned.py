@@ -1,7 +1,6 @@
 """What runs learn of a bench is kept beside its calibration, and is less sure the older it is."""
 
 import json
-from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from types import SimpleNamespace
 
@@ -102,14 +101,6 @@ def test_a_run_that_learned_nothing_writes_nothing_and_others_now_and_then(scene
     keeper.follow(loop_that_learned(1, 0.1), 10.0 + EVERY)
     assert read_learned(learned_beside(path)).bench.values[0] == 0.1
     assert list(path.parent.glob("*.partial")) == []
-
-
-def test_what_a_weight_alone_has_shown_is_not_kept(scene):
-    path = scene()
-    loop = loop_that_learned(1, -0.07)
-    loop.learned = replace(loop.learned, found=False)
-    known_now(path, rig.load(path), NOW).keeper.write(loop)
-    assert not learned_beside(path).exists()
 
 
 def test_new_presses_or_another_scene_leave_it_aside(scene):

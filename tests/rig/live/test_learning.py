@@ -217,10 +217,9 @@ def test_the_first_touches_show_a_bench_together(forward, frames, first):
     assert follow(learning, forward, shown[:few]) == []
     assert (learning.learned.gathered, learning.learned.touches) == (few - 1, 0)
     assert learning.bench.is_prior
-    assert not learning.learned.found
     assert len(follow(learning, forward, shown[few:], 110.0)) == 2
-    assert learning.learned.found
     assert learning.bench.values[0] == -0.1
+    assert f"the bench is found from {ENOUGH[-1]} touches" in learning.notice.text
     assert (learning.learned.gathered, learning.learned.touches) == (0, ENOUGH[-1])
 
 
@@ -252,6 +251,10 @@ def test_first_touches_against_another_reference_are_gathered_anew(forward, fram
     assert learning.learned.gathered == 9
     learning.pause()
     assert learning.learned.gathered == 0
+    assert len(follow(learning, forward, stills(frames, ENOUGH[0] + 2), 120.0)) == 1
+    learning.pause()
+    follow(learning, forward, stills(frames, 10), 140.0)
+    assert (learning.learned.touches, learning.learned.gathered) == (ENOUGH[0], 9)
 
 
 class Nothing(FirstTouches):
@@ -265,6 +268,10 @@ def test_first_touches_that_show_no_bench_change_nothing_and_are_gathered_anew(f
     learning = Learning(models.bench_before(PLATE), 16, Nothing(models.bench_before(PLATE), None))
     assert follow(learning, forward, stills(frames, ENOUGH[-1] + 20)) == []
     assert 0 < learning.learned.gathered < ENOUGH[0]
+    assert (
+        learning.notice.text
+        == f"the first {ENOUGH[-1]} touches show no likely bench; more are gathered"
+    )
     assert learning.bench.is_prior
 
 
@@ -275,6 +282,5 @@ def test_a_weight_sets_the_newton_of_a_bench_that_is_not_found_yet(forward, fram
     learning.weigh(2.0)
     follow(learning, forward, [frames(TOUCH) for _ in range(HELD + LATER)])
     learned = learning.learned
-    assert (learned.touches, learned.weights, learned.gathered) == (1, 1, 1)
-    assert not learned.found
+    assert (learned.touches, learned.weights, learned.gathered) == (0, 1, 1)
     assert learned.force_sigma < 0.5 * before
