@@ -70,7 +70,7 @@ def test_touches_are_right_after_it_and_not_before(session, answer):
 
 @pytest.mark.slow
 def test_touches_that_nobody_labels_show_a_bench_from_the_twenty_fourth_on(tmp_path):
-    """Until then places are off by what may be wrong; after it by less than half, within their σ."""
+    """Until then places are off by what may be wrong; after it by less than half of that."""
     truth = Truth(ALL, 6)
     made = write_touches(truth, tmp_path / "touches", 42)
     seen = score(rig.load(write_scene(tmp_path, tmp_path / "touches")), Calibration(), made)
