@@ -18,6 +18,7 @@ import numpy as np
 import fe
 from models.arrays import F64, Mask
 from models.bench.bench import NAMES, UNITS, BenchEstimate
+from models.bench.deviation import deviation
 from models.bench.identify import COARSE
 from models.bench.joint import (
     JointProblem,
@@ -199,7 +200,7 @@ def _fitted(problem: JointProblem, on: BenchForward, state: State | None = None)
         here = on.moved(state.values)
         factors = [each.factor(discrepancy) for each in scatters(problem, here, state)]
         state, terms, _ = descend(replace(problem, factors=factors), on, state, terms)
-    beside = (state.values - problem.prior.values)[problem.free] / problem.scales
+    beside = deviation(state.values, problem.prior, problem.free)[0]
     chi2 = sum(term.chi2 for term in terms) + float(beside @ beside)
     return _Fit(problem, on, state, chi2, factors)
 

@@ -13,11 +13,12 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.linalg import block_diag, cho_factor, cho_solve, solve_triangular
 
 import fe
 from models.arrays import F64, AnyArray, Mask
 from models.bench.bench import NAMES, BenchEstimate
+from models.bench.deviation import deviation
 from models.bench.labels import LabelErrors
 from models.bench.limits import pushing
 from models.bench.marginal import own_error
@@ -196,7 +197,7 @@ def _terms(
     given = zip(starts, problem.factors, problem.presses, state.touches, strict=True)
     terms = [_term(problem, state.noise, *each) for each in given]
     labels = (state.touches - [press.touch for press in problem.presses]) / problem.labels.sigmas
-    beside = (state.values - problem.prior.values)[problem.free] / problem.scales
+    beside = deviation(state.values, problem.prior, problem.free)[0]
     excess = pushing(state.values, problem.plate.described, problem.prior)[1]
     priors = float(np.sum(labels**2) + beside @ beside + excess @ excess)
     priors += float(state.noise @ state.noise)
@@ -272,10 +273,10 @@ def reduced(
     What is shared are the numbers of the bench that are free, then the noise of the reference.
     """
     rows, excess = pushing(state.values, problem.plate.described, problem.prior)
-    rows = np.pad(rows[:, problem.free] * problem.scales, ((0, 0), (0, problem.noises)))
-    normal = np.eye(rows.shape[1]) + rows.T @ rows
-    beside = (state.values - problem.prior.values)[problem.free] / problem.scales
-    slope = -np.concatenate([beside, state.noise]) - excess @ rows
+    beside, by_numbers = deviation(state.values, problem.prior, problem.free)
+    rows = np.concatenate([rows[:, problem.free] * problem.scales, by_numbers])
+    normal = block_diag(rows.T @ rows, np.eye(problem.noises))
+    slope = -np.concatenate([np.concatenate([excess, beside]) @ rows, state.noise])
     blocks: list[tuple[F64, F64]] = []
     for term, touch, press, sigma in zip(
         terms, state.touches, problem.presses, problem.labels.sigmas, strict=True
