@@ -19,7 +19,7 @@ from rig.studies.study import Cell, line, run
 
 ONCE = Effort(seeds=1, cut=1)
 SYSTEMS = {"bound": bound, "seen": seen, "bench": bench}
-SPENT = {"bound": Effort(1, 2), "seen": Effort(1, 2), "bench": Effort(3, 1)}
+SPENT = {"bound": Effort(1, 2), "seen": Effort(1, 2), "bench": Effort(5, 1)}
 """Seeds, and what part of the epochs: as much as a full report spends on a system."""
 
 

@@ -8,6 +8,7 @@ from rig.report.figure import Figure, at_most
 from rig.scene import load
 from rig.studies.paper.drawn import bent, magnitudes, one, several, size
 from rig.studies.paper.drawn.recipe import SEEDS as RECIPE_SEEDS
+from rig.studies.paper.study import SPENT
 from rig.studies.study import line
 
 TITLE = "Every figure and table of the paper"
@@ -57,14 +58,12 @@ class Row(NamedTuple):
         return LONG if TAKES_LONG & {self.name, self.scene} else SPREAD
 
 
-_ONE, _SIZE = one.SEEDS, size.SEEDS
-_TWO, _THREE = (several.BEST_SEEDS[touches] for touches in (2, 3))
+_ONE, _SIZE, _SEVERAL, _WIDE = one.SEEDS, size.SEEDS, several.SEEDS, several.WIDE_SEEDS
 _BENT = {scene: seeds for scene, seeds, _, _ in bent.SYSTEMS.values()}
 _ONE_STEP, _STEPS, _DIRECTION = _BENT
-_BENCH = 3  # of the study of the bench, `rig.studies.paper.study`
-_PAIRS = magnitudes.BEST_SEEDS
-_FINEST = size.FINEST_SEEDS
-_LAYERS = "--set estimator.layers=[32,32]"
+_BENCH = SPENT["bench"].seeds
+_PAIRS = magnitudes.LONG_SEEDS
+_LAYERS, _DOUBLED = "--set estimator.layers=[32,32]", "--set dataset.order=doubled"
 
 ROWS = (
     Row("1, 2A, 2B", "plate, gauges, touches", "paper-one", "", "paper-2a.png", 0),
@@ -73,37 +72,30 @@ ROWS = (
     Row("3B", "histogram of 3000", "paper-one", "", "paper-3ab.png", _ONE),
     Row("3C, S3", "validation on the plate", "paper-bench", "", "paper-letters.png", _BENCH),
     Row("3D", "spacing", "paper-one", "--set gauges.spacing=2", "paper-3d.png", _SIZE),
-    Row("3D, 1/1", "spacing 1/1, best recipe", "paper-one-finest", "", "paper-3d.png", _FINEST),
-    Row("4A", "three touches, 2×32 and 4×64", "paper-three", _LAYERS, "paper-4a.png", 3),
-    Row("4A, 8×256", "three touches, 8×256", "paper-three", "", "paper-4a.png", 1),
-    Row("4A, best", "three touches, best recipe", "paper-three-best", "", "paper-4a.png", _THREE),
-    Row("4B", "100 samples of three touches", "paper-three-best", "", "paper-4b.png", _THREE),
+    Row("3D, 1/1", "spacing 1/1, best recipe", "paper-one-finest", "", "paper-3d.png", _SIZE),
+    Row("4A", "three touches, 2×32 and 4×64", "paper-three", _LAYERS, "paper-4a.png", _SEVERAL),
+    Row("4A, 8×256", "three touches, 8×256", "paper-three", "", "paper-4a.png", _WIDE),
+    Row("4A, best", "three touches, best recipe", "paper-three-best", "", "paper-4a.png", _SEVERAL),
+    Row("4B", "100 samples of three touches", "paper-three-best", "", "paper-4b.png", _SEVERAL),
     Row(
         *("4C", "magnitudes by k", "paper-two-magnitudes"),
         *("--set estimator.magnitude_weight=10", "paper-4c.png", magnitudes.SEEDS),
     ),
-    Row("4C, 8×256", "magnitudes at k 1", "paper-two-magnitudes", "", "paper-4c.png", 1),
-    Row(
-        "4D",
-        "six samples",
-        "paper-two-magnitudes-best",
-        "",
-        "paper-4d.png",
-        magnitudes.BEST_SEEDS,
-    ),
+    Row("4C, 8×256", "magnitudes at k 1", "paper-two-magnitudes", "", "paper-4c.png", _PAIRS),
+    Row("4D", "six samples", "paper-two-magnitudes-best", "", "paper-4d.png", _PAIRS),
     Row("5A, 5B", "bend and twist", "paper-deformable", "", "paper-5a.png", 0),
     Row("5C, 5D", "1 step", _ONE_STEP, "", "paper-5cd.png", _BENT[_ONE_STEP]),
     Row("5C, 5D", "2 steps", _STEPS, "", "paper-5cd.png", _BENT[_STEPS]),
     Row("5D, best", "2 steps, direction", _DIRECTION, "", "paper-5cd.png", _BENT[_DIRECTION]),
     Row("Table S1, S1", "search for a net", "paper-one", "", "paper-s1.png", size.TRIALS),
     Row("S2", "regressions", "paper-regression", "", "paper-s2.png", 0),
-    Row("2.1", "convolutional net", "paper-cnn", "", "paper-nets.png", one.FEWER),
-    Row("2.1", "adversarial net", "paper-gan", "", "paper-nets.png", one.FEWER),
+    Row("2.1", "convolutional net", "paper-cnn", "", "paper-nets.png", _ONE),
+    Row("2.1", "adversarial net", "paper-gan", "", "paper-nets.png", _ONE),
     Row("S4", "measurement error", "paper-one", "", "paper-s4.png", _ONE),
-    Row("S5", "two touches, 2×32 and 4×64", "paper-two", _LAYERS, "paper-s5.png", 3),
-    Row("S5, best", "two touches, best recipe", "paper-two-best", "", "paper-s5.png", _TWO),
-    Row("S6", "doubled samples", "paper-two", "--set dataset.order=doubled", "paper-s6.png", 3),
-    Row("S7", "histograms of each touch", "paper-two-best", "", "paper-s7.png", _TWO),
+    Row("S5", "two touches, 2×32 and 4×64", "paper-two", _LAYERS, "paper-s5.png", _SEVERAL),
+    Row("S5, best", "two touches, best recipe", "paper-two-best", "", "paper-s5.png", _SEVERAL),
+    Row("S6", "doubled samples", "paper-two", _DOUBLED, "paper-s6.png", _SEVERAL),
+    Row("S7", "histograms of each touch", "paper-two-best", "", "paper-s7.png", _SEVERAL),
     Row("recipe", "what the recipe leaves open", "paper-one", "", "paper-recipe.png", RECIPE_SEEDS),
 )
 

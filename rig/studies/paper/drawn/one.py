@@ -15,7 +15,6 @@ from rig.system.arrays import F64
 from rig.training.model_score import predictor
 
 SEEDS = 5
-FEWER = 1  # of the other two kinds of net
 SPAN = 0.02, 5.0  # mm, of the colours of every map of one touch
 LOADS, LEVELS = (1, 2, 5, 10), (0.0, 0.005, 0.01, 0.02, 0.03, 0.05, 0.1)
 
@@ -109,8 +108,7 @@ def other_nets(folder: Path) -> Iterator[Figure]:
         ("convolutional", "paper-cnn", "tab:orange", "worse"),
         ("adversarial", "paper-gan", "tab:green", "worse"),
     ):
-        number = SEEDS if scene == "paper-one" else FEWER
-        kept = [train_kept(scene, {}, seed) for seed in range(number)]
+        kept = [train_kept(scene, {}, seed) for seed in range(SEEDS)]
         plots.losses(axes[0, 0], _curves(kept), colour, name)
         values = [float(_tested(each).mean()) for each in kept]
         spent = float(np.median([each.cpu for each in kept])), "CPU s"

@@ -14,11 +14,17 @@ from rig.studies.paper.drawn.trainings import KeptTraining, train_kept
 from rig.studies.study import Cell, line
 from rig.system.arrays import F64
 
-SIZES = {"2×32": ((32,) * 2, 3000, 3), "4×64": ((64,) * 4, 3000, 3)}
-"""Of the smaller nets: layers, steps, seeds."""
+SIZES = {"2×32": (32,) * 2, "4×64": (64,) * 4}
+"""Layers of the smaller nets."""
+
+SMALLER, SEEDS = 3000, 5
+"""Steps and seeds of these; as many seeds has the best recipe."""
 
 WIDE, STEPS, WHOLE = (256,) * 8, 4000, 100000
 """The paper's net of three touches: layers, steps of a report, steps of a night (`--full`)."""
+
+WIDE_SEEDS = 3
+"""Of that net, in a report; the steps of a night are spent on one."""
 
 PAIR = 1000
 """Steps of the same net with two touches."""
@@ -29,7 +35,6 @@ number of steps is not printed."""
 
 PAPER, COLOURS = 0.43, ("tab:blue", "tab:orange", "tab:green")
 BEST = {2: "paper-two-best", 3: "paper-three-best"}
-BEST_SEEDS = {2: 1, 3: 1}
 SCENES = {2: "paper-two", 3: "paper-three"}
 AHEAD = np.geomspace(1e3, BUDGET, 40)
 
@@ -54,43 +59,45 @@ def errors(kept: KeptTraining) -> tuple[F64, F64]:
 
 def two(folder: Path) -> Iterator[Figure]:
     """Losses of two touches by size of the net (S5)."""
-    yield from _equal(folder, 2, "Figure S5: two touches", "paper-s5.png", PAIR)
+    yield from _equal(folder, 2, "Figure S5: two touches", "paper-s5.png", PAIR, WIDE_SEEDS)
 
 
 def three(folder: Path) -> Iterator[Figure]:
     """Losses of three touches by size of the net, extrapolated to the paper's (4A)."""
-    yield from _equal(folder, 3, "Figure 4A: three touches", "paper-4a.png", STEPS)
+    yield from _equal(folder, 3, "Figure 4A: three touches", "paper-4a.png", STEPS, WIDE_SEEDS)
 
 
 def three_whole(folder: Path) -> Iterator[Figure]:
     """Do the same with the steps of a night; it goes on where it was killed."""
-    yield from _equal(folder, 3, "Figure 4A: three touches", "paper-4a.png", WHOLE)
+    yield from _equal(folder, 3, "Figure 4A: three touches", "paper-4a.png", WHOLE, 1)
 
 
-def _equal(folder: Path, touches: int, title: str, file: str, steps: int) -> Iterator[Figure]:
+def _equal(
+    folder: Path, touches: int, title: str, file: str, steps: int, number: int
+) -> Iterator[Figure]:
     drawn, axes = plots.canvas(1, width=5.6, height=4.2)
     rows: list[Figure] = []
     curves: dict[str, list[F64]] = {}
     solver = beside(sized(touches, WIDE, steps, 0))  # the test of all these is the same
-    for (name, (layers, many, number)), colour in zip(SIZES.items(), COLOURS, strict=False):
-        kept = [sized(touches, layers, many, seed) for seed in range(number)]
+    for (name, layers), colour in zip(SIZES.items(), COLOURS, strict=False):
+        kept = [sized(touches, layers, SMALLER, seed) for seed in range(SEEDS)]
         curves[name] = [each.curves()[""] for each in kept]
         plots.losses(axes[0, 0], curves[name], colour, name)
-        rows += _rows(title, f"{name}, {many} steps", kept, solver, None)
-    wide = [sized(touches, WIDE, steps, 0)]
-    curve = wide[0].curves()[""]
-    curves["8×256"] = [curve]
-    plots.losses(axes[0, 0], [curve], COLOURS[2], "8×256")
+        rows += _rows(title, f"{name}, {SMALLER} steps", kept, solver, None)
+    wide = [sized(touches, WIDE, steps, seed) for seed in range(number)]
+    curves["8×256"] = [each.curves()[""] for each in wide]
+    plots.losses(axes[0, 0], curves["8×256"], COLOURS[2], "8×256")
     three = touches == 3
     rows += _rows(title, f"8×256, {steps} steps", wide, solver, PAPER if three else None)
-    ahead, said = extrapolated(title, "8×256", curve, PAPER if three else None)
+    first = curves["8×256"][0]
+    ahead, said = extrapolated(title, "8×256", first, PAPER if three else None)
     axes[0, 0].fill_between(ahead.steps, ahead.low, ahead.high, color=COLOURS[2], alpha=0.15)
     axes[0, 0].plot(ahead.steps, ahead.middle, ":", color=COLOURS[2], label="8×256, extrapolated")
     if three:
         axes[0, 0].axhline(PAPER, **plots.PAPER, label="paper, 8×256 after 70 h: 0.43 mm")
     axes[0, 0].set(ylim=(0.05, 60))
     axes[0, 0].legend(fontsize="x-small")
-    best = [train_kept(BEST[touches], {}, seed) for seed in range(BEST_SEEDS[touches])]
+    best = [train_kept(BEST[touches], {}, seed) for seed in range(SEEDS)]
     rows += _rows(title, "best recipe", best, solver, PAPER if three else None, at_most(PAPER))
     plots.keep_losses(folder, file.replace(".png", "-losses.csv"), curves)
     yield plots.keep(drawn, folder, file, title, "all seeds, and the extrapolation of the widest")
@@ -156,25 +163,32 @@ def samples(folder: Path) -> Iterator[Figure]:
     """Errors of a hundred samples of three touches, and which of the three is worst (4B)."""
     title = "Figure 4B: a hundred samples of three touches"
     drawn, axes = plots.canvas(2, 1, 5.6)
-    names = "paper's recipe", "best recipe"
-    nets = sized(3, WIDE, STEPS, 0), train_kept(BEST[3], {}, 0)
     sums: dict[str, F64] = {}
-    for panel, name, kept in zip(axes[0], names, nets, strict=True):
-        paired = errors(kept)[1]
-        first = paired[:100]
+    for panel, (name, kept) in zip(axes[0], _recipes(3, STEPS).items(), strict=True):
+        paired = [errors(each)[1][:100] for each in kept]
         for point in range(3):
-            panel.plot(first[:, point], ".", ms=4, label=f"touch {point + 1}")
+            panel.plot(paired[0][:, point], ".", ms=4, label=f"touch {point + 1}")
         panel.axhline(0.8, **plots.PAPER, label="paper: all below 0.8 mm")
         panel.set(title=name, xlabel="sample", ylabel="error, mm", yscale="log")
         panel.legend(fontsize="x-small", loc="lower right")
-        sums[name] = first.sum(axis=0)
-    yield plots.keep(drawn, folder, "paper-4b.png", title, "each touch of each sample")
-    for name, total in sums.items():
-        shown = {f"touch {k + 1}": (float(value), "mm") for k, value in enumerate(total)}
-        ratio = float(total.max() / total.min())
-        paper = {"paper": "almost the same"} if name == names[0] else {}
-        yield from line(title, f"{name}: sum of 100 errors", **shown)
-        yield from line(title, f"{name}: largest sum over smallest", here=(ratio, ""), **paper)
+        sums[name] = np.sum(paired, axis=1)
+    yield plots.keep(drawn, folder, "paper-4b.png", title, "each touch of each sample, seed 0")
+    for name, totals in sums.items():
+        for point, values in enumerate(totals.T, 1):
+            yield from seeds(
+                title, f"{name}: sum of 100 errors, touch {point}", values.tolist(), "mm"
+            )
+        ratios = (totals.max(axis=1) / totals.min(axis=1)).tolist()
+        paper = "almost the same" if name == "paper's recipe" else None
+        yield from seeds(title, f"{name}: largest sum over smallest", ratios, "", paper)
+
+
+def _recipes(touches: int, steps: int) -> dict[str, list[KeptTraining]]:
+    """Return the nets of the paper's recipe, and of the best one."""
+    return {
+        "paper's recipe": [sized(touches, WIDE, steps, seed) for seed in range(WIDE_SEEDS)],
+        "best recipe": [train_kept(BEST[touches], {}, seed) for seed in range(SEEDS)],
+    }
 
 
 def histograms(folder: Path) -> Iterator[Figure]:
@@ -183,26 +197,25 @@ def histograms(folder: Path) -> Iterator[Figure]:
     drawn, axes = plots.canvas(3, 2, 3.9, 3.0)
     axes[0, 2].set_axis_off()
     for row, touches in zip(axes, (2, 3), strict=True):
-        nets = {
-            "paper's recipe": sized(touches, WIDE, PAIR if touches == 2 else STEPS, 0),
-            "best recipe": train_kept(BEST[touches], {}, 0),
-        }
-        for name, kept in nets.items():
-            paired = errors(kept)[1]
-            for panel, error in zip(row, paired.T, strict=False):
+        for name, kept in _recipes(touches, PAIR if touches == 2 else STEPS).items():
+            paired = np.array([errors(each)[1].T for each in kept])  # (seeds, touches, samples)
+            for panel, error in zip(row, paired[0], strict=False):
                 edges = np.geomspace(0.003, 30, 41)
                 weights = np.full(len(error), 100 / len(error))
                 panel.hist(np.clip(error, 0.003, 30), edges, weights=weights, alpha=0.6, label=name)
-            for point, error in enumerate(paired.T, 1):
+            for point, by_seed in enumerate(paired.swapaxes(0, 1), 1):
                 said = f"{touches} touches, {name}: touch {point}"
-                median, high = (float(each) for each in np.percentile(error, (50, 95)))
-                shown = {"median": (median, "mm"), "95 %": (high, "mm")}
-                yield from line(title, said, mean=(float(error.mean()), "mm"), **shown)
+                median, high = (
+                    float(each) for each in np.median(np.percentile(by_seed, (50, 95), axis=1), 1)
+                )
+                shown: dict[str, Cell] = {"median": (median, "mm"), "95 %": (high, "mm")}
+                means = by_seed.mean(axis=1).tolist()
+                yield from seeds(title, f"{said}, mean", means, "mm", None, None, **shown)
         for point, panel in enumerate(row[:touches], 1):
             panel.set(title=f"{touches} touches: touch {point}", xscale="log")
             panel.set(xlabel="error, mm", ylabel="fraction, %")
             panel.legend(fontsize="x-small")
-    yield plots.keep(drawn, folder, "paper-s7.png", title, "2000 random samples each")
+    yield plots.keep(drawn, folder, "paper-s7.png", title, "2000 random samples each, seed 0")
 
 
 def doubled(folder: Path) -> Iterator[Figure]:
@@ -213,10 +226,10 @@ def doubled(folder: Path) -> Iterator[Figure]:
     orders = {"sorted": "canonical", "doubled": "doubled"}
     for (name, order), colour in zip(orders.items(), COLOURS, strict=False):
         settings = {"dataset.order": order, "estimator.epochs": 2000}
-        kept = [train_kept("paper-two", settings, seed) for seed in range(3)]
+        kept = [train_kept("paper-two", settings, seed) for seed in range(SEEDS)]
         plots.losses(axes[0, 0], [each.curves()[""] for each in kept], colour, name)
         values = [float(errors(each)[0].mean()) for each in kept]
         rows += seeds(title, f"4×64, {name} samples: loss", values, "mm", "fails" if rows else None)
     axes[0, 0].legend(fontsize="x-small")
-    yield plots.keep(drawn, folder, "paper-s6.png", title, "three seeds each")
+    yield plots.keep(drawn, folder, "paper-s6.png", title, f"{SEEDS} seeds each")
     yield from rows
