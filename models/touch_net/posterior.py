@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr
 
-from models.arrays import F32, F64
+from models.arrays import F32, F64, I64
 from models.compiled import njit
 from models.touch_net.network import EACH, PARTS
 
@@ -34,6 +34,16 @@ class Mixture:
     def moments(self) -> tuple[F64, F64]:
         """Mean (n, 3) and covariance (n, 3, 3) of each touch."""
         return _moments(self.weight, self.mean, self.factor)
+
+    def joint(self, spread: F64) -> tuple[I64, F64, F64]:
+        """Order of the touches by x, and in it their mean (n, 3) and covariance (3n, 3n).
+
+        Parameters
+        ----------
+        spread : (3n, 3n) float64
+            Covariance of the touches as they were fitted, in the order of the mixture.
+        """
+        return _joint(self.weight, self.mean, self.factor, spread)
 
     def below(self, touches: F64) -> F64:
         """Probability that x, y and F of each touch lie below those of `touches` (n, 3)."""
@@ -97,7 +107,22 @@ def _moments(weight: F64, mean: F64, factor: F64) -> tuple[F64, F64]:
 
 
 @njit(cache=True, nogil=True)
-def with_blocks(spread: F64, each: F64) -> F64:
+def _joint(weight: F64, mean: F64, factor: F64, spread: F64) -> tuple[I64, F64, F64]:
+    middle, each = _moments(weight, mean, factor)
+    whole = _with_blocks(np.ascontiguousarray(spread), each)
+    order = np.argsort(middle[:, 0])
+    sorted_middle, covariance = np.empty_like(middle), np.empty_like(whole)
+    for i, a in enumerate(order):
+        sorted_middle[i] = middle[a]
+        for j, b in enumerate(order):
+            covariance[3 * i : 3 * i + 3, 3 * j : 3 * j + 3] = whole[
+                3 * a : 3 * a + 3, 3 * b : 3 * b + 3
+            ]
+    return order, sorted_middle, covariance
+
+
+@njit(cache=True, nogil=True)
+def _with_blocks(spread: F64, each: F64) -> F64:
     """Scale a covariance (3n, 3n) so that the touches have their own (n, 3, 3) on its diagonal."""
     scale = np.zeros_like(spread)
     for i in range(len(each)):

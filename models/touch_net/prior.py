@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -30,14 +31,14 @@ class TouchRange:
     margin: float
     force: tuple[float, float]
 
-    @property
+    @cached_property
     def bounds(self) -> F64:
         """Least and largest x, y, F, (2, 3) mm, mm, N."""
         low, high = self.margin, 1.0 - self.margin
         a, b = self.size
         return np.array([[low * a, low * b, self.force[0]], [high * a, high * b, self.force[1]]])
 
-    @property
+    @cached_property
     def log_volume(self) -> float:
         """Logarithm of the range of one touch, mm² N."""
         low, high = self.bounds

@@ -13,13 +13,14 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import chdtrc
 
-from models.arrays import F32, F64, I64, Mask
+from models.arrays import F32, F64, Mask
+from models.compiled import njit
 from models.estimate import Estimate, Result
 from models.forward.linear import LinearForward
 from models.touch_net.features import FAR, count_features, touch_features
 from models.touch_net.maps import PLACES, Maps, grid, prepare_maps
 from models.touch_net.network import COUNT, PROPOSE, SLOTS, TOUCH, Weights, run
-from models.touch_net.posterior import Mixture, mixture, with_blocks
+from models.touch_net.posterior import Mixture, mixture
 from models.touch_net.prior import MAX_TOUCHES, TouchRange
 from models.touch_net.proposals import proposed_touches, slots
 from models.touch_net.store import TouchNet, load_touch_net
@@ -167,6 +168,7 @@ class TouchReader:
         return mixture(out, fits.touches[number - 1, :number], factors)
 
 
+@njit(cache=True, nogil=True)
 def log_probabilities(logits: F64) -> F64:
     """Logarithms of probabilities, of logits (n,) that are not normalised."""
     above = logits - logits.max()
@@ -187,17 +189,19 @@ def _reason(chi2: float, freedom: int, strange: float) -> str:
 def _described(
     probability: F64, fits: Fits, number: int, found: Mixture, reason: str
 ) -> NetTouches:
-    """Sort touches by x, then y, and state their means and covariance."""
-    mean, each = found.moments()
-    order: I64 = np.lexsort((mean[:, 1], mean[:, 0])).astype(np.int64)
+    """Sort touches by x, and state their means and covariance."""
+    size = 3 * number
+    order, mean, covariance = (
+        found.joint(fits.spread[number - 1, :size, :size]) if number else _NOBODY
+    )
     touches = Mixture(found.weight[order], found.mean[order], found.factor[order])
-    freedom = max(fits.residual.shape[1] - 3 * number, 1)
+    freedom = max(fits.residual.shape[1] - size, 1)
     chi2 = float(fits.chi2[number])
     result = Result.FOUND if number else Result.NO_TOUCH
     estimate = Estimate(
-        xy=mean[order, :2],
-        force=mean[order, 2],
-        covariance=_together(fits, number, each, order),
+        xy=mean[:, :2],
+        force=mean[:, 2],
+        covariance=covariance,
         chi2=chi2,
         dof=freedom,
         p_value=float(chdtrc(freedom, chi2)),
@@ -206,14 +210,8 @@ def _described(
     return NetTouches(probability, touches, estimate, reason)
 
 
-def _together(fits: Fits, number: int, each: F64, order: I64) -> F64:
-    """Covariance (3n, 3n) of sorted touches: that of the fit, each touch with its own (3, 3)."""
-    size = 3 * number
-    if not number:
-        return np.empty((0, 0))
-    whole = with_blocks(np.ascontiguousarray(fits.spread[number - 1, :size, :size]), each)
-    rows = (3 * order[:, None] + np.arange(3)).ravel()
-    return whole[rows[:, None], rows]
+_NOBODY = np.empty(0, np.int64), np.empty((0, 3)), np.empty((0, 0))
+"""Order, means and covariance of no touch."""
 
 
 def prepare_reader(

@@ -26,9 +26,9 @@ from models.inverse.normal_equations import (
 from models.touch_net.prior import MAX_TOUCHES, TouchRange
 
 STEPS = 16
-_FIRST, _LAST = 0.03, 1e-4  # damping of the first step and of the last, in parts of the diagonal
-_FADING = 0.53  # of the damping from one step to the next
-_CONVERGED = 1e-3  # change of χ² after which further steps change nothing
+_FIRST, _LAST = 0.01, 1e-5  # damping of the first step and of the last, in parts of the diagonal
+_FADING = 0.2  # of the damping from one step to the next
+_CONVERGED = 1e-2  # change of χ² after which further steps change nothing
 _REACH = 0.2  # of the plate's sides, the longest step of a touch
 
 
