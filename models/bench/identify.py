@@ -162,11 +162,12 @@ def _described(
     normal, _, _ = reduced(problem, state, terms, 0.0)
     numbers = len(problem.scales)
     inverse = np.asarray(np.linalg.inv(normal), dtype=np.float64)[:numbers, :numbers]
-    moved = bench.discrepancy * inverse @ _led_astray(problem, on, state, terms)
+    moved = inverse @ _shared_error(problem, on, state, terms) @ inverse
     covariance = problem.prior.covariance.copy()
     index = np.flatnonzero(problem.free)
     covariance[index] = covariance[:, index] = 0.0
-    found = problem.scales[:, None] * (inverse + moved @ moved.T) * problem.scales
+    spread = inverse + bench.discrepancy**2 * moved
+    found = problem.scales[:, None] * spread * problem.scales
     covariance[np.ix_(index, index)] = found
     outliers = np.flatnonzero(problem.labels.outliers)
     return replace(
@@ -178,14 +179,16 @@ def _described(
     )
 
 
-def _led_astray(problem: JointProblem, on: BenchForward, state: State, terms: list[Term]) -> F64:
-    """Slope of the bench (P, m) by a unit of an error of the model that all presses share.
+def _shared_error(problem: JointProblem, on: BenchForward, state: State, terms: list[Term]) -> F64:
+    """Covariance (P, P) of the slope by a unit of an error of the model that all presses share.
 
     What a model leaves out it leaves out of every press: such an error does not average as noise
-    does, and moves the bench as far as the presses are alike.
+    does, and moves the bench as far as the presses are alike. In the scatter of the presses it
+    counts as that of each; that part is taken off, or it would count twice.
     """
     numbers = len(problem.scales)
     total = np.zeros((numbers, len(on.whitening)))
+    apart = np.zeros((numbers, numbers))
     given = zip(
         terms, problem.factors, problem.presses, state.touches, problem.labels.sigmas, strict=True
     )
@@ -194,8 +197,10 @@ def _led_astray(problem: JointProblem, on: BenchForward, state: State, terms: li
         _, own, shared = whiten(problem, seen, factor, press, touch)
         along = np.linalg.solve(term.own + np.diag(sigma**-2.0), term.mixed[:numbers].T)
         size = np.sqrt(own_error(seen.read(touch[None])[0]))
-        total += size * (shared - own @ along).T @ solve_lower(factor, np.eye(len(factor)))
-    return total
+        slope = size * (shared - own @ along).T @ solve_lower(factor, np.eye(len(factor)))
+        total += slope
+        apart += slope @ slope.T
+    return total @ total.T - apart
 
 
 def _held_out(problem: JointProblem, state: State, terms: list[Term]) -> HeldOut | None:
