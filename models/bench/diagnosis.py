@@ -26,10 +26,10 @@ from models.bench.joint import (
     Term,
     descend,
     pose,
-    scatters,
     stand,
     start,
     through,
+    weighed,
 )
 from models.bench.press import Press
 from models.bench.score_test import FALSE_ALARM, Slopes, slopes
@@ -164,7 +164,7 @@ def diagnose(
 
     problem = asked(sum(causes.values(), ()))
     described = _fitted(replace(problem, free=_NONE, scales=np.empty(0)), on)
-    near = slopes(replace(problem, factors=described.factors), on, described.state)
+    near = slopes(replace(problem, factors=described.problem.factors), on, described.state)
     tried = [_first_order(each, near.of(free), prior, described) for each, free in causes.items()]
     freedom = sum(through(forward, press).freedom - 3 for press in presses)
     found = Diagnosis(described.chi2, freedom, tuple(sorted(tried, key=_explained)))
@@ -182,27 +182,26 @@ _NONE = np.zeros(len(NAMES), dtype=bool)
 
 
 class _Fit(NamedTuple):
-    """Touches and free numbers as they fit best, χ² with the priors of both, and the scatter."""
+    """Presses as weighed, touches and free numbers as they fit best, χ² with the priors of both."""
 
     problem: JointProblem
     on: BenchForward
     state: State
     chi2: float
-    factors: list[F64]
 
 
 def _fitted(problem: JointProblem, on: BenchForward, state: State | None = None) -> _Fit:
     """Fit touches and free numbers, through a camera to first order about that of `on`."""
     if state is None:
         state = start(problem)
-    terms, factors = list[Term](), list[F64]()
+    terms = list[Term]()
     for discrepancy in (COARSE, problem.prior.discrepancy):
         here = on.moved(state.values)
-        factors = [each.factor(discrepancy) for each in scatters(problem, here, state)]
-        state, terms, _ = descend(replace(problem, factors=factors), on, state, terms)
+        problem = weighed(problem, here, state, discrepancy)
+        state, terms, _ = descend(problem, on, state, terms)
     beside = deviation(state.values, problem.prior, problem.free)[0]
     chi2 = sum(term.chi2 for term in terms) + float(beside @ beside)
-    return _Fit(problem, on, state, chi2, factors)
+    return _Fit(problem, on, state, chi2)
 
 
 def _each(

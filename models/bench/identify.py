@@ -27,7 +27,8 @@ from models.bench.joint import (
     stand,
     start,
     through,
-    whiten,
+    weighed,
+    whiten_all,
 )
 from models.bench.labels import LabelErrors, Shown, label_errors
 from models.bench.marginal import own_error
@@ -89,8 +90,7 @@ def identify(
     on = stand(forward, state.values, look)
     for turn in range(_LIMIT):
         before = state.values
-        factors = [each.factor(bench.discrepancy) for each in scatters(problem, on, state)]
-        problem = replace(problem, factors=factors)
+        problem = weighed(problem, on, state, bench.discrepancy)
         state, terms, converged = descend(problem, on, state, terms)
         bench = replace(bench, converged=converged)
         on = stand(on, state.values, look)
@@ -161,12 +161,12 @@ def _described(
 ) -> BenchEstimate:
     normal, _, _ = reduced(problem, state, terms, 0.0)
     numbers = len(problem.scales)
-    inverse = np.asarray(np.linalg.inv(normal), dtype=np.float64)[:numbers, :numbers]
-    moved = inverse @ _shared_error(problem, on, state, terms) @ inverse
+    inverse = np.asarray(np.linalg.inv(normal), dtype=np.float64)
+    slope = _shared_slope(problem, on, state, terms, bench.discrepancy)
+    spread = (inverse + inverse @ slope @ inverse)[:numbers, :numbers]
     covariance = problem.prior.covariance.copy()
     index = np.flatnonzero(problem.free)
     covariance[index] = covariance[:, index] = 0.0
-    spread = inverse + bench.discrepancy**2 * moved
     found = problem.scales[:, None] * spread * problem.scales
     covariance[np.ix_(index, index)] = found
     outliers = np.flatnonzero(problem.labels.outliers)
@@ -179,28 +179,31 @@ def _described(
     )
 
 
-def _shared_error(problem: JointProblem, on: BenchForward, state: State, terms: list[Term]) -> F64:
-    """Covariance (P, P) of the slope by a unit of an error of the model that all presses share.
+def _shared_slope(
+    problem: JointProblem, on: BenchForward, state: State, terms: list[Term], discrepancy: float
+) -> F64:
+    """Covariance (P + R, P + R) that an error of the model shared by all presses gives the slope.
 
     What a model leaves out it leaves out of every press: such an error does not average as noise
     does, and moves the bench as far as the presses are alike. In the scatter of the presses it
     counts as that of each; that part is taken off, or it would count twice.
     """
-    numbers = len(problem.scales)
-    total = np.zeros((numbers, len(on.whitening)))
-    apart = np.zeros((numbers, numbers))
+    size = len(problem.scales) + problem.noises
+    shared_by_all = np.zeros((size, len(on.whitening)))
+    of_each = np.zeros((size, size))
     given = zip(
         terms, problem.factors, problem.presses, state.touches, problem.labels.sigmas, strict=True
     )
     for term, factor, press, touch, sigma in given:
         seen = through(on, press)
-        _, own, shared = whiten(problem, seen, factor, press, touch)
-        along = np.linalg.solve(term.own + np.diag(sigma**-2.0), term.mixed[:numbers].T)
-        size = np.sqrt(own_error(seen.read(touch[None])[0]))
-        slope = size * (shared - own @ along).T @ solve_lower(factor, np.eye(len(factor)))
-        total += slope
-        apart += slope @ slope.T
-    return total @ total.T - apart
+        _, own, shared = whiten_all(problem, seen, factor, press, touch)
+        along = np.linalg.solve(term.own + np.diag(sigma**-2.0), term.mixed.T)
+        error = np.sqrt(own_error(seen.read(touch[None])[0]))
+        slope = error * (shared - own @ along).T @ solve_lower(factor, np.eye(len(factor)))
+        shared_by_all += slope
+        of_each += slope @ slope.T
+    whole = discrepancy**2 * shared_by_all @ shared_by_all.T
+    return whole - problem.discrepancy**2 * of_each
 
 
 def _held_out(problem: JointProblem, state: State, terms: list[Term]) -> HeldOut | None:

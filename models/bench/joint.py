@@ -49,7 +49,8 @@ class JointProblem:
     """Presses, what is known beforehand, and which P numbers are to be found.
 
     The noise of the reference has R of them, as many as a press was measured by: none where its
-    presses share no noise, or where it counts as that of each, see `apart`.
+    presses share no noise, or where it counts as that of each, see `apart`. The factors are those
+    of the scatter of each press, for an error of the model of `discrepancy`.
     """
 
     presses: tuple[Press, ...]
@@ -62,6 +63,7 @@ class JointProblem:
     noises: int = 0
     unwhitening: F64 | None = None
     factors: list[F64] = field(default_factory=list[F64])
+    discrepancy: float = 0.0
 
     @property
     def apart(self) -> JointProblem:
@@ -156,6 +158,14 @@ class Scatter(NamedTuple):
         return np.asarray(np.linalg.cholesky(spread), dtype=np.float64)
 
 
+def weighed(
+    problem: JointProblem, on: BenchForward, state: State, discrepancy: float
+) -> JointProblem:
+    """Weigh the presses by their scatter about a state, for an error of the model."""
+    factors = [each.factor(discrepancy) for each in scatters(problem, on, state)]
+    return replace(problem, factors=factors, discrepancy=discrepancy)
+
+
 def scatters(problem: JointProblem, on: BenchForward, state: State) -> list[Scatter]:
     """Scatter of each press; the one before it may not have left the plate."""
     scatters: list[Scatter] = []
@@ -208,11 +218,8 @@ def _term(
     problem: JointProblem, noise: F64, on: BenchForward, factor: F64, press: Press, touch: F64
 ) -> Term:
     on = through(on, press)
-    residual, own, shared = whiten(problem, on, factor, press, touch)
-    if problem.noises:
-        common = solve_lower(factor, of_reference(problem, press))
-        residual = residual - common @ noise
-        shared = np.concatenate([shared, common], axis=1)
+    residual, own, shared = whiten_all(problem, on, factor, press, touch)
+    residual = residual - shared[:, shared.shape[1] - problem.noises :] @ noise
     return Term(
         chi2=float(residual @ residual),
         bench=shared.T @ shared,
@@ -233,6 +240,17 @@ def whiten(
     rows = np.concatenate([(press.measured - predicted)[None], own, shared]).T
     white = solve_lower(factor, rows)
     return white[:, 0], white[:, 1:4], white[:, 4:]
+
+
+def whiten_all(
+    problem: JointProblem, on: BenchForward, factor: F64, press: Press, touch: F64
+) -> tuple[F64, F64, F64]:
+    """Whiten the same, with the derivatives by the noise of the reference: the last (m, P + R)."""
+    residual, own, shared = whiten(problem, on, factor, press, touch)
+    if problem.noises:
+        common = solve_lower(factor, of_reference(problem, press))
+        shared = np.concatenate([shared, common], axis=1)
+    return residual, own, shared
 
 
 def through(on: BenchForward, press: Press) -> BenchForward:

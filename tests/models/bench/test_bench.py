@@ -11,6 +11,7 @@ import pytest
 
 import fe
 import models
+from models.bench.marginal import own_error
 
 PLATE = fe.Plate((150.0, 110.0), 1.0, 3000.0, 0.38)
 NAMES = [name for name, _ in models.BENCH]
@@ -150,6 +151,25 @@ def test_the_noise_of_one_reference_is_found_and_enters_the_sigma(forward):
     assert np.mean(np.concatenate(within) < 2.0) > 0.9
     found, left = np.mean(errors, axis=0)
     assert found < 0.9 * left
+
+
+@pytest.mark.parametrize("size", [0.0, 0.005, 0.03])
+def test_what_the_model_leaves_out_widens_the_sigma_and_the_covariance_stays_one(
+    forward, true, size
+):
+    rng, prior = np.random.default_rng(10), models.bench_before(PLATE)
+    given = of_one_reference(forward, true, rng)
+    made = []
+    for one in given:
+        error = size * np.sqrt(own_error(one.measured)) * rng.normal(size=len(one.measured))
+        made.append(replace(one, measured=one.measured + error))
+    found, right = (models.identify(forward, each, prior) for each in (made, given))
+    used = found.prior > 0
+    scaled = (found.covariance / np.outer(found.prior, found.prior).clip(1e-300))[used][:, used]
+    assert np.linalg.eigvalsh(scaled).min() > 0.0
+    assert found.discrepancy > size / 2
+    wider = found.sigma[right.known] / right.sigma[right.known]
+    assert np.median(wider) > 2.0 if size else np.all(wider == 1.0)
 
 
 def test_a_press_that_a_hand_hid_a_part_of_shows_the_same_reference(forward, true):
