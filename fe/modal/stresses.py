@@ -16,6 +16,7 @@ from fe.arrays import F64
 from fe.elements.mesh import Mesh
 from fe.linear.membrane import Membrane, Stretched
 from fe.modal.transverse import Transverse, moments
+from fe.plate.edges import Edge
 from fe.reduced.basis import balanced, spread_out
 
 
@@ -52,7 +53,7 @@ def stresses(functions: Transverse, states: Stretched, count: int, drifting: int
     forces = np.stack([spread_out(functions.mesh, component) for component in drifts])
     reading = rigid.stress(rigid.strain(rigid.solve(forces)))
     own, acting = reactions(rigid, basis), reactions(rigid, reading) - forces
-    giving, slipping = _edge_work(functions.mesh, own, own), _edge_work(functions.mesh, acting, own)
+    giving, slipping = (_edge_work(rigid, left, own) for left in (own, acting))
     return Stresses(basis, giving, drifts, reading, slipping)
 
 
@@ -87,17 +88,21 @@ def reactions(rigid: Membrane, stress: F64) -> F64:
     return np.stack([rigid.gauss.loads(xx, xy), rigid.gauss.loads(xy, yy)])
 
 
-def _edge_work(mesh: Mesh, left: F64, right: F64) -> F64:
+def _edge_work(rigid: Membrane, left: F64, right: F64) -> F64:
     """Integrals ∮ t t' and ∮ s t t' over each edge, (8, L, R), of tractions with these reactions.
 
-    What acts in a corner is shared by its two edges.
+    What acts in a corner is shared by the edges that hold the plate there.
     """
-    found = np.empty((8, left.shape[-1], right.shape[-1]))
+    found = np.zeros((8, left.shape[-1], right.shape[-1]))
     for edge in range(4):
         axis, last = divmod(edge, 2)
-        line = mesh.lines[1 - axis]
+        if not _holds(rigid.plate.sides.along(axis)[last]):
+            continue
+        line = rigid.mesh.lines[1 - axis]
         ends = np.ones(line.unknowns)
-        ends[[0, -2]] = 0.5
+        ends[[0, -2]] = [
+            1.0 / (1 + _holds(next_one)) for next_one in rigid.plate.sides.along(1 - axis)
+        ]
         solve = scipy.linalg.inv(moments(line, 0))
         one, other = (
             solve @ (ends[:, None] * np.moveaxis(table, axis + 1, 1)[:, -2 if last else 0])
@@ -107,3 +112,8 @@ def _edge_work(mesh: Mesh, left: F64, right: F64) -> F64:
             weighed = moments(line, power) @ other
             found[2 * edge + power] = np.einsum("dil,dir->lr", one, weighed)
     return found
+
+
+def _holds(edge: Edge) -> bool:
+    """Whether an edge holds the plate in its plane."""
+    return edge.springs.membrane > 0

@@ -97,6 +97,27 @@ def test_it_bends_as_the_whole_plate_does(modal, values, plate):
     assert off(deflection(modal, fe.bench_values(**values), touches, xy), true) < 0.015
 
 
+def test_a_corner_beside_a_free_edge_is_held_by_the_other_alone():
+    free = fe.Edges(fe.Clamped(), fe.Clamped(), fe.Free(), fe.Free())
+    soft = fe.Edges(fe.Elastic(inf, inf, 60.0), fe.Elastic(inf, inf, 80.0), fe.Free(), fe.Free())
+    rigid = replace(PLATE, edges=free)
+    modal = fe.modal_plate(rigid, 50, fe.grid(rigid, 20))
+    xy, touches = places(), [(45.0, 25.0, 4.0)]
+    sizes = []
+    for numbers, plate in (
+        ({}, rigid),
+        ({"membrane_west": 1 / 60.0, "membrane_east": 1 / 80.0}, replace(rigid, edges=soft)),
+    ):
+        true = whole(plate, touches, xy)
+        found = deflection(modal, fe.bench_values(**numbers), touches, xy)
+        sizes.append((found @ true) / (true @ true))
+    assert sizes[1] == pytest.approx(sizes[0], abs=8e-4)
+    alone = fe.bench_values(membrane_south=0.02, membrane_north=0.02, membrane_south_slope=0.01)
+    np.testing.assert_array_equal(
+        deflection(modal, alone, touches, xy), deflection(modal, fe.bench_values(), touches, xy)
+    )
+
+
 def test_what_a_description_gives_are_the_same_numbers(modal):
     soft = replace(
         PLATE,
