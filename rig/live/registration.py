@@ -18,7 +18,7 @@ MAX_OFF = 0.1  # px: a reference that was moved wrongly by more is moved again w
 MISSED = (
     0.003  # px that an iteration may miss in the shade: the trace of 0.05 N that are there no more
 )
-MAX_ITERATIONS = 6  # at most so often; two are usual where something moves
+MAX_ITERATIONS = 12  # at most so often; two are usual, a press on a free edge takes eight
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,32 @@
+"""A frame whose plate has moved far since the last one."""
+
+import time
+
+import numpy as np
+
+import fe
+from rig.live.baseline import average_reference
+from rig.live.bench import build_bench
+from rig.live.registration import register
+from rig.sources.twin import build_twin
+from rig.system.timing import Stopwatch
+
+FREE = {
+    "plate.edges.kind": "mixed",
+    "plate.edges.west.kind": "clamped",
+    "plate.edges.east.kind": "clamped",
+    "plate.edges.south.kind": "free",
+    "plate.edges.north.kind": "free",
+}
+
+
+def test_a_press_on_a_free_edge_is_found_from_the_plate_at_rest(small):
+    scene = small(FREE)
+    bench, twin = build_bench(scene, lambda done, total: None), build_twin(scene)
+    chain = bench.prepare(average_reference([twin.frame(n, ()) for n in range(16)]))[0]
+    image, watch = twin.frame(40, (fe.Touch(120.0, 30.0, 26.0),)), Stopwatch(time.monotonic)
+    seen = register(chain, image, chain.pattern.still(), watch)
+    again = register(chain, image, seen.motion, watch)
+    flow, settled = (chain.pattern.motions.flow(each.motion) for each in (seen, again))
+    assert np.abs(settled).max() > 3.0  # px, where tiles find half a pixel
+    assert np.abs(flow - settled).max() < 0.05
