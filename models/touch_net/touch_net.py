@@ -143,10 +143,8 @@ class TouchReader:
         proposed = proposed_touches(out, self.touches)
         fits = fit_all(self.forward.table, measured, proposed, likely, self.touches)
         features = count_features(fits, preliminary, self.sharpness)
-        logits = np.maximum(fits.evidence - fits.evidence.max(), -FAR)
         change = run(self.weights, COUNT, "count", features.astype(np.float32))
-        there = np.append(True, likely)
-        probability = np.exp(log_probabilities(np.where(there, logits + change, -FAR)))
+        logits, probability = _numbers(fits.evidence, change, likely)
         return Looked(fits, features, logits, probability)
 
     def after(self, measured: F64, number: int, steps: int) -> F64:
@@ -173,6 +171,17 @@ def log_probabilities(logits: F64) -> F64:
     """Logarithms of probabilities, of logits (n,) that are not normalised."""
     above = logits - logits.max()
     return above - np.log(np.exp(above).sum())
+
+
+@njit(cache=True, nogil=True)
+def _numbers(evidence: F64, change: F32, likely: Mask) -> tuple[F64, F64]:
+    """Logits of each number of touches by its evidence, and its probability after a change."""
+    logits = np.maximum(evidence - evidence.max(), -FAR)
+    changed = logits + change
+    for n in range(len(likely)):
+        if not likely[n]:
+            changed[n + 1] = -FAR
+    return logits, np.exp(log_probabilities(changed))
 
 
 def _reason(chi2: float, freedom: int, strange: float) -> str:

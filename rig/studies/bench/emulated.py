@@ -104,8 +104,10 @@ class Display:
         return None if self._pixels is None else cv2.cvtColor(self._pixels, cv2.COLOR_BGRA2RGB)
 
     def glow(self) -> np.ndarray:
-        """Green of every `COARSE`th pixel, (H, W); quick, unlike the whole image."""
-        return np.zeros((0, 0)) if self._pixels is None else self._pixels[::COARSE, ::COARSE, 1]
+        """Green of every `COARSE`th pixel, (H, W), as it is now; quick, unlike the whole image."""
+        if self._pixels is None:
+            return np.zeros((0, 0))
+        return self._pixels[::COARSE, ::COARSE, 1].copy()
 
 
 class Lit:
