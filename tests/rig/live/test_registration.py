@@ -3,8 +3,10 @@
 import time
 
 import numpy as np
+import pytest
 
 import fe
+from rig.calibration.bench_presses import measured
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
 from rig.live.registration import register
@@ -20,13 +22,26 @@ FREE = {
 }
 
 
-def test_a_press_on_a_free_edge_is_found_from_the_plate_at_rest(small):
+def pressed_far(small):
+    """Return the chain of a plate with two free edges, and its image under a press on one."""
     scene = small(FREE)
     bench, twin = build_bench(scene, lambda done, total: None), build_twin(scene)
     chain = bench.prepare(average_reference([twin.frame(n, ()) for n in range(16)]))[0]
-    image, watch = twin.frame(40, (fe.Touch(120.0, 30.0, 26.0),)), Stopwatch(time.monotonic)
+    return chain, twin.frame(40, (fe.Touch(120.0, 30.0, 26.0),))
+
+
+def test_a_press_on_a_free_edge_is_found_from_the_plate_at_rest(small):
+    chain, image = pressed_far(small)
+    watch = Stopwatch(time.monotonic)
     seen = register(chain, image, chain.pattern.still(), watch)
     again = register(chain, image, seen.motion, watch)
     flow, settled = (chain.pattern.motions.flow(each.motion) for each in (seen, again))
     assert np.abs(settled).max() > 3.0  # px, where tiles find half a pixel
     assert np.abs(flow - settled).max() < 0.05
+
+
+def test_a_press_that_is_not_followed_to_its_end_is_refused(small, monkeypatch):
+    chain, image = pressed_far(small)
+    monkeypatch.setattr("rig.live.registration.MAX_ITERATIONS", 4)
+    with pytest.raises(ValueError, match=r"press 3 move the pattern farther .* press less hard"):
+        measured(chain, image.astype(np.float32), None, "3")
