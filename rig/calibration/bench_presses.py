@@ -18,7 +18,7 @@ from rig.live.bench import Bench, build_bench
 from rig.live.chain import Chain
 from rig.live.frame_estimate import STRANGE
 from rig.live.known_bench import KnownBench
-from rig.live.registration import MAX_OFF, Registered, jumped, register, strangeness
+from rig.live.registration import Registered, jumped, register, strangeness
 from rig.scene import Scene
 from rig.scene.sensing import PatternEstimator
 from rig.system.arrays import F32, F64
@@ -213,7 +213,11 @@ def measured(chain: Chain, image: F32, start: F64 | None, name: str) -> tuple[F6
     seen = _registered(chain, image, start)
     if seen.unusable_reason:
         raise ValueError(f"images of press {name} cannot be used: {seen.unusable_reason}")
-    _require_settled(chain, image, seen, name)
+    if not seen.settled:
+        raise ValueError(
+            f"images of press {name} move the pattern farther than it can be followed: it is found"
+            f" {seen.off:.1f} px on; press less hard"
+        )
     pattern, estimator = chain.masked_models.for_mask(seen.hidden)
     white = pattern.whiten(seen.right, chain.noise)
     estimate = estimator.fit_whitened(white, start, count=1)
@@ -221,17 +225,6 @@ def measured(chain: Chain, image: F32, start: F64 | None, name: str) -> tuple[F6
     if touch.size != 3 or not touch[2] > 0:
         raise ValueError(f"no touch is found in the images of press {name}; press harder")
     return touch, white, np.ascontiguousarray(pattern.factor.T) / chain.noise
-
-
-def _require_settled(chain: Chain, image: F32, seen: Registered, name: str) -> None:
-    """Refuse an image in which another pass moves the pattern on: it is not there yet."""
-    again = register(chain, image, seen.motion, Stopwatch(lambda: 0.0))
-    off = chain.pattern.motions.max_motion(again.motion - seen.motion)
-    if off > MAX_OFF:
-        raise ValueError(
-            f"images of press {name} move the pattern farther than it can be followed: it is found"
-            f" {off:.1f} px on; press less hard"
-        )
 
 
 def _registered(chain: Chain, image: F32, start: F64 | None) -> Registered:

@@ -79,7 +79,8 @@ def estimate_frame(
     the touches are found that explain how. Where that fits no touch and tiles look strange, a touch
     that came between two frames may have moved them by more than they can be followed: the
     reference is moved as the touches that were found would move it. Where much looks strange still
-    the camera may have jumped. The guess in which less looks strange counts.
+    the camera may have jumped. The guess in which less looks strange counts; where the reference
+    still moves on in that, the frame says nothing.
 
     Parameters
     ----------
@@ -89,6 +90,23 @@ def estimate_frame(
     time : float, s, optional
         When the frame was complete; without it the plate is taken as one at equilibrium.
     """
+    seen, found = _found(chain, image, state, watch, drift, time)
+    if seen.settled or found.unusable_reason:
+        return found
+    why = f"the pattern moves farther than it can be followed: it is found {seen.off:.1f} px on"
+    kept = replace(found.state, rest=state.rest, memory=state.memory, past=state.past)
+    return replace(found, estimate=NO_ESTIMATE, unusable_reason=why, state=kept, measured=None)
+
+
+def _found(
+    chain: Chain,
+    image: AnyArray,
+    state: ChainState,
+    watch: Stopwatch,
+    drift: float,
+    time: float | None,
+) -> tuple[Registered, FrameEstimate]:
+    """Guess how the frame has moved, and find the touches in the best guess."""
     seen = register(chain, image, state.motion, watch)
     found = _estimated(chain, seen, state, watch, drift, time)
     for _ in range(GUESSES):
@@ -104,11 +122,11 @@ def estimate_frame(
     if not found.unusable_reason and (
         found.hidden.mean() <= STRANGE or is_consistent(found.estimate)
     ):
-        return found
+        return seen, found
     other = register(chain, image, jumped(chain, image, state.motion, watch), watch)
     if strangeness(other) < strangeness(seen):
-        return _estimated(chain, other, state, watch, drift, time)
-    return found
+        return other, _estimated(chain, other, state, watch, drift, time)
+    return seen, found
 
 
 def _estimated(

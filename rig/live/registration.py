@@ -38,6 +38,8 @@ class Registered:
         See `TilePattern.gradient`.
     motion : (K + R,) float64
         Amplitudes that the frame shows, whatever moved it.
+    off : float, px
+        By which the last pass moved the reference on at most; 0 where the frame says nothing.
     """
 
     sums: TileSums
@@ -46,17 +48,21 @@ class Registered:
     pattern: TilePattern
     right: F64
     motion: F64
+    off: float = 0.0
+
+    @property
+    def settled(self) -> bool:
+        """Whether the reference lies where the frame shows it."""
+        return self.off <= MAX_OFF
 
 
 def register(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> Registered:
     """Move the reference by `moved` (K + R,), and on until it lies where the frame shows it."""
-    seen = _compared(chain, image, moved, watch)
-    for _ in range(MAX_ITERATIONS - 1):
-        off = chain.pattern.motions.max_motion(seen.motion - moved)
-        if seen.unusable_reason or (off <= MAX_OFF and off * _miss(chain, seen) <= MISSED):
+    for _ in range(MAX_ITERATIONS):
+        seen = _compared(chain, image, moved, watch)
+        if seen.unusable_reason or (seen.settled and seen.off * _miss(chain, seen) <= MISSED):
             break
         moved = seen.motion
-        seen = _compared(chain, image, moved, watch)
     return seen
 
 
@@ -75,7 +81,9 @@ def _compared(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> Re
         if why:
             return Registered(sums, hidden, why, chain.pattern, np.empty(0), moved)
         right = pattern.gradient(sums_without_gain_offset(chain.tiles, sums), moved)
-        return Registered(sums, hidden, "", pattern, right, pattern.motion(right))
+        motion = pattern.motion(right)
+        off = chain.pattern.motions.max_motion(motion - moved)
+        return Registered(sums, hidden, "", pattern, right, motion, off)
 
 
 def jumped(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> F64:

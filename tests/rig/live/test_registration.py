@@ -9,6 +9,8 @@ import fe
 from rig.calibration.bench_presses import measured
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
+from rig.live.chain import at_rest
+from rig.live.frame_estimate import estimate_frame
 from rig.live.registration import register
 from rig.sources.twin import build_twin
 from rig.system.timing import Stopwatch
@@ -45,3 +47,16 @@ def test_a_press_that_is_not_followed_to_its_end_is_refused(small, monkeypatch):
     monkeypatch.setattr("rig.live.registration.MAX_ITERATIONS", 4)
     with pytest.raises(ValueError, match=r"press 3 move the pattern farther .* press less hard"):
         measured(chain, image.astype(np.float32), None, "3")
+
+
+def test_a_frame_that_is_not_followed_to_its_end_says_so(small, monkeypatch):
+    chain, image = pressed_far(small)
+    monkeypatch.setattr("rig.live.registration.MAX_ITERATIONS", 2)
+    monkeypatch.setattr("rig.live.frame_estimate.GUESSES", 0)
+    cut = estimate_frame(chain, image, at_rest(chain), Stopwatch(time.monotonic))
+    assert "farther than it can be followed" in cut.unusable_reason
+    assert not cut.estimate.count
+    monkeypatch.undo()
+    whole = estimate_frame(chain, image, cut.state, Stopwatch(time.monotonic))
+    assert not whole.unusable_reason
+    assert whole.estimate.count
