@@ -52,12 +52,11 @@ def lines(ref: Reference, points: Points, frame: DeformedImage, noise: F64, stat
     here = np.flatnonzero(_louder(ref, noise, status, _SUSPECT))
     if not len(here):
         return _NO_LINES
-    found = residuals.jumps(ref, points, frame, here)
+    found = residuals.jumps(ref, points, frame, here, _JUMP)
     of_jump, of_curve = found[:, :2].T
     level = noise[here] / median(noise[status == Status.OK])
     # What a gap leaves over is no noise: the jump is seen beside that of the other subsets.
-    plain = (of_jump * np.maximum(level, 1) ** 2 > _PLAIN) & (of_jump > of_curve)
-    kept = plain & (np.hypot(found[:, 2], found[:, 3]) > _JUMP)
+    kept = (of_jump * np.maximum(level, 1) ** 2 > _PLAIN) & (of_jump > of_curve)
     clear, found = here[kept], found[kept]
     if not len(clear):
         return _NO_LINES

@@ -161,21 +161,27 @@ def _sum_by_block(slope: F32, r: F32, side: int, sums: F64) -> float:
     return squares
 
 
-def jumps(ref: Reference, points: Points, frame: DeformedImage, here: I64) -> F64:
+def jumps(ref: Reference, points: Points, frame: DeformedImage, here: I64, smallest: float) -> F64:
     """Fit a jump along the best of forty lines to what subsets leave over.
+
+    Parameters
+    ----------
+    here : (M,) int64
+        The points whose subsets are looked at.
+    smallest : float, px
+        A smaller jump is compared with no curve.
 
     Returns
     -------
     (M, 7) float64
         χ² of the jump, and of a curve of one order more than the shape function in a light that
-        varies; the jump (u, v),
-        px; and the line: its normal (x, y), towards the side that has jumped, and its distance from
-        the point along it, px. NaN where a subset was lost.
+        varies; the jump (u, v), px; and the line: its normal (x, y), towards the side that has
+        jumped, and its distance from the point along it, px. NaN where a subset was lost.
     """
     out = np.full((len(here), 7), np.nan)
     _fit_jumps(
         _subsets(ref, here), (frame.pixels, frame.filtered), here, (ref.xy, points.motion),
-        normal_of(ref), bench_tools(ref), ref.order + 1, out,
+        normal_of(ref), bench_tools(ref), (ref.order + 1, smallest), out,
     )  # fmt: skip
     return out
 
@@ -188,9 +194,10 @@ def _fit_jumps(
     places: tuple[F64, F64],
     known: Known,
     tools: Tools,
-    degree: int,
+    asked: tuple[int, float],
     out: F64,
 ) -> None:
+    degree, smallest = asked
     (subsets, which), (xy, motion), (inverse, lights, half) = textures, places, known
     size = inverse.shape[1]
     towards, r = np.empty(size), np.empty(subsets.shape[2], np.float32)
@@ -214,7 +221,8 @@ def _fit_jumps(
                     out[m, 6] = (0.3 * line - 0.6) * half
         left = max(total - best, 1e-6 * total) / max(lights[n, 2] - size - 2, 1.0)
         out[m, 0] = best / left
-        out[m, 1] = _curve(pixels, r, inverse[n], degree, tools) / left
+        if best > 0 and math.hypot(out[m, 2], out[m, 3]) > smallest:
+            out[m, 1] = _curve(pixels, r, inverse[n], degree, tools) / left
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")

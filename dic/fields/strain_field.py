@@ -180,26 +180,32 @@ def _of_subsets(disp: DisplacementField) -> tuple[AnyArray, AnyArray]:
 
 
 def _of_windows(disp: DisplacementField, grid: Grid, window: int) -> tuple[AnyArray, AnyArray]:
-    fields = np.stack([disp.u, disp.v, disp.sigma_u, disp.sigma_v]).reshape(4, *grid.shape)
-    valid = disp.valid.reshape(grid.shape)
+    fields = np.stack([disp.u, disp.v, disp.sigma_u, disp.sigma_v])
+    fields[:, ~disp.valid] = np.nan
     gradient = np.full((*grid.shape, 2, 2), np.nan)
     variance = np.full((*grid.shape, 2, 2), np.nan)
     overlap = roughness.overlap(disp.order, grid.subset, grid.step, window)
-    _fit(fields, valid, window // 2, float(grid.step), overlap, gradient, variance)
+    layout = window // 2, float(grid.step), overlap
+    _fit(fields.reshape(4, *grid.shape), disp.valid.reshape(grid.shape), layout, gradient, variance)
     return gradient.reshape(-1, 2, 2), variance.reshape(-1, 2, 2)
 
 
 @njit(cache=True, nogil=True)
 def _fit(
-    fields: F64, valid: Mask, half: int, step: float, overlap: F64, gradient: F64, variance: F64
+    fields: F64, valid: Mask, layout: tuple[int, float, F64], gradient: F64, variance: F64
 ) -> None:
     """Fit planes; writes ∂(u, v)/∂(x, y) and their variances where a window holds enough points."""
-    rows, columns = valid.shape
-    fewest = max(3.0, MIN_FRACTION * (2 * half + 1) ** 2)
-    place = np.empty(((2 * half + 1) ** 2, 2), dtype=np.int64)
+    (rows, columns), (half, step, overlap) = valid.shape, layout
+    most = (2 * half + 1) ** 2
+    fewest = max(3.0, MIN_FRACTION * most)
+    place, weights, spread = np.empty((most, 2), np.int64), np.empty((most, 2)), np.empty((most, 4))
     for r in range(rows):
+        if half <= r < rows - half:
+            inside = slice(half, columns - half)
+            around = fields[:, r - half : r + half + 1]
+            _fit_along(around, layout, gradient[r, inside], variance[r, inside])
         for c in range(columns):
-            if not valid[r, c]:
+            if not valid[r, c] or np.isfinite(gradient[r, c, 0, 0]):
                 continue
             count = 0
             for i in range(max(r - half, 0), min(r + half + 1, rows)):
@@ -207,41 +213,102 @@ def _fit(
                     if valid[i, j]:
                         place[count, 0], place[count, 1] = i, j
                         count += 1
-            if count >= fewest:
-                _fit_one(fields, place[:count], step, overlap, gradient[r, c], variance[r, c])
+            if count >= fewest and _weigh(place[:count], step, weights):
+                _slopes(fields, place[:count], weights, gradient[r, c], spread)
+                _vary(place[:count], spread, overlap, variance[r, c])
 
 
 @njit(cache=True, nogil=True)
-def _fit_one(
-    fields: F64, place: I64, step: float, overlap: F64, gradient: F64, variance: F64
-) -> None:
+def _fit_along(fields: F64, layout: tuple[int, float, F64], gradient: F64, variance: F64) -> None:
+    """Fit the whole windows of a row; NaN where a point of the window is not valid.
+
+    Parameters
+    ----------
+    fields : (4, 2 half + 1, C + 2 half) float64
+        The rows that the windows reach over.
+    gradient, variance : (C, 2, 2) float64
+        Written.
+    """
+    half, step, overlap = layout
+    side, count = 2 * half + 1, len(gradient)
+    square = step * side**2 * (side**2 - 1) / 12
+    slopes, spreads = np.zeros((2, 2, 2, count))
+    for n in range(side**2):
+        i, j = n // side, n % side
+        for a in range(2):
+            _add(fields[a, i, j : j + count], (j - half) / square, (i - half) / square, slopes[a])
+        for m in range(n + 1):
+            k, h = m // side, m % side
+            shared = overlap[i - k, abs(j - h)] * (1 + (m < n)) / square**2
+            if shared == 0:
+                continue
+            by_x, by_y = shared * (j - half) * (h - half), shared * (i - half) * (k - half)
+            for a in range(2, 4):
+                one, other = fields[a, i, j : j + count], fields[a, k, h : h + count]
+                _add_product(one, other, by_x, by_y, spreads[a - 2])
+    gradient[:], variance[:] = slopes.transpose(2, 0, 1), spreads.transpose(2, 0, 1)
+
+
+@njit(cache=True, nogil=True)
+def _add(line: F64, by_x: float, by_y: float, total: F64) -> None:
+    along_x, along_y = total
+    for c in range(len(line)):
+        along_x[c] += by_x * line[c]
+        along_y[c] += by_y * line[c]
+
+
+@njit(cache=True, nogil=True)
+def _add_product(one: F64, other: F64, by_x: float, by_y: float, total: F64) -> None:
+    along_x, along_y = total
+    for c in range(len(one)):
+        product = one[c] * other[c]
+        along_x[c] += by_x * product
+        along_y[c] += by_y * product
+
+
+@njit(cache=True, nogil=True)
+def _weigh(place: I64, step: float, weights: F64) -> bool:
+    """Weigh points for the slopes of their plane along x and y, unless they lie on a line."""
     count = place.shape[0]
-    middle_y, middle_x = place[:, 0].mean(), place[:, 1].mean()
-    y, x = (place[:, 0] - middle_y) * step, (place[:, 1] - middle_x) * step
-    xx, xy, yy = np.dot(x, x), np.dot(x, y), np.dot(y, y)
+    middle_x = middle_y = xx = xy = yy = 0.0
+    for n in range(count):
+        middle_x += place[n, 1] / count
+        middle_y += place[n, 0] / count
+    for n in range(count):
+        x, y = (place[n, 1] - middle_x) * step, (place[n, 0] - middle_y) * step
+        xx, xy, yy = xx + x * x, xy + x * y, yy + y * y
     determinant = xx * yy - xy * xy
     if determinant <= 1e-9 * xx * yy:
-        return
-    weights = np.empty((2, count))
-    weights[0] = (yy * x - xy * y) / determinant
-    weights[1] = (xx * y - xy * x) / determinant
-    gradient[:] = 0
-    spread = np.empty((2, 2, count))
+        return False
     for n in range(count):
+        x, y = (place[n, 1] - middle_x) * step, (place[n, 0] - middle_y) * step
+        weights[n, 0] = (yy * x - xy * y) / determinant
+        weights[n, 1] = (xx * y - xy * x) / determinant
+    return True
+
+
+@njit(cache=True, nogil=True)
+def _slopes(fields: F64, place: I64, weights: F64, gradient: F64, spread: F64) -> None:
+    """Write ∂(u, v)/∂(x, y), and what the σ of each point brings to the σ of each of the four."""
+    gradient[:] = 0
+    for n in range(place.shape[0]):
         i, j = place[n]
         for a in range(2):
             for b in range(2):
-                gradient[a, b] += weights[b, n] * fields[a, i, j]
-                spread[a, b, n] = weights[b, n] * fields[2 + a, i, j]
+                gradient[a, b] += weights[n, b] * fields[a, i, j]
+                spread[n, 2 * a + b] = weights[n, b] * fields[2 + a, i, j]
+
+
+@njit(cache=True, nogil=True)
+def _vary(place: I64, spread: F64, overlap: F64, variance: F64) -> None:
+    """Write the variances of the four slopes: points whose subsets overlap share their noise."""
     variance[:] = 0
-    for n in range(count):
+    for n in range(place.shape[0]):
         for m in range(n + 1):
-            dy, dx = abs(place[n, 0] - place[m, 0]), abs(place[n, 1] - place[m, 1])
-            shared = overlap[dy, dx] * (1.0 if m == n else 2.0)
-            if shared != 0:
-                for a in range(2):
-                    for b in range(2):
-                        variance[a, b] += shared * spread[a, b, n] * spread[a, b, m]
+            shared = overlap[place[n, 0] - place[m, 0], abs(place[n, 1] - place[m, 1])]
+            shared *= 1 + (m < n)
+            for k in range(4):
+                variance[k // 2, k % 2] += shared * spread[n, k] * spread[m, k]
 
 
 def _measure_with_sigma(
