@@ -58,11 +58,11 @@ class Registered:
 
 def register(chain: Chain, image: AnyArray, moved: F64, watch: Stopwatch) -> Registered:
     """Move the reference by `moved` (K + R,), and on until it lies where the frame shows it."""
-    for _ in range(MAX_ITERATIONS):
-        seen = _compared(chain, image, moved, watch)
+    seen = _compared(chain, image, moved, watch)
+    for _ in range(MAX_ITERATIONS - 1):
         if seen.unusable_reason or (seen.settled and seen.off * _miss(chain, seen) <= MISSED):
             break
-        moved = seen.motion
+        seen = _compared(chain, image, seen.motion, watch)
     return seen
 
 
