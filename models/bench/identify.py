@@ -30,7 +30,7 @@ from models.bench.joint import (
     weighed,
     whiten_all,
 )
-from models.bench.labels import LabelErrors, Shown, label_errors
+from models.bench.labels import LabelErrors, Shown, label_errors, places_aside
 from models.bench.marginal import own_error
 from models.bench.press import Press
 from models.forward.bench_forward import BenchForward
@@ -46,6 +46,8 @@ _TURNS, _LIMIT = 3, 8
 _MOVED = 0.35
 _JUDGED = 3  # steps of expectation maximisation on the labels, a turn
 _DISCREPANCIES = np.geomspace(2e-4, 5e-2, 25)
+# A plate that lies beside where the camera is thought to see it has all touches beside themselves.
+_PLACE = [NAMES.index("shift_x"), NAMES.index("shift_y")]
 _USUAL = 1.0  # presses that what a usual plate remembers counts as
 
 
@@ -144,6 +146,11 @@ def _memory(problem: JointProblem, on: BenchForward, state: State, discrepancy: 
 
 def _labels(problem: JointProblem, terms: list[Term], state: State) -> LabelErrors:
     """Judge the labels by what the presses show."""
+    stated = np.array([press.sigma for press in problem.presses])
+    return label_errors(stated, _shown(problem, terms, state))
+
+
+def _shown(problem: JointProblem, terms: list[Term], state: State) -> Shown:
     normal, _, blocks = reduced(problem, state, terms, 0.0)
     bench = np.linalg.inv(normal)
     off, spread, variance = (np.empty((len(terms), 3)) for _ in range(3))
@@ -152,8 +159,7 @@ def _labels(problem: JointProblem, terms: list[Term], state: State) -> LabelErro
         off[i], spread[i] = alone @ term.towards_own, np.sqrt(np.diag(alone))
         variance[i] = np.diag(inverse + along.T @ bench @ along)
     left = state.touches - [press.touch for press in problem.presses]
-    stated = np.array([press.sigma for press in problem.presses])
-    return label_errors(stated, Shown(off + left, spread, left, variance))
+    return Shown(off + left, spread, left, variance)
 
 
 def _described(
@@ -169,6 +175,11 @@ def _described(
     covariance[index] = covariance[:, index] = 0.0
     found = problem.scales[:, None] * spread * problem.scales
     covariance[np.ix_(index, index)] = found
+    aside = np.zeros(2)
+    if problem.free[_PLACE].all():
+        sure = np.sqrt(np.diag(covariance)[_PLACE])
+        aside = places_aside(problem.labels.sigmas, _shown(problem, terms, state), sure)
+        covariance[_PLACE, _PLACE] += aside**2
     outliers = np.flatnonzero(problem.labels.outliers)
     return replace(
         bench,
@@ -176,6 +187,7 @@ def _described(
         covariance=covariance,
         held_out=_held_out(problem, state, terms),
         outliers=tuple(int(i) for i in outliers),
+        aside=(float(aside[0]), float(aside[1])),
     )
 
 

@@ -16,6 +16,7 @@ from models.arrays import F64, Mask
 _PARTS = slice(0, 2), slice(2, 3)  # place and force
 _STATED = 4.0  # labels that a stated σ counts as
 _OUTLIER = 4.0  # standard deviations by which a press may miss its place or force
+_ASIDE = 2.0  # standard deviations by which all places may lie to one side by chance
 _MEDIAN = 0.9  # of the larger of one or two deviates, in standard deviations
 
 
@@ -59,6 +60,32 @@ def label_errors(stated: F64, shown: Shown) -> LabelErrors:
         sigmas[:, part] *= np.maximum(1.0, beyond)[:, None] ** 2
         outliers |= beyond > 1.0
     return LabelErrors(sigmas, outliers)
+
+
+def places_aside(sigmas: F64, shown: Shown, sure: F64) -> F64:
+    """Find how far the places of a list lie to one side of those that presses show, (2,) mm.
+
+    Presses show a touch where the plate bends as it would there, and a plate that differs from its
+    model a little in every press shows all of them beside themselves; labels that err by chance lie
+    on both sides.
+
+    Parameters
+    ----------
+    sigmas : (N, 3) float64
+        Of the labels, infinite where nothing is known.
+    shown : Shown
+    sure : (2,) float64, mm
+        Standard deviation of where the bench has all touches.
+
+    Returns
+    -------
+    (2,) float64, mm
+        Labels less touches along x and y; 0 where chance explains it.
+    """
+    weight = 1.0 / (sigmas**2 + shown.spread**2)[:, :2]
+    total = np.maximum(weight.sum(axis=0), 1e-12)
+    aside = -(weight * shown.off[:, :2]).sum(axis=0) / total
+    return np.where(aside**2 > _ASIDE**2 * (1.0 / total + sure**2), aside, 0.0)
 
 
 def _far(shown: Shown, sigmas: F64, part: slice) -> F64:
