@@ -94,9 +94,9 @@ from .design.cramer_rao import (
 )
 from .design.expected_errors import (
     ExpectedErrors as ExpectedErrors,
-    bias_of_gain as bias_of_gain,
+    bias_of_interpolation as bias_of_interpolation,
     equal_tiles as equal_tiles,
-    errors_of_gain as errors_of_gain,
+    errors_of_interpolation as errors_of_interpolation,
     expected_errors as expected_errors,
     gradient_energy as gradient_energy,
     places_over_plate as places_over_plate,

@@ -14,6 +14,7 @@ import numpy as np
 from dic import TileReference, Tiles, prepare_blocks, prepare_tiles
 from models.arrays import F64
 from models.forward.linear import Forward
+from models.forward.tile_pattern import LIGHT, TilePattern
 from models.inverse.levenberg_marquardt import covariance
 
 
@@ -67,27 +68,39 @@ def expected_errors(forward: Forward, touches: F64) -> ExpectedErrors:
     )
 
 
-def errors_of_gain(forward: Forward, touches: F64) -> ExpectedErrors:
-    """Say by how much each touch is off where all motion is measured too large by a factor.
+def errors_of_interpolation(pattern: TilePattern, touches: F64) -> ExpectedErrors:
+    """Say by how much each touch is off where interpolation errs, see `bias_of_interpolation`.
 
-    Interpolation between pixels does that to motions below half a pixel where aliasing hides by how
-    much, see `dic.TileReference`. Linear in the factor; these are for a factor of 2, by one more.
+    Linear in the part by which small motions are measured too large; these are for a part of 1.
 
     Parameters
     ----------
-    forward : Forward
+    pattern : TilePattern
     touches : (n, 3) array
         x, y (mm) and F (N).
     """
     touches = np.asarray(touches, dtype=np.float64)
-    off = np.array([bias_of_gain(forward, touch) for touch in touches]).reshape(-1, 3)
+    off = np.array([bias_of_interpolation(pattern, touch) for touch in touches]).reshape(-1, 3)
     return ExpectedErrors(touches, np.linalg.norm(off[:, :2], axis=1), np.abs(off[:, 2]))
 
 
-def bias_of_gain(forward: Forward, touch: F64) -> F64:
-    """Error of x, y, F of a touch (3,) where all motion is measured twice as large, (3,)."""
-    seen, jacobian = forward.read(touch[None])
-    return np.asarray(seen @ np.linalg.pinv(jacobian), dtype=np.float64)
+def bias_of_interpolation(pattern: TilePattern, touch: F64) -> F64:
+    """Error of x, y, F of a touch (3,) by what interpolation between pixels leaves, (3,).
+
+    It measures a motion of u px too large by a sine of it, sin(2πu)/2π (Schreier, Braasch and
+    Sutton 2000), times the part by which small motions are: this is for a part of 1. Where aliasing
+    does not hide that part it is known and taken off, see `dic.TileReference`.
+    """
+    motions, moved = pattern.motions, pattern.still()
+    moved[: pattern.count] = motions.modal_amplitudes(touch[None, :2], touch[2:])
+    flow = motions.flow(moved)
+    x, y = np.sin(2.0 * np.pi * flow.T) / (2.0 * np.pi)
+    xx, xy, yy = pattern.reference.hessian.T
+    towards = motions.project(np.column_stack([xx * x + xy * y, xy * x + yy * y]), flow)
+    right = np.concatenate([towards.astype(np.float64), np.zeros(LIGHT)])
+    white = pattern.whiten(right, 1.0)
+    jacobian = pattern.forward(1.0).read(touch[None])[1]
+    return np.asarray(white @ np.linalg.pinv(jacobian), dtype=np.float64)
 
 
 def places_over_plate(size: tuple[float, float], across: int = 24) -> F64:

@@ -18,7 +18,7 @@ from dic import lay_tiles, prepare_blocks, prepare_tiles, tile_sums, unbiased_gr
 from models import (
     ExpectedErrors,
     equal_tiles,
-    errors_of_gain,
+    errors_of_interpolation,
     expected_errors,
     gradient_energy,
     places_over_plate,
@@ -46,10 +46,12 @@ class Prediction:
     setup : Setup
     force : float, N
         Of the touches.
+    pattern : TilePattern
+        Alike in all tiles, with a gradient energy of 1.
     unit : ExpectedErrors
-        Over the plate, for a noise of 1 grey level and a gradient energy of 1.
-    twice : ExpectedErrors
-        Over the plate, if all motion were measured twice as large.
+        Over the plate, for that pattern and a noise of 1 grey level.
+    interpolated : ExpectedErrors
+        Over the plate, by what interpolation leaves if it doubled small motions.
     energy : float, grey levels² a px²
         Mean squared gradient of the pattern as the camera sees it.
     gain : float
@@ -59,8 +61,9 @@ class Prediction:
 
     setup: Setup
     force: float
+    pattern: models.TilePattern
     unit: ExpectedErrors
-    twice: ExpectedErrors
+    interpolated: ExpectedErrors
     energy: float
     gain: float
 
@@ -71,8 +74,8 @@ class Prediction:
     @property
     def errors(self) -> ExpectedErrors:
         """Errors for the noise of the setup and for what interpolation leaves of its pattern."""
-        gain = self.twice.scaled(abs(self.gain))
-        return self.at_noise(self.setup.noise).combined_with(gain)
+        interpolated = self.interpolated.scaled(abs(self.gain))
+        return self.at_noise(self.setup.noise).combined_with(interpolated)
 
 
 def predict(
@@ -99,30 +102,24 @@ def predict(
     ValueError
         If the images are too small to tell the modes of the plate apart.
     """
-    unit, twice = _shared(like, setup, force, modal) or _units(setup, force, modal)
+    shared = like if like is not None and like.setup.geometry == setup.geometry else None
+    pattern = _unit_pattern(setup, modal) if shared is None else shared.pattern
+    if shared is not None and force == shared.force:
+        unit, interpolated = shared.unit, shared.interpolated
+    else:
+        touches = touches_over(setup.plate.size, force)
+        unit = expected_errors(pattern.forward(1.0), touches)
+        interpolated = errors_of_interpolation(pattern, touches)
     if like is not None and _drawn(like.setup) == _drawn(setup):
-        return Prediction(setup, force, unit, twice, like.energy, like.gain)
-    return Prediction(setup, force, unit, twice, pattern_energy(setup), remaining_gain(setup))
+        energy, gain = like.energy, like.gain
+    else:
+        energy, gain = pattern_energy(setup), remaining_gain(setup)
+    return Prediction(setup, force, pattern, unit, interpolated, energy, gain)
 
 
-def _shared(
-    like: Prediction | None, setup: Setup, force: float, modal: fe.ModalPlate | None
-) -> tuple[ExpectedErrors, ExpectedErrors] | None:
-    """Return what a prediction has of another; None where it has nothing.
-
-    Under another force linear theory has the same errors of force, and places in inverse
-    proportion to it.
-    """
-    if like is None or like.setup.geometry != setup.geometry:
-        return None
-    part = force / like.force
-    if part == 1.0:
-        return like.unit, like.twice
-    if modal is not None:
-        return None
-    touches = like.unit.touches * (1.0, 1.0, part)
-    unit = ExpectedErrors(touches, like.unit.place / part, like.unit.force)
-    return unit, ExpectedErrors(touches, like.twice.place, part * like.twice.force)
+def _unit_pattern(given: Setup, modal: fe.ModalPlate | None) -> models.TilePattern:
+    motions = image_motions(given.plate, given.camera, given.tile, modal)
+    return equal_pattern(given, motions, 1.0)
 
 
 def _drawn(setup: Setup) -> tuple[object, ...]:
@@ -216,15 +213,6 @@ def equal_pattern(given: Setup, motions: models.ImageMotions, energy: float) -> 
         ) from None
 
 
-def _units(
-    given: Setup, force: float, modal: fe.ModalPlate | None
-) -> tuple[ExpectedErrors, ExpectedErrors]:
-    motions = image_motions(given.plate, given.camera, given.tile, modal)
-    forward = equal_pattern(given, motions, 1.0).forward(1.0)
-    touches = touches_over(given.plate.size, force)
-    return expected_errors(forward, touches), errors_of_gain(forward, touches)
-
-
 def pattern_energy(given: Setup) -> float:
     """Measure the mean squared gradient of the pattern in the image, grey levels² a px²."""
     return gradient_energy(_patch(given), given.tile)
@@ -240,7 +228,8 @@ def remaining_gain(given: Setup) -> float:
     sums = tile_sums(reference, _patch(given, (SMALL, SMALL)), flow)
     left: F64 = -unbiased_gradient(reference, sums).sum(axis=0)
     xx, _, yy = reference.hessian.sum(axis=0)
-    return float(left[0] / xx + left[1] / yy) / (2.0 * SMALL)
+    sine = float(np.sin(2.0 * np.pi * SMALL) / (2.0 * np.pi))
+    return float(left[0] / xx + left[1] / yy) / (2.0 * sine)
 
 
 def _patch(given: Setup, shift: tuple[float, float] = (0.0, 0.0)) -> F64:

@@ -122,7 +122,6 @@ def compared(scene: Scene) -> tuple[F64, F64, int]:
     modal = bent(theory, in_modes(scene, theory, given))
     promised = predict(given, None, 1.0, modal)
     pattern = _pattern(promised, modal)
-    forward = pattern.forward(given.noise)
     twin, bench = build_twin(scene), build_bench(scene, lambda done, total: None)
     frames = range(bench.reference_frames)
     chain, _ = bench.prepare(average_reference([twin.frame(k, ()) for k in frames]))
@@ -133,7 +132,7 @@ def compared(scene: Scene) -> tuple[F64, F64, int]:
         seen = estimate_frame(chain, image, at_rest(chain), Stopwatch(lambda: 0.0)).estimate
         true = np.array([touch.x, touch.y, touch.force])
         spread = models.cramer_rao(pattern, true[None], given.noise)
-        bias = promised.gain * models.bias_of_gain(forward, true)
+        bias = promised.gain * models.bias_of_interpolation(pattern, true)
         off = rng.multivariate_normal(bias, spread, _DRAWS)
         predicted.append(_sizes(off))
         if not seen.count:

@@ -85,11 +85,18 @@ def test_what_interpolation_leaves_of_a_pattern_is_part_of_the_errors(small):
     )
     assert abs(remaining_gain(coarse)) < 5e-4
     assert abs(remaining_gain(fine)) > 2 * abs(remaining_gain(coarse))
-    promised = predict(fine)
-    unavoidable = promised.at_noise(fine.noise)
-    # With all motion too large by a part, a force of 1 N is too large by it.
+    # With all motion too large by a part, a force is too large by it, while motions are small.
+    np.testing.assert_allclose(added_by_interpolation(fine, 0.02), 1.0, rtol=0.02)
+    # Linear theory has any force; that of a motion of half a pixel and more is less so.
+    assert np.median(added_by_interpolation(fine, 1000.0)) < 0.7
+
+
+def added_by_interpolation(given, force):
+    """Error of a force in parts of it and of what interpolation leaves of small motions."""
+    promised = predict(given, None, force)
+    unavoidable = promised.at_noise(given.noise)
     added = np.sqrt(promised.errors.force**2 - unavoidable.force**2)
-    np.testing.assert_allclose(added, abs(promised.gain), rtol=0.02)
+    return added / abs(promised.gain) / force
 
 
 def millimetres_per_pixel(small):
