@@ -48,6 +48,7 @@ _JUDGED = 3  # steps of expectation maximisation on the labels, a turn
 _DISCREPANCIES = np.geomspace(2e-4, 5e-2, 25)
 # A plate that lies beside where the camera is thought to see it has all touches beside themselves.
 _PLACE = [NAMES.index("shift_x"), NAMES.index("shift_y")]
+_LEAST = 0.1  # of a variance, that is left when the error that all presses share is counted once
 _USUAL = 1.0  # presses that what a usual plate remembers counts as
 
 
@@ -167,9 +168,8 @@ def _described(
 ) -> BenchEstimate:
     normal, _, _ = reduced(problem, state, terms, 0.0)
     numbers = len(problem.scales)
-    inverse = np.asarray(np.linalg.inv(normal), dtype=np.float64)
     slope = _shared_slope(problem, on, state, terms, bench.discrepancy)
-    spread = (inverse + inverse @ slope @ inverse)[:numbers, :numbers]
+    spread = widened(normal, slope)[:numbers, :numbers]
     covariance = problem.prior.covariance.copy()
     index = np.flatnonzero(problem.free)
     covariance[index] = covariance[:, index] = 0.0
@@ -189,6 +189,19 @@ def _described(
         outliers=tuple(int(i) for i in outliers),
         aside=(float(aside[0]), float(aside[1])),
     )
+
+
+def widened(normal: F64, slope: F64) -> F64:
+    """Covariance of numbers with a normal matrix whose slope has a further covariance, (P, P).
+
+    That may take off a part, but no more than leaves `_LEAST`: touches that have moved since the
+    presses were weighed would take off more than there was.
+    """
+    root = np.linalg.inv(np.linalg.cholesky(normal)).T
+    parts, turned = np.linalg.eigh(root.T @ slope @ root)
+    along = root @ turned
+    spread = (along * np.maximum(1.0 + parts, _LEAST)) @ along.T
+    return np.asarray(spread, dtype=np.float64)
 
 
 def _shared_slope(
