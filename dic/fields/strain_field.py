@@ -196,9 +196,13 @@ def _fit(
 ) -> None:
     """Fit planes; writes ∂(u, v)/∂(x, y) and their variances where a window holds enough points."""
     (rows, columns), (half, step, overlap) = valid.shape, layout
-    most = (2 * half + 1) ** 2
-    fewest = max(3.0, MIN_FRACTION * most)
-    place, weights, spread = np.empty((most, 2), np.int64), np.empty((most, 2)), np.empty((most, 4))
+    points = (2 * half + 1) ** 2
+    enough = max(3.0, MIN_FRACTION * points)
+    place, weights, spread = (
+        np.empty((points, 2), np.int64),
+        np.empty((points, 2)),
+        np.empty((points, 4)),
+    )
     for r in range(rows):
         if half <= r < rows - half:
             inside = slice(half, columns - half)
@@ -213,7 +217,7 @@ def _fit(
                     if valid[i, j]:
                         place[count, 0], place[count, 1] = i, j
                         count += 1
-            if count >= fewest and _weigh(place[:count], step, weights):
+            if count >= enough and _weigh(place[:count], step, weights):
                 _slopes(fields, place[:count], weights, gradient[r, c], spread)
                 _vary(place[:count], spread, overlap, variance[r, c])
 

@@ -48,7 +48,7 @@ _JUDGED = 3  # steps of expectation maximisation on the labels, a turn
 _DISCREPANCIES = np.geomspace(2e-4, 5e-2, 25)
 # A plate that lies beside where the camera is thought to see it has all touches beside themselves.
 _PLACE = [NAMES.index("shift_x"), NAMES.index("shift_y")]
-_LEAST = 0.1  # of a variance, that is left when the error that all presses share is counted once
+_MIN_PART = 0.1  # of a variance, that is left when the error that all presses share is counted once
 _USUAL = 1.0  # presses that what a usual plate remembers counts as
 
 
@@ -194,13 +194,13 @@ def _described(
 def widened(normal: F64, slope: F64) -> F64:
     """Covariance of numbers with a normal matrix whose slope has a further covariance, (P, P).
 
-    That may take off a part, but no more than leaves `_LEAST`: touches that have moved since the
+    That may take off a part, but no more than leaves `_MIN_PART`: touches that have moved since the
     presses were weighed would take off more than there was.
     """
     root = np.linalg.inv(np.linalg.cholesky(normal)).T
     parts, turned = np.linalg.eigh(root.T @ slope @ root)
     along = root @ turned
-    spread = (along * np.maximum(1.0 + parts, _LEAST)) @ along.T
+    spread = (along * np.maximum(1.0 + parts, _MIN_PART)) @ along.T
     return np.asarray(spread, dtype=np.float64)
 
 

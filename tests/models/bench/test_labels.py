@@ -49,7 +49,7 @@ def test_what_is_unknown_stays_unknown(known, seed):
     assert not found.outliers[~np.array(known)].any()
 
 
-def test_places_that_all_lie_to_one_side_are_told_and_those_that_scatter_are_not():
+def test_places_that_all_lie_to_one_side_are_reported_and_those_that_scatter_are_not():
     errors, sure = drawn(1.0, 16), np.array([0.05, 0.05])
     sigmas = np.tile(STATED, (16, 1))
     assert not places_aside(sigmas, shown(errors), sure).any()

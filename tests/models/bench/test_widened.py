@@ -16,8 +16,8 @@ def drawn(seed, size=6):
 def test_a_covariance_is_positive_whatever_is_taken_off(seed, factor):
     normal, shared = drawn(seed)
     covariance = widened(normal, factor * shared)
-    least = np.linalg.eigvalsh(covariance - 0.0999 * np.linalg.inv(normal))
-    assert least.min() > -1e-9 * np.abs(covariance).max()
+    left = np.linalg.eigvalsh(covariance - 0.0999 * np.linalg.inv(normal))
+    assert left.min() > -1e-9 * np.abs(covariance).max()
 
 
 def test_what_is_added_is_that_of_the_slope():
