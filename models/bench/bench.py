@@ -83,6 +83,14 @@ class BenchEstimate:
         return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
 
     @property
+    def is_sound(self) -> bool:
+        """Whether the numbers are finite and their covariance is one."""
+        unit = np.where(self.prior > 0, self.prior, 1.0)
+        even = self.covariance / np.outer(unit, unit)
+        finite = np.isfinite(self.values).all() and np.isfinite(even).all()
+        return bool(finite and np.linalg.eigvalsh(even)[0] > -1e-9)
+
+    @property
     def is_prior(self) -> bool:
         """Whether no press and no touch has shown anything of it yet."""
         return bool(np.allclose(self.sigma, self.prior))

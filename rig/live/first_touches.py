@@ -74,6 +74,6 @@ class FirstTouches:
             bench = models.identify(forward, self.presses, self.prior, look)
         except np.linalg.LinAlgError:
             return None
-        if not bench.converged:
+        if not (bench.converged and bench.is_sound):
             return None
         return NextBench(bench, look.at(bench.values[_PLATE:], bench["thickness"][0]))

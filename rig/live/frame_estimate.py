@@ -141,8 +141,21 @@ def _estimated(
     if seen.unusable_reason:
         none = replace(state, touches=np.empty((0, 3)))
         return FrameEstimate(NO_ESTIMATE, seen.sums, seen.hidden, seen.unusable_reason, none)
-    if chain.in_time is not None and time is not None:
-        return _in_time(chain, chain.in_time, seen, state, watch, drift, time)
+    try:
+        if chain.in_time is not None and time is not None:
+            return _in_time(chain, chain.in_time, seen, state, watch, drift, time)
+        return _at_equilibrium(chain, seen, state, watch, drift)
+    except np.linalg.LinAlgError:
+        # Numbers of a bench that nothing can stand on; the run goes on, and says what helps.
+        why = "no touch can be estimated on the bench as it is known; calibrate the bench"
+        none = replace(state, touches=np.empty((0, 3)))
+        return FrameEstimate(NO_ESTIMATE, seen.sums, seen.hidden, why, none)
+
+
+def _at_equilibrium(
+    chain: Chain, seen: Registered, state: ChainState, watch: Stopwatch, drift: float
+) -> FrameEstimate:
+    """Find the touches that explain a frame of a plate that follows them at once."""
     with watch.stage("estimate"):
         pattern, estimator = chain.masked_models.for_mask(seen.hidden)
         rest = state.rest

@@ -361,7 +361,7 @@ def _learned(
     forward: BenchForward, bench: BenchEstimate, press: models.Press, left: models.Traces
 ) -> NextBench | None:
     made = models.learn(forward, bench, press, left)
-    return None if made is None else NextBench(made)
+    return None if made is None or not made.is_sound else NextBench(made)
 
 
 def _is_apart(touch: F64, places: F64) -> bool:

@@ -1,8 +1,12 @@
 """The covariance of a bench stays one, whatever error its presses share."""
 
+from dataclasses import replace
+
 import numpy as np
 from hypothesis import given, strategies as st
 
+import fe
+from models.bench.bench import bench_before
 from models.bench.identify import widened
 
 
@@ -24,3 +28,10 @@ def test_what_is_added_is_that_of_the_slope():
     normal, shared = drawn(1)
     inverse = np.linalg.inv(normal)
     np.testing.assert_allclose(widened(normal, shared), inverse + inverse @ shared @ inverse)
+
+
+def test_a_bench_is_sound_where_its_covariance_is_one():
+    bench = bench_before(fe.Plate((254.0, 180.0), 1.0, 3000.0, 0.38))
+    assert bench.is_sound
+    assert not replace(bench, covariance=-bench.covariance).is_sound
+    assert not replace(bench, values=bench.values * np.nan).is_sound

@@ -60,3 +60,15 @@ def test_a_frame_that_is_not_followed_to_its_end_says_so(small, monkeypatch):
     whole = estimate_frame(chain, image, cut.state, Stopwatch(time.monotonic))
     assert not whole.unusable_reason
     assert whole.estimate.count
+
+
+def test_a_bench_on_which_nothing_can_be_computed_is_said_and_the_run_goes_on(small, monkeypatch):
+    chain, image = pressed_far(small)
+
+    def broken(*_, **__):
+        raise np.linalg.LinAlgError("Matrix is not positive definite")
+
+    monkeypatch.setattr("models.Estimator.fit_whitened", broken)
+    found = estimate_frame(chain, image, at_rest(chain), Stopwatch(time.monotonic))
+    assert "calibrate the bench" in found.unusable_reason
+    assert not found.estimate.count
