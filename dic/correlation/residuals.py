@@ -176,7 +176,8 @@ def jumps(ref: Reference, points: Points, frame: DeformedImage, here: I64, small
     (M, 7) float64
         χ² of the jump, and of a curve of one order more than the shape function in a light that
         varies; the jump (u, v), px; and the line: its normal (x, y), towards the side that has
-        jumped, and its distance from the point along it, px. NaN where a subset was lost.
+        jumped, and its distance from the point along it, px. NaN where a subset was lost; χ² of
+        the curve also where the jump is smaller than `smallest`.
     """
     out = np.full((len(here), 7), np.nan)
     _fit_jumps(

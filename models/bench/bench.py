@@ -62,7 +62,7 @@ class BenchEstimate:
         Whether the descent of `identify` ended by itself.
     outliers : tuple of int
         Presses whose place or force does not agree with the others.
-    aside : tuple of float, mm
+    label_offset : tuple of float, mm
         By which the listed places lie to one side of those that the presses show, along x and y; 0
         where chance explains it. Where the camera sees the plate is less sure by as much.
     """
@@ -75,7 +75,7 @@ class BenchEstimate:
     held_out: HeldOut | None = None
     converged: bool = True
     outliers: tuple[int, ...] = ()
-    aside: tuple[float, float] = (0.0, 0.0)
+    label_offset: tuple[float, float] = (0.0, 0.0)
 
     @property
     def sigma(self) -> F64:

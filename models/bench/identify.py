@@ -30,7 +30,7 @@ from models.bench.joint import (
     weighed,
     whiten_all,
 )
-from models.bench.labels import LabelErrors, Shown, label_errors, places_aside
+from models.bench.labels import LabelErrors, Shown, common_offset, label_errors
 from models.bench.marginal import own_error
 from models.bench.press import Press
 from models.forward.bench_forward import BenchForward
@@ -175,11 +175,11 @@ def _described(
     covariance[index] = covariance[:, index] = 0.0
     found = problem.scales[:, None] * spread * problem.scales
     covariance[np.ix_(index, index)] = found
-    aside = np.zeros(2)
+    offset = np.zeros(2)
     if problem.free[_PLACE].all():
         sure = np.sqrt(np.diag(covariance)[_PLACE])
-        aside = places_aside(problem.labels.sigmas, _shown(problem, terms, state), sure)
-        covariance[_PLACE, _PLACE] += aside**2
+        offset = common_offset(problem.labels.sigmas, _shown(problem, terms, state), sure)
+        covariance[_PLACE, _PLACE] += offset**2
     outliers = np.flatnonzero(problem.labels.outliers)
     return replace(
         bench,
@@ -187,7 +187,7 @@ def _described(
         covariance=covariance,
         held_out=_held_out(problem, state, terms),
         outliers=tuple(int(i) for i in outliers),
-        aside=(float(aside[0]), float(aside[1])),
+        label_offset=(float(offset[0]), float(offset[1])),
     )
 
 

@@ -16,7 +16,7 @@ from models.arrays import F64, Mask
 _PARTS = slice(0, 2), slice(2, 3)  # place and force
 _STATED = 4.0  # labels that a stated σ counts as
 _OUTLIER = 4.0  # standard deviations by which a press may miss its place or force
-_ASIDE = 2.0  # standard deviations by which all places may lie to one side by chance
+_OFFSET = 2.0  # standard deviations by which all places may lie to one side by chance
 _MEDIAN = 0.9  # of the larger of one or two deviates, in standard deviations
 
 
@@ -62,7 +62,7 @@ def label_errors(stated: F64, shown: Shown) -> LabelErrors:
     return LabelErrors(sigmas, outliers)
 
 
-def places_aside(sigmas: F64, shown: Shown, sure: F64) -> F64:
+def common_offset(sigmas: F64, shown: Shown, sure: F64) -> F64:
     """Find how far the places of a list lie to one side of those that presses show, (2,) mm.
 
     Presses show a touch where the plate bends as it would there, and a plate that differs from its
@@ -84,8 +84,8 @@ def places_aside(sigmas: F64, shown: Shown, sure: F64) -> F64:
     """
     weight = 1.0 / (sigmas**2 + shown.spread**2)[:, :2]
     total = np.maximum(weight.sum(axis=0), 1e-12)
-    aside = -(weight * shown.off[:, :2]).sum(axis=0) / total
-    return np.where(aside**2 > _ASIDE**2 * (1.0 / total + sure**2), aside, 0.0)
+    offset = -(weight * shown.off[:, :2]).sum(axis=0) / total
+    return np.where(offset**2 > _OFFSET**2 * (1.0 / total + sure**2), offset, 0.0)
 
 
 def _far(shown: Shown, sigmas: F64, part: slice) -> F64:

@@ -35,7 +35,7 @@ def described(bench: models.BenchEstimate, presses: list[str]) -> dict[str, Any]
         else {"place_mm": held.place, "force_fraction": held.force, "presses": held.count},
         "converged": bench.converged,
         "outliers": [presses[index] for index in bench.outliers],
-        "places_aside_mm": list(bench.aside),
+        "label_offset_mm": list(bench.label_offset),
     }
 
 
@@ -58,8 +58,8 @@ def table(said: dict[str, Any]) -> Table:
         )
     if said["outliers"]:
         cautions.append(f"do not agree with the others: press {', '.join(said['outliers'])}")
-    if any(said["places_aside_mm"]):
-        x, y = said["places_aside_mm"]
+    if any(said["label_offset_mm"]):
+        x, y = said["label_offset_mm"]
         cautions.append(
             f"the listed places lie {x:+.2f} mm along x and {y:+.2f} mm along y of those that the"
             " presses show, and σ is wider by it; check where the list begins to count"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from models.bench.labels import Shown, label_errors, places_aside
+from models.bench.labels import Shown, common_offset, label_errors
 
 STATED = np.array([0.3, 0.3, 0.02])
 
@@ -52,12 +52,12 @@ def test_what_is_unknown_stays_unknown(known, seed):
 def test_places_that_all_lie_to_one_side_are_reported_and_those_that_scatter_are_not():
     errors, sure = drawn(1.0, 16), np.array([0.05, 0.05])
     sigmas = np.tile(STATED, (16, 1))
-    assert not places_aside(sigmas, shown(errors), sure).any()
-    aside = places_aside(sigmas, shown(errors + np.array([0.0, 0.8, 0.0])), sure)
-    assert aside[0] == 0.0
-    assert aside[1] == pytest.approx(0.8, abs=0.2)
+    assert not common_offset(sigmas, shown(errors), sure).any()
+    offset = common_offset(sigmas, shown(errors + np.array([0.0, 0.8, 0.0])), sure)
+    assert offset[0] == 0.0
+    assert offset[1] == pytest.approx(0.8, abs=0.2)
 
 
 def test_labels_that_are_not_known_lie_nowhere():
     sigmas = np.full((5, 3), np.inf)
-    assert not places_aside(sigmas, shown(drawn(1.0, 5)), np.full(2, 0.05)).any()
+    assert not common_offset(sigmas, shown(drawn(1.0, 5)), np.full(2, 0.05)).any()
