@@ -302,6 +302,10 @@ class BenchForward:
         """Return the same forward model, whose next state of so many touches begins at one."""
         return replace(self, fields=replace(self.fields, _near={len(state.touches): state}))
 
+    def apart(self) -> BenchForward:
+        """Return the same forward model for another thread: it remembers no state of this one."""
+        return replace(self, fields=replace(self.fields, _near={}), _left={})
+
     def moved(self, values: F64) -> BenchForward:
         """Return the same measurement on a bench near by, (50,), its camera to first order."""
         seen, change = self.fields.seen, values - self.fields.values

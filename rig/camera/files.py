@@ -29,7 +29,8 @@ class ImageSequence:
         What the user knows the source by.
     images : iterator of (H, W) uint8
     rate : float or None, frames a second
-        Images that come late keep their number and their turn; None waits for nothing.
+        Images that are read late keep their number, their turn and the time at which they were due;
+        None waits for nothing, and an image is as old as it was read.
     clock : callable
         Monotonic time, s.
     sleep : callable
@@ -70,7 +71,9 @@ class ImageSequence:
         if image is None:
             raise EOFError(f"{self.name} has ended after {self._number} images")
         self._number += 1
-        return Frame(self._number - 1, self._clock() if self._times is None else due, image)
+        read = self._clock()
+        captured = due if self._period or self._times is not None else read
+        return Frame(self._number - 1, captured, image, late=read - captured)
 
     def _due(self) -> float:
         """Time of the next image from the first, s."""

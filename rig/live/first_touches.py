@@ -71,7 +71,7 @@ class FirstTouches:
         if not isinstance(forward, models.BenchForward):
             return None
         try:
-            bench = models.identify(forward, self.presses, self.prior, look)
+            bench = models.identify(forward.apart(), self.presses, self.prior, look)
         except np.linalg.LinAlgError:
             return None
         if not (bench.converged and bench.is_sound):

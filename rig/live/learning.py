@@ -339,7 +339,7 @@ class Learning:
             find = partial(self._first.find, chain.pattern, chain.noise)
             self._work = _Work(_beside(find), 1, weight, self._first)
         elif self._first is None or weight is not None:
-            learn = partial(_learned, forward, self.bench, press, held.left)
+            learn = partial(_learned, forward.apart(), self.bench, press, held.left)
             self._work = _Work(_beside(learn), LATER, weight)
 
     def _is_new(self, time: float, touch: F64) -> bool:

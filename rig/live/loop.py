@@ -336,6 +336,7 @@ class Loop:
             notice=self._notice(frame.captured),
             learned=self.learned,
             taps=frame_estimate.state.past.taps,
+            late=frame.late,
         )
 
 

@@ -194,6 +194,8 @@ class Snapshot:
         the last of it.
     base : BaseReading or None
         Bend and twist; None of a flat plate, and while they are not known.
+    late : float
+        By which an image that is stored was read later than it was captured, s.
     """
 
     sequence: int
@@ -226,8 +228,14 @@ class Snapshot:
     learned: Learned | None = None
     taps: tuple[Tap, ...] = ()
     base: BaseReading | None = None
+    late: float = 0.0
 
     @property
     def time(self) -> float:
         """Capture time, s on the monotonic clock."""
         return self.captured
+
+    @property
+    def given(self) -> float:
+        """When the loop could have the image, s on the monotonic clock."""
+        return self.captured + self.late

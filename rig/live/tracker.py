@@ -93,7 +93,7 @@ class FrameProcessor:
     def process(self, frame: Frame) -> FrameResult:
         """Estimate the touches of a frame and follow them."""
         before, watch = self._state, self._watch
-        watch.add("arrive", self._clock() - frame.captured)
+        watch.add("arrive", self._clock() - frame.given)
         last = frame.captured if self._captured is None else self._captured
         frame_estimate = estimate_frame(
             self.chain,
@@ -105,7 +105,7 @@ class FrameProcessor:
         )
         if self._net:
             frame_estimate = self._net.estimate(self.chain, frame.image, frame_estimate, watch)
-        watch.add(LATENCY, self._clock() - frame.captured)
+        watch.add(LATENCY, self._clock() - frame.given)
         frame_estimate = with_strain(self.strain, frame_estimate, watch, self._bench.alignment)
         with watch.stage("track"):
             followed = self._tracks.follow(frame_estimate.estimate, frame.captured)

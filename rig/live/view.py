@@ -88,6 +88,7 @@ def empty_snapshot(
     return Snapshot(
         sequence=frame.sequence,
         captured=frame.captured,
+        late=frame.late,
         image=frame.image,
         plate_size=plate_size,
         plate_outline=view.outline,

@@ -142,18 +142,18 @@ class SurfaceFollower:
 
     def process(self, frame: Frame) -> SurfaceResult:
         """Estimate base and touches of a frame and follow them."""
-        self._watch.add("arrive", self._clock() - frame.captured)
+        self._watch.add("arrive", self._clock() - frame.given)
         self._take_over(frame.captured)
         if self.ready is None:
             work = partial(find_shape, self._bench, self._watched, frame.image, self._noise)
             self.preparation.start(Way.SEARCH, work)
-            self._watch.add(LATENCY, self._clock() - frame.captured)
+            self._watch.add(LATENCY, self._clock() - frame.given)
             return self._unknown(frame.captured)
         with self._watch.stage("estimate"):
             rest = self._rest.amplitudes
             shape = self.ready.shape
             said = _named(shape, shape.read(frame.image, self._motion, self._touches, rest))
-        self._watch.add(LATENCY, self._clock() - frame.captured)
+        self._watch.add(LATENCY, self._clock() - frame.given)
         resting = self._take_rest(frame.captured, self.ready, said)
         self._start_next(self.ready, said)
         self._keep_up(frame, self.ready, said)

@@ -52,9 +52,9 @@ class LslOutlet:
                 channel.append_child_value("unit", unit)
         self._outlet = self._lsl.StreamOutlet(info)
 
-    def __call__(self, marks: Sequence[Mark], captured: float) -> None:
-        """Send the touches of a frame, stamped with its capture time (s, monotonic)."""
-        age = time.monotonic() - captured
+    def __call__(self, marks: Sequence[Mark], given: float) -> None:
+        """Send the touches of a frame, stamped with its time (s, monotonic)."""
+        age = time.monotonic() - given
         self._outlet.push_sample(sample(marks, self._max_touches), self._lsl.local_clock() - age)
 
 

@@ -67,7 +67,7 @@ def open_outputs(
         from rig.out.lsl import LslOutlet
 
         lsl = LslOutlet(max_touches, way.name)
-        sinks.append(lambda snapshot: lsl(snapshot.touches, snapshot.captured))
+        sinks.append(lambda snapshot: lsl(snapshot.touches, snapshot.given))
     if way := outputs.mqtt:
         from rig.out.mqtt import open_mqtt
 

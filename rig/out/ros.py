@@ -44,7 +44,7 @@ class RosNode:
 
     def __call__(self, snapshot: Snapshot) -> None:
         """Publish the touches of a frame; a frame that nobody takes is followed by the next."""
-        age = time.monotonic() - snapshot.captured
+        age = time.monotonic() - snapshot.given
         self._publisher.publish(self._cloud(snapshot.touches, time.time_ns() - int(age * NANO)))
 
     def _cloud(self, marks: Sequence[Mark], captured: int) -> Any:

@@ -84,7 +84,7 @@ class Show:
 
     def content(self, snapshot: Snapshot) -> Content:
         """Return what is shown of a frame; a demo goes on by one that it has not had."""
-        old = self._clock() - snapshot.captured > OLDEST
+        old = self._clock() - snapshot.given > OLDEST
         marks = () if old else self.marks(snapshot)
         if self._demo is None:
             return marks
@@ -120,7 +120,7 @@ class Show:
 
     def marks(self, snapshot: Snapshot) -> tuple[Mark, ...]:
         """Return the marks of a frame, where the mode puts them when their light arrives."""
-        ahead = self._clock() - snapshot.captured + self._delay
+        ahead = self._clock() - snapshot.given + self._delay
         touches = predicted(snapshot.touches, ahead, self._plate_size)
         return placed(touches, self.mode, self._plate_size)
 

@@ -14,7 +14,8 @@ from rig.system.frame import Frame
 class Playback:
     """A `rig.system.frame.Source` on a session; a frame that comes late keeps its turn.
 
-    The clock of a recording is over, so each frame counts as captured when it is given.
+    The clock of a recording is over: the first frame counts as captured when it is given, the
+    others as long after it as they were.
     """
 
     stored = True
@@ -38,4 +39,5 @@ class Playback:
             return None
         recorded = frame(self._session.row(self._next))
         self._next += 1
-        return replace(recorded, captured=time.monotonic())
+        captured = then + self._ahead
+        return replace(recorded, captured=captured, late=time.monotonic() - captured)

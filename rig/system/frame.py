@@ -27,15 +27,24 @@ class Frame:
     sequence : int
         Number that the source gave it; a gap is a frame that was lost.
     captured : float, s
-        When it was complete, on the monotonic clock.
+        When it was complete, on the monotonic clock; that of an image that is stored keeps its
+        distance from the first, however late it is read.
     image : (H, W) uint8
     truth : tuple of fe.Touch, or None where the source cannot know.
+    late : float, s
+        By which an image that is stored was read later.
     """
 
     sequence: int
     captured: float
     image: NDArray[np.uint8]
     truth: tuple[fe.Touch, ...] | None = None
+    late: float = 0.0
+
+    @property
+    def given(self) -> float:
+        """When the loop could have it, s: its latency counts from here."""
+        return self.captured + self.late
 
 
 class Captured(Protocol):

@@ -56,12 +56,24 @@ def test_a_folder_plays_as_a_camera_to_its_end(folder):
             camera.grab(10.0)
 
 
-def test_images_come_at_their_rate_and_those_that_are_late_keep_their_turn():
+def test_images_keep_their_rate_and_their_turn_however_late_they_are_read():
     clock = Clock()
     images = drawn(20.0, clock)
-    assert [images.read(1.0).captured for _ in range(2)] == pytest.approx([100.0, 100.05])
+    early = [images.read(1.0) for _ in range(2)]
     clock.sleep(0.07)  # whoever reads is late: the third was due at 100.1
-    assert [images.read(1.0).captured for _ in range(2)] == pytest.approx([100.12, 100.15])
+    frames = early + [images.read(1.0) for _ in range(2)]
+    assert [frame.captured for frame in frames] == pytest.approx([100.0, 100.05, 100.1, 100.15])
+    assert [frame.given for frame in frames] == pytest.approx([100.0, 100.05, 100.12, 100.15])
+
+
+def test_images_without_a_rate_are_as_old_as_they_were_read():
+    clock = Clock()
+    images = drawn(None, clock)
+    first = images.read(1.0)
+    clock.sleep(3.0)
+    second = images.read(1.0)
+    assert (first.captured, second.captured) == (100.0, 103.0)
+    assert second.given == 103.0
 
 
 def test_an_image_that_is_not_due_is_waited_for_no_longer_than_asked():
