@@ -44,7 +44,7 @@ from .modal.bench import (
     BenchPlate as BenchPlate,
     Pressed as Pressed,
 )
-from .modal.build import modal_plate as modal_plate
+from .modal.build import Readings as Readings, modal_plate as modal_plate
 from .modal.parameters import (
     BENCH_PARAMETERS as BENCH_PARAMETERS,
     bench_values as bench_values,

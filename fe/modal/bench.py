@@ -12,6 +12,7 @@ from scipy.linalg import lu_factor, lu_solve
 
 from fe.arrays import F64, I64
 from fe.elements.functional import derivative
+from fe.modal.correction import Correction, corrected
 from fe.modal.kernel import pulls, summed
 from fe.modal.parameters import (
     GRADED,
@@ -88,8 +89,18 @@ class Pressed:
 
     @cached_property
     def details(self) -> F64:
-        """Amplitudes of the details, (D,): each bends by itself."""
-        return -self.touches[:, 2] @ self.bench.details_at(self.touches)
+        """Amplitudes of the details, (D,): no one bends another."""
+        own = -self.touches[:, 2] @ self.bench.details_at(self.touches)
+        return own if self.correction is None else own + self.correction.value
+
+    @cached_property
+    def correction(self) -> Correction | None:
+        """What the plane does to the details, where it does."""
+        bench, products = self.bench, self.bench.modal.corrections
+        if products is None:
+            return None
+        whole, part = bench.values + bench.modal.described, self.amplitudes[bench.taking_part]
+        return corrected(products, whole, bench.firmness, part, self.stress)
 
     @cached_property
     def drifting(self) -> tuple[F64, F64]:
@@ -109,7 +120,8 @@ class Pressed:
     def _by_touch(self) -> F64:
         loads = self._by_touches(self.bench.at)
         moved = self.moved(self.bench.released(loads), np.zeros((len(self.stress), len(loads.T))))
-        return self._with_details(moved, self._by_touches(self.bench.details_at))
+        moved[self._detailed] += self._by_touches(self.bench.details_at)
+        return moved
 
     def _by_touches(self, at: Callable[..., F64]) -> F64:
         """Compute derivatives of what touches press by x1, y1, F1, x2, …: (k, 3T)."""
@@ -119,25 +131,34 @@ class Pressed:
 
     def by_parameters(self) -> F64:
         """Compute derivatives of `values` by the parameters of the bench: (n + D + U, 41)."""
-        details = np.zeros((len(self.details), len(NAMES)))
-        details[:, YOUNG], details[:, THICKNESS] = -self.details, -3.0 * self.details
-        return self._with_details(self.bench.by_parameters(self), details)
+        moved = self.bench.by_parameters(self)
+        details = moved[self._detailed]
+        details[:, YOUNG] -= self.details
+        details[:, THICKNESS] -= 3.0 * self.details
+        if self.correction is not None:
+            details += self.correction.by_parameters
+        return moved
 
-    def _with_details(self, moved: F64, details: F64) -> F64:
-        """Put rows of the details between those of the functions and the drifts."""
-        functions, drifts = np.split(moved, [len(self.amplitudes)])
-        return np.concatenate([functions, details, drifts])
+    @cached_property
+    def _detailed(self) -> slice:
+        """Rows of the details among all."""
+        first = len(self.amplitudes)
+        return slice(first, first + len(self.details))
 
     def moved(self, loads: F64, strains: F64) -> F64:
-        """Compute changes of functions and drifts by loads (n, P) and by stresses (M, P)."""
+        """Compute changes of all `values` by loads (n, P) and by stresses (M, P)."""
         (tangent, gained), bench = self.exact, self.bench
         forces = np.zeros_like(loads)
         forces[bench.taking_part] = self.along.T @ strains
         moved = tangent.solve(loads - bench.released(forces))
         part = moved[bench.taking_part]
         drifting, shaped = self.drifting
-        drift = (drifting + shaped) @ part + bench.slipping @ (gained @ part + strains)
-        return np.concatenate([moved, drift])
+        stresses = gained @ part + strains
+        details = np.zeros((len(self.details), loads.shape[1]))
+        if self.correction is not None:
+            details = self.correction.by_functions @ part + self.correction.by_stresses @ stresses
+        drift = (drifting + shaped) @ part + bench.slipping @ stresses
+        return np.concatenate([moved, details, drift])
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,8 +230,13 @@ class BenchPlate:
 
     def details_at(self, touches: F64, p: int = 0, q: int = 0) -> F64:
         """Compute derivatives of the details by 1 N where touches press, (T, D)."""
-        firm = np.exp(self.values[YOUNG] + 3.0 * self.values[THICKNESS]) * self.modal.firmness
-        return derivative(self.modal.mesh, touches[:, :2], p, q).of(self.modal.details) / firm
+        at = derivative(self.modal.mesh, touches[:, :2], p, q).of(self.modal.details)
+        return at / self.firmness
+
+    @cached_property
+    def firmness(self) -> F64:
+        """Bending energy of the details, (D,)."""
+        return np.exp(self.values[YOUNG] + 3.0 * self.values[THICKNESS]) * self.modal.firmness
 
     def released(self, forces: F64) -> F64:
         """Let edges give to forces (n, …): a turn moves by its compliance times its moment.
@@ -323,7 +349,10 @@ class BenchPlate:
         matrix[np.ix_(self.taking_part, self.taking_part)] += part
 
     def by_parameters(self, state: Pressed) -> F64:
-        """Compute derivatives of functions and drifts by the parameters, (n + U, 41)."""
+        """Compute derivatives of functions, details and drifts, (n + D + U, 41).
+
+        Those of the details are by what functions and stresses change.
+        """
         modal, a, stress = self.modal, state.amplitudes, state.stress
         count, names = len(stress), len(NAMES)
         part = a[self.taking_part]
@@ -351,5 +380,5 @@ class BenchPlate:
         forces[self.taking_part] += along.T @ stress
         left[modal.count :, ROTATION] -= (modal.turning @ forces[modal.count :]).T
         moved = state.moved(left, self._stiffening @ strains)
-        moved[len(a) :] += drifts
+        moved[len(moved) - len(drifts) :] += drifts
         return moved

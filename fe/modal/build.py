@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -14,11 +15,11 @@ from fe.elements.mesh import Mesh, even_grid
 from fe.linear.energy import rigidities
 from fe.linear.membrane import Membrane
 from fe.modal.parameters import DEGREES
-from fe.modal.plate import ModalPlate
+from fe.modal.plate import Corrections, ModalPlate
 from fe.modal.shapes import shapes
-from fe.modal.stresses import Stresses, grading, stresses
+from fe.modal.stresses import Stresses, grading, stresses, stretching_read
 from fe.modal.training import BENCHES, drawn, light
-from fe.modal.transverse import Transverse, transverse
+from fe.modal.transverse import Transverse, bending_read, transverse
 from fe.plate.checks import whole
 from fe.plate.plate import Plate
 
@@ -28,6 +29,21 @@ _MODES = 160
 _STRETCHING = 96
 _STRESSES, _DRIFTS = 110, 160
 _COARSE = 60, 1  # stresses and drifts of the plate whose states are learned from
+
+
+class Readings(NamedTuple):
+    """What is read of a plate where no image shows all of it, R numbers: strain at gauges, say.
+
+    Attributes
+    ----------
+    bent : (2 nx + 2, 2 ny + 2, R) float64
+        By the unknowns of w.
+    stretched : (2, 2 nx + 2, 2 ny + 2, R) float64
+        By those of u and v.
+    """
+
+    bent: F64
+    stretched: F64
 
 
 class _Long(NamedTuple):
@@ -49,6 +65,7 @@ def modal_plate(
     count: int = _MODES,
     mesh: Mesh | None = None,
     progress: Callable[[int, int], object] = lambda done, total: None,
+    readings: Readings | None = None,
 ) -> ModalPlate:
     """Compute the products for a plate; half a minute.
 
@@ -61,6 +78,9 @@ def modal_plate(
         `even_grid(plate, 40)` if left out.
     progress : callable
         Called with how many of how many steps of like length are done.
+    readings : Readings, optional
+        What is read, exactly as a mesh has it: modes and drifts converge slowly to a strain at an
+        edge. One detail, by 1 N, is what the modes leave of each, and one drift its stretching.
 
     Raises
     ------
@@ -84,9 +104,31 @@ def modal_plate(
     step(_LONG.near)
     learned = stresses(functions, drawn(functions, forms, near, step), _STRESSES, _DRIFTS)
     step(_LONG.stresses)
+    if readings is not None:
+        learned = stretching_read(functions, learned, readings.stretched)
+        functions = bending_read(functions, readings.bent)
     found = _assembled(plate, functions, forms, learned)
+    if readings is not None:
+        found = replace(found, corrections=_corrections(functions, forms, learned))
     step(_LONG.products)
     return found
+
+
+def _corrections(functions: Transverse, forms: F64, plane: Stresses) -> Corrections:
+    """Multiply the details of a plate with its functions and shapes."""
+    gauss = Membrane(functions.held, functions.mesh).gauss
+    slopes = gauss.slopes(functions.values[..., _taking_part(functions)])
+    own, uniform = gauss.slopes(functions.details), _uniform(gauss)
+    return Corrections(
+        tense=_products(gauss, uniform, own, slopes),
+        stretching=_products(gauss, plane.stress, own, slopes),
+        shaped=_over_shapes(gauss, plane.stress, own, forms),
+    )
+
+
+def _uniform(gauss: Gauss) -> F64:
+    """Stresses xx, yy and xy of 1 N/mm at the Gauss points, (3, gx, gy, 3)."""
+    return np.eye(3)[:, None, None, :] * np.ones((1, *gauss.weights.shape, 1))
 
 
 def _assembled(plate: Plate, functions: Transverse, forms: F64, plane: Stresses) -> ModalPlate:
@@ -94,7 +136,6 @@ def _assembled(plate: Plate, functions: Transverse, forms: F64, plane: Stresses)
     rigid = Membrane(functions.held, functions.mesh)
     taking_part = _taking_part(functions)
     slopes, rising = rigid.gauss.slopes(functions.values[..., taking_part]), _rising(rigid.gauss)
-    uniform = np.eye(3)[:, None, None, :] * np.ones((1, *rigid.stiffness.shape, 1))
     all_stresses = np.concatenate([plane.stress, -plane.reading], axis=3)
     return ModalPlate(
         plate=plate,
@@ -105,7 +146,7 @@ def _assembled(plate: Plate, functions: Transverse, forms: F64, plane: Stresses)
         stiffness=functions.stiffness,
         graded=_graded(functions, rigid.gauss, rising),
         turning=functions.giving,
-        tense=_products(rigid.gauss, uniform, slopes, slopes),
+        tense=_products(rigid.gauss, _uniform(rigid.gauss), slopes, slopes),
         stretching=_products(rigid.gauss, all_stresses, slopes, slopes),
         shaped=_over_shapes(rigid.gauss, all_stresses, slopes, forms),
         easing=np.stack([grading(rigid, plane.stress, weight) for weight in rising]),

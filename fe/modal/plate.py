@@ -6,7 +6,8 @@ Von Kármán's plate after Marguerre, w beside a shape w₀ at rest and stress N
 
 with w in modes and turns of the edges, N in stresses that balance themselves. All that remains of
 the mesh are products of these functions. The details, modes beyond those, bend alone: what a touch
-moves at its place, which tension hardly changes (residual flexibility).
+moves at its place, which tension hardly changes (residual flexibility). Where they are what modes
+leave out of a reading, all forces of the plane bend them too (static correction).
 """
 
 from __future__ import annotations
@@ -26,6 +27,25 @@ from fe.modal.parameters import NAMES, SHAPE, SIDES, TENSION
 from fe.modal.shapes import nearest
 from fe.plate.edges import taper_of
 from fe.plate.plate import Plate
+
+
+@dataclass(frozen=True, eq=False)
+class Corrections:
+    """How the forces of the plane bend the details: products of D details.
+
+    Attributes
+    ----------
+    tense : (3, D, c) float64
+        With the functions that stretch, in uniform stresses of 1 N/mm.
+    stretching : (M, D, c) float64
+        The same in the stresses.
+    shaped : (S, M, D) float64
+        With the shapes, in the stresses.
+    """
+
+    tense: F64
+    stretching: F64
+    shaped: F64
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +88,8 @@ class ModalPlate:
         Unknowns of the modes beyond the first K, 1/mm, orthonormal over the plate.
     firmness : (D,) float64
         Their bending energy.
+    corrections : Corrections, optional
+        Where the plane bends the details too; not kept in files.
     """
 
     plate: Plate
@@ -86,6 +108,7 @@ class ModalPlate:
     slipping: F64
     details: F64
     firmness: F64
+    corrections: Corrections | None = None
 
     def value(self, xy: F64, details: int = 0) -> F64:
         """Functions of the deflection, and some details, at points (N, 2) mm: (N, n + details)."""
@@ -149,4 +172,5 @@ class ModalPlate:
         return cls(plate, mesh, **named)
 
 
-_STORED = tuple(field.name for field in fields(ModalPlate) if field.name not in ("plate", "mesh"))
+_APART = "plate", "mesh", "corrections"
+_STORED = tuple(field.name for field in fields(ModalPlate) if field.name not in _APART)

@@ -7,7 +7,7 @@ between rigid and giving edges, turns the plane into as many numbers.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg
@@ -51,10 +51,35 @@ def stresses(functions: Transverse, states: Stretched, count: int, drifting: int
     basis = _stress_basis(rigid, states.stress, count)
     drifts = _drift_basis(functions.mesh, states.values, drifting)
     forces = np.stack([spread_out(functions.mesh, component) for component in drifts])
-    reading = rigid.stress(rigid.strain(rigid.solve(forces)))
-    own, acting = reactions(rigid, basis), reactions(rigid, reading) - forces
-    giving, slipping = (_edge_work(rigid, left, own) for left in (own, acting))
-    return Stresses(basis, giving, drifts, reading, slipping)
+    own = reactions(rigid, basis)
+    reading = _stress_under(rigid, forces)
+    slipping = _edge_work(rigid, reactions(rigid, reading) - forces, own)
+    return Stresses(basis, _edge_work(rigid, own, own), drifts, reading, slipping)
+
+
+def stretching_read(functions: Transverse, plane: Stresses, forces: F64) -> Stresses:
+    """Return the same stresses with other displacements: what is read of u and v, exactly.
+
+    Parameters
+    ----------
+    functions : Transverse
+    plane : Stresses
+    forces : (2, 2 nx + 2, 2 ny + 2, R) float64
+        Readings by the unknowns of u and v; the drifts become what balances these as forces.
+    """
+    rigid = Membrane(functions.held, functions.mesh)
+    reading = _stress_under(rigid, forces)
+    own, acting = reactions(rigid, plane.stress), reactions(rigid, reading) - forces
+    return replace(
+        plane,
+        drifts=rigid.solve(forces),
+        reading=reading,
+        slipping=_edge_work(rigid, acting, own),
+    )
+
+
+def _stress_under(rigid: Membrane, forces: F64) -> F64:
+    return rigid.stress(rigid.strain(rigid.solve(forces)))
 
 
 def _stress_basis(rigid: Membrane, stress: F64, count: int) -> F64:

@@ -86,6 +86,24 @@ def _details(mesh: Mesh, count: int) -> int:
     return max(min(int(_DETAIL * count), nx * ny // 4 - count), 0)
 
 
+def bending_read(functions: Transverse, loads: F64) -> Transverse:
+    """Return the same functions with other details: what the modes leave out of what is read of w.
+
+    An adjoint solution is what is read of a touch anywhere, all modes in it.
+
+    Parameters
+    ----------
+    functions : Transverse
+    loads : (2 nx + 2, 2 ny + 2, R) float64
+        Readings by the unknowns of w.
+    """
+    adjoint = Linear(functions.held, functions.mesh).solve(loads)
+    kept, firm = functions.values[..., : functions.count], np.diag(functions.stiffness)
+    amplitudes = np.tensordot(kept, loads, ([0, 1], [0, 1])) / firm[: functions.count, None]
+    left = adjoint - np.tensordot(kept, amplitudes, 1)
+    return replace(functions, details=left, firmness=np.ones(left.shape[2]))
+
+
 def rigidly_held(plate: Plate) -> Plate:
     """Return the flat, untense plate that is rigid wherever a spring of rotation or membrane is."""
     sides = {side: _rigid(getattr(plate.sides, side)) for side in SIDES}

@@ -19,9 +19,8 @@ import fe
 import models
 from fe.elements.functional import recovered
 from fe.elements.mesh import Mesh
-from fe.linear.linear import CURVATURES, Linear
+from fe.linear.linear import CURVATURES
 from fe.reduced.karman import Deflected
-from rig.plates import cached
 from rig.report.figure import Figure
 from rig.studies.real_bench.as_it_is import MANY, NONE, ONE, SEEDS, TABLE, Bars, cells
 from rig.studies.real_bench.departure import ALL, SAID
@@ -40,6 +39,12 @@ from rig.studies.study import line, run
 from rig.system.arrays import F64
 
 NOISE = 2e-6
+# Small strains exx, eyy and exy by slopes of u (0) and v (1), by x (1, 0) and y (0, 1).
+_IN_PLANE = (
+    ((0, (1, 0), 1.0),),
+    ((1, (0, 1), 1.0),),
+    ((0, (0, 1), 0.5), (1, (1, 0), 0.5)),
+)
 _STATED = np.array([0.3, 0.3, 0.02])  # mm, mm, fraction: σ that a list of presses states
 
 
@@ -72,25 +77,17 @@ def strain(mesh: Mesh, height: float, raised: F64, plane: tuple[F64, F64]) -> F6
     )
 
 
-def with_gauges(modal: fe.ModalPlate) -> fe.ModalPlate:
-    """Return the plate with what its modes leave out of each gauge as the details of it.
-
-    Curvature at an edge converges slowly in modes. Where the plate is as described, an adjoint
-    solution is what a gauge reads of a touch anywhere, all modes in it; the modes' part is taken
-    off, and what is left bends by itself as details do.
-    """
-    mesh, places, height = modal.mesh, ring(), 0.5 * modal.plate.thickness
-    loads = np.zeros((*mesh.shape, 3 * len(places)))
-    for k, (p, q) in enumerate(CURVATURES):
+def readings(mesh: Mesh, height: float) -> fe.Readings:
+    """Return what the gauges read of a plate on a mesh; channels as those of `strain`."""
+    places, count = ring(), 3 * len(ring())
+    bent, stretched = np.zeros((*mesh.shape, count)), np.zeros((2, *mesh.shape, count))
+    for k, ((p, q), parts) in enumerate(zip(CURVATURES, _IN_PLANE, strict=True)):
         columns = np.arange(k * len(places), (k + 1) * len(places))
-        recovered(mesh, places, p, q).add_to(loads, np.full(len(places), -height), columns)
-    adjoint = Linear(modal.plate, mesh).solve(loads)
-    kept = modal.values[..., : modal.count]
-    amplitudes = (
-        np.tensordot(kept, loads, ([0, 1], [0, 1])) / np.diag(modal.stiffness)[: modal.count, None]
-    )
-    left = adjoint - np.tensordot(kept, amplitudes, 1)
-    return replace(modal, details=left, firmness=np.ones(left.shape[2]))
+        recovered(mesh, places, p, q).add_to(bent, np.full(len(places), -height), columns)
+        for along, order, weight in parts:
+            each = np.full(len(places), weight)
+            recovered(mesh, places, *order).add_to(stretched[along], each, columns)
+    return fe.Readings(bent, stretched)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +97,7 @@ class Gauges:
     Attributes
     ----------
     modal : fe.ModalPlate
-        That of `with_gauges`.
+        That which carries their `readings`.
     """
 
     modal: fe.ModalPlate
@@ -108,13 +105,13 @@ class Gauges:
     def at(self, values: F64, thicker: float = 0.0) -> models.Seen:
         """Strain by all fields of the plate; no camera takes part."""
         modal, thick = self.modal, float(np.exp(thicker))
-        height, count = 0.5 * thick * modal.plate.thickness, modal.values.shape[2]
-        strains = strain(modal.mesh, height, modal.values, (modal.drifts[0], modal.drifts[1]))
-        bent, stretched = np.split(strains, [count], axis=1)
-        bent = np.hstack([bent, thick * np.eye(len(strains))])
-        none = np.zeros((len(values), len(strains), bent.shape[1] + stretched.shape[1]))
+        height, none = 0.5 * thick * modal.plate.thickness, np.zeros((*modal.mesh.shape, 0))
+        modes = strain(modal.mesh, height, modal.values, (none, none))
+        own = np.eye(len(modes))  # details and stretching of a gauge are read by it alone
+        bent, stretched = np.hstack([modes, thick * own]), own
+        by_camera = np.zeros((len(values), len(own), bent.shape[1] + len(own)))
         by_thickness = np.hstack([bent, np.zeros_like(stretched)])
-        return models.Seen(np.hstack([bent, stretched]), none, by_thickness)
+        return models.Seen(np.hstack([bent, stretched]), by_camera, by_thickness)
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,7 +163,8 @@ class Session:
 def gauges() -> Iterator[Figure]:
     """Score touches before and after nine presses."""
     prior = before()
-    modal = with_gauges(cached.modal(SAID, lambda done, total: None))
+    mesh = fe.even_grid(SAID, 40)
+    modal = fe.modal_plate(SAID, mesh=mesh, readings=readings(mesh, 0.5 * SAID.thickness))
     look, plate = Gauges(modal), fe.BenchPlate(modal, fe.bench_values())
     zero = np.zeros(len(models.CAMERA))
     fields = models.BenchFields(plate).whole.through(look.at(zero), zero)
