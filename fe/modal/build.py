@@ -100,25 +100,33 @@ def modal_plate(
     step(_LONG.functions)
     coarse = stresses(functions, light(functions, forms), *_COARSE)
     step(_LONG.light)
-    near = _assembled(plate, functions, forms, coarse)
+    near = _assembled(plate, functions, forms, coarse, _STRETCHING)
     step(_LONG.near)
     learned = stresses(functions, drawn(functions, forms, near, step), _STRESSES, _DRIFTS)
     step(_LONG.stresses)
-    if readings is not None:
-        learned = stretching_read(functions, learned, readings.stretched)
-        functions = bending_read(functions, readings.bent)
-    found = _assembled(plate, functions, forms, learned)
-    if readings is not None:
-        found = replace(found, corrections=_corrections(functions, forms, learned))
+    if readings is None:
+        found = _assembled(plate, functions, forms, learned, _STRETCHING)
+    else:
+        found = _read(plate, functions, forms, learned, readings)
     step(_LONG.products)
     return found
 
 
+def _read(
+    plate: Plate, functions: Transverse, forms: F64, plane: Stresses, readings: Readings
+) -> ModalPlate:
+    """Multiply all functions; every mode stretches, for a strain shows what few modes leave out."""
+    plane = stretching_read(functions, plane, readings.stretched)
+    functions = bending_read(functions, readings.bent)
+    found = _assembled(plate, functions, forms, plane, functions.count)
+    return replace(found, corrections=_corrections(functions, forms, plane))
+
+
 def _corrections(functions: Transverse, forms: F64, plane: Stresses) -> Corrections:
-    """Multiply the details of a plate with its functions and shapes."""
+    """Multiply the details of a plate with all its functions and shapes."""
     gauss = Membrane(functions.held, functions.mesh).gauss
-    slopes = gauss.slopes(functions.values[..., _taking_part(functions)])
-    own, uniform = gauss.slopes(functions.details), _uniform(gauss)
+    slopes, own = gauss.slopes(functions.values), gauss.slopes(functions.details)
+    uniform = _uniform(gauss)
     return Corrections(
         tense=_products(gauss, uniform, own, slopes),
         stretching=_products(gauss, plane.stress, own, slopes),
@@ -131,10 +139,12 @@ def _uniform(gauss: Gauss) -> F64:
     return np.eye(3)[:, None, None, :] * np.ones((1, *gauss.weights.shape, 1))
 
 
-def _assembled(plate: Plate, functions: Transverse, forms: F64, plane: Stresses) -> ModalPlate:
-    """Multiply all functions of a plate with one another."""
+def _assembled(
+    plate: Plate, functions: Transverse, forms: F64, plane: Stresses, stretching: int
+) -> ModalPlate:
+    """Multiply all functions of a plate with one another; so many modes stretch it."""
     rigid = Membrane(functions.held, functions.mesh)
-    taking_part = _taking_part(functions)
+    taking_part = _taking_part(functions, stretching)
     slopes, rising = rigid.gauss.slopes(functions.values[..., taking_part]), _rising(rigid.gauss)
     all_stresses = np.concatenate([plane.stress, -plane.reading], axis=3)
     return ModalPlate(
@@ -157,11 +167,11 @@ def _assembled(plate: Plate, functions: Transverse, forms: F64, plane: Stresses)
     )
 
 
-def _taking_part(functions: Transverse) -> I64:
-    """Return indices of the functions that stretch the plate."""
+def _taking_part(functions: Transverse, modes: int) -> I64:
+    """Return indices of the functions that stretch the plate: so many modes, and all turns."""
     total = functions.values.shape[2]
     every = np.arange(total, dtype=np.int64)
-    return np.concatenate([every[: min(_STRETCHING, functions.count)], every[functions.count :]])
+    return np.concatenate([every[: min(modes, functions.count)], every[functions.count :]])
 
 
 def _legendre(places: F64, highest: int) -> F64:
