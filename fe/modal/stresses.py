@@ -8,6 +8,7 @@ between rigid and giving edges, turns the plane into as many numbers.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 import scipy.linalg
@@ -15,9 +16,16 @@ import scipy.linalg
 from fe.arrays import F64
 from fe.elements.mesh import Mesh
 from fe.linear.membrane import Membrane, Stretched
+from fe.modal.parameters import SIDES
 from fe.modal.transverse import Transverse, moments
-from fe.plate.edges import Edge
-from fe.reduced.basis import balanced, spread_out
+from fe.plate.edges import Edge, Edges, Springs, edge_of
+from fe.reduced.basis import balanced, leading, spread_out
+
+SOFT = 0.3
+"""How far edges give of which stresses are learned, in parts of what the whole plate does."""
+
+_STRONG = 1e3
+_FURTHER = 40  # stresses for each edge that may give, where strain is read
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +35,8 @@ class Stresses:
     Attributes
     ----------
     stress : (3, gx, gy, M) float64, N/mm
-        In balance with themselves, orthonormal in their energy.
+        In balance with themselves, orthonormal in their energy; then zeros, for the shares of what
+        acts in corners.
     giving : (8, M, M) float64
         Energy of the edges, ∮ t t or ∮ s t t, by a unit of compliance of each and of its slope.
     drifts : (2, 2 nx + 2, 2 ny + 2, U) float64
@@ -51,10 +60,8 @@ def stresses(functions: Transverse, states: Stretched, count: int, drifting: int
     basis = _stress_basis(rigid, states.stress, count)
     drifts = _drift_basis(functions.mesh, states.values, drifting)
     forces = np.stack([spread_out(functions.mesh, component) for component in drifts])
-    own = reactions(rigid, basis)
     reading = _stress_under(rigid, forces)
-    slipping = _edge_work(rigid, reactions(rigid, reading) - forces, own)
-    return Stresses(basis, _edge_work(rigid, own, own), drifts, reading, slipping)
+    return _with_edges(rigid, basis, drifts, reading, forces)
 
 
 def stretching_read(functions: Transverse, plane: Stresses, forces: F64) -> Stresses:
@@ -69,13 +76,53 @@ def stretching_read(functions: Transverse, plane: Stresses, forces: F64) -> Stre
     """
     rigid = Membrane(functions.held, functions.mesh)
     reading = _stress_under(rigid, forces)
-    own, acting = reactions(rigid, plane.stress), reactions(rigid, reading) - forces
-    return replace(
-        plane,
-        drifts=rigid.solve(forces),
+    stress = np.concatenate([plane.stress, _giving_way(rigid, forces, reading, plane.stress)], 3)
+    return _with_edges(rigid, stress, rigid.solve(forces), reading, forces)
+
+
+def _with_edges(rigid: Membrane, stress: F64, drifts: F64, reading: F64, forces: F64) -> Stresses:
+    """Compute how edges move under stresses, and under shares of what acts in corners."""
+    shares = _shares(rigid)
+    own = _tractions(rigid, reactions(rigid, stress))
+    own = [np.concatenate(pair, axis=2) for pair in zip(own, shares, strict=True)]
+    acting = _tractions(rigid, reactions(rigid, reading) - forces)
+    none = np.zeros((*stress.shape[:3], shares[0].shape[2]))
+    return Stresses(
+        stress=np.concatenate([stress, none], axis=3),
+        giving=_edge_work(rigid, own, own),
+        drifts=drifts,
         reading=reading,
         slipping=_edge_work(rigid, acting, own),
     )
+
+
+def _giving_way(rigid: Membrane, forces: F64, reading: F64, known: F64) -> F64:
+    """Stresses by which a reading changes where an edge gives, that are not among those known.
+
+    An adjoint state between edges that give is that between rigid ones and a stress in balance with
+    itself. With these among the stresses, what is read is right to second order.
+    """
+    plate, found = rigid.plate, known[..., :0]
+    soft = SOFT * np.sqrt(plate.area) / (plate.young * plate.thickness)
+    for edge in np.flatnonzero([_holds(getattr(plate.sides, side)) for side in SIDES]):
+        giving = soft * (np.arange(len(SIDES)) == edge)
+        change = _stress_under(softened(rigid, giving), forces) - reading
+        basis = np.concatenate([known, found], axis=3)
+        change -= basis @ rigid.work(basis, _strain_of(rigid, change))
+        energy = rigid.work(change, _strain_of(rigid, change))
+        found = np.concatenate([found, change @ leading(0.5 * (energy + energy.T), _FURTHER)], 3)
+    return found
+
+
+def softened(rigid: Membrane, giving: F64) -> Membrane:
+    """Let edges give by `giving` (4,) mm²/N where they hold."""
+    plate = rigid.plate
+    sides = {side: getattr(plate.sides, side) for side in SIDES}
+    for (side, edge), compliance in zip(sides.items(), giving.tolist(), strict=True):
+        if compliance > 0 and _holds(edge):
+            deflection, rotation, _ = edge.springs
+            sides[side] = edge_of(Springs(deflection, rotation, 1.0 / compliance))
+    return Membrane(replace(plate, edges=Edges(**sides)), rigid.mesh)
 
 
 def _stress_under(rigid: Membrane, forces: F64) -> F64:
@@ -113,26 +160,54 @@ def reactions(rigid: Membrane, stress: F64) -> F64:
     return np.stack([rigid.gauss.loads(xx, xy), rigid.gauss.loads(xy, yy)])
 
 
-def _edge_work(rigid: Membrane, left: F64, right: F64) -> F64:
-    """Integrals ∮ t t' and ∮ s t t' over each edge, (8, L, R), of tractions with these reactions.
+def _tractions(rigid: Membrane, forces: F64) -> list[F64]:
+    """Tractions with these reactions, on each edge that holds: (2, n, C) by functions along it.
 
-    What acts in a corner is shared by the edges that hold the plate there.
+    What acts in a corner is shared evenly by the edges that hold the plate there; see `_shares`.
     """
-    found = np.zeros((8, left.shape[-1], right.shape[-1]))
+    found: list[F64] = []
     for edge in range(4):
         axis, last = divmod(edge, 2)
-        if not _holds(rigid.plate.sides.along(axis)[last]):
-            continue
-        line = rigid.mesh.lines[1 - axis]
-        ends = np.ones(line.unknowns)
-        ends[[0, -2]] = [
-            1.0 / (1 + _holds(next_one)) for next_one in rigid.plate.sides.along(1 - axis)
-        ]
-        solve = scipy.linalg.inv(moments(line, 0))
-        one, other = (
-            solve @ (ends[:, None] * np.moveaxis(table, axis + 1, 1)[:, -2 if last else 0])
-            for table in (left, right)
-        )
+        acting = np.moveaxis(forces, axis + 1, 1)[:, -2 if last else 0].copy()
+        for end, beside in zip((0, -2), rigid.plate.sides.along(1 - axis), strict=True):
+            acting[:, end] /= 1 + _holds(beside)
+        held = _holds(rigid.plate.sides.along(axis)[last])
+        spread = scipy.linalg.inv(moments(rigid.mesh.lines[1 - axis], 0))
+        found.append(spread @ acting if held else np.zeros(acting.shape))
+    return found
+
+
+def _shares(rigid: Membrane) -> list[F64]:
+    """Tractions by which two edges may share otherwise what acts in their corner, (2, n, S).
+
+    No stress goes with them: the edge that gives less takes more. Each is so strong that edges
+    which give as they may have a thousand times its energy as a stress.
+    """
+    sides, lines, plate = rigid.plate.sides, rigid.mesh.lines, rigid.plate
+    corners = [
+        (west, south)
+        for west, south in product((0, 1), (0, 1))
+        if _holds(sides.along(0)[west]) and _holds(sides.along(1)[south])
+    ]
+    found = [np.zeros((2, lines[1 - edge // 2].unknowns, 2 * len(corners))) for edge in range(4)]
+    for number, (west, south) in enumerate(corners):
+        for edge, end, sign in ((west, south, 1.0), (2 + south, west, -1.0)):
+            line = lines[1 - edge // 2]
+            acting = np.zeros(line.unknowns)
+            acting[-2 if end else 0] = sign
+            traction = scipy.linalg.solve(moments(line, 0), acting)
+            for component in (0, 1):
+                found[edge][component, :, 2 * number + component] = traction
+    soft = SOFT * np.sqrt(plate.area) / (plate.young * plate.thickness)
+    strong = np.sqrt(_STRONG * min(line.unit for line in lines) / soft)
+    return [strong * each for each in found]
+
+
+def _edge_work(rigid: Membrane, left: list[F64], right: list[F64]) -> F64:
+    """Integrals ∮ t t' and ∮ s t t' of tractions over each edge, (8, L, R)."""
+    found = np.zeros((8, left[0].shape[-1], right[0].shape[-1]))
+    for edge, (one, other) in enumerate(zip(left, right, strict=True)):
+        line = rigid.mesh.lines[1 - edge // 2]
         for power in (0, 1):
             weighed = moments(line, power) @ other
             found[2 * edge + power] = np.einsum("dil,dir->lr", one, weighed)

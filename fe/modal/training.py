@@ -8,7 +8,6 @@ states that are met in use.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from itertools import product
 from typing import NamedTuple
 
@@ -17,11 +16,10 @@ import numpy as np
 from fe.arrays import F64
 from fe.linear.membrane import Membrane, Stretched, stretch
 from fe.modal.bench import BenchPlate
-from fe.modal.parameters import MEMBRANE, NAMES, ROTATION, SHAPE, SIDES, TENSION
+from fe.modal.parameters import MEMBRANE, NAMES, ROTATION, SHAPE, TENSION
 from fe.modal.plate import ModalPlate
+from fe.modal.stresses import SOFT, softened
 from fe.modal.transverse import Transverse
-from fe.plate.edges import Edges, Springs, edge_of
-from fe.plate.plate import Plate
 from fe.reduced.training import evenly
 
 _PRESSED = (6, 4)  # places of light touches, along the longer side and the other
@@ -32,7 +30,7 @@ _SMALLEST = 0.2  # force, of the largest
 _FARTHEST = 5.0  # thicknesses by which the largest would bend the plate if it were linear
 # Of a bench: shape at rest in thicknesses, strain by tension, and how far edges give, in parts of
 # what the whole plate does.
-_SHAPE, _STRAIN, _MEMBRANE, _ROTATION = 0.15, 3.5e-5, 0.3, 0.02
+_SHAPE, _STRAIN, _ROTATION = 0.15, 3.5e-5, 0.02
 
 
 class _Bent(NamedTuple):
@@ -53,8 +51,8 @@ def light(functions: Transverse, shapes: F64) -> Stretched:
     parts.append(stretch(rigid.gauss.slopes(shapes @ mixture), touched))
     strain = np.concatenate(parts, axis=3)
     side = np.sqrt(functions.held.area) / (functions.held.young * functions.held.thickness)
-    kinds = np.zeros(4), np.full(4, _MEMBRANE * side)
-    return _joined([_relaxed(rigid, strain, giving) for giving in kinds])
+    kinds = np.zeros(4), np.full(4, SOFT * side)
+    return _joined([softened(rigid, giving).relax(strain) for giving in kinds])
 
 
 def _light(functions: Transverse) -> tuple[F64, F64]:
@@ -83,7 +81,7 @@ def drawn(
         bent = _bent(modal, shapes, _bench(modal, number, rng), fractions)
         slopes, rest = rigid.gauss.slopes(bent.values), rigid.gauss.slopes(bent.shape)
         steeper = slopes[0] + 2.0 * rest[0], slopes[1] + 2.0 * rest[1]
-        states.append(_relaxed(rigid, stretch(slopes, steeper), bent.giving))
+        states.append(softened(rigid, bent.giving).relax(stretch(slopes, steeper)))
         step()
     return _joined(states)
 
@@ -97,7 +95,7 @@ def _bench(modal: ModalPlate, number: int, rng: np.random.Generator) -> F64:
     values[TENSION] = tension * [1.0, 1.0, 0.3]
     kinds = [np.zeros(4), np.eye(4)[number // 4 % 4], rng.uniform(size=4), rng.uniform(size=4)]
     giving = kinds[number % 4]
-    values[MEMBRANE][::2] = giving * _MEMBRANE * side / stiff
+    values[MEMBRANE][::2] = giving * SOFT * side / stiff
     values[ROTATION][::2] = giving * _ROTATION * side / plate.rigidity
     return values
 
@@ -123,22 +121,6 @@ def _largest(modal: ModalPlate) -> float:
     at = modal.value(np.array(list(product(x, y))))[:, : modal.count]
     softest = float(np.max(at**2 @ (1.0 / np.diag(modal.stiffness)[: modal.count])))
     return _FARTHEST * modal.plate.thickness / softest
-
-
-def _relaxed(rigid: Membrane, strain: F64, giving: F64) -> Stretched:
-    """States in the plane between edges that give by `giving` (4,) mm²/N where they hold."""
-    plate = rigid.plate
-    for side, compliance in zip(SIDES, giving, strict=True):
-        if compliance > 0 and getattr(plate.sides, side).springs.membrane > 0:
-            plate = _with_spring(plate, side, 1.0 / float(compliance))
-    return Membrane(plate, rigid.mesh).relax(strain)
-
-
-def _with_spring(plate: Plate, side: str, spring: float) -> Plate:
-    edges = {each: getattr(plate.sides, each) for each in SIDES}
-    deflection, rotation, _ = edges[side].springs
-    edges[side] = edge_of(Springs(deflection, rotation, spring))
-    return replace(plate, edges=Edges(**edges))
 
 
 def _joined(states: list[Stretched]) -> Stretched:
