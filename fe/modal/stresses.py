@@ -24,7 +24,7 @@ from fe.reduced.basis import balanced, leading, spread_out
 SOFT = 0.3
 """How far edges give of which stresses are learned, in parts of what the whole plate does."""
 
-_STRONG = 1e3
+_STRONG = 10.0
 _FURTHER = 40  # stresses for each edge that may give, where strain is read
 
 
@@ -181,7 +181,8 @@ def _shares(rigid: Membrane) -> list[F64]:
     """Tractions by which two edges may share otherwise what acts in their corner, (2, n, S).
 
     No stress goes with them: the edge that gives less takes more. Each is so strong that edges
-    which give as they may have a thousand times its energy as a stress.
+    which give as those of learning have ten times its energy as a stress; stronger ones would turn
+    unstable between edges that give by a little less than nothing, as an estimate may have it.
     """
     sides, lines, plate = rigid.plate.sides, rigid.mesh.lines, rigid.plate
     corners = [
