@@ -19,7 +19,7 @@ from fe.modal.plate import Corrections, ModalPlate
 from fe.modal.shapes import shapes
 from fe.modal.stresses import Stresses, grading, stresses, stretching_read
 from fe.modal.training import BENCHES, drawn, light
-from fe.modal.transverse import Transverse, bending_read, transverse
+from fe.modal.transverse import WAVES, Transverse, bending_read, transverse
 from fe.plate.checks import whole
 from fe.plate.plate import Plate
 
@@ -27,6 +27,7 @@ _ELEMENTS = 40  # along the longer side
 _MODES = 160
 # Modes beyond these bend, but stretch the plate too little to count.
 _STRETCHING = 96
+_FINE_WAVES = 8  # of an edge that turns under gauges
 _STRESSES, _DRIFTS = 110, 160
 _COARSE = 60, 1  # stresses and drifts of the plate whose states are learned from
 
@@ -96,7 +97,9 @@ def modal_plate(
 
     step(0)
     mesh = even_grid(plate, _ELEMENTS) if mesh is None else mesh
-    functions, forms = transverse(plate, mesh, whole(count, "number of modes")), shapes(plate, mesh)
+    waves = WAVES if readings is None else _FINE_WAVES
+    functions = transverse(plate, mesh, whole(count, "number of modes"), waves)
+    forms = shapes(plate, mesh)
     step(_LONG.functions)
     coarse = stresses(functions, light(functions, forms), *_COARSE)
     step(_LONG.light)

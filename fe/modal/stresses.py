@@ -104,9 +104,9 @@ def _giving_way(rigid: Membrane, forces: F64, reading: F64, known: F64) -> F64:
     """
     plate, found = rigid.plate, known[..., :0]
     soft = SOFT * np.sqrt(plate.area) / (plate.young * plate.thickness)
-    for edge in np.flatnonzero([_holds(getattr(plate.sides, side)) for side in SIDES]):
-        giving = soft * (np.arange(len(SIDES)) == edge)
-        change = _stress_under(softened(rigid, giving), forces) - reading
+    held = np.array([_holds(getattr(plate.sides, side)) for side in SIDES])
+    for giving in np.concatenate([np.diag(held)[held], held[None]]):  # one alone, then all
+        change = _stress_under(softened(rigid, soft * giving), forces) - reading
         basis = np.concatenate([known, found], axis=3)
         change -= basis @ rigid.work(basis, _strain_of(rigid, change))
         energy = rigid.work(change, _strain_of(rigid, change))

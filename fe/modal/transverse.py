@@ -25,7 +25,9 @@ from fe.modal.parameters import SIDES
 from fe.plate.edges import Edge, Edges, Springs, edge_of
 from fe.plate.plate import Plate
 
-_WAVES = 4  # an edge
+WAVES = 4
+"""Of each edge that may turn."""
+
 _DETAIL = 1.5  # details by modes: with them the modal plate carries a touch to 0.1 %
 
 
@@ -66,12 +68,12 @@ class Transverse:
         return derivative(self.mesh, xy, p, q).of(self.values)
 
 
-def transverse(plate: Plate, mesh: Mesh, count: int) -> Transverse:
-    """Compute `count` modes and the turns of a plate on a mesh."""
+def transverse(plate: Plate, mesh: Mesh, count: int, waves: int = WAVES) -> Transverse:
+    """Compute `count` modes of a plate on a mesh, and turns of each edge by so many `waves`."""
     held = rigidly_held(plate)
     shapes = modes(held, count + _details(mesh, count), mesh)
     kept, further = np.split(shapes.values, [count], axis=2)
-    turned, giving = _turns(held, mesh)
+    turned, giving = _turns(held, mesh, waves)
     matrix = np.zeros((count + len(giving[0]),) * 2)
     matrix[:count, :count] = np.diag(shapes.stiffness[:count])
     matrix[count:, count:] = _bending(held, mesh, turned)
@@ -116,24 +118,24 @@ def _rigid(edge: Edge) -> Edge:
     return edge_of(Springs(springs.deflection, rotation, membrane))
 
 
-def _turns(held: Plate, mesh: Mesh) -> tuple[F64, F64]:
+def _turns(held: Plate, mesh: Mesh, count: int) -> tuple[F64, F64]:
     """Unknowns (2 nx + 2, 2 ny + 2, J) of all turns and how edges give to moments, (8, J, J)."""
     linear, kept = Linear(held, mesh), loosened(held, mesh)
     index, matrix = np.ix_(*kept), stiffness(held, mesh, kept)
     turning = [k for k, edge in enumerate(_in_order(held)) if isinf(edge.springs.rotation)]
     tables = [np.zeros((*mesh.shape, 0))]
-    giving = np.zeros((8, _WAVES * len(turning), _WAVES * len(turning)))
+    giving = np.zeros((8, count * len(turning), count * len(turning)))
     for block, edge in enumerate(turning):
         axis, last = divmod(edge, 2)
         # Along the next edges nothing deflects, and this one turns least where it meets them.
-        waves = held_polynomials(mesh.lines[1 - axis], held.sides.along(1 - axis), _WAVES)
-        table = np.zeros((*mesh.shape, _WAVES))
+        waves = held_polynomials(mesh.lines[1 - axis], held.sides.along(1 - axis), count)
+        table = np.zeros((*mesh.shape, count))
         # The unknown of a slope is the slope times the mean length of an element.
         np.moveaxis(table, axis, 0)[-1 if last else 1] = waves * mesh.units[axis]
         loads = np.zeros(table.shape)
-        loads[index] = (matrix @ table[index].reshape(-1, _WAVES)).reshape(table[index].shape)
+        loads[index] = (matrix @ table[index].reshape(-1, count)).reshape(table[index].shape)
         tables.append(table - linear.solve(loads))
-        own = slice(_WAVES * block, _WAVES * (block + 1))
+        own = slice(count * block, count * (block + 1))
         giving[2 * edge : 2 * edge + 2, own, own] = _compliance(mesh.lines[1 - axis], waves)
     return np.concatenate(tables, axis=2), giving
 
