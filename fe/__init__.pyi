@@ -44,12 +44,13 @@ from .modal.bench import (
     BenchPlate as BenchPlate,
     Pressed as Pressed,
 )
-from .modal.build import Readings as Readings, modal_plate as modal_plate
+from .modal.build import modal_plate as modal_plate
 from .modal.parameters import (
     BENCH_PARAMETERS as BENCH_PARAMETERS,
     bench_values as bench_values,
 )
 from .modal.plate import ModalPlate as ModalPlate
+from .modal.readings import Readings as Readings, strain_readings as strain_readings
 from .output.plot import draw as draw
 from .output.vtu import write_sheet as write_sheet, write_vtu as write_vtu
 from .plate.edges import (

@@ -16,6 +16,7 @@ from fe.linear.energy import rigidities
 from fe.linear.membrane import Membrane
 from fe.modal.parameters import DEGREES
 from fe.modal.plate import Corrections, ModalPlate
+from fe.modal.readings import Readings
 from fe.modal.shapes import shapes
 from fe.modal.stresses import Stresses, grading, stresses, stretching_read
 from fe.modal.training import BENCHES, drawn, light
@@ -30,21 +31,6 @@ _STRETCHING = 96
 _FINE_WAVES = 8  # of an edge that turns under gauges
 _STRESSES, _DRIFTS = 110, 160
 _COARSE = 60, 1  # stresses and drifts of the plate whose states are learned from
-
-
-class Readings(NamedTuple):
-    """What is read of a plate where no image shows all of it, R numbers: strain at gauges, say.
-
-    Attributes
-    ----------
-    bent : (2 nx + 2, 2 ny + 2, R) float64
-        By the unknowns of w.
-    stretched : (2, 2 nx + 2, 2 ny + 2, R) float64
-        By those of u and v.
-    """
-
-    bent: F64
-    stretched: F64
 
 
 class _Long(NamedTuple):

@@ -89,7 +89,7 @@ class ModalPlate:
     firmness : (D,) float64
         Their bending energy.
     corrections : Corrections, optional
-        Where the plane bends the details too; not kept in files.
+        Where the plane bends the details too.
     """
 
     plate: Plate
@@ -155,6 +155,8 @@ class ModalPlate:
     def arrays(self) -> dict[str, np.ndarray]:
         """Return all of it as named arrays, for a file."""
         named: dict[str, Any] = {name: getattr(self, name) for name in _STORED}
+        if self.corrections is not None:
+            named |= {f"corrections_{name}": getattr(self.corrections, name) for name in _PRODUCTS}
         return store(self.plate, self.mesh, **named)
 
     @classmethod
@@ -166,11 +168,15 @@ class ModalPlate:
         ValueError
             An array is missing or has the wrong shape.
         """
-        plate, mesh, found = restore(arrays, *_STORED)
-        named: dict[str, Any] = dict(zip(_STORED, found, strict=True))
+        corrected = [f"corrections_{name}" for name in _PRODUCTS]
+        corrected = corrected if corrected[0] in arrays else []
+        plate, mesh, found = restore(arrays, *_STORED, *corrected)
+        named: dict[str, Any] = dict(zip(_STORED, found, strict=False))
         named["count"] = int(named["count"])
-        return cls(plate, mesh, **named)
+        corrections = Corrections(*found[len(_STORED) :]) if corrected else None
+        return cls(plate, mesh, **named, corrections=corrections)
 
 
 _APART = "plate", "mesh", "corrections"
+_PRODUCTS = tuple(field.name for field in fields(Corrections))
 _STORED = tuple(field.name for field in fields(ModalPlate) if field.name not in _APART)

@@ -12,15 +12,12 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 import fe
 import models
-from fe.elements.functional import recovered
-from fe.elements.mesh import Mesh
-from fe.linear.linear import CURVATURES
-from fe.reduced.karman import Deflected
 from rig.report.figure import Figure
 from rig.studies.real_bench.as_it_is import MANY, NONE, ONE, SEEDS, TABLE, Bars, cells
 from rig.studies.real_bench.departure import ALL, SAID
@@ -39,55 +36,12 @@ from rig.studies.study import line, run
 from rig.system.arrays import F64
 
 NOISE = 2e-6
-# Small strains exx, eyy and exy by slopes of u (0) and v (1), by x (1, 0) and y (0, 1).
-_IN_PLANE = (
-    ((0, (1, 0), 1.0),),
-    ((1, (0, 1), 1.0),),
-    ((0, (0, 1), 0.5), (1, (1, 0), 0.5)),
-)
 _STATED = np.array([0.3, 0.3, 0.02])  # mm, mm, fraction: σ that a list of presses states
 
 
 def ring() -> F64:
     """Places of the gauges, (72, 2) mm."""
     return models.gauges_on_edges(SAID.size, SAID.size[0] / 20, SAID.size[0] / 20)
-
-
-def strain(mesh: Mesh, height: float, raised: F64, plane: tuple[F64, F64]) -> F64:
-    """Small strain at the gauges, (3 · 72, C): exx, eyy, exy of each of C functions.
-
-    Parameters
-    ----------
-    mesh : Mesh
-    height : float, mm
-        Of the face over the middle plane.
-    raised : (2 nx + 2, 2 ny + 2, A) float64, mm
-        Deflections along +z.
-    plane : two (2 nx + 2, 2 ny + 2, B) float64, mm
-        Displacements along x and y; the C = A + B functions are those, then these.
-    """
-    places, (u, v) = ring(), plane
-    bent = [recovered(mesh, places, p, q).of(raised) for p, q in CURVATURES]
-    ux, uy, vx, vy = (
-        recovered(mesh, places, p, q).of(along) for along in (u, v) for p, q in ((1, 0), (0, 1))
-    )
-    stretched = ux, vy, 0.5 * (uy + vx)
-    return np.concatenate(
-        [np.hstack([-height * w, s]) for w, s in zip(bent, stretched, strict=True)]
-    )
-
-
-def readings(mesh: Mesh, height: float) -> fe.Readings:
-    """Return what the gauges read of a plate on a mesh; channels as those of `strain`."""
-    places, count = ring(), 3 * len(ring())
-    bent, stretched = np.zeros((*mesh.shape, count)), np.zeros((2, *mesh.shape, count))
-    for k, ((p, q), parts) in enumerate(zip(CURVATURES, _IN_PLANE, strict=True)):
-        columns = np.arange(k * len(places), (k + 1) * len(places))
-        recovered(mesh, places, p, q).add_to(bent, np.full(len(places), -height), columns)
-        for along, order, weight in parts:
-            each = np.full(len(places), weight)
-            recovered(mesh, places, *order).add_to(stretched[along], each, columns)
-    return fe.Readings(bent, stretched)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,16 +51,18 @@ class Gauges:
     Attributes
     ----------
     modal : fe.ModalPlate
-        That which carries their `readings`.
+        That which carries their readings.
+    readings : fe.Readings
+        Of the plate as it is said.
     """
 
     modal: fe.ModalPlate
+    readings: fe.Readings
 
     def at(self, values: F64, thicker: float = 0.0) -> models.Seen:
         """Strain by all fields of the plate; no camera takes part."""
-        modal, thick = self.modal, float(np.exp(thicker))
-        height, none = 0.5 * thick * modal.plate.thickness, np.zeros((*modal.mesh.shape, 0))
-        modes = strain(modal.mesh, height, modal.values, (none, none))
+        thick = float(np.exp(thicker))
+        modes = thick * np.tensordot(self.readings.bent, self.modal.values, ([0, 1], [0, 1]))
         own = np.eye(len(modes))  # details and stretching of a gauge are read by it alone
         bent, stretched = np.hstack([modes, thick * own]), own
         by_camera = np.zeros((len(values), len(own), bent.shape[1] + len(own)))
@@ -129,12 +85,12 @@ class Session:
         """Mean strain of some frames of a touch x, y, F, (3 · 72,)."""
         x, y, force = touch.tolist()
         state = self.truth.solved((fe.Touch(x, y, force),))
-        return self._strain(state) + rng.normal(0.0, NOISE / np.sqrt(frames), 3 * len(ring()))
+        strain = self._readings.of(state.values[..., 0], state.plane.values[..., 0])
+        return strain + rng.normal(0.0, NOISE / np.sqrt(frames), 3 * len(ring()))
 
-    def _strain(self, state: Deflected) -> F64:
-        u, v = state.plane.values
-        mesh = self.truth.karman.mesh
-        return strain(mesh, self.truth.height, state.values, (u, v)).sum(axis=1)
+    @cached_property
+    def _readings(self) -> fe.Readings:
+        return fe.strain_readings(self.truth.karman.mesh, ring(), self.truth.height)
 
     def presses(self) -> list[models.Press]:
         """Press at the nine places; see `rig.studies.real_bench.session`."""
@@ -164,8 +120,9 @@ def gauges() -> Iterator[Figure]:
     """Score touches before and after nine presses."""
     prior = before()
     mesh = fe.even_grid(SAID, 40)
-    modal = fe.modal_plate(SAID, mesh=mesh, readings=readings(mesh, 0.5 * SAID.thickness))
-    look, plate = Gauges(modal), fe.BenchPlate(modal, fe.bench_values())
+    readings = fe.strain_readings(mesh, ring(), 0.5 * SAID.thickness)
+    modal = fe.modal_plate(SAID, mesh=mesh, readings=readings)
+    look, plate = Gauges(modal, readings), fe.BenchPlate(modal, fe.bench_values())
     zero = np.zeros(len(models.CAMERA))
     fields = models.BenchFields(plate).whole.through(look.at(zero), zero)
     forward = models.BenchForward(fields, np.eye(3 * len(ring())) / NOISE)
