@@ -44,7 +44,7 @@ def read(modal, values):
 
 
 def whole(plate):
-    """The same of the whole plate of von Kármán on its own mesh."""
+    """Read the whole plate of von Kármán on its own mesh."""
     karman = Karman(plate, fe.grid(plate, 30))
     state = karman.solve(pressure(karman, tuple(fe.Touch(*touch) for touch in TOUCHES)))
     readings = fe.strain_readings(karman.mesh, GAUGES, 0.5)
