@@ -25,7 +25,7 @@ SOFT = 0.3
 """How far edges give of which stresses are learned, in parts of what the whole plate does."""
 
 _STRONG = 10.0
-_FURTHER = 40  # stresses for each edge that may give, where strain is read
+_FURTHER = 40  # stresses for each edge that may give, and for all, where strain is read
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,9 +102,10 @@ def _giving_way(rigid: Membrane, forces: F64, reading: F64, known: F64) -> F64:
     An adjoint state between edges that give is that between rigid ones and a stress in balance with
     itself. With these among the stresses, what is read is right to second order.
     """
-    plate, found = rigid.plate, known[..., :0]
+    plate = rigid.plate
     soft = SOFT * np.sqrt(plate.area) / (plate.young * plate.thickness)
     held = np.array([_holds(getattr(plate.sides, side)) for side in SIDES])
+    found = known[..., :0]
     for giving in np.concatenate([np.diag(held)[held], held[None]]):  # one alone, then all
         change = _stress_under(softened(rigid, soft * giving), forces) - reading
         basis = np.concatenate([known, found], axis=3)
