@@ -284,3 +284,13 @@ def test_a_weight_sets_the_newton_of_a_bench_that_is_not_found_yet(forward, fram
     learned = learning.learned
     assert (learned.touches, learned.weights, learned.gathered) == (0, 1, 1)
     assert learned.force_sigma < 0.5 * before
+
+
+def test_a_forward_model_apart_remembers_nothing_of_the_loop(forward):
+    here, elsewhere = np.array([[60.0, 80.0, 2.0]]), np.array([[150.0, 90.0, 2.0]])
+    forward.read(here)
+    beside = forward.apart()
+    beside.read(elsewhere)
+    assert beside.fields.beside(here) is None
+    assert forward.fields.beside(here) is not None
+    assert forward.fields.beside(elsewhere) is None

@@ -14,6 +14,7 @@ import h5py
 import numpy as np
 import pytest
 
+from rig.recording.playback import Playback
 from rig.recording.recorder import RESERVE, SessionRecorder
 from rig.recording.replay import replay
 from rig.recording.session import open_session
@@ -42,6 +43,21 @@ def test_a_replay_finds_the_same_touches_bit_for_bit(session, tmp_path):
         assert [(t.x, t.y, t.force) for t in one.frame.truth] == [
             (mark.x, mark.y, mark.force) for mark in shot.truth
         ]
+
+
+def test_a_recording_plays_with_the_times_of_then_however_late_it_is_read(session, tmp_path):
+    path = tmp_path / "session.h5"
+    session(path, PRESSED[:8])
+    with open_session(path) as recording:
+        taken = recording.columns()["frames/captured"]
+        played = Playback(recording)
+        frames = [played.grab(10.0)]
+        time.sleep(2.0 * (taken[-1] - taken[0]))  # all others are late
+        frames += [played.grab(10.0) for _ in taken[1:]]
+    captured = np.array([frame.captured for frame in frames])
+    np.testing.assert_allclose(np.diff(captured), np.diff(taken), atol=1e-6)
+    assert all(frame.given >= frame.captured for frame in frames)
+    assert frames[-1].late > 0.5 * (taken[-1] - taken[0])
 
 
 def test_a_slow_disk_leaves_frames_out_and_the_others_are_found_again(
