@@ -10,6 +10,7 @@ chooses and mixes windows; all else that it reads says how.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -40,31 +41,82 @@ _ROOTS = np.array([0.1 * (a * b) ** 0.5 for a, b in (*WINDOWS, *MEANS)], np.floa
 
 @dataclass(frozen=True, eq=False)
 class PairFeatures:
-    """What the net reads of a pair, cell by cell.
+    """What a pair says about what is known of its motion, cell by cell.
+
+    What only the net reads is computed when it is asked for.
 
     Attributes
     ----------
-    inputs : (INPUTS, R', C') float32
-        Filled up to its stride.
-    windows : (2, PARTS, R, C) float32, px
-        Motion left over of u and v, as each of `WINDOWS` says it; and the mean of the motion so far
-        over each of `MEANS`, less the motion itself.
-    size : (R, C) float32, px
-        Local size of the motion left over with its noise.
+    sums : (R, C, 6) float32
+        Means over cells of Jx², Jx Jy, Jy², -Jx r, -Jy r, r², over the contrast.
+    motion : PairMotion
+        What is known.
     noise : (R, C) float32, px
         σ of a window of 5 x 5 cells.
     zncc : (R, C) float32
         Correlation of both images around each cell.
     left : (R, C) float32, px²
         Mean square of the residual that no motion of 5 x 5 cells explains, over the contrast.
+    usual : (R, C) float32, px²
+        Mean of that, far around.
     """
 
-    inputs: F32
-    windows: F32
-    size: F32
+    sums: F32
+    motion: PairMotion
     noise: F32
     zncc: F32
     left: F32
+    usual: F32
+
+    @cached_property
+    def five(self) -> F32:
+        """Motion left over in windows of 5 x 5 cells, (R, C, 2) px."""
+        return _window(self.sums, WINDOWS[_FIVE])
+
+    @cached_property
+    def nine(self) -> F32:
+        """Motion left over in windows of 9 x 9 cells, (R, C, 2) px."""
+        return _window(self.sums, WINDOWS[_NINE])
+
+    @cached_property
+    def windows(self) -> F32:
+        """Motion left over of u and v, as each of `WINDOWS` says it, (2, PARTS, R, C) px.
+
+        Then the mean of the motion so far over each of `MEANS`, less the motion itself.
+        """
+        known = {_FIVE: self.five, _NINE: self.nine}
+        here = np.ascontiguousarray(np.moveaxis(self.motion.cells, 0, -1))
+        every = [
+            known[k] if k in known else _window(self.sums, window)
+            for k, window in enumerate(WINDOWS)
+        ]
+        every += [_box(here, window) - here for window in MEANS]
+        return np.ascontiguousarray(np.moveaxis(np.stack(every), -1, 0))
+
+    @cached_property
+    def size(self) -> F32:
+        """Local size of the motion left over with its noise, (R, C) px."""
+        power = 0.5 * np.square(self.windows[:, 0]).sum(axis=0)
+        around = _box(np.asarray(power, np.float32), WINDOWS[3])
+        return np.sqrt(around + np.square(self.noise))
+
+    @cached_property
+    def inputs(self) -> F32:
+        """What the net reads, (INPUTS, R', C'), filled up to its stride."""
+        size, noise, small = self.size, self.noise, _box(self.sums, WINDOWS[_FIVE])
+        scores = np.arcsinh(self.windows * _ROOTS[:, None, None] / noise)
+        inputs = np.concatenate([
+            scores.reshape(-1, *size.shape),
+            small[..., 0:1].transpose(2, 0, 1) - 1, small[..., 1:2].transpose(2, 0, 1),
+            small[..., 2:3].transpose(2, 0, 1) - 1,
+            0.5 * np.log(size / noise)[None], 0.5 * np.log(noise)[None] + 2,
+            (np.sqrt(np.maximum(self.left, 0) / (self.usual + 1e-12)) - 1)[None],
+            0.5 * np.log(self.motion.sigma / noise) + 0.5,
+        ])  # fmt: skip
+        return _whole(inputs.astype(np.float32))
+
+
+_FIVE, _NINE = WINDOWS.index((5, 5)), WINDOWS.index((9, 9))
 
 
 def pair_features(pair: ImagePair, motion: PairMotion) -> PairFeatures:
@@ -75,31 +127,11 @@ def pair_features(pair: ImagePair, motion: PairMotion) -> PairFeatures:
     covered = _box(on_cells(weight), (_WIDE, _WIDE)) + np.float32(1e-3)
     contrast = _box(0.5 * (sums[..., 0] + sums[..., 2]), (_WIDE, _WIDE)) / covered
     sums /= contrast[..., None] + np.float32(1e-3)
-    here = np.ascontiguousarray(np.moveaxis(motion.cells, 0, -1))
-    windows = np.stack(
-        [_window(sums, window) for window in WINDOWS]
-        + [_box(here, window) - here for window in MEANS]
-    )
-    small = _box(sums, WINDOWS[1])
-    left = _left_over(small)
-    wide = _box(left, (_WIDE, _WIDE)) / covered
-    pixels = 4 * WINDOWS[1][0] * WINDOWS[1][1]
+    left = _left_over(_box(sums, WINDOWS[_FIVE]))
+    wide = np.asarray(_box(left, (_WIDE, _WIDE)) / covered, np.float32)
+    pixels = 4 * WINDOWS[_FIVE][0] * WINDOWS[_FIVE][1]
     noise = np.maximum(np.sqrt(np.maximum(wide, 0) / pixels), np.float32(_FAINT))
-    power = 0.5 * np.square(windows[0]).sum(axis=-1)
-    size = np.sqrt(_box(power, WINDOWS[3]) + np.square(noise))
-    windows = np.ascontiguousarray(np.moveaxis(windows, -1, 0))
-    scores = np.arcsinh(windows * _ROOTS[:, None, None] / noise)
-    inputs = np.concatenate([
-        scores.reshape(-1, *size.shape),
-        small[..., 0:1].transpose(2, 0, 1) - 1, small[..., 1:2].transpose(2, 0, 1),
-        small[..., 2:3].transpose(2, 0, 1) - 1,
-        0.5 * np.log(size / noise)[None], 0.5 * np.log(noise)[None] + 2,
-        (np.sqrt(np.maximum(left, 0) / (wide + 1e-12)) - 1)[None],
-        0.5 * np.log(motion.sigma / noise) + 0.5,
-    ])  # fmt: skip
-    return PairFeatures(
-        _whole(inputs.astype(np.float32)), windows, size, noise, on_cells(zncc), left
-    )
+    return PairFeatures(sums, motion, noise, on_cells(zncc), left, wide)
 
 
 def _lit_as(first: F32, second: F32, weight: F32) -> tuple[F32, F32]:

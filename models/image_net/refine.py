@@ -11,7 +11,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter, uniform_filter
 
 from models.arrays import F32, Mask
-from models.image_net.features import WINDOWS, PairFeatures, pair_features
+from models.image_net.features import PairFeatures, pair_features
 from models.image_net.network import mixed, run
 from models.image_net.store import ImageNet
 from models.image_net.warped_pair import ImagePair, PairMotion, on_pixels
@@ -51,13 +51,13 @@ class RefinedCells:
 def refine(net: ImageNet, pair: ImagePair, motion: PairMotion) -> RefinedCells:
     """Refine a motion that is nearly right, until it leaves no more than noise."""
     first = seen = pair_features(pair, motion)
-    strange = np.zeros(seen.size.shape, bool)
+    strange = np.zeros(seen.noise.shape, bool)
     for _ in range(PASSES):
         cells, sigma, wild = _refined(net, seen, motion)
         strange |= wild | _strange(net, seen)
         motion = PairMotion(on_pixels(cells, pair.first.shape), sigma)
         seen = pair_features(pair, motion)
-        if np.mean(_left(seen, _FIVE) > _MISFIT) < _FEW:
+        if np.mean(_left(seen, seen.five) > _MISFIT) < _FEW:
             break
     wrong = strange | _misfits(seen) | _worse(first, seen) | (seen.zncc < _ALIKE)
     return RefinedCells(motion.cells, motion.sigma, ~np.asarray(maximum_filter(wrong, _RIM), bool))
@@ -74,7 +74,7 @@ def evaluate(net: ImageNet, inputs: F32) -> F32:
 
 def _refined(net: ImageNet, seen: PairFeatures, motion: PairMotion) -> tuple[F32, F32, Mask]:
     """Motion and σ of the cells after a pass, (2, R, C) each, and where it went wild, (R, C)."""
-    rows, columns = seen.size.shape
+    rows, columns = seen.noise.shape
     out = evaluate(net, seen.inputs[None])[..., :rows, :columns]
     moved, growth = (part[0] for part in mixed(out, seen.windows[None], seen.size[None]))
     wild = ~np.all(np.abs(moved) <= _FARTHEST, axis=0) | ~np.isfinite(growth).all(axis=0)
@@ -96,29 +96,26 @@ def _shrinkage(moved: F32, noise: F32) -> F32:
 def _strange(net: ImageNet, seen: PairFeatures) -> Mask:
     """Cells of which an input lies outside of what training has seen."""
     middle, half = (net.high + net.low) / 2, _SLACK * (net.high - net.low) / 2
-    rows, columns = seen.size.shape
+    rows, columns = seen.noise.shape
     return ~np.all(np.abs(seen.inputs - middle) <= half, axis=0)[:rows, :columns]
 
 
 def _misfits(left: PairFeatures) -> Mask:
     """Cells around which a motion is left, or more of the images, than noise leaves."""
     near = np.asarray(uniform_filter(left.left, _NEAR, mode="nearest"))
-    return (_left(left, _FIVE) > _MISFIT) | (near > _LOUD * np.median(left.left))
+    return (_left(left, left.five) > _MISFIT) | (near > _LOUD * np.median(left.left))
 
 
 def _worse(before: PairFeatures, after: PairFeatures) -> Mask:
     """Cells around which the net leaves more motion in the images than it has found there."""
-    worse = np.zeros(after.size.shape, bool)
-    for window in (_FIVE, _NINE):
-        worse |= _left(after, window) > (1 + _WORSE) * _left(before, window)
+    worse = np.zeros(after.noise.shape, bool)
+    for now, then in ((after.five, before.five), (after.nine, before.nine)):
+        worse |= _left(after, now) > (1 + _WORSE) * _left(before, then)
     return worse
 
 
-def _left(seen: PairFeatures, window: int) -> F32:
-    """Mean square of the motion that windows find, over the variance of those of 5 x 5 cells."""
-    chi = np.square(seen.windows[:, window] / seen.noise).mean(axis=0)
+def _left(seen: PairFeatures, motion: F32) -> F32:
+    """Mean square of the motion in windows (R, C, 2), over the variance of those of 5 x 5 cells."""
+    chi = np.square(motion / seen.noise[..., None]).mean(axis=-1)
     around: F32 = uniform_filter(chi, _AROUND, mode="nearest")
     return around
-
-
-_FIVE, _NINE = WINDOWS.index((5, 5)), WINDOWS.index((9, 9))
