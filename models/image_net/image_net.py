@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.ndimage import map_coordinates
+from scipy.ndimage import map_coordinates, spline_filter
 
 from dic import DisplacementField, Reference, Status, adaptive_field, check_image
 from models.arrays import F64, AnyArray, Mask
@@ -94,9 +94,10 @@ def _at_points(found: DisplacementField, cells: RefinedCells) -> NetField:
     nearest = np.rint(place).astype(np.int64)
     nearest = np.clip(nearest, 0, np.array(cells.known.shape)[:, None] - 1)
     by_net = cells.known[nearest[0], nearest[1]] & np.isin(found.status, _REFINED)
-    values = np.stack([_interpolated(part, place) for part in _finite(cells.motion)])
+    splines = [spline_filter(part, 3, mode="nearest") for part in _finite(cells.motion)]
+    values = np.stack([_interpolated(spline, place) for spline in splines])
     sigma = cells.sigma[:, nearest[0], nearest[1]].astype(np.float64)
-    slopes = np.stack([_slopes(part, place) for part in _finite(cells.motion)], axis=1)
+    slopes = np.stack([_slopes(spline, place) for spline in splines], axis=1)
     each = by_net[:, None, None]
     field = replace(
         found,
@@ -116,16 +117,16 @@ def _finite(motion: AnyArray) -> F64:
     return np.nan_to_num(motion).astype(np.float64)
 
 
-def _interpolated(plane: F64, place: F64) -> F64:
-    """Cubic spline through the middles of the cells."""
-    return np.asarray(map_coordinates(plane, place, order=3, mode="nearest"))
+def _interpolated(spline: F64, place: F64) -> F64:
+    """Read the cubic spline through the middles of the cells, given by its coefficients."""
+    return np.asarray(map_coordinates(spline, place, order=3, mode="nearest", prefilter=False))
 
 
-def _slopes(plane: F64, place: F64) -> F64:
+def _slopes(spline: F64, place: F64) -> F64:
     """∂/∂x and ∂/∂y at places, by differences over two cells: (N, 2) px per px."""
     down, right = np.array([[1.0], [0.0]]), np.array([[0.0], [1.0]])
     steps = [
-        _interpolated(plane, place + step) - _interpolated(plane, place - step)
+        _interpolated(spline, place + step) - _interpolated(spline, place - step)
         for step in (right, down)
     ]
     return np.column_stack(steps) / (2 * CELL)

@@ -67,9 +67,14 @@ def evaluate(net: ImageNet, inputs: F32) -> F32:
     """Run the net: (B, INPUTS, R, C) float32, (B, OUTPUTS, R, C)."""
     import torch
 
-    weights = {name: torch.from_numpy(array) for name, array in net.weights.items()}
+    def read(array: F32) -> torch.Tensor:
+        # Convolutions on a CPU are a fifth faster with the channels of a cell side by side.
+        last = torch.channels_last if array.ndim == 4 else torch.contiguous_format
+        return torch.from_numpy(array).contiguous(memory_format=last)
+
+    weights = {name: read(array) for name, array in net.weights.items()}
     with torch.inference_mode():
-        return np.asarray(run(weights, torch.from_numpy(inputs)).numpy())
+        return np.asarray(run(weights, read(inputs)).contiguous().numpy())
 
 
 def _refined(net: ImageNet, seen: PairFeatures, motion: PairMotion) -> tuple[F32, F32, Mask]:
