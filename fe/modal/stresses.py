@@ -35,7 +35,7 @@ class Stresses:
     Attributes
     ----------
     stress : (3, gx, gy, M) float64, N/mm
-        In balance with themselves, orthonormal in their energy; then zeros, for the shares of what
+        In balance with themselves, orthonormal in their energy; then zeros, for the splits of what
         acts in corners.
     giving : (8, M, M) float64
         Energy of the edges, ∮ t t or ∮ s t t, by a unit of compliance of each and of its slope.
@@ -81,12 +81,12 @@ def stretching_read(functions: Transverse, plane: Stresses, forces: F64) -> Stre
 
 
 def _with_edges(rigid: Membrane, stress: F64, drifts: F64, reading: F64, forces: F64) -> Stresses:
-    """Compute how edges move under stresses, and under shares of what acts in corners."""
-    shares = _shares(rigid)
+    """Compute how edges move under stresses, and under splits of what acts in corners."""
+    splits = _splits(rigid)
     own = _tractions(rigid, reactions(rigid, stress))
-    own = [np.concatenate(pair, axis=2) for pair in zip(own, shares, strict=True)]
+    own = [np.concatenate(pair, axis=2) for pair in zip(own, splits, strict=True)]
     acting = _tractions(rigid, reactions(rigid, reading) - forces)
-    none = np.zeros((*stress.shape[:3], shares[0].shape[2]))
+    none = np.zeros((*stress.shape[:3], splits[0].shape[2]))
     return Stresses(
         stress=np.concatenate([stress, none], axis=3),
         giving=_edge_work(rigid, own, own),
@@ -164,7 +164,7 @@ def reactions(rigid: Membrane, stress: F64) -> F64:
 def _tractions(rigid: Membrane, forces: F64) -> list[F64]:
     """Tractions with these reactions, on each edge that holds: (2, n, C) by functions along it.
 
-    What acts in a corner is shared evenly by the edges that hold the plate there; see `_shares`.
+    What acts in a corner is split evenly between the edges that hold the plate there; see `_splits`.
     """
     found: list[F64] = []
     for edge in range(4):
@@ -178,8 +178,8 @@ def _tractions(rigid: Membrane, forces: F64) -> list[F64]:
     return found
 
 
-def _shares(rigid: Membrane) -> list[F64]:
-    """Tractions by which two edges may share otherwise what acts in their corner, (2, n, S).
+def _splits(rigid: Membrane) -> list[F64]:
+    """Tractions by which two edges may split otherwise what acts in their corner, (2, n, S).
 
     No stress goes with them: the edge that gives less takes more. Each is so strong that edges
     which give as those of learning have ten times its energy as a stress; stronger ones would turn
