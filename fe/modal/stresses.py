@@ -164,7 +164,7 @@ def reactions(rigid: Membrane, stress: F64) -> F64:
 def _tractions(rigid: Membrane, forces: F64) -> list[F64]:
     """Tractions with these reactions, on each edge that holds: (2, n, C) by functions along it.
 
-    What acts in a corner is split evenly between the edges that hold the plate there; see `_splits`.
+    What acts in a corner is split evenly between the edges that hold it; see `_splits`.
     """
     found: list[F64] = []
     for edge in range(4):
