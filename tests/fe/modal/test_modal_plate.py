@@ -11,10 +11,10 @@ from fe.elements.functional import derivative
 from fe.modal.transverse import rigidly_held
 from fe.reduced.karman import Karman
 from fe.reduced.training import pressure
+from tests.fe.modal.differences import by_parameter, by_touches
 
 PLATE = fe.Plate((150.0, 110.0), 1.0, 3000.0, 0.38)
 NAMES = [name for name, _ in fe.BENCH_PARAMETERS]
-STEPS = {"rotation": 1e-6, "membrane": 1e-6}
 TOUCHES = np.array([[50.0, 40.0, 6.0], [110.0, 75.0, 3.0]])
 UNEVEN = fe.bench_values(
     young=-0.1,
@@ -139,25 +139,14 @@ def test_what_a_description_gives_are_the_same_numbers(modal):
 def test_derivatives_by_touches(modal):
     bench = fe.BenchPlate(modal, UNEVEN)
     exact = bench.press(TOUCHES).jacobian()
-    for k in range(6):
-        change = np.zeros(6)
-        change[k] = 1e-3
-        ahead, behind = (
-            bench.press(TOUCHES + sign * change.reshape(2, 3)).values for sign in (1, -1)
-        )
-        numeric = (ahead - behind) / 2e-3
-        assert np.abs(numeric - exact[:, k]).max() < 1e-5 * np.abs(numeric).max()
+    for found, numeric in zip(exact.T, by_touches(bench, TOUCHES), strict=True):
+        assert np.abs(numeric - found).max() < 1e-5 * np.abs(numeric).max()
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_derivatives_by_the_bench(modal, name):
     exact = fe.BenchPlate(modal, UNEVEN).press(TOUCHES).by_parameters()[:, NAMES.index(name)]
-    step = STEPS.get(name.split("_")[0], 1e-4)
-    change = fe.bench_values(**{name: step})
-    ahead, behind = (
-        fe.BenchPlate(modal, UNEVEN + sign * change).press(TOUCHES).values for sign in (1, -1)
-    )
-    numeric = (ahead - behind) / (2 * step)
+    numeric = by_parameter(modal, UNEVEN, TOUCHES, name)
     assert np.abs(numeric).max() > 0
     assert np.abs(numeric - exact).max() < 1e-5 * np.abs(numeric).max()
 
