@@ -10,7 +10,7 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check
 export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: help install torch demo test kernels slow lint format bench report images docs system-deps clean
+.PHONY: help install torch demo test kernels slow gpu lint format bench report images docs system-deps clean
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -51,6 +51,9 @@ kernels: $(STAMP)
 
 slow: $(STAMP)  ## slow statistics, and every row of the table of stiff and extreme cases
 	$(PYTEST) -m slow
+
+gpu: $(STAMP)  ## the tests that need a GPU, where there is one
+	$(BIN)/python -m pytest -m gpu
 
 lint: $(STAMP)
 	$(BIN)/ruff check .

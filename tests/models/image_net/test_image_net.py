@@ -292,8 +292,8 @@ def test_cells_of_a_pair_keep_its_size(pair, shipped):
     assert cells.sigma.shape == cells.motion.shape
 
 
-def test_a_training_here_says_nearly_what_one_on_a_cpu_does(monkeypatch):
-    """Where there is a GPU this compares it with the CPU, elsewhere two runs of one seed."""
+@pytest.mark.gpu
+def test_a_training_on_a_gpu_says_nearly_what_one_on_a_cpu_does(monkeypatch):
     here = models.train_image_net(TINY)
     monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
     on_cpu = models.train_image_net(TINY)

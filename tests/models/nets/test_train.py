@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 from models.data import dataset
+from models.nets.checkpoint import Checkpoint
 from models.nets.batches import superposed_batches
 from models.nets.net import NetOptions, predict
 from models.nets.set_encoding import encode
 from models.nets.train import Recipe, train_net
 from models.scores.score import matched_error, position_error
 
-pytest.importorskip("torch")
+torch = pytest.importorskip("torch")
 
 SIZE = (60.0, 40.0)
 TANH = NetOptions((16, 16), "tanh")
@@ -62,6 +63,17 @@ def test_the_same_generator_gives_the_same_net_and_another_another():
         np.testing.assert_array_equal(weights, weights_again)
         np.testing.assert_array_equal(biases, biases_again)
     assert not np.array_equal(first.net.layers[0][0], other.net.layers[0][0])
+
+
+@pytest.mark.gpu
+def test_a_large_net_learns_on_a_gpu_what_it_learns_on_a_cpu(monkeypatch, tmp_path):
+    wide = NetOptions((512,) * 4, "tanh")
+    place = Checkpoint(tmp_path / "half.npz", 10)
+    there = trained(30, wide, learning_rate=1e-3, checkpoint=place)
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
+    here = trained(30, wide, learning_rate=1e-3)
+    np.testing.assert_allclose(there.history, here.history, rtol=1e-2)
+    assert not place.path.exists()
 
 
 def test_the_force_of_the_training_touches_does_not_matter():
