@@ -12,6 +12,7 @@ from models import BenchForward, Estimate, LargeForward, Result
 from rig.live.baseline import ReferenceFrame, drift_weight, is_consistent
 from rig.live.bench import Bench, PreparedBench
 from rig.live.chain import ChainState, at_rest
+from rig.live.confirmation import confirmed
 from rig.live.first_touches import NextBench
 from rig.live.frame_estimate import NO_ESTIMATE, FrameEstimate, estimate_frame
 from rig.live.learning import on_learned
@@ -103,6 +104,7 @@ class FrameProcessor:
             drift_weight(frame.captured - last),
             frame.captured,
         )
+        frame_estimate = confirmed(self.chain, frame_estimate, before)
         if self._net:
             frame_estimate = self._net.estimate(self.chain, frame.image, frame_estimate, watch)
         watch.add(LATENCY, self._clock() - frame.given)

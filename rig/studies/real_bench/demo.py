@@ -1,19 +1,25 @@
 """The demo as a newcomer sees it: the tour of `bench-real` on the calibration that comes with it.
 
 Parts: few (every frame of one tour of 25 s), tours (of four), outrun (one frame of three of twelve
-tours, as a machine shows them that does not keep up). Truth is the whole plate of von Kármán on its
-own mesh, seen by a camera that is otherwise than the scene says; the loop has the scene, the
-shipped calibration of nine presses, and learns on while it runs. Place and force: each touch of
+tours, as a machine shows them that does not keep up), live (`touchplate run` itself, three times
+3000 frames, as fast as the machine is). Truth is the whole plate of von Kármán on its own mesh, seen
+by a camera that is otherwise than the scene says; the loop has the scene, the shipped calibration of
+nine presses, and learns on while it runs. Place and force: each touch of
 frames in which all that press with 0.5 N or more are found and nothing else; inside 1 and 2 σ: x, y
 and F each, of frames that are FOUND.
 """
 
 from __future__ import annotations
 
+import json
+import subprocess
+import sys
+import tempfile
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -35,6 +41,9 @@ from rig.system.frame import Frame
 
 TABLE = "The demo as a newcomer sees it"
 WEAKEST = 0.5  # N
+RUNS, FRAMES = 3, 3000
+LIVE = "--headless", "--json", "--frames", str(FRAMES)
+PROGRAM = "from rig.cli import main; main()"
 PLACE, FAR, FORCE, NONE = at_most(0.4), at_most(1.0), at_most(1.5), at_most(0.0)
 
 
@@ -150,7 +159,44 @@ def _figures(case: str, seen: Seen, learned: dict[str, float], seconds: float) -
     )
 
 
-PARTS = {"few": partial(tours, 1), "tours": partial(tours, 4), "outrun": partial(tours, 12, 3)}
+def live() -> Iterator[Figure]:
+    """Count what is found that is not there while the loop runs in real time."""
+    runs = [run_summary() for _ in range(RUNS)]
+    frames = sum(each["pattern"]["frames"] for each in runs)
+    yield from line(
+        TABLE,
+        f"{SCENE}, live, {RUNS} runs",
+        **{
+            "false touches": (
+                sum(each["pattern"]["false_touches"] for each in runs),
+                "",
+                NONE,
+                frames,
+            ),
+            "frames": (frames, ""),
+            "dropped": (sum(each["dropped"] for each in runs), ""),
+        },
+    )
+
+
+def run_summary() -> dict[str, Any]:
+    """Run the scene, knowing nothing of earlier runs; what it says at its end."""
+    with tempfile.TemporaryDirectory() as folder:
+        said = subprocess.run(
+            [sys.executable, "-c", PROGRAM, "run", SCENE, *LIVE],
+            cwd=folder,  # where what a run learns is kept
+            stdout=subprocess.PIPE,
+            check=True,
+        )
+    return json.loads(said.stdout)
+
+
+PARTS = {
+    "few": partial(tours, 1),
+    "tours": partial(tours, 4),
+    "outrun": partial(tours, 12, 3),
+    "live": live,
+}
 
 if __name__ == "__main__":
     run(PARTS, __doc__)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from models.data import dataset
-from models.nets.checkpoint import Checkpoint
 from models.nets.batches import superposed_batches
+from models.nets.checkpoint import Checkpoint
 from models.nets.net import NetOptions, predict
 from models.nets.set_encoding import encode
 from models.nets.train import Recipe, train_net

@@ -1,0 +1,37 @@
+"""A touch that one frame alone shows, and is not sure of, waits for the next frame.
+
+Noise brings a touch that lowers χ² by enough once in some thousand frames, for one frame. A finger
+that lands is beyond doubt in its first frame or in its second.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from models import Result
+from rig.live.chain import Chain, ChainState
+from rig.live.frame_estimate import FrameEstimate
+
+
+def confirmed(chain: Chain, found: FrameEstimate, before: ChainState) -> FrameEstimate:
+    """Leave out touches beyond those of the last frame where the frame cannot tell them.
+
+    They stay in the state, so that a frame that shows them again reports them.
+
+    Parameters
+    ----------
+    chain : Chain
+    found : FrameEstimate
+        What the frame says by itself.
+    before : ChainState
+        After the last frame.
+    """
+    estimate, known = found.estimate, len(before.touches)
+    doubtful = estimate.result is Result.UNRESOLVABLE and estimate.count > known
+    if not doubtful or found.measured is None:
+        return found
+    _, estimator = chain.masked_models.for_mask(found.hidden)
+    fewer = estimator.fit_whitened(
+        found.measured, before.touches, count=known, left=found.state.memory.left
+    )
+    return replace(found, estimate=fewer)
