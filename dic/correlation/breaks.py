@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from dic.arrays import F64, I8, I64, Mask
-from dic.correlation import residuals
 from dic.correlation.deformed_image import DeformedImage
+from dic.correlation.jumps import jumps
 from dic.correlation.newton import Points
 from dic.correlation.reference import Reference
 from dic.fields.displacement import Status
@@ -18,6 +18,7 @@ _SUSPECT = 3.5  # σ above the usual noise from which a subset is looked at
 _JUMP = 0.2  # px, between the two motions
 _PLAIN = 40.0  # χ² of a jump that no noise makes
 _TOUCHED = 1.0  # of half a subset, from its middle: a break farther out does no harm
+_MIDDLE = 0.6  # of half a subset: the lines that are tried reach so far from its middle
 _LINKED = 8.0  # of half a subset: between two lines so far apart the material is broken too
 _FAR = 0.1  # px beside a line by which a px along it is less sure: eight directions are tried
 _ALIKE = 0.45  # of a jump, by which that between the points on both sides may differ
@@ -49,17 +50,17 @@ _NO_LINES = Lines(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0, dtype=np.int64
 
 def lines(ref: Reference, points: Points, frame: DeformedImage, noise: F64, status: I8) -> Lines:
     """Find the lines of breaks that cross the middle of a subset for certain."""
-    here = np.flatnonzero(_louder(ref, noise, status, _SUSPECT))
-    if not len(here):
+    loud = np.flatnonzero(_louder(ref, noise, status, _SUSPECT))
+    if not len(loud):
         return _NO_LINES
-    found = residuals.jumps(ref, points, frame, here, _JUMP)
-    of_jump, of_curve = found[:, :2].T
-    level = noise[here] / median(noise[status == Status.OK])
-    # What a gap leaves over is no noise: the jump is seen beside that of the other subsets.
-    kept = (of_jump * np.maximum(level, 1) ** 2 > _PLAIN) & (of_jump > of_curve)
-    clear, found = here[kept], found[kept]
+    level = noise / median(noise[status == Status.OK])
+    first = _sparse(ref, loud)
+    clear, found = _clear(ref, points, frame, level, first)
     if not len(clear):
         return _NO_LINES
+    beside = np.setdiff1d(_around(ref, clear, loud), first)
+    more, theirs = _clear(ref, points, frame, level, beside)
+    clear, found = np.concatenate([clear, more]), np.concatenate([found, theirs])
     jump, normal = found[:, 2:4], found[:, 4:6]
     place = ref.xy[clear] + found[:, 6:] * normal
     beside = _beside(ref, points.motion, status, place, normal)
@@ -69,6 +70,36 @@ def lines(ref: Reference, points: Points, frame: DeformedImage, noise: F64, stat
     alone = np.isnan(beside[:, 0])
     agreed: Mask = (alone & strong) | (~alone & alike)
     return Lines(normal[agreed], place[agreed], clear[agreed])
+
+
+def _sparse(ref: Reference, loud: I64) -> I64:
+    """Take so many of the points `loud` of a grid that a line crosses the middle of one in any row.
+
+    A field that bends is louder everywhere, a break along a line: where these show none, there is
+    none.
+    """
+    if ref.grid is None:
+        return loud
+    apart = max(int(2 * _MIDDLE * ref.half / ref.grid.step), 1)
+    row, column = np.divmod(loud, ref.grid.shape[1])
+    return loud[(row % apart == 0) & (column % apart == 0)]
+
+
+def _around(ref: Reference, clear: I64, loud: I64) -> I64:
+    """Take the points `loud` near those of which a break is clear."""
+    near = _neighbours(ref.xy[clear], ref.xy[loud], _LINKED * ref.half)
+    return loud[np.unique(np.array([k for some in near for k in some], dtype=np.int64))]
+
+
+def _clear(
+    ref: Reference, points: Points, frame: DeformedImage, level: F64, here: I64
+) -> tuple[I64, F64]:
+    """Find which of the points `here` show a jump and no curve, and the jumps, as from `jumps`."""
+    found = jumps(ref, points, frame, here, _JUMP)
+    of_jump, of_curve = found[:, :2].T
+    # What a gap leaves over is no noise: the jump is seen beside that of the other subsets.
+    kept = (of_jump * np.maximum(level[here], 1) ** 2 > _PLAIN) & (of_jump > of_curve)
+    return here[kept], found[kept]
 
 
 def across(ref: Reference, found: Lines, noise: F64, status: I8) -> I64:

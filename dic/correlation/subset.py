@@ -70,11 +70,9 @@ def make_tools(half: int, count: int, sigma: float) -> Tools:
     rim = RIM + len(taps) // 2
     part, pixels = (width + 2 * rim) // _VECTOR * _VECTOR + _VECTOR, side * width
     more = tap_count(behind)
-    # The columns beyond the side weigh nothing; they move with the last one.
-    columns, rows = np.minimum(np.arange(pixels) % width, side - 1), np.arange(pixels) // width
     return (
         np.empty((2, pixels), np.float32),  # ξ, η
-        np.stack([columns, rows]).astype(np.float32) - half,  # about the middle of the subset
+        offsets(half),  # about the middle of the subset
         np.empty((2 * count, pixels), np.float32),  # fx·m, fy·m
         np.empty((2, pixels), np.float32),  # motion
         np.empty((2, pixels), np.int32),  # its whole part
@@ -89,6 +87,15 @@ def make_tools(half: int, count: int, sigma: float) -> Tools:
         np.empty((side + more - 1, width + more - 1), np.float32),  # pixels that these reach
         np.empty((2, side * (width + more - 1)), np.float32),  # shifted along y, and along both
     )
+
+
+def offsets(half: int) -> F32:
+    """Columns and rows of the pixels about the middle of a subset, (2, pixels)."""
+    side = 2 * half + 1
+    rows, columns = np.mgrid[:side, : side + _SPARE]
+    # The columns beyond the side weigh nothing; they move with the last one.
+    columns = np.minimum(columns, side - 1)
+    return np.stack([columns, rows]).reshape(2, -1).astype(np.float32) - half
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
