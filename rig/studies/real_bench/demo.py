@@ -2,11 +2,11 @@
 
 Parts: few (every frame of one tour of 25 s), tours (of four), outrun (one frame of three of twelve
 tours, as a machine shows them that does not keep up), live (`touchplate run` itself, three times
-3000 frames, as fast as the machine is). Truth is the whole plate of von Kármán on its own mesh, seen
-by a camera that is otherwise than the scene says; the loop has the scene, the shipped calibration of
-nine presses, and learns on while it runs. Place and force: each touch of
-frames in which all that press with 0.5 N or more are found and nothing else; inside 1 and 2 σ: x, y
-and F each, of frames that are FOUND.
+3000 frames, as fast as the machine is). Truth is the whole plate of von Kármán on its own mesh,
+seen by a camera that is otherwise than the scene says; the loop has the scene, the shipped
+calibration of nine presses, and learns on while it runs. Place and force: each touch of frames in
+which all that press with 0.5 N or more are found and nothing else; inside 1 and 2 σ: x, y and F
+each, of frames that are FOUND.
 """
 
 from __future__ import annotations

@@ -64,15 +64,19 @@ def _weights(folder: Path, long: int, number: int) -> Iterator[Figure]:
         for column, (what, unit) in enumerate((("place", "mm"), ("magnitude", "Δ0"))):
             said = f"4×128, k {k:g}, {STEPS} steps: {what}"
             rows += seeds(title, said, found[k][:, column].tolist(), unit)
+    colours: list[str] = []
     for column, (what, limit) in enumerate((("place, mm", PLACE), ("magnitude, Δ0", MAGNITUDE))):
         values = np.array([found[k][:, column] for k in WEIGHTS])
         (curve,) = axes[0, 1].plot(WEIGHTS, np.median(values, axis=1), "o-", label=f"4×128: {what}")
         spread = values.min(axis=1), values.max(axis=1)
         axes[0, 1].fill_between(WEIGHTS, *spread, color=curve.get_color(), alpha=0.2)
+        colours.append(curve.get_color())
         axes[0, 1].plot(1.0, limit, "x", color=curve.get_color(), ms=9, label=f"paper: {what}")
     wide = [_trained(WIDE, 1.0, long, seed) for seed in range(number)]
     slow = [each.curves()[""] for each in wide]
     plots.losses(axes[0, 0], slow, "tab:red", "8×256, k 1")
+    for values, colour in zip(np.transpose([scored(each) for each in wide]), colours, strict=True):
+        axes[0, 1].plot(1.0, np.median(values), "s", color=colour, label="8×256")
     solver = beside(wide[0])  # the test of all these is the same
     rows += _against(title, f"8×256, k 1, {long} steps", wide, solver)
     ahead, said = extrapolated(title, "8×256, k 1", slow[0], PLACE + MAGNITUDE)

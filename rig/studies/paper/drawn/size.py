@@ -90,7 +90,7 @@ def spacing(folder: Path) -> Iterator[Figure]:
 def finest(folder: Path) -> Iterator[Figure]:
     """Loss at spacing 1/1 by what the paper does not print of its recipe, and by more steps."""
     title = "Spacing 1/1 by the paper's recipe: what it leaves open"
-    drawn, axes = plots.canvas(1, width=6.4, height=4.2)
+    drawn, axes = plots.canvas(1, width=9.4, height=4.2)
     rows: list[Figure] = []
     for number, (name, settings) in enumerate(LEFT_OPEN.items()):
         kept = train_kept(SCENE, settings)
@@ -103,7 +103,7 @@ def finest(folder: Path) -> Iterator[Figure]:
         if kept.plan.descent.decay == "constant":
             rows += _extrapolated(title, name, curve, steps_of_the_paper(kept))
     axes[0, 0].axhline(0.06, **plots.PAPER, label="paper: 0.06 mm")
-    axes[0, 0].legend(fontsize="xx-small")
+    axes[0, 0].legend(fontsize="x-small", loc="upper left", bbox_to_anchor=(1.02, 1.0))
     yield plots.keep(drawn, folder, "paper-3d-recipe.png", title, "losses on the way, one seed")
     yield from rows
 
