@@ -24,6 +24,7 @@ Scratch: TypeAlias = tuple[F64, F64, F64, F64, F64]
 _DIRECTIONS, _OFFSETS = 8, 5  # of lines along which a subset may break: at 0, ±0.3, ±0.6 of half
 _NORMALS = tuple((math.cos(k * math.pi / 8), math.sin(k * math.pi / 8)) for k in range(8))
 _PLACES = (-0.6, -0.3, 0.0, 0.3, 0.6)
+_TOGETHER = 64  # points whose textures lie side by side: more would not stay in the cache
 _SIDE = 0.1  # fraction of Σ∇f² that must lie on each side of a break
 
 
@@ -48,10 +49,12 @@ def jumps(ref: Reference, points: Points, frame: DeformedImage, here: I64, small
     out = np.full((len(here), 7), np.nan)
     shapes = _beyond(ref.half), _curved(ref.half, ref.order + 1)
     scratch = _SCRATCH.arrays(ref.half, ref.order)
-    _fit_jumps(
-        textures_of(ref, here), (frame.pixels, frame.filtered), here, (ref.xy, points.motion),
-        normal_of(ref), (bench_tools(ref), scratch), shapes, smallest, out,
-    )  # fmt: skip
+    for first in range(0, len(here), _TOGETHER):
+        some = here[first : first + _TOGETHER]
+        _fit_jumps(
+            textures_of(ref, some), (frame.pixels, frame.filtered), some, (ref.xy, points.motion),
+            normal_of(ref), (bench_tools(ref), scratch), shapes, smallest, out[first:],
+        )  # fmt: skip
     return out
 
 

@@ -52,11 +52,12 @@ def gather(texture: F32, xy: F64, half: int) -> F32:
     out = np.zeros((xy.shape[0], 4, side * (side + _SPARE)), np.float32)
     for n in range(xy.shape[0]):
         left, top = round(xy[n, 0]) - half, round(xy[n, 1]) - half
+        first, last = max(0, -left), min(side, width - left)
         for a in range(4):
             for j in range(max(0, -top), min(side, height - top)):
-                line = j * (side + _SPARE)
-                for i in range(max(0, -left), min(side, width - left)):
-                    out[n, a, line + i] = texture[a, top + j, left + i]
+                line, row = out[n, a, j * (side + _SPARE) :], texture[a, top + j, left + first :]
+                for i in range(last - first):
+                    line[first + i] = row[i]
     return out
 
 
