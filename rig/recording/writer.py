@@ -16,6 +16,7 @@ from rig.live.baseline import ReferenceFrame
 from rig.recording.layout import FORMAT, IMAGES, LAST, VERSION, Shapes, tare_row, tare_shapes
 from rig.recording.swmr_flag import SUPERBLOCK, unmarked
 from rig.system.arrays import AnyArray
+from rig.system.deflate import deflate
 
 if TYPE_CHECKING:
     import h5py
@@ -137,11 +138,6 @@ def _append(array: h5py.Dataset, index: int, part: AnyArray, *, deflated: bool) 
     array.resize(index + 1, axis=0)
     if deflated:
         start = (index, *[0] * (array.ndim - 1))
-        array.id.write_direct_chunk(start, _deflate(part))
+        array.id.write_direct_chunk(start, deflate(part.data))
     else:
         array[index] = part
-
-
-def _deflate(image: AnyArray) -> bytes:
-    packer = zlib.compressobj(1, zlib.DEFLATED, zlib.MAX_WBITS, 9, zlib.Z_RLE)
-    return packer.compress(image.data) + packer.flush()

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import os
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -12,6 +15,7 @@ import dic
 from dic import export
 from rig.series.parts import NO_FRAME, read_part
 from rig.system.arrays import F64
+from rig.system.deflate import deflate, shuffle
 
 FORMAT, VERSION = "touchplate test", 2
 """What the file calls itself, and the version of its layout."""
@@ -67,14 +71,31 @@ def write_result(
         file["status"].attrs["NO_FRAME"] = NO_FRAME
         for status in dic.Status:
             file["status"].attrs[status.name] = int(status)
-        for number in range(len(names)):
-            part = read_part(parts, number)
-            if part is None:
-                raise OSError(f"part {number} in '{parts}' is missing; correlate again")
-            for name, values in part[0].items():
-                file[name][number] = values.reshape(grid.shape)
-            errors[number] = part[1]
+        for number, (chunks, error) in enumerate(_packed_parts(parts, len(names))):
+            for name, chunk in chunks.items():
+                file[name].id.write_direct_chunk((number, 0, 0), chunk)
+            errors[number] = error
             report(number + 1, len(names))
+
+
+def _packed_parts(parts: Path, count: int) -> Iterator[tuple[dict[str, bytes], str]]:
+    """Compress the fields of frame after frame on all cores, a few frames ahead."""
+    cores, waiting = os.cpu_count() or 1, deque[Future[tuple[dict[str, bytes], str]]]()
+    with ThreadPoolExecutor(cores) as pool:
+        for number in range(count):
+            waiting.append(pool.submit(_packed, parts, number))
+            if len(waiting) > 2 * cores:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
+
+
+def _packed(parts: Path, number: int) -> tuple[dict[str, bytes], str]:
+    """Compress the fields of a frame, and say what kept it out."""
+    part = read_part(parts, number)
+    if part is None:
+        raise OSError(f"part {number} in '{parts}' is missing; correlate again")
+    return {name: deflate(shuffle(values)) for name, values in part[0].items()}, part[1]
 
 
 def write_xdmf(path: Path, data: Path, frames: int, grid: dic.Grid, fields: Sequence[str]) -> None:
