@@ -1,7 +1,7 @@
 """A touch that one frame alone shows, and is not sure of, waits for the next frame.
 
 Noise brings a touch that lowers χ² by enough once in some thousand frames, for one frame. A finger
-that lands is beyond doubt in its first frame or in its second.
+that lands is certain in its first frame or in its second.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ def confirmed(chain: Chain, found: FrameEstimate, before: ChainState) -> FrameEs
         After the last frame.
     """
     estimate, known = found.estimate, len(before.touches)
-    doubtful = estimate.result is Result.UNRESOLVABLE and estimate.count > known
-    if not doubtful or found.measured is None:
+    uncertain = estimate.result is Result.UNRESOLVABLE and estimate.count > known
+    if not uncertain or found.measured is None:
         return found
     _, estimator = chain.masked_models.for_mask(found.hidden)
     fewer = estimator.fit_whitened(

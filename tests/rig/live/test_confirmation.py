@@ -1,4 +1,4 @@
-"""A touch in doubt is reported by the second frame that shows it."""
+"""A touch that is not certain is reported by the second frame that shows it."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -47,7 +47,7 @@ def weak():
     return frame(times_its_noise(5.5))
 
 
-def test_a_touch_in_doubt_waits_for_a_second_frame(weak):
+def test_an_uncertain_touch_waits_for_a_second_frame(weak):
     assert weak.estimate.result is models.Result.UNRESOLVABLE
     assert weak.estimate.count == 1
     first = confirmed(CHAIN, weak, state_of(NONE))
@@ -57,7 +57,7 @@ def test_a_touch_in_doubt_waits_for_a_second_frame(weak):
     assert confirmed(CHAIN, weak, first.state) is weak
 
 
-def test_a_touch_beyond_doubt_is_reported_at_once():
+def test_a_certain_touch_is_reported_at_once():
     clear = frame(times_its_noise(8.0))
     assert clear.estimate.result is models.Result.FOUND
     assert confirmed(CHAIN, clear, state_of(NONE)) is clear
