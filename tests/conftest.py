@@ -1,4 +1,4 @@
-"""What holds for every test: none is skipped in CI, none runs stale kernels or misses a GPU."""
+"""What holds for every test: none is skipped in CI, kernels are fresh, a GPU is there if needed."""
 
 import hashlib
 import os

@@ -8,7 +8,7 @@ import numpy as np
 
 from dic.arrays import F64, I8, I64, Mask
 from dic.correlation.deformed_image import DeformedImage
-from dic.correlation.jumps import jumps
+from dic.correlation.jumps import REACH, jumps
 from dic.correlation.newton import Points
 from dic.correlation.reference import Reference
 from dic.fields.displacement import Status
@@ -18,7 +18,6 @@ _SUSPECT = 3.5  # σ above the usual noise from which a subset is looked at
 _JUMP = 0.2  # px, between the two motions
 _PLAIN = 40.0  # χ² of a jump that no noise makes
 _TOUCHED = 1.0  # of half a subset, from its middle: a break farther out does no harm
-_MIDDLE = 0.6  # of half a subset: the lines that are tried reach so far from its middle
 _LINKED = 8.0  # of half a subset: between two lines so far apart the material is broken too
 _FAR = 0.1  # px beside a line by which a px along it is less sure: eight directions are tried
 _ALIKE = 0.45  # of a jump, by which that between the points on both sides may differ
@@ -80,7 +79,7 @@ def _sparse(ref: Reference, loud: I64) -> I64:
     """
     if ref.grid is None:
         return loud
-    apart = max(int(2 * _MIDDLE * ref.half / ref.grid.step), 1)
+    apart = max(int(2 * REACH * ref.half / ref.grid.step), 1)
     row, column = np.divmod(loud, ref.grid.shape[1])
     return loud[(row % apart == 0) & (column % apart == 0)]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import threading
 from functools import cache
 from typing import TypeAlias
 
@@ -17,19 +16,23 @@ from dic.correlation.reference import Reference
 from dic.correlation.residuals import Image, leave_over, textures_of
 from dic.correlation.subset import Tools, offsets
 from dic.fields import shape
+from dic.per_thread import PerThread
 
 Scratch: TypeAlias = tuple[F64, F64, F64, F64, F64]
 """Sums along a row, beyond each line, over all; terms of a curve, and what is fitted anyway."""
 
-_DIRECTIONS, _OFFSETS = 8, 5  # of lines along which a subset may break: at 0, ±0.3, ±0.6 of half
+REACH = 0.6
+"""Of half a subset: the lines along which it may break lie so far from its middle at most."""
+
+_PLACES = tuple(REACH * k / 4 for k in range(-4, 5))
 _NORMALS = tuple((math.cos(k * math.pi / 8), math.sin(k * math.pi / 8)) for k in range(8))
-_PLACES = (-0.6, -0.3, 0.0, 0.3, 0.6)
+_DIRECTIONS, _LINES = len(_NORMALS), len(_PLACES)
 _TOGETHER = 64  # points whose textures lie side by side: more would not stay in the cache
 _SIDE = 0.1  # fraction of Σ∇f² that must lie on each side of a break
 
 
 def jumps(ref: Reference, points: Points, frame: DeformedImage, here: I64, smallest: float) -> F64:
-    """Fit a jump along the best of forty lines to what subsets leave over.
+    """Fit a jump along the best of 72 lines to what subsets leave over.
 
     Parameters
     ----------
@@ -48,7 +51,7 @@ def jumps(ref: Reference, points: Points, frame: DeformedImage, here: I64, small
     """
     out = np.full((len(here), 7), np.nan)
     shapes = _beyond(ref.half), _curved(ref.half, ref.order + 1)
-    scratch = _SCRATCH.arrays(ref.half, ref.order)
+    scratch = _SCRATCH(ref.half, ref.order)
     for first in range(0, len(here), _TOGETHER):
         some = here[first : first + _TOGETHER]
         _fit_jumps(
@@ -58,34 +61,26 @@ def jumps(ref: Reference, points: Points, frame: DeformedImage, here: I64, small
     return out
 
 
-class _Kept(threading.local):
-    """The arrays in which jumps are fitted: made once a thread and size, for all frames."""
-
-    def __init__(self) -> None:
-        self.kept: dict[tuple[int, int], Scratch] = {}
-
-    def arrays(self, half: int, order: int) -> Scratch:
-        if (half, order) not in self.kept:
-            size, (monomials, pixels) = 2 * shape.count(order) + 2, _curved(half, order + 1).shape
-            numbers = 5 + 2 * size
-            self.kept[half, order] = (
-                np.zeros((2 * half + 2, numbers)),
-                np.empty((_DIRECTIONS, _OFFSETS, numbers)),
-                np.empty(numbers),
-                np.empty((2 * monomials, pixels)),
-                np.empty((size, pixels)),
-            )
-        return self.kept[half, order]
+def _make_scratch(half: int, order: int) -> Scratch:
+    size, (monomials, pixels) = 2 * shape.count(order) + 2, _curved(half, order + 1).shape
+    numbers = 5 + 2 * size
+    return (
+        np.zeros((2 * half + 2, numbers)),
+        np.empty((_DIRECTIONS, _LINES, numbers)),
+        np.empty(numbers),
+        np.empty((2 * monomials, pixels)),
+        np.empty((size, pixels)),
+    )
 
 
-_SCRATCH = _Kept()
+_SCRATCH = PerThread(_make_scratch)
 
 
 @cache
 def _beyond(half: int) -> I64:
     """Columns of each row that lie beyond each line, (directions, lines, rows, first and end)."""
     y, x = np.mgrid[-half : half + 1, -half : half + 1] / half
-    ranges = np.zeros((_DIRECTIONS, _OFFSETS, 2 * half + 1, 2), dtype=np.int64)
+    ranges = np.zeros((_DIRECTIONS, _LINES, 2 * half + 1, 2), dtype=np.int64)
     for direction, (across, down) in enumerate(_NORMALS):
         for line, place in enumerate(_PLACES):
             # Pixels on a line belong to its outer side.
@@ -131,7 +126,7 @@ def _fit_jumps(
         _sum_beyond(pixels, r, tools[2], ranges, sums, beyond, whole)
         best = 0.0
         for direction in range(_DIRECTIONS):
-            for line in range(_OFFSETS):
+            for line in range(_LINES):
                 chi, u, v = _jump(beyond[direction, line], whole, inverse[n])
                 if chi > best:
                     best = chi
@@ -161,7 +156,7 @@ def _sum_beyond(
             n = row * width + column
             _add_pixel(pixels, float(r[n]), jacobian, n, size, sums[column], sums[column + 1])
         for direction in range(_DIRECTIONS):
-            for line in range(_OFFSETS):
+            for line in range(_LINES):
                 first, end = ranges[direction, line, row]
                 if first < end:
                     into, low, high = beyond[direction, line], sums[first], sums[end]

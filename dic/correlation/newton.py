@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from typing import TypeAlias
 
 import numpy as np
@@ -23,6 +22,7 @@ from dic.correlation.subset import (
     warp,
 )
 from dic.fields import shape
+from dic.per_thread import PerThread
 
 Known: TypeAlias = tuple[F64, F64, int]  # inverse, light and half of a reference
 State: TypeAlias = tuple[F64, F64, F64, F64, NDArray[np.int16], Mask]  # arrays of `Points`
@@ -70,19 +70,7 @@ class Points:
         )
 
 
-class _Bench(threading.local):
-    """The arrays in which subsets are worked on: made once a thread and size, for all frames."""
-
-    def __init__(self) -> None:
-        self.kept: dict[tuple[int, int, float], Tools] = {}
-
-    def tools(self, half: int, count: int, sigma: float) -> Tools:
-        if (half, count, sigma) not in self.kept:
-            self.kept[half, count, sigma] = make_tools(half, count, sigma)
-        return self.kept[half, count, sigma]
-
-
-_BENCH = _Bench()
+_TOOLS = PerThread(make_tools)
 
 
 def normal_of(ref: Reference) -> Known:
@@ -92,7 +80,7 @@ def normal_of(ref: Reference) -> Known:
 
 def bench_tools(ref: Reference) -> Tools:
     """Arrays of this thread in which the subsets of a reference are worked on."""
-    return _BENCH.tools(ref.half, shape.count(ref.order), ref.prefilter.sigma)
+    return _TOOLS(ref.half, shape.count(ref.order), ref.prefilter.sigma)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -68,11 +68,11 @@ class TrainingTask:
         import torch
 
         act = getattr(torch.nn.functional, self.activation)
-        centre, scale = (each.to(inputs.dtype) for each in self._units)
+        centre, scale = (each.to(inputs.dtype) for each in self.units)
         return forward(layers, inputs, act) * scale + centre
 
     @cached_property
-    def _units(self) -> "Pairs":
+    def units(self) -> "Pairs":
         """Centre and scale of the outputs, float64, on the device."""
         import torch
 
@@ -196,7 +196,7 @@ def run_lbfgs(layers: "Layers", training: Dataset, task: TrainingTask, max_steps
         for w, b in layers
     ]
     inputs, targets = task.tensors(training, "float64")
-    unit = torch.tensor(task.outputs.scale).to(targets)
+    _, unit = task.units
     lbfgs = torch.optim.LBFGS(
         [tensor for layer in layers for tensor in layer],
         max_iter=max_steps,

@@ -1,7 +1,7 @@
 """A touch that one frame alone shows, and is not sure of, waits for the next frame.
 
 Noise brings a touch that lowers χ² by enough once in some thousand frames, for one frame. A finger
-that lands is certain in its first frame or in its second.
+that lands is reported in its first frame or in its second.
 """
 
 from __future__ import annotations

@@ -7,8 +7,7 @@ and a test that was killed ends in the same bytes.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -18,6 +17,7 @@ from rig.series.measure import measure, nothing_measured
 from rig.series.parts import is_whole, missing_part, write_part
 from rig.series.tabulate import StrainOptions, strained
 from rig.system.arrays import AnyArray
+from rig.system.in_order import in_order
 
 Report = Callable[[int, int], None]
 
@@ -43,9 +43,8 @@ def correlate_frames(
         write_part(parts, number, table, error)
 
     count = workers or os.cpu_count() or 1
-    with ThreadPoolExecutor(count) as pool:
-        for done, _ in enumerate(_in_turn(pool, one, missing, 2 * count), total - len(missing)):
-            report(done + 1, total)
+    for done, _ in enumerate(in_order(one, missing, count), total - len(missing)):
+        report(done + 1, total)
 
 
 def correlate_on_workers(
@@ -105,22 +104,3 @@ def _fields(
         except (OSError, ValueError) as refusal:
             error = str(refusal)
     return number, missing_part(strain.fields, len(ref.xy)), error
-
-
-def _in_turn(
-    pool: ThreadPoolExecutor, work: Callable[[int], None], numbers: Iterable[int], ahead: int
-) -> Iterator[None]:
-    """Do work, a few numbers ahead at a time; an unexpected error ends it."""
-    waiting: set[Future[None]] = set()
-    try:
-        for number in numbers:
-            waiting.add(pool.submit(work, number))
-            if len(waiting) >= ahead:
-                done, waiting = wait(waiting, return_when=FIRST_COMPLETED)
-                for one in done:
-                    yield one.result()
-        for one in waiting:
-            yield one.result()
-    finally:
-        for one in waiting:
-            one.cancel()

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -16,6 +15,7 @@ from dic import export
 from rig.series.parts import NO_FRAME, read_part
 from rig.system.arrays import F64
 from rig.system.deflate import deflate, shuffle
+from rig.system.in_order import in_order
 
 FORMAT, VERSION = "touchplate test", 2
 """What the file calls itself, and the version of its layout."""
@@ -31,7 +31,7 @@ def write_result(
     places: F64 | None = None,
     report: Callable[[int, int], None] = lambda done, total: None,
 ) -> None:
-    """Assemble the parts of a test, frame by frame: the memory of one frame, whatever their number.
+    """Assemble the parts of a test: the memory of a few frames, whatever their number.
 
     `fields` are (F, R, C) float32, by frame, row and column of the grid; `x` (C,) and `y` (R,) are
     the places of its points, px; `frame` (F,) the names, `error` (F,) what kept a frame out, and
@@ -71,23 +71,12 @@ def write_result(
         file["status"].attrs["NO_FRAME"] = NO_FRAME
         for status in dic.Status:
             file["status"].attrs[status.name] = int(status)
-        for number, (chunks, error) in enumerate(_packed_parts(parts, len(names))):
+        packed = in_order(partial(_packed, parts), range(len(names)), os.cpu_count() or 1)
+        for number, (chunks, error) in enumerate(packed):
             for name, chunk in chunks.items():
                 file[name].id.write_direct_chunk((number, 0, 0), chunk)
             errors[number] = error
             report(number + 1, len(names))
-
-
-def _packed_parts(parts: Path, count: int) -> Iterator[tuple[dict[str, bytes], str]]:
-    """Compress the fields of frame after frame on all cores, a few frames ahead."""
-    cores, waiting = os.cpu_count() or 1, deque[Future[tuple[dict[str, bytes], str]]]()
-    with ThreadPoolExecutor(cores) as pool:
-        for number in range(count):
-            waiting.append(pool.submit(_packed, parts, number))
-            if len(waiting) > 2 * cores:
-                yield waiting.popleft().result()
-        while waiting:
-            yield waiting.popleft().result()
 
 
 def _packed(parts: Path, number: int) -> tuple[dict[str, bytes], str]:

@@ -1,7 +1,7 @@
 """Chunks of HDF5 files, compressed before they are handed over: on any thread, and by runs.
 
-What was measured holds few strings that come again, so that looking for them takes three times as
-long and saves nothing.
+What was measured holds few strings that come again: looking for them takes longer and saves
+nothing.
 """
 
 import zlib

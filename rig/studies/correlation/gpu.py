@@ -1,7 +1,7 @@
-"""A GPU against one core in the same run: a full field, and rendered images.
+"""A GPU against one core in the same run: points and frames a second of a full field.
 
-Parts: field, images. Times are those of a clock, with nothing else on the machine. Without a
-GPU each part ends in one sentence.
+Times are those of a clock, with nothing else on the machine. Without a GPU it ends in one sentence.
+Images drawn on a GPU are timed by `rig.studies.rendering.exactness rates`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ from typing import NamedTuple
 import numpy as np
 
 import dic
-import synthetic
 from rig.report.figure import Figure, at_least
 from rig.studies.correlation.images import displacement, eight_bit, speckle
 from rig.studies.study import line, rms, run
@@ -34,7 +33,6 @@ class Size(NamedTuple):
 
 SIZES = Size(512, 5), Size(1024, 5), Size(1024, 2)
 BARRED = SIZES[1]
-RENDERED, BATCH = 1024, 32  # px, and images of a batch
 
 
 def field() -> Iterator[Figure]:
@@ -69,32 +67,6 @@ def field() -> Iterator[Figure]:
             )
 
 
-def images() -> Iterator[Figure]:
-    """Images a second of the batch renderer."""
-    _require_gpu()
-    import torch
-
-    torch.set_num_threads(1)
-    plate = (256.0, 256.0)
-    camera = synthetic.pinhole_above(plate, 500.0, (RENDERED, RENDERED))
-    warper = synthetic.prepare_warp(synthetic.speckle(plate), camera, 0.0)
-    motion = warper.forward(np.zeros((len(warper.points), 3)))
-
-    def render(batch: synthetic.BatchWarper, fields: torch.Tensor) -> None:
-        with torch.no_grad():
-            batch.render(fields)[0, 0, 0, 0].item()
-
-    for device, many in (("cpu", 4), ("cuda", BATCH)):
-        batch = synthetic.prepare_batch(warper, device)
-        fields = torch.as_tensor(np.stack([motion] * many), device=device).float()
-        seconds = clock(partial(render, batch, fields))
-        yield from line(
-            TABLE,
-            f"images of {RENDERED}², {'one core' if device == 'cpu' else device}",
-            frames=(many / seconds, "frames/s"),
-        )
-
-
 def clock(work: Callable[[], object]) -> float:
     """Median time of some runs after a first, s."""
     work()
@@ -113,7 +85,7 @@ def _require_gpu() -> None:
         sys.exit("torch finds no GPU on this machine; run this study on one that has a GPU")
 
 
-PARTS = {"field": field, "images": images}
+PARTS = {"field": field}
 
 if __name__ == "__main__":
     run(PARTS, __doc__)

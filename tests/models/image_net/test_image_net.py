@@ -292,6 +292,11 @@ def test_cells_of_a_pair_keep_its_size(pair, shipped):
     assert cells.sigma.shape == cells.motion.shape
 
 
+def test_two_trainings_of_one_seed_say_nearly_the_same():
+    here, again = (models.train_image_net(TINY) for _ in range(2))
+    assert np.allclose(here.history, again.history, rtol=1e-2)
+
+
 @pytest.mark.gpu
 def test_a_training_on_a_gpu_says_nearly_what_one_on_a_cpu_does(monkeypatch):
     here = models.train_image_net(TINY)

@@ -8,7 +8,7 @@ from models.nets.batches import superposed_batches
 from models.nets.checkpoint import Checkpoint
 from models.nets.net import NetOptions, predict
 from models.nets.set_encoding import encode
-from models.nets.train import Recipe, train_net
+from models.nets.train import Recipe, device_for, train_net
 from models.scores.score import matched_error, position_error
 
 torch = pytest.importorskip("torch")
@@ -63,6 +63,14 @@ def test_the_same_generator_gives_the_same_net_and_another_another():
         np.testing.assert_array_equal(weights, weights_again)
         np.testing.assert_array_equal(biases, biases_again)
     assert not np.array_equal(first.net.layers[0][0], other.net.layers[0][0])
+
+
+def test_a_gpu_takes_large_steps_where_there_is_one(monkeypatch):
+    wide, small = (144, *(256,) * 8, 6), (144, 32, 32, 2)
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: True)
+    assert [device_for(wide, 512), device_for(small, 441)] == ["cuda", "cpu"]
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
+    assert device_for(wide, 512) == "cpu"
 
 
 @pytest.mark.gpu

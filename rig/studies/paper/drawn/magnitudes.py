@@ -10,7 +10,7 @@ from models import matched_error
 from rig.report.figure import Figure, at_most
 from rig.studies.paper.drawn import plots
 from rig.studies.paper.drawn.rows import beside, seeds
-from rig.studies.paper.drawn.several import WHOLE, WIDE, extrapolated
+from rig.studies.paper.drawn.several import WHOLE, WIDE, extrapolated, spent
 from rig.studies.paper.drawn.trainings import KeptTraining, train_kept
 from rig.studies.study import Cell
 from rig.system.arrays import F64, AnyArray
@@ -106,13 +106,10 @@ def _against(
 ) -> list[Figure]:
     """Rows beside the paper's two figures."""
     places, forces = np.array([scored(each) for each in kept]).T
-    # A net of 8×256 goes on from run to run, and its time is not known in one piece.
-    whole = float(np.median([each.cpu for each in kept]))
-    spent: dict[str, Cell] = {} if "8×256" in name else {"training": (whole, "CPU s")}
     place = seeds(
         *(title, f"{name}: place", places.tolist(), "mm", "< 0.5 mm", at_most(PLACE)),
         **solver,
-        **spent,
+        **spent(kept),
     )
     force = seeds(
         title, f"{name}: magnitude", forces.tolist(), "Δ0", "< 0.4 Δ0", at_most(MAGNITUDE)

@@ -1,0 +1,21 @@
+"""Work on all cores: results in turn, and nothing begun after an error."""
+
+import pytest
+
+from rig.system.in_order import in_order
+
+
+def test_results_come_in_turn_and_an_error_ends_the_rest():
+    begun = []
+
+    def work(number):
+        begun.append(number)
+        if number == 5:
+            raise OSError("the sixth")
+        return 2 * number
+
+    found = in_order(work, range(1000), 3)
+    assert [next(found) for _ in range(5)] == [0, 2, 4, 6, 8]
+    with pytest.raises(OSError, match="the sixth"):
+        next(found)
+    assert len(begun) < 20
