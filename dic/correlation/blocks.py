@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 
 from dic.arrays import F32, F64
+from dic.compiled import njit
 from dic.fields.shape import monomials
 from dic.images.prefilter import gaussian_power, smooth_image
 
@@ -37,6 +38,25 @@ def expected_gain(texture: F32, noise_gain: F64, order: int, subset: int, sigma:
     return _within_blocks(texture, sigma) - lost * noise_gain.mean(axis=0)
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
+def sum_blocks(pixels: F32, r: F32, side: int, variance: float, sums: F64, out: F64) -> None:
+    """Write Σ(Σ ∂f r)² over the blocks of a subset, over σ² Σ(∂f)², for x and y into `out` (2,).
+
+    Parameters
+    ----------
+    pixels : (4, pixels) float32
+    r : (pixels,) float32
+        What the fit leaves over, of the variance σ²; NaN is written where that is not above 0.
+    side : int, px
+    sums : (2, B, B) float64
+        Scratch: the sums over the B blocks a side.
+    """
+    for a in range(2):
+        squares = _sum_by_block(pixels[a], r, side, sums[a])
+        usual = variance * squares
+        out[a] = np.sum(sums[a] ** 2) / usual if usual > 0 else np.nan
+
+
 @cache
 def _lost_to_fit(order: int, subset: int) -> float:
     """Fraction of the sums over blocks that the fit of a shape function takes."""
@@ -65,3 +85,22 @@ def _within_blocks(texture: F32, sigma: float) -> F64:
             total += np.sum(np.square(spread), axis=(1, 2), dtype=np.float64)
     plain = np.sum(np.square(slopes), axis=(1, 2), dtype=np.float64)
     return total / np.maximum(plain, 1e-30) / gaussian_power(sigma)
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _sum_by_block(slope: F32, r: F32, side: int, sums: F64) -> float:
+    """Sum ∂f r over each block of a subset, (count, count), and return Σ(∂f)² of the subset."""
+    count, width, squares = sums.shape[0], r.shape[0] // side, 0.0
+    sums[:] = 0.0
+    for j in range(side):
+        for b in range(count):
+            first, last = -(-b * side // count), -(-(b + 1) * side // count)
+            line = slice(j * width + first, j * width + last)
+            along, left = slope[line], r[line]
+            product, square = np.float32(0), np.float32(0)
+            for i in range(along.shape[0]):
+                product += along[i] * left[i]
+                square += along[i] * along[i]
+            sums[j * count // side, b] += product
+            squares += np.float64(square)
+    return squares

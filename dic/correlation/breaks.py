@@ -109,6 +109,8 @@ def across(ref: Reference, found: Lines, noise: F64, status: I8) -> I64:
     the break cuts only a side of a subset, jump and curve look alike; those points are known by the
     lines of their neighbours, and are louder than others, or lie between two lines.
     """
+    if not len(found.seen_by):
+        return np.zeros(0, dtype=np.int64)
     every = crossed(ref, found, np.isin(status, (Status.OK, Status.DISTURBED)))
     loud = _louder(ref, noise, status, _LOUDER)[every.points]
     return every.points[loud | every.linked]

@@ -236,14 +236,9 @@ def _iterate_points(
         tried += waiting
         points.iterate(ref, frame, np.flatnonzero(waiting & ~points.still))
         good = point_status.is_correlated(ref, points) & ~point_status.is_flat(ref, points)
-        if not (good & waiting).any():
+        lost = (ref.status == Status.OK) & ~good
+        if not lost.any() or not (good & waiting).any():
             return
         motion, given = dense_motion.fill(ref.xy, points.motion, good, _BESIDE)
-        waiting = (
-            given
-            & (ref.status == Status.OK)
-            & ~point_status.leaves_image(ref, motion)
-            & ~(waiting & good)
-            & (tried < _TRIES)
-        )
+        waiting = given & lost & ~point_status.leaves_image(ref, motion) & (tried < _TRIES)
         points.motion[waiting], points.still[waiting] = motion[waiting], False

@@ -11,9 +11,9 @@ import numpy as np
 from dic.arrays import F32, F64, I64
 from dic.compiled import njit
 from dic.correlation.deformed_image import DeformedImage
-from dic.correlation.newton import Known, Points, bench_tools, normal_of
+from dic.correlation.newton import Image, Known, Points, bench_tools, normal_of
 from dic.correlation.reference import Reference
-from dic.correlation.residuals import Image, leave_over, textures_of
+from dic.correlation.residuals import leave_over, textures_of
 from dic.correlation.subset import Tools, offsets
 from dic.fields import shape
 from dic.per_thread import PerThread
@@ -115,11 +115,11 @@ def _fit_jumps(
     (ranges, monomials), (tools, (sums, beyond, whole, terms, others)) = shapes, scratch
     (subsets, which), (xy, motion), (inverse, lights, half) = textures, places, known
     size = inverse.shape[1]
-    towards, r = np.empty(size), np.empty(subsets.shape[2], np.float32)
+    unknowns, r = (np.empty(size), np.empty(size)), np.empty(subsets.shape[2], np.float32)
     for m in range(here.shape[0]):
         n, pixels = here[m], subsets[which[m]]
         total = leave_over(
-            pixels, image, xy[n], motion[n], (inverse[n], lights[n], half), tools, towards, r
+            pixels, image, xy[n], motion[n], (inverse[n], lights[n], half), tools, unknowns, r
         )
         if total <= 0:
             continue

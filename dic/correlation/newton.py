@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from dic.arrays import F32, F64, I64, AnyArray, Mask
 from dic.compiled import njit
+from dic.correlation.blocks import block_count, sum_blocks
 from dic.correlation.deformed_image import DeformedImage
 from dic.correlation.reference import Reference
 from dic.correlation.subset import (
@@ -19,18 +20,25 @@ from dic.correlation.subset import (
     lay_out,
     make_tools,
     subsets_of,
+    subtract_fit,
     warp,
 )
 from dic.fields import shape
+from dic.fields.displacement import Status
 from dic.per_thread import PerThread
 
 Known: TypeAlias = tuple[F64, F64, int]  # inverse, light and half of a reference
+Image: TypeAlias = tuple[AnyArray, bool]
+"""Pixels of a frame, and whether they are coefficients."""
+
+Blocks: TypeAlias = tuple[Mask, F64, int]  # points looked at, `Points.blocks`, blocks along a side
 State: TypeAlias = tuple[F64, F64, F64, F64, NDArray[np.int16], Mask]  # arrays of `Points`
 
 STILL = 1e-3  # px, a fifth of the usual noise: what is left then is less than a tenth of it
 _STRIDE = 2.0  # px, longest step believed: half a speckle
 _ITERATIONS = 20  # of a point alone
 _TRIAL = 6  # iterations after each of which a point must look more alike, or it is lost
+_SAMPLES = 48  # points whose residual is looked at
 _LIKE = 0.4  # ZNCC that it must gain each time
 NOWHERE = -1 << 40  # px, where no part of a frame lies
 
@@ -46,6 +54,7 @@ class Points:
         self.residual = np.full(count, np.nan)  # variance, (grey levels of the reference)²
         self.iterations = np.zeros(count, dtype=np.int16)
         self.still = np.zeros(count, dtype=bool)
+        self.blocks = np.full((count, 2), np.nan)  # of some points: see `sum_blocks`
         self.repeats = np.zeros(count, dtype=bool)  # another motion is as good
 
     def step(self, ref: Reference, sums: AnyArray, base: tuple[int, int]) -> None:
@@ -54,9 +63,12 @@ class Points:
 
     def iterate(self, ref: Reference, frame: DeformedImage, here: I64) -> None:
         """Iterate the points `here` one by one until they stand still."""
+        seen = np.zeros(len(ref.xy), dtype=bool)
+        if ref.grid is None:
+            seen[sampled(ref, ref.status == Status.OK, _SAMPLES)] = True
         _iterate(
-            subsets_of(ref, here), frame.pixels, frame.filtered, ref.xy, here, normal_of(ref),
-            self._state(), bench_tools(ref),
+            subsets_of(ref, here), (frame.pixels, frame.filtered), ref.xy, here, normal_of(ref),
+            self._state(), (seen, self.blocks, block_count(ref.subset)), bench_tools(ref),
         )  # fmt: skip
 
     def _state(self) -> State:
@@ -81,6 +93,14 @@ def normal_of(ref: Reference) -> Known:
 def bench_tools(ref: Reference) -> Tools:
     """Arrays of this thread in which the subsets of a reference are worked on."""
     return _TOOLS(ref.half, shape.count(ref.order), ref.prefilter.sigma)
+
+
+def sampled(ref: Reference, among: Mask, count: int) -> I64:
+    """Take some of the points `among` (N,) bool that have all their pixels, `count` at most."""
+    whole = np.flatnonzero(among & (ref.light[:, 2] == ref.subset**2))
+    if len(whole) <= count:
+        return whole
+    return whole[np.linspace(0, len(whole) - 1, count).astype(int)]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -114,21 +134,22 @@ def _step_all(sums: F64, base: F64, known: Known, state: State) -> None:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _iterate(
     subsets: F32,
-    frame: AnyArray,
-    filtered: bool,
+    image: Image,
     xy: F64,
     here: I64,
     known: Known,
     state: State,
+    blocks: Blocks,
     tools: Tools,
 ) -> None:
     motion, change, zncc, half, still = state[0], state[1], state[2], known[2], state[5]
-    size = known[0].shape[1]
+    size, (frame, filtered), (seen, of_blocks, count) = known[0].shape[1], image, blocks
     towards, total, aside = np.empty(size), np.empty(size), np.zeros(size)
+    sums, r = np.empty((2, count, count)), np.empty(subsets.shape[2], np.float32)
     for m in range(here.shape[0]):
         n, pixels = here[m], subsets[m]
         lay_out(pixels, xy[n], tools)
-        tools[9][:] = NOWHERE
+        tools[9][:], gain = NOWHERE, 0.0
         for tries in range(_ITERATIONS):
             if tries % _TRIAL == 0 and tries <= 2 * _TRIAL and zncc[n] < _LIKE * tries / _TRIAL:
                 break
@@ -147,6 +168,10 @@ def _iterate(
             _move(n, total, aside, known, state)
             if still[n]:
                 break
+        if still[n] and seen[n] and gain > 0.0:
+            squares = subtract_fit(pixels, total, gain, tools, r)
+            variance = squares / max(known[1][n, 2] - size, 1.0)
+            sum_blocks(pixels, r, 2 * half + 1, variance, sums, of_blocks[n])
 
 
 @njit(cache=True, nogil=True)

@@ -9,22 +9,18 @@ than the speckles, say how much.
 from __future__ import annotations
 
 import math
-from typing import TypeAlias
 
 import numpy as np
 
 from dic.arrays import F32, F64, I64, AnyArray
 from dic.compiled import njit
-from dic.correlation.blocks import block_count
+from dic.correlation.blocks import block_count, sum_blocks
 from dic.correlation.deformed_image import DeformedImage
-from dic.correlation.newton import NOWHERE, Known, Points, bench_tools, normal_of
+from dic.correlation.newton import NOWHERE, Image, Known, Points, bench_tools, normal_of, sampled
 from dic.correlation.reference import Reference
-from dic.correlation.subset import LOST, Tools, correlate_with, gather, lay_out, warp
+from dic.correlation.subset import LOST, Tools, correlate_with, gather, lay_out, subtract_fit, warp
 
-Image: TypeAlias = tuple[AnyArray, bool]
-"""Pixels of a frame, and whether they are coefficients."""
-
-_SAMPLES, _FEW_SAMPLES = 144, 48  # subsets of a grid, and of scattered points
+_SAMPLES = 144  # subsets of a grid
 _FEWEST = 12  # subsets from which a mean is taken
 _KNOWN = 0.3  # fraction of block sums that the fit must leave, or they say too little
 
@@ -37,23 +33,25 @@ def excess(ref: Reference, points: Points, frame: DeformedImage, valid: AnyArray
     valid : (N,) bool
         Points that were measured.
     """
-    whole = np.flatnonzero(valid & (ref.light[:, 2] == ref.subset**2))
     expected = ref.block_gain
-    if len(whole) < _FEWEST or expected.min() < _KNOWN:
+    if expected.min() < _KNOWN:
         return np.ones(2)
-    count = _SAMPLES if ref.grid is not None else _FEW_SAMPLES
-    here = whole
-    if len(whole) > count:
-        here = whole[np.linspace(0, len(whole) - 1, count).astype(int)]
+    seen = points.blocks[valid] if ref.grid is None else _on_grid(ref, points, frame, valid)
+    found = seen[np.isfinite(seen[:, 0])]
+    if len(found) < _FEWEST:
+        return np.ones(2)
+    return np.maximum(found.mean(axis=0) / expected, 1.0)
+
+
+def _on_grid(ref: Reference, points: Points, frame: DeformedImage, valid: AnyArray) -> F64:
+    """Sum over blocks of some subsets of a grid, (M, 2), as `Points.blocks`."""
+    here = sampled(ref, valid, _SAMPLES)
     ratios = np.full((len(here), 2), np.nan)
     _sum_blocks(
         textures_of(ref, here), (frame.pixels, frame.filtered), here, (ref.xy, points.motion),
         normal_of(ref), bench_tools(ref), block_count(ref.subset), ratios,
     )  # fmt: skip
-    found = ratios[np.isfinite(ratios).all(axis=1)]
-    if len(found) < _FEWEST:
-        return np.ones(2)
-    return np.maximum(found.mean(axis=0) / expected, 1.0)
+    return ratios
 
 
 def textures_of(ref: Reference, here: I64) -> tuple[F32, I64]:
@@ -71,14 +69,14 @@ def leave_over(
     c: F64,
     known: Known,
     tools: Tools,
-    towards: F64,
+    scratch: tuple[F64, F64],
     r: F32,
 ) -> float:
     """Write what the fit of a subset leaves over (pixels,), and return its sum of squares.
 
-    Less than nothing where the subset was lost.
+    Less than nothing where the subset was lost. `scratch` is two lines (K,) of unknowns.
     """
-    inverse, light, half = known
+    (inverse, light, half), (towards, step) = known, scratch
     lay_out(pixels, place, tools)
     tools[9][:] = NOWHERE
     if warp(image[0], image[1], place, c, half, tools) == LOST:
@@ -88,26 +86,11 @@ def leave_over(
     mean = towards[size - 1] / light[2]
     var_f = light[0] - light[1] ** 2 / light[2]
     gain = math.sqrt(max(squares - light[2] * mean**2, 1e-30) / max(var_f, 1e-30))
-    g, f, weight, jacobian = tools[6][0], pixels[2], pixels[3], tools[2]
-    for n in range(r.shape[0]):
-        r[n] = g[n] * weight[n] / gain
     for k in range(size):
-        step = 0.0
+        step[k] = 0.0
         for i in range(size):
-            step -= inverse[k, i] * towards[i]
-        step = np.float32(step / gain)
-        if k < size - 2:
-            row = jacobian[k]
-            for n in range(r.shape[0]):
-                r[n] += step * row[n]
-        else:
-            row = f if k == size - 2 else weight
-            for n in range(r.shape[0]):
-                r[n] -= step * row[n]
-    total = 0.0
-    for n in range(r.shape[0]):
-        total += np.float64(r[n]) ** 2
-    return total
+            step[k] -= inverse[k, i] * towards[i] / gain
+    return subtract_fit(pixels, step, gain, tools, r)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -124,35 +107,12 @@ def _sum_blocks(
     """Write Σ(Σ ∇f r)² over blocks, over σ² Σ∇f², of each subset; NaN where it was lost."""
     (subsets, which), (xy, motion), (inverse, lights, half) = textures, places, known
     side, size = 2 * half + 1, inverse.shape[1]
-    towards, r = np.empty(size), np.empty(subsets.shape[2], np.float32)
+    scratch, r = (np.empty(size), np.empty(size)), np.empty(subsets.shape[2], np.float32)
     sums = np.empty((2, count, count))
     for m in range(here.shape[0]):
         n, pixels = here[m], subsets[which[m]]
         total = leave_over(
-            pixels, image, xy[n], motion[n], (inverse[n], lights[n], half), tools, towards, r
+            pixels, image, xy[n], motion[n], (inverse[n], lights[n], half), tools, scratch, r
         )
         variance = total / max(lights[n, 2] - size, 1.0)
-        if variance <= 0:
-            continue
-        for a in range(2):
-            squares = _sum_by_block(pixels[a], r, side, sums[a])
-            out[m, a] = np.sum(sums[a] ** 2) / (variance * squares) if squares > 0 else np.nan
-
-
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _sum_by_block(slope: F32, r: F32, side: int, sums: F64) -> float:
-    """Sum ∂f r over each block of a subset, (count, count), and return Σ(∂f)² of the subset."""
-    count, width, squares = sums.shape[0], r.shape[0] // side, 0.0
-    sums[:] = 0.0
-    for j in range(side):
-        for b in range(count):
-            first, last = -(-b * side // count), -(-(b + 1) * side // count)
-            line = slice(j * width + first, j * width + last)
-            along, left = slope[line], r[line]
-            product, square = np.float32(0), np.float32(0)
-            for i in range(along.shape[0]):
-                product += along[i] * left[i]
-                square += along[i] * along[i]
-            sums[j * count // side, b] += product
-            squares += np.float64(square)
-    return squares
+        sum_blocks(pixels, r, side, variance, sums, out[m])

@@ -85,8 +85,8 @@ def make_tools(half: int, count: int, sigma: float) -> Tools:
         taps,  # of the prefilter
         behind,  # coefficients that a pixel leaves behind prefilter and spline
         np.empty((2, more), np.float32),  # taps of a shift along x and y
-        np.empty((side + more - 1, width + more - 1), np.float32),  # pixels that these reach
-        np.empty((2, side * (width + more - 1)), np.float32),  # shifted along y, and along both
+        np.empty((side + more - 1, side + more - 1), np.float32),  # pixels that these reach
+        np.zeros((2, side * (side + more - 1) + _SPARE), np.float32),  # shifted along y, and both
     )
 
 
@@ -297,3 +297,21 @@ def correlate_with(pixels: F32, tools: Tools, sums: F64) -> float:
         sums[k] = product
     sums[jacobian.shape[0]], sums[jacobian.shape[0] + 1] = -fg, -total
     return gg
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def subtract_fit(pixels: F32, step: F64, gain: float, tools: Tools, r: F32) -> float:
+    """Write what the `step` (K,) of a fit leaves over, (pixels,), and return its sum of squares."""
+    g, f, weight, jacobian = tools[6][0], pixels[2], pixels[3], tools[2]
+    count, brighter = jacobian.shape[0], np.float32(1 / gain)
+    contrast, offset = np.float32(step[count]), np.float32(step[count + 1])
+    for n in range(r.shape[0]):
+        r[n] = (g[n] * brighter - offset) * weight[n] - contrast * f[n]
+    for k in range(count):
+        row, change = jacobian[k], np.float32(step[k])
+        for n in range(r.shape[0]):
+            r[n] += change * row[n]
+    total = np.float32(0)
+    for n in range(r.shape[0]):
+        total += r[n] * r[n]
+    return float(total)
