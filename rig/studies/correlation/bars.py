@@ -1,8 +1,8 @@
 """What correlation is held to on images whose motion is known, beside its peers in one run.
 
-Parts: bias, noise, edges, field, tracker, tiles, threads, stretch, spoilt. Times are CPU time of
-one thread; others at work on the machine make all of them longer, so compare what stands side by
-side. pyvale (extra ``peers``) stands beside the full field where it is installed.
+Parts: bias, noise, edges, field, tracker, tiles, threads, stretch, one_step, spoilt. Times are CPU
+time of one thread; others at work on the machine make all of them longer, so compare what stands
+side by side. pyvale (extra ``peers``) stands beside the full field where it is installed.
 """
 
 import os
@@ -271,6 +271,36 @@ def stretch() -> Iterator[Figure]:
     )
 
 
+ONE_STEP: dict[str, tuple[tuple[float, float], tuple[float, float], Bar | None]] = {
+    "moved by 200 px": ((200.0, 0.0), (1.0, 1.0), at_least(99.0)),
+    "turned by 180°": ((0.0, 0.0), (-1.0, -1.0), at_least(99.0)),
+    "50 % longer": ((0.0, 0.0), (1.5, 1.0), at_least(99.0)),
+    "50 % longer, as much narrower": ((0.0, 0.0), (1.5, 1 / 1.5), None),
+}
+"""Shift px and stretch; what is to be found again of the points that stay on the image, %."""
+
+
+def one_step() -> Iterator[Figure]:
+    """Large motion from one image to the next, without a guess."""
+    plain = speckle(SIDE)
+    reference = dic.prepare(eight_bit(plain, NOISE, np.random.default_rng(8)))
+    for name, (shift, stretch, bar) in ONE_STEP.items():
+        turned = min(stretch) < 0
+        moved = plain[::-1, ::-1] if turned else speckle(SIDE, shift, stretch)
+        found = dic.correlate(reference, eight_bit(moved, NOISE, np.random.default_rng(9)))
+        truth = displacement(SIDE, reference.xy, shift, stretch)
+        corner = reference.half * np.abs(stretch) + 1
+        there = reference.xy + truth
+        seen = np.all((there >= corner) & (there <= SIDE - 1 - corner), axis=1)
+        off = (np.column_stack([found.u, found.v]) - truth)[seen & found.valid]
+        yield from line(
+            "Large motion in one step",
+            name,
+            valid_of_those_seen=(100 * float(found.valid[seen].mean()), "%", bar, int(seen.sum())),
+            error=(1e3 * rms(off.ravel()) if len(off) else None, "mpx, rms"),
+        )
+
+
 def spoilt_frames(plain: Image, moved: Image) -> Iterator[tuple[str, Image, Image, float]]:
     """Name and draw what a bench does to a frame: reference and frame, and the noise of both."""
     x = np.arange(SIDE) / SIDE
@@ -348,6 +378,7 @@ PARTS = {
     "tiles": tiles,
     "threads": threads,
     "stretch": stretch,
+    "one_step": one_step,
     "spoilt": spoilt,
 }
 

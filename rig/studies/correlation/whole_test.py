@@ -58,7 +58,7 @@ def _rate(frames: int) -> Iterator[Figure]:
             processor=(work / frames, "s a frame"),
             busy_with_us=(100 * work / seconds / (os.cpu_count() or 1), "% of the cores"),
             memory=(sizes[1], "MB"),
-            memory_over_that_of_50_frames=sizes[1] / sizes[0],
+            memory_over_that_of_50_frames=(sizes[1] / sizes[0], "", at_most(1.1)),
         )
 
 
@@ -86,7 +86,7 @@ def killed() -> Iterator[Figure]:
         )
         yield from line(
             TABLE,
-            "500 frames, killed three times and resumed",
+            f"500 frames of {SMALL}², killed three times and resumed",
             bytes_that_differ=(off, "", at_most(0), FEW),
             kills=kills,
         )
