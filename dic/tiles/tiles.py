@@ -17,7 +17,7 @@ from scipy import fft, ndimage
 from dic.arrays import F32, F64, AnyArray
 from dic.images.fourier import FADE, shifted
 from dic.images.image import check_image, check_pair, check_reference
-from dic.images.spectrum import aliasing_bias, measure_spectrum
+from dic.images.spectrum import Spectrum, aliasing_bias, error_budget, measure_spectrum
 from dic.numbers import check_array, check_type, read_array, read_integer, read_shape, shown
 from dic.tiles.tile_kernels import BEFORE, DEGREE, spline_weights, sums_in_place, sums_moved
 
@@ -93,6 +93,9 @@ class TileReference:
         Σfx f, Σfy f, Σfx, Σfy, Σf², Σf: how a gain and an offset of the light mix with motion.
     bias : (2,) float64, px
         By how much interpolation makes a motion of a quarter pixel along x and y look too large.
+    aliasing : float, px
+        Error of the motion of one tile that interpolation and aliasing leave, as the spectrum of
+        the pattern predicts it (`dic.images.spectrum.error_budget`); 0 where it has none.
     """
 
     tiles: Tiles
@@ -102,6 +105,7 @@ class TileReference:
     hessian: F64
     light: F64
     bias: F64
+    aliasing: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,7 +182,9 @@ def prepare_tiles(image: AnyArray, size: int = 16) -> TileReference:
         light=np.column_stack([tiles.sums(a) for a in (fx * f, fy * f, fx, fy, f * f, f)]),
         bias=np.zeros(2),
     )
-    return replace(reference, bias=_interpolation_bias(reference))
+    spectrum = measure_spectrum(grey, np.ones(grey.shape, dtype=np.bool_))
+    aliasing = error_budget(spectrum, 0.0).random / size if spectrum else 0.0
+    return replace(reference, bias=_interpolation_bias(reference, spectrum), aliasing=aliasing)
 
 
 def tile_sums(reference: TileReference, image: AnyArray, flow: F64 | None = None) -> TileSums:
@@ -246,7 +252,7 @@ def unbiased_gradient(reference: TileReference, sums: TileSums) -> F64:
     )
 
 
-def _interpolation_bias(reference: TileReference) -> F64:
+def _interpolation_bias(reference: TileReference, spectrum: Spectrum | None) -> F64:
     """Measure `TileReference.bias` on the image itself, shifted by its Fourier series.
 
     That series takes what aliasing has folded back for what it looks like, which is taken off. From
@@ -263,7 +269,6 @@ def _interpolation_bias(reference: TileReference) -> F64:
     flow = np.full((len(tiles.xy), 2), _SHIFT)
     sums = tile_sums(reference, shifted(reference.image, (_SHIFT, _SHIFT)), flow)
     bias = -sums.gradient[inside].sum(axis=0) / hessian
-    spectrum = measure_spectrum(reference.image, np.ones(reference.image.shape, dtype=np.bool_))
     aliased = aliasing_bias(spectrum) if spectrum else np.zeros(2)
     left = np.maximum(bias - aliased, 0.0)
     return left * np.minimum(1.0, 2.0 * left / np.maximum(bias, _SHIFT * 1e-9))

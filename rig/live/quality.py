@@ -29,6 +29,7 @@ def signs(chain: Chain, frame_estimate: FrameEstimate) -> tuple[Sign, ...]:
         _fit(estimate, bool(frame_estimate.unusable_reason)),
         Sign("noise", f"{noise:.1f} gl, {chain.noise:.1f} at rest", noise > NOISY * chain.noise),
         _light(contrast(sums, ~hidden, tiles.size) if visible else float("nan")),
+        _pattern(chain),
         Sign("camera moved", f"{shift:.2f} px", shift > BUMPED),
         _uncertainty(frame_estimate.estimate),
     )
@@ -40,6 +41,15 @@ def _fit(estimate: Estimate, unusable: bool) -> Sign:
     return Sign(
         "misfit", f"χ² {estimate.chi2 / estimate.dof:.2f} of 1", not is_consistent(estimate)
     )
+
+
+def _pattern(chain: Chain) -> Sign:
+    """Error that a pattern too fine for the pixels leaves in a tile, beside that of noise."""
+    noise = chain.noise / float(np.sqrt(np.median(chain.reference.hessian[:, (0, 2)])))
+    aliasing = chain.reference.aliasing
+    too_fine = aliasing > noise
+    text = f"{1e3 * aliasing:.0f} mpx a tile by aliasing, {1e3 * noise:.0f} by noise"
+    return Sign("pattern", f"{text}; defocus a little" if too_fine else text, too_fine)
 
 
 def _light(light: float) -> Sign:

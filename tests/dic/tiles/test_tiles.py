@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
+from scipy import ndimage
 from scipy.interpolate import BSpline, make_interp_spline
 from scipy.special import erf
 
@@ -253,3 +254,23 @@ def spots(places, width):
         return 0.5 * np.diff(erf(edges / (width * np.sqrt(2.0))), axis=1)
 
     return 40.0 + 50.0 * along(150, places[:, 1]).T @ along(200, places[:, 0])
+
+
+@pytest.mark.parametrize("blur", [0.0, 12.0])
+def test_aliasing_of_a_print_is_predicted(blur):
+    """Blots of 2 px, drawn on a grid of an eighth of a px and moved there: no interpolation."""
+    fine = ndimage.gaussian_filter(np.random.default_rng(4).normal(size=(8 * 200, 8 * 240)), 7.0)
+    ink = ndimage.gaussian_filter(np.where(fine > 0, 220.0, 40.0), max(blur, 1e-3))
+    rest, moved = (
+        np.roll(ink, 3 * k, axis=1).reshape(200, 8, 240, 8).mean(axis=(1, 3)) for k in (0, 1)
+    )
+    reference = dic.prepare_tiles(rest, 16)
+    sums = dic.tile_sums(reference, moved, np.tile((0.375, 0.0), (len(reference.hessian), 1)))
+    off = sums.gradient[:, 0] / reference.hessian[:, 0]
+    found = float(np.std(off[np.abs(off - np.median(off)) < 0.2]))
+    if blur:
+        assert reference.aliasing < 2e-3
+        assert found < 2e-3
+    else:
+        assert reference.aliasing / 2.5 < found < 2.5 * reference.aliasing
+        assert reference.aliasing > 4e-3

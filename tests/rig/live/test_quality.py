@@ -1,6 +1,7 @@
 """Quality of a frame: what an operator reads, and what warns him."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -83,3 +84,17 @@ def test_a_image_without_a_pattern_tells_no_misfit(look):
     found = look(change=lambda image: np.full_like(image, 90.0))
     assert found["misfit"].says == "–"
     assert found["misfit"].warns
+
+
+def test_a_pattern_too_fine_for_the_pixels_is_said(small):
+    scene = small()
+    twin = build_twin(scene)
+    zero = average_reference([twin.frame(k, ()) for k in range(16)])
+    chain, _ = build_bench(scene, lambda done, total: None).prepare(zero)
+    references = replace(chain.reference, aliasing=1.0), replace(chain.reference, aliasing=0.0)
+    image = twin.frame(20, ())
+    for reference, warns in zip(references, (True, False), strict=True):
+        fine = replace(chain, reference=reference)
+        frame_estimate = estimate_frame(fine, image, at_rest(fine), Stopwatch(time.monotonic))
+        (sign,) = (each for each in signs(fine, frame_estimate) if each.name == "pattern")
+        assert sign.warns == warns
