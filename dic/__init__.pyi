@@ -24,6 +24,7 @@ from .correlation.sequence import (
     renewed_reference as renewed_reference,
 )
 from .correlation.splitting import correlate_split as correlate_split
+from .correlation.stills import prepare_stills as prepare_stills
 from .fields.displacement import (
     DisplacementField as DisplacementField,
     Status as Status,

@@ -53,6 +53,17 @@ def noise_of(ref: Reference, points: Points) -> F64:
     return np.sqrt(residual / _noise_gain(ref, points.motion))
 
 
+def median_noise(ref: Reference, points: Points) -> float:
+    """Median noise of the subsets that were found, grey levels; NaN where none was."""
+    measured = is_correlated(ref, points)
+    return median(noise_of(ref, points)[measured]) if measured.any() else float("nan")
+
+
+def _images(ref: Reference) -> float:
+    """Noise of a frame and of the reference together, over that of a frame: 2 for one still."""
+    return 1.0 + 1.0 / ref.stills
+
+
 def field_and_breaks(
     ref: Reference, points: Points, frame: DeformedImage
 ) -> tuple[DisplacementField, breaks.Lines]:
@@ -73,7 +84,8 @@ def field_and_breaks(
     for part, _ in clipped:
         # What clips is off by more than noise, and all to one side.
         scale *= 1 + part / _ONE_SIDED
-    spread = scale[:, None, None] * np.sqrt(2 * variance * correlated[:, :, None])
+    spread = scale[:, None, None] * np.sqrt(variance * correlated[:, :, None] * _images(ref))
+    spread *= ref.scatter[:, None]
     motion = points.motion.copy()
     # The bias of interpolation is a sine over the fraction of a px.
     bias = np.sqrt(2) * ref.prefilter.bias * np.sin(2 * np.pi * motion[:, :, 0])
@@ -135,12 +147,13 @@ def expected_sigma(ref: Reference, noise: float | None = None) -> F64:
             f"noise must be 0 grey levels or more, got {given:g}; give that of the camera, or"
             " prepare the reference without a prefilter"
         )
+    given *= np.sqrt(ref.stills) if noise is None else 1.0
     level = np.full(len(ref.xy), given * np.sqrt(gaussian_power(ref.prefilter.sigma)))
     fraction = _noise_fraction(ref, level)
     count = (ref.inverse.shape[1] - 2) // 2
     variance = np.diagonal(ref.inverse, axis1=1, axis2=2)[:, [0, count]]
     scale = level / np.sqrt(1 - fraction) * _widening(ref, fraction)
-    spread = scale[:, None] * np.sqrt(2 * variance * ref.noise_gain)
+    spread = scale[:, None] * np.sqrt(_images(ref) * variance * ref.noise_gain) * ref.scatter
     spread = np.hypot(spread, ref.prefilter.bias)  # rms of its sine over the fraction of a px
     measured = (ref.status == Status.OK) & ~_is_flat(ref, float(level.max(initial=0.0)))
     return np.where(measured[:, None], spread, np.nan)
@@ -162,14 +175,14 @@ def _freedom(ref: Reference) -> F64:
 
 
 def _noise_gain(ref: Reference, motion: AnyArray) -> F64:
-    """Variance of the residual over that of the noise of one image: 1 + κ, (N,).
+    """Variance of the residual over that of the noise of a frame: 1 + κ, or 1 + κ/M, (N,).
 
     κ depends on the fraction of a px by which the subset moved, averaged over what its gradients
     sweep.
     """
     kept = np.empty(len(motion))
     _keep_noise(motion, ref.half, *noise_power(ref.prefilter.sigma), kept)
-    return 1 + kept
+    return 1 + kept / ref.stills
 
 
 @njit(cache=True, nogil=True)
@@ -188,7 +201,7 @@ def _sinc(x: float) -> float:
 
 def _noise_fraction(ref: Reference, noise: AnyArray) -> F64:
     """Fraction of Σ∇f∇fᵀ that is noise of the reference, (N,): it follows no motion."""
-    power = noise_slope(ref.prefilter.sigma) * np.square(noise)
+    power = noise_slope(ref.prefilter.sigma) * np.square(noise) / ref.stills
     return np.minimum(power / np.maximum(np.square(ref.slope), 1e-30), _max_noise(ref))
 
 
@@ -247,6 +260,7 @@ def is_flat(ref: Reference, points: Points) -> Mask:
 
 
 def _is_flat(ref: Reference, level: float) -> Mask:
+    level /= math.sqrt(ref.stills)
     return ref.slope < np.sqrt(noise_slope(ref.prefilter.sigma) / _max_noise(ref)) * level
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -64,6 +64,10 @@ class Reference:
         Where torch takes the sums of the frames; None without torch.
     prefilter : Prefilter
         What every frame passes first.
+    stills : int
+        Images whose mean `image` is.
+    scatter : (2,) float64
+        By which σ of u and of v is larger than noise and residual say (`dic.prepare_stills`).
     """
 
     image: F32
@@ -81,6 +85,8 @@ class Reference:
     subsets: F32 | None
     device: str | None = None
     prefilter: Prefilter = _NO_PREFILTER
+    stills: int = 1
+    scatter: F64 = field(default_factory=lambda: np.ones(2))
 
     @property
     def half(self) -> int:

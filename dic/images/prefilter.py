@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -113,8 +113,12 @@ def read_prefilter(
     return Prefilter(sigma)
 
 
-def choose_prefilter(image: AnyArray, roi: Mask, subset: int) -> Prefilter:
+def choose_prefilter(
+    image: AnyArray, roi: Mask, subset: int, noise: float | None = None
+) -> Prefilter:
     """Choose between no filter and a Gaussian by the errors that the pattern's spectrum predicts.
+
+    `noise` is that of a frame, in grey levels, where it is known; else the spectrum says it.
 
     The smallest Gaussian that comes near the best is taken, and none where the best gains little:
     a filter flattens the pattern, and what is gained beside strong noise is lost in resolution.
@@ -122,6 +126,8 @@ def choose_prefilter(image: AnyArray, roi: Mask, subset: int) -> Prefilter:
     spectrum = measure_spectrum(image, roi)
     if spectrum is None:
         return Prefilter()
+    if noise is not None:
+        spectrum = replace(spectrum, noise=noise**2)
     budgets = [error_budget(spectrum, sigma) for sigma in SIGMAS]
     errors = np.array([budget.of_subset(subset**2) for budget in budgets])
     best = errors.min()

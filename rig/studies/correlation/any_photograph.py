@@ -201,29 +201,39 @@ CAMERAS: Mapping[str, Callable[[AnyArray, np.random.Generator], Grey]] = {
 
 
 CAMERA_SEEDS = range(30, 34)  # of the noise
+STILLS = 9
 
 
 def cameras() -> Iterator[Figure]:
-    """Error over stated σ where noise is not white, or not the same everywhere."""
+    """Error over stated σ where noise is not white, or not the same everywhere.
+
+    Of one image as the reference, and of the mean of several.
+    """
     plain, moved = speckle(SIDE), speckle(SIDE, SHIFT, STRETCH)
     for name, see in CAMERAS.items():
-        seen: list[dic.DisplacementField] = []
-        for seed in CAMERA_SEEDS:
-            rng = np.random.default_rng(seed)
-            first, second = see(plain, rng), see(moved, rng)
-            seen.append(dic.correlate(dic.prepare(first), second))
-        yield from line(
-            "Cameras whose noise is not white",
-            name,
-            error_over_stated_σ=(
-                rms([_over_sigma(found) for found in seen]),
-                "",
-                HONEST,
-                sum(int(found.valid.sum()) for found in seen),
-            ),
-            error=(1e3 * rms([rms(_errors(found)) for found in seen]), "mpx, rms"),
-            valid=(100 * float(np.mean([found.valid.mean() for found in seen])), "%"),
-        )
+        for stills in (1, STILLS):
+            seen: list[dic.DisplacementField] = []
+            for seed in CAMERA_SEEDS:
+                rng = np.random.default_rng(seed)
+                images = [see(plain, rng) for _ in range(stills)]
+                several = dic.prepare_stills(images) if stills > 1 else dic.prepare(images[0])
+                seen.append(dic.correlate(several, see(moved, rng)))
+            yield from _of_camera(name if stills == 1 else f"{name}, {stills} stills", seen)
+
+
+def _of_camera(name: str, seen: list[dic.DisplacementField]) -> Iterator[Figure]:
+    yield from line(
+        "Cameras whose noise is not white",
+        name,
+        error_over_stated_σ=(
+            rms([_over_sigma(found) for found in seen]),
+            "",
+            HONEST,
+            sum(int(found.valid.sum()) for found in seen),
+        ),
+        error=(1e3 * rms([rms(_errors(found)) for found in seen]), "mpx, rms"),
+        valid=(100 * float(np.mean([found.valid.mean() for found in seen])), "%"),
+    )
 
 
 def tiled(period: float, shift: tuple[float, float], seed: int = 5) -> F64:
