@@ -154,6 +154,9 @@ BENCHES: dict[str, RealBench] = {
     "rolling shutter, all wrong": replace(ALL, rolling=_CHANGE * READOUT),
     "camera below": RealBench(below=True),
     "camera below, all wrong": replace(ALL, below=True),
+    "all wrong, creep, drift and gamma too": replace(
+        ALL, leftover=0.05, gamma=2.2, moved=DEPARTURES["camera drifts by 1 px"].moved
+    ),
     "plate of 2 mm": replace(ALL, plate=replace(ALL.plate, thickness=1.94), said_thickness=2.0),
     "two edges clamped": replace(
         ALL,
