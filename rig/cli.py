@@ -10,7 +10,8 @@ import warnings
 from collections.abc import Callable, Sequence
 from functools import partial
 from importlib import import_module
-from typing import Annotated, Any, NoReturn
+from io import TextIOWrapper
+from typing import Annotated, Any, NoReturn, TextIO
 
 import typer
 
@@ -47,6 +48,8 @@ def main() -> None:
     """Run the command line of this process."""
     for variable in THREADS:
         os.environ.setdefault(variable, "1")
+    for stream in (sys.stdout, sys.stderr):
+        _replace_what_it_lacks(stream)
     warnings.showwarning = partial(_show_warning, warnings.showwarning)
     arguments = [argument for argument in sys.argv[1:] if argument != TRACEBACK]
     try:
@@ -82,6 +85,12 @@ def sentence(error: ValueError | OSError) -> str:
     if isinstance(error, OSError) and error.strerror and error.filename:
         text = f"{error.filename}: {error.strerror}"
     return " ".join(text.split()) or type(error).__name__
+
+
+def _replace_what_it_lacks(stream: TextIO) -> None:
+    """Let a stream write ? for a letter that its encoding lacks: cp1252 pipes have no ν."""
+    if isinstance(stream, TextIOWrapper):
+        stream.reconfigure(errors="replace")
 
 
 def _show_warning(usual: Callable[..., None], message: Warning | str, *about: Any) -> None:

@@ -1,6 +1,7 @@
 """The command line: quick, a sentence for what the user can correct, a traceback on demand."""
 
 import importlib.metadata
+import os
 import subprocess
 import sys
 
@@ -91,6 +92,19 @@ def test_what_the_user_can_correct_is_one_line(arguments, sentence):
     assert done.stdout == ""
     assert done.stderr.startswith(sentence)
     assert done.stderr.count("\n") == 1
+
+
+def test_a_pipe_without_greek_letters_gets_the_rest():
+    environment = dict(os.environ, PYTHONIOENCODING="cp1252")
+    done = touchplate("show", "twin", env=environment, encoding="cp1252")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "MPa, ? 0.38" in done.stdout
+    assert "254 × 254 × 2 mm" in done.stdout
+
+
+def test_a_pipe_of_utf_8_gets_every_letter():
+    environment = dict(os.environ, PYTHONIOENCODING="utf-8")
+    assert "MPa, ν 0.38" in touchplate("show", "twin", env=environment, encoding="utf-8").stdout
 
 
 def test_a_traceback_comes_when_it_is_asked_for():
