@@ -64,7 +64,8 @@ class ControlSetting:
     asked : float or None
         Value that was to be held; None if the camera's own.
     got : float or None
-        Value that the camera says it has; None if it does not have the control.
+        Value that the camera says it has; None if it does not have the control, or we have no way
+        to it.
     manual : bool
         Whether the camera leaves it alone from now on.
     """
@@ -85,7 +86,7 @@ class ControlSetting:
     def sentence(self) -> str:
         """What happened, for the user."""
         if self.got is None:
-            return f"the camera has no {self.knob}"
+            return f"the camera has no {self.knob} that can be held"
         unit = UNITS[self.knob]
         if not self.manual:
             return f"the camera goes on setting its {self.knob} itself, now {self.got:g}{unit}"

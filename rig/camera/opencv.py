@@ -1,27 +1,27 @@
 """A camera through OpenCV, which reads what any UVC camera sends: grey, YUYV or JPEG.
 
 OpenCV hides the frame numbers of the driver, so what the driver loses is not counted; where that
-matters take `rig.camera.v4l2`.
+matters take `rig.camera.v4l2`. What is here is for Linux; elsewhere see `rig.camera.numbered`.
 """
 
 from __future__ import annotations
 
 import errno
-import fcntl
 import os
 import struct
+import sys
 import time
-from collections.abc import Generator
-from contextlib import contextmanager
 from pathlib import Path
 
 import cv2
 import numpy as np
 
 from rig.camera.controls import Controls, ControlSetting, Knob, hold
-from rig.camera.device import stamp
+from rig.camera.device import OpenDevice, stamp
+from rig.camera.numbered import open_numbered
 from rig.camera.panel import Panel
 from rig.camera.pixels import FORMATS, brightness, name_of
+from rig.camera.quiet import quiet
 from rig.camera.reasons import refusal, unsupported
 from rig.system.frame import Frame
 
@@ -76,17 +76,17 @@ class OpenCvCamera:
 
     def close(self) -> None:
         """See `Device.close`."""
-        with _quiet():
+        with quiet():
             self._capture.release()
 
 
-def open_camera(name: str, size: tuple[int, int], rate: float, controls: Controls) -> OpenCvCamera:
+def open_camera(name: str, size: tuple[int, int], rate: float, controls: Controls) -> OpenDevice:
     """Open a camera and hold its controls.
 
     Parameters
     ----------
     name : str
-        Device node such as ``/dev/video0``.
+        Device node such as ``/dev/video0``; its number where the system has no such nodes.
     size : (int, int), px
         Width and height.
     rate : float, frames a second
@@ -97,9 +97,11 @@ def open_camera(name: str, size: tuple[int, int], rate: float, controls: Control
     OSError
         If there is no such camera, it is in use, may not be used or has no such images.
     """
+    if sys.platform != "linux":
+        return open_numbered(name, size, rate, controls)
     _probe(name)
     os.environ.setdefault(*PATIENCE)
-    with _quiet():
+    with quiet():
         capture = cv2.VideoCapture(name, cv2.CAP_V4L2)
         if not capture.isOpened():
             raise refusal(name, OSError(errno.EIO, "OpenCV gives no reason"))
@@ -123,6 +125,8 @@ def _panel(capture: cv2.VideoCapture) -> Panel[int]:
 
 def _probe(name: str) -> None:
     """Ask the system itself, because OpenCV does not say why it does not open a camera."""
+    import fcntl  # which Windows does not have
+
     try:
         with Path(name).open("rb+", buffering=0) as node:
             fcntl.ioctl(node, QUERY_CAPABILITIES, bytearray(104))
@@ -153,14 +157,3 @@ def _format(capture: cv2.VideoCapture) -> tuple[str, int, int]:
         int(capture.get(side)) for side in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)
     )
     return code, width, height
-
-
-@contextmanager
-def _quiet() -> Generator[None]:
-    """Keep OpenCV from writing on stderr what we say in a sentence."""
-    before = cv2.utils.logging.getLogLevel()
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
-    try:
-        yield
-    finally:
-        cv2.utils.logging.setLogLevel(before)

@@ -39,6 +39,8 @@ def unsupported(device: str, wanted: str, offered: str) -> OSError:
 
 def user_of(device: str) -> str | None:
     """Name and number of another process that has the device open, as far as we may see."""
+    if not PROCESSES.is_dir():  # not on Windows and macOS
+        return None
     target = os.path.realpath(device)
     for process in PROCESSES.iterdir():
         if not process.name.isdigit() or int(process.name) == os.getpid():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -27,7 +28,10 @@ def camera_nodes() -> list[tuple[Path, str]]:
 def check_cameras() -> Iterator[Finding]:
     """Video nodes of the kernel; those that give no images (metadata) are left out."""
     nodes = camera_nodes()
-    if not nodes:
+    if not nodes and sys.platform != "linux":
+        remedy = "test one by its number: touchplate doctor --camera 0"
+        yield absent("camera", "this system numbers its cameras and does not list them", remedy)
+    elif not nodes:
         yield absent("camera", "no /dev/video*: none is plugged in, or the system has no V4L2")
     for node, name in nodes:
         text = f"{node} is {name}"

@@ -82,7 +82,9 @@ class OpenCv(DeviceSection):
     """A camera at a device node, through OpenCV: any UVC camera."""
 
     kind: Literal["opencv"] = Field(description="where frames come from")
-    device: Text = Field("/dev/video0", description="device node")
+    device: Text = Field(
+        "/dev/video0", description="device node; on Windows and macOS the camera's number"
+    )
 
 
 class V4l2(DeviceSection):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Generator
 from contextlib import ExitStack, contextmanager
 from functools import partial
@@ -145,7 +146,7 @@ def _opening(device: DeviceSection, view: CameraSection) -> Opening:
 
 def _rescue(device: DeviceSection) -> Callable[[], object] | None:
     """Free a camera that hangs by a reset of the USB device that has its node."""
-    if not isinstance(device, OpenCv | V4l2):
+    if sys.platform != "linux" or not isinstance(device, OpenCv | V4l2):
         return None
     node = device.device
 

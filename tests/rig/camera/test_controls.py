@@ -66,7 +66,7 @@ def test_a_control_that_is_not_there_is_said_where_it_was_asked_for_and_only_the
     camera = Webcam(absent=[Knob.FOCUS, Knob.WHITE_BALANCE])
     settings = hold(camera, Controls(focus=10))
     assert [setting.knob for setting in settings] == [Knob.EXPOSURE, Knob.GAIN, Knob.FOCUS]
-    assert settings[2].sentence == "the camera has no focus"
+    assert settings[2].sentence == "the camera has no focus that can be held"
     assert not settings[2].held
 
 
