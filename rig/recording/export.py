@@ -21,6 +21,8 @@ COLUMNS = ("frame", "sequence", "captured_s", "identity", "x_mm", "y_mm", "force
 SIGMAS = ("sigma_x_mm", "sigma_y_mm", "sigma_force_n")
 TRUTH = ("true_x_mm", "true_y_mm", "true_force_n", "true_radius_mm")
 CODEC = "FFV1"  # without loss
+AS_IT_IS = cv2.IMWRITE_TIFF_COMPRESSION, 1
+"""Without compression: OpenCV's LZW makes noise larger, and not every reader has it."""
 ELEMENTS = 48  # along the longer side of an exported surface
 
 
@@ -93,6 +95,6 @@ def _reported(session: Session, report: Report):
 
 
 def _save(path: Path, image: AnyArray) -> Path:
-    if not cv2.imwrite(str(path), image):
+    if not cv2.imwrite(str(path), image, AS_IT_IS):
         raise OSError(f"image '{path}' cannot be written; check whether the disk is full")
     return path
