@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import inf, isfinite
+from math import inf, nan
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +26,10 @@ from rig.system.timing import Stopwatch
 
 PLACE, FORCE = 0.3, 0.02
 """Standard deviations of a place, mm, and of a force, as a fraction, that a list states."""
+
+LARGEST = {"x_mm": 1e6, "y_mm": 1e6, "force_n": 1e6, "first_frame": 1e9, "last_frame": 1e9}
+"""What no number of a list is beyond, in its unit."""
+SMALLEST_FORCE = 1e-9  # N
 
 COLUMNS = ("press", "first_frame", "last_frame", "x_mm", "y_mm", "force_n")
 _START = 1.5  # N, where the force of a press is not known
@@ -62,29 +66,44 @@ def read_list(path: Path) -> list[Listed]:
     """
     with path.open(newline="", encoding="utf-8-sig") as file:
         rows = csv.DictReader(file)
-        missing = [name for name in COLUMNS if name not in (rows.fieldnames or ())]
-        if missing:
-            raise ValueError(
-                f"'{path}' lacks the column {missing[0]}; its first line must hold"
-                f" {','.join(COLUMNS)}"
-            )
-        found = [_listed(row, f"'{path}' line {number}") for number, row in enumerate(rows, 2)]
-    if not found:
+        try:
+            missing = [name for name in COLUMNS if name not in (rows.fieldnames or ())]
+            named = [(f"'{path}' line {number}", row) for number, row in enumerate(rows, 2)]
+        except (UnicodeDecodeError, csv.Error) as error:
+            raise ValueError(f"'{path}' is no CSV in UTF-8 ({error}); save it as such") from None
+    if missing:
+        raise ValueError(
+            f"'{path}' lacks the column {missing[0]}; its first line must hold {','.join(COLUMNS)}"
+        )
+    if not named:
         raise ValueError(f"'{path}' lists no press; write a line for each")
-    return found
+    return [_listed(row, where) for where, row in named]
 
 
 def _listed(row: dict[str, str], where: str) -> Listed:
-    first, last = (_number(row, name, where) for name in ("first_frame", "last_frame"))
+    first, last = (_frame(row, name, where) for name in ("first_frame", "last_frame"))
     x, y, force = (_number(row, name, where) for name in ("x_mm", "y_mm", "force_n"))
-    if first is None or last is None or not 0 <= first <= last:
-        raise ValueError(f"{where}: frames must run from first_frame to last_frame, both given")
+    if not first <= last:
+        raise ValueError(
+            f"{where}: frames must run from first_frame to last_frame, got {first} to {last};"
+            " correct them there"
+        )
     if (x is None) != (y is None):
-        raise ValueError(f"{where}: x_mm and y_mm must both be given, or neither")
-    if force is not None and not force > 0:
+        raise ValueError(f"{where}: x_mm and y_mm must both be given, or neither; correct it there")
+    if force is not None and not force > SMALLEST_FORCE:
         raise ValueError(f"{where}: force_n must be positive, got {force:g} N; leave it empty")
     place = None if x is None or y is None else (x, y)
-    return Listed(row["press"], (int(first), int(last)), place, force)
+    return Listed(row["press"], (first, last), place, force)
+
+
+def _frame(row: dict[str, str], name: str, where: str) -> int:
+    value = _number(row, name, where)
+    if value is None or value < 0 or not value.is_integer():
+        raise ValueError(
+            f"{where}: {name} must be the number of an image, from 0, got '{row[name]}'; correct it"
+            " there"
+        )
+    return int(value)
 
 
 def _number(row: dict[str, str], name: str, where: str) -> float | None:
@@ -94,9 +113,12 @@ def _number(row: dict[str, str], name: str, where: str) -> float | None:
     try:
         value = float(text)
     except ValueError:
-        value = inf
-    if not isfinite(value):
-        raise ValueError(f"{where}: {name} must be a number or empty, got '{text}'")
+        value = nan
+    if not abs(value) <= LARGEST[name]:
+        raise ValueError(
+            f"{where}: {name} must be a number of at most {LARGEST[name]:g}, or empty, got"
+            f" '{text}'; correct it there"
+        )
     return value
 
 

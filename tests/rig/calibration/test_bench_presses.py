@@ -34,16 +34,30 @@ def test_a_list_says_what_is_known(tmp_path):
         ("press,first_frame\n", "lacks the column last_frame"),
         (HEAD, "lists no press"),
         (HEAD + "a,20,16,,,\n", "line 2: frames must run from first_frame to last_frame"),
-        (HEAD + "a,,16,,,\n", "line 2: frames must run"),
+        (HEAD + "a,,16,,,\n", "line 2: first_frame must be the number of an image, from 0, got ''"),
+        (HEAD + "a,1,20.7,,,\n", "line 2: last_frame must be the number .* got '20.7'"),
+        (HEAD + "a,-1,2,,,\n", "line 2: first_frame must be the number .* got '-1'"),
+        (HEAD + "a,1,1e300,,,\n", "line 2: last_frame must be a number of at most 1e"),
         (HEAD + "a,1,2,,,\nb,3,4,50,,1\n", "line 3: x_mm and y_mm must both be given"),
         (HEAD + "a,1,2,5,5,-1\n", "line 2: force_n must be positive, got -1 N"),
-        (HEAD + "a,1,2,x,5,1\n", "line 2: x_mm must be a number or empty, got 'x'"),
-        (HEAD + "a,1,2,nan,5,1\n", "line 2: x_mm must be a number or empty, got 'nan'"),
+        (HEAD + "a,1,2,x,5,1\n", "line 2: x_mm must be a number of .* got 'x'"),
+        (HEAD + "a,1,2,nan,5,1\n", "line 2: x_mm must be a number of .* got 'nan'"),
+        (HEAD + "a,1,2,5,1e300,1\n", "line 2: y_mm must be a number of at most 1e"),
+        (HEAD + "a,1,2,5,5,1e300\n", "line 2: force_n must be a number of at most 1e"),
+        (HEAD + "a,1,2,5,5,1e-300\n", "line 2: force_n must be positive, got 1e-300 N"),
     ],
 )
 def test_a_list_that_says_too_little_is_refused(tmp_path, text, says):
     with pytest.raises(ValueError, match=says):
         listed(tmp_path, text)
+
+
+@pytest.mark.parametrize("content", [b"\xe4", b'"' + 200_000 * b"x"])
+def test_a_list_that_is_no_text_is_refused_in_a_sentence(tmp_path, content):
+    path = tmp_path / "presses.csv"
+    path.write_bytes(HEAD.encode() + content)
+    with pytest.raises(ValueError, match=r"presses.csv' is no CSV in UTF-8 .*; save it as such"):
+        read_list(path)
 
 
 def bench():
