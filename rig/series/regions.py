@@ -14,10 +14,14 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 import dic
+from rig.scene.quantity import LARGEST_SIDE
 from rig.series.scale import SCALED
 from rig.system.arrays import F64, AnyArray, Mask
 
-Point = tuple[float, float]
+Coordinate = Annotated[
+    float, Field(ge=-LARGEST_SIDE, le=LARGEST_SIDE, allow_inf_nan=False, description="px")
+]
+Point = tuple[Coordinate, Coordinate]
 UV, SIGMA_UV = ("u", "v"), ("sigma_u", "sigma_v")
 STRAINS = ("exx", "eyy", "exy")
 
