@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from models.arrays import AnyArray
-from models.nets.checkpoint import fingerprint
+from models.nets.checkpoint import DAMAGE, fingerprint
 
 _LARGEST = 1e3  # of a weight; NaN is not below it either
 
@@ -89,7 +88,7 @@ def load_arrays(
             arrays = {name: np.asarray(stored[name]) for name in stored.files}
         text, checksum = str(arrays.pop("options")), str(arrays.pop("checksum"))
         said = json.loads(text)
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zipfile.error) as error:
+    except DAMAGE as error:
         raise ValueError(
             f"net file {path} is damaged or no {_plain(kind)}; delete it and run '{kind.command}'"
         ) from error

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import zipfile
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +14,9 @@ from typing import cast
 import numpy as np
 
 from models.arrays import AnyArray
+
+DAMAGE = OSError, ValueError, EOFError, KeyError, RuntimeError, zipfile.BadZipFile, zlib.error
+"""What NumPy raises where an ``.npz`` is damaged: RuntimeError where its ways of packing are."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +79,7 @@ class Checkpoint:
         try:
             with np.load(self.path, allow_pickle=False) as stored:
                 arrays = {name: stored[name] for name in stored.files}
-        except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile) as error:
+        except DAMAGE as error:
             raise ValueError(
                 f"checkpoint {self.path} is damaged; delete it, and training begins anew"
             ) from error

@@ -49,6 +49,9 @@ LIMITS: Mapping[str, tuple[float, float]] = {
     "discrepancy": (0, 1),
     "memory": (0, 1),
     "prior": (0, 1e9),
+    "points": (-1e5, 1e5),
+    "start": (-1e5, 1e5),
+    "end": (-1e5, 1e5),
 }
 """Smallest and largest by the name of the key; of all others `ANY`."""
 

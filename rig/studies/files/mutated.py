@@ -1,4 +1,4 @@
-"""Mutated files: scene, calibration, model, recording, cache, compiled kernel; 2000 of each.
+"""Mutated files: 2000 of each kind that the program reads.
 
 Parts: some, all. Files are read in a process of their own, so that one that ends the process or
 hangs it is counted too, as a traceback. *Refused* is an error of one sentence that says what to do;
@@ -34,7 +34,7 @@ NONE = at_most(0)
 def outcome(kind: str, whole: bytes, number: int, folder: Path) -> tuple[str, str]:
     """Mutate a file, read it, and say how that ends: one of `OUTCOMES`, and with which words."""
     chosen = KINDS[kind]
-    rng = np.random.default_rng((SEED, sorted(KINDS).index(kind), number))
+    rng = np.random.default_rng((SEED, list(KINDS).index(kind), number))
     path = folder / f"mutated{chosen.suffix}"
     path.write_bytes(chosen.mutate(whole, rng))
     try:
