@@ -46,17 +46,10 @@ def outputs(
 
 def _started(display: str | None) -> tuple[Output, ...]:
     """Start SDL on a display and list its outputs."""
-    from rig.projector.outputs import list_outputs, use_display
+    from rig.projector.outputs import list_outputs, start_display, use_display
 
     use_display(display)
-    import pygame
-
-    try:
-        pygame.display.init()
-    except pygame.error as error:
-        raise OSError(
-            f"no display can be used ({error}); log in to a desktop, or set projector.display"
-        ) from error
+    start_display(display)
     return list_outputs()
 
 

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     import pygame
 
 TITLE = "touchplate projector"
+UNSEEN = "offscreen", "dummy"
+"""What SDL draws to where it finds no desktop, unless SDL_VIDEODRIVER says another."""
 LIBRARIES = ("pygame*.libs/libSDL2-2*", "pygame/SDL2.dll", "pygame/.dylibs/libSDL2-2*")
 """Where the SDL of pygame lies beside it, on Linux, Windows and macOS."""
 
@@ -60,6 +62,33 @@ def use_display(display: str | None) -> None:
         os.environ |= {"DISPLAY": display, "SDL_VIDEODRIVER": "x11"}
     elif sys.platform == "linux" and not {"DISPLAY", "WAYLAND_DISPLAY"} & set(os.environ):
         os.environ["DISPLAY"] = ":0"  # that of the machine, for one who came over the network
+
+
+def start_display(display: str | None) -> None:
+    """Start SDL on the display that `use_display` chose.
+
+    Raises
+    ------
+    OSError
+        If there is no desktop: SDL does not start, or would draw where nobody sees it.
+    """
+    import pygame
+
+    try:
+        pygame.display.init()
+    except pygame.error as error:
+        raise _not_open(display, str(error)) from error
+    driver = pygame.display.get_driver()
+    if driver in UNSEEN and os.environ.get("SDL_VIDEODRIVER") != driver:
+        pygame.display.quit()
+        raise _not_open(display, f"SDL would draw where nobody sees it: driver '{driver}'")
+
+
+def _not_open(display: str | None, why: str) -> OSError:
+    return OSError(
+        f"{display or 'the display'} did not open ({why}); log in to a desktop, or set"
+        " projector.display to one"
+    )
 
 
 def allow_acceleration() -> None:

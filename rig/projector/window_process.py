@@ -19,6 +19,7 @@ from rig.projector.outputs import (
     full_window,
     list_outputs,
     open_window,
+    start_display,
     use_display,
 )
 from rig.system.process import leave_signals_to_the_loop
@@ -64,12 +65,13 @@ def run_window(
 
     loop = _Loop(link, wanted)
     try:
+        start_display(display)
         window, output = _open_window(screen.size, full_screen, wanted)
     except pygame.error as error:
         name = display or "the display"
         loop.hears(False, f"no projector window: {name} did not open ({error})")
         return
-    except ValueError as error:
+    except (OSError, ValueError) as error:
         loop.hears(False, f"no projector window: {error}")
         return
     width, height = screen.size
@@ -105,7 +107,6 @@ def _open_window(
     """
     import pygame
 
-    pygame.display.init()
     allow_acceleration()
     outputs = list_outputs()
     if full_screen or wanted is not None:

@@ -118,15 +118,13 @@ def _on_desktop(work: Callable[..., Any], *given: Any) -> Any:
 
 def _work(link: Connection, work: Callable[..., Any], given: tuple[Any, ...]) -> None:
     leave_signals_to_the_loop()
-    from rig.projector.outputs import use_display
+    from rig.projector.outputs import start_display, use_display
 
     use_display(None)
-    import pygame
-
     try:
-        pygame.display.init()
-    except pygame.error as error:
-        link.send((False, f"no display can be used ({error}); log in to a desktop"))
+        start_display(None)
+    except OSError as error:
+        link.send((False, str(error)))
         return
     link.send((True, work(*given)))
 

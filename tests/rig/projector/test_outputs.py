@@ -197,3 +197,13 @@ def test_a_window_whose_output_is_unplugged_says_so_and_ends(monkeypatch):
         "projector window is gone: output 'HDMI-1' is not there any more or has changed; plug it in"
         " again"
     )
+
+
+def test_a_window_that_nobody_would_see_is_none(monkeypatch, tmp_path):
+    for name in ("WAYLAND_DISPLAY", "SDL_VIDEODRIVER"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("DISPLAY", ":987")
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    with open_projector(SCREEN, None, full_screen=False) as show:
+        wait_for(lambda: show(()) or not show.status.endswith("is opening"))
+        assert show.status.startswith("no projector window: the display did not open (SDL would")

@@ -23,7 +23,16 @@ def test_without_a_desktop_a_sentence_says_so(bench, monkeypatch):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("SDL_VIDEODRIVER", "x11")
     monkeypatch.setenv("DISPLAY", ":987")
-    with pytest.raises(OSError, match=r"^no display can be used \(.*\); log in to a desktop$"):
+    with pytest.raises(OSError, match=r"^the display did not open \(.*\); log in to a desktop, "):
+        bench.outputs()
+
+
+def test_a_desktop_that_nobody_sees_is_none(bench, monkeypatch, tmp_path):
+    for name in ("WAYLAND_DISPLAY", "SDL_VIDEODRIVER"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("DISPLAY", ":987")  # SDL looks for others, and falls back to one in memory
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    with pytest.raises(OSError, match=r"nobody sees it: driver '.*'\); log in to a desktop"):
         bench.outputs()
 
 
