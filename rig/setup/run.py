@@ -13,7 +13,7 @@ from rig.setup.desk import Desk, Go, Leave, Next, Outcome
 from rig.setup.forms import ask_plate, ask_prints
 from rig.setup.guided_steps import be_guided
 from rig.setup.known_weight import press_known_weight
-from rig.setup.session import SetupSession, SetupState, read_state, state_beside
+from rig.setup.session import SetupSession, SetupState, resume_state
 from rig.setup.steps import Step, StepName, can_enter, next_step, steps_of
 from rig.setup.verdict import give_verdict
 
@@ -46,9 +46,10 @@ def set_up(path: Path, bench: SetupBench, desk: Desk) -> bool:
     Raises
     ------
     OSError, ValueError
-        If a file of an earlier time cannot be read, or is damaged.
+        If a file of an earlier time cannot be read, is damaged, or is a rehearsal's where this is
+        none, or the other way round.
     """
-    setup = SetupSession(path, bench, desk, read_state(state_beside(path)))
+    setup = SetupSession(path, bench, desk, resume_state(path, bench.rehearsal))
     _ = setup.calibration  # a damaged one is refused before anything is asked
     step = next_step(setup.state.answers, setup.state.done)
     while step is not None:

@@ -24,6 +24,7 @@ class SetupState(Section):
     """What was said and done so far."""
 
     version: Literal[1] = Field(1, description="of this file")
+    rehearsal: bool = Field(False, description="whether it is of a twin, and of no real bench")
     answers: Answers = Field(NOTHING_SAID, description="what was said of the bench")
     done: tuple[StepName, ...] = Field((), description="steps that are done")
     written: str = Field("", description="the scene as it was last written")
@@ -63,6 +64,33 @@ def read_state(path: Path) -> SetupState:
             f"state of the setup '{path}' is damaged: {said}; correct it there, or delete the file"
             " and begin anew"
         ) from error
+
+
+def resume_state(scene: Path, rehearsal: bool) -> SetupState:
+    """Read how far the setup of a scene is, or begin one.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    ValueError
+        If it holds no state, or that of a rehearsal where none is meant, or the other way round.
+    """
+    path = state_beside(scene)
+    state = read_state(path)
+    if not path.exists():
+        return state.model_copy(update={"rehearsal": rehearsal})
+    if state.rehearsal and not rehearsal:
+        raise ValueError(
+            f"setup of '{scene}' is a rehearsal on a twin, and a real bench does not go on with it;"
+            " pass --rehearse, or name another scene"
+        )
+    if rehearsal and not state.rehearsal:
+        raise ValueError(
+            f"setup of '{scene}' is that of a real bench, and a rehearsal would write over its"
+            " calibration; name another scene, or leave --rehearse out"
+        )
+    return state
 
 
 def keep_state(path: Path, state: SetupState) -> None:

@@ -75,7 +75,9 @@ class TerminalDesk:
         line = next(self._lines(), None) if self._view else None
         if line is None:
             return
-        if (wish := self._wish(line.strip())) is not None:
+        if line.strip() == "help":
+            self._say(f"  {HELP}")
+        elif (wish := self._wish(line.strip())) is not None:
             yield wish
         else:
             self._say(f"  ! '{line.strip()}' is nothing that can be done here; {HELP}")

@@ -37,10 +37,10 @@ class Person:
 
 
 def begin(path, done=(), **answers):
-    """Leave a setup at `path` as if these steps were done; write its scene where it has a plate."""
+    """Leave a rehearsal at `path` as if these steps were done, with its scene if it has a plate."""
     from rig.setup.scene_file import scene_text
 
-    given = {"answers": SMALL | answers, "done": done}
+    given = {"answers": SMALL | answers, "done": done, "rehearsal": True}
     state = SetupState.model_validate(given)
     if "plate" in done:
         text = scene_text(state.answers, rehearsal=True)

@@ -78,6 +78,37 @@ def test_a_step_that_stands_on_others_is_not_entered_before_them(tmp_path, desk)
     assert person.seen == ["camera", "camera", "camera", "plate"]
 
 
+class Real(RehearsedBench):
+    """Play a real bench."""
+
+    rehearsal = False
+
+
+@pytest.mark.parametrize(
+    ("first", "then", "says"),
+    [
+        (RehearsedBench, Real, "is a rehearsal on a twin, .*; pass --rehearse"),
+        (Real, RehearsedBench, "is that of a real bench, .*; name another scene"),
+    ],
+)
+def test_a_rehearsal_and_a_real_bench_do_not_go_on_with_each_other(
+    tmp_path, desk, first, then, says
+):
+    path = tmp_path / "my.toml"
+
+    def leave_after_plate():
+        return desk.Person(lambda view: Push("next") if view.name == "plate" else Leave())
+
+    set_up(path, first(1), leave_after_plate())
+    before = {file: file.read_bytes() for file in tmp_path.iterdir()}
+    with pytest.raises(ValueError, match=says):
+        set_up(path, then(1), leave_after_plate())
+    assert {file: file.read_bytes() for file in tmp_path.iterdir()} == before
+    again = desk.Person(lambda view: Leave())
+    set_up(path, first(1), again)
+    assert again.seen == ["print"]
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [

@@ -10,7 +10,7 @@ from rig.cli import main
 from rig.page.setup_view import Button, Question, StepLine, StepView
 from rig.scene import load
 from rig.setup.desk import Answer, Drop, Go, Leave, Push
-from rig.setup.terminal_desk import TerminalDesk
+from rig.setup.terminal_desk import HELP, TerminalDesk
 
 COMMAND = [sys.executable, "-c", "from rig.cli import main; main()"]
 VIEW = StepView(
@@ -69,6 +69,13 @@ def test_a_line_that_is_none_is_said(line):
     desk, said = desk_with(line)
     assert list(desk.wishes()) == []
     assert f"'{line}' is nothing that can be done here" in said[-1]
+
+
+def test_help_is_given_and_not_refused():
+    desk, said = desk_with(" help ")
+    before = len(said)
+    assert list(desk.wishes()) == []
+    assert said[before:] == [f"  {HELP}"]
 
 
 def test_the_setup_is_left_and_resumed_in_a_terminal(tmp_path):
