@@ -4,7 +4,8 @@ Parts: wizard. The bench that the twin is differs from what is said of it, by a 
 stiffness, projector, and a person's presses. Only the page is worked on, in a headless browser.
 What the calibration then says of the plate, of the projector and of a press is compared with the
 truth: the farthest place over the plate, and the root mean square of the force. A camera of ten
-images a second is said, so that the twin can be drawn on a busy machine.
+images a second is said, so that the twin can be drawn on a busy machine. A person's time is that of
+the page, and 5 seconds for each click.
 """
 
 from __future__ import annotations
@@ -41,6 +42,7 @@ from rig.setup.run import set_up
 from rig.setup.session import read_state, state_beside
 from rig.setup.steps import STEPS
 from rig.setup.true_bench import TrueBench
+from rig.studies.start.hand import with_hands
 from rig.studies.study import line, part, rms, run
 from rig.system.timing import Stopwatch
 
@@ -50,7 +52,6 @@ CHROMIUM = "/usr/bin/chromium"
 ARGUMENTS = ("--no-sandbox", "--disable-gpu", "--disable-background-networking")
 RATE = "10"  # images a second, said on the page
 PATIENCE = 240_000  # ms for a step
-THINKS = 1.0  # s that a person takes for each click, beside what the step itself takes
 PRESSES = 5  # of known weight on each bench, elsewhere than it was laid for the calibration
 RANGE = (0.25, 0.75)  # of the plate's sides
 FRAMES = 16  # of a press: as long as the weight lies for the calibration
@@ -87,7 +88,7 @@ def wizard(seeds: tuple[int, ...] = SEEDS) -> Iterator[Figure]:
             for place, force in press_errors(scene, known, bench, done):
                 places.append(place)
                 forces.append(force)
-            minutes.append((done.seconds + THINKS * done.clicks) / 60)
+            minutes.append(with_hands(done.seconds, done.clicks))
             pages = done.pages
     count = len(seeds)
     yield from line(

@@ -2,7 +2,7 @@
 
 Parts: way. It needs Chromium and Playwright. The command is run as it is installed, on photographs
 of a sheet with a hole that is pulled; a script has the hands. Time is that of the machine, and with
-`HAND` seconds for each click, key and drag of a person who must look and think.
+5 seconds for each click, key and drag of a person who must look and think.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from PIL import Image
 from playwright.sync_api import Page, expect, sync_playwright
 
 from rig.report.figure import Figure, at_most
+from rig.studies.start.hand import with_hands
 from rig.studies.start.pulled_sheet import PIXELS, RADIUS, PulledSheet, draw_sheet
 from rig.studies.study import line, rms, run
 
 FRAMES = 12
-HAND = 5.0  # s for an action of the hand
 FLAGS = ("--no-sandbox", "--disable-gpu", "--disable-background-networking")
 OUTER = ((20, 20), (779, 20), (779, 579), (20, 579))  # px, corners of the ROI
 ENDS = (150, 300), (650, 300)  # px, of the extensometer: left and right of the hole
@@ -177,7 +177,7 @@ def _figures(steps: dict[str, float], actions: int) -> Iterator[Figure]:
         f"photographs → ROI → field → curve → table and image, {FRAMES + 1} images of 800 × 600",
         machine=(machine, "s"),
         actions=(actions, "of the hand"),
-        with_5_s_an_action=((machine + HAND * actions) / 60, "min", at_most(10), 1),
+        with_5_s_an_action=(with_hands(machine, actions), "min", at_most(10), 1),
     )
 
 
