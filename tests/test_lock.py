@@ -1,5 +1,6 @@
 """The lock: whole, installed as it stands, open to the oldest Python that the project allows."""
 
+import re
 import tomllib
 from importlib.metadata import distribution
 from itertools import chain
@@ -42,6 +43,20 @@ def required(requirements):
 def test_the_lock_holds_what_a_pin_requires(pin):
     """Pip takes it with ``--no-deps``, so nothing is added that was not looked at."""
     assert required(distribution(pin.name).requires or []) <= NAMES
+
+
+def licence(name):
+    """Return what a package says of its licence: an expression, else words and classifiers."""
+    said = distribution(name).metadata
+    classes = [kind for kind in said.get_all("Classifier", []) if kind.startswith("License")]
+    return said.get("License-Expression") or "; ".join([said.get("License", "")[:200], *classes])
+
+
+@pytest.mark.parametrize("pin", LOCKED, ids=str)
+def test_a_pin_leaves_the_project_under_its_own_licence(pin):
+    """The GPL would not; the Lesser GPL, by which pygame comes, does."""
+    lesser = licence(pin.name).replace("LGPL", "").replace("Lesser General Public License", "")
+    assert not re.search("GPL|General Public License", lesser)
 
 
 def test_the_lock_holds_what_the_project_requires():

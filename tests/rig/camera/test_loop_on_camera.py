@@ -1,4 +1,4 @@
-"""`touchplate run` on images that come through a real V4L2 client, out to a real websocket."""
+"""`touchplate run` on images that come through the real OpenCV, out to a real websocket."""
 
 import json
 import signal
@@ -59,7 +59,7 @@ def ending(client):
 def test_a_press_that_a_camera_sees_is_found_sent_and_recorded(images):
     size, file = SMALL["camera.pixels"], images / "session.h5"
     settings = SMALL | {
-        "source": '{kind = "v4l2", exposure = "10 ms"}',
+        "source": '{kind = "opencv", exposure = "10 ms"}',
         "camera.rate": 15,
         "outputs.websocket.port": 0,
     }
@@ -89,4 +89,4 @@ def test_a_press_that_a_camera_sees_is_found_sent_and_recorded(images):
     assert force.mean() == pytest.approx(TOUCH.force, rel=0.05)
     with open_session(file) as session:
         assert session.frames == summary["recorded"]["frames"] >= 15
-        assert session.scene.source.kind == "v4l2"
+        assert session.scene.source.kind == "opencv"
