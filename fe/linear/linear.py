@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from fe.arrays import F64, AnyArray, Mask
 from fe.elements.factor import Factor, factor
 from fe.elements.functional import derivative, recovered
-from fe.elements.mesh import Mesh, default_mesh, mesh_for
+from fe.elements.mesh import Mesh, mesh_for
 from fe.elements.nodal_loads import nodal_loads
 from fe.elements.resolution import unresolved
 from fe.linear.buckling import check_buckling
@@ -253,9 +253,8 @@ def deflect(
     plate : Plate
     touches : sequence of Touch
     mesh : Mesh, optional
-        If left out one that is fine where the plate is touched, or `default_mesh(plate)` where a
-        square is touched at many places or there are loads. For many loads on one plate keep a
-        `Linear`.
+        If left out one that is fine where the plate is touched or loaded, or `default_mesh(plate)`
+        of a square at many places. For many loads on one plate keep a `Linear`.
     loads : sequence of Load, optional
         Pressure, line loads and moments beside the touches.
 
@@ -266,6 +265,5 @@ def deflect(
         size, or the plate has a shape or is thick.
     """
     if mesh is None:
-        # A mesh that is fine at touches is coarse elsewhere, where loads may be.
-        mesh = default_mesh(plate) if loads else touch_mesh(plate, touches)
+        mesh = touch_mesh(plate, touches, loads)
     return Linear(plate, mesh_for(plate, mesh)).deflect(touches, loads)

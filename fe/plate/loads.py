@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite
 from typing import TypeAlias
@@ -131,7 +132,28 @@ def acts_along(load: Load) -> bool:
     return isinstance(load, FaceForce | LineLoad) and (load.along_x != 0 or load.along_y != 0)
 
 
-def singular_places(loads: tuple[Load, ...]) -> tuple[Touch, ...]:
+def steep_places(loads: Sequence[Load], size: tuple[float, float]) -> tuple[Touch, ...]:
+    """Points near which the strain under the loads changes fast, as touches without force.
+
+    Those at which it has no limit, ends of lines and corners of rectangles.
+    """
+    ends = [end for load in loads for end in _ends(load, size)]
+    return (*singular_places(loads), *(Touch(*end, 0.0) for end in ends))
+
+
+def _ends(load: Load, size: tuple[float, float]) -> tuple[tuple[float, float], ...]:
+    """Return the ends of a line, or two opposite corners of a rectangle; none of a point."""
+    match load:
+        case LineLoad():
+            return load.start, load.end
+        case Pressure():
+            x, y = load.x or (0.0, size[0]), load.y or (0.0, size[1])
+            return (x[0], y[0]), (x[1], y[1])
+        case _:
+            return ()
+
+
+def singular_places(loads: Sequence[Load]) -> tuple[Touch, ...]:
     """Points at which the strain under the loads has no limit, as touches without force."""
     return tuple(
         Touch(load.x, load.y, 0.0) for load in loads if isinstance(load, FaceForce | PointMoment)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from fe.elements.graded import Grading, graded
 from fe.elements.mesh import Mesh, even_grid
+from fe.linear.touch_mesh import loaded_places, spread_out
+from fe.plate.loads import Load, Pressure
 from fe.plate.plate import Plate, Touch
 
 # Elements along the side of a square.
@@ -21,6 +21,8 @@ _RIM_ELEMENTS = 8
 # Where touches are known. Strains err by 8e-4 of the largest at a twentieth of the shorter side
 # from a touch and beyond (study `plates.aspect`).
 _GRADING = Grading(finest=72.0, growth=0.45, elements=18000)
+# Pressure and lines bend the plate between its touches.
+_SPREAD = _GRADING._replace(across=16.0)
 
 
 def shell_mesh(plate: Plate) -> Mesh:
@@ -49,9 +51,13 @@ def shell_mesh(plate: Plate) -> Mesh:
     return Mesh(plate.size, (counts[0], counts[1]), breaks, (runs[0], runs[1]))
 
 
-def pressed_mesh(plate: Plate, touches: Sequence[Touch]) -> Mesh:
-    """Return the mesh for touches that are known: one that is fine at these."""
-    if not touches:
+def pressed_mesh(plate: Plate, touches: Sequence[Touch], loads: Sequence[Load] = ()) -> Mesh:
+    """Return the mesh for touches and loads that are known: one that is fine at these.
+
+    Under pressure and lines it is fine along the edges too. Pressure alone, and nothing, is left to
+    `shell_mesh`.
+    """
+    if not touches and all(isinstance(load, Pressure) for load in loads):
         return shell_mesh(plate)
-    xy = np.array([(t.x, t.y) for t in touches])
-    return graded(plate, xy, np.array([t.radius for t in touches]), _GRADING)
+    xy, radius = loaded_places(plate, touches, loads)
+    return graded(plate, xy, radius, _SPREAD if spread_out(loads) else _GRADING)

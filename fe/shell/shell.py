@@ -11,7 +11,6 @@ import numpy as np
 
 from fe.arrays import F64
 from fe.elements.mesh import Mesh, even_grid, mesh_for
-from fe.elements.nodal_loads import nodal_loads
 from fe.elements.refinement import refined
 from fe.linear.buckling import check_buckling
 from fe.linear.demand import strain_demand
@@ -22,7 +21,7 @@ from fe.plate.plate import Plate, Touch
 from fe.plate.thin import check_thin
 from fe.shell.band import cholesky
 from fe.shell.base import Base, bow, check_base
-from fe.shell.meshes import pressed_mesh, shell_mesh
+from fe.shell.meshes import pressed_mesh
 from fe.shell.newton import Equilibrium, equilibrium
 from fe.shell.problem import Problem
 from fe.shell.stability import Stability, Verdict, judge, smallest
@@ -156,11 +155,15 @@ class Shell:
         return self._state(base, found, self.undeformed.loads, self.undeformed.stability)
 
     def loaded(
-        self, state: ShellState, further: F64, touches: tuple[Touch, ...] = ()
+        self,
+        state: ShellState,
+        further: F64,
+        touches: tuple[Touch, ...] = (),
+        applied: tuple[Load, ...] = (),
     ) -> ShellState:
         """State under further dead loads (2 nx + 2, 2 ny + 2, 3) N, see `ShellState.load`.
 
-        `touches` are those that the loads stand for, as far as they do.
+        `touches` and `applied` are those that the loads stand for, as far as they do.
         """
         before, loads = state.loads.ravel(), state.loads + further
         held = self.support(state.base)
@@ -170,9 +173,10 @@ class Shell:
             return Problem(self.system, held, load, self.reference_eigenvalue)
 
         found = _follow(problem, state.values.ravel())
-        touched = (*state.touches, *touches)
-        reached = self._state(state.base, found, loads, state.stability, touched)
-        return replace(reached, beside=state.beside or bool(further.any() and not touches))
+        known = (*state.touches, *touches), (*state.applied, *applied)
+        reached = self._state(state.base, found, loads, state.stability, *known)
+        unnamed = bool(further.any()) and not (touches or applied)
+        return replace(reached, beside=state.beside or unnamed)
 
     def _bent(self, base: Base) -> ShellState:
         """Bend first, in one go from a shape that is nearly right, then twist step by step."""
@@ -204,6 +208,7 @@ class Shell:
         loads: F64,
         before: Stability,
         touches: tuple[Touch, ...] = (),
+        applied: tuple[Load, ...] = (),
     ) -> ShellState:
         """State of an equilibrium, with the iterations and escapes before it counted in."""
         free, eigenvalue = self.support(base).free, nan
@@ -216,7 +221,8 @@ class Shell:
         escapes = before.escapes + found.escapes
         iterations = before.iterations + found.iterations
         unjudged = Stability(Verdict.NOT_CONVERGED, residual, iterations, eigenvalue, escapes, nan)
-        state = ShellState(self, base, self.system.table(found.values), loads, unjudged, touches)
+        table = self.system.table(found.values)
+        state = ShellState(self, base, table, loads, unjudged, touches, applied)
         if not converged:
             return state
         strained = strain_demand(state)
@@ -241,8 +247,8 @@ def solve(
     base : Base, optional
         Movement of the clamps before the touch; none if left out.
     mesh : Mesh, optional
-        If left out one that is fine where the plate is touched, `shell_mesh(plate)` without
-        touches or with other loads. For many loads keep a `Shell` or the state of its base.
+        If left out one that is fine where the plate is touched or loaded, `shell_mesh(plate)` where
+        nothing acts but a base or pressure. For many loads keep a `Shell` or the state of its base.
     loads : sequence of Load, optional
         Pressure, line loads, forces along the face and moments, which act after the touches and
         keep the direction that they have on the plate at rest.
@@ -261,13 +267,12 @@ def solve(
     # Refuses touches outside before the base takes its time.
     check_touches(plate, touches)
     if mesh is None:
-        # A mesh that is fine at touches is coarse elsewhere, where loads may be.
-        mesh = shell_mesh(plate) if loads else pressed_mesh(plate, touches)
+        mesh = pressed_mesh(plate, touches, loads)
     shell = Shell(plate, mesh)
     state = shell.at(base or Base())
     if touches:
         state = state.touch(touches)
-    return state.load(nodal_loads(plate, shell.mesh, loads)) if loads else state
+    return state.apply(loads) if loads else state
 
 
 def _check_held_in_plane(plate: Plate) -> None:

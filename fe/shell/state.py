@@ -13,10 +13,12 @@ from numpy.typing import ArrayLike
 from fe.arrays import F64, Mask
 from fe.elements.functional import derivative, recovered
 from fe.elements.mesh import Mesh
+from fe.elements.nodal_loads import nodal_loads
 from fe.elements.resolution import unresolved
 from fe.linear.linear import Face, height
 from fe.linear.load import spread
 from fe.linear.mesh_error import MeshError, left
+from fe.plate.loads import Load, singular_places
 from fe.plate.plate import Plate, Touch
 from fe.shell.base import Base
 from fe.shell.measure import Reading, derivatives, rest, strain, surface
@@ -43,8 +45,10 @@ class ShellState:
         Whether this is an equilibrium, and how far from a limit. Look at it before anything else.
     touches : tuple of Touch
         What presses: beside a point force strain is not a number.
+    applied : tuple of Load
+        What acts beside touches, as far as it is known: beside a point strain is not a number.
     beside : bool
-        Whether loads act that are none of the touches.
+        Whether loads act that are none of these.
     """
 
     shell: Shell
@@ -53,6 +57,7 @@ class ShellState:
     loads: F64
     stability: Stability
     touches: tuple[Touch, ...] = ()
+    applied: tuple[Load, ...] = ()
     beside: bool = False
 
     def __post_init__(self) -> None:
@@ -126,33 +131,38 @@ class ShellState:
 
     def near_touch(self, xy: ArrayLike) -> Mask:
         """Whether points (K, 2) mm lie so near to a point force that strain is not resolved."""
-        return unresolved(self.plate, self.mesh, self.touches, self.plate.points(xy))
+        points = (*self.touches, *singular_places(self.applied))
+        return unresolved(self.plate, self.mesh, points, self.plate.points(xy))
 
     def mesh_error(self, xy: ArrayLike, face: Face = "top") -> MeshError:
         """Estimate how far deflection and strain at points (K, 2) mm are off because of the mesh.
 
-        Solves once more for base and touches, all pressed at once, on two thirds of the elements.
+        Solves once more on two thirds of the elements: base, touches, all pressed at once, and
+        then what else is applied.
 
         Raises
         ------
         ValueError
-            Loads act beside the touches, or no equilibrium was found on two thirds of the elements.
+            Nodal loads act whose work on fewer elements is not known, or no equilibrium was found
+            on two thirds of the elements.
         """
         if self.beside:
             raise ValueError(
-                "error of the mesh is that of a base and touches, got loads beside them; solve on "
-                "two meshes and compare"
+                "error of the mesh is that of a base, touches and applied loads, got nodal loads "
+                "beside them; solve on two meshes and compare"
             )
         less = self.shell.coarser.at(self.base)
         if self.touches:
             less = less.touch(self.touches)
+        if self.applied:
+            less = less.apply(self.applied)
         if not less.stability.converged:
             raise ValueError(
                 "error of the mesh needs an equilibrium on fewer elements too, got "
                 f"{less.mesh.counts} elements and none; give a finer mesh"
             )
         # Where this mesh resolves the strain the other one is read too, though it may not.
-        less = replace(less, touches=())
+        less = replace(less, touches=(), applied=())
         return MeshError(
             left(self.deflection(xy), less.deflection(xy)),
             left(self.strain(xy, face), less.strain(xy, face)),
@@ -177,6 +187,19 @@ class ShellState:
             here.add_to(loads, along_z * normal[:, c], one)
         return self.shell.loaded(self, loads, tuple(touches))
 
+    def apply(self, loads: Sequence[Load]) -> ShellState:
+        """Add pressure, lines, forces along the face and moments to what is there.
+
+        They keep the direction that they have on the plate at rest.
+
+        Raises
+        ------
+        ValueError
+            A load lies outside the plate.
+        """
+        work = nodal_loads(self.plate, self.mesh, loads)
+        return self.shell.loaded(self, work, applied=tuple(loads))
+
     def load(self, loads: F64) -> ShellState:
         """Add dead loads: the state with these beside the ones that are there.
 
@@ -185,7 +208,7 @@ class ShellState:
         loads : (2 nx + 2, 2 ny + 2, 3) float64, N
             Work of the load on each unknown. What the edges hold is not read.
         """
-        return self.shell.loaded(self, self.mesh.table(loads, 3), ())
+        return self.shell.loaded(self, self.mesh.table(loads, 3))
 
     def place(self, xy: F64, reading: Reading) -> F64:
         """Read the derivatives of the place of the surface, less those of the plane: (K, 5, 3)."""

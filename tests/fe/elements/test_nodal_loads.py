@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import fe
+from fe.shell.meshes import pressed_mesh
 
 SIZE = (120.0, 90.0)
 PLATE = fe.Plate(SIZE, 1.0, 3000.0, 0.3, fe.Supported())
@@ -91,15 +92,58 @@ def test_strain_at_a_moment_is_not_a_number_and_under_pressure_it_is():
     assert np.isfinite(state.mesh_error([(30.0, 20.0)]).deflection).all()
 
 
-def test_the_error_of_a_mesh_knows_touches_alone():
-    touch = fe.Touch(60.0, 45.0, 0.5)
-    beside = fe.solve(PLATE, [touch], loads=[fe.Pressure(1e-4)])
-    with pytest.raises(ValueError, match="got loads beside them"):
-        beside.mesh_error([(30.0, 20.0)])
-    with pytest.raises(ValueError, match="got loads beside them"):
-        beside.touch([touch]).mesh_error([(30.0, 20.0)])
-    nothing_more = fe.solve(PLATE, [touch]).touch([])
+def test_strain_of_a_shell_at_a_moment_and_a_force_along_the_face_is_not_a_number():
+    loads = (fe.PointMoment(60.0, 45.0, 1.0, 0.0), fe.FaceForce(90.0, 20.0, 0.5, 0.0))
+    state = fe.solve(PLATE, [], mesh=fe.even_grid(PLATE, 20), loads=(*loads, fe.Pressure(1e-4)))
+    assert np.isnan(state.strain([(60.0, 45.0), (90.0, 20.0)])).all()
+    assert np.isfinite(state.strain([(30.0, 20.0)])).all()
+    assert np.isfinite(state.stability.demand)
+
+
+def test_the_error_of_a_shells_mesh_under_loads_is_that_to_a_finer_mesh():
+    touch, pressure = fe.Touch(80.0, 60.0, 0.2), fe.Pressure(5e-4)
+    look = np.random.default_rng(3).uniform((5.0, 5.0), (60.0, 85.0), (80, 2))
+
+    def solved(side):
+        return fe.solve(PLATE, [touch], mesh=fe.even_grid(PLATE, side), loads=[pressure])
+
+    state = solved(14)
+    off = np.abs(state.deflection(look) - solved(28).deflection(look)).max()
+    assert off / 3 < state.mesh_error(look).deflection.max() < 3 * off
+
+
+def test_the_error_of_a_mesh_is_not_known_under_bare_nodal_loads():
+    touch, ready = fe.Touch(60.0, 45.0, 0.5), fe.Shell(PLATE, MESH)
+    bare = fe.nodal_loads(PLATE, MESH, [fe.Pressure(1e-4)])
+    beside = ready.undeformed.load(bare)
+    for state in (beside, beside.touch([touch])):
+        with pytest.raises(ValueError, match="got nodal loads beside them"):
+            state.mesh_error([(30.0, 20.0)])
+    nothing_more = ready.undeformed.touch([touch]).touch([])
     assert np.isfinite(nothing_more.mesh_error([(30.0, 20.0)]).deflection).all()
+
+
+LONG = fe.Plate((1600.0, 100.0), 1.0, 3000.0, 0.3)
+AROUND = np.array([(707.0, 37.0), (695.0, 46.0), (719.0, 30.0)])
+
+
+def test_a_touch_on_a_long_plate_is_resolved_beside_loads_as_well_as_alone():
+    """Loads add up in linear theory."""
+    touch, pressure = fe.Touch(700.0, 37.0, 1.0), fe.Pressure(1e-4)
+    both = fe.deflect(LONG, [touch], loads=[pressure]).strain(AROUND)
+    alone = fe.deflect(LONG, [touch]).strain(AROUND)
+    rest = fe.deflect(LONG, [], loads=[pressure]).strain(AROUND)
+    assert np.abs(both - alone - rest).max() < 1e-3 * np.abs(alone).max()
+
+
+def test_the_mesh_of_a_shell_is_fine_at_touches_and_edges_beside_loads():
+    """Bent in linear theory; a grid that knows no touch is too coarse to say."""
+    touch = fe.Touch(700.0, 37.0, 1.0)
+    loads = [fe.LineLoad((800.0, 30.0), (850.0, 60.0), 1.0), fe.Pressure(1e-4)]
+    look = np.concatenate([AROUND, [(800.0, 0.0), (707.0, 0.0)]])
+    mesh = pressed_mesh(LONG, [touch], loads)
+    shells, fine = (fe.deflect(LONG, [touch], m, loads).strain(look) for m in (mesh, None))
+    assert np.abs(shells - fine).max() < 2e-3 * np.abs(fine).max()
 
 
 def test_loads_that_cannot_be_are_one_sentence():
