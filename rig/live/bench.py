@@ -90,6 +90,8 @@ class Bench:
         What proposes touches where a search is cold, where the scene names it.
     strain_touches : bool
         Whether touches are estimated from strain, where that is drawn.
+    rate : float or None, frames a second
+        What the scene expects of the camera.
     """
 
     plate: fe.Plate
@@ -107,6 +109,7 @@ class Bench:
     row_time: float = 0.0
     start: models.TouchNet | None = None
     strain_touches: bool = True
+    rate: float | None = None
 
     @property
     def height(self) -> float:
@@ -222,6 +225,7 @@ def build_bench(
         known=known,
         in_time=in_time(scene, motions.plate_modes) if scene.dynamics else None,
         row_time=camera.row_time,
+        rate=camera.rate,
         start=touch_net_of(scene, theory.name, exact=known is None),
     )
 

@@ -69,7 +69,7 @@ class Loop:
         reference: ReferenceFrame | None = None,
     ):
         self.bench = bench
-        self.pace = Pace()
+        self.pace = Pace(bench.rate)
         self.watch = Stopwatch(clock)
         self.pattern_score = RunScore(bench.min_force)
         self.strain_score = RunScore(bench.min_force)
@@ -202,7 +202,7 @@ class Loop:
         return () if found.from_strain is None else marks(found.from_strain)
 
     def _take(self, frame: Frame, follower: FrameProcessor, view: View) -> Snapshot:
-        self.pace.begin(frame.sequence)
+        self.pace.begin(frame.sequence, frame.captured)
         self._renew(follower)
         self._begin_recording(follower)
         result = follower.process(frame)
@@ -331,7 +331,7 @@ class Loop:
             strain_reason="" if shown else "the scene names no [comparison] by strain",
             events=result.events,
             gestures=self._recent,
-            signs=signs(follower.chain, frame_estimate),
+            signs=(*signs(follower.chain, frame_estimate), *self.pace.signs),
             estimate=frame_estimate.estimate,
             notice=self._notice(frame.captured),
             learned=self.learned,

@@ -44,6 +44,8 @@ class BaseBench:
         Largest number of touches looked for.
     min_force : float, N
         Weakest touch that counts in the scores.
+    rate : float or None, frames a second
+        What the scene expects of the camera.
     """
 
     plate: fe.Plate
@@ -54,6 +56,7 @@ class BaseBench:
     dic: DicSection
     max_touches: int
     min_force: float
+    rate: float | None = None
 
     def watched(self, reference: ReferenceFrame) -> models.Watched:
         """Return plate and camera with an image of the flat plate.
@@ -117,6 +120,7 @@ def build_base_bench(
         dic=dic,
         max_touches=scene.touches.max_touches if scene.touches else 1,
         min_force=scene.touches.force[0] if scene.touches else 0.0,
+        rate=camera.rate,
     )
 
 

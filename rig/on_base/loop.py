@@ -60,7 +60,7 @@ class SurfaceLoop:
         on_rest: Callable[[], object] = lambda: None,
     ):
         self.bench = bench
-        self.pace = Pace()
+        self.pace = Pace(bench.rate)
         self.watch = Stopwatch(clock)
         self.score = RunScore(bench.min_force)
         self.outcomes: Counter[str] = Counter()
@@ -174,7 +174,7 @@ class SurfaceLoop:
         }
 
     def _take(self, frame: Frame, follower: SurfaceFollower) -> Snapshot:
-        self.pace.begin(frame.sequence)
+        self.pace.begin(frame.sequence, frame.captured)
         result = follower.process(frame)
         self.outcomes[result.outcome] += 1
         self._last = result.base or self._last
@@ -230,7 +230,7 @@ class SurfaceLoop:
             noise=float("nan") if said is None else float(np.sqrt(said.misfit)),
             strain_reason="a bent plate has no map of strain",
             events=result.events,
-            signs=_signs(result, follower),
+            signs=(*_signs(result, follower), *self.pace.signs),
             estimate=result.estimate,
             notice=self._notice.at(frame.captured),
             base=result.base,
