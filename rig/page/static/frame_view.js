@@ -18,8 +18,9 @@ export function inverse([[a, b, c], [d, e, f], [g, h, i]]) {  // up to scale, as
 }
 
 export function component(frame, name) {
-  if (!frame.values) return null;
-  const [rows, columns] = frame.strain.shape, start = COMPONENTS.indexOf(name) * rows * columns;
+  const number = COMPONENTS.indexOf(name);
+  if (!frame.values || number < 0) return null;
+  const [rows, columns] = frame.strain.shape, start = number * rows * columns;
   return frame.values.subarray(start, start + rows * columns);
 }
 

@@ -43,16 +43,17 @@ def browser():
 
 @pytest.fixture
 def page(browser):
-    """Open a page that remembers complaints and every address that it asked for."""
+    """Open a page that remembers complaints and every address that it asked for; it never throws."""
     context = browser.new_context(viewport={"width": 1440, "height": 900})
     page = context.new_page()
-    page.complaints, page.asked = [], []
+    page.complaints, page.asked, thrown = [], [], []
     page.on("console", lambda message: page.complaints.append(message.text))
-    page.on("pageerror", lambda error: page.complaints.append(str(error)))
+    page.on("pageerror", lambda error: thrown.append(str(error)))
     page.on("request", lambda request: page.asked.append(request.url))
     page.on("websocket", lambda ws: page.asked.append(ws.url))
     yield page
     context.close()
+    assert thrown == []
 
 
 @contextmanager
