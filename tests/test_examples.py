@@ -177,6 +177,13 @@ def test_live_loop(example):
     assert times == sorted(times, key=float)
 
 
+def test_projector(example):
+    printed = example(11)
+    frames, touched = printed.line("frames:")
+    assert frames >= touched == 5
+    assert 0.5 < printed.line("largest load:")[0] < 2.5  # N, of touches of 1 to 2 N
+
+
 def test_photographs(example, tmp_path):
     printed = example(10)
     pull, rim = printed.line("results/photographs: pull")

@@ -1,4 +1,4 @@
-"""What the projector can show: marks of touches, a demo, a stripe of the Gray code, plain light."""
+"""What the projector can show: marks, a demo, an image, a stripe of the Gray code, plain light."""
 
 from __future__ import annotations
 
@@ -32,8 +32,42 @@ class Plain:
     level: int
 
 
-Content = tuple[Mark, ...] | Demo | Stripe | Plain
-"""Small, so that it passes to the window's process at once; the image is drawn there."""
+@dataclass(frozen=True, eq=False)
+class Image:
+    """An image of a program, (H, W, 3) uint8 RGB, as large as the projector's; see `image_of`."""
+
+    pixels: NDArray[np.uint8]
+
+
+Content = tuple[Mark, ...] | Demo | Image | Stripe | Plain
+"""Small but for an image, so that it passes to the window's process at once and is drawn there."""
+
+
+def image_of(pixels: NDArray[np.uint8], size: tuple[int, int]) -> Image:
+    """Take an image as it is now, whatever becomes of its array.
+
+    Parameters
+    ----------
+    pixels : (H, W) or (H, W, 3) uint8
+        Grey, or red, green and blue.
+    size : (int, int)
+        Width and height of the projector's image, px.
+
+    Raises
+    ------
+    ValueError
+        If it is no such array, or of another size.
+    """
+    width, height = size
+    if pixels.dtype != np.uint8 or pixels.shape not in ((height, width), (height, width, 3)):
+        shape = " x ".join(map(str, pixels.shape))
+        raise ValueError(
+            f"projector image is an array of {shape} {pixels.dtype}; give uint8 of {height} x"
+            f" {width} (grey) or {height} x {width} x 3 (RGB), as projector.size is {width} x"
+            f" {height} px"
+        )
+    grey = pixels[..., None] if pixels.ndim == 2 else pixels
+    return Image(np.array(np.broadcast_to(grey, (height, width, 3))))
 
 
 def draw(content: Content, screen: Screen) -> NDArray[np.uint8]:
@@ -42,6 +76,8 @@ def draw(content: Content, screen: Screen) -> NDArray[np.uint8]:
     match content:
         case Stripe(number):
             return np.repeat(pattern(screen.size, number)[..., None], 3, axis=2)
+        case Image(pixels):
+            return pixels
         case Plain(level):
             return np.full((height, width, 3), level, np.uint8)
         case Ripples() | Trails() | Weighing() | Painting() | Keys() as demo:

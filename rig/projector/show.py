@@ -65,6 +65,7 @@ class Show:
         self._window, self._screen = window, screen
         self._demo = demo
         self._latest: Snapshot | None = None
+        self._written: Content | None = None
         self.mode: Mode = mode
         self._plate_size, self._delay, self._clock = plate_size, delay, clock
 
@@ -82,8 +83,23 @@ class Show:
         """Show the touches of a frame; of one that is too old nothing, for they have moved on."""
         self._window(self.content(snapshot))
 
+    def write(self, content: Content) -> None:
+        """Show this from now on in the place of what would be shown of frames.
+
+        A window that is busy has it with one of the next frames.
+        """
+        self._written = content
+        self._window(content)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the projector's image, px."""
+        return self._screen.size
+
     def content(self, snapshot: Snapshot) -> Content:
         """Return what is shown of a frame; a demo goes on by one that it has not had."""
+        if self._written is not None:
+            return self._written
         old = self._clock() - snapshot.given > OLDEST
         marks = () if old else self.marks(snapshot)
         if self._demo is None:

@@ -6,28 +6,29 @@ import multiprocessing
 import time
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
-from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 
 from rig.projector.blanking import Blink
-from rig.projector.content import Content
+from rig.projector.content import Content, Image
 from rig.projector.display_log import DisplayLog
+from rig.projector.image_link import ImageLink, image_links
 from rig.projector.markers import Screen
 from rig.projector.window_process import CLOSED, SECONDS_BETWEEN_EVENTS, Wanted, Word, run_window
-from rig.system.process import deaf_to_interrupts
+from rig.system.process import deaf_to_interrupts, without_script
 
 SECONDS_TO_CLOSE = 2.0
 SECONDS_TO_ANSWER = 3.0  # after which a window that has answered before is taken for stuck
 SECONDS_TO_RETRY = 2.0  # after a window has gone, before another is opened
-Start = Callable[[Wanted], tuple[Connection, BaseProcess]]
+Start = Callable[[Wanted], tuple[ImageLink, BaseProcess]]
 
 
 class Projector:
     """Call it with the marks of a frame: the window shows the newest that it has time for.
 
     At most one message is under way at a time: the window answers each, and only then gets the
-    next. So a slow or stuck window costs the loop nothing. A window that has gone, with its display
-    for instance, is opened again until it comes back, unless the user has closed it.
+    next; an image that it has is not sent again. So a slow or stuck window costs the loop nothing.
+    A window that has gone, with its display for instance, is opened again until it comes back,
+    unless the user has closed it.
 
     Parameters
     ----------
@@ -71,10 +72,10 @@ class Projector:
                 word: Word = self._link.recv()
                 self._ready, self.status, self._output = word
                 self._sound = self._ready
-            if self._ready:
+            if self._ready and not (isinstance(content, Image) and content is self._sent):
                 self._link.send(content)
                 self.shown.add(now, content)
-                self._ready, self._since = False, now
+                self._ready, self._since, self._sent = False, now, content
             elif self._sound and now - self._since > SECONDS_TO_ANSWER:
                 self._lose("does not answer", now)
         except (EOFError, OSError):
@@ -108,6 +109,7 @@ class Projector:
         self._link, self._window = self._start(self._output)
         self.pid = self._window.pid
         self._ready = self._sound = False
+        self._sent: Content = ()
         self.alive, self._since = True, time.monotonic()
 
     def _lose(self, how: str, now: float) -> None:
@@ -144,11 +146,11 @@ def open_projector(
     """
     context = multiprocessing.get_context("spawn")
 
-    def start(wanted: Wanted) -> tuple[Connection, BaseProcess]:
-        ours, theirs = context.Pipe()
+    def start(wanted: Wanted) -> tuple[ImageLink, BaseProcess]:
+        ours, theirs = image_links(context, screen.size)
         given = theirs, screen, display, full_screen, blink, wanted
         window = context.Process(target=run_window, args=given, daemon=True)
-        with deaf_to_interrupts():
+        with deaf_to_interrupts(), without_script():
             window.start()
         theirs.close()
         return ours, window

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING
 
 from rig.projector.blanking import Blink
 from rig.projector.content import Content, draw
+from rig.projector.image_link import ImageLink
 from rig.projector.markers import Screen
 from rig.projector.outputs import (
     Output,
@@ -39,7 +39,7 @@ another is opened."""
 
 
 def run_window(
-    link: Connection,
+    link: ImageLink,
     screen: Screen,
     display: str | None,
     full_screen: bool,
@@ -50,7 +50,7 @@ def run_window(
 
     Parameters
     ----------
-    link : Connection
+    link : ImageLink
         Gives content, takes a `Word` for each.
     screen : Screen
     display : str or None
@@ -86,7 +86,7 @@ def run_window(
 class _Loop:
     """The link to the loop, and by what the window's output is chosen when it is opened anew."""
 
-    link: Connection
+    link: ImageLink
     output: Wanted
 
     def hears(self, ready: bool, status: str) -> bool:

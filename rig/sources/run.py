@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits  # pyright: ignore[reportMissingTypeStubs]
 
 from rig.calibration.learned import Known, known_now
 from rig.calibration.store import Calibration, calibration_warnings
 from rig.scene import Scene, load
+from rig.sources.callbacks import Callback, Callbacks
 from rig.sources.open_loop import Report, open_loop
 from rig.system.once import says_once
 from rig.system.process import interruptible
 
 if TYPE_CHECKING:
     from rig.live.live_loop import LiveLoop
-    from rig.live.snapshot import Snapshot
+    from rig.live.snapshot import Mark, Snapshot
+    from rig.projector.show import Show
     from rig.usb.link import BoardLink
 
 LOG = logging.getLogger("touchplate")
@@ -37,8 +42,8 @@ def run(
     Source and recording are opened with the first frame, and closed when the iteration ends in any
     way: at the end of the source, by ``break``, an exception or Ctrl-C. What should be known of the
     bench is logged as a warning of the logger ``touchplate``, progress as information. Neither page
-    nor projector nor outputs of the scene are opened; its USB board is, with lamp, trigger and foot
-    switch.
+    nor outputs of the scene are opened, and its projector where `LiveRun.open_projector` asks for
+    it; its USB board is, with lamp, trigger and foot switch.
 
     Parameters
     ----------
@@ -77,9 +82,9 @@ class LiveRun:
     """Frames of the live loop of a scene, see `run`; also a context that ends with its block."""
 
     def __init__(self, scene: Scene, known: Known, record: Path | None):
-        self._opened: list[LiveLoop] = []
+        self._scene, self._parts = scene, _Parts()
         # A function of its own: were it a method, a run that is dropped would not end at once.
-        self._frames = _frames(scene, known, record, self._opened.append)
+        self._frames = _frames(scene, known, record, self._parts)
 
     def __iter__(self) -> LiveRun:
         """Iterate over the frames."""
@@ -98,8 +103,75 @@ class LiveRun:
         self.close()
 
     def close(self) -> None:
-        """Close source and recording; the run has no further frame."""
+        """Close source, projector and recording; the run has no further frame."""
         self._frames.close()
+
+    def on_frame(self, callback: Callback) -> Callback:
+        """Call a function with each frame, before the iteration gives it; also as a decorator.
+
+        One that throws is logged once, with its name, and frames go on. Ctrl-C ends the run from
+        within it too.
+
+        Parameters
+        ----------
+        callback : callable
+            Takes a `Snapshot`.
+
+        Returns
+        -------
+        callable
+            The same.
+        """
+        self._parts.callbacks.add(callback)
+        return callback
+
+    def open_projector(self) -> None:
+        """Have the first frame open the window of the scene's [projector], for `show`.
+
+        It stays dark until something is shown. Where the projector is calibrated, its light is
+        taken out of the frames, whatever is shown.
+
+        Raises
+        ------
+        ValueError
+            If the scene has no projector or no plate, or the first frame has been asked for.
+        """
+        if self._scene.projector is None or self._scene.plate is None:
+            raise ValueError(
+                f"scene '{self._scene.title}' has no projector to show something with; add"
+                " [projector] and [plate] to it"
+            )
+        if self._parts.loop:
+            raise ValueError(
+                "a run opens its projector with the first frame, which has come; call"
+                " open_projector before it"
+            )
+        self._parts.projector = True
+
+    def show(self, content: Sequence[Mark] | NDArray[np.uint8]) -> None:
+        """Show marks or an image with the projector, until something else is shown.
+
+        Parameters
+        ----------
+        content : sequence of Mark, or (H, W) or (H, W, 3) uint8
+            Marks where they are on the plate, such as the touches of a frame; or an image, grey or
+            RGB, as large as ``projector.size``. `()` is dark.
+
+        Raises
+        ------
+        ValueError
+            If the projector is not open, or the image has another size or kind.
+        """
+        from rig.projector.content import image_of
+
+        show = self._parts.show
+        if show is None:
+            raise ValueError(
+                "a run shows nothing before it has a projector; call open_projector and ask for the"
+                " first frame"
+            )
+        image = isinstance(content, np.ndarray)
+        show.write(image_of(content, show.size) if image else tuple(content))
 
     def tare(self) -> None:
         """Renew the reference from the next frames, while nothing touches.
@@ -111,9 +183,9 @@ class LiveRun:
         ValueError
             If no frame was asked for yet.
         """
-        if not self._opened:
+        if self._parts.loop is None:
             raise ValueError("a run has no reference to renew before its first frame; ask for one")
-        self._opened[0].tare()
+        self._parts.loop.tare()
 
     def weigh(self, force: float) -> None:
         """Take the touch that is held next, anywhere, as a known weight: it sets the newton.
@@ -129,9 +201,9 @@ class LiveRun:
         ValueError
             If no frame was asked for yet, the bench is exact, or the weight too small.
         """
-        if not self._opened:
+        if self._parts.loop is None:
             raise ValueError("a run takes no weight before its first frame; ask for one")
-        self._opened[0].weigh(force)
+        self._parts.loop.weigh(force)
 
     def summary(self) -> dict[str, Any]:
         """Figures of the run so far, as ``touchplate run --json`` prints them.
@@ -141,27 +213,41 @@ class LiveRun:
         ValueError
             If no frame was asked for yet.
         """
-        if not self._opened:
+        if self._parts.loop is None:
             raise ValueError("a run has no figures before its first frame; ask for one")
-        return self._opened[0].summary()
+        return self._parts.loop.summary()
+
+
+@dataclass
+class _Parts:
+    """What a run is to open, and what it has open."""
+
+    callbacks: Callbacks = field(default_factory=Callbacks)
+    projector: bool = False
+    show: Show | None = None
+    loop: LiveLoop | None = None
 
 
 def _frames(
-    scene: Scene,
-    known: Known,
-    record: Path | None,
-    opened: Callable[[LiveLoop], object],
+    scene: Scene, known: Known, record: Path | None, parts: _Parts
 ) -> Generator[Snapshot, None, None]:
-    with ExitStack() as parts:
+    with ExitStack() as stack:
         # The solves of a frame are small: threads of BLAS make them slower, not faster.
-        parts.enter_context(threadpool_limits(1, "blas"))
+        stack.enter_context(threadpool_limits(1, "blas"))
+        sinks: list[Callable[[Snapshot], object]] = []
         with interruptible():
-            loop, sinks = parts.enter_context(_open(scene, known, record))
-        opened(loop)
+            if parts.projector:
+                show = parts.show = stack.enter_context(_open_show(scene, known.calibration))
+                sinks += [show, says_once(lambda: show.trouble, LOG.warning)]
+            opening = _open(scene, known, record, parts.show)
+            loop, more = stack.enter_context(opening)
+        parts.loop = loop
+        sinks += more
         snapshots, keeper = iter(loop), known.keeper
         if keeper:
-            parts.callback(keeper.write, loop)
+            stack.callback(keeper.write, loop)
             sinks.append(lambda snapshot: keeper.follow(loop, snapshot.captured))
+        sinks.append(parts.callbacks)
         while snapshot := _next(snapshots):
             for sink in sinks:
                 sink(snapshot)
@@ -175,8 +261,23 @@ def _next(snapshots: Iterator[Snapshot]) -> Snapshot | None:
 
 
 @contextmanager
+def _open_show(scene: Scene, calibration: Calibration) -> Generator[Show]:
+    """Open the projector's window; it is dark, whatever the scene would show."""
+    from rig.projector.markers import fit_plate
+    from rig.projector.show import open_show
+
+    if scene.projector is None or scene.plate is None:
+        raise ValueError("a projector needs [projector] and [plate] in the scene; add them")
+    section = scene.projector.model_copy(update={"content": "marks"})
+    screen = calibration.screen() or fit_plate(section.size, scene.plate.size)
+    with open_show(section, screen, scene.plate.size, calibration) as show:
+        show.write(())
+        yield show
+
+
+@contextmanager
 def _open(
-    scene: Scene, known: Known, record: Path | None
+    scene: Scene, known: Known, record: Path | None, show: Show | None
 ) -> Generator[tuple[LiveLoop, list[Callable[[Snapshot], object]]]]:
     """Open the loop, and what takes its snapshots before the program does."""
     for sentence in known.notes:
@@ -190,7 +291,13 @@ def _open(
             switch = parts.enter_context(open_switch(record, scene, calibration))
         links: list[BoardLink] = []
         opening = open_loop(
-            scene, calibration, LOG.warning, _progress, recorder=switch, use_board=links.append
+            scene,
+            calibration,
+            LOG.warning,
+            _progress,
+            recorder=switch,
+            show=show,
+            use_board=links.append,
         )
         loop = parts.enter_context(opening)
         sinks: list[Callable[[Snapshot], object]] = []

@@ -43,7 +43,7 @@ def browser():
 
 @pytest.fixture
 def page(browser):
-    """Open a page that remembers complaints and every address that it asked for; it never throws."""
+    """Open a page that remembers complaints and what it asked for; it may never throw."""
     context = browser.new_context(viewport={"width": 1440, "height": 900})
     page = context.new_page()
     page.complaints, page.asked, thrown = [], [], []

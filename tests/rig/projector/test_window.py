@@ -15,6 +15,7 @@ import pytest
 
 from rig.live.snapshot import Mark
 from rig.projector import open_projector
+from rig.projector.content import image_of
 from rig.projector.markers import draw_marks, fit_plate, project
 
 SIZE, PLATE = (640, 400), (254.0, 180.0)
@@ -91,6 +92,22 @@ def shows_at(show, memory, mark, expected):
 
 
 @pytest.mark.display
+def test_an_image_is_shown_pixel_for_pixel_and_a_stuck_window_does_not_wait_for_it(x_server):
+    display, memory = x_server
+    pixels = np.random.default_rng(4).integers(0, 256, (SIZE[1], SIZE[0], 3), np.uint8)
+    with open_projector(SCREEN, display) as show:
+        image = image_of(pixels, SIZE)
+        wait_for(lambda: show(image) or (read_screen(memory) == pixels).all())
+        os.kill(show.pid, signal.SIGSTOP)
+        for level in range(20):  # far more than any pipe holds
+            show(image_of(np.full_like(pixels, level), SIZE))
+            show(())
+        os.kill(show.pid, signal.SIGCONT)
+        last = image_of(pixels[::-1], SIZE)
+        wait_for(lambda: show(last) or (read_screen(memory) == pixels[::-1]).all())
+
+
+@pytest.mark.display
 def test_a_screen_of_another_size_is_refused_in_one_sentence(x_server):
     display, _ = x_server
     with open_projector(fit_plate((800, 600), PLATE), display) as show:
@@ -154,6 +171,7 @@ def test_ctrl_c_ends_loop_and_window_without_a_word(tmp_path, seconds):
 import signal, time
 from rig.projector.markers import fit_plate
 from rig.projector import open_projector
+from rig.projector.content import image_of
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores it
     try:
@@ -188,6 +206,7 @@ def test_the_window_ends_when_its_loop_is_killed(x_server):
 import time
 from rig.projector.markers import fit_plate
 from rig.projector import open_projector
+from rig.projector.content import image_of
 from rig.live.snapshot import Mark
 if __name__ == "__main__":
     with open_projector(fit_plate({SIZE}, {PLATE}), {display!r}) as show:

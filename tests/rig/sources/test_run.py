@@ -6,10 +6,14 @@ import threading
 from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
 
+import numpy as np
 import pytest
 
 import rig
 from rig.calibration.store import LatencyEntry
+from rig.projector import show as show_module
+from rig.projector.content import Image
+from rig.projector.display_log import DisplayLog
 from rig.recording.session import open_session
 from rig.sources import open_loop
 from rig.sources.twin import build_twin
@@ -181,3 +185,124 @@ def test_a_scene_by_its_file_has_the_calibration_beside_it(
 def test_a_scene_that_is_not_there_is_refused_at_once():
     with pytest.raises(ValueError, match="no scene is called 'nowhere'"):
         rig.run("nowhere")
+
+
+class Window:
+    """A projector's window that remembers what it was given."""
+
+    alive, status = True, "open"
+
+    def __init__(self):
+        self.shown, self.given = DisplayLog(), []
+
+    def __call__(self, content):
+        self.given.append(content)
+
+
+@pytest.fixture
+def projector(small, monkeypatch):
+    """Give a scene with a projector, and the window that it opens."""
+    window = Window()
+
+    @contextmanager
+    def open_projector(screen, *place):
+        window.open = True
+        try:
+            yield window
+        finally:
+            window.open = False
+
+    monkeypatch.setattr(show_module, "open_projector", open_projector)
+    size = {"projector.size": [40, 30], "projector.content": "ripples"}
+    return small({"touches.max_touches": 1} | size), window
+
+
+def test_a_program_writes_marks_and_images_to_the_projector(projector, opened):
+    scene, window = projector
+    opened([20, 21, 76])
+    image = np.arange(30 * 40 * 3, dtype=np.uint8).reshape(30, 40, 3)
+    with rig.run(scene) as run:
+        run.open_projector()
+        next(run)
+        assert set(window.given) == {()}  # dark, and not the demo of the scene
+        run.show([rig.Mark(30.0, 40.0, 2.0)])
+        assert window.given[-1] == (rig.Mark(30.0, 40.0, 2.0),)
+        run.show(image[..., 0])
+        image[:] = 0  # what is shown was taken before
+        next(run)
+        shown = window.given[-1]
+        assert isinstance(shown, Image)
+        assert shown.pixels[3, 5].tolist() == [(3 * (3 * 40 + 5)) % 256] * 3
+        run.show(next(run).touches)
+        assert len(window.given[-1]) == 1
+        assert window.open
+    assert not window.open
+
+
+def test_what_is_shown_is_given_to_the_window_with_each_frame(projector, opened):
+    scene, window = projector
+    opened([20, 21, 22])
+    with rig.run(scene) as run:
+        run.open_projector()
+        next(run)
+        run.show([rig.Mark(30.0, 40.0, 2.0)])
+        count = len(window.given)
+        next(run)
+        assert window.given[count:] == [(rig.Mark(30.0, 40.0, 2.0),)]
+
+
+@pytest.mark.parametrize("shape", [(40, 30), (30, 40, 4), (30,)])
+def test_an_image_of_another_size_than_the_projector_is_refused(projector, opened, shape):
+    scene, _ = projector
+    opened([20, 21])
+    with rig.run(scene) as run:
+        run.open_projector()
+        next(run)
+        with pytest.raises(ValueError, match=r"give uint8 of 30 x 40 \(grey\) or 30 x 40 x 3"):
+            run.show(np.zeros(shape, np.uint8))
+        with pytest.raises(ValueError, match="30 x 40 float64"):
+            run.show(np.zeros((30, 40)))
+
+
+def test_a_projector_is_opened_before_the_first_frame_or_refused(projector, scene, opened):
+    opened([20, 21])
+    with rig.run(projector[0]) as run:
+        with pytest.raises(ValueError, match="call open_projector and ask for the first frame"):
+            run.show(())
+        next(run)
+        with pytest.raises(ValueError, match="call open_projector before it"):
+            run.open_projector()
+    bare = scene.model_copy(update={"projector": None})
+    with pytest.raises(ValueError, match="has no projector to show something with"):
+        rig.run(bare).open_projector()
+
+
+def test_callbacks_have_each_frame_and_one_that_throws_is_logged_once(scene, opened, caplog):
+    opened([20, 21, 22])
+    seen, failures = [], []
+    run = rig.run(scene)
+
+    @run.on_frame
+    def fragile(frame):
+        failures.append(frame.sequence)
+        raise KeyError("left")
+
+    run.on_frame(lambda frame: seen.append(frame.sequence))
+    assert [frame.sequence for frame in run] == [20, 21, 22]
+    assert seen == failures == [20, 21, 22]
+    (record,) = [one for one in caplog.records if one.levelno == logging.ERROR]
+    assert "fragile' failed in frame 20 (KeyError: 'left'); frames go on" in record.getMessage()
+    assert record.exc_info[1].args == ("left",)
+
+
+def test_ctrl_c_in_a_callback_ends_the_run(scene, opened):
+    source = opened([20, 21, 22])
+
+    def interrupt(frame):
+        raise KeyboardInterrupt
+
+    run = rig.run(scene)
+    run.on_frame(interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        next(run)
+    assert source.closed
