@@ -71,6 +71,7 @@ class _Reporter:
             from rig.commands.page_panels import open_page
 
             self._publisher = open_parts.enter_context(open_page(scene.page, None))
+            self._publisher.takes = ("drop",)
             console().print(
                 f"page: [bold]{self._publisher.url}[/bold]   (Ctrl-C ends)", markup=True
             )

@@ -142,11 +142,16 @@ def start(
     parts = scene, calibration, say, progress, preview, switch, show
     links: list[BoardLink] = []
     opened.append(open_parts.enter_context(open_loop(*parts, use_board=links.append)))
-    if switch and record:
-        outputs = [*outputs, says_once(lambda: switch.failure, warn)]
+    if switch:
+        outputs = [*outputs, *recording_sinks(switch)]
     if links:
         outputs = [*outputs, *_board_sinks(scene, links[0], show, tare, switch, open_parts)]
     return opened[0], [*panels, *outputs]
+
+
+def recording_sinks(switch: Switch) -> list[Sink]:
+    """Say where each recording lies that is begun, and why one has ended by itself."""
+    return [says_once(lambda: switch.where, say), says_once(lambda: switch.failure, warn)]
 
 
 def _board_sinks(

@@ -62,6 +62,7 @@ class Operator:
             "tare": self._tare,
             "weigh": self._weigh,
         }
+        publisher.takes = tuple(self._wishes)
         self._renew = tare
         self._await_weight, self._refused = weigh, ""
 

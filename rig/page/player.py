@@ -24,6 +24,7 @@ from rig.system.arrays import F64, AnyArray
 
 RECORDING = "recording"  # what the page calls the choice among recordings
 UNKNOWN = (math.inf, math.inf, 0.0)  # σ of touches from strain is not recorded
+WISHES = "play", "seek", "set"
 PACE = 1.0 / 30.0  # s between looks at what is asked for
 AGAIN = 0.25  # s after which a frame that stands still is given again: the page waits for one
 
@@ -177,6 +178,7 @@ class PagePlayer:
         sleep: Callable[[float], object] = time.sleep,
     ):
         self._publisher, self._clock, self._sleep = publisher, clock, sleep
+        publisher.takes = WISHES
         self._notes: tuple[str, ...] = ()
 
     def play(self, path: Path) -> None:

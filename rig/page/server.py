@@ -47,11 +47,14 @@ class Publisher:
         Pages that are open now; a loop may leave out what only they would see.
     packets : Newest
         What the pages are given.
+    takes : tuple of str or None
+        What users may ask for: others are refused. None until whoever takes them has said it.
     """
 
     def __init__(self, port: int, screen: Screen | None, access: Access):
         self.port = port
         self.watchers = 0
+        self.takes: tuple[str, ...] | None = None
         self.packets: Newest[Wire] = Newest()
         self._screen, self._access = screen, access
         self._asked: deque[Asked] = deque(maxlen=WAITING)
@@ -154,6 +157,9 @@ async def _ask(request: Request, publisher: Publisher) -> Response:
     with suppress(ValueError):
         wish = json.loads(body)
     match wish:
+        case {"do": str(what)} if publisher.takes is not None and what not in publisher.takes:
+            known = ", ".join(publisher.takes)
+            return PlainTextResponse(f"nothing here does {what!r}; ask for one of {known}\n", 400)
         case {"do": str()}:
             publisher.ask(wish)
             return Response(status_code=204)

@@ -87,6 +87,12 @@ class Switch:
         return self._recorder.failure if self._recorder else ""
 
     @property
+    def where(self) -> str:
+        """Where the recording that runs lies, as a sentence; empty while none does."""
+        said = self.summary()
+        return f"recording to '{Path(said['path']).absolute()}'" if said else ""
+
+    @property
     def on(self) -> bool:
         """Whether a recording runs."""
         return self._recorder is not None

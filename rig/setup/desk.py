@@ -70,6 +70,9 @@ class Desk(Protocol):
         ...
 
 
+WISHES = "answer", "press", "go", "drop", "leave"
+
+
 def wish_of(asked: dict[str, Any]) -> Wish | None:
     """Read what a page asks for; None where that is nothing known."""
     match asked:

@@ -8,7 +8,7 @@ from time import monotonic
 from rig.page.server import Publisher
 from rig.page.setup_packet import SetupPacket
 from rig.page.setup_view import StepLine, StepView
-from rig.setup.desk import Wish, wish_of
+from rig.setup.desk import WISHES, Wish, wish_of
 from rig.system.frame import Frame
 
 PAGE = "setup.html"
@@ -27,6 +27,7 @@ class PageDesk:
 
     def __init__(self, publisher: Publisher, clock: Callable[[], float] = monotonic):
         self._publisher = publisher
+        publisher.takes = WISHES
         self._clock, self._since = clock, 0.0
         self._steps: tuple[StepLine, ...] = ()
         self._shown: tuple[StepView, Frame | None] | None = None

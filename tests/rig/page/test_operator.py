@@ -44,7 +44,7 @@ class Nothing:
         pass
 
     def summary(self):
-        return {"status": "recording to 'a.h5'", "frames": 3, "dropped": 1}
+        return {"status": "recording to 'a.h5'", "path": "a.h5", "frames": 3, "dropped": 1}
 
 
 @pytest.fixture

@@ -19,9 +19,12 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from rig.calibration.guide import Progress
+from rig.calibration.store import Calibration
 from rig.page import serve
 from rig.page.controls import PageControls, Recording, Wizard
+from rig.page.operator import Operator
 from rig.projector.markers import fit_plate
+from rig.recording.control import Switch
 from rig.web import limits
 from rig.web.access import Access, has_other_users, is_own
 
@@ -271,6 +274,18 @@ def test_a_wish_that_is_none_is_refused(content, status):
     with serve(0) as publisher:
         assert httpx.post(f"{publisher.url}ask", content=content).status_code == status
         assert list(publisher.asked()) == []
+
+
+def test_a_wish_that_nobody_fulfils_is_refused_with_those_that_are():
+    with serve(0) as publisher:
+        Operator(publisher, Switch(lambda file: None, None), Calibration(), ())
+        answer = httpx.post(f"{publisher.url}ask", json={"do": "format"})
+        assert answer.status_code == 400
+        assert answer.text.startswith(
+            "nothing here does 'format'; ask for one of record, set, tare"
+        )
+        assert list(publisher.asked()) == []
+        assert httpx.post(f"{publisher.url}ask", json={"do": "tare"}).status_code == 204
 
 
 def test_a_foreign_page_asks_for_nothing():

@@ -2,6 +2,7 @@
 
 from types import SimpleNamespace
 
+from rig.commands.run import recording_sinks
 from rig.recording.control import Switch
 
 
@@ -25,7 +26,9 @@ class Kept:
         self.log.append(("put", shot))
 
     def summary(self):
-        return {"file": self.file}
+        return {"file": self.file, "path": str(self.file)}
+
+    failure = ""
 
 
 def test_a_recording_begins_with_the_reference_whenever_it_is_started():
@@ -48,7 +51,7 @@ def test_a_named_recording_runs_from_the_first_frame_to_the_end():
     with Switch(lambda file: Kept(file, log), "a.h5") as switch:
         switch.begin(1, 2, False)
         switch.put("first")
-        assert switch.summary() == {"file": "a.h5"}
+        assert switch.summary()["file"] == "a.h5"
     assert [entry[0] for entry in log] == ["open", "begin", "put", "close"]
 
 
@@ -62,3 +65,23 @@ def test_a_recording_that_cannot_start_is_a_sentence():
         assert not switch.on
         assert switch.refusal == "the folder is read-only"
         switch.put("shot")
+
+
+def test_the_terminal_says_once_where_each_recording_lies(tmp_path, monkeypatch):
+    said, names = [], ("session-1.h5", "session-2.h5")
+    monkeypatch.setattr("rig.commands.run.say", said.append)
+    monkeypatch.chdir(tmp_path)
+    files = iter(names)
+    with Switch(lambda file: Kept(next(files), []), None) as switch:
+        sinks = recording_sinks(switch)
+        for begins in (False, True, False, True, False):
+            if begins:
+                switch.toggle()
+            for _ in range(3):
+                for sink in sinks:
+                    sink("snapshot")
+            if begins:
+                switch.toggle()
+    assert said == [
+        f"recording to '{tmp_path / name}'" for name in ("session-1.h5", "session-2.h5")
+    ]
