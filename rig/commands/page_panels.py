@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rig.commands.output import console
+from rig.commands.output import console, say
 
 if TYPE_CHECKING:
     from rig.calibration.store import Calibration
@@ -68,6 +69,7 @@ def open_panels(
         show = open_parts.enter_context(opened)
         sinks.append(show)
     if scene.page and switch:
+        from rig.page.files import open_files
         from rig.page.operator import Operator
 
         publisher = open_parts.enter_context(open_page(scene.page, screen))
@@ -80,7 +82,9 @@ def open_panels(
 
             black = calibration.projector.black if calibration.projector else 0.0
             meter = open_parts.enter_context(Meter(screen, black))
-        sinks.append(Operator(publisher, switch, calibration, notes, show, meter, *wishes))
+        files = open_parts.enter_context(open_files(Path.cwd(), say))
+        parts = publisher, switch, calibration, notes, show, meter
+        sinks.append(Operator(*parts, *wishes, files))
     return show, sinks
 
 

@@ -83,6 +83,8 @@ class PageControls:
     wizard : Wizard or None
     played : Played or None
         None where frames are live.
+    table : str or None
+        File that touches are written to, empty while there is none; None where none can be.
     """
 
     notes: tuple[str, ...] = ()
@@ -91,3 +93,4 @@ class PageControls:
     calibration: tuple[Measured, ...] = ()
     wizard: Wizard | None = None
     played: Played | None = None
+    table: str | None = None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, get_args
 
@@ -13,6 +13,7 @@ from rig.projector.modes import Mode
 if TYPE_CHECKING:
     from rig.calibration.store import Calibration
     from rig.page import Publisher
+    from rig.page.files import Files
     from rig.projector.meter import Meter
     from rig.projector.show import Show
     from rig.recording.control import Switch
@@ -39,6 +40,8 @@ class Operator:
         Renews the reference.
     weigh : callable
         Awaits a known weight, N; raises ValueError where there can be none.
+    files : Files or None
+        Where snapshots and tables of touches go.
     """
 
     def __init__(
@@ -51,20 +54,27 @@ class Operator:
         meter: Meter | None = None,
         tare: Callable[[], object] = lambda: None,
         weigh: Callable[[float], object] = lambda force: None,
+        files: Files | None = None,
     ):
         self._publisher, self._switch = publisher, switch
         self._notes, self._measured = notes, measured(calibration, datetime.now(UTC))
         self._show, self._meter = show, meter
         self._snapshot: Snapshot | None = None
-        self._wishes: Mapping[str, Callable[[dict[str, Any]], object]] = {
+        self._wishes: dict[str, Callable[[dict[str, Any]], object]] = {
             "record": lambda wish: switch.toggle(),
             "set": self._set,
             "tare": self._tare,
             "weigh": self._weigh,
         }
+        if files:
+            self._wishes |= {
+                "snapshot": self._keep,
+                "csv": lambda wish: files.table.toggle(),
+            }
         publisher.takes = tuple(self._wishes)
         self._renew = tare
         self._await_weight, self._refused = weigh, ""
+        self._files = files
 
     def __call__(self, snapshot: Snapshot) -> None:
         """Follow a snapshot."""
@@ -72,10 +82,12 @@ class Operator:
         for wish in self._publisher.asked():
             if act := self._wishes.get(wish["do"]):
                 act(wish)
+        if self._files:
+            self._files.table(snapshot)
         shown = self._show.content(snapshot) if self._show else None
         if self._meter and shown is not None and (begun := self._switch.begun):
             self._meter.measure(snapshot, shown, begun.chain)
-        self._publisher.publish(snapshot, self._controls(snapshot.notice), shown)
+        self._publisher.publish(snapshot, self._controls(snapshot), shown)
 
     def _tare(self, wish: dict[str, Any]) -> None:
         """Set what is shown back, and renew the reference unless that was all."""
@@ -92,6 +104,11 @@ class Operator:
         except ValueError as error:
             self._refused = str(error)
 
+    def _keep(self, wish: dict[str, Any]) -> None:
+        """Keep the snapshot that is shown."""
+        if self._files and self._snapshot:
+            self._files.keep(self._snapshot)
+
     def _set(self, wish: dict[str, Any]) -> None:
         if self._show and wish.get("key") == MODE and wish.get("value") in self._modes():
             self._show.mode = wish["value"]
@@ -102,8 +119,10 @@ class Operator:
             return ()
         return tuple(mode for mode in get_args(Mode) if mode != "dark")
 
-    def _controls(self, notice: str) -> PageControls:
-        notes = [notice] if notice else []
+    def _controls(self, snapshot: Snapshot) -> PageControls:
+        notes = [snapshot.notice] if snapshot.notice else []
+        if self._files and (kept := self._files.notice.at(snapshot.captured)):
+            notes.append(kept)
         notes += self._notes
         if self._show and self._show.trouble:
             notes.append(self._show.trouble)
@@ -116,7 +135,14 @@ class Operator:
         settings = ()
         if modes := self._modes():
             settings = (PageSetting(MODE, "Marks", self._show.mode if self._show else "", modes),)
-        return PageControls(tuple(notes), self._recording(), settings, self._measured)
+        parts = tuple(notes), self._recording(), settings, self._measured
+        return PageControls(*parts, table=self._table())
+
+    def _table(self) -> str | None:
+        """Name of the table that is written; empty while none is, None where none can be."""
+        if self._files is None:
+            return None
+        return str(self._files.table.path or "")
 
     def _recording(self) -> Recording:
         said = self._switch.summary()

@@ -111,10 +111,11 @@ class Packet:
         It says too whether who gets it may act.
         """
         added = f', "controls": {json.dumps(controls)}, "parts": {json.dumps(list(parts))}}}'
-        return self._described[:-1] + added
+        return self.described[:-1] + added
 
     @cached_property
-    def _described(self) -> str:
+    def described(self) -> str:
+        """JSON text of all that is no image and no map."""
         return json.dumps(
             plain(_describe(self.snapshot, self.screen) | asdict(self.page_controls)),
             allow_nan=False,

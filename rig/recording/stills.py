@@ -21,10 +21,17 @@ class Stills:
     folder : Path
     say : callable
         Takes a sentence: what was kept, or why it was not.
+    describe : callable or None
+        Gives all else that is known of a frame, as JSON; None keeps nothing of it.
     """
 
-    def __init__(self, folder: Path, say: Callable[[str], object]):
-        self._folder, self._say = folder, say
+    def __init__(
+        self,
+        folder: Path,
+        say: Callable[[str], object],
+        describe: Callable[[Snapshot], str] | None = None,
+    ):
+        self._folder, self._say, self._describe = folder, say, describe
         self._pool = ThreadPoolExecutor(1, "stills")
 
     def __enter__(self) -> Stills:
@@ -42,15 +49,17 @@ class Stills:
 
     def _keep(self, snapshot: Snapshot, path: Path) -> None:
         try:
-            self._say(f"snapshot kept in '{write_still(snapshot, path)}'")
+            state = self._describe(snapshot) if self._describe else None
+            self._say(f"snapshot kept in '{write_still(snapshot, path, state)}'")
         except OSError as error:
             self._say(f"snapshot is not kept in '{path}.png': {error.strerror or error}")
 
 
-def write_still(snapshot: Snapshot, path: Path) -> Path:
+def write_still(snapshot: Snapshot, path: Path, state: str | None = None) -> Path:
     """Write `path`.png, the image, and `path`.csv, its touches as `touchplate run --touches` does.
 
-    Each is written under another name first, so that no half of a file is left.
+    Each is written under another name first, so that no half of a file is left. Where a `state` is
+    given, `path`.json has it.
 
     Returns
     -------
@@ -62,14 +71,17 @@ def write_still(snapshot: Snapshot, path: Path) -> Path:
     OSError
         If the folder cannot be written.
     """
-    image, table = path.with_suffix(".png"), path.with_suffix(".csv")
-    coming = image.with_suffix(".png.part"), table.with_suffix(".csv.part")
+    image, table, text = map(path.with_suffix, (".png", ".csv", ".json"))
+    coming = [whole.with_suffix(f"{whole.suffix}.part") for whole in (image, table, text)]
     try:
         coming[0].write_bytes(cv2.imencode(".png", snapshot.image)[1].tobytes())
         with open_touches(coming[1]) as write:
             write(snapshot)
-        for part, whole in zip(coming, (image, table), strict=True):
-            part.replace(whole)
+        if state is not None:
+            coming[2].write_text(state, encoding="utf-8")
+        for part, whole in zip(coming, (image, table, text), strict=True):
+            if part.exists():
+                part.replace(whole)
     finally:
         for part in coming:
             part.unlink(missing_ok=True)

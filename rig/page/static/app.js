@@ -153,6 +153,7 @@ document.addEventListener("keydown", (event) => {
     event.preventDefault();
     wish({ do: "play" });
   }
+  if (key === "f" && frame?.controls && typeof frame.table === "string") wish({ do: "snapshot" });
   if (key === "t" && frame?.recording && frame.controls) wish({ do: "tare" });
 });
 find("view-canvas").addEventListener("pointermove", (event) => { pointer = view.toImage(event); if (frame) showProbe(); });

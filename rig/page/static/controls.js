@@ -17,6 +17,7 @@ function changed(name, value) {
 export function showControls(frame) {
   showNotes(frame.notes);
   showRecording(frame);
+  showFiles(frame);
   showSettings(frame);
   showCalibration(frame.calibration);
   showWizard(frame);
@@ -41,6 +42,16 @@ function showRecording({ recording, controls }) {
   find("record").lastElementChild.textContent = running ? "Stop recording" : "Record";
   show("record-status", running ? `${frames} frames${dropped ? `, ${dropped} left out` : ""}` : "");
   find("record").title = `${status} (R)`;
+}
+
+function showFiles({ table, controls }) {
+  for (const id of ["snapshot", "table"]) {
+    find(id).hidden = table === null || table === undefined;
+    find(id).disabled = !controls;
+  }
+  find("table").setAttribute("aria-pressed", Boolean(table));
+  show("table", table ? "Stop CSV" : "CSV");
+  find("table").title = table ? `Touches are written to ${table}` : "Write touches to a file *.csv, from now on";
 }
 
 function showSettings({ settings, controls }) {
@@ -107,6 +118,8 @@ function showPlayed({ played, controls }) {
 find("play").addEventListener("click", () => ask({ do: "play" }));
 find("seek").addEventListener("input", ({ target }) => ask({ do: "seek", to: Number(target.value) }));
 find("record").addEventListener("click", () => ask({ do: "record" }));
+find("snapshot").addEventListener("click", () => ask({ do: "snapshot" }));
+find("table").addEventListener("click", () => ask({ do: "csv" }));
 find("tare").addEventListener("click", () => ask({ do: "tare" }));
 find("weigh").addEventListener("submit", (event) => {
   event.preventDefault();

@@ -1,13 +1,19 @@
 """What the operator asks for is done, and what he should know is on the page."""
 
 import asyncio
+import csv
+import json
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
+import cv2
+import numpy as np
 import pytest
 
+import models
 from rig.calibration.store import Calibration, LatencyEntry
 from rig.live.snapshot import Mark
+from rig.page.files import open_files
 from rig.page.operator import Operator
 from rig.page.server import Publisher
 from rig.projector.display_log import DisplayLog
@@ -166,3 +172,63 @@ def test_a_known_weight_is_awaited_and_what_is_none_is_refused_in_a_note(bench):
         assert len(shown) == len(notes)
         assert all(part in note for part, note in zip(notes, shown, strict=True))
     assert awaited == [2.0, 3.5]
+
+
+def estimated(sequence, force):
+    """Draw a snapshot of one touch, with the estimate behind it."""
+    place, spread = np.array([[20.0, 30.0]]), np.diag([0.04, 0.09, 0.01])
+    found = models.Estimate(place, np.array([force]), spread, 150.0, 100, 0.25, models.Result.FOUND)
+    touches = (Mark(20.0, 30.0, force, identity=3),)
+    return draw_snapshot(sequence, estimate=found, touches=touches)
+
+
+def test_a_snapshot_keeps_image_and_state_of_the_frame_that_is_seen(tmp_path):
+    publisher, said = Publisher(0, SCREEN, Access()), []
+    switch = Switch(lambda file: Nothing(), None)
+    with open_files(tmp_path, said.append) as files:
+        operator = Operator(publisher, switch, Calibration(), (), files=files)
+        publisher.ask({"do": "snapshot"})
+        operator(estimated(9, 1.75))
+    (image,), (state,) = tmp_path.glob("*.png"), tmp_path.glob("*.json")
+    seen = draw_snapshot(9)
+    np.testing.assert_array_equal(cv2.imread(str(image), cv2.IMREAD_GRAYSCALE), seen.image)
+    known = json.loads(state.read_text())
+    assert (known["sequence"], known["touches"][0]["force"], known["fps"]) == (9, 1.75, 29.7)
+    assert said == [f"snapshot kept in '{image}'"]
+    operator(estimated(10, 1.0))
+    assert page_controls(publisher).notes == tuple(said)
+
+
+def test_touches_are_written_from_the_wish_on_to_the_next(tmp_path):
+    publisher, said = Publisher(0, SCREEN, Access()), []
+    switch = Switch(lambda file: Nothing(), None)
+    with open_files(tmp_path, said.append) as files:
+        operator = Operator(publisher, switch, Calibration(), (), files=files)
+        operator(estimated(1, 1.0))
+        assert page_controls(publisher).table == ""
+        publisher.ask({"do": "csv"})
+        operator(estimated(2, 2.0))
+        operator(estimated(3, 3.0))
+        (path,) = tmp_path.iterdir()
+        assert page_controls(publisher).table == str(path)
+        publisher.ask({"do": "csv"})
+        operator(estimated(4, 4.0))
+        assert page_controls(publisher).table == ""
+    with path.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["frame"], float(row["force_n"])) for row in rows] == [("2", 2.0), ("3", 3.0)]
+    assert said == [f"touches are written to '{path}'", f"touches are in '{path}'"]
+
+
+def test_a_table_that_cannot_be_written_is_a_note_and_the_page_goes_on(tmp_path):
+    publisher, said = Publisher(0, SCREEN, Access()), []
+    switch = Switch(lambda file: Nothing(), None)
+    folder = tmp_path / "file"
+    folder.write_text("no folder")
+    with open_files(folder, said.append) as files:
+        operator = Operator(publisher, switch, Calibration(), (), files=files)
+        publisher.ask({"do": "csv"})
+        operator(estimated(2, 2.0))
+    (sentence,) = page_controls(publisher).notes
+    assert sentence.startswith(f"touches are not written to '{folder}")
+    assert page_controls(publisher).table == ""

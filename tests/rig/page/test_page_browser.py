@@ -258,6 +258,7 @@ CONTROLS_SHOWN = PageControls(
     Recording(False, "nothing is recorded", 0, 0),
     (PageSetting("projector.mode", "Marks", "beside", ("on", "beside")),),
     (Measured("pose", 3, 0.081, "mm"), Measured("latency", 0, 0.0021, "s")),
+    table="",
 )
 GUIDED = PageControls(
     wizard=Wizard("camera", Progress("hold it still", 6, 10, 0.083, ((4, "80 corners"),)), "mm")
@@ -299,6 +300,12 @@ def test_notes_settings_and_calibration_are_shown_and_what_is_chosen_is_asked_fo
         assert wait_for_wish(publisher) == [{"do": "tare"}]
         page.keyboard.press("t")
         assert wait_for_wish(publisher) == [{"do": "tare"}]
+        page.get_by_role("button", name="Snapshot").click()
+        assert wait_for_wish(publisher) == [{"do": "snapshot"}]
+        page.keyboard.press("f")
+        assert wait_for_wish(publisher) == [{"do": "snapshot"}]
+        page.get_by_role("button", name="CSV").click()
+        assert wait_for_wish(publisher) == [{"do": "csv"}]
         expect(page.locator("#played")).to_be_hidden()
         page.get_by_label("Marks").select_option("on")
         assert wait_for_wish(publisher) == [{"do": "set", "key": "projector.mode", "value": "on"}]
