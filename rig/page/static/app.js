@@ -14,7 +14,8 @@ const find = (id) => document.getElementById(id);
 const view = new FrameView(find("view-canvas"), find("frame"));
 const chart = new Chart(find("chart"));
 const limits = { exx: new Limit(), eyy: new Limit(), exy: new Limit() };
-const choice = { view: "camera", component: "exx", opacity: 0.55, limit: 1e-5 };
+const choice = { view: "camera", component: "exx", opacity: 0.55, limit: 1e-5, pin: null };
+let charted = "exx";  // component of the strain in the chart: that of the map, or the last one
 const draws = [];
 let socket, frame, waiting, owed = false, received = 0, figured = 0, pointer = null;
 
@@ -39,8 +40,18 @@ function ask() {
   if (socket.readyState !== WebSocket.OPEN) return;
   owed = false;
   const camera = frame ? `camera:${view.canvas.width}` : "camera";  // no larger than it is shown
-  const map = choice.component === "none" ? "" : " strain";
+  const map = choice.component === "none" && !wantsStrain() ? "" : " strain";
   socket.send(choice.view === "camera" ? camera + map : choice.view);
+}
+
+function wantsStrain() { return choice.pin !== null && chart.quantity === "strain"; }
+
+// Strain of the charted component and its sigma at the pinned point; null where there is none.
+function strainAtPin() {
+  const strain = choice.pin && strainAt(frame, ...through(frame.T_px_plate, ...choice.pin));
+  if (!strain) return null;
+  const number = ["exx", "eyy", "exy"].indexOf(charted);
+  return Number.isNaN(strain[number]) ? null : [strain[number], frame.strain.sigma[number] ?? 0];
 }
 
 async function accept(header, parts) {
@@ -63,7 +74,7 @@ function draw() {
   frame?.projectorBitmap?.close();
   [frame, waiting] = [waiting, null];
   if (owed) ask();
-  chart.add(frame);
+  chart.add(frame, strainAtPin());
   redraw();
   const now = performance.now();
   draws.push(now);
@@ -94,11 +105,18 @@ function showAll(now) {
   showStages(frame);
   showControls(frame);
   showBar(frame, choice);
-  chart.draw();
+  showChart();
   const gesture = frame.gestures?.at(-1);
   show("status", gesture ? `${frame.status} · ${gesture.kind}` : frame.status);
   for (const input of document.querySelectorAll("[name=component]")) input.disabled = !frame.strain;
   find("view").querySelector("[value=projector]").disabled = !frame.projector;
+}
+
+function showChart() {
+  const pinned = choice.pin ? `at ${choice.pin[0].toFixed(1)}, ${choice.pin[1].toFixed(1)} mm` : "click on the plate to pin a point";
+  show("chart-unit", chart.unit);
+  show("chart-note", chart.quantity === "strain" ? `; E${charted.slice(1)} ${pinned}` : "; true in grey");
+  chart.draw();
 }
 
 function showProbe() {
@@ -135,6 +153,10 @@ function choose(name, value) {
   if (!input || input.disabled) return;
   input.checked = true;
   choice[name] = value;
+  if (name === "component" && value !== "none" && value !== charted) {
+    charted = value;
+    chart.forgetStrain();
+  }
   redraw();
   if (frame) showBar(frame, choice);
 }
@@ -142,6 +164,16 @@ function choose(name, value) {
 for (const name of ["view", "component"]) {
   find(name).addEventListener("change", ({ target }) => choose(name, target.value));
 }
+find("quantity").addEventListener("change", ({ target }) => { chart.quantity = target.value; showChart(); });
+find("view-canvas").addEventListener("click", (event) => {
+  if (!frame || choice.view === "projector") return;
+  const place = through(inverse(frame.T_px_plate), ...view.toImage(event));
+  const inside = place.every((at, i) => at >= 0 && at <= frame.plate[i]);
+  choice.pin = inside ? place : null;  // beside the plate it is taken away
+  chart.forgetStrain();
+  redraw();
+  showChart();
+});
 find("opacity").addEventListener("input", ({ target }) => { choice.opacity = target.value / 100; redraw(); });
 document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches("select, [type=number]")) return;

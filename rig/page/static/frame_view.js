@@ -50,7 +50,7 @@ export class FrameView {
     this.map = new OffscreenCanvas(1, 1);
   }
 
-  // choice: { view, component, opacity, limit }
+  // choice: { view, component, opacity, limit, pin }
   draw(frame, choice) {
     if (choice.view === "projector" && frame.projectorBitmap) this.drawProjector(frame);
     if (choice.view === "camera" && frame.cameraBitmap) this.drawCamera(frame, choice);
@@ -103,6 +103,8 @@ export class FrameView {
     for (const mark of frame.truth ?? []) this.drawTruth(frame, mark);
     for (const mark of frame.from_strain ?? []) this.drawStrainMark(frame, mark);
     for (const mark of frame.touches) this.drawTouch(frame, mark);
+    for (const gesture of frame.gestures ?? []) this.drawGesture(frame, gesture);
+    if (choice.pin) this.drawPin(frame, choice.pin);
   }
 
   drawAxes(frame) {
@@ -149,6 +151,23 @@ export class FrameView {
     const [x, y] = this.at(through(frame.T_px_plate, mark.x, mark.y)), r = 9 * this.dots;
     this.trace([[x, y - r], [x + r, y], [x, y + r], [x - r, y]]);
     this.outline(STRAIN, 2);
+  }
+
+  // Its kind, where it happened, as long as the frames name it: a second.
+  drawGesture(frame, { kind, x, y }) {
+    const [column, row] = this.at(through(frame.T_px_plate, x, y));
+    this.context.textAlign = "center";
+    this.write(kind, [column, row + 32 * this.dots], 14);
+  }
+
+  drawPin(frame, [x, y]) {
+    const [column, row] = this.at(through(frame.T_px_plate, x, y)), reach = 9 * this.dots;
+    this.context.beginPath();
+    for (const [dx, dy] of [[reach, 0], [0, reach]]) {
+      this.context.moveTo(column - dx, row - dy);
+      this.context.lineTo(column + dx, row + dy);
+    }
+    this.outline("#ffffff", 1.5);
   }
 
   drawTouch(frame, mark) {

@@ -14,6 +14,7 @@ import pytest
 from playwright.sync_api import expect, sync_playwright
 
 from rig.calibration.guide import Progress
+from rig.live.gestures import Gesture
 from rig.live.snapshot import BaseReading, Mark, StableShape
 from rig.page import serve
 from rig.page.controls import Measured, PageControls, PageSetting, Played, Recording, Wizard
@@ -385,3 +386,82 @@ def test_a_mark_lies_in_the_middle_of_its_pixel(page, snapshot):
     rows, columns = np.nonzero(green)
     middle = np.array([columns.min() + columns.max(), rows.min() + rows.max()]) / 2 / scale
     assert middle == pytest.approx([12.0 + 0.5, 12.0 + 0.5], abs=0.2)
+
+
+def chart_dots(page):
+    """Rows of the chart's dots over its height, from the top, of the newest two seconds."""
+    png = page.evaluate("document.getElementById('chart').toDataURL()").partition(",")[2]
+    drawn = cv2.imdecode(np.frombuffer(base64.b64decode(png), np.uint8), cv2.IMREAD_UNCHANGED)
+    _, green, red, alpha = np.moveaxis(drawn.astype(int), -1, 0)
+    rows, columns = np.nonzero((alpha > 200) & (green - red > 60))
+    return rows[columns > 0.85 * drawn.shape[1]] / drawn.shape[0]
+
+
+def moving(snapshot, **changes):
+    """Publish frames that differ in their time alone."""
+    return lambda sequence: snapshot(3, captured=100.0 + sequence / 20, **changes)
+
+
+def test_the_chart_shows_force_or_place(page, snapshot):
+    touches = (Mark(254.0 / 4, 200.0 * 3 / 4, 3.0, identity=1),)
+    with serve(0) as publisher, feed(publisher, moving(snapshot, touches=touches, truth=None)):
+        open_live(page, publisher)
+        seen = {}
+        for quantity, unit in (("force", "N"), ("x", "mm"), ("y", "mm")):
+            page.locator("#quantity").select_option(quantity)
+            expect(page.locator("#chart-unit")).to_have_text(unit)
+            page.wait_for_timeout(300)
+            seen[quantity] = np.median(chart_dots(page))
+        high = page.evaluate("document.getElementById('chart').clientHeight")
+    fraction = {name: (1 - row - 18 / high) * high / (high - 26) for name, row in seen.items()}
+    assert fraction["force"] == pytest.approx(1.0, abs=0.05)
+    assert fraction["x"] == pytest.approx(0.25, abs=0.05)
+    assert fraction["y"] == pytest.approx(0.75, abs=0.05)
+    assert page.complaints == []
+
+
+def test_the_chart_shows_the_strain_at_the_point_that_is_pinned(page, snapshot):
+    shot = snapshot(3, truth=None, touches=(), from_strain=())
+    columns = np.linspace(-1e-4, 1e-4, shot.strain.exx.shape[1], dtype=np.float32)
+    exx = np.broadcast_to(columns, shot.strain.exx.shape).copy()
+    grid = type(shot.strain)(shot.strain.xs, shot.strain.ys, exx, 0 * exx, 0 * exx, (0.0, 0.0, 0.0))
+    changes = {"strain": grid, "truth": None, "touches": (), "from_strain": ()}
+    with serve(0) as publisher, feed(publisher, moving(snapshot, **changes)):
+        open_live(page, publisher)
+        page.locator("#quantity").select_option("strain")
+        expect(page.locator("#chart-note")).to_contain_text("click on the plate to pin a point")
+        canvas = page.locator("#view-canvas")
+        box = canvas.bounding_box()
+        seen = {}
+        for key, part in (("1", 0.25), ("1", 0.75), ("0", 0.75), ("2", 0.75)):
+            page.keyboard.press(key)
+            canvas.click(position={"x": part * box["width"], "y": 0.5 * box["height"]})
+            expect(page.locator("#chart-note")).to_contain_text("mm")
+            page.wait_for_timeout(700)
+            seen[key, part] = np.median(chart_dots(page))
+        canvas.click(position={"x": 2, "y": 2})
+        expect(page.locator("#chart-note")).to_contain_text("click on the plate")
+    zero = seen["2", 0.75]
+    assert seen["1", 0.25] > zero + 0.1
+    assert seen["1", 0.75] < zero - 0.1
+    assert seen["0", 0.75] == pytest.approx(seen["1", 0.75], abs=0.02)  # the map is off, not it
+    assert page.complaints == []
+
+
+def test_a_gesture_is_written_where_it_happened(page, snapshot):
+    quiet = {"touches": (), "truth": None, "from_strain": (), "with_strain": False}
+    quiet["image"] = np.full((520, 640), 60, np.uint8)
+    gesture = Gesture("hard press", 100.0, 127.0, 100.0, 3.0, 0.0, (1,))
+    with serve(0) as publisher:
+        images = []
+        for gestures in ((), (gesture,)):
+            with feed(publisher, still(snapshot, gestures=gestures, **quiet)):
+                open_live(page, publisher)
+                page.wait_for_timeout(400)
+                images.append(pixels(page).astype(int))
+    rows, columns = np.nonzero(np.abs(images[1] - images[0]).max(-1) > 100)
+    T, scale = snapshot(3).T_px_plate, images[0].shape[1] / 640
+    x, y, w = T @ (127.0, 100.0, 1.0)
+    assert (columns.min() + columns.max()) / 2 == pytest.approx((x / w + 0.5) * scale, abs=4)
+    assert 0 < rows.mean() - (y / w + 0.5) * scale < 40
+    assert np.ptp(columns) > 40
