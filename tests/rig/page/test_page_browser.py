@@ -4,6 +4,7 @@ import base64
 import threading
 import time
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from itertools import count
 from urllib.parse import urlsplit
@@ -15,7 +16,8 @@ from playwright.sync_api import expect, sync_playwright
 
 from rig.calibration.guide import Progress
 from rig.live.gestures import Gesture
-from rig.live.snapshot import BaseReading, Mark, StableShape
+from rig.live.learning import Learned
+from rig.live.snapshot import BaseReading, Mark, Sign, StableShape
 from rig.page import serve
 from rig.page.controls import Measured, PageControls, PageSetting, Played, Recording, Wizard
 from rig.projector.markers import fit_plate
@@ -243,6 +245,37 @@ def test_nothing_is_wider_than_the_window(page, snapshot, width, height):
         open_live(page, publisher)
         page.wait_for_timeout(300)
         assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+@pytest.mark.parametrize(("width", "height", "lowest"), [(390, 844, 44), (1440, 900, 36)])
+def test_every_control_is_high_enough_for_a_finger(page, snapshot, width, height, lowest):
+    page.set_viewport_size({"width": width, "height": height})
+    shown = replace(CONTROLS_SHOWN, played=Played(2.5, 10.0, True), wizard=GUIDED.wizard)
+    learned = Learned(3, 0, 0, 0, 0.02, None)
+    with serve(0) as publisher, feed(Beside(publisher, shown), still(snapshot, learned=learned)):
+        open_live(page, publisher)
+        expect(page.locator("#wizard-views button")).to_be_visible()
+        heights = page.evaluate(
+            """() => [...document.querySelectorAll(
+                "button, select, input[type=range], input[type=number], .choice label"
+            )].filter((each) => each.offsetParent)
+            .map((each) => [each.id || each.textContent.trim(), each.offsetHeight])"""
+        )
+    assert {"opacity", "seek", "record", "weight"} <= {name for name, _ in heights}
+    assert [(name, high) for name, high in heights if high < lowest] == []
+
+
+def test_all_cards_of_a_flat_plate_are_seen_at_once_on_a_laptop(page, snapshot):
+    stages = tuple((f"stage {number}", 1.0 * number, 2.0 * number) for number in range(7))
+    signs = tuple(Sign(f"sign {number}", "good", warns=False) for number in range(6))
+    with serve(0) as publisher, feed(publisher, still(snapshot, stages=stages, signs=signs)):
+        open_live(page, publisher)
+        expect(page.locator("#stages tr")).to_have_count(8)
+        stages = page.locator("#stages")
+        assert stages.evaluate("table => table.getBoundingClientRect().bottom") <= 900
+        assert page.evaluate("document.getElementById('chart').clientHeight") >= 70
+        aside = page.locator("aside")
+        assert aside.evaluate("cards => cards.scrollHeight <= cards.clientHeight")
 
 
 def test_a_status_is_text_and_never_markup(page, snapshot):
