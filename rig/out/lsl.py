@@ -1,4 +1,7 @@
-"""Touches as a stream of the Lab Streaming Layer, beside EEG and the like (extra "lsl")."""
+"""Touches as a stream of the Lab Streaming Layer, beside EEG and the like (extra "lsl").
+
+Gestures are a second stream, of markers as EEG programs have them: one text a gesture, its kind.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +9,10 @@ import time
 from collections.abc import Sequence
 from importlib import import_module
 from math import nan
+from typing import Any
 
-from rig.live.snapshot import Mark
+from rig.live.snapshot import Mark, Snapshot
+from rig.out.new_gestures import NewGestures
 from rig.system.optional import need
 
 FIELDS = (
@@ -25,7 +30,8 @@ class LslOutlet:
     max_touches : int
         Touches in a sample; the hardest pressed are sent.
     name : str
-        Name under which clients find the stream; its type is ``Touch``.
+        Name under which clients find the stream; its type is ``Touch``. That of the gestures is
+        followed by ``-gestures``; its type is ``Markers``.
 
     Raises
     ------
@@ -51,11 +57,21 @@ class LslOutlet:
                 channel.append_child_value("label", f"{field}_{number}")
                 channel.append_child_value("unit", unit)
         self._outlet = self._lsl.StreamOutlet(info)
+        self._markers = self._lsl.StreamOutlet(_markers(self._lsl, f"{name}-gestures"))
+        self._new_gestures = NewGestures()
 
-    def __call__(self, marks: Sequence[Mark], given: float) -> None:
-        """Send the touches of a frame, stamped with its time (s, monotonic)."""
-        age = time.monotonic() - given
-        self._outlet.push_sample(sample(marks, self._max_touches), self._lsl.local_clock() - age)
+    def __call__(self, snapshot: Snapshot) -> None:
+        """Send the touches of a frame, stamped with its time, and its new gestures with theirs."""
+        age = time.monotonic() - snapshot.given
+        taken = self._lsl.local_clock() - age
+        self._outlet.push_sample(sample(snapshot.touches, self._max_touches), taken)
+        for gesture in self._new_gestures(snapshot):
+            self._markers.push_sample([gesture.kind], taken - (snapshot.captured - gesture.time))
+
+
+def _markers(lsl: Any, name: str) -> Any:
+    """Describe a stream of markers."""
+    return lsl.StreamInfo(name, "Markers", 1, lsl.IRREGULAR_RATE, "string", name)
 
 
 def sample(marks: Sequence[Mark], max_touches: int) -> list[float]:

@@ -66,8 +66,7 @@ def open_outputs(
     if way := outputs.lsl:
         from rig.out.lsl import LslOutlet
 
-        lsl = LslOutlet(max_touches, way.name)
-        sinks.append(lambda snapshot: lsl(snapshot.touches, snapshot.given))
+        sinks.append(LslOutlet(max_touches, way.name))
     if way := outputs.mqtt:
         from rig.out.mqtt import open_mqtt
 
@@ -75,5 +74,5 @@ def open_outputs(
     if way := outputs.ros:
         from rig.out.ros import open_ros
 
-        sinks.append(open_parts.enter_context(open_ros(way.topic, way.frame)))
+        sinks.append(open_parts.enter_context(open_ros(way.topic, way.gestures, way.frame)))
     return sinks

@@ -14,8 +14,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import inf
 
-from rig.live.gestures import Gesture
 from rig.live.snapshot import Mark, Snapshot
+from rig.out.new_gestures import NewGestures
 from rig.out.osc import bundle, message
 from rig.out.udp import UdpClient
 from rig.projector.demos.notes import Playing
@@ -43,7 +43,7 @@ class OscTouches:
     def __init__(self, host: str, port: int, prefix: str, playing: Playing | None = None):
         self._client = UdpClient(host, port, "OSC")
         self._prefix, self._playing = prefix, playing
-        self._gestures: tuple[Gesture, ...] = ()
+        self._new_gestures = NewGestures()
 
     @property
     def lost(self) -> int:
@@ -83,11 +83,9 @@ class OscTouches:
         for event in snapshot.events:
             numbers = event.x, event.y, event.force
             yield message(f"{self._prefix}/event", event.kind, event.identity, *map(float, numbers))
-        for one in snapshot.gestures:
-            if one not in self._gestures:
-                numbers = one.x, one.y, one.value, one.angle
-                yield message(f"{self._prefix}/gesture", one.kind, *map(float, numbers))
-        self._gestures = snapshot.gestures
+        for one in self._new_gestures(snapshot):
+            numbers = one.x, one.y, one.value, one.angle
+            yield message(f"{self._prefix}/gesture", one.kind, *map(float, numbers))
 
     def _notes(self, touches: tuple[Mark, ...], time: float) -> Iterator[bytes]:
         if self._playing is None:

@@ -100,13 +100,22 @@ class Mqtt(Section):
     )
 
 
+TOPIC = r"^/?[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*$"
+"""What ROS takes for a topic."""
+
+
 class Ros(Section):
     """Touches by a node of ROS 2 (needs rclpy)."""
 
     topic: str = Field(
         "touchplate/touches",
-        pattern=r"^/?[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*$",
+        pattern=TOPIC,
         description="topic of sensor_msgs/msg/PointCloud2",
+    )
+    gestures: str = Field(
+        "touchplate/gestures",
+        pattern=TOPIC,
+        description="topic of std_msgs/msg/String: each gesture as JSON",
     )
     frame: str = Field("plate", min_length=1, description="frame_id of the plate")
 

@@ -1,5 +1,6 @@
 """Touches to ROS 2: by rclpy where it is installed, else by a fake of what is sent."""
 
+import json
 import struct
 import sys
 import time
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 import rig
+from rig.live.gestures import Gesture
 from rig.live.snapshot import Mark, Snapshot
 from rig.out.open import open_outputs
 from rig.projector.markers import Screen
@@ -25,11 +27,11 @@ WAIT = 20.0  # s
 PATIENCE = 0.05  # s between two trials to be heard: who listens is found in the background
 
 
-def shot(touches=TOUCHES, captured=None):
+def shot(touches=TOUCHES, captured=None, gestures=()):
     return Snapshot(
         5, time.monotonic() if captured is None else captured, np.zeros((2, 3), np.uint8),
         (254.0, 200.0), np.zeros((4, 2)), np.eye(3), touches, (), None, None, "", None, None,
-        None, None, 30.0, 0, (), (1.0, 2.0), 2.0,
+        None, None, 30.0, 0, (), (1.0, 2.0), 2.0, gestures=gestures,
     )  # fmt: skip
 
 
@@ -47,7 +49,8 @@ class FakeRos:
     def __init__(self, monkeypatch):
         self.published, self.events = [], []
         self.modules = {name: ModuleType(name) for name in (
-            "rclpy", "rclpy.node", "rclpy.qos", "rclpy.signals", "sensor_msgs", "sensor_msgs.msg"
+            "rclpy", "rclpy.node", "rclpy.qos", "rclpy.signals", "sensor_msgs", "sensor_msgs.msg",
+            "std_msgs", "std_msgs.msg",
         )}  # fmt: skip
         ros = self.modules
         ros["rclpy"].__spec__ = SimpleNamespace()
@@ -57,6 +60,7 @@ class FakeRos:
         ros["rclpy.signals"].SignalHandlerOptions = SimpleNamespace(NO=0)
         ros["rclpy.qos"].QoSProfile = SimpleNamespace
         ros["rclpy.node"].Node = self.node
+        ros["std_msgs.msg"].String = Message
         ros["sensor_msgs.msg"].PointCloud2 = ros["sensor_msgs.msg"].PointField = Message
         for name, module in ros.items():
             monkeypatch.setitem(sys.modules, name, module)
@@ -68,11 +72,11 @@ class FakeRos:
         destroy = lambda: self.events.append("destroy")  # noqa: E731
         return SimpleNamespace(create_publisher=create, destroy_node=destroy)
 
-    def receive(self, topic, send):
+    def receive(self, topic, send, kind="PointCloud2"):
+        before = len(self.published)
         send()
-        sent, cloud = self.published[-1]
-        assert sent == topic
-        return cloud
+        (message,) = [one for name, one in self.published[before:] if name == topic]
+        return message
 
     def close(self):
         assert self.events == ["init", "destroy", "shutdown"]
@@ -92,11 +96,13 @@ class RealRos:
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.listener)
 
-    def receive(self, topic, send):
-        from sensor_msgs.msg import PointCloud2
+    def receive(self, topic, send, kind="PointCloud2"):
+        import sensor_msgs.msg
+        import std_msgs.msg
 
+        kinds = {"PointCloud2": sensor_msgs.msg.PointCloud2, "String": std_msgs.msg.String}
         came = []
-        heard = self.listener.create_subscription(PointCloud2, topic, came.append, 10)
+        heard = self.listener.create_subscription(kinds[kind], topic, came.append, 10)
         deadline = time.monotonic() + WAIT
         while not came and time.monotonic() < deadline:
             send()
@@ -168,6 +174,37 @@ def test_the_stamp_is_when_the_frame_was_taken(ros):
         ).header.stamp  # fmt: skip
         after = time.time()
     assert before - 100.5 <= stamp.sec + 1e-9 * stamp.nanosec <= after - 99.5
+
+
+def test_each_gesture_is_a_text_of_its_own(ros):
+    sent = iter(range(1, 10**6))
+
+    def gesture():  # another one each time: it may be heard late, and is sent once
+        return Gesture("swipe", time.monotonic() - 0.5, 127.0, 50.0, 300.0, 0.25, (next(sent),))
+
+    with ExitStack() as parts:
+        sink = open_sink(parts, gestures="plate/gestures")
+        before = time.time()
+        came = ros.receive(
+            "plate/gestures", lambda: sink(shot(gestures=(gesture(),))), "String"
+        )  # fmt: skip
+        after = time.time()
+    read = json.loads(came.data)
+    assert (read["kind"], read["x"], read["y"]) == ("swipe", 0.127, 0.05)
+    assert (read["value"], read["angle"]) == (300.0, 0.25)
+    assert before - 0.6 <= read["stamp"] <= after - 0.4
+
+
+def test_a_gesture_that_frames_repeat_is_sent_once(monkeypatch):
+    fake = FakeRos(monkeypatch)
+    tap = Gesture("tap", time.monotonic(), 127.0, 50.0, 2.0, 0.0, (3,))
+    with ExitStack() as parts:
+        sink = open_sink(parts)
+        for gestures in ((), (tap,), (tap,), ()):
+            sink(shot(gestures=gestures))
+    topics = [topic for topic, _ in fake.published]
+    assert topics.count("touchplate/gestures") == 1
+    assert topics.count("touchplate/touches") == 4
 
 
 def test_a_ros_that_does_not_start_is_a_sentence(monkeypatch):
