@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from rig.projector.show import Show
     from rig.recording.control import Switch
     from rig.scene import Scene
+    from rig.scene.alarms import AlarmsSection
     from rig.usb.link import BoardLink
 
 SCREEN = (1280, 800)  # px, of a projector that is not there: the page shows what it would show
@@ -90,12 +91,16 @@ def live(
             loop, sinks = start(scene, known.calibration, headless, record, open_parts)
             if weight is not None:
                 loop.weigh(weight)
+            if scene.alarms:
+                from rig.live.alarms import says_new
+
+                sinks.append(says_new(warn))
             sinks += _learning_sinks(loop, known.keeper, open_parts)
             if touches:
                 from rig.recording.touches_csv import open_touches
 
                 sinks.append(open_parts.enter_context(open_touches(touches)))
-            _follow(loop, sinks, frames)
+            _follow(loop, sinks, frames, scene.alarms)
     except KeyboardInterrupt:
         if loop is None or not loop.pace.frames:
             raise
@@ -229,9 +234,13 @@ def _open_sinks(
     return show, panels, outputs
 
 
-def _follow(loop: LiveLoop, sinks: list[Sink], frames: int | None) -> None:
+def _follow(
+    loop: LiveLoop, sinks: list[Sink], frames: int | None, bounds: AlarmsSection | None
+) -> None:
+    from rig.live.alarms import watched
+
     said, notice = None, ""
-    for snapshot in loop:
+    for snapshot in watched(loop, bounds):
         if sinks:
             with loop.watch.stage("show"):
                 for sink in sinks:

@@ -67,6 +67,25 @@ class Sign:
     warns: bool
 
 
+@dataclass(frozen=True)
+class Alarm:
+    """A bound of the scene that is crossed.
+
+    Attributes
+    ----------
+    kind : str
+        "force", "silence", "disk" or "dropped", as the scene's [alarms] has it.
+    time : float, s
+        Capture of the frame in which it began.
+    sentence : str
+        What is so, and what to do.
+    """
+
+    kind: str
+    time: float
+    sentence: str
+
+
 @dataclass(frozen=True, eq=False)
 class StrainOverlay:
     """Strain of the seen face on a grid of the camera image.
@@ -196,6 +215,8 @@ class Snapshot:
         Bend and twist; None of a flat plate, and while they are not known.
     late : float
         By which an image that is stored was read later than it was captured, s.
+    alarms : tuple of Alarm
+        Those that stand.
     """
 
     sequence: int
@@ -229,6 +250,7 @@ class Snapshot:
     taps: tuple[Tap, ...] = ()
     base: BaseReading | None = None
     late: float = 0.0
+    alarms: tuple[Alarm, ...] = ()
 
     @property
     def time(self) -> float:

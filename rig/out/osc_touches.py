@@ -6,6 +6,7 @@
 | /count | touches | each frame |
 | /event | "appear", "move" or "leave", identity, x, y, force | when it happens |
 | /gesture | kind, x mm, y mm, value, angle rad | once each |
+| /alarm | kind, sentence | once each, when it begins |
 | /note | pitch, velocity; 0 ends it | where the keys are shown |
 """
 
@@ -14,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import inf
 
-from rig.live.snapshot import Mark, Snapshot
+from rig.live.snapshot import Alarm, Mark, Snapshot
 from rig.out.new_gestures import NewGestures
 from rig.out.osc import bundle, message
 from rig.out.udp import UdpClient
@@ -44,6 +45,7 @@ class OscTouches:
         self._client = UdpClient(host, port, "OSC")
         self._prefix, self._playing = prefix, playing
         self._new_gestures = NewGestures()
+        self._alarms: tuple[Alarm, ...] = ()
 
     @property
     def lost(self) -> int:
@@ -86,6 +88,10 @@ class OscTouches:
         for one in self._new_gestures(snapshot):
             numbers = one.x, one.y, one.value, one.angle
             yield message(f"{self._prefix}/gesture", one.kind, *map(float, numbers))
+        for alarm in snapshot.alarms:
+            if alarm not in self._alarms:
+                yield message(f"{self._prefix}/alarm", alarm.kind, alarm.sentence)
+        self._alarms = snapshot.alarms
 
     def _notes(self, touches: tuple[Mark, ...], time: float) -> Iterator[bytes]:
         if self._playing is None:

@@ -3,8 +3,9 @@
 A text is an object: `sequence`, `captured` (s, on the clock of the frames), `plate` (mm, mm),
 `status`, and `touches`, each with `id`, `x`, `y` (mm), `force` (N), `sigma` (semi-axes in mm, angle
 in rad) and `sigma_force` (N); and `gestures`, those of the last second, each with `kind`, `time`
-(s), `x`, `y` (mm), `value`, `angle` and `identities`, as `rig.live.gestures.Gesture` says. A client
-that is slow gets fewer frames, always the newest.
+(s), `x`, `y` (mm), `value`, `angle` and `identities`, as `rig.live.gestures.Gesture` says; and
+`alarms`, those that stand, each with `kind`, `time` (s) and `sentence`. A client that is slow gets
+fewer frames, always the newest.
 """
 
 from __future__ import annotations
@@ -78,6 +79,7 @@ def text(snapshot: Snapshot) -> str:
         "status": snapshot.status,
         "touches": [_touch(mark) for mark in snapshot.touches],
         "gestures": [asdict(gesture) for gesture in snapshot.gestures],
+        "alarms": [asdict(alarm) for alarm in snapshot.alarms],
     }
     return json.dumps(frame, allow_nan=False)
 

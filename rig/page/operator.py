@@ -120,7 +120,8 @@ class Operator:
         return tuple(mode for mode in get_args(Mode) if mode != "dark")
 
     def _controls(self, snapshot: Snapshot) -> PageControls:
-        notes = [snapshot.notice] if snapshot.notice else []
+        notes = [alarm.sentence for alarm in snapshot.alarms]
+        notes += [snapshot.notice] if snapshot.notice else []
         if self._files and (kept := self._files.notice.at(snapshot.captured)):
             notes.append(kept)
         notes += self._notes

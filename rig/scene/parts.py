@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from rig.scene import counts
+from rig.scene.alarms import AlarmsSection
 from rig.scene.bench import (
     CameraSection,
     GaugesSection,
@@ -101,6 +102,9 @@ def describe(name: str, section: Section, scene: Scene) -> Part:
             return _trained_net(name, section)
         case Page() | ProjectorSection() | Outputs():
             return _shown(name, section)
+        case AlarmsSection():
+            bounds = ", ".join(section.model_dump(exclude_none=True)) or "none"
+            return Part(name, bounds, "microseconds a frame", ())
         case _:
             raise TypeError(f"no account of a {type(section).__name__}")
 

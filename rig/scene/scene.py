@@ -7,6 +7,7 @@ from typing import Any, cast
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from rig.scene.alarms import AlarmsSection
 from rig.scene.bench import AnyGauges, CameraSection, PatternSection, SensorSection
 from rig.scene.board import BoardSection
 from rig.scene.dataset import DatasetSection
@@ -94,6 +95,7 @@ class Scene(Section):
     page: Page | None = Field(None, description="the operator page")
     projector: ProjectorSection | None = Field(None, description="the projector window")
     outputs: Outputs | None = Field(None, description="where touches are sent to")
+    alarms: AlarmsSection | None = Field(None, description="bounds that an operator is alarmed of")
 
     @model_validator(mode="before")
     @classmethod

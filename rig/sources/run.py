@@ -16,6 +16,7 @@ from threadpoolctl import threadpool_limits  # pyright: ignore[reportMissingType
 
 from rig.calibration.learned import Known, known_now
 from rig.calibration.store import Calibration, calibration_warnings
+from rig.live.alarms import watched
 from rig.scene import Scene, load
 from rig.sources.callbacks import Callback, Callbacks
 from rig.sources.open_loop import Report, open_loop
@@ -243,7 +244,7 @@ def _frames(
             loop, more = stack.enter_context(opening)
         parts.loop = loop
         sinks += more
-        snapshots, keeper = iter(loop), known.keeper
+        snapshots, keeper = watched(loop, scene.alarms), known.keeper
         if keeper:
             stack.callback(keeper.write, loop)
             sinks.append(lambda snapshot: keeper.follow(loop, snapshot.captured))

@@ -7,7 +7,7 @@ from pythonosc.osc_bundle import OscBundle
 
 import rig
 from rig.live.gestures import Gesture
-from rig.live.snapshot import Mark
+from rig.live.snapshot import Alarm, Mark
 from rig.live.tracks import Event
 from rig.out.osc_touches import OscTouches
 from rig.projector.demos.keyboard import lay_keys
@@ -80,3 +80,12 @@ def test_a_host_that_is_not_known_is_refused_and_so_is_an_address_that_is_none()
         OscTouches("no.such.host.invalid", 9000, "/p")
     with pytest.raises(SceneError, match=r"outputs\.osc\.prefix"):
         rig.load("twin", {"outputs.osc.prefix": "plate x"})
+
+
+def test_an_alarm_goes_out_once_while_it_stands(receiver):
+    alarm = Alarm("disk", 1.0, "99 MB are free")
+    with OscTouches("127.0.0.1", receiver.getsockname()[1], "/plate") as send:
+        for alarms in ((alarm,), (alarm,), (), (alarm,)):
+            send(snapshot(1.0, alarms=alarms))
+    sent = [[one for one in read(receiver) if one[0] == "/plate/alarm"] for _ in range(4)]
+    assert sent == [[("/plate/alarm", ["disk", "99 MB are free"])], [], [], sent[0]]

@@ -45,6 +45,7 @@ def test_a_client_gets_the_touches_of_each_frame_as_json(shot):
                  "sigma_force": 0},
             ],
             "gestures": [],
+                "alarms": [],
         }  # fmt: skip
         stream(shot(6, ()))
         assert json.loads(client.recv(timeout=10))["touches"] == []

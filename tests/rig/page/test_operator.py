@@ -12,7 +12,7 @@ import pytest
 
 import models
 from rig.calibration.store import Calibration, LatencyEntry
-from rig.live.snapshot import Mark
+from rig.live.snapshot import Alarm, Mark
 from rig.page.files import open_files
 from rig.page.operator import Operator
 from rig.page.server import Publisher
@@ -232,3 +232,9 @@ def test_a_table_that_cannot_be_written_is_a_note_and_the_page_goes_on(tmp_path)
     (sentence,) = page_controls(publisher).notes
     assert sentence.startswith(f"touches are not written to '{folder}")
     assert page_controls(publisher).table == ""
+
+
+def test_an_alarm_is_the_first_note(bench):
+    publisher, operator, _, _ = bench
+    operator(draw_snapshot(1, notice="tare: done", alarms=(Alarm("force", 1.0, "lift it"),)))
+    assert page_controls(publisher).notes[:2] == ("lift it", "tare: done")
