@@ -82,7 +82,7 @@ def open_panels(
 
             black = calibration.projector.black if calibration.projector else 0.0
             meter = open_parts.enter_context(Meter(screen, black))
-        files = open_parts.enter_context(open_files(Path.cwd(), say))
+        files = open_parts.enter_context(open_files(Path.cwd(), scene.page, say))
         parts = publisher, switch, calibration, notes, show, meter
         sinks.append(Operator(*parts, *wishes, files))
     return show, sinks

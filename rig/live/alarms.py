@@ -7,7 +7,6 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rig.live.snapshot import Alarm, Snapshot
@@ -23,7 +22,7 @@ MB = 2**20
 
 def free_space() -> int:
     """Bytes that are free where the run was started."""
-    return shutil.disk_usage(Path.cwd()).free
+    return shutil.disk_usage(".").free
 
 
 class Alarms:

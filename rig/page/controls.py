@@ -69,6 +69,28 @@ class Played:
 
 
 @dataclass(frozen=True)
+class Recordings:
+    """Recordings that can be played beside the run.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the files, the newest first.
+    played : str
+        The one that was chosen last; empty for none.
+    address : str
+        Of the page that plays it; empty while there is none.
+    trouble : str
+        Why there is none, as a sentence.
+    """
+
+    names: tuple[str, ...]
+    played: str = ""
+    address: str = ""
+    trouble: str = ""
+
+
+@dataclass(frozen=True)
 class PageControls:
     """Everything beside the frame.
 
@@ -85,6 +107,8 @@ class PageControls:
         None where frames are live.
     table : str or None
         File that touches are written to, empty while there is none; None where none can be.
+    recordings : Recordings or None
+        None where none can be played.
     """
 
     notes: tuple[str, ...] = ()
@@ -94,3 +118,4 @@ class PageControls:
     wizard: Wizard | None = None
     played: Played | None = None
     table: str | None = None
+    recordings: Recordings | None = None

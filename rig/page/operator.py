@@ -41,7 +41,7 @@ class Operator:
     weigh : callable
         Awaits a known weight, N; raises ValueError where there can be none.
     files : Files or None
-        Where snapshots and tables of touches go.
+        Where snapshots and tables of touches go, and what plays recordings.
     """
 
     def __init__(
@@ -70,6 +70,8 @@ class Operator:
             self._wishes |= {
                 "snapshot": self._keep,
                 "csv": lambda wish: files.table.toggle(),
+                "recordings": lambda wish: files.playback.look(),
+                "playback": self._play,
             }
         publisher.takes = tuple(self._wishes)
         self._renew = tare
@@ -101,6 +103,15 @@ class Operator:
             if not isinstance(force, int | float) or isinstance(force, bool):
                 raise ValueError(f"known weight must be a number in N, got {force!r}")
             self._await_weight(float(force))
+        except ValueError as error:
+            self._refused = str(error)
+
+    def _play(self, wish: dict[str, Any]) -> None:
+        """Play a recording; one that is not listed is refused in a note."""
+        self._refused = ""
+        try:
+            if self._files:
+                self._files.playback.play(str(wish.get("name")))
         except ValueError as error:
             self._refused = str(error)
 
@@ -137,7 +148,8 @@ class Operator:
         if modes := self._modes():
             settings = (PageSetting(MODE, "Marks", self._show.mode if self._show else "", modes),)
         parts = tuple(notes), self._recording(), settings, self._measured
-        return PageControls(*parts, table=self._table())
+        recordings = self._files.playback.state() if self._files else None
+        return PageControls(*parts, table=self._table(), recordings=recordings)
 
     def _table(self) -> str | None:
         """Name of the table that is written; empty while none is, None where none can be."""

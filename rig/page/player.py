@@ -18,7 +18,7 @@ from rig.live.view import marks, plate_view, true_marks
 from rig.page.controls import PageControls, PageSetting, Played
 from rig.page.server import Publisher
 from rig.recording.layout import LAST, there
-from rig.recording.paths import SUFFIX
+from rig.recording.paths import SUFFIX, recordings
 from rig.recording.session import Session, frame, open_session, reported
 from rig.system.arrays import F64, AnyArray
 
@@ -228,12 +228,6 @@ class PagePlayer:
         choice = PageSetting(RECORDING, "Recording", path.name, names)
         played = Played(at, player.length, player.running and at < player.length)
         return PageControls(self._notes, settings=(choice,), played=played)
-
-
-def recordings(folder: Path) -> tuple[str, ...]:
-    """Names of the recordings in a folder, the newest first."""
-    found = [(path.stat().st_mtime, path.name) for path in folder.glob(f"*{SUFFIX}")]
-    return tuple(name for _, name in sorted(found, reverse=True))
 
 
 def _followed(player: Player, wish: dict[str, Any], clock: float) -> Player:

@@ -1,4 +1,4 @@
-"""Where a recording may lie: a new file in a folder that is there."""
+"""Where a recording may lie, a new file in a folder that is there; and those that lie there."""
 
 from __future__ import annotations
 
@@ -23,6 +23,12 @@ def named(folder: Path, name: str) -> Path:
             " . + - _ without folders"
         )
     return folder / (name if name.endswith(SUFFIX) else name + SUFFIX)
+
+
+def recordings(folder: Path) -> tuple[str, ...]:
+    """Names of the recordings in a folder, the newest first."""
+    found = [(path.stat().st_mtime, path.name) for path in folder.glob(f"*{SUFFIX}")]
+    return tuple(name for _, name in sorted(found, reverse=True))
 
 
 def require_new(path: Path) -> Path:

@@ -18,6 +18,7 @@ export function showControls(frame) {
   showNotes(frame.notes);
   showRecording(frame);
   showFiles(frame);
+  showRecordings(frame);
   showSettings(frame);
   showCalibration(frame.calibration);
   showWizard(frame);
@@ -52,6 +53,28 @@ function showFiles({ table, controls }) {
   find("table").setAttribute("aria-pressed", Boolean(table));
   show("table", table ? "Stop CSV" : "CSV");
   find("table").title = table ? `Touches are written to ${table}` : "Write touches to a file *.csv, from now on";
+}
+
+function showRecordings({ recordings, controls }) {
+  find("recordings").hidden = !recordings;
+  if (!recordings || !changed("recordings", [recordings, controls])) return;
+  const { names, played, address, trouble } = recordings;
+  find("recordings-list").replaceChildren(...names.map((name) => {
+    const button = make("button", { type: "button", disabled: !controls, title: `Open a page that plays ${name}` }, name);
+    button.addEventListener("click", () => ask({ do: "playback", name }));
+    return make("li", {}, button);
+  }));
+  find("playback").replaceChildren(...playback(played, address, trouble));
+  if (!names.length) show("playback", "None in the folder of the run");
+}
+
+function playback(played, address, trouble) {
+  if (!played) return [];
+  if (trouble) return [trouble];
+  if (!address) return [`Opening ${played} …`];
+  const page = new URL(address);
+  page.hostname = location.hostname;  // as this page was reached
+  return [make("a", { href: page.href, target: "_blank", rel: "noopener" }, `Watch ${played}`)];
 }
 
 function showSettings({ settings, controls }) {
@@ -118,6 +141,9 @@ function showPlayed({ played, controls }) {
 find("play").addEventListener("click", () => ask({ do: "play" }));
 find("seek").addEventListener("input", ({ target }) => ask({ do: "seek", to: Number(target.value) }));
 find("record").addEventListener("click", () => ask({ do: "record" }));
+find("recordings").querySelector("details").addEventListener("toggle", ({ target }) => {
+  if (target.open) ask({ do: "recordings" });
+});
 find("snapshot").addEventListener("click", () => ask({ do: "snapshot" }));
 find("table").addEventListener("click", () => ask({ do: "csv" }));
 find("tare").addEventListener("click", () => ask({ do: "tare" }));

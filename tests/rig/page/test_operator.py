@@ -20,11 +20,13 @@ from rig.projector.display_log import DisplayLog
 from rig.projector.markers import fit_plate
 from rig.projector.show import Show
 from rig.recording.control import Switch
+from rig.scene.loop import Page
 from rig.web.access import Access
 from tests.rig.page.conftest import draw_snapshot
 
 PLATE = (254.0, 200.0)
 SCREEN = fit_plate((640, 400), PLATE)
+PAGE = Page(port=0)
 
 
 class Window:
@@ -185,7 +187,7 @@ def estimated(sequence, force):
 def test_a_snapshot_keeps_image_and_state_of_the_frame_that_is_seen(tmp_path):
     publisher, said = Publisher(0, SCREEN, Access()), []
     switch = Switch(lambda file: Nothing(), None)
-    with open_files(tmp_path, said.append) as files:
+    with open_files(tmp_path, PAGE, said.append) as files:
         operator = Operator(publisher, switch, Calibration(), (), files=files)
         publisher.ask({"do": "snapshot"})
         operator(estimated(9, 1.75))
@@ -202,7 +204,7 @@ def test_a_snapshot_keeps_image_and_state_of_the_frame_that_is_seen(tmp_path):
 def test_touches_are_written_from_the_wish_on_to_the_next(tmp_path):
     publisher, said = Publisher(0, SCREEN, Access()), []
     switch = Switch(lambda file: Nothing(), None)
-    with open_files(tmp_path, said.append) as files:
+    with open_files(tmp_path, PAGE, said.append) as files:
         operator = Operator(publisher, switch, Calibration(), (), files=files)
         operator(estimated(1, 1.0))
         assert page_controls(publisher).table == ""
@@ -225,7 +227,7 @@ def test_a_table_that_cannot_be_written_is_a_note_and_the_page_goes_on(tmp_path)
     switch = Switch(lambda file: Nothing(), None)
     folder = tmp_path / "file"
     folder.write_text("no folder")
-    with open_files(folder, said.append) as files:
+    with open_files(folder, PAGE, said.append) as files:
         operator = Operator(publisher, switch, Calibration(), (), files=files)
         publisher.ask({"do": "csv"})
         operator(estimated(2, 2.0))

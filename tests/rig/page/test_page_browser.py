@@ -19,7 +19,15 @@ from rig.live.gestures import Gesture
 from rig.live.learning import Learned
 from rig.live.snapshot import BaseReading, Mark, Sign, StableShape
 from rig.page import serve
-from rig.page.controls import Measured, PageControls, PageSetting, Played, Recording, Wizard
+from rig.page.controls import (
+    Measured,
+    PageControls,
+    PageSetting,
+    Played,
+    Recording,
+    Recordings,
+    Wizard,
+)
 from rig.projector.markers import fit_plate
 from rig.web.access import Access
 
@@ -498,3 +506,23 @@ def test_a_gesture_is_written_where_it_happened(page, snapshot):
     assert (columns.min() + columns.max()) / 2 == pytest.approx((x / w + 0.5) * scale, abs=4)
     assert 0 < rows.mean() - (y / w + 0.5) * scale < 40
     assert np.ptp(columns) > 40
+
+
+def test_recordings_are_listed_and_one_is_opened_on_a_page_of_its_own(page, snapshot):
+    names = ("<b>new</b>.h5", "old.h5")
+    with serve(0) as publisher:
+        listed = PageControls(recordings=Recordings(names))
+        with with_controls(publisher, snapshot, listed):
+            open_live(page, publisher)
+            page.get_by_text("Recordings", exact=True).click()
+            assert wait_for_wish(publisher) == [{"do": "recordings"}]
+            page.get_by_role("button", name="<b>new</b>.h5").click()
+            assert wait_for_wish(publisher) == [{"do": "playback", "name": "<b>new</b>.h5"}]
+        opened = Recordings(names, "old.h5", "http://bench:1234/?token=a")
+        with with_controls(publisher, snapshot, PageControls(recordings=opened)):
+            link = page.get_by_role("link", name="Watch old.h5")
+            expect(link).to_have_attribute("href", "http://127.0.0.1:1234/?token=a")
+        broken = Recordings(names, "old.h5", trouble="the file is damaged")
+        with with_controls(publisher, snapshot, PageControls(recordings=broken)):
+            expect(page.locator("#playback")).to_have_text("the file is damaged")
+    assert page.complaints == []

@@ -4,7 +4,8 @@ import h5py
 import numpy as np
 import pytest
 
-from rig.page.player import PagePlayer, Player, RecordedFrames, newest, recordings
+from rig.page.player import PagePlayer, Player, RecordedFrames, newest
+from rig.recording.paths import recordings
 from rig.recording.session import open_session
 
 PRESSED = [*range(30, 34), *range(60, 66)]
