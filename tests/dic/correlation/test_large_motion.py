@@ -66,6 +66,15 @@ def steps(count):
         yield (1.5 * k, -0.7 * k), ((stretch - 1, 0.01 * k), (0, 1 / stretch - 1))
 
 
+@pytest.mark.parametrize("named", [0.0, 1.7])
+def test_a_renewed_reference_passes_the_prefilter_of_the_first(large, image, named):
+    ref = dic.prepare(image, step=20, prefilter=named)
+    later = large.draw((3.0, 1.0))
+    renewed = dic.renewed_reference(ref, dic.correlate(ref, later), later)
+    assert renewed.prefilter == ref.prefilter
+    assert renewed.prefilter.sigma == named
+
+
 def test_half_again_as_long_is_followed_in_steps(large, image):
     motions = list(steps(5))
     fields = list(dic.correlate_sequence(dic.prepare(image), (large.draw(*m) for m in motions)))
