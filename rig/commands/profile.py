@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import count
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -66,6 +68,8 @@ def profile(
 def _ends(text: str, what: str) -> Ends:
     try:
         x1, y1, x2, y2 = (float(number) for number in text.split(","))
+        if not all(map(isfinite, (x1, y1, x2, y2))):
+            raise ValueError
     except ValueError:
         raise ValueError(
             f"{what} must be two points in px, such as 40,60,380,60, got '{text}'; write it so"
@@ -80,9 +84,11 @@ def _regions(path: Path | None, ends: list[Ends]) -> Regions:
     from rig.series.regions import Extensometer, Regions, read_regions
 
     known = read_regions(path) if path else Regions()
+    taken = {one.name for one in known.extensometer}
+    free = (name for n in count(1) if (name := f"extensometer-{n}") not in taken)
     more = [
-        Extensometer(name=f"extensometer-{n}", start=(x1, y1), end=(x2, y2))
-        for n, (x1, y1, x2, y2) in enumerate(ends, start=1)
+        Extensometer(name=name, start=(x1, y1), end=(x2, y2))
+        for name, (x1, y1, x2, y2) in zip(free, ends, strict=False)
     ]
     return known.model_copy(update={"extensometer": [*known.extensometer, *more]})
 
@@ -106,13 +112,18 @@ def _write_readings(
 ) -> None:
     import numpy as np
 
+    from dic import export
     from rig.series.curves import draw_readings
+    from rig.series.gauges import off_the_points
     from rig.series.readings import curves_of, readings_of, time_axis, write_readings
 
+    for sentence in off_the_points(regions, result.grid):
+        warn(sentence)
     with progress(READINGS) as report:
         table = readings_of(result, regions, report)
     write_readings(folder / f"{READINGS}.csv", result, table, interval)
-    curves = curves_of(table)
+    known = curves_of(table).items()
+    curves = {name: curve for name, curve in known if not name.endswith(export.INVARIANTS)}
     for name, (values, _) in curves.items():
         if not np.isfinite(values).any():
             warn(f"{name} reads nothing in any frame; check whether it lies on measured points")

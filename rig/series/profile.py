@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from rig.series.between import Between, lay
 from rig.series.read import SeriesResult
-from rig.series.regions import Between, lay
 from rig.system.arrays import F64
 
 JUMPING = ("status", "principal_angle")

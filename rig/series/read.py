@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import dic
+from rig.series.invariants import Invariant, derived
 from rig.series.parts import FIELDS
 from rig.series.result import FORMAT, VERSION
 from rig.system.arrays import AnyArray
@@ -36,7 +37,7 @@ class SeriesResult:
     names, errors : tuple of str
         What each frame is called, and what kept it out; "" where nothing did.
     fields : tuple of str
-        Fields that are stored of each frame, `status` the last.
+        Fields of each frame, `status` the last; invariants that the file does not hold among them.
     image : (H, W)
         The reference, grey levels.
     settings : mapping
@@ -53,7 +54,7 @@ class SeriesResult:
     image: AnyArray
     settings: Mapping[str, Any]
     places: AnyArray | None
-    arrays: Mapping[str, h5py.Dataset]
+    arrays: Mapping[str, h5py.Dataset | Invariant]
 
     def field(self, name: str, number: int) -> AnyArray:
         """Return a field of a frame, (R, C).
@@ -162,6 +163,7 @@ def _read(path: Path, file: Any) -> SeriesResult:
     wrong = [name for name, item in arrays.items() if item.shape != shape]
     if wrong or "status" not in arrays or not names:
         raise ValueError(f"field {(wrong or ['status'])[0]} is not of {shape}")
+    arrays |= derived(arrays)
     return SeriesResult(
         path=path,
         grid=grid,

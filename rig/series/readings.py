@@ -10,16 +10,11 @@ from pathlib import Path
 import numpy as np
 
 import dic
+from rig.series.gauges import SIGMA_UV, UV, elongation, gauge_strain
+from rig.series.invariants import STRAINS
 from rig.series.measure import BLOCK
 from rig.series.read import SeriesResult
-from rig.series.regions import (
-    SIGMA_UV,
-    STRAINS,
-    UV,
-    Regions,
-    elongation,
-    gauge_strain,
-)
+from rig.series.regions import Regions
 from rig.series.scale import SCALED
 from rig.system.arrays import F64, AnyArray
 

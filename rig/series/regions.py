@@ -1,29 +1,29 @@
-"""Regions of a test, read from TOML: the ROI, extensometers and gauges, and what they read."""
+"""Regions of a test, read from TOML: the ROI, extensometers and gauges."""
 
 from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections import Counter
 from pathlib import Path
 from typing import Annotated, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-import dic
+from dic import export
 from rig.scene.quantity import LARGEST_SIDE
-from rig.series.scale import SCALED
-from rig.system.arrays import F64, AnyArray, Mask
+from rig.series.invariants import STRAINS
+from rig.system.arrays import Mask
 
 Coordinate = Annotated[
     float, Field(ge=-LARGEST_SIDE, le=LARGEST_SIDE, allow_inf_nan=False, description="px")
 ]
+_Name = Annotated[str, Field(min_length=1)]
 Point = tuple[Coordinate, Coordinate]
-UV, SIGMA_UV = ("u", "v"), ("sigma_u", "sigma_v")
-STRAINS = ("exx", "eyy", "exy")
+
+TAKEN = ("number", "frame", "time_s")
+"""Columns that tables of readings have beside those of the regions."""
 
 
 class _Part(BaseModel):
@@ -40,7 +40,7 @@ class Polygon(_Part):
 class Extensometer(_Part):
     """Two points whose distance is followed."""
 
-    name: str
+    name: _Name
     start: Annotated[Point, Field(description="(x, y), px.")]
     end: Annotated[Point, Field(description="(x, y), px.")]
 
@@ -54,7 +54,7 @@ class Extensometer(_Part):
 class Gauge(_Part):
     """A polygon over which strain is averaged."""
 
-    name: str
+    name: _Name
     points: Annotated[list[Point], Field(min_length=3, description="Corners (x, y), px.")]
 
 
@@ -64,6 +64,24 @@ class Regions(_Part):
     roi: list[Polygon] = []
     extensometer: list[Extensometer] = []
     gauge: list[Gauge] = []
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of what is read, each of which has a σ beside it."""
+        lengths = (one.name for one in self.extensometer)
+        fields = (*STRAINS, *export.INVARIANTS)
+        return *lengths, *(f"{one.name}_{field}" for one in self.gauge for field in fields)
+
+    @model_validator(mode="after")
+    def _has_columns_of_its_own(self) -> Self:
+        columns = Counter([*TAKEN, *self.columns, *(f"sigma_{name}" for name in self.columns)])
+        for name, count in columns.items():
+            if count > 1:
+                raise ValueError(
+                    "each extensometer and gauge needs a name of its own, and the column"
+                    f" '{name}' of the readings is taken"
+                )
+        return self
 
 
 def read_regions(path: Path) -> Regions:
@@ -79,9 +97,16 @@ def read_regions(path: Path) -> Regions:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{path} is not TOML ({error}); correct it there") from None
     except ValidationError as error:
-        first = error.errors()[0]
-        place = ".".join(str(part) for part in first["loc"])
-        raise ValueError(f"{path}: {place}: {first['msg'].lower()}; correct it there") from None
+        raise ValueError(f"{path}: {first_fault(error)}; correct it there") from None
+
+
+def first_fault(error: ValidationError) -> str:
+    """Return where the first fault is, and what it is."""
+    first = error.errors()[0]
+    place = ".".join(str(part) for part in first["loc"])
+    ours = first["type"] == "value_error"
+    message = str(first.get("ctx", {})["error"]) if ours else first["msg"].lower()
+    return f"{place}: {message}" if place else message
 
 
 def regions_toml(regions: Regions) -> str:
@@ -121,7 +146,7 @@ def mask_of(polygons: list[Polygon], shape: tuple[int, int]) -> Mask | None:
     if all(polygon.hole for polygon in polygons):
         inside[:] = 1
     for polygon in sorted(polygons, key=lambda p: p.hole):
-        one = _filled(polygon.points, shape)
+        one = filled(polygon.points, shape)
         if not one.any():
             x, y = polygon.points[0]
             raise ValueError(
@@ -132,110 +157,10 @@ def mask_of(polygons: list[Polygon], shape: tuple[int, int]) -> Mask | None:
     return inside > 0
 
 
-def _filled(points: list[Point], shape: tuple[int, int]) -> Mask:
+def filled(points: list[Point], shape: tuple[int, int]) -> Mask:
+    """Pixels (H, W) inside a polygon."""
     import cv2
 
     plane = np.zeros(shape, np.uint8)
     cv2.fillPoly(plane, [np.rint(np.array(points) * 16).astype(np.int32)], (1,), shift=4)
     return plane > 0
-
-
-def elongation(
-    one: Extensometer, grid: dic.Grid, table: Mapping[str, AnyArray], places: F64 | None = None
-) -> tuple[float, float]:
-    """Change of length over length of an extensometer in a frame, and its σ; NaN where lost.
-
-    With `places` (R·C, 2) mm of the points on the object, lengths are those on the object.
-
-    σ takes the points between which an end lies for fully correlated: an upper bound.
-    """
-    ends = [lay(grid, np.array([place])) for place in (one.start, one.end)]
-    known = table if places is None else dict(table) | {"X": places[:, 0], "Y": places[:, 1]}
-    moved, loose = (UV, SIGMA_UV) if places is None else (SCALED[:2], SCALED[2:])
-    first, second = (_pair(end, known, moved) for end in ends)
-    loose_1, loose_2 = (_pair(end, known, loose) for end in ends)
-    if places is None:
-        apart = np.array(one.end) - np.array(one.start)
-    else:
-        apart = _pair(ends[1], known, ("X", "Y")) - _pair(ends[0], known, ("X", "Y"))
-    length = float(np.linalg.norm(apart))
-    along = apart / length
-    after = float(np.linalg.norm(apart + second - first))
-    spread = np.sqrt(np.sum(along**2 * (loose_1**2 + loose_2**2)))
-    return after / length - 1, float(spread) / length
-
-
-@dataclass(frozen=True, eq=False)
-class Between:
-    """Places on a grid, each between four of its points; NaN is read beyond the grid.
-
-    Attributes
-    ----------
-    corners : (K, 4) int64
-        Numbers of the points, row by row.
-    weights : (K, 4) float64
-        Of their values.
-    """
-
-    corners: NDArray[np.int64]
-    weights: F64
-
-    def read(self, values: AnyArray) -> F64:
-        """Read a field (R·C,) or (R, C) at the places, (K,)."""
-        cut = np.asarray(values, dtype=np.float64).ravel()[self.corners]
-        return np.sum(np.where(self.weights == 0, 0, self.weights * cut), axis=1)
-
-    def nearest(self) -> Between:
-        """Return the nearest point of each place alone."""
-        weights = np.where(np.isnan(self.weights), np.nan, 0.0)
-        rows, last = np.arange(len(weights)), np.argmax(self.weights, axis=1)
-        weights[rows, last] = np.where(np.isnan(self.weights[:, 0]), np.nan, 1.0)
-        return Between(self.corners, weights)
-
-
-def lay(grid: dic.Grid, places: F64) -> Between:
-    """Find the points of a grid about places (K, 2) px."""
-    rows, columns = grid.shape
-    x = (places[:, 0] - grid.xs[0]) / grid.step
-    y = (places[:, 1] - grid.ys[0]) / grid.step
-    i = np.clip(np.floor(x), 0, max(columns - 2, 0)).astype(np.int64)
-    j = np.clip(np.floor(y), 0, max(rows - 2, 0)).astype(np.int64)
-    s, t = x - i, y - j
-    right, below = np.minimum(i + 1, columns - 1), np.minimum(j + 1, rows - 1)
-    corners = [row * columns + column for row in (j, below) for column in (i, right)]
-    weights = np.stack([(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t], axis=1)
-    outside = (x < 0) | (y < 0) | (x > columns - 1) | (y > rows - 1)
-    weights[outside] = np.nan
-    return Between(np.stack(corners, axis=1), weights)
-
-
-def _pair(between: Between, table: Mapping[str, AnyArray], names: tuple[str, ...]) -> F64:
-    return np.array([between.read(table[name])[0] for name in names])
-
-
-def gauge_strain(
-    one: Gauge, grid: dic.Grid, table: Mapping[str, AnyArray], vsg: float
-) -> dict[str, tuple[float, float]]:
-    """Mean strain of the points inside a gauge, and its σ; NaN where there is none.
-
-    Strains nearer than `vsg` px share their pixels: there are as many independent ones as squares
-    of that side, and one at least.
-    """
-    corners = np.array(one.points)
-    size = np.ceil(corners.max(axis=0)).astype(int) + 1
-    shape = max(size[1], int(grid.ys[-1]) + 1), max(size[0], int(grid.xs[-1]) + 1)
-    inside = _filled(one.points, (int(shape[0]), int(shape[1])))
-    here: Mask = inside[np.asarray(grid.ys, np.int64)][:, np.asarray(grid.xs, np.int64)].ravel()
-    found: dict[str, tuple[float, float]] = {}
-    for name in STRAINS:
-        values, spread = table[name][here], table[f"sigma_{name}"][here]
-        known = np.isfinite(values) & np.isfinite(spread)
-        if not known.any():
-            found[name] = np.nan, np.nan
-            continue
-        free = max(np.count_nonzero(known) * grid.step**2 / vsg**2, 1.0)
-        found[name] = (
-            float(values[known].mean(dtype=np.float64)),
-            float(np.sqrt(np.mean(np.square(spread[known], dtype=np.float64)) / free)),
-        )
-    return found

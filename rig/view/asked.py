@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from rig.series.regions import Extensometer, Polygon, Regions
+from rig.series.regions import Extensometer, Polygon, Regions, first_fault
 
 _Number = Annotated[float, Field(allow_inf_nan=False)]
 Ends = tuple[_Number, _Number, _Number, _Number]
@@ -53,7 +53,4 @@ class AskedLengths(_Asked):
 
 def first_sentence(error: ValidationError) -> str:
     """Return what is wrong with what was asked, as one sentence."""
-    first = error.errors()[0]
-    place = ".".join(str(part) for part in first["loc"])
-    message = f"{place}: {first['msg'].lower()}" if place else first["msg"].lower()
-    return f"{message}; correct it on the page"
+    return f"{first_fault(error)}; correct it on the page"

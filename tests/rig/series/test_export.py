@@ -101,6 +101,16 @@ def test_the_video_has_every_frame(export):
     assert frames == [True] * 4 + [False]
 
 
+def test_invariants_that_the_file_does_not_hold_follow_from_its_strain(export):
+    out = written(export("--to", "npz"))
+    npz = np.load(out / "fields.npz", allow_pickle=False)
+    np.testing.assert_allclose(npz["von_mises"][3], 2 / 3**0.5 * 3 * RATE, rtol=1e-5)
+    np.testing.assert_allclose(npz["sigma_principal_1"][3], 1e-5, rtol=1e-5)
+    assert np.isnan(npz["max_shear"][2]).all()
+    files = export("--to", "png", "--field", "von_mises", "--force")[2]
+    assert len(list(files.glob("von_mises-*.png"))) == 4
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

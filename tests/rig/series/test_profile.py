@@ -9,9 +9,9 @@ import pytest
 
 import dic
 from rig import cli
+from rig.series.between import lay
 from rig.series.profile import profiles
 from rig.series.read import open_result
-from rig.series.regions import lay
 from tests.rig.series.conftest import RATE, SIGMA
 
 
@@ -83,6 +83,58 @@ def test_regions_by_name_are_read_as_correlate_reads_them(profile, result):
     )  # 7 x 7 points a step of 8 apart, and a gauge length of 53
 
 
+def test_a_gauge_reads_the_invariants_of_its_mean_strain(profile, result):
+    (result.parent / "r.toml").write_text(
+        '[[gauge]]\nname = "mid"\npoints = [[30, 20], [90, 20], [90, 70], [30, 70]]\n'
+    )
+    code, said, out = profile("--regions", result.parent / "r.toml")
+    assert code == 0, said.err
+    row = {n: float(x) for n, x in rows_of(out / "readings.csv")[3].items() if n != "frame"}
+    true = {"principal_1": 1, "principal_2": 0, "max_shear": 1, "von_mises": 2 / 3**0.5}
+    for name, times in true.items():
+        assert row[f"mid_{name}"] == pytest.approx(times * 3 * RATE, abs=1e-7)
+    assert row["mid_principal_angle"] == pytest.approx(0, abs=1e-6)
+    one = row["sigma_mid_exx"]
+    assert row["sigma_mid_max_shear"] == pytest.approx(one * 2**0.5, rel=1e-3)
+
+
+def test_a_line_reads_invariants_that_the_file_does_not_hold(profile):
+    code, said, out = profile("--line", "20,30,100,60", "--field", "max_shear")
+    assert code == 0, said.err
+    rows = [row for row in rows_of(out / "line-1.csv") if row["number"] == "3"]
+    for row in rows:
+        assert float(row["max_shear"]) == pytest.approx(3 * RATE, rel=1e-5)
+        assert float(row["sigma_max_shear"]) == pytest.approx(1e-5 * 2**0.5, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("text", "what"),
+    [
+        ('[[extensometer]]\nname = "e"\nstart = [2, 2]\nend = [90, 40]', "extensometer 'e'"),
+        ('[[gauge]]\nname = "g"\npoints = [[1e5, 9], [1e6, 9], [1e6, 99]]', "gauge 'g'"),
+    ],
+)
+def test_what_lies_off_the_points_is_said_and_reads_nothing(profile, result, text, what):
+    (result.parent / "r.toml").write_text(text)
+    code, said, out = profile("--regions", result.parent / "r.toml")
+    assert code == 0
+    assert f"{what} lies off the points" in " ".join(said.err.split())
+    for row in rows_of(out / "readings.csv"):
+        assert {v for n, v in row.items() if n not in ("number", "frame")} == {"nan"}
+
+
+def test_numbers_of_extensometers_pass_over_names_that_are_taken(profile, result):
+    (result.parent / "r.toml").write_text(
+        '[[extensometer]]\nname = "extensometer-1"\nstart = [20, 40]\nend = [20, 70]'
+    )
+    line = "--extensometer", "20,30,110,30"
+    code, said, out = profile("--regions", result.parent / "r.toml", *line)
+    assert code == 0, said.err
+    row = rows_of(out / "readings.csv")[3]
+    assert float(row["extensometer-1"]) == pytest.approx(0, abs=1e-7)
+    assert float(row["extensometer-2"]) == pytest.approx(3 * RATE, abs=1e-7)
+
+
 def test_sigma_between_points_is_an_upper_bound_of_the_scatter():
     grid = dic.Grid(np.arange(10, 90, 8), np.arange(10, 66, 8), 21, 8)
     rng = np.random.default_rng(4)
@@ -111,6 +163,7 @@ def test_what_jumps_is_read_at_the_nearest_point(result, ref):
     [
         ((), "name a --line"),
         (("--line", "1,2,3"), "two points in px"),
+        (("--line", "1,2,3,nan"), "two points in px"),
         (("--line", "5,5,5,5"), "give it a length"),
         (("--line", "500,500,600,600"), "misses all points"),
         (("--line", "20,20,90,60", "--field", "nosuch"), "no field 'nosuch'"),

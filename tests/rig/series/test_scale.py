@@ -10,7 +10,8 @@ import synthetic
 from rig.calibration.lens import Lens
 from rig.calibration.store import keep
 from rig.commands.scale import scale_of
-from rig.series.regions import Extensometer, elongation
+from rig.series.gauges import elongation
+from rig.series.regions import Extensometer
 from rig.series.scale import PlatePlane, in_mm, scaled_points, two_points
 from rig.series.tabulate import StrainOptions, strained
 
