@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from rig.commands.output import emit, say
+from rig.commands.photographs import say_if_coloured
 
 
 def view(
@@ -51,6 +52,7 @@ def view(
         open_test(what, frames, out, drawn, interval) as test,
         serve(test, port, access_of("user", control=True)) as address,
     ):
+        say_if_coloured(test.frames)
         if as_json:
             emit("", {"page": address, "out": str(test.out)}, as_json)
             sys.stdout.flush()  # whoever waits for the address has a pipe

@@ -11,8 +11,10 @@ from typing import Protocol
 import numpy as np
 
 import dic
+from rig.series.photograph import luminance, page_count, read_photograph
 from rig.system.arrays import AnyArray
 
+_TIFF = (".tif", ".tiff")
 _IMAGES = {".png", ".tif", ".tiff", ".bmp", ".jpg", ".jpeg", ".pgm"}
 _VIDEOS = {".avi", ".mp4", ".mov", ".mkv", ".m4v"}
 
@@ -32,7 +34,7 @@ class Frames(Protocol):
 
 @dataclass(frozen=True)
 class ImageFiles:
-    """Images, a file each."""
+    """Images, a file each; those in colour are read by their luminance."""
 
     paths: tuple[Path, ...]
 
@@ -43,18 +45,14 @@ class ImageFiles:
 
     def read(self, number: int) -> AnyArray:
         """Read the image of a file."""
-        return dic.read_image(self.paths[number])
+        return read_photograph(self.paths[number])
 
 
 class TiffPages:
     """Pages of one TIFF."""
 
     def __init__(self, path: Path) -> None:
-        from PIL import Image
-
-        self._path = path
-        with Image.open(path) as image:
-            self._count = int(getattr(image, "n_frames", 1))
+        self._path, self._count = path, page_count(path)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -67,7 +65,27 @@ class TiffPages:
 
         with Image.open(self._path) as image:
             image.seek(number)
-            return dic.check_image(np.asarray(image), "deformed")
+            return dic.check_image(luminance(image), "deformed")
+
+
+@dataclass(frozen=True)
+class Joined:
+    """Frames of several sources, one after the other."""
+
+    sources: tuple[Frames, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all of them."""
+        return tuple(name for source in self.sources for name in source.names)
+
+    def read(self, number: int) -> AnyArray:
+        """Read a frame of the source that holds it."""
+        for source in self.sources:
+            if number < len(source.names):
+                return source.read(number)
+            number -= len(source.names)
+        raise IndexError(number)
 
 
 class Video:
@@ -104,6 +122,8 @@ class Video:
 def open_frames(what: str) -> Frames:
     """Open the frames that a path or a pattern such as ``frames/*.tif`` names.
 
+    Of each TIFF all pages are frames.
+
     Raises
     ------
     OSError
@@ -117,16 +137,22 @@ def open_frames(what: str) -> Frames:
         return _files([p for p in found if p.is_file()], what)
     if path.suffix.lower() in _VIDEOS:
         return Video(path)
-    if path.suffix.lower() in (".tif", ".tiff"):
-        pages = TiffPages(path)
-        return pages if len(pages.names) > 1 else ImageFiles((path,))
-    return ImageFiles((path,))
+    return _images([path])
 
 
-def _files(paths: list[Path], what: str) -> ImageFiles:
+def _files(paths: list[Path], what: str) -> Frames:
     if not paths:
         raise FileNotFoundError(f"no image is called '{what}'; check the folder and the pattern")
-    return ImageFiles(tuple(sorted(paths, key=_in_order)))
+    return _images(sorted(paths, key=_in_order))
+
+
+def _images(paths: list[Path]) -> Frames:
+    """Return images as frames, and all pages of those that have several."""
+    several = [path.suffix.lower() in _TIFF and page_count(path) > 1 for path in paths]
+    if not any(several):
+        return ImageFiles(tuple(paths))
+    sources = zip(paths, several, strict=True)
+    return Joined(tuple(TiffPages(p) if pages else ImageFiles((p,)) for p, pages in sources))
 
 
 def _in_order(path: Path) -> list[tuple[int, str]]:

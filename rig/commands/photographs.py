@@ -1,0 +1,41 @@
+"""Photographs that a command reads, and a sentence where one is not taken as it is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rig.commands.output import say
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from rig.series.frames import Frames
+
+
+def read(path: Path) -> np.ndarray:
+    """Read an image (H, W); say where its luminance, or its first page, stands for it.
+
+    Raises
+    ------
+    OSError, ValueError
+        It is no image that can be read.
+    """
+    from rig.series.photograph import is_coloured, page_count, read_photograph
+
+    image = read_photograph(path)
+    if is_coloured(path):
+        say(f"{path.name} is stored in colour; its luminance is taken")
+    pages = page_count(path)
+    if pages > 1:
+        say(f"{path.name} has {pages} pages; the first one is taken")
+    return image
+
+
+def say_if_coloured(frames: Frames | None) -> None:
+    """Say that the luminance of frames is taken, by the first of them."""
+    from rig.series.frames import ImageFiles
+    from rig.series.photograph import is_coloured
+
+    if isinstance(frames, ImageFiles) and is_coloured(frames.paths[0]):
+        say(f"{frames.names[0]} is stored in colour; of such frames the luminance is taken")
