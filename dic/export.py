@@ -158,6 +158,7 @@ def _parameters(disp: DisplacementField, eps: StrainField) -> dict[str, object]:
     return {
         "subset": disp.subset,
         "order": disp.order,
+        "prefilter": disp.prefilter,
         **grid,
         "strain_kind": eps.kind,
         "strain_window": eps.window,

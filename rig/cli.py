@@ -21,7 +21,7 @@ COMMANDS = {
     "show": "Say what a scene contains, what it leaves out and why.",
     "design": "Say what a bench will reach, before anything is bought.",
     "print": "Print the board of a calibration or a speckle pattern, at true scale.",
-    "correlate": "Correlate two images: displacement, strain and their uncertainty.",
+    "correlate": "Correlate a pair or a whole test: displacement, strain and their uncertainty.",
     "view": "Show a whole test on a page, or correlate images there.",
     "profile": "Read lines, extensometers and gauges from the result of a whole test.",
     "run": "Run the live loop of a scene.",

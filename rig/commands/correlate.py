@@ -6,29 +6,25 @@ pages or a video.
 
 from __future__ import annotations
 
-import time
+from collections.abc import Mapping
+from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from rig.commands.output import emit, folder_aside, require_free, say
+from rig.commands.output import require_free, say, warn
 
 if TYPE_CHECKING:
     import numpy as np
-    from rich.console import Group
 
     import dic
     from rig.series.frames import Frames
     from rig.series.regions import Regions
     from rig.series.scale import Scale, ScaledPoints
-    from rig.series.tabulate import Measured
 
 Kind = Literal["small", "green-lagrange", "logarithmic"]
 Field = Literal["subset", "split", "adaptive", "net", "image-net"]
-
-PRINTED = {"u": (1.0, "px"), "v": (1.0, "px")} | dict.fromkeys(("exx", "eyy", "exy"), (1e6, "µε"))
-"""Factor and unit in which each field is printed."""
 
 
 def correlate(
@@ -71,6 +67,10 @@ def correlate(
     prefilter: Annotated[
         float | None, typer.Option(help="Gaussian before correlation, px; else as it is needed.")
     ] = None,
+    guess: Annotated[
+        str | None,
+        typer.Option(metavar="U,V", help="Motion to start from, px; else it is searched for."),
+    ] = None,
     auto: Annotated[
         bool, typer.Option("--auto", help="Choose subset and step for the pattern.")
     ] = False,
@@ -96,57 +96,92 @@ def correlate(
 ) -> None:
     """Write u, v, Exx, Eyy, Exy, σ, ZNCC and status as HDF5 and CSV, and a plot of them."""
     import dic
-    from rig.commands import whole_test
+    from rig.commands import pair, photographs, whole_test
+    from rig.commands.compiling import compiling_announced
     from rig.commands.scale import scale_of
-    from rig.series.measure import measure
+    from rig.series.measure import require_points
     from rig.series.regions import Regions, read_regions
-    from rig.series.tabulate import StrainOptions, strained
+    from rig.series.tabulate import StrainOptions
 
     frames = whole_test.frames_of(deformed)
     folder = out or Path("results") / (Path(deformed).stem if frames is None else "test")
-    _check_how(frames, deformed, follow, workers, cluster)
     if frames is None:
+        _refuse(deformed, {"--follow": follow, "--cluster": cluster, "--workers": workers})
         require_free(folder, force)
-    before = dic.read_image(reference)
+    else:
+        _check_how(follow, workers, cluster, plots)
+    start = _guess(guess, field, follow)
+    before = photographs.read(reference)
+    after = photographs.read(Path(deformed)) if frames is None else None
     drawn = read_regions(regions) if regions else Regions()
     mask = _mask(before, roi, drawn)
     on_object = scale_of(scale, camera, before.shape)
     if auto:
         subset, step = _chosen(before, deformed, frames)
 
-    start = time.perf_counter()
-    prepared = dic.prepare(
-        before, subset=subset, step=step, order=order, roi=mask, prefilter=prefilter
-    )
-    scaled = _scaled(on_object, prepared)
-    options = StrainOptions(window, kind, field, invariants, scaled)
-    if frames is not None:
-        run = whole_test.Run(workers, force, as_json, follow, cluster)
-        whole_test.correlate(folder, prepared, frames, drawn, options, run)
-        return
-    after = dic.read_image(deformed)
-    found = strained(measure(prepared, after, field), options)
-    seconds = time.perf_counter() - start
-
-    with folder_aside(folder) as aside:
-        _write(aside, before, found, {} if scaled is None else scaled.settings)
-        if plots:
-            dic.export.draw_fields(aside, before, found.disp, found.strain)
-    figures = _figures(found.disp, found.strain) | {"seconds": seconds, "folder": str(folder)}
-    emit(_tables(figures), figures, as_json)
+    with compiling_announced():
+        prepared = dic.prepare(
+            before, subset=subset, step=step, order=order, roi=mask, prefilter=prefilter
+        )
+        require_points(prepared)
+        scaled = _scaled(on_object, prepared)
+        strain = StrainOptions(window, kind, field, invariants, scaled, start)
+        _warn_off_the_points(drawn, prepared)
+        if frames is not None:
+            run = whole_test.Run(workers, force, as_json, follow, cluster)
+            whole_test.correlate(folder, prepared, frames, drawn, strain, run)
+        elif after is not None:
+            written = pair.Written(plots, force, as_json)
+            named = Path(deformed).name, after
+            pair.correlate(folder, prepared, named, drawn, strain, written)
 
 
-def _check_how(
-    frames: Frames | None, deformed: str, follow: bool, workers: int | None, cluster: str | None
-) -> None:
-    """Refuse options that say how several frames are taken where there is one, or that differ."""
-    if frames is None and (follow or cluster):
-        option = "--follow" if follow else "--cluster"
-        raise ValueError(f"{option} is for several frames, and '{deformed}' is one; leave it out")
+def _refuse(deformed: str, options: Mapping[str, object]) -> None:
+    """Refuse options that say how several frames are taken where there is one."""
+    for option, given in options.items():
+        if given:
+            raise ValueError(
+                f"{option} is for several frames, and '{deformed}' is one; leave it out"
+            )
+
+
+def _check_how(follow: bool, workers: int | None, cluster: str | None, plots: bool) -> None:
+    """Refuse options that several frames do not have, or that differ in how they are taken."""
+    if plots:
+        raise ValueError(
+            "--plots draws the fields of a pair; leave it out, and draw those of a test with"
+            " `touchplate export --to png`"
+        )
     if cluster and (follow or workers):
         reason = "takes frames in turn" if follow else "counts threads of this machine"
         option = "--follow" if follow else "--workers"
         raise ValueError(f"{option} {reason}, and --cluster works elsewhere; leave out one")
+
+
+def _guess(text: str | None, field: Field, follow: bool) -> tuple[float, float] | None:
+    """Read the motion that all points start from, px; None where there is none."""
+    if text is None:
+        return None
+    if follow:
+        raise ValueError("--follow starts from the frame before, not from --guess; leave out one")
+    if field.endswith("net"):
+        raise ValueError(f"--field {field} takes no --guess; leave it out or take another field")
+    try:
+        u, v = (float(number) for number in text.split(","))
+    except ValueError:
+        u = v = float("nan")
+    if not (isfinite(u) and isfinite(v)):
+        raise ValueError(f"guess must be u and v in px, such as 12.5,-3, got '{text}'; write it so")
+    return u, v
+
+
+def _warn_off_the_points(drawn: Regions, ref: dic.Reference) -> None:
+    """Warn of each extensometer and gauge that will read nothing."""
+    from rig.series.gauges import off_the_points
+
+    if ref.grid is not None:
+        for sentence in off_the_points(drawn, ref.grid):
+            warn(sentence)
 
 
 def _scaled(scale: Scale | None, ref: dic.Reference) -> ScaledPoints | None:
@@ -162,22 +197,42 @@ def _scaled(scale: Scale | None, ref: dic.Reference) -> ScaledPoints | None:
 
 def _mask(image: np.ndarray, roi: Path | None, drawn: Regions) -> np.ndarray | None:
     """Pixels that both the mask and the polygons leave in; None if there is neither."""
-    import dic
+    import numpy as np
+
     from rig.series.regions import mask_of
 
-    polygons = mask_of(drawn.roi, (int(image.shape[0]), int(image.shape[1])))
-    if roi is None:
-        return polygons
-    mask = dic.read_image(roi) > 0
-    return mask if polygons is None or mask.shape != polygons.shape else mask & polygons
+    height, width = image.shape
+    polygons = mask_of(drawn.roi, (int(height), int(width)))
+    parts = [polygons] if roi is None else [polygons, _read_mask(roi, image.shape)]
+    drawn_in = [part for part in parts if part is not None]
+    if not drawn_in:
+        return None
+    mask = np.logical_and.reduce(drawn_in)
+    if not mask.any():
+        raise ValueError("the ROI leaves no pixel of the reference; draw it over the pattern")
+    return mask
+
+
+def _read_mask(path: Path, shape: tuple[int, ...]) -> np.ndarray:
+    """Read the mask of an image (H, W), True where it is not black."""
+    from rig.series.photograph import read_photograph
+
+    mask = read_photograph(path) > 0
+    if mask.shape != shape:
+        raise ValueError(
+            f"mask '{path}' has {mask.shape[1]}x{mask.shape[0]} px and the reference"
+            f" {shape[1]}x{shape[0]} px; draw it over the reference"
+        )
+    return mask
 
 
 def _chosen(before: np.ndarray, deformed: str, frames: Frames | None) -> tuple[int, int]:
     """Subset and step for the pattern, and for the noise between it and the first frame."""
     import dic
     from rig.series.noise import image_noise
+    from rig.series.photograph import read_photograph
 
-    after = dic.read_image(deformed) if frames is None else _first(frames)
+    after = read_photograph(Path(deformed)) if frames is None else _first(frames)
     name = Path(deformed).name if frames is None else frames.names[0]
     noise = image_noise(before, after, name)
     advice = dic.recommend_settings(before, noise.level)
@@ -194,66 +249,3 @@ def _first(frames: Frames) -> np.ndarray | None:
         return frames.read(0)
     except (OSError, ValueError):  # it is left out of the test too
         return None
-
-
-def _write(folder: Path, image: np.ndarray, found: Measured, scale: dict[str, object]) -> None:
-    from dic import export
-
-    export.write_hdf5(folder / "fields.h5", found.disp, found.strain, found.more, scale)
-    export.write_csv(folder / "fields.csv", found.disp, found.strain, found.more)
-    export.draw_overview(folder / "fields.png", image, found.disp, found.strain)
-
-
-def _figures(field: dic.DisplacementField, strain: dic.StrainField) -> dict[str, Any]:
-    from dic import Status
-
-    return {
-        "points": len(field.xy),
-        "status": {s.name.lower(): float((field.status == s).mean()) for s in Status},
-        "u": _spread(field.u, field.sigma_u),
-        "v": _spread(field.v, field.sigma_v),
-        "exx": _spread(strain.exx, strain.sigma[:, 0]),
-        "eyy": _spread(strain.eyy, strain.sigma[:, 1]),
-        "exy": _spread(strain.exy, strain.sigma[:, 2]),
-        "strain_points": int(strain.valid.sum()),
-        "strain_kind": strain.kind,
-        "vsg": float(strain.vsg),
-    }
-
-
-def _spread(values: np.ndarray, sigma: np.ndarray) -> dict[str, float] | None:
-    """Mean and scatter over the measured points, and their median σ; None where there are none."""
-    import numpy as np
-
-    measured = np.isfinite(values) & np.isfinite(sigma)
-    if not measured.any():
-        return None
-    return {
-        "mean": float(values[measured].mean()),
-        "sd": float(values[measured].std()),
-        "sigma": float(np.median(sigma[measured])),
-    }
-
-
-def _tables(figures: dict[str, Any]) -> Group:
-    from rich.box import SIMPLE
-    from rich.console import Group
-    from rich.table import Table
-
-    fields = Table("field", "mean", "sd", "median σ", "unit", box=SIMPLE)
-    for name, (scale, unit) in PRINTED.items():
-        spread = figures[name]
-        row = (
-            [f"{spread[key] * scale:.4g}" for key in ("mean", "sd", "sigma")]
-            if spread
-            else ["-"] * 3
-        )
-        fields.add_row(name, *row, unit)
-    fractions = [f"{name} {part:.1%}" for name, part in figures["status"].items() if part]
-    return Group(
-        f"{figures['points']} points: {', '.join(fractions)}",
-        fields,
-        f"strain is {figures['strain_kind']}, gauge length {figures['vsg']:g} px,"
-        f" at {figures['strain_points']} points",
-        f"{figures['seconds']:.2f} s; written to {figures['folder']}",
-    )

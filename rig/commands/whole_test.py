@@ -5,13 +5,16 @@ from __future__ import annotations
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rig.commands.output import emit, progress, require_free, say, warn
+from rig.commands.photographs import say_if_coloured
+from rig.commands.statuses import status_lines
 
 if TYPE_CHECKING:
     import dic
     from rig.series.frames import Frames
+    from rig.series.outcome import SeriesOutcome
     from rig.series.regions import Regions
     from rig.series.tabulate import StrainOptions
 
@@ -52,30 +55,59 @@ def correlate(
     how: Run,
 ) -> None:
     """Correlate all frames; write the HDF5, its XDMF and what the regions read."""
-    from rig.series.run import PARTS, run_series
+    from rig.series.run import PARTS, remove_earlier, run_series
 
     parts = folder / PARTS
     if how.force and folder.exists():
         shutil.rmtree(parts, ignore_errors=True)
+        remove_earlier(folder)
     if not parts.exists():
         require_free(folder, how.force)
+    say_if_coloured(frames)
+    say(ref.prefilter.reason)
     with progress("correlating") as report:
         done = run_series(
             folder, ref, frames, regions, strain, how.workers, how.follow, how.cluster, report
         )
     for name, error in done.errors[:_SHOWN]:
         warn(f"{name}: {error}")
-    say(ref.prefilter.reason)
-    figures = {
-        "frames": done.frames,
-        "left_out": len(done.errors),
+    figures = _figures(done) | {
         "points": len(ref.xy),
-        "seconds": done.seconds,
         "prefilter": ref.prefilter.sigma,
         "folder": str(folder),
     }
-    text = (
-        f"{done.frames} frames, {len(done.errors)} left out; {done.seconds:.1f} s; written to"
-        f" {folder}"
-    )
-    emit(text, figures, how.as_json)
+    emit("\n".join(_lines(figures)), figures, how.as_json)
+
+
+def _figures(done: SeriesOutcome) -> dict[str, Any]:
+    import numpy as np
+
+    worst = done.worst
+    valid = worst and {
+        "median": float(np.nanmedian(done.valid)),
+        "worst": worst[1],
+        "worst_frame": worst[0],
+    }
+    return {
+        "frames": done.frames,
+        "left_out": len(done.errors),
+        "valid": valid,
+        "status": done.status,
+        "seconds": done.seconds,
+    }
+
+
+def _lines(figures: dict[str, Any]) -> list[str]:
+    valid = figures["valid"]
+    said = [
+        f"{figures['frames']} frames, {figures['left_out']} left out; {figures['seconds']:.1f} s;"
+        f" written to {figures['folder']}"
+    ]
+    if valid:
+        said.append(
+            f"valid of the points in the ROI: {valid['median']:.1%} in the median frame,"
+            f" {valid['worst']:.1%} in the worst, {valid['worst_frame']}"
+        )
+    if any(figures["status"].values()):
+        said += status_lines(figures["points"], figures["status"])
+    return said

@@ -98,9 +98,9 @@ def _fields(
     number, image, error = frame
     if image is not None:
         try:
-            found = measure(ref, image, strain.field)
+            found = measure(ref, image, strain.field, strain.guess)
             table = strained(found, strain).table(strain.fields)
-            return number, table, nothing_measured(found)
+            return number, table, nothing_measured(found, image)
         except (OSError, ValueError) as refusal:
             error = str(refusal)
     return number, missing_part(strain.fields, len(ref.xy)), error

@@ -65,7 +65,8 @@ def follow_frames(
         try:
             image = frames.read(number)
             found, base, state = dic.follow_frame(ref, point.base, point.state, image)
-            table, error = strained(found, strain).table(strain.fields), nothing_measured(found)
+            table = strained(found, strain).table(strain.fields)
+            error = nothing_measured(found, image)
         except (OSError, ValueError) as refusal:
             table, error = missing_part(strain.fields, len(ref.xy)), str(refusal)
             point = _Point(number + 1, point.before, point.renewed_at, point.base, point.state)

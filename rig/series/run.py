@@ -6,8 +6,7 @@ import csv
 import hashlib
 import shutil
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import dic
@@ -15,32 +14,17 @@ from dic import export
 from rig.series.correlate import correlate_frames, correlate_on_workers
 from rig.series.follow import follow_frames
 from rig.series.frames import Frames
-from rig.series.parts import open_parts, read_part
+from rig.series.outcome import SeriesOutcome, outcome
+from rig.series.parts import open_parts, read_part, write_part
 from rig.series.readings import Reader
 from rig.series.regions import Regions
 from rig.series.result import write_result, write_xdmf
-from rig.series.tabulate import StrainOptions
+from rig.series.tabulate import Measured, StrainOptions
 
 PARTS, FIELDS, GRID, READINGS = "parts", "fields.h5", "fields.xdmf", "readings.csv"
 """What a test leaves in its folder; the parts are gone when it is done."""
-
-
-@dataclass(frozen=True)
-class SeriesOutcome:
-    """What became of a test.
-
-    Attributes
-    ----------
-    frames : int
-    errors : tuple of (name, sentence)
-        Frames that were left out, and why.
-    seconds : float
-        Time that the correlation took.
-    """
-
-    frames: int
-    errors: tuple[tuple[str, str], ...]
-    seconds: float
+OF_A_PAIR = TABLE, SHEET = "fields.csv", "fields.png"
+"""What a pair leaves beside that."""
 
 
 def run_series(
@@ -69,7 +53,7 @@ def run_series(
     """
     if ref.grid is None:
         raise ValueError("a whole test is correlated on a grid; leave out the points")
-    parts, settings = folder / PARTS, _settings(ref, frames, strain) | {"follow": follow}
+    parts, settings = folder / PARTS, _settings(ref, frames.names, strain) | {"follow": follow}
     open_parts(parts, settings)
     start = time.perf_counter()
     if follow:
@@ -79,24 +63,84 @@ def run_series(
     else:
         correlate_frames(ref, frames, parts, strain, workers, report)
     seconds = time.perf_counter() - start
+    _assemble(folder, frames.names, ref, regions, strain, settings)
+    done = outcome(parts, frames.names, seconds)
+    shutil.rmtree(parts)
+    return done
+
+
+def write_pair(
+    folder: Path,
+    ref: dic.Reference,
+    name: str,
+    found: Measured,
+    error: str,
+    regions: Regions,
+    strain: StrainOptions,
+) -> None:
+    """Write a pair as a test of one frame called `name`: what reads a test reads it too.
+
+    Raises
+    ------
+    OSError
+        The folder cannot be written.
+    ValueError
+        The points of the reference lie on no grid.
+    """
+    parts, settings = folder / PARTS, _settings(ref, (name,), strain) | {"follow": False}
+    open_parts(parts, settings)
+    write_part(parts, 0, found.table(strain.fields), error)
+    _assemble(folder, (name,), ref, regions, strain, settings)
+    shutil.rmtree(parts)
+
+
+def remove_earlier(folder: Path) -> None:
+    """Remove what an earlier run has left that another one may not replace."""
+    for name in (READINGS, *OF_A_PAIR):
+        (folder / name).unlink(missing_ok=True)
+
+
+def reader_of(ref: dic.Reference, regions: Regions, strain: StrainOptions) -> Reader:
+    """Lay regions on the points of a reference.
+
+    Raises
+    ------
+    ValueError
+        The points of the reference lie on no grid.
+    """
+    if ref.grid is None:
+        raise ValueError("regions are read on a grid; leave out the points")
+    places = None if strain.scaled is None else strain.scaled.places
+    return Reader(regions, ref.grid, strain.reach(ref), places)
+
+
+def _assemble(
+    folder: Path,
+    names: Sequence[str],
+    ref: dic.Reference,
+    regions: Regions,
+    strain: StrainOptions,
+    settings: Mapping[str, object],
+) -> None:
+    """Put the parts of all frames together into the files of a test."""
+    if ref.grid is None:
+        raise ValueError("a whole test is correlated on a grid; leave out the points")
+    parts = folder / PARTS
     attributes = {name: value for name, value in settings.items() if name != "frames"}
     places = None if strain.scaled is None else strain.scaled.places
-    write_result(folder / FIELDS, parts, frames.names, ref, strain.fields, attributes, places)
-    write_xdmf(folder / GRID, folder / FIELDS, len(frames.names), ref.grid, strain.fields)
-    errors = tuple(_errors(parts, frames))
-    if regions.extensometer or regions.gauge:
-        _write_readings(folder / READINGS, parts, frames, ref, regions, strain)
-    shutil.rmtree(parts)
-    return SeriesOutcome(len(frames.names), errors, seconds)
+    write_result(folder / FIELDS, parts, names, ref, strain.fields, attributes, places)
+    write_xdmf(folder / GRID, folder / FIELDS, len(names), ref.grid, strain.fields)
+    if regions.columns:
+        _write_readings(folder / READINGS, parts, names, reader_of(ref, regions, strain))
 
 
-def _settings(ref: dic.Reference, frames: Frames, strain: StrainOptions) -> dict[str, object]:
+def _settings(ref: dic.Reference, names: Sequence[str], strain: StrainOptions) -> dict[str, object]:
     """List what the parts of a test depend on: images, subset, and how they are compared."""
     scaled = strain.scaled
     settings: dict[str, object] = {
         "reference": hashlib.sha256(ref.image.tobytes()).hexdigest(),
         "roi": hashlib.sha256(ref.texture[3].tobytes()).hexdigest(),
-        "frames": list(frames.names),
+        "frames": list(names),
         "subset": ref.subset,
         "step": ref.grid.step if ref.grid else 0,
         "order": ref.order,
@@ -106,26 +150,15 @@ def _settings(ref: dic.Reference, frames: Frames, strain: StrainOptions) -> dict
         "field": strain.field,
         "invariants": strain.invariants,
     }
-    return settings | ({} if scaled is None else scaled.settings)
+    guess = {} if strain.guess is None else {"guess": list(strain.guess)}
+    return settings | guess | ({} if scaled is None else scaled.settings)
 
 
-def _errors(parts: Path, frames: Frames) -> list[tuple[str, str]]:
-    read = ((name, read_part(parts, n)) for n, name in enumerate(frames.names))
-    return [(name, part[1]) for name, part in read if part is not None and part[1]]
-
-
-def _write_readings(
-    path: Path,
-    parts: Path,
-    frames: Frames,
-    ref: dic.Reference,
-    regions: Regions,
-    strain: StrainOptions,
-) -> None:
+def _write_readings(path: Path, parts: Path, names: Sequence[str], reader: Reader) -> None:
     """Write what each extensometer and gauge reads, with its σ, a line a frame."""
     with export.aside(path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
         table: csv.DictWriter[str] | None = None
-        for row in _readings(parts, frames, ref, regions, strain):
+        for row in _readings(parts, names, reader):
             if table is None:
                 table = csv.DictWriter(file, list(row))
                 table.writeheader()
@@ -133,13 +166,9 @@ def _write_readings(
 
 
 def _readings(
-    parts: Path, frames: Frames, ref: dic.Reference, regions: Regions, strain: StrainOptions
+    parts: Path, names: Sequence[str], reader: Reader
 ) -> Iterator[dict[str, str | float]]:
-    if ref.grid is None:
-        return
-    places = None if strain.scaled is None else strain.scaled.places
-    reader = Reader(regions, ref.grid, strain.reach(ref), places)
-    for number, name in enumerate(frames.names):
+    for number, name in enumerate(names):
         part = read_part(parts, number)
         if part is not None:
             yield {"frame": name} | reader.read(part[0])

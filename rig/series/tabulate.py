@@ -19,6 +19,7 @@ class StrainOptions:
 
     With `invariants` the principal strains, the largest shear and von Mises are kept too; with
     `scaled`, the points on the object, the displacement in mm, and strain is that on the object.
+    `guess` is the motion, px, that all points of a frame start from; without it they are searched.
     """
 
     window: int = 5
@@ -26,6 +27,7 @@ class StrainOptions:
     field: FieldKind = "subset"
     invariants: bool = False
     scaled: ScaledPoints | None = None
+    guess: tuple[float, float] | None = None
 
     def reach(self, ref: dic.Reference) -> float:
         """Distance from which the errors of two strains are free of each other, px."""

@@ -14,7 +14,8 @@ import dic
 def measured(pattern, reference):
     roi = np.ones(reference.shape, dtype=bool)
     roi[60:90, 70:110] = False
-    disp = dic.correlate(dic.prepare(reference, step=9, roi=roi), pattern.draw((0.4, 0.2)))
+    ref = dic.prepare(reference, step=9, roi=roi, prefilter=0.5)
+    disp = dic.correlate(ref, pattern.draw((0.4, 0.2)))
     return disp, dic.strain(disp)
 
 
@@ -27,7 +28,7 @@ def test_hdf5_holds_every_field_as_an_image_with_its_unit(tmp_path, measured):
         assert file["sigma_u"].attrs["unit"] == "px"
         assert file["status"].attrs["LOW_CORRELATION"] == dic.Status.LOW_CORRELATION
         assert dict(file.attrs) == {
-            "subset": 21, "order": 1, "step": 9,
+            "subset": 21, "order": 1, "prefilter": 0.5, "step": 9,
             "strain_kind": "small", "strain_window": 5, "vsg": 57,
         }  # fmt: skip
 

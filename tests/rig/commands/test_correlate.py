@@ -1,5 +1,6 @@
 """`touchplate correlate`: files in, fields and figures out, and a sentence for what is wrong."""
 
+import csv
 import json
 import subprocess
 import sys
@@ -11,6 +12,8 @@ import pytest
 from PIL import Image
 
 from rig import cli
+from rig.commands.compiling import compiling_announced
+from rig.series.read import open_result
 
 SHIFT = (0.37, -1.62)
 SHAPE = (150, 190)
@@ -69,9 +72,101 @@ def test_it_writes_fields_a_plot_and_figures(pair, correlate, tmp_path):
     assert said["vsg"] == 4 * 5 + 21
     out = tmp_path / "results" / "after"
     names = files_in(out)
-    assert names == ["fields.csv", "fields.h5", "fields.png"]
+    assert names == ["fields.csv", "fields.h5", "fields.png", "fields.xdmf"]
     with h5py.File(out / "fields.h5") as stored:
-        assert len(stored) > 0
+        assert np.nanmean(stored["u"][0]) == pytest.approx(SHIFT[0], abs=0.003)
+
+
+@pytest.mark.parametrize("sigma", [0.0, 1.5])
+def test_what_the_images_passed_first_is_said_and_kept(pair, correlate, tmp_path, sigma):
+    done = correlate(*pair, "--prefilter", sigma, "--json")
+    assert json.loads(done.stdout)["prefilter"] == sigma
+    assert ("Gaussian of 1.5 px" if sigma else "no prefilter") in done.stderr
+    assert "as asked for" in done.stderr
+    with h5py.File(tmp_path / "results" / "after" / "fields.h5") as stored:
+        assert stored.attrs["prefilter"] == sigma
+
+
+def test_what_reads_a_test_reads_a_pair(pair, correlate, tmp_path, monkeypatch):
+    assert correlate(*pair, "--out", "out").returncode == 0
+    stored = tmp_path / "out" / "fields.h5"
+    with open_result(stored) as result:
+        assert result.names == ("after.png",)
+        assert result.image.shape == SHAPE
+        assert np.nanmean(result.field("v", 0)) == pytest.approx(SHIFT[1], abs=0.003)
+        assert np.nanmedian(result.field("von_mises", 0)) < 2e-3
+    words = "export", str(stored), str(tmp_path / "npz"), "--to", "npz"
+    monkeypatch.setattr(sys, "argv", ["touchplate", *words])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert ended.value.code == 0
+    assert np.load(tmp_path / "npz" / "fields.npz")["u"].shape[0] == 1
+
+
+REGIONS = """
+[[extensometer]]
+name = "long"
+start = [40, 60]
+end = [150, 60]
+
+[[gauge]]
+name = "mid"
+points = [[60, 40], [140, 40], [140, 110], [60, 110]]
+
+[[gauge]]
+name = "away"
+points = [[800, 800], [900, 800], [900, 900]]
+"""
+
+
+def test_extensometers_and_gauges_of_a_pair_are_read(pair, correlate, tmp_path):
+    (tmp_path / "r.toml").write_text(REGIONS)
+    done = correlate(*pair, "--regions", "r.toml", "--out", "out", "--json")
+    assert done.returncode == 0, done.stderr
+    assert "gauge 'away' lies off the points" in " ".join(done.stderr.split())
+    read = json.loads(done.stdout)["readings"]
+    for name in ("long", "mid_exx", "mid_eyy", "mid_exy"):  # a shift alone
+        assert abs(read[name]) < 5 * read[f"sigma_{name}"] < 1e-3
+    assert read["away_exx"] is None
+    with (tmp_path / "out" / "readings.csv").open() as file:
+        (row,) = csv.DictReader(file)
+    assert float(row["long"]) == pytest.approx(read["long"], abs=1e-8)  # float32
+    said = correlate(*pair, "--regions", "r.toml", "--out", "two").stdout
+    assert "long: " in said
+    assert "away_exx: nothing measured there" in said
+
+
+def test_readings_of_an_earlier_run_go_when_it_is_replaced(pair, correlate, tmp_path):
+    (tmp_path / "r.toml").write_text(REGIONS)
+    assert correlate(*pair, "--regions", "r.toml", "--out", "out").returncode == 0
+    assert correlate(*pair, "--out", "out", "--force").returncode == 0
+    assert "readings.csv" not in files_in(tmp_path / "out")
+
+
+PERIOD = 16
+"""px, of a pattern that repeats along both axes."""
+
+
+def periodic(shift):
+    y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
+    x, y = (2 * np.pi * (x - shift[0]) / PERIOD, 2 * np.pi * (y - shift[1]) / PERIOD)
+    return 120 + 50 * np.cos(x) + 50 * np.cos(y) + 20 * np.cos(x + y)
+
+
+def test_a_pattern_that_repeats_is_measured_from_a_guess(tmp_path, correlate):
+    shift = (PERIOD + 2.3, -1.4)
+    for name, moved in (("a.png", (0, 0)), ("b.png", shift)):
+        Image.fromarray(np.rint(periodic(moved)).astype(np.uint8)).save(tmp_path / name)
+    alone = correlate("a.png", "b.png", "--out", "alone")
+    assert "ambiguous: the pattern repeats" in " ".join(alone.stdout.split())
+    done = correlate("a.png", "b.png", "--guess", "20,-3", "--out", "o", "--json")
+    assert done.returncode == 0, done.stderr
+    said = json.loads(done.stdout)
+    assert said["status"]["ok"] > 0.5
+    assert said["u"]["mean"] == pytest.approx(shift[0], abs=0.05)
+    assert said["v"]["mean"] == pytest.approx(shift[1], abs=0.05)
+    with h5py.File(tmp_path / "o" / "fields.h5") as stored:
+        assert stored.attrs["guess"].tolist() == [20, -3]
 
 
 def test_windows_that_the_data_choose_have_less_noise(pair, correlate, tmp_path):
@@ -137,6 +232,34 @@ def test_sixteen_bit_images_are_taken(pair, correlate, tmp_path):
     assert said["u"]["mean"] == pytest.approx(SHIFT[0], abs=0.003)
 
 
+def tinted(path):
+    """Replace a grey image by one in colour of its luminance, to a grey level."""
+    grey = np.asarray(Image.open(path)).astype(float)
+    red, blue = 0.8 * grey, np.minimum(1.2 * grey, 255)
+    green = (grey - 0.299 * red - 0.114 * blue) / 0.587
+    image = np.rint(np.clip(np.dstack([red, green, blue]), 0, 255)).astype(np.uint8)
+    Image.fromarray(image).save(path)
+
+
+def test_photographs_in_colour_are_taken_by_their_luminance(pair, correlate):
+    for path in pair:
+        tinted(path)
+    done = correlate(*pair, "--json")
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.count("is stored in colour; its luminance is taken") == 2
+    said = json.loads(done.stdout)
+    assert said["u"]["mean"] == pytest.approx(SHIFT[0], abs=0.01)
+    assert said["v"]["mean"] == pytest.approx(SHIFT[1], abs=0.01)
+
+
+def test_the_first_page_of_a_reference_is_said(pair, correlate, tmp_path):
+    first, second = (Image.open(path) for path in pair)
+    first.save(tmp_path / "ref.tif", save_all=True, append_images=[second])
+    done = correlate("ref.tif", pair[1])
+    assert done.returncode == 0
+    assert "ref.tif has 2 pages; the first one is taken" in done.stderr
+
+
 def test_a_folder_that_holds_something_is_kept_unless_forced(pair, correlate, tmp_path):
     out = tmp_path / "out"
     out.mkdir()
@@ -151,12 +274,6 @@ def test_a_folder_that_holds_something_is_kept_unless_forced(pair, correlate, tm
     assert correlate(*pair, "--out", "out", "--force").returncode == 0
     assert (out / "notes.txt").read_text() == "mine"
     assert (out / "fields.h5").is_file()
-
-
-def colour(path):
-    image = np.zeros((*SHAPE, 3), np.uint8)
-    image[..., 0] = 200
-    Image.fromarray(image).save(path)
 
 
 def blank(path):
@@ -179,7 +296,7 @@ def missing(path):
     path.unlink()
 
 
-@pytest.mark.parametrize("spoil", [colour, smaller, truncated, no_image, missing])
+@pytest.mark.parametrize("spoil", [smaller, truncated, no_image, missing])
 @pytest.mark.parametrize("which", [0, 1])
 def test_a_bad_image_ends_in_one_sentence(pair, correlate, tmp_path, spoil, which):
     spoil(pair[which])
@@ -209,10 +326,44 @@ def test_a_blank_frame_measures_nothing_and_says_so(pair, correlate, tmp_path):
         ("--order", 7),
         ("--window", 4),
         ("--roi", "no.png"),
+        ("--roi", "black.png"),
+        ("--roi", "small.png"),
+        ("--guess", "3"),
+        ("--guess", "nan,1"),
+        ("--workers", 2),
+        ("--follow", "--force"),
     ],
 )
 def test_a_bad_option_ends_in_one_sentence(pair, correlate, tmp_path, option, value):
-    assert_refused(correlate(*pair, option, value), tmp_path)
+    Image.new("L", SHAPE[::-1]).save(tmp_path / "black.png")
+    Image.new("L", (30, 20), 255).save(tmp_path / "small.png")
+    done = correlate(*pair, option, value)
+    assert_refused(done, tmp_path)
+    assert "True" not in done.stderr
+    assert "bool" not in done.stderr
+
+
+def test_a_roi_without_a_point_is_refused_at_once(pair, correlate, tmp_path):
+    image = np.asarray(Image.open(pair[0])).copy()
+    image[:, :90] = 0
+    Image.fromarray(image).save(pair[0])
+    (tmp_path / "r.toml").write_text("[[roi]]\npoints = [[0, 0], [45, 0], [45, 140], [0, 140]]")
+    done = correlate(*pair, "--regions", "r.toml")
+    assert_refused(done, tmp_path)
+    assert "no point can be measured, most are DARK" in done.stderr
+
+
+def test_kernels_that_are_compiled_are_announced_once(capsys):
+    from dic.compiled import njit
+
+    def one(x):
+        return x + 1
+
+    kernel = njit(cache=False, nogil=True)(one)
+    with compiling_announced():
+        assert (kernel(1), kernel(1.5)) == (2, 2.5)
+        assert (kernel(2), kernel(2.5)) == (3, 3.5)
+    assert capsys.readouterr().err.count("kernels are compiled") == 1
 
 
 def assert_refused(done, folder):

@@ -130,7 +130,7 @@ def test_a_bad_frame_is_left_out_in_a_sentence_and_the_others_go_on(series, corr
     assert json.loads(said)["left_out"] == 3
     assert "60x50 px" in text
     assert "f11.png is not an image" in text
-    assert "f12.png: no point was measured" in text
+    assert "f12.png: no point was measured, the frame is DARK" in text
     with h5py.File(series / "o" / "fields.h5") as file:
         status = file["status"][:]
         valid = (status == 0).mean(axis=(1, 2))
@@ -139,6 +139,88 @@ def test_a_bad_frame_is_left_out_in_a_sentence_and_the_others_go_on(series, corr
         assert b"60x50" in file["error"][1]
     assert (valid[[0, 2, 5]] > 0.7).all()  # 16 bit a pixel are only another gain
     assert valid[4] == 0  # black
+
+
+def test_a_white_frame_is_called_saturated(series, correlate, images):
+    white = np.where(images[1] > 40, 255, images[1]).astype(np.uint8)
+    Image.fromarray(white).save(series / "frames" / "f11.png")
+    _, _, text = correlate("ref.png", "frames/*.png", "--out", "o")
+    assert "f11.png: no point was measured, the frame is SATURATED" in " ".join(text.split())
+
+
+def test_the_summary_says_how_much_is_valid_and_what_became_of_the_rest(series, correlate, images):
+    hidden = images[2].copy()
+    hidden[:, 60:] = np.random.default_rng(1).integers(0, 255, (SHAPE[0], SHAPE[1] - 60))
+    Image.fromarray(hidden).save(series / "frames" / "f9.png")
+    (series / "frames" / "f11.png").write_bytes(b"no image")
+    code, said, text = correlate("ref.png", "frames/*.png", "--json", "--out", "o")
+    assert code == 0, text
+    figures = json.loads(said)
+    with h5py.File(series / "o" / "fields.h5") as file:
+        status = file["status"][:]
+    assert (status[3] < 0).all()
+    valid = (status[:3] == 0).mean(axis=(1, 2))
+    assert figures["valid"]["median"] == pytest.approx(np.median(valid))
+    assert figures["valid"]["worst"] == pytest.approx(valid[1])
+    assert figures["valid"]["worst_frame"] == "f9.png"
+    assert valid[1] < 0.6
+    lost = (status[:3] == 6).mean()
+    assert figures["status"]["low_correlation"] == pytest.approx(lost)
+    said = " ".join(correlate("ref.png", "frames/*.png", "--out", "p")[1].split())
+    assert (
+        f"{np.median(valid):.1%} in the median frame, {valid[1]:.1%} in the worst, f9.png" in said
+    )
+    assert "low_correlation: the pattern was not found again" in said
+
+
+def test_what_of_the_roi_is_valid_is_counted_of_its_points_alone(series, correlate):
+    (series / "r.toml").write_text("[[roi]]\npoints = [[30, 20], [110, 20], [110, 90], [30, 90]]")
+    words = "ref.png", "frames/*.png", "--regions", "r.toml", "--json", "--out", "o"
+    figures = json.loads(correlate(*words)[1])
+    assert figures["valid"]["worst"] > 0.95
+    assert figures["status"]["excluded"] > 0.3
+
+
+def test_readings_of_an_earlier_test_go_when_it_is_replaced(series, correlate):
+    (series / "r.toml").write_text(
+        '[[extensometer]]\nname = "e"\nstart = [30, 50]\nend = [110, 50]\n'
+    )
+    assert correlate("ref.png", "frames", "--regions", "r.toml", "--out", "o")[0] == 0
+    assert (series / "o" / "readings.csv").is_file()
+    assert correlate("ref.png", "frames", "--out", "o", "--force")[0] == 0
+    assert sorted(p.name for p in (series / "o").iterdir()) == ["fields.h5", "fields.xdmf"]
+
+
+def test_frames_in_colour_are_taken_by_their_luminance(series, correlate, images):
+    frames = open_frames(str(series / "frames"))
+    for number, path in enumerate(frames.paths):
+        grey = images[number + 1].astype(float)
+        blue = (grey - 0.587 * grey - 0.299 * 0.9 * grey) / 0.114
+        tinted = np.dstack([0.9 * grey, grey, blue]).clip(0, 255)
+        Image.fromarray(np.rint(tinted).astype(np.uint8)).save(path)
+    assert np.abs(frames.read(0).astype(float) - images[1]).mean() < 4  # blue that clips
+    code, _, text = correlate("ref.png", "frames", "--out", "o")
+    assert code == 0, text
+    assert "f2.png is stored in colour" in " ".join(text.split())
+    with h5py.File(series / "o" / "fields.h5") as file:
+        assert np.nanmedian(file["exx"][2]) == pytest.approx(3 * STRETCH, abs=5e-4)
+
+
+def test_a_guess_starts_every_frame_and_stands_in_the_file(series, correlate):
+    words = "ref.png", "frames", "--guess", "0.4,-0.2", "--out"
+    assert correlate(*words, "o")[0] == 0
+    with h5py.File(series / "o" / "fields.h5") as file:
+        assert file.attrs["guess"].tolist() == [0.4, -0.2]
+        assert np.nanmedian(file["exx"][2]) == pytest.approx(3 * STRETCH, abs=1.5e-4)
+    code, _, text = correlate(*words, "p", "--follow")
+    assert code == 2
+    assert "not from --guess" in text
+
+
+def test_plots_of_a_test_are_refused_with_the_way_out(series, correlate):
+    code, _, text = correlate("ref.png", "frames", "--plots", "--out", "o")
+    assert code == 2
+    assert "touchplate export --to png" in text
 
 
 @pytest.mark.parametrize("what", ["nowhere/*.tif", "nowhere/"])
@@ -155,6 +237,11 @@ def test_pages_of_a_tiff_and_frames_of_a_video_are_frames(series, images):
     tiff = open_frames(str(series / "pages.tif"))
     assert tiff.names == ("pages.tif 1", "pages.tif 2", "pages.tif 3")
     np.testing.assert_array_equal(tiff.read(2), images[3])
+    Image.fromarray(images[0]).save(series / "a.tif")
+    both = open_frames(str(series / "*.tif"))
+    assert both.names == ("a.tif", *tiff.names)
+    for number, image in enumerate(images):
+        np.testing.assert_array_equal(both.read(number), image)
     import cv2
 
     size = SHAPE[1], SHAPE[0]
