@@ -143,7 +143,7 @@ def _check(path: Path, attributes: Mapping[str, Any]) -> None:
     if attributes.get("format") != FORMAT:
         raise OSError(
             f"'{path}' is no result of a whole test; name a fields.h5 that `touchplate correlate`"
-            " has written of several frames"
+            " has written"
         )
     version = attributes.get("version")
     if version != VERSION:

@@ -69,7 +69,8 @@ def _preview(test: ViewedTest, request: Request, body: bytes) -> Response:
         "high": reading.listed([high])[0],
         "strain": reading.listed([found.strain_sigma])[0],
         "gauge": found.gauge_length,
-        "reason": f"noise {found.noise.level:.3g} grey levels, {found.noise.source}",
+        "reason": f"noise {found.noise.level:.3g} grey levels, {found.noise.source}; "
+        + found.prefilter,
         "field": drawn_as("sigma_u") | {"title": "σ to expect of u and v"},
     })  # fmt: skip
 

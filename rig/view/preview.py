@@ -32,6 +32,8 @@ class Preview:
     gauge_length : int, px
     noise : ImageNoise
         Of the images, from which σ follows.
+    prefilter : str
+        What the images pass first, and why.
     """
 
     grid: dic.Grid
@@ -40,6 +42,7 @@ class Preview:
     strain_sigma: float
     gauge_length: int
     noise: ImageNoise
+    prefilter: str
 
     @property
     def measured(self) -> int:
@@ -89,6 +92,7 @@ def preview(test: ViewedTest, asked: AskedSettings) -> Preview:
         _strain_sigma(ref, spread, asked),
         length,
         noise,
+        ref.prefilter.reason,
     )
 
 

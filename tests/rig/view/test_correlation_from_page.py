@@ -59,6 +59,14 @@ def test_a_preview_says_which_points_are_measured_and_how_well(images):
     assert expected.gauge_length == eps.vsg
 
 
+def test_a_preview_says_the_noise_and_what_the_images_pass_first(images, client):
+    reason = client(images).post("/preview", content=json.dumps(ASKED)).json()["reason"]
+    noise, prefilter = reason.split("; ")
+    assert noise.startswith("noise ")
+    assert "prefilter" in prefilter or "Gaussian" in prefilter
+    assert "mpx are predicted" in prefilter
+
+
 def test_settings_are_recommended_for_the_pattern(images, client):
     advice = client(images).get("/recommend", params={"reference": "f0.png"}).json()
     known = dic.recommend_settings(images.image("f0.png"), 1.5)
