@@ -27,7 +27,7 @@ def start(test: ViewedTest, asked: AskedSettings) -> None:
     OSError, ValueError
         The image, its ROI or the settings cannot be used, or one is running.
     """
-    ref, frames = prepared(test, asked), _frames(test, asked.reference)
+    ref, frames, regions = prepared(test, asked), _frames(test, asked.reference), asked.regions
     if not (ref.status == dic.Status.OK).any():
         raise ValueError("no point can be measured; draw the ROI over the pattern")
     scaled = scaled_points(two_points(asked.scale, None), ref.xy) if asked.scale.strip() else None
@@ -35,7 +35,7 @@ def start(test: ViewedTest, asked: AskedSettings) -> None:
 
     def work(report: Report) -> Path:
         folder = _folder(test.out, saved_regions(asked))
-        run_series(folder, ref, frames, asked.regions, strain, report=report)
+        run_series(folder, ref, frames, regions, strain, report=report)
         return folder / FIELDS
 
     test.job.start(work, test.show)

@@ -128,6 +128,8 @@ def test_what_cannot_be_given_is_one_sentence(viewed, client, path, params, word
         ("/preview", {"reference": "f9.png"}, "no image 'f9.png'"),
         ("/correlate", {"reference": "f0.png", "roi": [{"points": [[0, 0], [8, 0], [0, 8]]}]},
          "no point can be measured"),
+        ("/correlate", {"reference": "f0.png", "extensometer": [ACROSS, ACROSS]},
+         "needs a name of its own"),
         ("/preview", {"reference": "f0.png", "step": "<b>"}, "step"),
     ],
 )  # fmt: skip
