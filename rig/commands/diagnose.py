@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -45,8 +46,14 @@ def _table(found: Diagnosis) -> Table:
     title = f"χ² as described {found.chi2:.0f}, of {found.freedom}"
     table = Table("cause", "χ²", "p-value", "largest number", title=title, caption=found.sentence)
     for cause in found.causes:
-        table.add_row(cause.name, f"{cause.chi2:.0f}", f"{cause.p_value:.1g}", cause.largest)
+        table.add_row(cause.name, f"{cause.chi2:.0f}", _probability(cause.p_value), cause.largest)
     return table
+
+
+def _probability(p_value: float) -> str:
+    """Write a p-value; one below what a number can hold is not none."""
+    smallest = sys.float_info.min
+    return f"{p_value:.1g}" if p_value >= smallest else f"< {smallest:.0g}"
 
 
 def _data(found: Diagnosis) -> dict[str, Any]:
