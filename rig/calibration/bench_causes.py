@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 import models
-from rig.calibration.bench_presses import measured, ordered_images, usual_bench
+from rig.calibration.bench_presses import measured, usual_bench
+from rig.calibration.press_images import ordered_images
 from rig.calibration.store import Calibration
 from rig.camera.files import read_grey
 from rig.live.baseline import average_reference

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 import models
+from rig.calibration.press_images import read_press_images
 from rig.calibration.store import Calibration
-from rig.camera.files import image_paths, read_grey
 from rig.live.baseline import average_reference
 from rig.live.bench import Bench, build_bench
 from rig.live.chain import Chain
@@ -126,11 +126,11 @@ def identify_bench(
     scene: Scene,
     known: Calibration,
     listed: list[Listed],
-    folder: Path,
+    source: Path,
     free: tuple[str, ...],
     report: Callable[[int, int], None],
 ) -> models.BenchEstimate:
-    """Find the bench of a scene from listed presses and the images of a folder.
+    """Find the bench of a scene from listed presses and the images of a folder or video.
 
     Raises
     ------
@@ -141,10 +141,10 @@ def identify_bench(
         listed.
     """
     bench = usual_bench(scene, known, report)
-    paths = ordered_images(folder, max(one.frames[1] for one in listed))
-    reference = average_reference([read_grey(path) for path in paths[: bench.reference_frames]])
-    chain = bench.prepare(reference)[0]
-    seen = [(one, _mean(paths[one.frames[0] : one.frames[1] + 1])) for one in listed]
+    frames = [one.frames for one in listed]
+    images = read_press_images(source, bench.reference_frames, frames)
+    chain = bench.prepare(average_reference(images.reference))[0]
+    seen = list(zip(listed, images.means, strict=True))
     return identify_by_images(bench, chain, seen, free, report)
 
 
@@ -190,21 +190,6 @@ def usual_bench(scene: Scene, known: Calibration, report: Callable[[int, int], N
     before = known.model_copy(update={"bench": None, "presses": None})
     built = build_bench(scene.model_copy(update={"estimator": usual}), report, before)
     return replace(built, strain=False, max_touches=1)
-
-
-def ordered_images(folder: Path, last: int) -> list[Path]:
-    """Return the images in the order in which `run` takes them."""
-    paths = image_paths(folder)
-    if last >= len(paths):
-        raise OSError(
-            f"folder '{folder}' holds {len(paths)} images, counted from 0, and the list names"
-            f" frame {last}; correct the list"
-        )
-    return paths
-
-
-def _mean(paths: list[Path]) -> F32:
-    return np.asarray(np.mean([read_grey(path) for path in paths], axis=0), dtype=np.float32)
 
 
 def _press(chain: Chain, bench: Bench, one: Listed, image: F32) -> models.Press:
