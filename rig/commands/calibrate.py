@@ -159,13 +159,13 @@ def bench(
         typer.Option(metavar="LIST.csv", help="press,first_frame,last_frame,x_mm,y_mm,force_n"),
     ] = None,
     images: Annotated[
-        Path | None, typer.Option(help="Folder of images, the first ones untouched.")
+        Path | None, typer.Option(help="Folder of images or video, the first ones untouched.")
     ] = None,
     forget_learned: Annotated[
         bool, typer.Option(help="Forget what runs have learned since the presses.")
     ] = False,
     free: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="Find only these numbers.")
+        list[str] | None, typer.Option(metavar="NAME,…", help="Find only these numbers.")
     ] = None,
     settings: Settings = None,
     as_json: Json = False,
@@ -186,10 +186,10 @@ def bench(
             return
     if presses is None or images is None:
         raise ValueError(
-            "a bench is found from presses: give their list with --presses and the folder of their"
-            " images with --images"
+            "a bench is found from presses: give their list with --presses and the folder or video"
+            " of their images with --images"
         )
-    listed, names = bench_presses.read_list(presses), tuple(free or ())
+    listed, names = bench_presses.read_list(presses), _names(free or [])
     with progress("plate modes") as report:
         given = kept.scene, kept.known, listed, images, names, report
         found = bench_presses.identify_bench(*given)
@@ -211,6 +211,12 @@ def stripes(
     images.mkdir(parents=True, exist_ok=True)
     count = steps.write_stripes(_bench("projector", scene, settings).scene, images)
     emit(f"{count} images in {images}", {"images": count}, as_json)
+
+
+def _names(lists: list[str]) -> tuple[str, ...]:
+    """Split lists of names, `a,b`, each given by an option of its own."""
+    names = (name.strip() for text in lists for name in text.split(","))
+    return tuple(name for name in names if name)
 
 
 def _forget(scene: str) -> dict[str, Any]:
