@@ -18,7 +18,11 @@ from rig.live.snapshot import Mark
 from rig.scene import Scene
 from rig.system.arrays import F64
 
-HOLD = 0.6  # s that a press must stand still; the second half counts, when a finger has settled
+HOLD = 0.6  # s that a press must stand still, until a finger has settled
+FRAMES = (
+    12  # the last ones of a press that count, or all in the second half of HOLD if those are more
+)
+FEWEST_FRAMES = 4  # that must show it still, for as long as a slow machine takes to see them
 STEADY = 0.05  # of the force, by which it may vary meanwhile, beside what its noise explains
 NOISE = 4.0  # standard deviations that noise may explain
 NEAR = 30.0  # mm from its target: further away somebody pressed something else
@@ -77,11 +81,14 @@ class Collector:
     wanted : int
         Number of presses after which it is enough.
     taken : list of Taken
+    fewest : int
+        Frames that must show a press still.
     """
 
     targets: Sequence[fe.Touch]
     wanted: int
     taken: list[Taken] = field(default_factory=list[Taken])
+    fewest: int = FEWEST_FRAMES
     _held: list[tuple[float, F64, F64]] = field(default_factory=list[tuple[float, F64, F64]])
     _released: bool = True
 
@@ -125,9 +132,10 @@ class Collector:
         sigma = np.array([mark.sigma_x, mark.sigma_y, mark.sigma_force])
         self._held.append((time, found, sigma))
         self._held = [one for one in self._held if _still(one[1], found, sigma)]
-        if time - self._held[0][0] < HOLD:
+        if time - self._held[0][0] < HOLD or len(self._held) < self.fewest:
             return None
-        values = np.array([one[1] for one in self._held if time - one[0] <= HOLD / 2])
+        settled = sum(time - one[0] <= HOLD / 2 for one in self._held)
+        values = np.array([one[1] for one in self._held[-max(settled, FRAMES) :]])
         taken = Taken(pressed, values.mean(axis=0), sigma, len(values))
         self.taken.append(taken)
         self._released, self._held = False, []

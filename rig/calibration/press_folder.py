@@ -18,7 +18,7 @@ import cv2
 import fe
 from dic import export
 from rig.calibration.bench_presses import COLUMNS, Listed, read_list
-from rig.calibration.collect import HOLD, Taken
+from rig.calibration.collect import FRAMES, HOLD, Taken
 from rig.camera.files import SUFFIXES
 from rig.live.snapshot import Snapshot
 from rig.system.arrays import AnyArray
@@ -150,7 +150,8 @@ class KeptFrames:
         if not self._folder.has_reference:
             self._folder.keep_still(snapshot.image)
         self._recent.append((snapshot.captured, snapshot.image))
-        while snapshot.captured - self._recent[0][0] > HOLD / 2:
+        while len(self._recent) > FRAMES and snapshot.captured - self._recent[0][0] > HOLD / 2:
             self._recent.popleft()
         if taken is not None:
-            self._folder.keep(taken.press, [image for _, image in self._recent])
+            images = [image for _, image in self._recent]
+            self._folder.keep(taken.press, images[-taken.frames :])

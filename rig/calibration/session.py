@@ -15,7 +15,7 @@ import numpy as np
 
 import synthetic
 from models import ImageMotions, PressCorrection, correct_by_presses, prepare_motions
-from rig.calibration.collect import HOLD, Collector, HeldOutScore, Taken, rms, targets
+from rig.calibration.collect import Collector, HeldOutScore, Taken, rms, targets
 from rig.calibration.lens import Lens
 from rig.calibration.pose import Pose
 from rig.calibration.requested_presses import REQUESTED
@@ -83,14 +83,14 @@ def presses(session: Session) -> list[PressedFrames]:
         If the file is damaged.
     """
     session.require_one_reference()
-    collector = Collector(targets(session.scene), REQUESTED)
+    collector = Collector(targets(session.scene), REQUESTED, fewest=1)
     found: list[PressedFrames] = []
     times: F64 = session.columns()["frames/captured"]
     images = session.arrays["frames/image"]
     for index in range(session.frames):
         taken = collector.add_frame(marks(reported(session.row(index))), float(times[index]))
         if taken:
-            first = int(times.searchsorted(float(times[index]) - HOLD / 2))
+            first = index + 1 - taken.frames
             frames = cast(AnyArray, images[first : index + 1]).astype(np.float32)
             found.append(PressedFrames(taken, np.asarray(frames.mean(axis=0), dtype=np.float32)))
     return found

@@ -159,8 +159,14 @@ def _collected(
     if wanted.target is None:
         return wanted.taken
     kept = KeptFrames(folder)
+
+    def see(snapshot: Snapshot, taken: Taken | None) -> None:
+        kept(snapshot, taken)
+        if taken:
+            console().print(f"{before + len(wanted.taken)} of {count} presses are taken")
+
     with ExitStack() as open_parts, interruptible():
-        _ask(scene, calibration, wanted, record, open_parts, kept)
+        _ask(scene, calibration, wanted, record, open_parts, see)
     if len(wanted.taken) < wanted.wanted:
         seen = f"{before + len(wanted.taken)} of {count} presses were seen"
         if folder is None:
@@ -198,8 +204,6 @@ def _ask(
         seen = () if snapshot.estimate is None else marks(snapshot.estimate)
         taken = collector.add_frame(seen, snapshot.captured)
         see(snapshot, taken)
-        if taken:
-            console().print(f"{len(collector.taken)} of {collector.wanted} presses are taken")
         if (target := collector.target) is None:
             return
         if show:

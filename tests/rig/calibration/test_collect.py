@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 import fe
 from rig import cli
-from rig.calibration.collect import HOLD, Collector, Taken, score
+from rig.calibration.collect import FRAMES, HOLD, Collector, Taken, score
 from rig.calibration.requested_presses import requested_presses
 from rig.live.snapshot import Mark
 from rig.sources import script
@@ -41,6 +41,16 @@ def test_a_press_is_taken_when_it_stood_still(rng):
     assert collector.sentence == "let go"
     collector.add_frame((), 10.0)
     assert collector.sentence.startswith("press 2 of 2: at 180, 120 mm with 1.5 N")
+
+
+@pytest.mark.parametrize(("rate", "frames"), [(60.0, 18), (30.0, 12), (7.5, 6), (2.0, 4)])
+def test_a_press_is_the_mean_of_frames_and_not_of_seconds(rate, frames):
+    """Half of 0.6 s is nine frames of 30 a second, and one of a slow machine."""
+    collector, time = Collector(TARGETS, 2), 0.0
+    while not collector.taken:
+        collector.add_frame((mark(60, 50, 2.0),), time)
+        time += 1 / rate
+    assert collector.taken[0].frames == pytest.approx(frames, abs=1 if rate > FRAMES / HOLD else 0)
 
 
 @pytest.mark.parametrize(

@@ -1,11 +1,15 @@
 """The folder in which a collection keeps its presses."""
 
+from types import SimpleNamespace
+
+import cv2
 import numpy as np
 import pytest
 
 import fe
 from rig.calibration.bench_presses import read_list
-from rig.calibration.press_folder import open_press_folder
+from rig.calibration.collect import Taken
+from rig.calibration.press_folder import KeptFrames, open_press_folder
 
 TARGETS = (fe.Touch(60.0, 50.0, 2.0), fe.Touch(180.0, 120.0, 1.5), fe.Touch(90.0, 80.0, 1.0))
 
@@ -50,6 +54,22 @@ def test_one_that_was_stopped_before_its_first_press_begins_anew(tmp_path):
     folder = open_press_folder(tmp_path, 3)
     assert not folder.has_reference
     assert not list(tmp_path.glob("*.png"))
+
+
+@pytest.mark.parametrize(("rate", "frames"), [(30.0, 12), (3.0, 4)])
+def test_as_many_images_of_a_press_are_kept_as_frames_count(tmp_path, rate, frames):
+    """The last ones before it is complete, however slow the machine is."""
+    folder = open_press_folder(tmp_path, 3)
+    kept = KeptFrames(folder)
+    for number in range(30):
+        image = np.full((12, 20), number, np.uint8)
+        snapshot = SimpleNamespace(fresh=True, captured=number / rate, image=image)
+        taken = Taken(TARGETS[0], np.zeros(3), np.ones(3), frames) if number == 29 else None
+        kept(snapshot, taken)
+    (one,) = folder.listed
+    assert one.frames == (3, 2 + frames)
+    written = [cv2.imread(str(path), 0)[0, 0] for path in sorted(tmp_path.glob("*.png"))]
+    assert written == [0, 1, 2, *range(30 - frames, 30)]
 
 
 def test_images_of_others_are_never_touched(tmp_path):
