@@ -20,6 +20,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from rig.calibration.found_on import FoundOn
 from rig.scene.quantity import LARGEST_SIDE, Count
 from rig.scene.section import Section
 
@@ -182,6 +183,13 @@ class BenchEntry(Dated):
     )
     error_force: Spread | None = Field(
         default=None, description="RMS of held-out forces, as a fraction"
+    )
+    converged: bool = Field(True, description="whether the descent ended by itself")
+    outliers: tuple[Count, ...] = Field(
+        (), description="presses that contradict the others, from 0 in the order of their list"
+    )
+    found_on: FoundOn | None = Field(
+        None, description="plate and camera from which the numbers count; None in older files"
     )
 
     @field_validator("values", "prior")

@@ -17,6 +17,7 @@ from pydantic import AwareDatetime, Field, ValidationError
 
 import models
 from rig.calibration.entries import BenchEntry
+from rig.calibration.found_on import FoundOn, found_on
 from rig.calibration.store import Calibration, beside, calibration_beside, calibration_warnings
 from rig.scene import Scene
 from rig.scene.section import Section
@@ -113,7 +114,7 @@ def known_now(name: str | Path, scene: Scene, now: datetime) -> Known:
             f"'{path}' was learned on another calibration or scene and is left aside; it is"
             " replaced by what this run learns"
         )
-    keeper = Keeper(path, stands_on, touches, weights)
+    keeper = Keeper(path, stands_on, touches, weights, found_on(scene, measured))
     return Known(_aged(measured, scene, date, now), tuple(notes), keeper)
 
 
@@ -165,10 +166,12 @@ class Keeper:
         The calibration and scene that it was learned on.
     touches, weights : int
         Of earlier runs.
+    on : FoundOn or None
+        Plate and camera of the scene.
     """
 
-    def __init__(self, path: Path, stands_on: str, touches: int, weights: int):
-        self._path, self._stands_on = path, stands_on
+    def __init__(self, path: Path, stands_on: str, touches: int, weights: int, on: FoundOn | None):
+        self._path, self._stands_on, self._on = path, stands_on, on
         self._before = touches, weights
         self._written, self._at = 0, None
 
@@ -200,7 +203,7 @@ class Keeper:
             stands_on=self._stands_on,
             touches=touches + learned.touches,
             weights=weights + learned.weights,
-            bench=entry,
+            bench=entry.model_copy(update={"found_on": self._on}),
         )
         _replace(self._path, kept.model_dump_json(indent=2, exclude_none=True))
         self._written = learned.touches

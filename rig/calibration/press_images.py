@@ -46,14 +46,14 @@ def read_press_images(source: Path, references: int, frames: list[tuple[int, int
     """
     ranges = [range(first, last + 1) for first, last in frames]
     reference: list[Grey] = []
-    sums = [np.float32(0.0)] * len(ranges)
+    sums: dict[int, F32] = {}
     for number, image in _numbered(source, set(range(references)).union(*ranges)):
         if number < references:
             reference.append(image)
         for press, one in enumerate(ranges):
             if number in one:
-                sums[press] = sums[press] + image.astype(np.float32)
-    means = [np.asarray(total / len(one)) for total, one in zip(sums, ranges, strict=True)]
+                sums[press] = sums.get(press, 0.0) + image.astype(np.float32)
+    means = [sums[press] / np.float32(len(one)) for press, one in enumerate(ranges)]
     return PressImages(reference, means)
 
 

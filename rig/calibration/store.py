@@ -24,6 +24,7 @@ from rig.calibration.entries import (
     ProjectorEntry,
     Row,
 )
+from rig.calibration.found_on import FoundOn, found_on
 from rig.calibration.latency import Latency
 from rig.calibration.lens import Lens
 from rig.calibration.photon import Photon
@@ -39,6 +40,9 @@ from rig.scene.source import DeviceSection, TwinSection
 
 AGE = timedelta(days=30)  # after which a bench has been bumped at least once
 CLOCKS = timedelta(days=1)  # by which those of two machines may differ
+_AGAIN = "run `touchplate calibrate bench` again"
+_OF_PRESSES = ("error", "error_force", "converged", "outliers", "found_on")
+"""What presses have shown of a bench that is followed since."""
 Part = Lens | Pose | ProjectorLight | Photon | Latency | Alignment | models.BenchEstimate
 """What can be calibrated."""
 
@@ -124,11 +128,30 @@ class Calibration(Section):
         if known is None:
             return self
         before, now = self.bench, datetime.now(UTC).replace(microsecond=0)
-        entry = _bench_entry(known, before.date if before else now)
-        if before is not None and known.held_out is None:
-            errors = {"error": before.error, "error_force": before.error_force}
-            entry = entry.model_copy(update=errors)
+        entry = _bench_entry(known, before.date if before else now, None)
+        if before is not None:
+            kept = _OF_PRESSES if known.held_out is None else ("found_on",)
+            entry = entry.model_copy(update={name: getattr(before, name) for name in kept})
         return self.model_copy(update={"bench": entry})
+
+    def for_scene(self, scene: Scene) -> Calibration:
+        """Return the same without its bench, where that is another than the scene's."""
+        if self._other_bench(scene) is None:
+            return self
+        return self.model_copy(update={"bench": None})
+
+    def _other_bench(self, scene: Scene) -> str | None:
+        """Say why the bench is another than the scene's; None where it is not."""
+        entry = self.bench
+        if entry is None:
+            return None
+        if entry.found_on is not None:
+            now = found_on(scene, self)
+            return entry.found_on.difference(now) if now else None
+        for name, part in (("lens", self.lens), ("pose", self.pose)):
+            if part and part.date > entry.date:
+                return f"is older than the {name} it stands on"
+        return None
 
     def warnings(self, scene: Scene, now: datetime) -> list[str]:
         """Say in a sentence each what is old or made for another bench.
@@ -153,6 +176,25 @@ class Calibration(Section):
             found.append("pose of the plate is older than the lens it stands on; find it again")
         if self.pose and self.presses and self.presses.date < self.pose.date:
             found.append("known presses are older than the pose they stand on; collect them again")
+        return found + self._bench_warnings(scene)
+
+    def _bench_warnings(self, scene: Scene) -> list[str]:
+        """Say in a sentence each what of the bench is of another one, or not sure."""
+        entry, other = self.bench, self._other_bench(scene)
+        if entry is None:
+            return []
+        if other is not None:
+            return [f"calibration of the bench {other}; it is left aside: {_AGAIN}"]
+        found: list[str] = []
+        if entry.found_on is None:
+            found.append(f"calibration of the bench does not say of which plate it is: {_AGAIN}")
+        if not entry.converged:
+            found.append(f"calibration of the bench did not converge: {_AGAIN}")
+        if entry.outliers:
+            found.append(
+                f"{len(entry.outliers)} of the presses that show the bench contradict the others;"
+                " look at their list"
+            )
         return found
 
 
@@ -163,8 +205,16 @@ def _other(name: str, made: tuple[int, int], what: str, there: tuple[int, int]) 
     )
 
 
-def entry_of(part: Part, now: datetime) -> dict[str, Dated]:
-    """Return the entry of a new result, by the name of its part, for `Calibration`."""
+def entry_of(part: Part, now: datetime, on: FoundOn | None = None) -> dict[str, Dated]:
+    """Return the entry of a new result, by the name of its part, for `Calibration`.
+
+    Parameters
+    ----------
+    part : Part
+    now : datetime
+    on : FoundOn, optional
+        What a bench was found on.
+    """
     match part:
         case Lens():
             return {"lens": _lens_entry(part, now)}
@@ -177,7 +227,7 @@ def entry_of(part: Part, now: datetime) -> dict[str, Dated]:
         case Latency():
             return {"latency": _latency_entry(part, now)}
         case models.BenchEstimate():
-            return {"bench": _bench_entry(part, now)}
+            return {"bench": _bench_entry(part, now, on)}
         case Alignment():
             return {"presses": _presses_entry(part, now)}
 
@@ -232,7 +282,7 @@ def _latency_entry(part: Latency, now: datetime) -> LatencyEntry:
     return LatencyEntry(date=now, error=part.sigma, median=part.median, p95=part.p95)
 
 
-def _bench_entry(part: models.BenchEstimate, now: datetime) -> BenchEntry:
+def _bench_entry(part: models.BenchEstimate, now: datetime, on: FoundOn | None) -> BenchEntry:
     held = part.held_out
     return BenchEntry(
         date=now,
@@ -244,6 +294,9 @@ def _bench_entry(part: models.BenchEstimate, now: datetime) -> BenchEntry:
         prior=tuple(part.prior.tolist()),
         discrepancy=part.discrepancy,
         memory=part.memory,
+        converged=part.converged,
+        outliers=part.outliers,
+        found_on=on,
     )
 
 
@@ -334,10 +387,19 @@ def _what_is_wrong(error: ValidationError) -> str:
     return sentence(error, Calibration)
 
 
-def keep(path: Path, part: Part) -> Calibration:
-    """Put a new result into a calibration on disk, in the place of the old one of its kind."""
-    now = datetime.now(UTC).replace(microsecond=0)
-    calibration = read_calibration(path).model_copy(update=entry_of(part, now))
+def keep(path: Path, part: Part, scene: Scene | None = None) -> Calibration:
+    """Put a new result into a calibration on disk, in the place of the old one of its kind.
+
+    Parameters
+    ----------
+    path : Path
+    part : Part
+    scene : Scene, optional
+        That a bench was found on; without it nobody can say later of which plate it was.
+    """
+    now, before = datetime.now(UTC).replace(microsecond=0), read_calibration(path)
+    on = None if scene is None else found_on(scene, before)
+    calibration = before.model_copy(update=entry_of(part, now, on))
     aside = path.with_name(f"{path.name}.{os.getpid()}.partial")
     try:
         aside.write_text(calibration.model_dump_json(indent=2, exclude_none=True), encoding="utf-8")

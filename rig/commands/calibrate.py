@@ -193,7 +193,7 @@ def bench(
     with progress("plate modes") as report:
         given = kept.scene, kept.known, listed, images, names, report
         found = bench_presses.identify_bench(*given)
-    store.keep(kept.path, found)
+    store.keep(kept.path, found, kept.scene)
     said = described(found, [one.press for one in listed]) | {"path": str(kept.path)}
     emit(table(said), said, as_json)
 

@@ -110,7 +110,7 @@ def _identify(
         found = bench_presses.identify_bench(*given)
     path = store.beside(scene)
     if keep:
-        store.keep(path, found)
+        store.keep(path, found, loaded)
     said = described(found, [one.press for one in listed])
     said |= {"presses": len(listed), "images": str(folder.path), "kept": keep, "path": str(path)}
     emit(table(said), said, as_json)

@@ -187,7 +187,7 @@ def build_bench(
     """Build the live parts of a scene; `report` is called while the modes are computed.
 
     What was calibrated stands in the place of what the scene says: the camera, and what known
-    presses correct.
+    presses correct. A bench of another plate or camera is left aside.
 
     Raises
     ------
@@ -196,6 +196,7 @@ def build_bench(
         plate before it is touched, or has its camera on the other side than it was calibrated.
     """
     comparison = _comparison(scene)
+    calibration = calibration.for_scene(scene) if calibration else None
     plate, camera, dic, estimator = _live_parts(scene)
     flat, theory = plate.build(), choose(scene, plate, largest_force(scene))
     view = camera_view(plate, camera, calibration)

@@ -170,4 +170,4 @@ class SetupSession:
 
     def measured(self, part: Part) -> None:
         """Keep what was measured."""
-        store.keep(store.beside(self.path), part)
+        store.keep(store.beside(self.path), part, self.scene)

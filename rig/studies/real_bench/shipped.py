@@ -12,6 +12,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+import rig
 from rig.calibration import store
 from rig.studies.real_bench.as_it_is import identified
 from rig.studies.real_bench.session import write_presses
@@ -25,7 +26,8 @@ def ship(folder: Path) -> Path:
     listed = write_presses(twin_truth(SEED, "empty"), folder / "presses", PRESSES)
     path = store.shipped(SCENE)
     path.unlink(missing_ok=True)
-    store.keep(path, identified(Path(SCENE), listed, listed.with_suffix("")))
+    found = identified(Path(SCENE), listed, listed.with_suffix(""))
+    store.keep(path, found, rig.load(SCENE))
     return path
 
 

@@ -24,7 +24,7 @@ def folder_of(images, path):
 
 
 def video_of(images, path):
-    """A video that loses nothing."""
+    """Write a video that loses nothing."""
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"FFV1"), 30, (64, 48), isColor=True)
     for image in images:
         writer.write(cv2.cvtColor(image, cv2.COLOR_GRAY2BGR))

@@ -1,6 +1,8 @@
 """Calibrations on disk: what was measured comes back, what is old or of another bench is said."""
 
 import json
+import re
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
@@ -15,6 +17,7 @@ from rig.calibration.lens import Lens
 from rig.calibration.photon import Photon
 from rig.calibration.pose import Pose
 from rig.calibration.projector import ProjectorLight
+from rig.live import bench as live_bench
 from rig.live.alignment import Alignment
 from rig.projector.markers import Screen
 
@@ -43,7 +46,7 @@ PARTS = (
 def test_every_part_comes_back_as_it_was(tmp_path):
     path = tmp_path / "bench.calibration.json"
     for part in PARTS:
-        store.keep(path, part)
+        store.keep(path, part, rig.load("twin"))
     kept = store.read_calibration(path)
     camera = kept.camera()
     points = np.array([[10.0, 20.0, 1.0], [200.0, 150.0, 1.0]])
@@ -72,6 +75,92 @@ def test_presses_that_are_older_than_the_pose_are_doubted(tmp_path):
     old = kept.model_copy(update={"presses": kept.presses.model_copy(update={"date": before})})
     (said,) = old.warnings(rig.load("twin"), datetime.now(UTC))
     assert said == "known presses are older than the pose they stand on; collect them again"
+
+
+def kept_bench(path, *parts):
+    """Keep parts, then a bench of the twin; the calibration."""
+    for part in parts:
+        store.keep(path, part)
+    return store.keep(path, BENCH, rig.load("twin"))
+
+
+def anew(calibration, name):
+    """Calibrate a part once more, an hour later."""
+    part = getattr(calibration, name)
+    later = part.model_copy(update={"date": part.date + timedelta(hours=1)})
+    return calibration.model_copy(update={name: later})
+
+
+@pytest.mark.parametrize(
+    ("changed", "says"),
+    [
+        ({"plate.thickness": 3.5}, "found with plate.thickness = 2 mm, and the scene has 3.5 mm"),
+        ({"plate.size": [254, 190]}, r"plate.size = 254 × 254 mm, and the scene has 254 × 190 mm"),
+        ({"plate.young": 70000}, "plate.young = 3000 MPa, and the scene has 70000 MPa"),
+        ({"plate.edges.kind": "supported"}, "plate.edges = .*clamped.*, and .* has .*supported"),
+        ({"camera.pixels": [640, 480]}, "camera.pixels = .* px, and the scene has 640 × 480 px"),
+        ({"camera.kind": "telecentric"}, "camera.kind = pinhole, and the scene has telecentric"),
+        ({"camera.stand_off": 333}, "camera.stand_off = .* mm, and the scene has 333 mm"),
+    ],
+)
+def test_a_bench_of_another_plate_or_camera_is_said_and_left_aside(tmp_path, changed, says):
+    kept, scene = kept_bench(tmp_path / "x.json"), rig.load("twin", changed)
+    (said,) = kept.warnings(scene, datetime.now(UTC))
+    assert re.search(says, said)
+    assert said.endswith("it is left aside: run `touchplate calibrate bench` again")
+    assert kept.for_scene(scene).bench is None
+    assert kept.for_scene(rig.load("twin")).bench == kept.bench
+
+
+@pytest.mark.parametrize("name", ["lens", "pose"])
+def test_a_lens_or_pose_that_is_calibrated_anew_makes_it_another_bench(tmp_path, name):
+    kept, scene = kept_bench(tmp_path / "x.json", LENS, POSE), rig.load("twin")
+    assert kept.for_scene(scene).bench is not None
+    other = anew(kept, name)
+    assert other.for_scene(scene).bench is None
+    said = other.warnings(scene, datetime.now(UTC))
+    assert any(
+        f"bench is not of the {name} that is calibrated now; it is left" in one for one in said
+    )
+    before = kept_bench(tmp_path / "y.json")
+    assert store.keep(tmp_path / "y.json", LENS).for_scene(scene).bench == before.bench
+    assert store.keep(tmp_path / "y.json", POSE).for_scene(scene).bench is None
+
+
+def test_a_bench_of_an_older_file_is_taken_with_a_note_unless_the_pose_is_newer(tmp_path):
+    for part in (LENS, POSE, BENCH):
+        kept = store.keep(tmp_path / "x.json", part)
+    scene = rig.load("twin")
+    assert kept.for_scene(scene).bench == kept.bench
+    (said,) = kept.warnings(scene, datetime.now(UTC))
+    assert said.startswith("calibration of the bench does not say of which plate it is")
+    other = anew(kept, "pose")
+    assert other.for_scene(scene).bench is None
+    said = other.warnings(scene, datetime.now(UTC))
+    assert any("bench is older than the pose it stands on; it is left aside" in one for one in said)
+
+
+def test_the_live_loop_leaves_a_bench_of_another_plate_aside(tmp_path, monkeypatch):
+    def known(flat, estimator, calibration):
+        raise ValueError(f"taken: {calibration.bench}")
+
+    monkeypatch.setattr(live_bench, "_known", known)  # before the modes of a plate are computed
+    kept = kept_bench(tmp_path / "x.json")
+    with pytest.raises(ValueError, match="taken: date="):
+        live_bench.build_bench(rig.load("twin"), None, kept)
+    with pytest.raises(ValueError, match="taken: None"):
+        live_bench.build_bench(rig.load("twin", {"plate.thickness": 3.0}), None, kept)
+
+
+def test_what_presses_have_shown_of_a_bench_stays_with_what_is_learned_after(tmp_path):
+    found = replace(BENCH, converged=False, outliers=(1, 4))
+    kept = store.keep(tmp_path / "x.json", found, rig.load("twin"))
+    later = kept.on_bench(replace(BENCH, held_out=None))
+    for name in ("found_on", "converged", "outliers", "error", "error_force"):
+        assert getattr(later.bench, name) == getattr(kept.bench, name)
+    said = later.warnings(rig.load("twin"), datetime.now(UTC))
+    assert any("bench did not converge" in one for one in said)
+    assert any("2 of the presses that show the bench contradict the others" in one for one in said)
 
 
 def test_another_camera_or_window_is_said(tmp_path):
