@@ -41,6 +41,21 @@ class SolverStats(NamedTuple):
 NO_DESCENT = SolverStats(0, 0, 0, True)
 
 
+class ForceInterval(NamedTuple):
+    """Forces of one touch that a measurement allows, by profile likelihood.
+
+    Attributes
+    ----------
+    level_68, level_95 : (float, float), N
+        Lower and upper bound where χ² is higher by 1 and by 4, whatever place and other touches
+        are best for it. The lower one is 0 where no force at all fits as well, and the upper one
+        infinite where χ² does not bound it; both are NaN where they were not found.
+    """
+
+    level_68: tuple[float, float]
+    level_95: tuple[float, float]
+
+
 @dataclass(frozen=True, eq=False)
 class Estimate:
     """Touches that explain a measurement.
@@ -63,6 +78,9 @@ class Estimate:
     result : Result
     stats : SolverStats
         Steps of the solver; none where it was not run.
+    force_intervals : (n,) tuple of ForceInterval or None
+        Of each touch where `covariance` says too little of its force, near an edge for instance;
+        None of others. Empty where they were not asked for; see `Estimator.with_force_intervals`.
     """
 
     xy: F64
@@ -73,6 +91,7 @@ class Estimate:
     p_value: float
     result: Result
     stats: SolverStats = NO_DESCENT
+    force_intervals: tuple[ForceInterval | None, ...] = ()
 
     @property
     def count(self) -> int:

@@ -22,6 +22,7 @@ from models.forward.bench_forward import BenchForward
 from models.forward.gauges import gauge_forward
 from models.forward.linear import Forward, LinearForward
 from models.inverse.candidates import CandidateGrid, prepare_candidates
+from models.inverse.force_interval import with_force_intervals
 from models.inverse.levenberg_marquardt import LevenbergMarquardt
 from models.inverse.marginal_search import Uncertain, find_on_bench
 from models.inverse.prior import FLAT, Prior
@@ -91,6 +92,28 @@ class Estimator:
         if self.bench is None or not isinstance(self.forward, BenchForward) or not len(left):
             return left
         return traces_after(self.forward, self.bench, measured, touches, left)
+
+    def with_force_intervals(
+        self, estimate: Estimate, measured: F64, left: Traces = NO_TRACES
+    ) -> Estimate:
+        """Return an estimate with intervals of the forces that its covariance says too little of.
+
+        That is of touches within 25 mm of an edge, and of forces known to less than a fifth. It
+        costs some ten readings of the forward model for each, and nothing where there is none.
+
+        Parameters
+        ----------
+        estimate : Estimate
+        measured : (m,) float64
+            What it is of, in units of its noise, as for `fit_whitened`.
+        left : Traces
+            As for `fit_whitened`.
+        """
+        if self._uncertain is None:
+            return with_force_intervals(estimate, measured, self.candidates, self.prior)
+        there = self._uncertain.about(np.column_stack([estimate.xy, estimate.force]), left)
+        white = there.forward.whitened(measured)
+        return with_force_intervals(estimate, white, there.candidates, self.prior)
 
     def _stand_on_bench(self) -> None:
         """Put the forward model on the bench that is most likely, where it is not there yet."""

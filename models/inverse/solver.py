@@ -12,6 +12,7 @@ from scipy.special import chdtrc
 from models.arrays import F64
 from models.checks import check_integer, read_array
 from models.estimate import Estimate, Result, SolverStats
+from models.forward.linear import Forward
 from models.inverse.candidates import CandidateGrid
 from models.inverse.descent_kernel import sort_touches, weak_or_close
 from models.inverse.greedy import CountProblem, pruned, search_count
@@ -163,10 +164,9 @@ def _as_tracked(tracked: Tracked) -> Estimate:
 
 
 def _describe(problem: CountProblem, fit: Fit, *, needed: bool) -> Estimate:
-    error = problem.candidates.forward.own_error(fit.touches)
-    added = error**2 / fit.residual.size  # to the variance of each number, were it even
-    widened = 1.0 + ALIKE * len(fit.touches) ** 2 * added
-    touches, spread = sort_touches(fit.touches, widened * fit.covariance)
+    forward = problem.candidates.forward
+    added = added_variance(forward, fit.touches, fit.residual.size)
+    touches, spread = sort_touches(fit.touches, widening(fit.touches, added) * fit.covariance)
     freedom = problem.freedom(fit)
     sound = needed and fit.converged and problem.candidates.within(touches)
     return Estimate(
@@ -179,6 +179,16 @@ def _describe(problem: CountProblem, fit: Fit, *, needed: bool) -> Estimate:
         result=_judge(touches, spread, sound),
         stats=problem.stats(fit),
     )
+
+
+def added_variance(forward: Forward, touches: F64, size: int) -> float:
+    """Variance that the own error of a model adds to each of `size` numbers, were it even."""
+    return forward.own_error(touches) ** 2 / size
+
+
+def widening(touches: F64, added: float) -> float:
+    """Factor of the covariance of touches (n, 3) by such a variance."""
+    return 1.0 + ALIKE * len(touches) ** 2 * added
 
 
 def _judge(touches: F64, spread: F64, sound: bool) -> Result:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from models import BenchEstimate, Estimate, noise_from_sums
+from models import BenchEstimate, Estimate, Tap, noise_from_sums
 from rig.live.baseline import ReferenceFrame
 from rig.live.bench import Bench
 from rig.live.first_frames import take_reference
@@ -82,6 +82,7 @@ class Loop:
         self._follower: FrameProcessor | None = None
         self._silence = SILENCE
         self._gestures, self._recent = Gestures(), tuple[Gesture, ...]()
+        self._taps: tuple[Tap, ...] = ()
         self._tare = Tare(bench)
         self._learning = _learning(bench, source)
         self._recorded = False
@@ -214,6 +215,8 @@ class Loop:
                 FrameRecord(frame, result.before, result.frame_estimate, result.identities)
             )
         self._follow_gestures(frame, result)
+        taps = self._taps + result.frame_estimate.state.past.taps
+        self._taps = tuple(one for one in taps if frame.captured - one.time <= SHOWN)
         errors = self._score(frame, result.frame_estimate)
         self.pace.finish(self._clock())
         return self._snapshot(frame, follower, view, result, errors)
@@ -314,7 +317,7 @@ class Loop:
             plate_size=self.bench.plate.size,
             plate_outline=view.outline,
             T_px_plate=view.T_px_plate,
-            touches=tracked_marks(result.tracks),
+            touches=tracked_marks(result.tracks, frame_estimate.estimate),
             from_strain=self._strain_marks(frame_estimate),
             truth=None if frame.truth is None else true_marks(frame.truth),
             strain=shown,
@@ -336,6 +339,7 @@ class Loop:
             notice=self._notice(frame.captured),
             learned=self.learned,
             taps=frame_estimate.state.past.taps,
+            recent_taps=self._taps,
             late=frame.late,
         )
 

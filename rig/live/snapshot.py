@@ -35,6 +35,9 @@ class Mark:
         Number that stays with a touch from frame to frame, where it is tracked.
     velocity : tuple of float
         Along x and y, mm/s, as far as it is sure; zero where the touch is not tracked.
+    force_interval : (float, float) or None, N
+        Bounds of 95 % by this frame alone where `sigma_force` says too little, near an edge for
+        instance: 0 where no force would do as well, infinite where nothing bounds it.
     """
 
     x: float
@@ -44,6 +47,7 @@ class Mark:
     sigma_force: float = 0.0
     identity: int | None = None
     velocity: tuple[float, float] = (0.0, 0.0)
+    force_interval: tuple[float, float] | None = None
 
     @property
     def sigma_x(self) -> float:
@@ -211,6 +215,8 @@ class Snapshot:
     taps : tuple of Tap
         Touches of a plate followed in time that ended: their largest force, in the frame that says
         the last of it.
+    recent_taps : tuple of Tap
+        Those of the last second, the newest last.
     base : BaseReading or None
         Bend and twist; None of a flat plate, and while they are not known.
     late : float
@@ -248,6 +254,7 @@ class Snapshot:
     notice: str = ""
     learned: Learned | None = None
     taps: tuple[Tap, ...] = ()
+    recent_taps: tuple[Tap, ...] = ()
     base: BaseReading | None = None
     late: float = 0.0
     alarms: tuple[Alarm, ...] = ()

@@ -14,6 +14,7 @@ from rig.live.bench import Bench, PreparedBench
 from rig.live.chain import ChainState, at_rest
 from rig.live.confirmation import confirmed
 from rig.live.first_touches import NextBench
+from rig.live.force_intervals import with_force_intervals
 from rig.live.frame_estimate import NO_ESTIMATE, FrameEstimate, estimate_frame
 from rig.live.learning import on_learned
 from rig.live.memory import Memory
@@ -105,6 +106,8 @@ class FrameProcessor:
             frame.captured,
         )
         frame_estimate = confirmed(self.chain, frame_estimate, before)
+        with watch.stage("estimate"):
+            frame_estimate = with_force_intervals(self.chain, frame_estimate)
         if self._net:
             frame_estimate = self._net.estimate(self.chain, frame.image, frame_estimate, watch)
         watch.add(LATENCY, self._clock() - frame.given)

@@ -38,23 +38,38 @@ def plate_view(plate: fe.Plate, camera: synthetic.AnyCamera) -> View:
 
 def marks(estimate: Estimate) -> tuple[Mark, ...]:
     """Touches of an estimate with their uncertainty, as one frame shows them."""
+    seen = [np.append(estimate.xy[k], estimate.force[k]) for k in range(estimate.count)]
     return tuple(
-        _mark(np.append(estimate.xy[k], estimate.force[k]), estimate.touch_covariance(k))
-        for k in range(estimate.count)
+        replace(_mark(seen[k], estimate.touch_covariance(k)), force_interval=interval)
+        for k, interval in enumerate(_intervals(estimate))
     )
 
 
-def tracked_marks(tracks: Sequence[Track]) -> tuple[Mark, ...]:
-    """Touches as all frames so far show them: which they are and how fast."""
+def tracked_marks(tracks: Sequence[Track], estimate: Estimate) -> tuple[Mark, ...]:
+    """Touches as all frames so far show them: which they are and how fast.
+
+    The intervals of forces are those of the last frame, whose touches the tracks are of.
+    """
     return tuple(
-        replace(_mark(*track.posterior.seen), identity=track.identity, velocity=track.sure_velocity)
-        for track in tracks
+        replace(
+            _mark(*track.posterior.seen),
+            identity=track.identity,
+            velocity=track.sure_velocity,
+            force_interval=interval,
+        )
+        for track, interval in zip(tracks, _intervals(estimate), strict=True)
     )
 
 
 def true_marks(touches: tuple[fe.Touch, ...]) -> tuple[Mark, ...]:
     """Touches that are known exactly."""
     return tuple(Mark(touch.x, touch.y, touch.force) for touch in touches)
+
+
+def _intervals(estimate: Estimate) -> list[tuple[float, float] | None]:
+    """Bounds of 95 % of each force, where they are not even."""
+    found = estimate.force_intervals or (None,) * estimate.count
+    return [None if one is None else one.level_95 for one in found]
 
 
 def _mark(seen: F64, covariance: F64) -> Mark:

@@ -217,7 +217,7 @@ class SurfaceLoop:
         empty = empty_snapshot(frame, self.bench.plate.size, view, result.sentence)
         return replace(
             empty,
-            touches=tracked_marks(result.tracks),
+            touches=tracked_marks(result.tracks, result.estimate),
             truth=None if frame.truth is None else true_marks(frame.truth),
             position_error=errors[0] if errors else None,
             force_error=errors[1] if errors else None,

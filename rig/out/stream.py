@@ -2,10 +2,12 @@
 
 A text is an object: `sequence`, `captured` (s, on the clock of the frames), `plate` (mm, mm),
 `status`, and `touches`, each with `id`, `x`, `y` (mm), `force` (N), `sigma` (semi-axes in mm, angle
-in rad) and `sigma_force` (N); and `gestures`, those of the last second, each with `kind`, `time`
-(s), `x`, `y` (mm), `value`, `angle` and `identities`, as `rig.live.gestures.Gesture` says; and
-`alarms`, those that stand, each with `kind`, `time` (s) and `sentence`. A client that is slow gets
-fewer frames, always the newest.
+in rad), `sigma_force` (N) and `force_interval` (N, N), bounds of 95 % where that is not even, else
+null; `gestures`, those of the last second, each with `kind`, `time` (s), `x`, `y` (mm), `value`,
+`angle` and `identities`, as `rig.live.gestures.Gesture` says; `alarms`, those that stand, each with
+`kind`, `time` (s) and `sentence`; and `taps`, those of a plate that is followed in time that ended
+in the last second, each with `x`, `y` (mm), `force` (N, the largest, or null), `at_least` (N),
+`time` (s) and `sigma` (mm, mm, N). A client that is slow gets fewer frames, always the newest.
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ import math
 from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from starlette.applications import Starlette
 from starlette.middleware import Middleware
@@ -25,6 +27,9 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from rig.live.snapshot import Mark, Snapshot
 from rig.web.guard import Guard
 from rig.web.serving import GOING_AWAY, HOST, Newest, listen, serving
+
+if TYPE_CHECKING:
+    from models import Tap
 
 PORT = 8766
 PATH = "/touches"
@@ -80,6 +85,7 @@ def text(snapshot: Snapshot) -> str:
         "touches": [_touch(mark) for mark in snapshot.touches],
         "gestures": [asdict(gesture) for gesture in snapshot.gestures],
         "alarms": [asdict(alarm) for alarm in snapshot.alarms],
+        "taps": [_tap(tap) for tap in snapshot.recent_taps],
     }
     return json.dumps(frame, allow_nan=False)
 
@@ -92,7 +98,15 @@ def _touch(mark: Mark) -> dict[str, Any]:
         "force": _finite(mark.force),
         "sigma": [_finite(value) for value in mark.sigma],
         "sigma_force": _finite(mark.sigma_force),
+        "force_interval": mark.force_interval and [_finite(bound) for bound in mark.force_interval],
     }
+
+
+def _tap(tap: Tap) -> dict[str, Any]:
+    numbers = {
+        name: _finite(getattr(tap, name)) for name in ("x", "y", "force", "at_least", "time")
+    }
+    return numbers | {"sigma": [_finite(value) for value in tap.sigma]}
 
 
 def _finite(value: float) -> float | None:

@@ -174,6 +174,7 @@ def _describe(shot: Snapshot, screen: Screen | None) -> dict[str, Any]:
         "learned": asdict(shot.learned) if shot.learned else None,
         "base": asdict(shot.base) if shot.base else None,
         "gestures": [asdict(gesture) for gesture in shot.gestures],
+        "taps": [asdict(tap) for tap in shot.recent_taps],
     }
 
 

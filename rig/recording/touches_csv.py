@@ -1,17 +1,22 @@
-"""Touches of a run as a table: one row a frame and touch, and one for a frame without."""
+"""Touches of a run as a table: one row a frame and touch, and one for a frame without.
+
+A tap on a plate that is followed in time has a row of its own once it has ended, with the result
+`TAP`: its largest force, empty where too few frames saw it, and what that has surely exceeded.
+"""
 
 from __future__ import annotations
 
 import csv
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
+from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 if TYPE_CHECKING:
-    from models import Estimate
+    from models import Estimate, Tap
     from rig.live.snapshot import Snapshot
 
 COLUMNS = (
@@ -31,6 +36,8 @@ COLUMNS = (
     "p_value",
     "chi2_per_dof",
     "sentence",
+    "force_low_n",
+    "force_high_n",
 )
 _UPPER = np.triu_indices(3)
 
@@ -56,8 +63,11 @@ class TouchesCsv:
         self._first = snapshot.captured if self._first is None else self._first
         time = f"{snapshot.captured - self._first:.6f}"
         said = _said(snapshot.estimate, snapshot.status)
-        for row in _rows(snapshot):
-            self._writer.writerow([snapshot.sequence, time, *row, *said])
+        for row, bounds in zip(_rows(snapshot), _bounds(snapshot), strict=True):
+            self._writer.writerow([snapshot.sequence, time, *row, *said, *bounds])
+        for tap in snapshot.taps:
+            row = _tap(tap, tap.time - self._first)
+            self._writer.writerow([snapshot.sequence, *row])
 
 
 @contextmanager
@@ -91,3 +101,20 @@ def _rows(snapshot: Snapshot) -> Iterator[list[str]]:
         place = f"{x:.6f}", f"{y:.6f}", f"{estimate.force[index]:.6f}"
         spread = estimate.touch_covariance(index)[_UPPER]
         yield [str(name), *place, *(f"{value:.6g}" for value in spread)]
+
+
+def _bounds(snapshot: Snapshot) -> Iterator[list[str]]:
+    """Yield bounds of 95 % of each force where they are not even; empty cells elsewhere."""
+    if not snapshot.estimate or not snapshot.estimate.count:
+        yield [""] * 2
+        return
+    for one in snapshot.estimate.force_intervals or (None,) * snapshot.estimate.count:
+        yield [""] * 2 if one is None else [f"{bound:.6g}" for bound in one.level_95]
+
+
+def _tap(tap: Tap, time: float) -> list[str]:
+    """Write a tap that ended, from its time on, s since the first frame."""
+    place = f"{tap.x:.6f}", f"{tap.y:.6f}", "" if isnan(tap.force) else f"{tap.force:.6f}"
+    xx, yy, ff = (f"{sigma**2:.6g}" for sigma in tap.sigma)
+    said = "TAP", "", "", "a tap has ended", f"{tap.at_least:.6g}", ""
+    return [f"{time:.6f}", "", *place, xx, "", "", yy, "", ff, *said]

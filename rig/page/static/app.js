@@ -5,7 +5,7 @@ import { FrameView, component, inverse, strainAt, through } from "./frame_view.j
 import { Chart } from "./chart.js";
 import { ask as wish } from "./ask.js";
 import { showControls } from "./controls.js";
-import { show, showBar, showBase, showFigures, showSigns, showStages, showTouches } from "./panels.js";
+import { show, showBar, showBase, showFigures, showSigns, showStages, showTouches, tapText } from "./panels.js";
 
 const RECONNECT = 1000, STALE = 1500, FIGURES = 125;  // ms
 const KEYS = { 0: "none", 1: "exx", x: "exx", 2: "eyy", y: "eyy", 3: "exy", s: "exy" };
@@ -106,8 +106,8 @@ function showAll(now) {
   showControls(frame);
   showBar(frame, choice);
   showChart();
-  const gesture = frame.gestures?.at(-1);
-  show("status", gesture ? `${frame.status} · ${gesture.kind}` : frame.status);
+  const gesture = frame.gestures?.at(-1), tap = frame.taps?.at(-1);
+  show("status", [frame.status, gesture?.kind, tap && tapText(tap)].filter(Boolean).join(" · "));
   for (const input of document.querySelectorAll("[name=component]")) input.disabled = !frame.strain;
   find("view").querySelector("[value=projector]").disabled = !frame.projector;
 }

@@ -81,8 +81,22 @@ function touchRows(marks, source, name) {
 function cells(mark, exact) {
   const [a, b, angle] = mark.sigma.map((part) => part ?? NaN), c = Math.cos(angle), s = Math.sin(angle);
   return [
-    [mark.x, Math.hypot(a * c, b * s), 1], [mark.y, Math.hypot(a * s, b * c), 1], [mark.force, mark.sigma_force, 3],
-  ].map(([value, sigma, digits]) => make("td", {}, text(value, digits), make("em", {}, exact ? "" : `± ${text(Number.isNaN(sigma) ? null : sigma, digits)}`)));
+    [mark.x, spread(Math.hypot(a * c, b * s), 1), 1], [mark.y, spread(Math.hypot(a * s, b * c), 1), 1],
+    [mark.force, mark.force_interval ? interval(mark.force_interval) : spread(mark.sigma_force, 3), 3],
+  ].map(([value, sure, digits]) => make("td", {}, text(value, digits), make("em", {}, exact ? "" : sure)));
+}
+
+function spread(sigma, digits) {
+  return `± ${text(Number.isNaN(sigma) ? null : sigma, digits)}`;
+}
+
+// 95 %, where the force is not known evenly to both sides
+function interval([low, high]) {
+  return `${text(low, 2)} … ${high === null ? "∞" : text(high, 2)}`;
+}
+
+export function tapText({ force, at_least, sigma }) {
+  return force === null ? `tap above ${text(at_least, 2)} N` : `tap ${text(force, 2)} ± ${text(sigma[2], 2)} N`;
 }
 
 export function showStages(frame) {

@@ -5,10 +5,11 @@ import pytest
 
 import fe
 import synthetic
-from models.estimate import Estimate, Result
+from models.estimate import Estimate, ForceInterval, Result
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
-from rig.live.view import marks, plate_view, strain_map, true_marks
+from rig.live.tracks import Tracks
+from rig.live.view import marks, plate_view, strain_map, tracked_marks, true_marks
 from rig.projector.markers import project
 from rig.sources.twin import build_twin
 
@@ -50,6 +51,17 @@ def test_a_touch_that_cannot_be_resolved_has_a_large_and_finite_ellipse():
     )  # fmt: skip
     (mark,) = marks(unknown)
     assert 100 < mark.sigma[0] < np.inf
+
+
+def test_a_mark_has_the_bounds_of_a_force_that_is_not_known_evenly():
+    interval = ForceInterval((0.8, 1.4), (0.6, 2.5))
+    found = Estimate(
+        np.array([[9.0, 60.0], [90.0, 20.0]]), np.array([1.0, 2.0]), np.eye(6),
+        0.0, 1, 1.0, Result.FOUND, force_intervals=(interval, None),
+    )  # fmt: skip
+    assert [mark.force_interval for mark in marks(found)] == [(0.6, 2.5), None]
+    followed = Tracks().follow(found, 1.0)[0].tracks
+    assert [m.force_interval for m in tracked_marks(followed, found)] == [(0.6, 2.5), None]
 
 
 def test_a_true_touch_is_drawn_as_exact():

@@ -3,12 +3,14 @@
 import json
 import threading
 from contextlib import ExitStack
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
+from models import Tap
 from rig.live.snapshot import Mark, Snapshot
 from rig.out.stream import serve_touches
 
@@ -40,12 +42,13 @@ def test_a_client_gets_the_touches_of_each_frame_as_json(shot):
             "status": "two touches",
             "touches": [
                 {"id": 7, "x": 120.0, "y": 80.5, "force": 2.25, "sigma": [1.5, 0.5, 0.25],
-                 "sigma_force": 0.125},
+                 "sigma_force": 0.125, "force_interval": None},
                 {"id": None, "x": 30.0, "y": 40.0, "force": 1.0, "sigma": [0, 0, 0],
-                 "sigma_force": 0},
+                 "sigma_force": 0, "force_interval": None},
             ],
             "gestures": [],
-                "alarms": [],
+            "alarms": [],
+            "taps": [],
         }  # fmt: skip
         stream(shot(6, ()))
         assert json.loads(client.recv(timeout=10))["touches"] == []
@@ -57,6 +60,29 @@ def test_what_is_not_a_number_is_null(shot):
         (touch,) = json.loads(client.recv(timeout=10))["touches"]
     assert touch["sigma"] == [None, 1.0, 0.0]
     assert touch["sigma_force"] is None
+
+
+def test_a_force_that_is_not_known_evenly_goes_out_with_its_bounds(shot):
+    mark = Mark(5.0, 2.0, 3.0, force_interval=(2.0, np.inf))
+    with serve_touches(0) as stream, connect(stream.url) as client:
+        stream(shot(1, (mark,)))
+        (touch,) = json.loads(client.recv(timeout=10))["touches"]
+    assert touch["force_interval"] == [2.0, None]
+
+
+def test_taps_of_the_last_second_go_out(shot):
+    taps = (
+        Tap(10.0, 20.0, 4.5, 3.0, 99.5, (0.5, 0.25, 0.125)),
+        Tap(30.0, 40.0, np.nan, 1.5, 99.75, (1.0, 1.0, np.inf)),
+    )
+    with serve_touches(0) as stream, connect(stream.url) as client:
+        stream(replace(shot(1), recent_taps=taps))
+        first, second = json.loads(client.recv(timeout=10))["taps"]
+    assert first == {
+        "x": 10.0, "y": 20.0, "force": 4.5, "at_least": 3.0, "time": 99.5,
+        "sigma": [0.5, 0.25, 0.125],
+    }  # fmt: skip
+    assert (second["force"], second["at_least"], second["sigma"]) == (None, 1.5, [1.0, 1.0, None])
 
 
 def test_a_client_that_never_reads_does_not_hold_the_loop_and_others_see_the_newest(shot):

@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
+from models import Tap
 from rig.live.snapshot import BaseReading, Mark, StableShape
 from rig.page.packet import BRIGHTENED, Packet
 from rig.projector.markers import draw_marks, fit_plate
@@ -37,6 +38,15 @@ def test_a_base_goes_out_with_its_shapes(shot):
     assert (said["bend"], said["twist"], said["sigma_twist"]) == (6.0, -8.0, None)
     assert [shape["shown"] for shape in said["shapes"]] == [True, False]
     assert json.loads(Packet(shot, None).header({}, controls=True))["base"] is None
+
+
+def test_taps_and_bounds_of_forces_go_out_with_null_for_what_is_not_known(shot):
+    tap = Tap(10.0, 20.0, float("nan"), 1.5, 99.5, (0.5, 0.25, 0.125))
+    mark = Mark(5.0, 2.0, 3.0, force_interval=(2.0, float("inf")))
+    seen = replace(shot, touches=(mark,), recent_taps=(tap,))
+    said = json.loads(Packet(seen, None).header({}, controls=True))
+    assert said["touches"][0]["force_interval"] == [2.0, None]
+    assert (said["taps"][0]["force"], said["taps"][0]["at_least"]) == (None, 1.5)
 
 
 def test_the_map_spans_its_own_columns_and_rows(shot):

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect, sync_playwright
 
+from models import Tap
 from rig.calibration.guide import Progress
 from rig.live.gestures import Gesture
 from rig.live.learning import Learned
@@ -113,6 +114,21 @@ def test_a_bent_plate_has_a_card_of_its_base(page, snapshot):
         expect(page.locator("#twist")).to_have_text("-8.000 ± 0.0020°")
         expect(page.locator("#shapes tr")).to_have_count(2)
         expect(page.locator("#shapes tr").first).to_have_text("▸ up12.5 N mm")
+    assert page.complaints == []
+
+
+def test_bounds_of_a_force_and_a_tap_are_shown(page, snapshot):
+    mark = Mark(12.0, 20.0, 1.5, (1.1, 0.7, 0.4), 0.03, force_interval=(1.25, float("inf")))
+    taps = (
+        Tap(10.0, 20.0, 4.5, 3.0, 99.5, (0.5, 0.25, 0.12)),
+        Tap(10.0, 20.0, float("nan"), 1.5, 99.8, (0.5, 0.25, 9.0)),
+    )
+    draw = partial(snapshot, touches=(mark,), from_strain=None, truth=None)
+    for recent, says in ((taps[:1], "tap 4.50 ± 0.12 N"), (taps, "tap above 1.50 N")):
+        with serve(0, SCREEN) as publisher, feed(publisher, partial(draw, recent_taps=recent)):
+            open_live(page, publisher)
+            expect(page.locator("#touches tr")).to_contain_text("1.5001.25 … ∞")
+            expect(page.locator("#status")).to_have_text(f"two touches · {says}")
     assert page.complaints == []
 
 

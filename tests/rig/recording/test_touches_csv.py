@@ -77,6 +77,29 @@ def test_a_row_holds_place_force_and_covariance(rows):
     assert list(second.values())[3:] == pytest.approx(list(SPREAD[np.triu_indices(3)]))
 
 
+def test_bounds_of_a_force_and_a_tap_are_in_the_table(tmp_path):
+    path, interval = tmp_path / "touches.csv", models.ForceInterval((1.2, 2.0), (1.0, np.inf))
+    found = replace(estimate((20.0, 3.0, 1.5), (90.0, 60.0, 2.5)), force_intervals=(interval, None))
+    taps = (
+        models.Tap(10.0, 20.0, 4.5, 3.0, 5.25, (0.5, 0.25, 0.125)),
+        models.Tap(30.0, 40.0, float("nan"), 1.5, 5.5, (1.0, 1.0, 9.0)),
+    )
+    with open_touches(path) as sink:
+        sink(snapshot(16, 5.0, found))
+        sink(replace(snapshot(17, 6.0, found), taps=taps))
+    with path.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["force_low_n"], row["force_high_n"]) for row in rows[:2]] == [
+        ("1", "inf"),
+        ("", ""),
+    ]
+    known, unknown = (row for row in rows if row["result"] == "TAP")
+    assert (known["frame"], known["touch"], float(known["time_s"])) == ("17", "", 0.25)
+    assert [float(known[name]) for name in ("x_mm", "y_mm", "force_n")] == [10.0, 20.0, 4.5]
+    assert float(known["cov_ff"]) == pytest.approx(0.125**2, rel=1e-4)
+    assert (unknown["force_n"], float(unknown["force_low_n"])) == ("", 1.5)
+
+
 def test_a_row_says_what_to_believe(rows):
     assert [row["result"] for row in rows] == ["FOUND", "FOUND", "NO_TOUCH"]
     assert {float(row["p_value"]) for row in rows} == {0.25}
