@@ -5,9 +5,11 @@ plate of 1 mm with four or two clamped edges), edges and edges_few (40 and 4 sce
 touch near an edge), and uncertain (a tour of the scene `bench-real`).
 Images are rendered from the geometrically exact shell, which no estimator knows; those of the tour
 from the whole plate of von Kármán. A tracked frame follows one that was pressed a tenth less and
-half a millimetre aside, a cold one follows the plate at rest. Places and forces are medians of the
-tracked frames; times are of one thread's processor, through all that the live loop does from the
-image to the touches. One touch more than there are is looked for.
+half a millimetre aside, a cold one follows the plate at rest. Places and forces are medians; times
+are of one thread's processor, through all that the live loop does from the image to the touches.
+One touch more than there are is looked for. An error over σ is that of frames with the right count
+that are FOUND with all places within 10 mm; how many are left out of it is a figure of its own.
+Near an edge an interval of force is that of the estimate where it has one, else force ± 2 σ.
 """
 
 import time
@@ -26,6 +28,7 @@ from rig.calibration.store import calibration_beside
 from rig.live.baseline import ReferenceFrame, average_reference, drift_weight
 from rig.live.bench import build_bench
 from rig.live.chain import Chain, ChainState, at_rest, prepare_chain
+from rig.live.force_intervals import with_force_intervals
 from rig.live.frame_estimate import estimate_frame
 from rig.report.figure import Bar, Figure, at_least, at_most
 from rig.sources.real_twin import RealTwin
@@ -53,25 +56,39 @@ NEAR_EDGES = "Large touches near an edge"
 
 @dataclass
 class Cell:
-    """What the frames of a cell have shown."""
+    """What the frames of a cell have shown: all tracked, or all started cold.
+
+    `left_out` says of each frame whether its errors over σ are left out of `deviations`: of a wrong
+    count, of touches that are not FOUND, and of places that are `FAR` off.
+    """
 
     place: list[float] = field(default_factory=list[float])
     force: list[float] = field(default_factory=list[float])
     deviations: list[float] = field(default_factory=list[float])
     right: list[bool] = field(default_factory=list[bool])
-    tracked: list[float] = field(default_factory=list[float])
-    cold: list[float] = field(default_factory=list[float])
+    left_out: list[bool] = field(default_factory=list[bool])
+    spent: list[float] = field(default_factory=list[float])
 
-    def add(self, estimate: Estimate, touches: F64) -> None:
-        """Compare an estimate with what presses, (n, 3)."""
+    def add(self, estimate: Estimate, spent: float, touches: F64) -> None:
+        """Compare an estimate, and the ms that it took, with what presses, (n, 3)."""
+        self.spent.append(spent)
         self.right.append(estimate.count == len(touches))
+        self.left_out.append(True)
         if not self.right[-1]:
             return
         place, force, true = match(estimate, tuple(fe.Touch(*one) for one in touches.tolist()))
         self.place += place.tolist()
         self.force += (100.0 * np.abs(force / true)).tolist()
         if estimate.result is Result.FOUND and place.max() < FAR:
+            self.left_out[-1] = False
             self.deviations += deviations(estimate, touches).tolist()
+
+
+class Pressed(NamedTuple):
+    """A cell of scenes, each looked at twice."""
+
+    tracked: Cell
+    cold: Cell
 
 
 def deviations(estimate: Estimate, touches: F64) -> F64:
@@ -116,9 +133,10 @@ def prepared(bench: Bench, max_touches: int) -> Chain:
     return prepare_chain(ReferenceFrame(bench.reference.image, AGAINST), motions, max_touches)
 
 
-def pressed(bench: Bench, chain: Chain, count: int, scenes: int) -> Cell:
+def pressed(bench: Bench, chain: Chain, count: int, scenes: int) -> Pressed:
     """Press so many scenes of a cell."""
-    mesh, rng, cell = fe.grid(bench.plate, ELEMENTS), np.random.default_rng(count), Cell()
+    mesh, rng = fe.grid(bench.plate, ELEMENTS), np.random.default_rng(count)
+    tracked, cold = Cell(), Cell()
     for number in range(scenes):
         touches = drawn(rng, count)
         truth = tuple(fe.Touch(*touch) for touch in touches.tolist())
@@ -127,11 +145,9 @@ def pressed(bench: Bench, chain: Chain, count: int, scenes: int) -> Cell:
         before = touches * (1.0, 1.0, BEFORE) + rng.normal(0.0, ASIDE, touches.shape) * (1, 1, 0)
         if not number:
             frame(chain, image, at_rest(chain))  # compiles what is not compiled yet
-        followed, spent = frame(chain, image, after(chain, before))
-        cell.add(followed, touches)
-        cell.tracked.append(spent)
-        cell.cold.append(frame(chain, image, at_rest(chain))[1])
-    return cell
+        tracked.add(*frame(chain, image, after(chain, before)), touches)
+        cold.add(*frame(chain, image, at_rest(chain)), touches)
+    return Pressed(tracked, cold)
 
 
 def frame(chain: Chain, image: AnyArray, state: ChainState) -> tuple[Estimate, float]:
@@ -143,46 +159,58 @@ def frame(chain: Chain, image: AnyArray, state: ChainState) -> tuple[Estimate, f
 
 def large(scenes: int) -> Iterator[Figure]:
     """Press so many scenes a cell, and sum up."""
-    cells: dict[tuple[str, int], Cell] = {}
+    cells: dict[tuple[str, int], Pressed] = {}
     for edges, clamped in EDGES.items():
         bench = stand(THICKNESS, PIXELS, clamped)
         chain = prepared(bench, max(COUNTS) + 1)
         for count in COUNTS:
-            cells[edges, count] = pressed(bench, chain, count, scenes)
-            yield from _of_cell(f"{edges} clamped edges, {COUNTS[count]}", cells[edges, count])
-    for k, (count, name) in enumerate(COUNTS.items()):
-        both = [cell for (_, number), cell in cells.items() if number == count]
-        place, force = (np.concatenate([getattr(one, key) for one in both]) for key in _ERRORS)
-        spent = np.concatenate([one.tracked for one in both])
-        yield from line(
-            TABLE,
-            f"large, {name}, {scenes} scenes",
-            place=(float(np.median(place)), "mm", PLACE[k], len(place)),
-            force=(float(np.median(force)), "%", FORCE[k], len(force)),
-        )
-        yield from _timed(f"large, {name}, tracked", spent, TRACKED[k])
-    every = list(cells.values())
-    right = np.concatenate([cell.right for cell in every])
-    off = np.abs(np.concatenate([cell.deviations for cell in every]))
+            both = cells[edges, count] = pressed(bench, chain, count, scenes)
+            name = f"{edges} clamped edges, {COUNTS[count]}"
+            yield from _of_cell(f"{name}, tracked", both.tracked)
+            yield from _of_cell(f"{name}, cold", both.cold)
+    for how in Pressed._fields:
+        of_how = {key: getattr(both, how) for key, both in cells.items()}
+        for count in COUNTS:
+            alike = [cell for (_, number), cell in of_how.items() if number == count]
+            yield from _of_count(how, count, scenes, alike)
+        yield from _of_all(how, scenes, list(of_how.values()))
+    for count, bar in zip(COUNTS, TRACKED, strict=True):
+        spent = [both.tracked.spent for (_, number), both in cells.items() if number == count]
+        yield from _timed(f"large, {COUNTS[count]}, tracked", np.concatenate(spent), bar)
+    yield from _timed(
+        "large, cold", np.concatenate([one.cold.spent for one in cells.values()]), COLD
+    )
+
+
+def _of_count(how: str, count: int, scenes: int, cells: list[Cell]) -> Iterator[Figure]:
+    """Sum up cells of so many touches that were looked at in one way."""
+    place = np.concatenate([cell.place for cell in cells])
+    force = np.concatenate([cell.force for cell in cells])
     yield from line(
         TABLE,
-        f"large, one and two touches, {scenes} scenes",
-        count_right=(100.0 * float(np.mean(right)), "%", at_least(99.0), len(right)),
+        f"large, {COUNTS[count]}, {how}, {scenes} scenes",
+        place=(float(np.median(place)), "mm", PLACE[count - 1], len(place)),
+        force=(float(np.median(force)), "%", FORCE[count - 1], len(force)),
     )
-    yield from _timed("large, cold", np.concatenate([cell.cold for cell in every]), COLD)
+
+
+def _of_all(how: str, scenes: int, cells: list[Cell]) -> Iterator[Figure]:
+    """Sum up all cells that were looked at in one way: count, and what is stated of errors."""
+    right = np.concatenate([cell.right for cell in cells])
+    left_out = np.concatenate([cell.left_out for cell in cells])
+    off = np.abs(np.concatenate([cell.deviations for cell in cells]))
     inside = {name: 100.0 * float(np.mean(off < limit)) for limit, name in ((1, "1"), (2, "2"))}
     yield from line(
         TABLE,
-        "large",
+        f"large, one and two touches, {how}, {scenes} scenes",
+        count_right=(100.0 * float(np.mean(right)), "%", at_least(99.0), len(right)),
         **{
             "error over stated σ": (rms(off), "", Bar(0.85, 1.2), len(off)),
             "inside 1 σ": (inside["1"], "%", Bar(64.0, 72.0), len(off)),
             "inside 2 σ": (inside["2"], "%", Bar(92.0, 98.0), len(off)),
+            "left out of these": (100.0 * float(np.mean(left_out)), "%", None, len(left_out)),
         },
     )
-
-
-_ERRORS = "place", "force"
 
 
 def _timed(case: str, spent: F64, bar: Bar | None) -> Iterator[Figure]:
@@ -204,17 +232,23 @@ def _of_cell(name: str, cell: Cell) -> Iterator[Figure]:
         force=(float(np.median(cell.force)), "%", None, len(cell.force)),
         count_right=(100.0 * float(np.mean(cell.right)), "%", None, count),
         error_over_σ=(rms(cell.deviations), "", None, len(cell.deviations)),
-        tracked=(float(np.median(cell.tracked)), "ms", None, count),
-        cold=(float(np.median(cell.cold)), "ms", None, count),
+        left_out_of_this=(100.0 * float(np.mean(cell.left_out)), "%", None, count),
+        time=(float(np.median(cell.spent)), "ms", None, count),
     )
 
 
 class Near(NamedTuple):
-    """Touches near an edge whose force the bound knows to `KNOWN`, from a plate at rest."""
+    """Touches near an edge whose force the bound knows to `KNOWN`, from a plate at rest.
+
+    Of all estimates of one touch, FOUND or not, also beyond that bound, `evenly` says where the
+    force lies: -1 below force ± 2 σ, 1 above, else 0; `by_interval` the same of the interval.
+    """
 
     found: int
     looked_for: int
     force: list[float]
+    evenly: list[int]
+    by_interval: list[int]
 
     def line(self, case: str, bars: tuple[Bar | None, Bar | None]) -> Iterator[Figure]:
         """Sum up; the error of a force is in parts of it."""
@@ -228,8 +262,24 @@ class Near(NamedTuple):
             **{
                 "bias of the force": (bias, "%", bars[1], len(self.force)),
                 "scatter of the force": (scatter, "%", None, len(self.force)),
+                **_coverage("± 2 σ", self.evenly),
+                **_coverage("interval", self.by_interval),
             },
         )
+
+
+def _coverage(name: str, where: list[int]) -> dict[str, tuple[float, str, None, int]]:
+    """Fractions of forces within some bounds and above them."""
+    sides, count = np.array(where, dtype=np.int64), len(where)
+    return {
+        f"in {name}": (100.0 * float(np.mean(sides == 0)), "%", None, count),
+        f"above {name}": (100.0 * float(np.mean(sides > 0)), "%", None, count),
+    }
+
+
+def beyond(force: float, bounds: tuple[float, float]) -> int:
+    """-1 where a force lies below some bounds, 1 above, else 0."""
+    return int(force > bounds[1]) - int(force < bounds[0])
 
 
 def edges(scenes: int) -> Iterator[Figure]:
@@ -243,6 +293,8 @@ def edges(scenes: int) -> Iterator[Figure]:
         sum(one.found for one in every),
         sum(one.looked_for for one in every),
         [force for one in every for force in one.force],
+        [side for one in every for side in one.evenly],
+        [side for one in every for side in one.by_interval],
     )
     yield from together.line("8 to 25 mm from an edge, 2 to 4 N", (at_least(95.0), WITHIN))
 
@@ -251,11 +303,17 @@ def pressed_near_an_edge(bench: Bench, chain: Chain, scenes: int) -> Near:
     """Press near an edge; how many are found and known for sure, of those that could be."""
     mesh, rng = fe.grid(bench.plate, ELEMENTS), np.random.default_rng(8)
     found, looked_for, force = 0, 0, list[float]()
+    evenly, by_interval = list[int](), list[int]()
     for _ in range(scenes):
         touches = drawn_near_an_edge(rng)
         truth = (fe.Touch(*touches[0].tolist()),)
         moved = fe.solve(bench.plate, truth, mesh=mesh).displacement(bench.warper.points)
-        estimate = frame(chain, SENSOR.capture(bench.light(moved), rng), at_rest(chain))[0]
+        image = SENSOR.capture(bench.light(moved), rng)
+        estimate = bounded(chain, image)
+        if estimate.count == 1:
+            even, interval = two_sigma(estimate), estimate.force_intervals[0]
+            evenly.append(beyond(touches[0, 2], even))
+            by_interval.append(beyond(touches[0, 2], interval.level_95 if interval else even))
         bound = covariance(chain.estimator.candidates.forward.read(touches)[1])
         if np.sqrt(bound[2, 2]) > KNOWN * touches[0, 2]:
             continue
@@ -263,7 +321,19 @@ def pressed_near_an_edge(bench: Bench, chain: Chain, scenes: int) -> Near:
         if estimate.count == 1 and estimate.result is Result.FOUND:
             found += 1
             force.append(float(estimate.force[0] / touches[0, 2] - 1.0))
-    return Near(found, looked_for, force)
+    return Near(found, looked_for, force, evenly, by_interval)
+
+
+def bounded(chain: Chain, image: AnyArray) -> Estimate:
+    """Estimate the touches of a frame from a plate at rest, with the intervals of their forces."""
+    found = estimate_frame(chain, image, at_rest(chain), Stopwatch(time.monotonic))
+    return with_force_intervals(chain, found).estimate
+
+
+def two_sigma(estimate: Estimate) -> tuple[float, float]:
+    """Force ± 2 σ of one touch, N."""
+    force, spread = float(estimate.force[0]), 2.0 * float(np.sqrt(estimate.covariance[2, 2]))
+    return force - spread, force + spread
 
 
 def uncertain() -> Iterator[Figure]:
