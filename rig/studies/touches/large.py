@@ -270,10 +270,10 @@ class Near(NamedTuple):
 
 def _coverage(name: str, where: list[int]) -> dict[str, tuple[float, str, None, int]]:
     """Fractions of forces within some bounds and above them."""
-    sides, count = np.array(where, dtype=np.int64), len(where)
+    count, percent = len(where), 100.0 / max(len(where), 1)
     return {
-        f"in {name}": (100.0 * float(np.mean(sides == 0)), "%", None, count),
-        f"above {name}": (100.0 * float(np.mean(sides > 0)), "%", None, count),
+        f"in {name}": (percent * where.count(0), "%", None, count),
+        f"above {name}": (percent * where.count(1), "%", None, count),
     }
 
 
