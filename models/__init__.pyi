@@ -203,6 +203,7 @@ from .forward.tile_pattern import (
     noise_from_sums as noise_from_sums,
     prepare_pattern as prepare_pattern,
 )
+from .image_net.displacement_net import load_displacement_net as load_displacement_net
 from .image_net.image_net import (
     image_net_field as image_net_field,
     shipped_image_net as shipped_image_net,
@@ -240,6 +241,7 @@ from .inverse.prior import (
     prior as prior,
 )
 from .inverse.solver import find as find
+from .nets.array_file import net_format as net_format
 from .nets.baselines import (
     train_adversarial as train_adversarial,
     train_convolutional as train_convolutional,

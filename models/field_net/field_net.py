@@ -29,7 +29,8 @@ SHIPPED = Path(__file__).with_name("weights.npz")
 _AROUND = 9  # tiles, over which a correction is compared with what was seen
 _WORSE = 0.3  # by which the χ² of a tile may grow: 2.7 σ of its mean over 81 tiles
 _FARTHEST = 6.0  # σ, corrections beyond which nothing was trained
-_SMALL = "the field is too small for the net, or nothing was found again: it is that of subsets"
+TOO_SMALL = "the image is too small for the net"
+REINSTALL = "install touchplate again"  # to train a net does not replace that of the package
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,8 +71,9 @@ def net_field(ref: Reference, image: ArrayLike, net: FieldNet | None = None) -> 
     Notes
     -----
     Where what the net reads lies outside of what it was trained on, where it says what no training
-    held, or where its field fits what the tiles saw less well than the adaptive field does, the
-    adaptive field stands.
+    held, where its field fits what the tiles saw less well than the adaptive field does, and where
+    the file of the shipped net cannot be read, the adaptive field stands and `NetField.reason` says
+    so.
     """
     if find_spec("torch") is None:
         raise ValueError(
@@ -81,13 +83,22 @@ def net_field(ref: Reference, image: ArrayLike, net: FieldNet | None = None) -> 
     start = correlate(ref, image)
     tiles = adaptive_tiles(ref, image, start)
     if tiles is None:
-        field = adaptive_field(ref, image, start)
-        none = np.zeros(len(field.xy), bool)
-        return NetField(field, none, _SMALL)
-    better, known = correct_tiles(tiles, net or shipped_net())
+        return adaptive_alone(adaptive_field(ref, image, start), TOO_SMALL)
+    try:
+        taken = net or shipped_net()
+    except (OSError, ValueError) as error:
+        return adaptive_alone(tiles_at_points(start, tiles), str(error))
+    better, known = correct_tiles(tiles, taken)
     found = tiles_at_points(start, better)
     by_net = known.ravel()[tiles.lattice.nearest(found.xy)] & found.valid
     return NetField(found, by_net, _reason(by_net, found.valid))
+
+
+def adaptive_alone(found: DisplacementField, why: str) -> NetField:
+    """Return the adaptive field in the place of that of a net, and why it is; or nothing found."""
+    none = np.zeros(len(found.xy), bool)
+    reason = why if found.valid.any() else "nothing was found again"
+    return NetField(found, none, f"all points are of the adaptive field: {reason}")
 
 
 def correct_tiles(tiles: AdaptiveTiles, net: FieldNet) -> tuple[AdaptiveTiles, Mask]:
@@ -128,10 +139,12 @@ def shipped_net() -> FieldNet:
 
     Raises
     ------
+    FileNotFoundError
+        Its file is missing.
     ValueError
         Its file is damaged or of another version.
     """
-    return load_field_net(SHIPPED)
+    return load_field_net(SHIPPED, REINSTALL)
 
 
 def _fits_worse(tiles: AdaptiveTiles, better: AdaptiveTiles) -> Mask:

@@ -12,6 +12,7 @@ from models.nets.array_file import NetKind
 from models.nets.grid_net import GridNet, load_grid_net, save_grid_net
 
 FORMAT, VERSION = "touchplate field net", 1
+TRAIN = "train one by 'touchplate train dic-net'"
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,11 +43,17 @@ def save_field_net(path: str | Path, net: FieldNet) -> None:
     OSError
         The file cannot be written.
     """
-    save_grid_net(path, _kind(), GridNet(net.weights, net.low, net.high, net.about))
+    save_grid_net(path, _kind(TRAIN), GridNet(net.weights, net.low, net.high, net.about))
 
 
-def load_field_net(path: str | Path) -> FieldNet:
+def load_field_net(path: str | Path, remedy: str = TRAIN) -> FieldNet:
     """Read what `save_field_net` wrote.
+
+    Parameters
+    ----------
+    path : path
+    remedy : str
+        What the errors say is to be done.
 
     Raises
     ------
@@ -55,8 +62,8 @@ def load_field_net(path: str | Path) -> FieldNet:
     ValueError
         It is damaged, of another version or something else.
     """
-    return FieldNet(*load_grid_net(path, _kind(), shapes(), INPUTS))
+    return FieldNet(*load_grid_net(path, _kind(remedy), shapes(), INPUTS))
 
 
-def _kind() -> NetKind:
-    return NetKind(FORMAT, VERSION, "touchplate train dic-net")
+def _kind(remedy: str) -> NetKind:
+    return NetKind(FORMAT, VERSION, remedy)

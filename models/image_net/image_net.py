@@ -13,7 +13,7 @@ from scipy.ndimage import map_coordinates, spline_filter
 
 from dic import DisplacementField, Reference, Status, adaptive_field, check_image
 from models.arrays import F64, AnyArray, Mask
-from models.field_net.field_net import NetField
+from models.field_net.field_net import REINSTALL, TOO_SMALL, NetField, adaptive_alone
 from models.image_net.features import STRIDE
 from models.image_net.refine import RefinedCells, refine
 from models.image_net.store import ImageNet, load_image_net
@@ -61,11 +61,11 @@ def image_net_field(ref: Reference, image: ArrayLike, net: ImageNet | None = Non
             "the image net refines the field of a grid, got scattered points; prepare a grid"
         )
     if min(ref.image.shape) < _SMALLEST or not found.valid.any():
-        return _classical(found, "the image is too small for the net, or nothing was found again")
+        return adaptive_alone(found, TOO_SMALL)
     try:
         taken = net or shipped_image_net()
     except (OSError, ValueError) as error:
-        return _classical(found, str(error))
+        return adaptive_alone(found, str(error))
     pair = image_pair(ref, check_image(image, "deformed"))
     cells = refine(taken, pair, first_motion(found, ref.image.shape))
     return _at_points(found, cells)
@@ -77,15 +77,12 @@ def shipped_image_net() -> ImageNet:
 
     Raises
     ------
+    FileNotFoundError
+        Its file is missing.
     ValueError
         Its file is damaged or of another version.
     """
-    return load_image_net(SHIPPED)
-
-
-def _classical(found: DisplacementField, why: str) -> NetField:
-    none = np.zeros(len(found.xy), bool)
-    return NetField(found, none, f"all points are of the adaptive field: {why}")
+    return load_image_net(SHIPPED, REINSTALL)
 
 
 def _at_points(found: DisplacementField, cells: RefinedCells) -> NetField:

@@ -13,6 +13,7 @@ from models.nets.array_file import NetKind
 from models.nets.grid_net import GridNet, load_grid_net, save_grid_net
 
 FORMAT, VERSION = "touchplate image net", 1
+TRAIN = "train one by 'touchplate train image-net'"
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,11 +44,17 @@ def save_image_net(path: str | Path, net: ImageNet) -> None:
     OSError
         The file cannot be written.
     """
-    save_grid_net(path, _kind(), GridNet(net.weights, net.low, net.high, net.about))
+    save_grid_net(path, _kind(TRAIN), GridNet(net.weights, net.low, net.high, net.about))
 
 
-def load_image_net(path: str | Path) -> ImageNet:
+def load_image_net(path: str | Path, remedy: str = TRAIN) -> ImageNet:
     """Read what `save_image_net` wrote.
+
+    Parameters
+    ----------
+    path : path
+    remedy : str
+        What the errors say is to be done.
 
     Raises
     ------
@@ -56,8 +63,8 @@ def load_image_net(path: str | Path) -> ImageNet:
     ValueError
         It is damaged, of another version or something else.
     """
-    return ImageNet(*load_grid_net(path, _kind(), shapes(), INPUTS))
+    return ImageNet(*load_grid_net(path, _kind(remedy), shapes(), INPUTS))
 
 
-def _kind() -> NetKind:
-    return NetKind(FORMAT, VERSION, "touchplate train image-net")
+def _kind(remedy: str) -> NetKind:
+    return NetKind(FORMAT, VERSION, remedy)

@@ -25,13 +25,13 @@ class NetKind:
     ----------
     format : str
     version : int
-    command : str
-        What makes such a file.
+    remedy : str
+        What to do where its file cannot be read.
     """
 
     format: str
     version: int
-    command: str
+    remedy: str
 
 
 def save_arrays(
@@ -68,6 +68,19 @@ def save_arrays(
         aside.unlink(missing_ok=True)
 
 
+def net_format(path: str | Path) -> str:
+    """Return which net a file says that it holds, as `NetKind.format` has it.
+
+    Raises
+    ------
+    FileNotFoundError
+        There is no such file.
+    ValueError
+        It is damaged or no file of a net.
+    """
+    return _read(Path(path), "net", "train one by 'touchplate train'").format
+
+
 def load_arrays(
     path: str | Path, kind: NetKind, shapes: Mapping[str, tuple[int, ...]]
 ) -> tuple[dict[str, AnyArray], dict[str, Any]]:
@@ -81,29 +94,42 @@ def load_arrays(
         It is damaged, of another version or something else.
     """
     path = Path(path)
-    if not path.is_file():
-        raise FileNotFoundError(f"net file {path} does not exist; run '{kind.command}'")
-    try:
-        with np.load(path, allow_pickle=False) as stored:
-            arrays = {name: np.asarray(stored[name]) for name in stored.files}
-        text, checksum = str(arrays.pop("options")), str(arrays.pop("checksum"))
-        said = json.loads(text)
-    except DAMAGE as error:
+    found = _read(path, kind.format.removeprefix("touchplate "), kind.remedy)
+    if found.format != kind.format or found.options.get("version") != kind.version:
         raise ValueError(
-            f"net file {path} is damaged or no {_plain(kind)}; delete it and run '{kind.command}'"
-        ) from error
-    if said.get("format") != kind.format or said.get("version") != kind.version:
-        raise ValueError(
-            f"net file {path} is a '{said.get('format')}' of version {said.get('version')}, this "
-            f"release reads a '{kind.format}' of version {kind.version}; run '{kind.command}'"
+            f"net file {path} is a '{found.format}' of version {found.options.get('version')}, this"
+            f" release reads a '{kind.format}' of version {kind.version}; {kind.remedy}"
         )
-    if checksum != _sum(arrays, text) or not _sound(arrays, shapes):
-        raise ValueError(f"net file {path} is damaged; delete it and run '{kind.command}'")
-    return arrays, said
+    if found.checksum != _sum(found.arrays, found.text) or not _sound(found.arrays, shapes):
+        raise ValueError(f"net file {path} is damaged; {kind.remedy}")
+    return found.arrays, found.options
 
 
-def _plain(kind: NetKind) -> str:
-    return kind.format.removeprefix("touchplate ")
+@dataclass(frozen=True, eq=False)
+class _Stored:
+    """What stands in a file, before it is checked."""
+
+    arrays: dict[str, AnyArray]
+    text: str
+    checksum: str
+    options: dict[str, Any]
+
+    @property
+    def format(self) -> str:
+        return str(self.options.get("format"))
+
+
+def _read(path: Path, what: str, remedy: str) -> _Stored:
+    """Read a file of which the options can be read; nothing else of it is checked."""
+    if not path.is_file():
+        raise FileNotFoundError(f"net file {path} does not exist; {remedy}")
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: np.asarray(file[name]) for name in file.files}
+        text, checksum = str(arrays.pop("options")), str(arrays.pop("checksum"))
+        return _Stored(arrays, text, checksum, dict(json.loads(text)))
+    except DAMAGE as error:
+        raise ValueError(f"net file {path} is damaged or no {what}; {remedy}") from error
 
 
 def _sound(arrays: Mapping[str, AnyArray], shapes: Mapping[str, tuple[int, ...]]) -> bool:

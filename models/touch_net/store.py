@@ -70,4 +70,4 @@ def load_touch_net(path: str | Path) -> TouchNet:
 
 
 def _kind() -> NetKind:
-    return NetKind(FORMAT, VERSION, "touchplate train touch-net")
+    return NetKind(FORMAT, VERSION, "train one by 'touchplate train touch-net'")

@@ -170,6 +170,29 @@ def test_a_hole_and_a_size_that_is_no_multiple_of_four_are_no_error():
     assert np.array_equal(np.isfinite(better.values), np.isfinite(tiles.values))
 
 
+def test_weights_that_cannot_be_read_leave_the_adaptive_field_and_say_so(
+    tmp_path, monkeypatch, trained
+):
+    image = np.random.default_rng(5).normal(128, 40, (96, 120))
+    ref, path = dic.prepare(image), tmp_path / "net.npz"
+    adaptive = dic.adaptive_field(ref, image + 1.0)
+    models.save_field_net(path, trained.net)
+    whole = path.read_bytes()
+    for version, content, why in ((2, whole, "version 1"), (1, whole[:500], "damaged")):
+        path.write_bytes(content)
+        monkeypatch.setattr("models.field_net.store.VERSION", version)
+        monkeypatch.setattr("models.field_net.field_net.SHIPPED", path)
+        models.shipped_net.cache_clear()
+        found = models.net_field(ref, image + 1.0)
+        assert not found.by_net.any()
+        assert np.array_equal(found.field.v, adaptive.v, equal_nan=True)
+        assert np.array_equal(found.field.sigma_gradient, adaptive.sigma_gradient, equal_nan=True)
+        assert "adaptive field" in found.reason
+        assert why in found.reason
+        assert "install touchplate again" in found.reason
+    models.shipped_net.cache_clear()
+
+
 def test_a_field_by_the_net_says_what_is_not_its_own():
     image = np.random.default_rng(5).normal(128, 40, (96, 120))
     found = models.net_field(dic.prepare(image), image + 1.0)
@@ -178,5 +201,8 @@ def test_a_field_by_the_net_says_what_is_not_its_own():
     small = models.net_field(dic.prepare(image[:36, :40], 11), image[:36, :40])
     assert not small.by_net.any()
     assert "too small" in small.reason
+    lost = models.net_field(dic.prepare(image), np.random.default_rng(6).normal(128, 40, (96, 120)))
+    assert not lost.by_net.any()
+    assert lost.reason.endswith("nothing was found again")
     with pytest.raises(ValueError, match="prepare a grid"):
         models.net_field(dic.prepare(image, points=[[50, 50]]), image)

@@ -170,6 +170,23 @@ def test_a_net_is_stored_as_it_is_and_a_damaged_file_is_refused(tmp_path, traine
         models.load_image_net(tmp_path / "none.npz")
 
 
+def test_a_net_is_read_by_what_its_file_says_that_it_is(tmp_path, trained, shipped):
+    models.save_image_net(tmp_path / "image.npz", trained.net)
+    models.save_field_net(tmp_path / "field.npz", models.shipped_net())
+    models.save_touch_net(tmp_path / "touch.npz", models.shipped_touch_net())
+    image, field = (
+        models.load_displacement_net(tmp_path / f"{name}.npz") for name in ("image", "field")
+    )
+    assert isinstance(image, models.ImageNet)
+    assert isinstance(field, models.FieldNet)
+    assert models.net_format(tmp_path / "touch.npz") == "touchplate touch net"
+    with pytest.raises(ValueError, match="measures no displacement"):
+        models.load_displacement_net(tmp_path / "touch.npz")
+    np.savez(tmp_path / "other.npz", u=np.ones(3))
+    with pytest.raises(ValueError, match="no net; train one"):
+        models.load_displacement_net(tmp_path / "other.npz")
+
+
 def test_onnx_says_the_same_numbers(tmp_path, shipped, pair):
     runtime = pytest.importorskip("onnxruntime")
     models.write_image_onnx(tmp_path / "net.onnx", shipped)
@@ -199,6 +216,7 @@ def test_weights_that_cannot_be_read_leave_the_classical_field_and_say_so(
         assert np.array_equal(found.field.v, classical.v, equal_nan=True)
         assert "adaptive field" in found.reason
         assert why in found.reason
+        assert "install touchplate again" in found.reason
     image_net.shipped_image_net.cache_clear()
 
 

@@ -1,0 +1,33 @@
+"""A net of displacement from a file, whichever it is: of tiles or of images."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from models.field_net import store as field_store
+from models.field_net.store import FieldNet, load_field_net
+from models.image_net import store as image_store
+from models.image_net.store import ImageNet, load_image_net
+from models.nets.array_file import net_format
+
+
+def load_displacement_net(path: str | Path) -> FieldNet | ImageNet:
+    """Read what `save_field_net` or `save_image_net` wrote.
+
+    Raises
+    ------
+    FileNotFoundError
+        There is no such file.
+    ValueError
+        It is damaged, of another version or a net of something else.
+    """
+    match net_format(path):
+        case field_store.FORMAT:
+            return load_field_net(path)
+        case image_store.FORMAT:
+            return load_image_net(path)
+        case other:
+            raise ValueError(
+                f"net file {path} holds a '{other}', which measures no displacement; name one that "
+                "'touchplate train dic-net' or 'touchplate train image-net' wrote"
+            )
