@@ -25,12 +25,15 @@ class FrameRecord:
         What it found.
     identities : (n,) int
         Of the touches found.
+    sentence : str
+        What the user reads of the frame.
     """
 
     frame: Frame
     before: ChainState
     frame_estimate: FrameEstimate
     identities: tuple[int, ...]
+    sentence: str
 
 
 class Recorder(Protocol):

@@ -210,16 +210,18 @@ class Loop:
         self._learn(frame, follower, result)
         shift = result.frame_estimate.state.motion[follower.chain.pattern.count :][:2]
         self._tare.follow(frame, result.frame_estimate, shift)
+        sentence = follower.sentence(result.frame_estimate)
         if self._recorder:
+            identities = result.identities
             self._recorder.put(
-                FrameRecord(frame, result.before, result.frame_estimate, result.identities)
+                FrameRecord(frame, result.before, result.frame_estimate, identities, sentence)
             )
         self._follow_gestures(frame, result)
         taps = self._taps + result.frame_estimate.state.past.taps
         self._taps = tuple(one for one in taps if frame.captured - one.time <= SHOWN)
         errors = self._score(frame, result.frame_estimate)
         self.pace.finish(self._clock())
-        return self._snapshot(frame, follower, view, result, errors)
+        return self._snapshot(frame, follower, view, result, sentence, errors)
 
     def _notice(self, time: float) -> str:
         """Say what was done at the user's wish: the tare, else a known weight."""
@@ -305,6 +307,7 @@ class Loop:
         follower: FrameProcessor,
         view: View,
         result: FrameResult,
+        sentence: str,
         errors: tuple[float, float] | None,
     ) -> Snapshot:
         score = self.net_score if self.bench.net else self.pattern_score
@@ -321,7 +324,7 @@ class Loop:
             from_strain=self._strain_marks(frame_estimate),
             truth=None if frame.truth is None else true_marks(frame.truth),
             strain=shown,
-            status=follower.sentence(frame_estimate),
+            status=sentence,
             position_error=errors[0] if errors else None,
             force_error=errors[1] if errors else None,
             position_error_median=running[0] if running else None,

@@ -17,6 +17,7 @@ from rig.live.snapshot import Mark, Snapshot, StrainOverlay
 from rig.live.view import marks, plate_view, true_marks
 from rig.page.controls import PageControls, PageSetting, Played
 from rig.page.server import Publisher
+from rig.recording.fit import recorded_sentence
 from rig.recording.layout import LAST, there
 from rig.recording.paths import SUFFIX, recordings
 from rig.recording.session import Session, frame, open_session, reported
@@ -120,7 +121,7 @@ class RecordedFrames:
         recorded, found = frame(row), reported(row)
         identities = row["touches/identity"][: found.count].tolist()
         named = zip(marks(found), identities, strict=True)
-        said = "no touch" if not found.count else f"{found.count} found"
+        count = "no touch" if not found.count else f"{found.count} found"
         return Snapshot(
             sequence=recorded.sequence,
             captured=captured,
@@ -132,7 +133,8 @@ class RecordedFrames:
             from_strain=_places(row),
             truth=None if recorded.truth is None else true_marks(recorded.truth),
             strain=self._strain(row),
-            status=f"{self.session.path.name}, frame {index + 1} of {len(self.times)}: {said}",
+            status=f"{self.session.path.name}, frame {index + 1} of {len(self.times)}:"
+            f" {recorded_sentence(row) or count}",
             position_error=None,
             force_error=None,
             position_error_median=None,

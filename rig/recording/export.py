@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 import cv2
@@ -12,8 +12,9 @@ import numpy as np
 import fe
 from rig.plates.plate_solver import plate_solver, solve_plate
 from rig.recording.film import to_film
+from rig.recording.fit import COLUMNS as FIT, RESULT, fit_cells, recorded_sentence
 from rig.recording.layout import LAST, there
-from rig.recording.session import Session
+from rig.recording.session import Session, reported
 from rig.system.arrays import AnyArray
 
 Report = Callable[[int, int], None]
@@ -35,22 +36,32 @@ def to_tiff(session: Session, folder: Path, report: Report) -> list[Path]:
 
 
 def to_csv(session: Session, folder: Path, report: Report) -> list[Path]:
-    """Write what was found, one row a touch, and what was there where that is known."""
+    """Write what was found, one row a touch, and what was there where that is known.
+
+    A frame without a touch has one row, as of `run --touches`.
+    """
     found, truth = folder / "touches.csv", folder / "truth.csv"
     with found.open("w", newline="") as one, truth.open("w", newline="") as other:
         touches, true = csv.writer(one), csv.writer(other)
-        touches.writerow(COLUMNS + SIGMAS)
+        touches.writerow(COLUMNS + SIGMAS + FIT)
         true.writerow(COLUMNS[:3] + TRUTH)
         for index in _reported(session, report):
             row = session.row(index)
             head = (index, int(row[LAST]), float(row["frames/captured"]))
-            places = there(row["touches/place"])
-            sigma = np.sqrt(np.diagonal(row["touches/covariance"], axis1=1, axis2=2))
-            for k, place in enumerate(places):
-                identity = int(row["touches/identity"][k])
-                touches.writerow((*head, identity, *place.tolist(), *sigma[k].tolist()))
+            touches.writerows((*head, *cells) for cells in _found(row))
             true.writerows((*head, *finger.tolist()) for finger in there(row["frames/truth"]))
     return [found, truth]
+
+
+def _found(row: Mapping[str, AnyArray]) -> Iterator[tuple[object, ...]]:
+    """Yield the cells of each touch of a frame; empty ones where there is none."""
+    fit = fit_cells(reported(row), recorded_sentence(row)) if RESULT in row else [""] * len(FIT)
+    places = there(row["touches/place"])
+    sigma = np.sqrt(np.diagonal(row["touches/covariance"], axis1=1, axis2=2))
+    for k, place in enumerate(places):
+        yield (int(row["touches/identity"][k]), *place.tolist(), *sigma[k].tolist(), *fit)
+    if not len(places):
+        yield (*[""] * (len(COLUMNS) - 3 + len(SIGMAS)), *fit)
 
 
 def to_vtu(session: Session, folder: Path, report: Report) -> list[Path]:

@@ -13,6 +13,11 @@
 /touches/covariance    (N, n, 3, 3) float64   of x, y, force
 /touches/identity      (N, n) int64           the same for a touch that goes on; -1 where none is
 /touches/from_strain   (N, n, 3) float64      as place, from strain alone
+/touches/result        (N,) int64             0 found, 1 no touch, 2 unresolvable
+/touches/p_value       (N,) float64           of a larger χ², see `Estimate`
+/touches/chi2          (N,) float64           sum of squared whitened residuals
+/touches/dof           (N,) int64             degrees of freedom of χ²
+/touches/sentence      (N, 400) uint8         what was stated of the frame, UTF-8, then zeros
 /start/motion          (N, K + R) float64     state of the loop before the frame, see `ChainState`
 /start/rest            (N, K) float64
 /start/touches         (N, n, 3) float64
@@ -47,6 +52,7 @@ from rig.live.baseline import ReferenceFrame
 from rig.live.chain import Chain, ChainState
 from rig.live.frame_record import FrameRecord
 from rig.live.memory import MANY, Memory
+from rig.recording.fit import SHAPES as FIT_SHAPES, fit_row
 from rig.system.arrays import F64, AnyArray
 
 FORMAT, VERSION, READ = "touchplate session", 2, (1, 2)
@@ -80,6 +86,7 @@ def shapes(chain: Chain, strain: bool) -> Shapes:
         "touches/place": (touches, "f8"),
         "touches/covariance": ((max_touches, 3, 3), "f8"),
         "touches/identity": ((max_touches,), "i8"),
+        **FIT_SHAPES,
         "start/motion": ((motions,), "f8"),
         "start/rest": ((modes,), "f8"),
         "start/touches": (touches, "f8"),
@@ -131,6 +138,7 @@ def rows(record: FrameRecord, layout: Shapes, number: int = 0) -> dict[str, AnyA
         "touches/place": places(estimate),
         "touches/covariance": covariances(estimate),
         "touches/identity": record.identities,
+        **fit_row(estimate, record.sentence),
         "touches/from_strain": places(record.frame_estimate.from_strain),
         "start/motion": record.before.motion,
         "start/rest": record.before.rest,

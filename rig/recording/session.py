@@ -16,6 +16,7 @@ from pydantic import ValidationError
 import fe
 from models import Estimate, Result
 from rig.live.baseline import ReferenceFrame
+from rig.recording.fit import with_fit
 from rig.recording.layout import FORMAT, IMAGES, LAST, READ, REFERENCE, TARES, there
 from rig.recording.soundness import (
     first_wrong,
@@ -159,7 +160,10 @@ def frame(row: Mapping[str, AnyArray]) -> Frame:
 
 
 def reported(row: Mapping[str, AnyArray]) -> Estimate:
-    """Touches that were found when a frame was recorded."""
+    """Touches that were found when a frame was recorded, and how well they explained it.
+
+    Recordings of the release before do not hold the latter: χ² is 0 and the p-value 1.
+    """
     place = there(row["touches/place"])
     blocks = row["touches/covariance"][: len(place)]
     spread = np.zeros((3 * len(place), 3 * len(place)))
@@ -167,7 +171,8 @@ def reported(row: Mapping[str, AnyArray]) -> Estimate:
         own = slice(3 * index, 3 * index + 3)
         spread[own, own] = block
     result = Result.FOUND if len(place) else Result.NO_TOUCH
-    return Estimate(place[:, :2], place[:, 2], spread, 0.0, 1, 1.0, result)
+    found = Estimate(place[:, :2], place[:, 2], spread, 0.0, 1, 1.0, result)
+    return with_fit(found, row)
 
 
 def reported_touches(session: Session, min_force: float) -> tuple[list[Estimate], list[F64]]:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from rig.live.baseline import ReferenceFrame
+from rig.recording.fit import SHAPES as FIT_SHAPES, wrong_fit
 from rig.recording.layout import CHECK, LAST, TARES, frame_check, tare_shapes
 from rig.system.arrays import F32, AnyArray
 
@@ -47,6 +48,11 @@ TRACES: Mapping[str, tuple[str, tuple[int, ...]]] = {
 }
 """As `NEEDED`, of recordings that hold what is known of traces: all of it or none."""
 
+FIT: Mapping[str, tuple[str, tuple[int, ...]]] = {
+    name: (kind[0], shape) for name, (shape, kind) in FIT_SHAPES.items()
+}
+"""As `NEEDED`, of recordings that hold how well touches explained a frame: all of it or none."""
+
 ALWAYS = ("frames/captured", "start/motion", "start/rest")
 """Numbers that are there in every frame; others are NaN where a touch is not."""
 
@@ -65,7 +71,9 @@ BOUNDED = (
 
 def wrong_layout(arrays: Mapping[str, h5py.Dataset], reference: tuple[int, ...]) -> str:
     """Say what is wrong with the arrays of a file; empty where nothing is."""
-    wanted = {**NEEDED, **TRACES} if TRACE in arrays or SCATTER in arrays else NEEDED
+    wanted = {**NEEDED}
+    wanted |= TRACES if TRACE in arrays or SCATTER in arrays else {}
+    wanted |= FIT if FIT.keys() & arrays.keys() else {}
     for name, (kind, shape) in wanted.items():
         array = arrays.get(name)
         if array is None:
@@ -130,7 +138,7 @@ def wrong_numbers(row: Mapping[str, AnyArray]) -> str:
         absent = np.isnan(numbers)
         if (np.abs(numbers[~absent]) > LARGE).any() or (name in ALWAYS and absent.any()):
             return f"{name} holds a number that cannot be"
-    return _wrong_traces(row) if SCATTER in row else ""
+    return wrong_fit(row) or (_wrong_traces(row) if SCATTER in row else "")
 
 
 def _wrong_traces(row: Mapping[str, AnyArray]) -> str:

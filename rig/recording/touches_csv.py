@@ -15,8 +15,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rig.recording.fit import COLUMNS as FIT, fit_cells
+
 if TYPE_CHECKING:
-    from models import Estimate, Tap
+    from models import Tap
     from rig.live.snapshot import Snapshot
 
 COLUMNS = (
@@ -32,10 +34,7 @@ COLUMNS = (
     "cov_yy",
     "cov_yf",
     "cov_ff",
-    "result",
-    "p_value",
-    "chi2_per_dof",
-    "sentence",
+    *FIT,
     "force_low_n",
     "force_high_n",
 )
@@ -62,9 +61,9 @@ class TouchesCsv:
             return
         self._first = snapshot.captured if self._first is None else self._first
         time = f"{snapshot.captured - self._first:.6f}"
-        said = _said(snapshot.estimate, snapshot.status)
+        fit = fit_cells(snapshot.estimate, snapshot.status)
         for row, bounds in zip(_rows(snapshot), _bounds(snapshot), strict=True):
-            self._writer.writerow([snapshot.sequence, time, *row, *said, *bounds])
+            self._writer.writerow([snapshot.sequence, time, *row, *fit, *bounds])
         for tap in snapshot.taps:
             row = _tap(tap, tap.time - self._first)
             self._writer.writerow([snapshot.sequence, *row])
@@ -82,11 +81,6 @@ def open_touches(path: Path) -> Generator[TouchesCsv]:
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("w", newline="", encoding="utf-8") as file:
         yield TouchesCsv(csv.writer(file))
-
-
-def _said(estimate: Estimate, sentence: str) -> list[str]:
-    fit = f"{estimate.p_value:.6g}", f"{estimate.chi2 / estimate.dof:.6g}"
-    return [estimate.result.name, *fit, sentence]
 
 
 def _rows(snapshot: Snapshot) -> Iterator[list[str]]:

@@ -23,6 +23,13 @@ from rig.studies.files.mutation import Rng, mutate_bytes
 from rig.system.arrays import AnyArray
 
 SHAPE, FRAMES = (24, 32), 4
+FIT = {
+    "touches/result": np.asarray(0),
+    "touches/p_value": np.asarray(0.25),
+    "touches/chi2": np.asarray(101.5),
+    "touches/dof": np.asarray(97),
+    "touches/sentence": np.frombuffer(b"one touch".ljust(400, b"\0"), np.uint8),
+}
 FORGED = (
     "frames/captured",
     "frames/truth",
@@ -46,6 +53,7 @@ def recorded_frame(number: int) -> dict[str, AnyArray]:
         "touches/place": touch,
         "touches/covariance": np.stack([np.eye(3), np.full((3, 3), np.nan)]),
         "touches/identity": np.array([4, -1]),
+        **FIT,
         "start/motion": rng.normal(size=9),
         "start/rest": rng.normal(size=4),
         "start/touches": touch,

@@ -114,12 +114,18 @@ def test_a_recorded_run_is_replayed_bit_for_bit_and_exported(recorded, tmp_path)
 def _check(path, folder):
     with open_session(path) as session:
         images = session.arrays["frames/image"][: session.frames]
-        found = np.isfinite(session.columns()["touches/place"][..., 0]).sum()
+        columns = session.columns()
     for index, image in enumerate(images):
         kept = cv2.imread(str(folder / "tiff" / f"frame-{index:06d}.tiff"), cv2.IMREAD_UNCHANGED)
         np.testing.assert_array_equal(kept, image)
     rows = list(csv.DictReader((folder / "csv" / "touches.csv").open()))
-    assert len(rows) == found
+    found = np.isfinite(columns["touches/place"][..., 0]).sum(axis=1)
+    assert [int(row["frame"]) for row in rows] == np.repeat(
+        np.arange(len(found)), np.maximum(found, 1)
+    ).tolist()
+    assert sum(row["x_mm"] != "" for row in rows) == found.sum()
+    stated = [columns["touches/p_value"][int(row["frame"])] for row in rows]
+    assert [float(row["p_value"]) for row in rows] == pytest.approx(stated, rel=1e-5)
     video = cv2.VideoCapture(str(folder / "video" / "session.avi"))
     shown = [video.read()[1][..., 0] for _ in images]
     np.testing.assert_array_equal(shown[-1], images[-1])

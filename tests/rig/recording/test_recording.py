@@ -1,5 +1,6 @@
 """A session on disk: everything that was seen and said, whole after any end, found again."""
 
+import csv
 import os
 import resource
 import signal
@@ -14,10 +15,14 @@ import h5py
 import numpy as np
 import pytest
 
+from rig.live.tracker import FrameProcessor
+from rig.page.player import RecordedFrames
+from rig.recording.export import to_csv
+from rig.recording.fit import recorded_sentence
 from rig.recording.playback import Playback
 from rig.recording.recorder import RESERVE, SessionRecorder
 from rig.recording.replay import replay
-from rig.recording.session import open_session
+from rig.recording.session import open_session, reported
 from rig.recording.swmr_flag import SUPERBLOCK, unmarked
 from rig.system.timing import Stopwatch
 
@@ -104,6 +109,67 @@ def test_the_file_opens_without_this_program(session, tmp_path):
         np.testing.assert_allclose(places[one, 0], (mark.x, mark.y, mark.force), rtol=1e-12)
         assert np.isnan(places[one, 1]).all()
         assert file["touches/identity"][one].tolist() == [mark.identity, -1]
+
+
+FIT = ("result", "p_value", "chi2", "dof", "sentence")
+
+
+def test_a_recording_holds_how_well_touches_explained_a_frame(session, tmp_path):
+    path = tmp_path / "session.h5"
+    _, shots, _ = session(path, PRESSED[:8])
+    with open_session(path) as recording:
+        rows = [recording.row(k) for k in range(recording.frames)]
+    assert {len(shot.touches) for shot in shots} == {0, 1}
+    for row, shot in zip(rows, shots, strict=True):
+        found, kept = reported(row), shot.estimate
+        assert (found.chi2, found.dof, found.p_value) == (kept.chi2, kept.dof, kept.p_value)
+        assert found.result is kept.result
+        assert bytes(row["touches/sentence"]).rstrip(b"\0").decode() == shot.status
+
+
+def test_a_long_sentence_is_cut_between_two_letters(session, tmp_path, monkeypatch):
+    path = tmp_path / "session.h5"
+    monkeypatch.setattr(FrameProcessor, "sentence", lambda *_: "x" + 300 * "σ")
+    session(path, PRESSED[:1])
+    with open_session(path) as recording:
+        assert recorded_sentence(recording.row(0)) == "x" + 199 * "σ"
+
+
+def test_a_recording_of_the_release_before_has_empty_cells(session, tmp_path):
+    path = tmp_path / "session.h5"
+    _, shots, _ = session(path, PRESSED[:8])
+    with h5py.File(path, "r+") as file:
+        for name in (f"touches/{name}" for name in FIT):
+            del file[name]
+        del file["frames/check"]
+    with open_session(path) as recording:
+        to_csv(recording, tmp_path, lambda done, total: None)
+        shown = RecordedFrames(recording).snapshot(0, 1.0)
+    assert shown.status.endswith("frame 1 of 8: no touch")
+    with (tmp_path / "touches.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == len(shots)
+    assert {row["sentence"] + row["p_value"] + row["result"] for row in rows} == {""}
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "wrong"),
+    [("result", 3, "result is 3"), ("p_value", 1.5, "p_value is 1.5"), ("dof", 0, "of 0")],
+)
+def test_a_fit_that_cannot_be_is_refused(session, tmp_path, name, value, wrong):
+    path = tmp_path / "session.h5"
+    session(path, PRESSED[:2])
+    with h5py.File(path, "r+") as file:
+        file[f"touches/{name}"][1] = value
+        del file["frames/check"]
+    with open_session(path) as recording:
+        recording.row(0)
+        with pytest.raises(OSError, match=wrong):
+            recording.row(1)
+    with h5py.File(path, "r+") as file:
+        del file[f"touches/{name}"]
+    with pytest.raises(OSError, match=f"touches/{name} is missing"), open_session(path):
+        pass
 
 
 def test_a_disk_that_fills_up_ends_the_recording_and_not_the_loop(session, tmp_path):
