@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from rig.live.baseline import is_consistent
 from rig.scene.source import DeviceSection
 from rig.system.arrays import F64
 
@@ -190,7 +191,7 @@ class PlateInTime:
         bows by them, and a touch needs many more.
         """
         if not estimate.count:
-            return measured if estimate.p_value >= _CONSISTENT else None
+            return measured if is_consistent(estimate) else None
         if self.creep is None or estimate.p_value < FITS:
             return None
         touches = np.column_stack([estimate.xy, estimate.force])
@@ -198,9 +199,6 @@ class PlateInTime:
         bows = seeing.factor[:BOWS]
         found = np.linalg.lstsq(np.vstack([slope, bows]).T, measured - predicted)[0]
         return found[len(slope) :] @ bows
-
-
-_CONSISTENT = 1e-12  # as `baseline.is_consistent` without a touch
 
 
 def require_own_modes(scene: Scene, theory: str, *, exact: bool) -> None:
