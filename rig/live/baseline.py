@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import exp
 
 import numpy as np
@@ -15,11 +16,11 @@ from rig.system.arrays import F32, F64, AnyArray
 
 MIN_NOISE = 0.05  # grey levels: less than the rounding of an 8-bit image
 TILE = 16  # px, side of the tiles in which motion is looked for while the reference is taken
-MOVED = 2.0  # of the median: noise alone stays below 1.5 in 4000 tiles of 16 × 16 px
+MOVED = 2.0  # of a tile's own noise, which alone stays below 1.6 in 4000 tiles of 16 × 16 px
+ROUNDING = 1 / 12  # grey levels²: variance of whole grey levels, where a tile shows less noise
 DRIFT_TIME = 10.0  # s in which a drift is followed to 63 %; a finger lands in a fraction of one
-MIN_P_VALUE = (
-    1e-12  # p-value below which touches cannot explain a frame; a clear view stays above 1e-5
-)
+MISFIT_RATE = 1 / (1000 * 3600 * 30)
+"""Fraction of frames that noise alone may make a misfit: one in 1000 hours at 30 a second."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,19 +57,32 @@ def moved_during_reference(frames: Sequence[AnyArray]) -> bool:
     """Whether something moved in the image while frames were taken: a hand, a settling plate.
 
     The means of the first and the second half differ by noise alone where nothing moves; a tile
-    that differs by more than `MOVED` times the median of all tiles shows something that moved.
+    that differs by more than `MOVED` times its own noise, that of one frame against the next, shows
+    something that moved. Bright tiles may be noisier than dark ones.
     """
     half = len(frames) // 2
     early, late = (np.mean(part, axis=0) for part in (frames[:half], frames[-half:]))
-    change = late - early
-    change -= change.mean()  # a lamp that flickers moves nothing
-    squares = lay_tiles(change.shape, TILE).sums(np.square(change))
-    return bool(squares.max() > MOVED * max(float(np.median(squares)), MIN_NOISE**2))
+    light = 0.5 * (early + late)
+    change = _squares(late - early, light)
+    steps = [
+        _squares(np.subtract(after, before, dtype=np.float64), light)
+        for before, after in pairwise(frames)
+    ]
+    noise = np.maximum(np.mean(steps, axis=0) / 2, ROUNDING * TILE**2)
+    return bool((change > MOVED * noise * 2 / half).any())
+
+
+def _squares(change: F64, light: F64) -> F64:
+    """Sum the squares of a change over each tile, (T,), without what a lamp that flickers does."""
+    shade = light - light.mean()
+    gain = float((shade * change).sum()) / max(float((shade**2).sum()), 1e-9)
+    steady = change - change.mean() - gain * shade
+    return np.asarray(lay_tiles(steady.shape, TILE).sums(np.square(steady)), dtype=np.float64)
 
 
 def is_consistent(estimate: Estimate) -> bool:
     """Whether touches explain the frame; not if something is in the way or the camera jumped."""
-    return estimate.p_value >= MIN_P_VALUE
+    return estimate.p_value >= MISFIT_RATE
 
 
 def drift_weight(seconds: float) -> float:

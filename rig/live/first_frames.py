@@ -25,8 +25,8 @@ def take_reference(source: Source, count: int) -> tuple[ReferenceFrame, float]:
     ValueError
         If something touched the plate or moved in every series of frames.
     """
-    for _ in range(ATTEMPTS):
-        frames = [_next(source) for _ in range(count)]
+    for moved in range(ATTEMPTS):
+        frames = [_next(source, moved, count) for _ in range(count)]
         if any(frame.truth for frame in frames):
             raise ValueError(
                 "plate was touched while the reference was taken; let nothing touch it in the"
@@ -42,11 +42,13 @@ def take_reference(source: Source, count: int) -> tuple[ReferenceFrame, float]:
     )
 
 
-def _next(source: Source) -> Frame:
+def _next(source: Source, moved: int, count: int) -> Frame:
+    """Give the next frame, after something moved in so many series of `count` frames."""
     try:
         frame = source.grab(PATIENCE)
     except EOFError as end:
-        raise OSError(f"{end}, and the reference takes more; give more images") from None
+        why = f", after something moved in {moved} series of {count} frames" if moved else ""
+        raise OSError(f"{end}, and the reference takes more{why}; give more images") from None
     if frame is None:
         raise OSError(f"{source.status}; none came for {PATIENCE:g} s, look after it")
     return frame

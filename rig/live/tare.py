@@ -6,6 +6,7 @@ Frames are gathered as they come, and what they need is prepared beside the loop
 from __future__ import annotations
 
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 
 import numpy as np
 
@@ -41,6 +42,7 @@ class Tare:
         self._images: list[Grey] | None = None
         self._next: Future[PreparedBench] | None = None
         self._shift = np.zeros(2)  # px: of the camera, from the first reference to the last one
+        self._taken_at = self._shift  # to the one that is on its way
 
     @property
     def busy(self) -> bool:
@@ -87,6 +89,7 @@ class Tare:
         except ValueError as error:
             self._refuse(str(error))
             return None
+        self._shift = self._taken_at
         self._say(
             f"tare: the reference is renewed from {self._bench.reference_frames} frames; the camera"
             f" has moved by {float(np.linalg.norm(self._shift)):.2f} px since the start"
@@ -100,13 +103,9 @@ class Tare:
         return self.notice if self._said is not None and time - self._said < SHOWN else ""
 
     def _prepare(self, images: list[Grey], shift: F64) -> None:
-        self._images = None
-        if moved_during_reference(images):
-            self._refuse("something moved in the image; leave the plate alone")
-            return
-        self._shift = self._shift + shift
+        self._images, self._taken_at = None, self._shift + shift
         worker = ThreadPoolExecutor(1, "tare")
-        self._next = worker.submit(lambda: self._bench.prepare_all(average_reference(images)))
+        self._next = worker.submit(partial(_prepared, self._bench, images))
         worker.shutdown(wait=False)
 
     def _refuse(self, why: str) -> None:
@@ -115,6 +114,12 @@ class Tare:
 
     def _say(self, notice: str) -> None:
         self.notice, self._said = notice, None
+
+
+def _prepared(bench: Bench, images: list[Grey]) -> PreparedBench:
+    if moved_during_reference(images):
+        raise ValueError("something moved in the image; leave the plate alone")
+    return bench.prepare_all(average_reference(images))
 
 
 def _refusal(frame: Frame, found: FrameEstimate, shift: F64) -> str:

@@ -7,10 +7,16 @@ import numpy as np
 import pytest
 
 import fe
-from rig.live.baseline import average_reference, drift_weight, moved_during_reference
+from rig.live.baseline import (
+    MISFIT_RATE,
+    average_reference,
+    drift_weight,
+    is_consistent,
+    moved_during_reference,
+)
 from rig.live.bench import build_bench
 from rig.live.chain import at_rest
-from rig.live.frame_estimate import estimate_frame
+from rig.live.frame_estimate import NO_ESTIMATE, estimate_frame
 from rig.live.strain_chain import sense_strain, with_strain
 from rig.sources.twin import build_twin
 from rig.system.timing import Stopwatch
@@ -32,6 +38,41 @@ def test_a_finger_that_lands_meanwhile_is_motion(rng):
     for frame in frames[10:]:
         frame[60:80, 100:125] += 5.0
     assert moved_during_reference(frames)
+
+
+@pytest.fixture
+def lit_unevenly(rng):
+    """Frames of a pattern between bright clamps in a dark surround, noisy as it is bright."""
+    light = np.full((180, 260), 4.0)
+    light[30:150, 30:230] = rng.uniform(40, 120, (120, 200))
+    light[60:120, 200:250] = 240.0
+    return [light + 0.4 * np.sqrt(light) * rng.standard_normal(light.shape) for _ in range(16)]
+
+
+def test_bright_clamps_and_a_dark_surround_are_no_motion(lit_unevenly, rng):
+    assert not moved_during_reference(lit_unevenly)
+    grey = [np.rint(frame).clip(0, 255).astype(np.uint8) for frame in lit_unevenly]
+    assert not moved_during_reference(grey)
+    flickering = [frame * (1 + rng.normal(0, 0.02)) for frame in lit_unevenly]
+    assert not moved_during_reference(flickering)
+
+
+def test_a_shadow_that_moves_in_the_dark_is_motion_beside_noisy_clamps(lit_unevenly):
+    for frame in lit_unevenly[9:]:
+        frame[150:180, 40:90] += 1.0
+    assert moved_during_reference(lit_unevenly)
+
+
+def test_frames_without_noise_are_no_motion():
+    assert not moved_during_reference([np.full((40, 60), 200, np.uint8)] * 16)
+
+
+def test_a_frame_is_a_misfit_by_noise_once_in_a_thousand_hours():
+    alarms = MISFIT_RATE * 30 * 3600 * 1000  # frames in that time, at 30 a second
+    assert alarms == pytest.approx(1.0)
+    touchless = replace(NO_ESTIMATE, chi2=400.0, dof=200)
+    assert is_consistent(replace(touchless, p_value=1.01 * MISFIT_RATE))
+    assert not is_consistent(replace(touchless, p_value=0.99 * MISFIT_RATE))
 
 
 def test_the_weight_of_a_frame_grows_with_the_time_since_the_last():

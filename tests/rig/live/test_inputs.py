@@ -149,3 +149,14 @@ def test_a_calibrated_camera_is_taken_if_its_images_have_the_size(small, size):
     bench = build_bench(scene, lambda done, total: None, calibration)
     assert bench.camera.size == (384, 320)
     assert (bench.camera.focal == 700.0) == (size == (384, 320))
+
+
+def test_images_that_end_while_something_moves_say_so(small, images, tmp_path):
+    for k in range(20):
+        image = images[k % 2].copy()
+        if k > 6:
+            image[100:160, 100:180] = 90  # a hand that stays
+        cv2.imwrite(str(tmp_path / f"{k:02d}.png"), image)
+    scene = small({"source": {"kind": "folder", "path": str(tmp_path)}})
+    with pytest.raises(OSError, match="after something moved in 1 series of 16 frames; give more"):
+        shots(scene)
