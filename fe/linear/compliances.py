@@ -22,6 +22,7 @@ from fe.linear.energy import stiffness
 from fe.linear.linear import Linear, LinearState
 from fe.plate.edges import Clamped, Edge, Edges, part_of
 from fe.plate.plate import Plate
+from fe.plate.thin import check_thin
 
 # A level reaches this many elements to each side of the touched one and cuts each in four. Two
 # levels leave 1/256 of the error.
@@ -53,8 +54,9 @@ def compliance(linear: Linear, xy: ArrayLike) -> F64:
     Raises
     ------
     ValueError
-        A place lies outside the plate.
+        A place lies outside the plate, or the plate is thick.
     """
+    check_thin(linear.plate)
     places = linear.plate.points(xy, "touch")
     return np.array([_under(linear, place) for place in places])
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from fe.arrays import F64
 from fe.elements.functional import derivative
+from fe.elements.graded import Grading, graded
 from fe.elements.mesh import Mesh, even_grid
 from fe.linear.demand import equivalent
 from fe.linear.energy_minimum import min_energy_fraction
@@ -21,14 +22,21 @@ from fe.linear.membrane import Membrane, stretch
 from fe.linear.validity import LINEAR_TOLERANCE, LinearRange
 from fe.plate.checks import positive
 from fe.plate.plate import Plate
-from fe.plate.thin import shear_fraction
+from fe.plate.thin import check_thin, shear_fraction
 
 # Deflection is right to 1 % on this many elements along the side of a square.
 _SIDE = 16
 # Places along each side at which the touch is tried, ends included: every second node.
 _PLACES = np.linspace(0.0, 1.0, 9)
-# Places along each side at which strain is compared; away from edges and from the touch.
-_SEEN = np.linspace(0.05, 0.95, 10)
+# A plate that is longer than so many times its width is fine where it is touched.
+_LONG = 3.0
+_ALONG = Grading(finest=_SIDE, growth=1.0, elements=36000, across=8.0)
+# Longer ones are strips to which an element is a needle.
+_LONGEST = 1000.0
+# Places along the shorter side at which strain is compared, as close along the longer one; away
+# from edges and from the touch. Farther than so many widths a touch does nothing to a strip.
+_SEEN = 10
+_FAR = 1.5
 
 
 def linear_range(plate: Plate, force: float) -> LinearRange:
@@ -51,10 +59,11 @@ def linear_range(plate: Plate, force: float) -> LinearRange:
     Raises
     ------
     ValueError
-        The force is not positive.
+        The force is not positive, or the plate is thick or more than 1000 times as long as wide.
     """
     force = positive(force, "expected force", "N")
-    mesh = even_grid(plate, _SIDE)
+    check_thin(plate)
+    mesh = _mesh(plate)
     place, linear = _worst(Linear(plate.flat, mesh), force)
     depth = -float(linear.deflection(place)[0])
     membrane = Membrane(plate, mesh)
@@ -65,7 +74,7 @@ def linear_range(plate: Plate, force: float) -> LinearRange:
     (bowed, mixed), (_, stretching) = membrane.work(plane.stress, strains).tolist()
     fraction = min_energy_fraction(force * depth, bowed, mixed, stretching)
     drift = plane.values @ np.array([[fraction], [fraction**2]])
-    bending, true = _strains(plate, linear, drift, fraction)
+    bending, true = _strains(plate, linear, drift, fraction, place[0])
     strain_error = float(np.linalg.norm(bending - true) / np.linalg.norm(true))
     error = max(abs(1.0 / fraction - 1.0), strain_error)
     ratio = fraction * depth / float(plate.material(place)[0][0])
@@ -80,6 +89,20 @@ def linear_range(plate: Plate, force: float) -> LinearRange:
         shear=shear_fraction(plate, force, depth),
         demand=float(equivalent(true, plate.poisson).max()) / plate.strain_limit,
     )
+
+
+def _mesh(plate: Plate) -> Mesh:
+    """Return an even mesh; for a long plate one that is coarse between the places of touches."""
+    aspect = max(plate.size) / min(plate.size)
+    if aspect > _LONGEST:
+        raise ValueError(
+            f"plate must be at most {_LONGEST:g} times as long as wide, got {plate.size[0]:g} x "
+            f"{plate.size[1]:g} mm, {aspect:.4g} times; leave out of it what is far from touches"
+        )
+    if aspect <= _LONG:
+        return even_grid(plate, _SIDE)
+    xy = _over(plate, _PLACES)
+    return graded(plate, xy, np.zeros(len(xy)), _ALONG)
 
 
 def _worst(linear: Linear, force: float) -> tuple[F64, LinearState]:
@@ -97,9 +120,11 @@ def _worst(linear: Linear, force: float) -> tuple[F64, LinearState]:
     return xy[here], LinearState(linear.plate, linear.mesh, values[:, :, here])
 
 
-def _strains(plate: Plate, linear: LinearState, drift: F64, fraction: float) -> tuple[F64, F64]:
-    """Strain (K, 3) of the touched face, by linear theory and as it is."""
-    xy = _over(plate, _SEEN)
+def _strains(
+    plate: Plate, linear: LinearState, drift: F64, fraction: float, touch: F64
+) -> tuple[F64, F64]:
+    """Strain (K, 3) of the touched face about a touch, by linear theory and as it is."""
+    xy = _about(plate, touch)
     bending = linear.strain(xy)
     return bending, fraction * bending + _middle_strain(plate, linear, drift, fraction, xy)
 
@@ -133,5 +158,20 @@ def _gradient(mesh: Mesh, values: F64, xy: F64) -> tuple[F64, F64]:
 
 def _over(plate: Plate, fractions: F64) -> F64:
     """Grid of places at these fractions of both sides, (K, 2) float64, mm."""
-    x, y = np.meshgrid(*(fractions * side for side in plate.size))
+    return _grid(*(fractions * side for side in plate.size))
+
+
+def _about(plate: Plate, touch: F64) -> F64:
+    """Grid of places where a touch (2,) mm strains the plate, (K, 2) float64, mm."""
+    width = min(plate.size)
+    along: list[F64] = []
+    for middle, side in zip(touch.tolist(), plate.size, strict=True):
+        low, high = max(0.0, middle - _FAR * width), min(side, middle + _FAR * width)
+        count = 2 * round(0.5 * _SEEN * (high - low) / width)
+        along.append(low + (high - low) * (np.arange(count) + 0.5) / count)
+    return _grid(*along)
+
+
+def _grid(along_x: F64, along_y: F64) -> F64:
+    x, y = np.meshgrid(along_x, along_y)
     return np.column_stack([x.ravel(), y.ravel()])

@@ -40,3 +40,9 @@ def test_a_place_off_the_plate_is_refused():
     plate = fe.Plate(SIZE, 1.0, 3000.0, 0.3)
     with pytest.raises(ValueError, match=r"^touch 0 must lie on the plate"):
         fe.compliance(fe.Linear(plate, fe.Mesh(SIZE, (10, 8))), [[101.0, 3.0]])
+
+
+def test_a_thick_plate_is_refused():
+    plate = fe.Plate(SIZE, 5.0, 3000.0, 0.3)
+    with pytest.raises(ValueError, match=r"plate thickness must stay below 0\.05 of the span"):
+        fe.compliance(fe.Linear(plate, fe.grid(plate, 20)), [[50.0, 40.0]])

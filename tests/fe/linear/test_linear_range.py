@@ -120,3 +120,32 @@ def test_a_force_that_presses_nothing_is_refused(force):
 def test_a_linear_range_comes_back_from_its_arrays():
     found = linear_range(held(EDGES["mixed"]), 2.0)
     assert LinearRange.from_arrays(found.arrays()) == found
+
+
+@pytest.mark.parametrize("edges", [C, fe.Edges(F, F, C, F)], ids=["clamped", "one long side"])
+def test_a_long_plate_says_what_a_few_widths_of_it_say(edges):
+    """A touch does not know of what is farther away; the error was 4.4 times too large at 50:1."""
+
+    def said(length):
+        return linear_range(fe.Plate((length, 80.0), 1.5, 3000.0, 0.3, edges), 2.0)
+
+    few, many, far_more = said(320.0), said(2400.0), said(16000.0)
+    for long in (many, far_more):
+        assert long.ratio == pytest.approx(few.ratio, rel=0.005)
+        assert long.error == pytest.approx(few.error, rel=0.02)
+        assert long.demand == pytest.approx(few.demand, rel=0.05)
+
+
+def test_a_plate_says_the_same_turned_by_a_quarter():
+    along, across = (
+        linear_range(fe.Plate(size, 1.5, 3000.0, 0.3), 2.0)
+        for size in ((900.0, 80.0), (80.0, 900.0))
+    )
+    assert along.error == pytest.approx(across.error, rel=1e-3)
+
+
+def test_a_thick_plate_and_a_needle_are_refused():
+    with pytest.raises(ValueError, match=r"plate thickness must stay below 0\.05 of the span"):
+        linear_range(dataclasses.replace(PVC, thickness=30.0), 1.0)
+    with pytest.raises(ValueError, match="at most 1000 times as long as wide, got 90000 x 80 mm"):
+        linear_range(fe.Plate((90000.0, 80.0), 1.0, 3000.0, 0.3), 1.0)
