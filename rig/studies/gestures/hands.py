@@ -30,7 +30,7 @@ PLATE = (300.0, 240.0)
 CELLS = [(x, y) for y in (60.0, 180.0) for x in (45.0, 115.0, 185.0, 255.0)]
 PAIRS = (1, 6)  # cells with two fingers: ten in all
 MOVERS = ("swipe", "", "pinch", "rotate")
-TABLE = "Gestures of scripted hands"
+TABLE = "Scripted hands: tracker and gestures alone, on touches with noise"
 LATE = 0.6  # s after its end by which a gesture is reported
 Way = Callable[[float], F64]
 """x, y, force at a time from the landing on."""
