@@ -1,4 +1,4 @@
-"""Write to the projector from Python, and have functions called with each frame of the live loop."""
+"""Write to the projector from Python, and have functions called with each frame of the loop."""
 
 import numpy as np
 

@@ -125,8 +125,8 @@ from .dynamics.oscillators import (
 from .dynamics.seeing import Seeing as Seeing
 from .dynamics.tap import Tap as Tap
 from .estimate import (
-    ForceInterval as ForceInterval,
     Estimate as Estimate,
+    ForceInterval as ForceInterval,
     Result as Result,
     SolverStats as SolverStats,
 )

@@ -18,7 +18,7 @@ HARDLY_KNOWN = fe.Touch(30.0, 90.0, 3.0)  # on a bench of which nothing is known
 
 
 def seen(scene, touches):
-    """Marks of touches in the second frame that shows them: some wait for it."""
+    """Return the marks of touches in the second frame that shows them: some wait for it."""
     bench, twin = build_bench(scene, lambda done, total: None), build_twin(scene)
     reference = average_reference([twin.frame(k, ()) for k in range(16)])
     follower = FrameProcessor(bench, reference, Stopwatch(time.monotonic), time.monotonic)
