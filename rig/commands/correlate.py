@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     import dic
+    from models import FieldNet, ImageNet
     from rig.series.frames import Frames
     from rig.series.regions import Regions
     from rig.series.scale import Scale, ScaledPoints
@@ -49,6 +50,10 @@ def correlate(
             "those and a net: of tiles or of images."
         ),
     ] = "subset",
+    net: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Net of `train dic-net` or `train image-net` to take."),
+    ] = None,
     roi: Annotated[
         Path | None, typer.Option(metavar="MASK", help="Image that is black where to leave out.")
     ] = None,
@@ -110,11 +115,12 @@ def correlate(
         require_free(folder, force)
     else:
         _check_how(follow, workers, cluster, plots)
-    start = _guess(guess, field, follow)
+    start = _guess(guess, field, net, follow)
     before = photographs.read(reference)
     after = photographs.read(Path(deformed)) if frames is None else None
     drawn = read_regions(regions) if regions else Regions()
     mask = _mask(before, roi, drawn)
+    estimator = field if net is None else _net(net, field)
     on_object = scale_of(scale, camera, before.shape)
     if auto:
         subset, step = _chosen(before, deformed, frames)
@@ -125,7 +131,7 @@ def correlate(
         )
         require_points(prepared)
         scaled = _scaled(on_object, prepared)
-        strain = StrainOptions(window, kind, field, invariants, scaled, start)
+        strain = StrainOptions(window, kind, estimator, invariants, scaled, start)
         _warn_off_the_points(drawn, prepared)
         if frames is not None:
             run = whole_test.Run(workers, force, as_json, follow, cluster)
@@ -158,14 +164,16 @@ def _check_how(follow: bool, workers: int | None, cluster: str | None, plots: bo
         raise ValueError(f"{option} {reason}, and --cluster works elsewhere; leave out one")
 
 
-def _guess(text: str | None, field: Field, follow: bool) -> tuple[float, float] | None:
+def _guess(
+    text: str | None, field: Field, net: Path | None, follow: bool
+) -> tuple[float, float] | None:
     """Read the motion that all points start from, px; None where there is none."""
     if text is None:
         return None
     if follow:
         raise ValueError("--follow starts from the frame before, not from --guess; leave out one")
-    if field.endswith("net"):
-        raise ValueError(f"--field {field} takes no --guess; leave it out or take another field")
+    if net or field.endswith("net"):
+        raise ValueError("a net takes no --guess; leave it out or take another --field")
     try:
         u, v = (float(number) for number in text.split(","))
     except ValueError:
@@ -182,6 +190,19 @@ def _warn_off_the_points(drawn: Regions, ref: dic.Reference) -> None:
     if ref.grid is not None:
         for sentence in off_the_points(drawn, ref.grid):
             warn(sentence)
+
+
+def _net(path: Path, field: Field) -> FieldNet | ImageNet:
+    """Read the net of a file; refuse a field that is measured by another one."""
+    from models import load_displacement_net
+    from rig.series.measure import kind_of
+
+    net = load_displacement_net(path)
+    if field not in ("subset", kind_of(net)):
+        raise ValueError(
+            f"--net {path} measures --field {kind_of(net)}, not --field {field}; leave out one"
+        )
+    return net
 
 
 def _scaled(scale: Scale | None, ref: dic.Reference) -> ScaledPoints | None:

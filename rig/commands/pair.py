@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from rich.console import Group
 
     import dic
+    from rig.series.measure import FrameField
     from rig.series.regions import Regions
     from rig.series.tabulate import Measured, StrainOptions
 
@@ -52,7 +53,8 @@ def correlate(
 
     name, image = after
     start = time.perf_counter()
-    found = strained(measure(ref, image, strain.field, strain.guess), strain)
+    measured = measure(ref, image, strain.field, strain.guess)
+    found = strained(measured.disp, strain, measured.by_net)
     seconds = time.perf_counter() - start
     say(ref.prefilter.reason)
     if how.force:
@@ -62,12 +64,16 @@ def correlate(
         write_pair(aside, ref, name, found, error, regions, strain)
         _write_more(aside, ref, found, how.plots)
     read = reader_of(ref, regions, strain).read(found.table(strain.fields))
-    figures = _figures(found.disp, found.strain) | {
-        "prefilter": ref.prefilter.sigma,
-        "readings": _readings(read),
-        "seconds": seconds,
-        "folder": str(folder),
-    }
+    figures = (
+        _figures(found.disp, found.strain)
+        | _of_net(measured)
+        | {
+            "prefilter": ref.prefilter.sigma,
+            "readings": _readings(read),
+            "seconds": seconds,
+            "folder": str(folder),
+        }
+    )
     emit(_tables(figures), figures, how.as_json)
 
 
@@ -112,6 +118,13 @@ def _spread(values: np.ndarray, sigma: np.ndarray) -> dict[str, float] | None:
     }
 
 
+def _of_net(measured: FrameField) -> dict[str, object]:
+    """Figures of a net: the fraction of the points that are its own, and a sentence on the rest."""
+    if measured.fraction is None:
+        return {}
+    return {"by_net_fraction": measured.fraction, "by_net_reason": measured.reason}
+
+
 def _readings(row: dict[str, float]) -> dict[str, float | None]:
     """Return what regions read as JSON has it, None where it is lost."""
     from math import isfinite
@@ -139,6 +152,7 @@ def _tables(figures: dict[str, Any]) -> Group:
         f"strain is {figures['strain_kind']}, gauge length {figures['vsg']:g} px,"
         f" at {figures['strain_points']} points",
         *_read_lines(figures["readings"]),
+        *([figures["by_net_reason"]] if "by_net_reason" in figures else []),
         f"{figures['seconds']:.2f} s; written to {figures['folder']}",
     )
 

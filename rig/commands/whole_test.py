@@ -55,8 +55,11 @@ def correlate(
     how: Run,
 ) -> None:
     """Correlate all frames; write the HDF5, its XDMF and what the regions read."""
+    from rig.series.measure import unreadable_net
     from rig.series.run import PARTS, remove_earlier, run_series
 
+    if missing := unreadable_net(strain.field):
+        warn(f"all points are of the adaptive field: {missing}")
     parts = folder / PARTS
     if how.force and folder.exists():
         shutil.rmtree(parts, ignore_errors=True)
@@ -88,7 +91,8 @@ def _figures(done: SeriesOutcome) -> dict[str, Any]:
         "worst": worst[1],
         "worst_frame": worst[0],
     }
-    return {
+    by_net = {} if done.by_net is None else {"by_net_fraction": done.by_net}
+    return by_net | {
         "frames": done.frames,
         "left_out": len(done.errors),
         "valid": valid,
@@ -108,6 +112,8 @@ def _lines(figures: dict[str, Any]) -> list[str]:
             f"valid of the points in the ROI: {valid['median']:.1%} in the median frame,"
             f" {valid['worst']:.1%} in the worst, {valid['worst_frame']}"
         )
+    if "by_net_fraction" in figures:
+        said.append(f"{figures['by_net_fraction']:.1%} of the points measured are those of the net")
     if any(figures["status"].values()):
         said += status_lines(figures["points"], figures["status"])
     return said

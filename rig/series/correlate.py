@@ -99,8 +99,8 @@ def _fields(
     if image is not None:
         try:
             found = measure(ref, image, strain.field, strain.guess)
-            table = strained(found, strain).table(strain.fields)
-            return number, table, nothing_measured(found, image)
+            table = strained(found.disp, strain, found.by_net).table(strain.fields)
+            return number, table, nothing_measured(found.disp, image)
         except (OSError, ValueError) as refusal:
             error = str(refusal)
     return number, missing_part(strain.fields, len(ref.xy)), error

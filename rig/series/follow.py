@@ -15,7 +15,7 @@ import numpy as np
 import dic
 from dic import export
 from rig.series.frames import Frames
-from rig.series.measure import nothing_measured
+from rig.series.measure import kind_of, nothing_measured
 from rig.series.parts import missing_part, write_part
 from rig.series.tabulate import StrainOptions, strained
 from rig.system.arrays import AnyArray
@@ -58,7 +58,8 @@ def follow_frames(
         The field is not one of subsets.
     """
     if strain.field != "subset":
-        raise ValueError(f"--follow measures subsets, not --field {strain.field}; leave out one")
+        kind = kind_of(strain.field)
+        raise ValueError(f"--follow measures subsets, not --field {kind}; leave out one")
     total, point = len(frames.names), _restored(ref, frames, parts)
     report(point.done, total)
     for number in range(point.done, total):

@@ -2,28 +2,80 @@
 
 from __future__ import annotations
 
+import hashlib
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     import dic
-    from rig.system.arrays import AnyArray
+    from models import FieldNet, ImageNet, NetField
+    from rig.system.arrays import AnyArray, Mask
 
 FieldKind = Literal["subset", "split", "adaptive", "net", "image-net"]
 """One subset for all points; that, or across a break its larger side; windows that the data choose;
 or those, corrected by a net."""
 
+if TYPE_CHECKING:
+    FieldEstimator = FieldKind | FieldNet | ImageNet
+    """A kind, whose net is that of the package, or a net that was read from a file."""
+
+BY_NETS = ("net", "image-net")
 _MOSTLY = 2 / 3  # fraction of a frame at black or at white, as of a subset
 _WHITE = tuple(2**bits - 1 for bits in (8, 10, 12, 14, 16))  # where cameras clip
 
 BLOCK = 160  # px, side of the largest block of an adaptive field: errors farther apart are free
 
 
+@dataclass(frozen=True, eq=False)
+class FrameField:
+    """The displacement of a frame, and what a net has said of it.
+
+    Attributes
+    ----------
+    disp : dic.DisplacementField
+    by_net : (N,) bool or None
+        Points of the net; None where none is asked for.
+    reason : str
+        Whose the other points are and why, one sentence; empty where no net is asked for.
+    """
+
+    disp: dic.DisplacementField
+    by_net: Mask | None = None
+    reason: str = ""
+
+    @property
+    def fraction(self) -> float | None:
+        """Fraction of the measured points that are those of the net; None without a net."""
+        if self.by_net is None:
+            return None
+        return int(self.by_net.sum()) / max(int(self.disp.valid.sum()), 1)
+
+
+def kind_of(estimator: FieldEstimator) -> FieldKind:
+    """Name what measures a field."""
+    if isinstance(estimator, str):
+        return estimator
+    from models import FieldNet
+
+    return "net" if isinstance(estimator, FieldNet) else "image-net"
+
+
+def fingerprint_of(estimator: FieldEstimator) -> str:
+    """SHA-256 of the weights of a net that was read from a file; empty for a kind."""
+    if isinstance(estimator, str):
+        return ""
+    digest = hashlib.sha256()
+    for name, array in sorted(estimator.weights.items()):
+        digest.update(name.encode() + array.tobytes())
+    return digest.hexdigest()
+
+
 def measure(
     ref: dic.Reference,
     image: AnyArray,
-    kind: FieldKind,
+    estimator: FieldEstimator,
     guess: tuple[float, float] | None = None,
-) -> dic.DisplacementField:
+) -> FrameField:
     """Measure the displacement of every point of a reference in a frame.
 
     `guess` is the motion (u, v) px that all points start from, which the nets do not take; without
@@ -39,21 +91,47 @@ def measure(
     import dic
 
     start = None if guess is None else np.tile(np.array(guess), (len(ref.xy), 1))
-    match kind:
+    match estimator:
         case "subset":
-            return dic.correlate(ref, image, start)
+            return FrameField(dic.correlate(ref, image, start))
         case "split":
-            return dic.correlate_split(ref, image, start)
+            return FrameField(dic.correlate_split(ref, image, start))
         case "adaptive":
-            return dic.adaptive_field(ref, image, start)
+            return FrameField(dic.adaptive_field(ref, image, start))
+        case _:
+            found = _by_net(ref, image, estimator)
+            return FrameField(found.field, found.by_net, found.reason)
+
+
+def _by_net(
+    ref: dic.Reference,
+    image: AnyArray,
+    estimator: Literal["net", "image-net"] | FieldNet | ImageNet,
+) -> NetField:
+    from models import FieldNet, image_net_field, net_field
+
+    match estimator:
         case "net":
-            from models import net_field
-
-            return net_field(ref, image).field
+            return net_field(ref, image)
         case "image-net":
-            from models import image_net_field
+            return image_net_field(ref, image)
+        case FieldNet():
+            return net_field(ref, image, estimator)
+        case _:
+            return image_net_field(ref, image, estimator)
 
-            return image_net_field(ref, image).field
+
+def unreadable_net(estimator: FieldEstimator) -> str:
+    """Say why the net of the package cannot be read; empty where it can, or none is asked for."""
+    if estimator not in BY_NETS:
+        return ""
+    from models import shipped_image_net, shipped_net
+
+    try:
+        shipped_net() if estimator == "net" else shipped_image_net()
+    except (OSError, ValueError) as error:
+        return str(error)
+    return ""
 
 
 def nothing_measured(found: dic.DisplacementField, image: AnyArray) -> str:

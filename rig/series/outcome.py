@@ -25,6 +25,8 @@ class SeriesOutcome:
         Why each of them was left out; "" where it was not.
     counts : (F, S) int64
         Points of each frame by their `dic.Status`; none of a frame that was not compared.
+    of_net : (C,) int64 or None
+        Points of a net in each frame that was compared; None where no net is asked for.
     seconds : float
         Time that the correlation took.
     """
@@ -32,7 +34,15 @@ class SeriesOutcome:
     names: tuple[str, ...]
     left_out: tuple[str, ...]
     counts: I64
+    of_net: I64 | None
     seconds: float
+
+    @property
+    def by_net(self) -> float | None:
+        """Fraction of the measured points of all frames that are those of the net."""
+        if self.of_net is None:
+            return None
+        return int(self.of_net.sum()) / max(int(self.counts[:, dic.Status.OK].sum()), 1)
 
     @property
     def frames(self) -> int:
@@ -73,11 +83,14 @@ def outcome(parts: Path, names: Sequence[str], seconds: float) -> SeriesOutcome:
     """Read from the parts of a test what became of it."""
     left_out = [""] * len(names)
     counts = np.zeros((len(names), len(dic.Status)), np.int64)
+    of_net: list[int] = []
     for number in range(len(names)):
         part = read_part(parts, number)
         if part is not None:
             counts[number], left_out[number] = _counts(part[0]["status"]), part[1]
-    return SeriesOutcome(tuple(names), tuple(left_out), counts, seconds)
+            of_net += [int(np.nansum(part[0]["by_net"]))] if "by_net" in part[0] else []
+    own = np.array(of_net) if of_net else None
+    return SeriesOutcome(tuple(names), tuple(left_out), counts, own, seconds)
 
 
 def _counts(status: AnyArray) -> I64:

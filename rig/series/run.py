@@ -14,6 +14,7 @@ from dic import export
 from rig.series.correlate import correlate_frames, correlate_on_workers
 from rig.series.follow import follow_frames
 from rig.series.frames import Frames
+from rig.series.measure import fingerprint_of, kind_of
 from rig.series.outcome import SeriesOutcome, outcome
 from rig.series.parts import open_parts, read_part, write_part
 from rig.series.readings import Reader
@@ -147,9 +148,11 @@ def _settings(ref: dic.Reference, names: Sequence[str], strain: StrainOptions) -
         "prefilter": ref.prefilter.sigma,
         "strain_window": strain.window,
         "strain_kind": strain.kind,
-        "field": strain.field,
+        "field": kind_of(strain.field),
         "invariants": strain.invariants,
     }
+    net = fingerprint_of(strain.field)
+    settings |= {"net": net} if net else {}
     guess = {} if strain.guess is None else {"guess": list(strain.guess)}
     return settings | guess | ({} if scaled is None else scaled.settings)
 

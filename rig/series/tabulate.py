@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import dic
 from dic import export
-from rig.series.measure import FieldKind
+from rig.series.measure import BY_NETS, kind_of
 from rig.series.parts import FIELDS
 from rig.series.readings import reach
 from rig.series.scale import SCALED, ScaledPoints, in_mm, scaled_columns
-from rig.system.arrays import AnyArray
+from rig.system.arrays import AnyArray, Mask
+
+if TYPE_CHECKING:
+    from rig.series.measure import FieldEstimator
 
 
 @dataclass(frozen=True)
@@ -18,13 +22,14 @@ class StrainOptions:
     """Side of the strain window, points, the definition of strain, and the field it is taken of.
 
     With `invariants` the principal strains, the largest shear and von Mises are kept too; with
-    `scaled`, the points on the object, the displacement in mm, and strain is that on the object.
-    `guess` is the motion, px, that all points of a frame start from; without it they are searched.
+    `scaled`, the points on the object, the displacement in mm, and strain is that on the object; of
+    a net, which points are its own. `guess` is the motion, px, that all points of a frame start
+    from; without it they are searched.
     """
 
     window: int = 5
     kind: dic.StrainKind = "small"
-    field: FieldKind = "subset"
+    field: FieldEstimator = "subset"
     invariants: bool = False
     scaled: ScaledPoints | None = None
     guess: tuple[float, float] | None = None
@@ -32,14 +37,15 @@ class StrainOptions:
     def reach(self, ref: dic.Reference) -> float:
         """Distance from which the errors of two strains are free of each other, px."""
         step = 0 if ref.grid is None else ref.grid.step
-        return reach(self.field, self.window, step, ref.subset)
+        return reach(kind_of(self.field), self.window, step, ref.subset)
 
     @property
     def fields(self) -> tuple[str, ...]:
         """Names of the fields that are kept of a point, beside its status."""
         spread = tuple(f"sigma_{name}" for name in export.INVARIANTS)
         more = export.INVARIANTS + spread if self.invariants else ()
-        return FIELDS + more + (SCALED if self.scaled else ())
+        by_net = ("by_net",) if kind_of(self.field) in BY_NETS else ()
+        return FIELDS + more + (SCALED if self.scaled else ()) + by_net
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +62,12 @@ class Measured:
         return {name: known[name] for name in (*fields, "status")}
 
 
-def strained(disp: dic.DisplacementField, options: StrainOptions) -> Measured:
+def strained(
+    disp: dic.DisplacementField, options: StrainOptions, by_net: Mask | None = None
+) -> Measured:
     """Take the strain of a displacement, and what else the options ask for.
+
+    `by_net` are the points (N,) of a net, where one was asked for.
 
     Raises
     ------
@@ -71,4 +81,5 @@ def strained(disp: dic.DisplacementField, options: StrainOptions) -> Measured:
         eps = dic.strain(moved, options.window, options.kind, options.scaled.slopes)
         x, y = options.scaled.places.T
         more = {"x_mm": x, "y_mm": y} | scaled_columns(moved)
+    more |= {} if by_net is None else {"by_net": by_net}
     return Measured(disp, eps, more | (export.invariant_columns(eps) if options.invariants else {}))

@@ -1,16 +1,18 @@
 """`touchplate correlate`: files in, fields and figures out, and a sentence for what is wrong."""
 
 import csv
+import importlib
 import json
 import subprocess
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import h5py
 import numpy as np
 import pytest
 from PIL import Image
 
+import models
 from rig import cli
 from rig.commands.compiling import compiling_announced
 from rig.series.read import open_result
@@ -181,6 +183,70 @@ def test_windows_that_the_data_choose_have_less_noise(pair, correlate, tmp_path)
     assert said["adaptive"]["vsg"] > 40
     with h5py.File(tmp_path / "adaptive" / "fields.h5") as file:
         assert np.nanstd(np.asarray(file["exx"])) < 1e-4
+
+
+@pytest.mark.parametrize("field", ["net", "image-net"])
+def test_a_field_by_a_net_says_which_points_are_its_own(pair, correlate, tmp_path, field):
+    pytest.importorskip("torch")
+    done = correlate(*pair, "--field", field, "--out", "out", "--json")
+    assert done.returncode == 0, done.stderr
+    said = json.loads(done.stdout)
+    for part, true in zip("uv", SHIFT, strict=True):
+        assert abs(said[part]["mean"] - true) < 2e-3
+    with h5py.File(tmp_path / "out" / "fields.h5") as file:
+        own, valid = np.asarray(file["by_net"]), np.isfinite(np.asarray(file["u"]))
+        assert file.attrs["by_net_reason"] == said["by_net_reason"]
+        assert file.attrs["by_net_fraction"] == pytest.approx(own.sum() / valid.sum())
+    assert said["by_net_fraction"] > 0.3
+    assert "points are" in said["by_net_reason"]
+    header = (tmp_path / "out" / "fields.csv").read_text().splitlines()[0]
+    assert "by_net" in header
+
+
+@pytest.fixture
+def half_a_net(tmp_path, monkeypatch):
+    """Both nets of the package, cut short."""
+    for shipped, module in (
+        (models.shipped_net, "models.field_net.field_net"),
+        (models.shipped_image_net, "models.image_net.image_net"),
+    ):
+        place = tmp_path / f"{module}.npz"
+        place.write_bytes(importlib.import_module(module).SHIPPED.read_bytes()[:5000])
+        monkeypatch.setattr(f"{module}.SHIPPED", place)
+        shipped.cache_clear()
+    yield
+    models.shipped_net.cache_clear()
+    models.shipped_image_net.cache_clear()
+
+
+@pytest.mark.parametrize("field", ["net", "image-net"])
+def test_a_damaged_net_leaves_the_adaptive_field_and_the_command_says_so(
+    pair, correlate, half_a_net, field
+):
+    pytest.importorskip("torch")
+    done = correlate(*pair, "--field", field, "--out", "out")
+    assert done.returncode == 0, done.stderr
+    shown = " ".join(done.stdout.split())
+    assert "all points are of the adaptive field" in shown
+    assert "damaged" in shown
+    assert "install touchplate again" in shown
+
+
+def test_a_net_of_ones_own_is_taken_for_what_its_file_says(pair, correlate, tmp_path):
+    pytest.importorskip("torch")
+    net = models.shipped_net()
+    nothing = np.zeros_like(net.low)
+    models.save_field_net("own.npz", replace(net, low=nothing, high=nothing))
+    done = correlate(*pair, "--net", "own.npz", "--out", "out", "--json")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["by_net_fraction"] == 0  # it has seen nothing
+    done = correlate(*pair, "--net", "own.npz", "--field", "image-net", "--out", "other")
+    assert done.returncode == 2
+    assert "--field net" in done.stderr
+    (tmp_path / "own.npz").write_bytes(b"no net")
+    done = correlate(*pair, "--net", "own.npz", "--out", "other")
+    assert done.returncode == 2
+    assert "damaged" in done.stderr
 
 
 def test_each_field_is_drawn_alone_when_asked_for(pair, correlate, tmp_path):

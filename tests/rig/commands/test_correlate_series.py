@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from models.field_net import field_net
 from rig import cli
 from rig.series.frames import open_frames
 from rig.series.parts import path_of
@@ -70,6 +71,27 @@ def test_all_frames_of_a_pattern_go_into_one_file_in_their_order(series, correla
         assert file["status"].attrs["BROKEN"] == 10
     np.testing.assert_allclose(strain, STRETCH * np.arange(1, 4), atol=1.5e-4)
     assert sorted(p.name for p in (series / "o").iterdir()) == ["fields.h5", "fields.xdmf"]
+
+
+def test_a_net_is_said_to_have_measured_which_points_of_which_frame(
+    series, correlate, tmp_path, monkeypatch
+):
+    pytest.importorskip("torch")
+    code, said, text = correlate("ref.png", "frames", "--field", "net", "--json", "--out", "o")
+    assert code == 0, text
+    with h5py.File(series / "o" / "fields.h5") as file:
+        own, measured = np.asarray(file["by_net"]), np.isfinite(np.asarray(file["u"]))
+    assert json.loads(said)["by_net_fraction"] == pytest.approx(own.sum() / measured.sum())
+    assert own.any()
+    half = tmp_path / "half.npz"
+    half.write_bytes(field_net.SHIPPED.read_bytes()[:5000])
+    monkeypatch.setattr(field_net, "SHIPPED", half)
+    field_net.shipped_net.cache_clear()
+    code, said, text = correlate("ref.png", "frames", "--field", "net", "--json", "--out", "p")
+    field_net.shipped_net.cache_clear()
+    assert code == 0, text
+    assert "install touchplate again" in " ".join(text.split())
+    assert json.loads(said)["by_net_fraction"] == 0
 
 
 def test_the_xdmf_names_data_that_the_file_holds(series, correlate):
