@@ -15,7 +15,7 @@ from functools import cached_property
 import cv2
 import numpy as np
 
-from models.arrays import F32
+from models.arrays import F32, Mask
 from models.image_net.warped_pair import ImagePair, PairMotion, on_cells
 
 WINDOWS = (
@@ -59,6 +59,8 @@ class PairFeatures:
         Mean square of the residual that no motion of 5 x 5 cells explains, over the contrast.
     usual : (R, C) float32, px²
         Mean of that, far around.
+    looked_at : (R, C) bool
+        Cells of which a part is in the ROI.
     """
 
     sums: F32
@@ -67,6 +69,7 @@ class PairFeatures:
     zncc: F32
     left: F32
     usual: F32
+    looked_at: Mask
 
     @cached_property
     def five(self) -> F32:
@@ -124,14 +127,15 @@ def pair_features(pair: ImagePair, motion: PairMotion) -> PairFeatures:
     first, weight = pair.first, pair.weight
     second, zncc = _lit_as(first, pair.second(motion.pixels), weight)
     sums = _products(first, second, weight)
-    covered = _box(on_cells(weight), (_WIDE, _WIDE)) + np.float32(1e-3)
+    inside = on_cells(weight)
+    covered = _box(inside, (_WIDE, _WIDE)) + np.float32(1e-3)
     contrast = _box(0.5 * (sums[..., 0] + sums[..., 2]), (_WIDE, _WIDE)) / covered
     sums /= contrast[..., None] + np.float32(1e-3)
     left = _left_over(_box(sums, WINDOWS[_FIVE]))
     wide = np.asarray(_box(left, (_WIDE, _WIDE)) / covered, np.float32)
     pixels = 4 * WINDOWS[_FIVE][0] * WINDOWS[_FIVE][1]
     noise = np.maximum(np.sqrt(np.maximum(wide, 0) / pixels), np.float32(_FAINT))
-    return PairFeatures(sums, motion, noise, on_cells(zncc), left, wide)
+    return PairFeatures(sums, motion, noise, on_cells(zncc), left, wide, inside > 0)
 
 
 def _lit_as(first: F32, second: F32, weight: F32) -> tuple[F32, F32]:

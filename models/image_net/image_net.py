@@ -46,9 +46,10 @@ def image_net_field(ref: Reference, image: ArrayLike, net: ImageNet | None = Non
     -----
     The second image is read back by the adaptive field; what is left over is refined in passes, of
     which each starts where the last has ended. Where what the net reads lies outside of what it was
-    trained on, where its motion leaves more of the images than noise does, and where its file
-    cannot be read, the adaptive field stands and `NetField.reason` says so. `dic.strain` takes the
-    strain of the refined field from windows of points.
+    trained on, where its motion leaves more of the images than noise does, where it says no more
+    than it makes of noise, and where its file cannot be read, the adaptive field stands and
+    `NetField.reason` says so. Slopes are those of the refined field, and their σ is that of the
+    adaptive field, grown as that of the displacement is.
     """
     if find_spec("torch") is None:
         raise ValueError(
@@ -90,10 +91,12 @@ def _at_points(found: DisplacementField, cells: RefinedCells) -> NetField:
     place = ((found.xy - (CELL - 1) / 2) / CELL)[:, ::-1].T  # rows, columns of cells
     nearest = np.rint(place).astype(np.int64)
     nearest = np.clip(nearest, 0, np.array(cells.known.shape)[:, None] - 1)
-    by_net = cells.known[nearest[0], nearest[1]] & np.isin(found.status, _REFINED)
+    own = cells.known & cells.changed
+    by_net = own[nearest[0], nearest[1]] & np.isin(found.status, _REFINED)
     splines = [spline_filter(part, 3, mode="nearest") for part in _finite(cells.motion)]
     values = np.stack([_interpolated(spline, place) for spline in splines])
     sigma = cells.sigma[:, nearest[0], nearest[1]].astype(np.float64)
+    growth = sigma / np.stack([found.sigma_u, found.sigma_v])
     slopes = np.stack([_slopes(spline, place) for spline in splines], axis=1)
     each = by_net[:, None, None]
     field = replace(
@@ -103,11 +106,19 @@ def _at_points(found: DisplacementField, cells: RefinedCells) -> NetField:
         sigma_u=np.where(by_net, sigma[0], found.sigma_u),
         sigma_v=np.where(by_net, sigma[1], found.sigma_v),
         gradient=np.where(each, slopes, found.gradient),
-        sigma_gradient=np.where(each, np.nan, found.sigma_gradient),
+        sigma_gradient=np.where(each, growth.T[:, :, None], 1.0) * found.sigma_gradient,
         status=np.where(by_net, Status.OK, found.status).astype(np.int8),
-        gauge=None,
+        gauge=_gauge(found, np.where(by_net, growth, 1.0)),
     )
-    return NetField(field, by_net, _reason(by_net, field.valid))
+    changed = cells.changed[nearest[0], nearest[1]]
+    return NetField(field, by_net, _reason(by_net, changed, field.valid))
+
+
+def _gauge(found: DisplacementField, growth: F64) -> F64 | None:
+    """Window of the points whose σ (2, N) has grown: its pixels go with the inverse variance."""
+    if found.gauge is None:
+        return None
+    return np.asarray(found.gauge / np.sqrt(np.mean(np.square(growth), axis=0)), np.float64)
 
 
 def _finite(motion: AnyArray) -> F64:
@@ -129,11 +140,15 @@ def _slopes(spline: F64, place: F64) -> F64:
     return np.column_stack(steps) / (2 * CELL)
 
 
-def _reason(by_net: Mask, valid: Mask) -> str:
-    rest = 1 - np.count_nonzero(by_net) / max(np.count_nonzero(valid), 1)
-    if rest == 0:
+def _reason(by_net: Mask, changed: Mask, valid: Mask) -> str:
+    count = max(np.count_nonzero(valid), 1)
+    same, rest = (np.count_nonzero(valid & ~by_net & part) / count for part in (~changed, changed))
+    if same + rest == 0:
         return "all points are those of the net"
+    refused = (
+        f", and {rest:.1%} because it has not seen the like or leaves more of the images than noise"
+    )
     return (
-        f"{rest:.1%} of the points are of the adaptive field: there the net has not seen the like, "
-        "or its motion leaves more of the images than noise"
+        f"{same + rest:.1%} of the points are of the adaptive field: {same:.1%} because the net "
+        f"changes nothing there{refused if rest else ''}"
     )

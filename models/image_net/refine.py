@@ -41,26 +41,31 @@ class RefinedCells:
     known : (R, C) bool
         Where the net has seen the like, and its motion leaves no more than noise, and no more than
         the motion that it began with.
+    changed : (R, C) bool
+        Where it differs from that motion, because the net says more than it makes of noise.
     """
 
     motion: F32
     sigma: F32
     known: Mask
+    changed: Mask
 
 
 def refine(net: ImageNet, pair: ImagePair, motion: PairMotion) -> RefinedCells:
     """Refine a motion that is nearly right, until it leaves no more than noise."""
     first = seen = pair_features(pair, motion)
-    strange = np.zeros(seen.noise.shape, bool)
+    strange, changed = np.zeros((2, *seen.noise.shape), bool)
     for _ in range(PASSES):
         cells, sigma, wild = _refined(net, seen, motion)
         strange |= wild | _strange(net, seen)
+        changed |= np.any(cells != motion.cells, axis=0)
         motion = PairMotion(on_pixels(cells, pair.first.shape), sigma)
         seen = pair_features(pair, motion)
-        if np.mean(_left(seen, seen.five) > _MISFIT) < _FEW:
+        if np.mean((_left(seen, seen.five) > _MISFIT)[seen.looked_at]) < _FEW:
             break
     wrong = strange | _misfits(seen) | _worse(first, seen) | (seen.zncc < _ALIKE)
-    return RefinedCells(motion.cells, motion.sigma, ~np.asarray(maximum_filter(wrong, _RIM), bool))
+    known = ~np.asarray(maximum_filter(wrong, _RIM), bool)
+    return RefinedCells(motion.cells, motion.sigma, known, changed)
 
 
 def evaluate(net: ImageNet, inputs: F32) -> F32:
@@ -108,7 +113,8 @@ def _strange(net: ImageNet, seen: PairFeatures) -> Mask:
 def _misfits(left: PairFeatures) -> Mask:
     """Cells around which a motion is left, or more of the images, than noise leaves."""
     near = np.asarray(uniform_filter(left.left, _NEAR, mode="nearest"))
-    return (_left(left, left.five) > _MISFIT) | (near > _LOUD * np.median(left.left))
+    usual = np.median(left.left[left.looked_at])
+    return (_left(left, left.five) > _MISFIT) | (near > _LOUD * usual)
 
 
 def _worse(before: PairFeatures, after: PairFeatures) -> Mask:

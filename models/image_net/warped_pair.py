@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from dic import DisplacementField, Reference, spline_coefficients, warp_image
-from models.arrays import F32, F64, AnyArray, Mask
+from dic import DisplacementField, Grid, Reference, spline_coefficients, warp_image
+from models.arrays import F32, F64, I64, AnyArray, Mask
 
 CELL = 2  # px along a side of the cells on which the net works
+_SLOPE = 40.0  # px, over which the gradient is taken that carries a motion on
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,39 +68,76 @@ class PairMotion:
 def first_motion(found: DisplacementField, shape: tuple[int, int]) -> PairMotion:
     """Motion of an image (H, W) from a field on a grid: cubic splines through its points.
 
-    Points that were not measured take part with the nearest one that was; beyond the outermost
-    points the motion is theirs.
+    Points that were not measured take part with the motion of the nearest one that was, carried on
+    by the gradient around it; so is that of the outermost points beyond them. It is a mean over
+    `_SLOPE` px, for the slope of a short wave leads nowhere.
     """
     grid = found.grid
     if grid is None or not found.valid.any():
         raise ValueError(
             "a first motion needs a grid with a point that was measured; correlate one"
         )
-    values = np.stack([found.u, found.v, found.sigma_u, found.sigma_v]).reshape(4, *grid.shape)
-    u, v, *sigma = _filled(values, found.valid.reshape(grid.shape))
-    along, down = _spline(grid.xs, shape[1], 1), _spline(grid.ys, shape[0], 1)
-    pixels = np.stack([down @ part @ along.T for part in (u, v)]).astype(np.float32)
-    along, down = _spline(grid.xs, shape[1], CELL), _spline(grid.ys, shape[0], CELL)
-    spread = [np.exp(down @ np.log(np.maximum(part, 1e-6)) @ along.T) for part in sigma]
-    return PairMotion(pixels, np.stack(spread).astype(np.float32))
+    near = _nearest_valid(found.valid.reshape(grid.shape)).ravel()
+    slopes = _around(np.nan_to_num(found.gradient[near]), grid)  # a shift knows none
+    carried = np.einsum("nak,nk->an", slopes, found.xy - found.xy[near])
+    motion = np.stack([found.u[near], found.v[near]]) + carried
+    pixels = _on_all_pixels(grid, motion, slopes, shape)
+    along, down = (_spline(line, _middles(n, CELL)) for line, n in _sides(grid, shape))
+    sigma = np.stack([found.sigma_u[near], found.sigma_v[near]]).reshape(2, *grid.shape)
+    spread = np.exp(down @ np.log(np.maximum(sigma, 1e-6)) @ along.T)
+    return PairMotion(pixels.astype(np.float32), spread.astype(np.float32))
 
 
-def _filled(values: F64, valid: Mask) -> F64:
+def _on_all_pixels(grid: Grid, motion: F64, slopes: F64, shape: tuple[int, int]) -> F64:
+    """Motion (2, H, W) by splines through points, (2, N), and beyond them by slopes, (N, 2, 2)."""
+    x, y = (_middles(n, 1) for _, n in _sides(grid, shape))
+    along, down = _spline(grid.xs, x), _spline(grid.ys, y)
+    pixels = down @ motion.reshape(2, *grid.shape) @ along.T
+    right, below = np.moveaxis(slopes, 0, -1).reshape(2, 2, *grid.shape).swapaxes(0, 1)
+    pixels += (down @ right @ along.T) * _beyond(grid.xs, x)
+    pixels += (down @ below @ along.T) * _beyond(grid.ys, y)[:, None]
+    return pixels
+
+
+def _around(slopes: F64, grid: Grid) -> F64:
+    """Mean of gradients (N, 2, 2) over the points around each."""
+    from scipy.ndimage import uniform_filter
+
+    side = 2 * round(_SLOPE / (2 * grid.step)) + 1
+    laid = slopes.reshape(*grid.shape, 2, 2)
+    mean = uniform_filter(laid, side, axes=(0, 1), mode="nearest")
+    return np.asarray(mean.reshape(-1, 2, 2), np.float64)
+
+
+def _sides(grid: Grid, shape: tuple[int, int]) -> tuple[tuple[AnyArray, int], ...]:
+    """Columns and rows of a grid, each with the number of pixels along it."""
+    return (grid.xs, shape[1]), (grid.ys, shape[0])
+
+
+def _nearest_valid(valid: Mask) -> I64:
+    """Find the number of the nearest point that was measured, of each point (R, C)."""
     from scipy.ndimage import distance_transform_edt
 
-    if valid.all():
-        return values
     row, column = np.asarray(
         distance_transform_edt(~valid, return_distances=False, return_indices=True)
     )
-    return values[:, row, column]
+    return np.asarray(row * valid.shape[1] + column, np.int64)
 
 
-def _spline(line: AnyArray, count: int, cell: int) -> F64:
-    """Matrix from values on a line of places to those at the middles of cells, kept on the line."""
+def _middles(count: int, cell: int) -> F64:
+    """Places of the middles of cells along a side of so many pixels."""
+    return cell * np.arange(count // cell) + (cell - 1) / 2
+
+
+def _beyond(line: AnyArray, at: F64) -> F64:
+    """How far places lie beyond the ends of a line, with its sign; 0 between them."""
+    return at - np.clip(at, line[0], line[-1])
+
+
+def _spline(line: AnyArray, at: F64) -> F64:
+    """Matrix from values on a line of places to those at others, which are kept on the line."""
     from scipy.interpolate import CubicSpline
 
-    at = cell * np.arange(count // cell) + (cell - 1) / 2
     if len(line) < 2:
         return np.ones((len(at), 1))
     through = CubicSpline(np.asarray(line, float), np.eye(len(line)))

@@ -236,7 +236,9 @@ def sigma() -> Iterator[Figure]:
                 )
                 stated["u, v"].append(np.column_stack([found.sigma_u, found.sigma_v])[here])
                 e = dic.strain(found)
-                off["strain"].append((np.column_stack([e.exx, e.eyy]) - _strain(known, e.xy))[here])
+                off["strain"].append(
+                    (np.column_stack([e.exx, e.eyy]) - true_strain(known, e.xy))[here]
+                )
                 stated["strain"].append(e.sigma[here, :2])
             for part, errors in off.items():
                 ratio = rms(np.concatenate(stated[part])) / rms(np.concatenate(errors))
@@ -247,7 +249,7 @@ def sigma() -> Iterator[Figure]:
                 )
 
 
-def _strain(known: KnownField, xy: F64) -> F64:
+def true_strain(known: KnownField, xy: F64) -> F64:
     """Take the true exx and eyy at points, (N, 2)."""
     x, y = xy.T
     (right, _), (left, _) = known.displacement(x + 0.5, y), known.displacement(x - 0.5, y)
@@ -266,7 +268,7 @@ def strain() -> Iterator[Figure]:
         fields = {f"window {n}": dic.strain(plain, n) for n in STRAIN_WINDOWS}
         fields |= {name: dic.strain(estimate(*images)) for name, estimate in ESTIMATES.items()}
         for name, e in fields.items():
-            errors = np.column_stack([e.exx, e.eyy]) - _strain(known, e.xy)
+            errors = np.column_stack([e.exx, e.eyy]) - true_strain(known, e.xy)
             off.setdefault(name, []).append(errors[here & e.valid].ravel())
     error = {name: rms(np.concatenate(each)) for name, each in off.items()}
     smallest = min(value for name, value in error.items() if name.startswith("window"))

@@ -17,7 +17,7 @@ import numpy as np
 import dic
 from models import NetField, image_net_field
 from rig.report.figure import Bar, Figure, at_most
-from rig.studies.correlation.adaptive_field import NOISE, pair
+from rig.studies.correlation.adaptive_field import NOISE, pair, true_strain
 from rig.studies.correlation.images import eight_bit
 from rig.studies.correlation.known_fields import (
     KnownField,
@@ -28,6 +28,7 @@ from rig.studies.correlation.known_fields import (
     plate,
     shift,
     still,
+    waves as known_waves,
 )
 from rig.studies.correlation.moved_speckle import came_from, moved_speckle
 from rig.studies.study import line, rms, run, timed, times
@@ -155,6 +156,41 @@ def sigma() -> Iterator[Figure]:
             kind(0).name,
             ratio=(ratio, "", STATED, sum(map(len, off))),
         )
+    yield from _strain_sigma()
+
+
+def _strain_sigma() -> Iterator[Figure]:
+    """Stated σ of strain over its error, and that error over the adaptive field's.
+
+    Of all points, and of those of the net under a short wave, which it is that changes.
+    """
+    for name, kind in (("plate", plate), ("bumps", bumps), ("waves of 12 px", waves)):
+        off: dict[str, list[F64]] = {"net": [], "adaptive": []}
+        stated: list[F64] = []
+        for seed in range(DRAWS):
+            known = kind(seed)
+            net, other = _measured(kind, seed)
+            ours, theirs = dic.strain(net.field), dic.strain(other)
+            here = ours.valid & theirs.valid & known.inside(ours.xy)
+            here &= net.by_net if kind is waves else True
+            for of, e in (("net", ours), ("adaptive", theirs)):
+                error = np.column_stack([e.exx, e.eyy]) - true_strain(known, e.xy)
+                off[of].append(error[here].ravel())
+            stated.append(ours.sigma[here, :2].ravel())
+        error = {of: rms(np.concatenate(each)) for of, each in off.items()}
+        yield from line(
+            "Image net: stated σ of strain over the error",
+            name,
+            ratio=(rms(np.concatenate(stated)) / error["net"], "", None, sum(map(len, stated))),
+            error=(1e6 * error["net"], "µε, rms"),
+            over_the_adaptive_field=(error["net"] / error["adaptive"], ""),
+        )
+
+
+@cache
+def waves(_: int) -> KnownField:
+    """Waves along y of 12 px and 0.4 px, which tiles flatten."""
+    return known_waves(12.0, 0.4)
 
 
 def time() -> Iterator[Figure]:

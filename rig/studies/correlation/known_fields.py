@@ -118,6 +118,14 @@ def noisy_star() -> KnownField:
     )
 
 
+def waves(length: float, size: float) -> KnownField:
+    """Wave along y of one period and amplitude, px."""
+    return _smooth(
+        f"waves of {length:g} px",
+        lambda x, y: (0 * x, size * np.cos(2 * np.pi * y / length)),
+    )
+
+
 @cache
 def plate(seed: int) -> KnownField:
     """Draw a clamped plate under one to three touches, as a camera at a finite distance sees it."""

@@ -285,6 +285,61 @@ def test_it_resolves_a_wave_of_two_tiles_better_than_the_adaptive_field(shipped)
     assert 0.6 < np.sqrt(np.mean(stated**2) / np.mean(net[here] ** 2)) < 1.7
 
 
+def test_strain_of_what_it_resolves_is_of_its_own_slopes_and_states_its_error(shipped):
+    """Windows of points would flatten the wave and state a hundredth of what they lose."""
+    found, _, _, known = both(shipped, 10)
+    here = found.by_net & known
+    eyy = dic.strain(found.field)
+    wave = -0.4 * 2 * np.pi / 10 * np.sin(2 * np.pi * found.field.xy[:, 1] / 10)
+    error, stated = (eyy.eyy - wave)[here], eyy.sigma[here, 1]
+    assert np.sqrt(np.mean(error**2)) < 0.75 * np.sqrt(np.mean(wave[here] ** 2))
+    assert 0.5 < np.sqrt(np.mean(stated**2) / np.mean(error**2)) < 2
+
+
+def test_where_the_net_adds_nothing_strain_and_its_sigma_are_those_of_the_adaptive_field(shipped):
+    ref = dic.prepare(seen(speckle(), 5))
+    image = seen(speckle(lambda x, y: (x - 0.3, y + 0.2)), 6)
+    found, classical = models.image_net_field(ref, image, shipped), dic.adaptive_field(ref, image)
+    assert found.by_net.mean() < 0.1
+    assert "changes nothing" in found.reason
+    ours, theirs = dic.strain(found.field), dic.strain(classical)
+    same = ~found.by_net
+    assert np.array_equal(ours.exx[same], theirs.exx[same], equal_nan=True)
+    assert np.array_equal(ours.sigma[same], theirs.sigma[same], equal_nan=True)
+
+
+@pytest.mark.parametrize("stretch", [0.1, 0.15])
+def test_a_sheet_that_is_stretched_by_much_is_measured_to_its_rim(shipped, stretch):
+    def moved(x, y):
+        return (x + 88 * stretch) / (1 + stretch), y
+
+    ref, image = dic.prepare(seen(speckle(), 5)), seen(speckle(moved), 6)
+    found, classical = models.image_net_field(ref, image, shipped), dic.adaptive_field(ref, image)
+    off, before = (
+        np.hypot(f.u - stretch * (f.xy[:, 0] - 88), f.v)[found.field.valid & classical.valid]
+        for f in (found.field, classical)
+    )
+    assert off.max() < before.max() + 0.03
+
+
+def test_the_motion_of_a_field_goes_on_beyond_its_points():
+    """Of a plane of which a rim and a middle were not measured, at every pixel."""
+    ref = dic.prepare(speckle())
+    found = dic.correlate(ref, speckle())
+    x, y = ref.xy.T
+    lost = (x > 120) | ((np.abs(x - 60) < 12) & (np.abs(y - 60) < 18))
+    plane = replace(
+        found,
+        u=np.where(lost, np.nan, 0.1 * x - 0.02 * y),
+        v=np.where(lost, np.nan, 0.05 * y),
+        gradient=np.tile([[0.1, -0.02], [0.0, 0.05]], (len(x), 1, 1)),
+        status=np.where(lost, dic.Status.OUTSIDE, dic.Status.OK).astype(np.int8),
+    )
+    rows, columns = np.indices(SHAPE)
+    true = np.stack([0.1 * columns - 0.02 * rows, 0.05 * rows])
+    assert np.abs(first_motion(plane, SHAPE).pixels - true).max() < 1e-4
+
+
 def test_where_it_leaves_more_of_the_images_the_adaptive_field_stands(shipped):
     """A wave of 17 px, which the adaptive field holds to its noise, and the net would flatten."""
     found, net, before, known = both(shipped, 17)
@@ -300,6 +355,21 @@ def test_an_roi_and_odd_sides_are_no_error(pair, shipped):
     found = models.image_net_field(ref, images[1], shipped)
     assert not found.field.valid[~roi[tuple(found.field.xy.astype(int).T[::-1])]].any()
     assert np.array_equal(np.isfinite(found.field.u), found.field.valid)
+
+
+def test_a_mask_over_most_of_the_images_does_not_switch_it_off(shipped):
+    """The part that is looked at is measured as it is without the mask, at 60 % of the image."""
+    origin, _ = short_wave(10)
+    images = seen(speckle(), 5), seen(speckle(origin), 6)
+    roi = np.ones(SHAPE, bool)
+    roi[:, round(0.4 * SHAPE[1]) :] = False
+    own = []
+    for mask in (None, roi):
+        found = models.image_net_field(dic.prepare(images[0], roi=mask), images[1], shipped)
+        here = found.field.valid & (found.field.xy[:, 0] < 45)
+        own.append(found.by_net[here].mean())
+    assert own[0] > 0.2
+    assert own[1] > 0.5 * own[0]
 
 
 def test_cells_of_a_pair_keep_its_size(pair, shipped):
