@@ -126,12 +126,12 @@ def _nearest_valid(valid: Mask) -> I64:
 
 def _middles(count: int, cell: int) -> F64:
     """Places of the middles of cells along a side of so many pixels."""
-    return cell * np.arange(count // cell) + (cell - 1) / 2
+    return np.asarray(cell * np.arange(count // cell) + (cell - 1) / 2, np.float64)
 
 
 def _beyond(line: AnyArray, at: F64) -> F64:
     """How far places lie beyond the ends of a line, with its sign; 0 between them."""
-    return at - np.clip(at, line[0], line[-1])
+    return np.asarray(at - np.clip(at, line[0], line[-1]), np.float64)
 
 
 def _spline(line: AnyArray, at: F64) -> F64:
