@@ -33,6 +33,7 @@ from models.bench.joint import (
 )
 from models.bench.press import Press
 from models.bench.score_test import FALSE_ALARM, Slopes, slopes
+from models.bench.words import in_words
 from models.forward.bench_forward import BenchForward
 from models.forward.camera_change import CAMERA, Look
 
@@ -60,6 +61,11 @@ tell nothing."""
 
 # Standard deviations of χ² above its mean: one cause does not explain all.
 _UNUSUAL = 6.0
+NO_CAUSE = (
+    "something is in the way, the pattern is worn, or touches are other than the theory has them;"
+    " clear the view, press with one finger, or calibrate the bench"
+)
+"""What may be wrong where nothing of the bench explains it."""
 # χ² by which another cause may explain less than the best and be named with it.
 _ALIKE = 12.0
 # Of the fall of χ² of the best, by which a cause may look worse with a camera to first order: a
@@ -107,11 +113,17 @@ class Diagnosis:
         Numbers measured less unknowns.
     causes : tuple of Cause
         All that were tried, the best first.
+    prior : BenchEstimate
+        The bench as it is described: by its scene, or by a calibration.
+    plate : fe.Plate
+        Of the scene.
     """
 
     chi2: float
     freedom: int
     causes: tuple[Cause, ...]
+    prior: BenchEstimate
+    plate: fe.Plate
 
     @property
     def p_value(self) -> float:
@@ -127,14 +139,27 @@ class Diagnosis:
         return tuple(each for each in self.causes if each.chi2 - len(each.size) < limit)
 
     @property
+    def explained(self) -> bool:
+        """Whether the best cause leaves no more than noise."""
+        left = min(self.chi2, self.causes[0].chi2) - self.freedom
+        return left <= _UNUSUAL * sqrt(2.0 * self.freedom)
+
+    @property
     def sentence(self) -> str:
         """State it for the user."""
-        if not self.named:
-            return "The bench is as the scene says, as far as these touches tell."
-        what = " or ".join(f"{each.name} ({each.largest})" for each in self.named)
-        left = self.causes[0].chi2 - self.freedom
-        more = ", and more than that" if left > _UNUSUAL * sqrt(2.0 * self.freedom) else ""
-        return f"Not as the scene says: {what}{more}; calibrate the bench."
+        described = "the scene says" if self.prior.is_prior else "calibrated"
+        if self.named:
+            what = " or ".join(f"{each.name} ({self._in_words(each)})" for each in self.named)
+            more = "" if self.explained else ", and more than that"
+            return f"Not as {described}: {what}{more}; calibrate the bench."
+        if self.explained:
+            return f"The bench is as {described}, as far as these touches tell."
+        return f"The bench may be as {described}, and the images do not fit it: {NO_CAUSE}."
+
+    def _in_words(self, cause: Cause) -> str:
+        """State the largest number of a cause, beside what is described."""
+        name, value = next(iter(cause.size.items()))
+        return in_words(name, value - self.prior[name][0], self.plate)
 
 
 def diagnose(
@@ -147,7 +172,9 @@ def diagnose(
     """Find what of the bench touches show to be otherwise than described.
 
     Where they accuse no cause beyond the rate of false alarms, causes are tried to first order;
-    where they do, each is fitted.
+    where they do, each is fitted. Of a bench that was calibrated, that is what has changed since,
+    by as much as a bench may differ from its scene; what the calibration is not sure of accuses
+    nothing.
 
     Parameters
     ----------
@@ -156,6 +183,7 @@ def diagnose(
     progress : callable, optional
         Called with the causes tried and their number.
     """
+    known, prior = prior, replace(prior, covariance=np.diag(prior.prior**2))
     causes = {name: free for name, free in CAUSES.items() if look or free[0] in _starting("")}
     on = stand(forward, prior.values, look)
 
@@ -165,9 +193,12 @@ def diagnose(
     problem = asked(sum(causes.values(), ()))
     described = _fitted(replace(problem, free=_NONE, scales=np.empty(0)), on)
     near = slopes(replace(problem, factors=described.problem.factors), on, described.state)
+    if not known.is_prior:
+        near = near.less_sure(_in_parts(known, near.free))
     tried = [_first_order(each, near.of(free), prior, described) for each, free in causes.items()]
     freedom = sum(through(forward, press).freedom - 3 for press in presses)
-    found = Diagnosis(described.chi2, freedom, tuple(sorted(tried, key=_explained)))
+    ordered = tuple(sorted(tried, key=_explained))
+    found = Diagnosis(described.chi2, freedom, ordered, known, forward.plate)
     if found.named:
         fits = _each(causes, asked, on, progress)
         fits = _looked_at_closely(fits, described.chi2, look)
@@ -236,6 +267,12 @@ def _looked_at_closely(
 def _as_fitted(cause: Cause, fit: _Fit) -> Cause:
     size = _by_size(fit.problem.free, fit.state.values, fit.problem.prior)
     return replace(cause, chi2=fit.chi2, size=size)
+
+
+def _in_parts(known: BenchEstimate, free: Mask) -> F64:
+    """Covariance of some numbers in parts of each prior's σ, (P, P)."""
+    scales = known.prior[free]
+    return known.covariance[np.ix_(free, free)] / np.outer(scales, scales)
 
 
 def _explained(cause: Cause) -> float:

@@ -9,7 +9,7 @@ squares of normal numbers, of which the tail is known.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import copysign, log, sqrt
 
 import numpy as np
@@ -59,6 +59,16 @@ class Slopes:
         square = np.ix_(kept, kept)
         slope, normal, spread = self.slope[kept], self.normal[square], self.spread[square]
         return Slopes(chosen & self.free, slope, normal, spread)
+
+    def less_sure(self, covariance: F64) -> Slopes:
+        """Return those about a bench that is itself known to a covariance alone.
+
+        Parameters
+        ----------
+        covariance : (P, P) float64
+            Of these numbers, in parts of each prior's σ.
+        """
+        return replace(self, spread=self.spread + self.normal @ covariance @ self.normal)
 
     @property
     def step(self) -> F64:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import models
-from rig.calibration.bench_presses import measured, usual_bench
+from rig.calibration.bench_presses import bench_as_known, measured
 from rig.calibration.press_images import ordered_images
 from rig.calibration.store import Calibration
 from rig.camera.files import read_grey
@@ -30,6 +30,8 @@ def diagnose_images(
 ) -> models.Diagnosis:
     """Name what explains the touches in a folder of images, the first of them untouched.
 
+    Of a bench that is calibrated, that is what has changed since.
+
     Raises
     ------
     OSError
@@ -37,7 +39,7 @@ def diagnose_images(
     ValueError
         If the scene cannot run live, or fewer than three touches are found.
     """
-    bench = usual_bench(scene, known, report)
+    bench = bench_as_known(scene, known, report)
     paths = ordered_images(folder, bench.reference_frames)
     still, later = paths[: bench.reference_frames], paths[bench.reference_frames :]
     chain = bench.prepare(average_reference([read_grey(path) for path in still]))[0]
@@ -56,7 +58,7 @@ def diagnosed(
     Parameters
     ----------
     bench : Bench
-        That of `usual_bench`.
+        That of `bench_as_known`.
     chain : Chain
         Prepared for the reference.
 

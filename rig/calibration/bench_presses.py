@@ -180,6 +180,11 @@ def identify_by_images(
 
 def usual_bench(scene: Scene, known: Calibration, report: Callable[[int, int], None]) -> Bench:
     """Build the bench before these presses."""
+    return bench_as_known(scene, known.model_copy(update={"bench": None, "presses": None}), report)
+
+
+def bench_as_known(scene: Scene, known: Calibration, report: Callable[[int, int], None]) -> Bench:
+    """Build the bench as it is calibrated, or else a usual one, to measure single touches on."""
     estimator = scene.estimator
     if not isinstance(estimator, PatternEstimator):
         raise ValueError(
@@ -187,8 +192,7 @@ def usual_bench(scene: Scene, known: Calibration, report: Callable[[int, int], N
             " estimator.kind to 'pattern'"
         )
     usual = estimator.model_copy(update={"bench": "usual"})
-    before = known.model_copy(update={"bench": None, "presses": None})
-    built = build_bench(scene.model_copy(update={"estimator": usual}), report, before)
+    built = build_bench(scene.model_copy(update={"estimator": usual}), report, known)
     return replace(built, strain=False, max_touches=1)
 
 

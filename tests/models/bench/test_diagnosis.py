@@ -98,3 +98,49 @@ def test_right_benches_have_the_stated_p_values(forward):
     assert sum(bool(each.named) for each in found) <= 1
     assert 0.6 < np.mean(p_values < 0.2) / 0.2 < 1.3
     assert 0.6 < np.mean(p_values < 0.05) / 0.05 < 1.6
+
+
+def calibrated(values=(), sigma=0.02):
+    """Give a bench of which presses have told some values, and how well in parts of the prior."""
+    prior = models.bench_before(PLATE)
+    found = prior.values.copy()
+    for name, value in dict(values).items():
+        found[NAMES.index(name)] = value
+    return replace(prior, values=found, covariance=sigma**2 * prior.covariance)
+
+
+TENSE = {"tension_xx": 0.2, "tension_yy": 0.2}
+
+
+def test_what_has_changed_since_a_calibration_is_named(forward):
+    known = calibrated(TENSE)
+    same = models.diagnose(forward, touched(forward, **TENSE), known)
+    assert same.named == ()
+    assert same.sentence == "The bench is as calibrated, as far as these touches tell."
+    sagged = models.diagnose(forward, touched(forward, **TENSE, sag=0.2), known)
+    assert sagged.causes[0].name == "a plate that is not flat"
+    assert sagged.sentence.startswith("Not as calibrated: a plate that is not flat (+0.2 mm of sag")
+    assert models.diagnose(forward, touched(forward, **TENSE), models.bench_before(PLATE)).named
+
+
+def test_a_clamp_is_named_by_its_edge(forward):
+    loose = touched(forward, membrane_west=0.02, membrane_north=0.02)
+    found = models.diagnose(forward, loose, models.bench_before(PLATE))
+    assert "the clamp at y = 110 mm gives in the plane, more by what" in found.sentence
+
+
+def test_what_a_calibration_is_not_sure_of_accuses_nothing(forward):
+    presses = touched(forward, sag=0.08)
+    assert models.diagnose(forward, presses, calibrated(sigma=1e-3)).named
+    assert not models.diagnose(forward, presses, calibrated(sigma=0.6)).named
+
+
+def test_touches_that_nothing_of_the_bench_explains_are_said_to_be_that(forward):
+    rng = np.random.default_rng(8)
+    behind = [
+        replace(press, measured=press.measured + 9.0 * rng.standard_normal(press.measured.shape))
+        for press in touched(forward)
+    ]
+    found = models.diagnose(forward, behind, models.bench_before(PLATE))
+    assert not found.explained
+    assert "something is in the way, the pattern is worn" in found.sentence or found.named
