@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import sqrt
+from dataclasses import dataclass, field
+from math import nan, sqrt
 
 import numpy as np
 
@@ -33,7 +33,7 @@ class HeldOut:
     force : float
         RMS error as a fraction of the force; NaN where no force was known.
     count : int
-        Presses of known place.
+        Presses of known place, those that contradict the others left out.
     """
 
     place: float
@@ -65,6 +65,11 @@ class BenchEstimate:
     label_offset : tuple of float, mm
         By which the listed places lie to one side of those that the presses show, along x and y; 0
         where chance explains it. Where the camera sees the plate is less sure by as much.
+    label_sigma : (float, float)
+        Typical standard deviations of listed places, mm, and of forces, as a fraction, as the
+        presses show them; NaN where none is known.
+    touches : (N, 3) float64, mm, mm, N
+        Most likely x, y, F of each press.
     """
 
     values: F64
@@ -76,6 +81,8 @@ class BenchEstimate:
     converged: bool = True
     outliers: tuple[int, ...] = ()
     label_offset: tuple[float, float] = (0.0, 0.0)
+    label_sigma: tuple[float, float] = (nan, nan)
+    touches: F64 = field(default_factory=lambda: np.empty((0, 3)))
 
     @property
     def sigma(self) -> F64:

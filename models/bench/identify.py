@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from math import nan
 
 import numpy as np
 
@@ -188,7 +189,21 @@ def _described(
         held_out=_held_out(problem, state, terms),
         outliers=tuple(int(i) for i in outliers),
         label_offset=(float(offset[0]), float(offset[1])),
+        label_sigma=_label_sigma(problem),
+        touches=state.touches,
     )
+
+
+def _label_sigma(problem: JointProblem) -> tuple[float, float]:
+    """Typical σ of places, mm, and of forces, as a fraction; NaN where none is known."""
+    forces = np.array([press.touch[2] for press in problem.presses])
+    sigmas = problem.labels.sigmas[~problem.labels.outliers]
+    place, force = sigmas[:, :2], sigmas[:, 2] / forces[~problem.labels.outliers]
+    return _typical(place[np.isfinite(place)]), _typical(force[np.isfinite(force)])
+
+
+def _typical(sigmas: F64) -> float:
+    return float(np.median(sigmas)) if sigmas.size else nan
 
 
 def widened(normal: F64, slope: F64) -> F64:
@@ -232,11 +247,13 @@ def _shared_slope(
 
 
 def _held_out(problem: JointProblem, state: State, terms: list[Term]) -> HeldOut | None:
-    """Errors of presses that are taken out of the bench, to first order."""
+    """Errors of presses that are taken out of the bench, to first order; not of outliers."""
     normal, slope, blocks = reduced(problem, state, terms, 0.0)
     places: list[float] = []
     forces: list[float] = []
     for i, (term, press) in enumerate(zip(terms, problem.presses, strict=True)):
+        if problem.labels.outliers[i]:
+            continue
         inverse, towards = blocks[i]
         along = term.mixed @ inverse
         others = normal - (term.bench - along @ term.mixed.T)

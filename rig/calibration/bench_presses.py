@@ -7,10 +7,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import inf, nan
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 import models
+from rig.calibration.bench_refusal import require_places
 from rig.calibration.press_images import read_press_images
 from rig.calibration.store import Calibration
 from rig.live.baseline import average_reference
@@ -167,12 +169,17 @@ def identify_by_images(
     Raises
     ------
     ValueError
-        If the bench is exact, or no touch is found where one is listed.
+        If the bench is exact, no touch is found where one is listed, or most are found elsewhere.
     """
     forward = chain.pattern.forward(chain.noise)
     if not isinstance(forward, models.BenchForward) or bench.known is None:
         raise ValueError("the bench has no estimator of kind 'pattern'; give the scene one")
-    presses = [_press(chain, bench, one, image) for one, image in seen]
+    shown = [_shown(chain, one, image) for one, image in seen]
+    placed = [k for k, (one, _) in enumerate(seen) if one.place is not None]
+    places = np.array([seen[k][0].place for k in placed])
+    require_places(places, np.array([shown[k].touch[:2] for k in placed]), bench.plate.size)
+    frames = bench.reference_frames
+    presses = [_press(one, each, frames) for (one, _), each in zip(seen, shown, strict=True)]
     look = KnownBench(bench.known, bench.camera).look(chain.pattern)
     names = free or tuple(name for name, _ in models.BENCH)
     return models.identify(forward, presses, bench.known, look, names, report)
@@ -196,25 +203,38 @@ def bench_as_known(scene: Scene, known: Calibration, report: Callable[[int, int]
     return replace(built, strain=False, max_touches=1)
 
 
-def _press(chain: Chain, bench: Bench, one: Listed, image: F32) -> models.Press:
-    """Measure a press in the mean of its frames."""
-    first, last = one.frames
+class _Shown(NamedTuple):
+    """Touch (3,) that the images of a press show, its whitened measurement and that whitening."""
+
+    touch: F64
+    seen: F64
+    whitening: F64
+
+
+def _shown(chain: Chain, one: Listed, image: F32) -> _Shown:
+    """Measure a press in the mean of its frames, and find its touch wherever the list has it."""
     start = None if one.place is None else np.array([[*one.place, one.force or _START]])
-    touch, seen, whitening = measured(chain, image, start, one.press)
+    return _Shown(*measured(chain, image, start, one.press))
+
+
+def _press(one: Listed, shown: _Shown, reference_frames: int) -> models.Press:
+    """Return a press with what the list knows of it."""
+    (first, last), touch = one.frames, shown.touch.copy()
     if one.place is not None:
         touch[:2] = one.place
     if one.force is not None:
         touch[2] = one.force
     along = inf if one.place is None else PLACE
     sigma = np.array([along, along, inf if one.force is None else FORCE * one.force])
-    frames = last - first + 1, bench.reference_frames
-    return models.Press.of_frames(seen, touch, sigma, frames, whitening)
+    frames = last - first + 1, reference_frames
+    return models.Press.of_frames(shown.seen, touch, sigma, frames, shown.whitening)
 
 
 def measured(chain: Chain, image: F32, start: F64 | None, name: str) -> tuple[F64, F64, F64]:
     """Find the touch (3,) of an image, its whitened measurement and that whitening.
 
-    The reference is moved to the image; of one touch the start may be given, (1, 3).
+    The reference is moved to the image; where that of a strong touch would be lost, the start of
+    one may be given, (1, 3). The touch is searched for everywhere.
 
     Raises
     ------
@@ -231,7 +251,7 @@ def measured(chain: Chain, image: F32, start: F64 | None, name: str) -> tuple[F6
         )
     pattern, estimator = chain.masked_models.for_mask(seen.hidden)
     white = pattern.whiten(seen.right, chain.noise)
-    estimate = estimator.fit_whitened(white, start, count=1)
+    estimate = estimator.fit_whitened(white, count=1)
     touch = np.column_stack([estimate.xy, estimate.force]).ravel()
     if touch.size != 3 or not touch[2] > 0:
         raise ValueError(f"no touch is found in the images of press {name}; press harder")

@@ -174,7 +174,8 @@ def bench(
 
     Places and forces may be left empty; one known weight sets the newton.
     """
-    from rig.calibration import bench_presses, store
+    from rig.calibration import bench_presses, steps, store
+    from rig.calibration.bench_refusal import require_sound
     from rig.commands.bench_table import described, table
     from rig.commands.output import progress
 
@@ -193,8 +194,10 @@ def bench(
     with progress("plate modes") as report:
         given = kept.scene, kept.known, listed, images, names, report
         found = bench_presses.identify_bench(*given)
+    size = steps.plate_of(kept.scene).size
+    require_sound(found, size)
     store.keep(kept.path, found, kept.scene)
-    said = described(found, [one.press for one in listed]) | {"path": str(kept.path)}
+    said = described(found, [one.press for one in listed], size) | {"path": str(kept.path)}
     emit(table(said), said, as_json)
 
 

@@ -101,17 +101,19 @@ def _identify(
     as_json: bool,
 ) -> None:
     """Find the bench that the presses of a folder show, say it, and put it beside the scene."""
-    from rig.calibration import bench_presses, store
+    from rig.calibration import bench_presses, steps, store
+    from rig.calibration.bench_refusal import require_sound
     from rig.commands.bench_table import described, table
 
     listed = folder.listed
     with progress("plate modes") as report:
         given = loaded, calibration, listed, folder.path, (), report
         found = bench_presses.identify_bench(*given)
-    path = store.beside(scene)
+    path, size = store.beside(scene), steps.plate_of(loaded).size
+    require_sound(found, size)
     if keep:
         store.keep(path, found, loaded)
-    said = described(found, [one.press for one in listed])
+    said = described(found, [one.press for one in listed], size)
     said |= {"presses": len(listed), "images": str(folder.path), "kept": keep, "path": str(path)}
     emit(table(said), said, as_json)
 

@@ -8,6 +8,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 
 from rig.calibration.bench_presses import Listed, identify_by_images, usual_bench
+from rig.calibration.bench_refusal import require_sound
 from rig.calibration.guide import Progress
 from rig.calibration.guided import PATIENCE
 from rig.live.baseline import average_reference, moved_during_reference
@@ -118,6 +119,7 @@ class _Weighing:
         ]
         try:
             part = identify_by_images(bench, chain, seen, (), report)
+            require_sound(part, bench.plate.size)
         except ValueError as error:
             self.trouble = str(error)
             return

@@ -112,8 +112,24 @@ def test_a_mislabelled_press_is_widened(forward, true, identified):
     )
     found = models.identify(forward, given, models.bench_before(PLATE))
     assert found.outliers == (4,)
+    assert found.held_out.count == len(PLACES) - 1, "what is known to be wrong proves nothing"
+    assert found.held_out.place < 1.5
     off = (found.values - true)[:2] / found.sigma[:2]
     assert np.abs(off).max() < 5.0
+
+
+def test_a_list_says_what_its_labels_are_worth(forward, true, identified):
+    place, force = identified.label_sigma
+    assert 0.05 < place < 0.3
+    assert 0.002 < force < 0.02
+    given = presses(forward, true)
+    made = np.array([one.touch for one in given])
+    assert np.abs(identified.touches - made)[:, :2].max() < 1.0
+    for k, factor in enumerate([0.6, 1.6] * 4 + [0.6]):
+        touch = given[k].touch * (1.0, 1.0, factor)
+        given[k] = replace(given[k], touch=touch, sigma=given[k].sigma * (1.0, 1.0, factor))
+    found = models.identify(forward, given, models.bench_before(PLATE))
+    assert found.label_sigma[1] > 0.2, "forces that contradict each other are believed less"
 
 
 FRAMES, REFERENCES = 12, 16
