@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from fe.arrays import F64
 from fe.elements.mesh import Mesh
-from fe.linear.linear import Face
 from fe.plate.plate import Plate
+
+if TYPE_CHECKING:
+    from fe.linear.linear import Face
+
+OVERSTRAINED = (
+    "the material is strained beyond its limit: the plate yields or breaks, and these numbers "
+    "are those of one that does neither"
+)
+"""Sentence for the user, of a state whose demand is above 1."""
 
 # Places along each side at which strain is looked at, edges included.
 _LOOKS = np.linspace(0.0, 1.0, 41)

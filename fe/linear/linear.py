@@ -17,6 +17,7 @@ from fe.elements.mesh import Mesh, mesh_for
 from fe.elements.nodal_loads import nodal_loads
 from fe.elements.resolution import unresolved
 from fe.linear.buckling import check_buckling
+from fe.linear.demand import OVERSTRAINED, strain_demand
 from fe.linear.energy import free, stiffness
 from fe.linear.load import spread
 from fe.linear.mesh_error import MeshError, left, less_mesh
@@ -123,6 +124,19 @@ class LinearState:
             left(self.deflection(xy), less.deflection(xy)),
             left(self.strain(xy, face), less.strain(xy, face)),
         )
+
+    @cached_property
+    def demand(self) -> float:
+        """Largest equivalent strain of the faces in parts of the strain limit of the material.
+
+        Beside point forces, where strain is not a number, it is left out.
+        """
+        return strain_demand(self)
+
+    @property
+    def caution(self) -> str:
+        """What is wrong with the state, for the user; empty where the material bears it."""
+        return OVERSTRAINED if self.demand > 1.0 else ""
 
     def _derivative(self, xy: F64, p: int, q: int) -> F64:
         return derivative(self.mesh, xy, p, q).of(self.values)[:, 0]
@@ -246,7 +260,8 @@ def deflect(
     """Bend a plate by touches and other loads, linearly.
 
     Deflections must stay small against the thickness: strain is off by 1 % where the deflection
-    reaches 0.02 to 0.05 of it, for then the middle of the plate stretches too.
+    reaches 0.02 to 0.05 of it, for then the middle of the plate stretches too. What the material
+    does not bear is computed all the same, and the state's `caution` says so.
 
     Parameters
     ----------

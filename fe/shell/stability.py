@@ -8,6 +8,7 @@ from enum import Enum
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, eigsh
 
+from fe.linear.demand import OVERSTRAINED
 from fe.shell.band import Band, Compressed
 
 # A stiffness against snapping that has fallen to this part of that at rest is called near.
@@ -26,10 +27,7 @@ class Verdict(Enum):
         "the shape that was followed became unstable and the plate went over to another one or "
         "back to it; it is stable there"
     )
-    OVERSTRAINED = (
-        "the material is strained beyond its limit: the plate yields or breaks, and these numbers "
-        "are those of one that does neither"
-    )
+    OVERSTRAINED = OVERSTRAINED
     NOT_CONVERGED = "no equilibrium was found: the values are those of the last iteration"
 
 

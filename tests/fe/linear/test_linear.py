@@ -270,3 +270,14 @@ def test_the_edges_carry_force_and_moments_of_the_touches():
     assert one[0] @ reaction @ one[1] == pytest.approx(f.sum(), rel=1e-8)
     assert ramp[0] @ reaction @ one[1] == pytest.approx(f @ x, rel=1e-8)
     assert one[0] @ reaction @ ramp[1] == pytest.approx(f @ y, rel=1e-8)
+
+
+def test_a_state_says_what_its_material_does_not_bear():
+    """Even pressure strains the clamped strip by 6 p (b/h)²/12 over E at its long sides."""
+    strip = fe.Plate((900.0, 60.0), 1.0, 3000.0, 0.0, strain_limit=0.01)
+    bears = 0.01 * 3000.0 / (0.5 * 60.0**2)
+    for part, said in ((0.95, ""), (1.05, "strained beyond its limit")):
+        state = fe.deflect(strip, [], loads=[fe.Pressure(part * bears)])
+        assert state.demand == pytest.approx(part, rel=0.01)
+        assert said in state.caution
+        assert bool(state.caution) == bool(said)
