@@ -26,7 +26,7 @@ def plate_solver(
     elements : int
         Along the longer side, under small touches.
     report : callable
-        Called while the reduced plate is made, which takes minutes once.
+        Called while the reduced plate is made, which takes half a minute once.
     """
     flat = plate.build()
     theory = choose(scene, plate, largest_force(scene))

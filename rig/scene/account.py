@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 REDUCED = Part(
     "reduced plate",
     "large deflection at a live pace",
-    "made once, in minutes, and kept in the cache; milliseconds a frame",
+    "made once, in half a minute, and kept in the cache; milliseconds a frame",
     ("fe", "models"),
 )
 IN_MODES = Part(
@@ -90,6 +90,13 @@ def account(scene: Scene) -> Account:
     )
 
 
+def made_of_plate(scene: Scene) -> str:
+    """Name what the live loop makes of a plate before its first frame."""
+    theory = choose(scene, scene.plate, largest_force(scene)) if scene.plate else None
+    parts = _mechanics(scene, theory) if theory else ()
+    return parts[0].name if parts else "plate modes"
+
+
 def _mechanics(scene: Scene, theory: Theory) -> tuple[Part, ...]:
     """List what the live loop needs of the plate beside its modes."""
     match scene.estimator:
@@ -107,7 +114,7 @@ def _left_out(scene: Scene, absent: tuple[str, ...], theory: Theory | None) -> t
     left = [LeftOut(name, "the scene names none") for name in absent]
     if theory:
         other = "large deflection" if theory.name == "linear" else "linear theory"
-        left.append(LeftOut(other, theory.sentence))
+        left.append(LeftOut(other, theory.warning + theory.sentence))
     if scene.touches and scene.touches.max_touches == 1:
         left.append(LeftOut("counting of touches", "one touch at a time is expected"))
     if scene.dic:

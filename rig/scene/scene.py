@@ -129,6 +129,13 @@ class Scene(Section):
                 "gauges.subset has DIC read the gauges, and [camera] is not there; add [camera] or"
                 " leave gauges.subset out",
             )
+        if self.touches and self.plate and 2 * self.touches.radius > min(self.plate.size):
+            raise PydanticCustomError(
+                "scene",
+                "touches.radius is {radius} mm; give at most half of the plate's shorter side,"
+                " {half} mm",
+                {"radius": f"{self.touches.radius:g}", "half": f"{min(self.plate.size) / 2:g}"},
+            )
         if self.training and self.plate and self.training.margin >= min(self.plate.size) / 2:
             raise PydanticCustomError(
                 "scene",

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import inf, sqrt
 from typing import TYPE_CHECKING, Literal
 
-from rig.scene.plate import PlateSection
+from rig.scene.plate import BaseSection, PlateSection
 from rig.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -38,6 +38,11 @@ class Theory:
     def against(self) -> bool:
         """Whether linear theory is taken where it does not hold."""
         return self.name == "linear" and self.regime is not None and self.regime.theory == "large"
+
+    @property
+    def warning(self) -> str:
+        """What to say first where linear theory is taken and does not hold; empty where it does."""
+        return "needed, and left out all the same: " if self.against else ""
 
     @property
     def force(self) -> float:
@@ -74,15 +79,24 @@ def choose(scene: Scene, plate: PlateSection, force: float | None) -> Theory:
     Raises
     ------
     ValueError
-        If the edges do not hold the plate, or a patch leaves it.
+        If the edges do not hold the plate, a patch leaves it, it is too thick for a theory without
+        shear, or cannot be bent by the base.
     """
     if scene.base:
+        _check_base(plate, scene.base)
         return Theory("large", None, "theory of large deflection: the plate is bent by its base")
     regime = None
     if force is not None:
         regime = _judge(plate.build(), force)
     name = plate.theory or (regime.theory if regime else "linear")
     return Theory(name, regime, _why(name, plate.theory is not None, regime))
+
+
+def _check_base(plate: PlateSection, base: BaseSection) -> None:
+    """Refuse a base that the plate cannot take."""
+    import fe
+
+    fe.check_base(plate.build(), base.build())
 
 
 def _judge(plate: fe.Plate, force: float) -> LinearRange:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from rig.calibration.store import Calibration
 from rig.scene import Scene
+from rig.scene.account import made_of_plate
 from rig.sources.open_source import open_input
 from rig.system.frame import Bending, Preparing, Waiting
 
@@ -52,7 +53,7 @@ def open_loop(
     say : callable
         Takes sentences that the user should not miss.
     progress : callable
-        Gives a report while plate modes are computed and the loop gets ready.
+        Gives a report while what carries the plate is computed and the loop gets ready.
     preview : callable
         Takes what can be shown while the loop gets ready.
     recorder : Recorder or None
@@ -99,7 +100,7 @@ def _flat_loop(
     from rig.live.loop import Loop
     from rig.live.view import plate_view
 
-    with shown("plate modes") as report:
+    with shown(made_of_plate(scene)) as report:
         bench = build_bench(scene, report, calibration)
     source = opened
     if show and scene.camera:

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 import rig
 from rig import cli
 from rig.scene import shipped
-from rig.scene.account import account
+from rig.scene.account import account, made_of_plate
 
 MIXED = {
     "kind": "mixed",
@@ -150,7 +150,9 @@ def test_large_touches_are_followed_on_a_reduced_plate():
 
 def test_a_scene_that_insists_hears_the_cost():
     why = left_out("twin", {"plate.thickness": 1})["large deflection"]
-    assert why.startswith("linear theory, as the scene insists: w/h is up to")
+    assert why.startswith(
+        "needed, and left out all the same: linear theory, as the scene insists: w/h is up to"
+    )
     assert "linear theory is off by more than 100 %" in why
     assert "as the scene insists" in left_out("twin", {"plate.theory": "large"})["linear theory"]
 
@@ -160,3 +162,31 @@ def test_without_forces_small_ones_are_taken(tmp_path):
     plain.write_text(PLAIN, encoding="utf-8")
     why = left_out(plain, {})["large deflection"]
     assert why == "linear theory: the scene names no forces, so small ones are taken"
+
+
+@pytest.mark.parametrize(
+    ("name", "overrides", "sentence"),
+    [
+        ("bent-base", {"base.bend": "70 mm"}, r"bend of the base must stay below 54\.31 mm"),
+        (
+            "bent-base",
+            {"plate.edges.north.kind": "clamped"},
+            "north edge must be free or on springs",
+        ),
+        (
+            "twin",
+            {"plate.thickness": "300 mm"},
+            r"plate thickness must stay below 0\.05 of the span",
+        ),
+    ],
+)
+def test_a_plate_that_cannot_be_is_refused_where_it_is_shown(name, overrides, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        account(rig.load(name, overrides))
+
+
+def test_what_is_made_of_a_plate_has_its_name():
+    plate = {"plate": rig.load("twin").model_dump()["plate"] | {"theory": "linear"}}
+    assert made_of_plate(rig.load("twin", plate)) == "plate modes"
+    assert made_of_plate(rig.load("twin", plate | {"plate.theory": "large"})) == "reduced plate"
+    assert made_of_plate(rig.load("bench-real")) == "plate in modes"

@@ -73,6 +73,10 @@ REFUSALS = [
     ),
     ({"plate.theory": "small"}, "plate.theory is 'small'; give 'linear' or 'large'"),
     ({"touches.radius": -1}, "touches.radius is -1 mm; give at least 0 mm"),
+    (
+        {"touches.radius": "300 mm"},
+        "touches.radius is 300 mm; give at most half of the plate's shorter side, 127 mm",
+    ),
     ({"dataset.touches": 4, "gauges.kind": "ring"}, "dataset.touches is 4; give at most 3"),
     ({"dataset.touches": 1}, "[dataset] needs [gauges]; add [gauges] or leave [dataset] out"),
     ({"plate": 3}, "plate is 3; give a table of keys"),
