@@ -6,7 +6,9 @@ from math import inf, sqrt
 import pytest
 
 import fe
-from rig.scene.theory import Theory
+import rig
+from rig.scene import shipped
+from rig.scene.theory import Theory, choose, largest_force
 
 
 @dataclass(frozen=True)
@@ -37,3 +39,9 @@ def test_large_theory_has_no_limit_and_a_scene_without_forces_takes_that_of_a_fi
     assert Theory("large", Range(2.0, 0.4, "large"), "").limit == inf
     assert Theory("linear", None, "").limit == inf
     assert Theory("linear", None, "").force == 5.0
+
+
+@pytest.mark.parametrize("name", [name for name in shipped() if name.startswith("demo-")])
+def test_no_demo_insists_on_a_theory_that_does_not_hold(name):
+    scene = rig.load(name)
+    assert not choose(scene, scene.plate, largest_force(scene)).against
