@@ -111,7 +111,7 @@ def test_a_line_reads_invariants_that_the_file_does_not_hold(profile):
     ("text", "what"),
     [
         ('[[extensometer]]\nname = "e"\nstart = [2, 2]\nend = [90, 40]', "extensometer 'e'"),
-        ('[[gauge]]\nname = "g"\npoints = [[1e5, 9], [1e6, 9], [1e6, 99]]', "gauge 'g'"),
+        ('[[gauge]]\nname = "g"\npoints = [[1e4, 9], [2e4, 9], [2e4, 99]]', "gauge 'g'"),
     ],
 )
 def test_what_lies_off_the_points_is_said_and_reads_nothing(profile, result, text, what):

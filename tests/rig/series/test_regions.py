@@ -35,7 +35,7 @@ def test_what_cannot_be_read_apart_is_refused_in_a_sentence(tmp_path, text, word
 
 
 def test_a_gauge_that_reaches_far_beyond_the_image_reads_what_is_on_it():
-    wide = Gauge(name="g", points=[(40, -1e6), (1e6, -1e6), (1e6, 1e6), (40, 1e6)])
+    wide = Gauge(name="g", points=[(40, -2e4), (2e4, -2e4), (2e4, 2e4), (40, 2e4)])
     x, _ = np.meshgrid(GRID.xs, GRID.ys)
     table = {name: x.ravel() * 1e-4 for name in ("exx", "eyy", "exy")}
     table |= {f"sigma_{name}": np.full(x.size, 1e-5) for name in table}
