@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from models import ExpectedErrors
+    from rig.design.focus import Blur
     from rig.design.outlook import Design
     from rig.design.search import Found
     from rig.design.unknowns import Unknowns
@@ -24,6 +25,8 @@ WAYS = {"bound": "bound of the pattern", "pattern": "as the scene has it", "stra
 """How touches are sensed: with a perfect reference, with that of the scene, by strain alone."""
 
 UNITS = {"mm": "mm", "n": "N"}
+GUESS = 12**-0.5
+"""Standard deviation of a place along a side, of the side, where nothing is known of it."""
 
 
 def design(
@@ -94,6 +97,7 @@ def _data(made: Design, found: Found | None) -> dict[str, Any]:
         "reach": None if found is None else asdict(found) | {"reached": found.reached},
         "linear_to_n": made.linear_to,
         "largest_n": made.largest,
+        "blur_px": None if made.blur is None else made.blur.circles,
         "frame_ms": 1e3 * made.frame,
         "fps": made.rate,
         "changes": [asdict(change) for change in made.changes],
@@ -127,9 +131,10 @@ def _tables(made: Design, found: Found | None) -> Group:
     return Group(
         _errors(made),
         _limit(made),
+        *([] if made.blur is None else [_focus(made.blur)]),
         *([_forces(made)] if made.at_forces else []),
         f"a frame takes {1e3 * made.frame:.0f} ms on this machine: {made.rate:.0f} frames a second",
-        *([] if made.unknowns is None else _unknown(made.unknowns)),
+        *([] if made.unknowns is None else _unknown(made.unknowns, _side(made))),
         _changes(made),
         *([] if found is None else _reach(found)),
     )
@@ -144,9 +149,23 @@ def _errors(made: Design) -> Table:
     columns = [_figures(expected) for expected in made.errors.values()]
     for name in columns[0]:
         *words, unit = name.split("_")
-        values = (f"{column[name]:.3g} {UNITS[unit]}" for column in columns)
+        place, side = words[0] == "place", _side(made)
+        values = (
+            _place(column[name], side) if place else f"{column[name]:.3g} {UNITS[unit]}"
+            for column in columns
+        )
         table.add_row(" ".join(words).replace("p95", "95 %"), *values)
     return table
+
+
+def _side(made: Design) -> float:
+    """Return the shorter side of the plate, mm."""
+    return min(made.plate.size)
+
+
+def _place(error: float, side: float) -> str:
+    """Write an error of a place, mm; one that is larger than that of a guess is none."""
+    return "not found" if error > GUESS * side else f"{error:.3g} mm"
 
 
 def _forces(made: Design) -> Table:
@@ -155,19 +174,19 @@ def _forces(made: Design) -> Table:
 
     table = Table("the scene's forces", "place, median", "place, 95 %", "force", box=SIMPLE)
     for figures in map(_at_force, made.at_forces):
-        table.add_row(f"{figures['force_n']:g} N", *_row(figures))
+        table.add_row(f"{figures['force_n']:g} N", *_row(figures, _side(made)))
     return table
 
 
-def _row(figures: dict[str, float]) -> tuple[str, str, str]:
+def _row(figures: dict[str, float], side: float) -> tuple[str, str, str]:
     return (
-        f"{figures['place_median_mm']:.3g} mm",
-        f"{figures['place_p95_mm']:.3g} mm",
+        _place(figures["place_median_mm"], side),
+        _place(figures["place_p95_mm"], side),
         f"{figures['force_median_n']:.3g} N, {figures['force_median_percent']:.2g} %",
     )
 
 
-def _unknown(known: Unknowns) -> list[Table]:
+def _unknown(known: Unknowns, side: float) -> list[Table]:
     from rich.box import SIMPLE
     from rich.table import Table
 
@@ -176,8 +195,8 @@ def _unknown(known: Unknowns) -> list[Table]:
         costs.add_row(cost.name, f"{cost.place:.2g} mm", f"{100 * cost.force:.2g} %")
     costs.caption = "taken as the scene says and never asked for, each thing alone"
     stated = Table("stated with all of it", "place, median", "place, 95 %", "force", box=SIMPLE)
-    stated.add_row("before any press", *_row(_at_force(known.before)))
-    stated.add_row("after nine presses", *_row(_at_force(known.after)))
+    stated.add_row("before any press", *_row(_at_force(known.before), side))
+    stated.add_row("after nine presses", *_row(_at_force(known.after), side))
     return [costs, stated]
 
 
@@ -187,7 +206,7 @@ def _changes(made: Design) -> Table:
 
     helps = Table("change", "from", "to", "place", "better by", "linear to", box=SIMPLE)
     for change in made.changes:
-        place, limit = f"{change.place:.3g} mm", f"{change.linear_to:.2g} N"
+        place, limit = _place(change.place, _side(made)), f"{change.linear_to:.2g} N"
         by = f"{100 * (change.gain - 1):+.0f} %"
         helps.add_row(change.what, change.before, change.after, place, by, limit)
     return helps
@@ -208,6 +227,13 @@ def _reach(found: Found) -> list[Any]:
     table.caption = "the cheapest first: print, wait, cut, move, buy"
     missed = f"{wanted} is not reached by all of it; a larger force is, or a smaller plate"
     return [table] if found.reached else [table, missed]
+
+
+def _focus(blur: Blur) -> str:
+    near, far = blur.circles
+    return (
+        f"out of focus, a point is {near:.2g} px wide at the near end and {far:.2g} at the far end"
+    )
 
 
 def _limit(made: Design) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import fe
+from rig.design.focus import blur_of
 from rig.design.prediction import Prediction, predict
 from rig.design.setup import Setup, setup_of
 from rig.scene import Scene
@@ -23,6 +24,7 @@ FINEST = 0.2  # mm: a printer of 600 dpi draws no rounder spots than eight dots 
 ROUNDS = 4  # of trials: the error falls a little slower than by the cube
 THICKER = 1.1  # from one trial to the next
 CUBE = 3.0  # power of the thickness with which a plate gets stiffer
+BLURRED = 2.0  # speckles across a circle out of focus: a fifth of the contrast is left to them
 NYQUIST = 2.0  # px: a finer speckle is not seen as it is printed
 
 
@@ -40,9 +42,9 @@ def refusal(scene: Scene) -> str:
 
 
 def cannot_work(scene: Scene) -> str:
-    """Say the same of what needs no prediction: a plate that is too soft, speckles too fine."""
+    """Say the same of what needs no prediction: a plate too soft, speckles too fine or blurred."""
     given = setup_of(scene)
-    return _too_soft(scene, given.plate) or _too_fine(given) or _aliased(given)
+    return _too_soft(scene, given.plate) or _too_fine(given) or _aliased(given) or _blurred(given)
 
 
 def speckle_in_pixels(given: Setup) -> float:
@@ -67,6 +69,23 @@ def _aliased(given: Setup) -> str:
         f"speckles of {given.pattern.diameter:g} mm are {speckle:.2g} px wide in the image, and"
         f" below {NYQUIST:g} px a camera sees another pattern than is printed; set"
         f" pattern.diameter to {_rounded_up(wider)} mm or more"
+    )
+
+
+def _blurred(given: Setup) -> str:
+    blur, lens = blur_of(given), given.camera.lens
+    if blur is None or lens is None:
+        return ""
+    widest, limit = max(blur.circles), BLURRED * speckle_in_pixels(given)
+    if widest <= limit:
+        return ""
+    near, far = blur.depths
+    return (
+        f"camera.lens.focus is {lens.focus:g} mm and the plate is {near:.4g} to {far:.4g} mm from"
+        f" the lens, so that a point of it is {widest:.2g} px wide and a speckle"
+        f" {limit / BLURRED:.2g};"
+        f" set camera.lens.focus to {2 * near * far / (near + far):.4g} mm, or camera.lens.f_number"
+        f" to {_rounded_up(lens.f_number * widest / limit)} or more"
     )
 
 

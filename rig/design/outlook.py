@@ -13,6 +13,7 @@ import numpy as np
 
 import fe
 from models import ExpectedErrors
+from rig.design.focus import Blur, blur_of
 from rig.design.limits import too_stiff
 from rig.design.prediction import (
     UNIT,
@@ -83,6 +84,8 @@ class Design:
         What camera and machine give together.
     changes : tuple of DesignChange
         The most helpful first.
+    blur : Blur or None
+        What is out of focus; None where the scene says nothing of the lens.
     too_stiff : str
         Why touches cannot be placed on such a plate, and what to change; empty where they can.
     """
@@ -98,6 +101,7 @@ class Design:
     frame: float
     rate: float
     changes: tuple[DesignChange, ...]
+    blur: Blur | None
     too_stiff: str
 
 
@@ -136,6 +140,7 @@ def design(scene: Scene, report: Callable[[int, int, str], None]) -> Design:
         frame=frame,
         rate=min(given.camera.rate, 1 / frame),
         changes=made,
+        blur=blur_of(given),
         # What bends so far that theory is another one is not too stiff.
         too_stiff=too_stiff(scene, now) if theory.name == "linear" else "",
     )

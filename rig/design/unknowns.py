@@ -13,7 +13,7 @@ from rig.design.prediction import Prediction, equal_pattern, fields, image_motio
 from rig.design.setup import Setup
 from rig.system.arrays import F64
 
-GROUPS = {"Young's modulus": ("young",), "thickness": ("thickness",), **CAUSES}
+GROUPS = {"Young's modulus": ("young",), **CAUSES}
 """Numbers of a bench by what they are."""
 
 PRESSES = 3  # along each side

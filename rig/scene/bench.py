@@ -20,6 +20,25 @@ if TYPE_CHECKING:
 Side = Annotated[Count, Field(ge=64, le=LARGEST_SIDE)]
 
 
+class LensSection(Section):
+    """The lens of a camera, for what `touchplate design` says of focus; a twin shows all sharp."""
+
+    focal: Length = Field(gt=0, description="focal length, mm")
+    f_number: Ratio = Field(gt=0, description="focal length over the diameter of the aperture")
+    focus: Length = Field(gt=0, description="distance from the lens of what is sharp, mm")
+
+    @model_validator(mode="after")
+    def _focuses(self) -> LensSection:
+        if self.focus <= self.focal:
+            raise PydanticCustomError(
+                "scene",
+                "camera.lens.focus is {focus} mm, and a lens of {focal} mm shows nothing sharp that"
+                " is nearer than its focal length; give more",
+                {"focus": f"{self.focus:g}", "focal": f"{self.focal:g}"},
+            )
+        return self
+
+
 class CameraSection(Section):
     """A camera before the middle of the plate, above its touched face or below it."""
 
@@ -42,6 +61,21 @@ class CameraSection(Section):
         description="from the reading of one row to that of the next, s: a rolling shutter; 0 where"
         " all rows are exposed at once",
     )
+
+    lens: LensSection | None = Field(
+        None, description="its lens, by which a design knows what is in focus [all is sharp]"
+    )
+
+    @model_validator(mode="after")
+    def _has_an_aperture_that_counts(self) -> CameraSection:
+        if self.lens is not None and self.kind != "pinhole":
+            raise PydanticCustomError(
+                "scene",
+                "camera.lens is that of a pinhole camera, and kind is '{kind}'; leave one of them"
+                " out",
+                {"kind": self.kind},
+            )
+        return self
 
     @model_validator(mode="after")
     def _read_in_time(self) -> CameraSection:

@@ -13,10 +13,12 @@ import models
 from dic import lay_tiles
 from models.design.expected_errors import shape_over
 from rig import cli
+from rig.commands.design import _place
 from rig.design.limits import refusal
 from rig.design.outlook import design, search_for
 from rig.design.prediction import linear_to, predict, remaining_gain
 from rig.design.setup import changes, setup_of
+from rig.design.unknowns import GROUPS
 from rig.live.baseline import average_reference
 from rig.live.bench import build_bench
 from rig.live.chain import at_rest
@@ -132,6 +134,19 @@ def test_the_command_prints_writes_and_draws(small_settings, tmp_path):
     assert said["at_1_n"]["pattern"]["place_median_mm"] > 0
     assert 0 < said["fps"] <= 30
     assert len(said["map"]["rows"]) == np.prod(shape_over((254.0, 203.0)))
+
+
+def test_a_place_that_a_guess_would_find_as_well_is_not_found():
+    side = 203.0
+    guesses = np.random.default_rng(3).uniform(0, side, 200_000)
+    assert _place(1.02 * guesses.std(), side) == "not found"
+    assert _place(0.98 * guesses.std(), side).endswith(" mm")
+
+
+def test_every_number_of_a_bench_is_named_once_by_what_it_is():
+    names = [name for _, numbers in GROUPS.items() for name in numbers]
+    assert len(names) == len(set(names))
+    assert {"young", "thickness"} < set(names)
 
 
 def test_a_image_that_cannot_be_written_is_refused_at_once(tmp_path):
