@@ -5,12 +5,14 @@ import os
 import re
 import subprocess
 import sys
+from configparser import ConfigParser
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import dic
+from rig.cli import COMMANDS
 
 FOLDER = Path(__file__).parent.parent / "examples"
 NUMBER = r"[-+]?\d+(?:\.\d+)?(?:e[-+]\d+)?"
@@ -52,6 +54,19 @@ def example(tmp_path):
         return Printed(done.stdout)
 
     return run
+
+
+def test_the_unit_runs_a_scene_and_starts_it_again_after_a_fault():
+    unit = ConfigParser(interpolation=None)
+    unit.optionxform = str
+    unit.read_string((FOLDER / "touchplate.service").read_text(encoding="utf-8"))
+    program, *words = unit["Service"]["ExecStart"].split()
+    assert Path(program).name == "touchplate"
+    assert words[0] == "run"
+    assert words[0] in COMMANDS
+    assert Path(words[1]).suffix == ".toml"
+    assert unit["Service"]["Restart"] == "on-failure"
+    assert unit["Install"]["WantedBy"] == "default.target"
 
 
 def test_examples_are_short_and_each_has_its_number():

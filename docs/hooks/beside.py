@@ -17,8 +17,8 @@ HOMES = {"README.md": "index.md"}
 """Files whose place in the site is not the one in the tree."""
 
 PAGES = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")
-SOURCES = ("examples/*.py", "rig/scenes/*.toml", "LICENSE")
-LANGUAGES = {".py": "python", ".toml": "toml", "": "text"}
+SOURCES = ("examples/*.py", "examples/*.service", "rig/scenes/*.toml", "LICENSE")
+LANGUAGES = {".py": "python", ".toml": "toml", ".service": "ini", "": "text"}
 """A source becomes a page that shows its text, in the language of its kind."""
 
 CODE_OR_LINK = re.compile(r"```.*?```|`[^`\n]*`|(?<=\]\()(?P<link>[^)\s#]+)", re.DOTALL)
