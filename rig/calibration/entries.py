@@ -106,7 +106,9 @@ class Dated(Section):
 class Entry(Dated):
     """A part whose error is known."""
 
-    error: Spread = Field(description="what it leaves, mm; s for the latency, a fraction for noise")
+    error: Spread = Field(
+        description="what it leaves, mm; s for the latency, N for creep, else a ratio"
+    )
 
 
 class LensEntry(Entry):
@@ -155,6 +157,34 @@ class LatencyEntry(Entry):
 
     median: float = Field(ge=0, le=60, description="s")
     p95: float = Field(ge=0, le=60, description="s")
+
+
+class DampingEntry(Entry):
+    """How the plate rings, from a tap."""
+
+    density: float = Field(
+        gt=0, le=1e5, description="with which the modes have the frequencies seen, kg/m³"
+    )
+    damping: float = Field(gt=0, lt=0.5, description="ratio to critical damping")
+
+
+class CreepEntry(Entry):
+    """How the plate creeps, from a press that was held."""
+
+    parts: tuple[Annotated[float, Field(ge=0, lt=0.5)], ...] = Field(
+        description="what each term adds to the deflection in the end, parts of it"
+    )
+    times: tuple[Annotated[float, Field(gt=0, le=LARGE)], ...] = Field(
+        description="of each term, s"
+    )
+
+    @field_validator("times")
+    @classmethod
+    def _one_a_part(cls, times: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
+        count = len(info.data.get("parts", ()))
+        if len(times) != count:
+            raise _refusal(f"{count} times, one for each part")
+        return times
 
 
 class PressesEntry(Entry):

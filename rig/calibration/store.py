@@ -15,6 +15,8 @@ import models
 import synthetic
 from rig.calibration.entries import (
     BenchEntry,
+    CreepEntry,
+    DampingEntry,
     Dated,
     LatencyEntry,
     LensEntry,
@@ -30,6 +32,7 @@ from rig.calibration.lens import Lens
 from rig.calibration.photon import Photon
 from rig.calibration.pose import Pose
 from rig.calibration.projector import ProjectorLight
+from rig.calibration.ringing_plate import Ringing
 from rig.live.alignment import Alignment
 from rig.projector.light_map import LightMap, prepare_light_map
 from rig.projector.markers import Screen
@@ -43,7 +46,17 @@ CLOCKS = timedelta(days=1)  # by which those of two machines may differ
 _AGAIN = "run `touchplate calibrate bench` again"
 _OF_PRESSES = ("error", "error_force", "converged", "outliers", "found_on")
 """What presses have shown of a bench that is followed since."""
-Part = Lens | Pose | ProjectorLight | Photon | Latency | Alignment | models.BenchEstimate
+Part = (
+    Lens
+    | Pose
+    | ProjectorLight
+    | Photon
+    | Latency
+    | Alignment
+    | Ringing
+    | models.BenchEstimate
+    | models.LearnedCreep
+)
 """What can be calibrated."""
 
 
@@ -57,6 +70,12 @@ class Calibration(Section):
     latency: LatencyEntry | None = None
     presses: PressesEntry | None = None
     bench: BenchEntry | None = None
+    damping: DampingEntry | None = None
+    creep: CreepEntry | None = None
+
+    def known_creep(self) -> models.Creep | None:
+        """Return how the plate creeps; None if that was not learned."""
+        return None if self.creep is None else models.Creep(self.creep.parts, self.creep.times)
 
     def camera(self) -> synthetic.Camera | None:
         """Return the camera over the plate; None unless lens and pose are known."""
@@ -228,6 +247,10 @@ def entry_of(part: Part, now: datetime, on: FoundOn | None = None) -> dict[str, 
             return {"latency": _latency_entry(part, now)}
         case models.BenchEstimate():
             return {"bench": _bench_entry(part, now, on)}
+        case Ringing():
+            return {"damping": _damping_entry(part, now)}
+        case models.LearnedCreep():
+            return {"creep": _creep_entry(part, now)}
         case Alignment():
             return {"presses": _presses_entry(part, now)}
 
@@ -298,6 +321,16 @@ def _bench_entry(part: models.BenchEstimate, now: datetime, on: FoundOn | None) 
         outliers=part.outliers,
         found_on=on,
     )
+
+
+def _damping_entry(part: Ringing, now: datetime) -> DampingEntry:
+    return DampingEntry(
+        date=now, error=part.sigma_damping, density=part.density, damping=part.damping
+    )
+
+
+def _creep_entry(part: models.LearnedCreep, now: datetime) -> CreepEntry:
+    return CreepEntry(date=now, error=part.scatter, parts=part.creep.parts, times=part.creep.times)
 
 
 def _presses_entry(part: Alignment, now: datetime) -> PressesEntry:

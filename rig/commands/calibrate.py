@@ -14,6 +14,7 @@ from rig.commands.output import emit
 if TYPE_CHECKING:
     from rig.calibration.board import CharucoBoard
     from rig.calibration.guide import Guide
+    from rig.calibration.recorded import Recorded
     from rig.calibration.store import Calibration, Part
     from rig.scene import Scene
 
@@ -22,6 +23,7 @@ Name = Annotated[str, typer.Argument(help="Name of a shipped scene, or a TOML fi
 Images = Annotated[
     Path | None, typer.Option(help="Folder of images; else live, from the scene's source.")
 ]
+Recording = Annotated[Path, typer.Argument(help="A recording *.h5, made with `run --record`.")]
 Squares = Annotated[tuple[int, int], typer.Option(help="Squares of the board.")]
 Square = Annotated[float, typer.Option(help="Side of a square, mm, as measured.")]
 Marker = Annotated[float, typer.Option(help="Side of a marker, mm, as measured.")]
@@ -202,6 +204,31 @@ def bench(
 
 
 @calibrate.command()
+def damping(
+    scene: Name, recording: Recording, settings: Settings = None, as_json: Json = False
+) -> None:
+    """Find how the plate rings: record one tap with a knuckle, and half a second after it.
+
+    The scene names the density that is supposed, `dynamics.density`.
+    """
+    from rig.calibration.ringing import learn_ringing
+
+    bench = _bench("damping", scene, settings)
+    bench.keep(learn_ringing(bench.recorded(recording), bench.scene), as_json)
+
+
+@calibrate.command()
+def creep(
+    scene: Name, recording: Recording, settings: Settings = None, as_json: Json = False
+) -> None:
+    """Find how the plate creeps: record one press held for a minute, and a minute after it."""
+    from rig.calibration.creep import learn_held_press
+
+    bench = _bench("creep", scene, settings)
+    bench.keep(learn_held_press(bench.recorded(recording)), as_json)
+
+
+@calibrate.command()
 def stripes(
     scene: Name,
     images: Annotated[Path, typer.Option(help="Folder for them.")] = Path(),
@@ -244,6 +271,15 @@ class _Bench:
         from rig.commands.guided import live
 
         return live(self.what, self.scene, self.known, guide)
+
+    def recorded(self, recording: Path) -> Recorded:
+        """Read the frames of a recording on this bench."""
+        from rig.calibration.recorded import read_recorded
+        from rig.commands.output import progress
+        from rig.recording.session import open_session
+
+        with open_session(recording) as session, progress("plate modes") as report:
+            return read_recorded(session, self.scene, self.known, report)
 
     def keep(self, part: Part, as_json: bool) -> None:
         """Keep a part with its date and error, and say what it is like."""

@@ -224,7 +224,7 @@ def build_bench(
         alignment=calibration.alignment() if calibration and known is None else None,
         net=net,
         known=known,
-        in_time=in_time(scene, motions.plate_modes) if scene.dynamics else None,
+        in_time=in_time(scene, motions, calibration),
         row_time=camera.row_time,
         rate=camera.rate,
         start=touch_net_of(scene, theory.name, exact=known is None),

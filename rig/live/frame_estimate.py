@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dic import TileSums
-from models import Estimate, Estimator, Result
+from models import Estimate, Result
 from rig.live.baseline import is_consistent, update_drift
 from rig.live.chain import Chain, ChainState
-from rig.live.memory import Memory
+from rig.live.fitted import fitted, touches_of
 from rig.live.plate_in_time import MeasuredFrame, PlateInTime
 from rig.live.registration import Registered, jumped, register, strangeness
 from rig.live.touch_start import begin
@@ -162,7 +162,7 @@ def _at_equilibrium(
         right = seen.right - pattern.normal[:, : len(rest)] @ rest
         measured = pattern.whiten(right, chain.noise)
         begun, why = begin(chain.start, measured, state.touches, seen.hidden)
-        estimate, memory = _fitted(estimator, measured, replace(state, touches=begun))
+        estimate, memory = fitted(estimator, measured, begun, state.memory)
         motion = pattern.amplitudes(estimate, right)
         motion[: len(rest)] += rest
         untouched = not estimate.count and is_consistent(estimate)
@@ -190,39 +190,24 @@ def _in_time(
         rest = state.rest
         right = seen.right - pattern.normal[:, : len(rest)] @ rest
         measured = pattern.whiten(right, chain.noise)
-        frame = MeasuredFrame(measured, pattern.factor, chain.noise, time)
-        found = plate.estimate(estimator, frame, state.touches, state.past)
+        begun, why = begin(chain.start, measured, state.touches, seen.hidden)
+        frame = MeasuredFrame(measured, pattern.factor, chain.noise, time, pattern.motions)
+        found = plate.estimate(estimator, frame, begun, state.past, state.memory)
         modal = pattern.motions.modal_amplitudes(found.estimate.xy, found.estimate.force)
         motion = pattern.with_camera(modal + found.beside, right)
         motion[: len(rest)] += rest
         if drift and found.left is not None and seen.hidden.mean() <= SLIGHT:
             rest = update_drift(rest, pattern, found.left, chain.noise, drift)
     touches = touches_of(found.estimate)
-    after = replace(state, motion=motion, rest=rest, touches=touches, past=found.past)
-    return FrameEstimate(found.estimate, seen.sums, seen.hidden, "", after)
-
-
-def _fitted(estimator: Estimator, measured: F64, state: ChainState) -> tuple[Estimate, Memory]:
-    """Find touches; again where one has ended, since the plate may still show a part of it.
-
-    The memory is that of the frame before, however often this one is looked at.
-    """
-    before = state.memory
-    if estimator.bench is None:
-        return estimator.fit_whitened(measured, state.touches), before
-    left = before.after(state.touches).left
-    estimate = estimator.fit_whitened(measured, state.touches, left=left)
-    memory = before.after(touches_of(estimate))
-    if not memory.left.same(left):
-        estimate = estimator.fit_whitened(measured, memory.held, left=memory.left)
-        memory = before.after(touches_of(estimate))
-    if memory.left.same(before.left) or not is_consistent(estimate):
-        return estimate, memory
-    return estimate, replace(
-        memory, left=estimator.traces_after(measured, touches_of(estimate), memory.left)
+    after = replace(
+        state, motion=motion, rest=rest, touches=touches, past=found.past, memory=found.memory
     )
-
-
-def touches_of(estimate: Estimate) -> F64:
-    """x, y, F of each touch, (n, 3)."""
-    return np.column_stack([estimate.xy, estimate.force])
+    return FrameEstimate(
+        found.estimate,
+        seen.sums,
+        seen.hidden,
+        "",
+        after,
+        measured=found.measured,
+        start_reason=why,
+    )

@@ -11,7 +11,8 @@ from dic import TileBlocks, TileSums, prepare_blocks, tile_displacement
 from models import Estimate, Estimator, StrainMap, prepare_strain_map
 from rig.live.alignment import Alignment
 from rig.live.chain import Chain, ChainState
-from rig.live.frame_estimate import FrameEstimate, touches_of
+from rig.live.fitted import touches_of
+from rig.live.frame_estimate import FrameEstimate
 from rig.system.arrays import F64
 from rig.system.timing import Stopwatch
 

@@ -17,7 +17,8 @@ import numpy as np
 import fe
 from models import Estimate, PreparedShape, Result, Surface, SurfaceEstimate
 from rig.live.baseline import ReferenceFrame
-from rig.live.frame_estimate import NO_ESTIMATE, touches_of
+from rig.live.fitted import touches_of
+from rig.live.frame_estimate import NO_ESTIMATE
 from rig.live.pace import LATENCY
 from rig.live.snapshot import BaseReading
 from rig.live.tracks import Event, Track, Tracks

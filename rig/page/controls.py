@@ -46,7 +46,7 @@ class Measured:
     unit: str
 
 
-UNITS = {"latency": "s", "noise": "fraction"}
+UNITS = {"latency": "s", "noise": "fraction", "damping": "ratio", "creep": "N"}
 """Units of the errors of a calibration's parts, where they are not mm."""
 
 

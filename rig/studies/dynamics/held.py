@@ -121,7 +121,7 @@ def _followed(
     creep, bow, drifts = way
     rng, past, rest = np.random.default_rng(number + 1), Past(), np.zeros(seen.modes.count)
     estimator = Estimator(seen.pattern.forward(seen.noise), max_touches=2)
-    plate, start = PlateInTime(seen.modes, None, creep), np.empty((0, 3))
+    plate, start = PlateInTime(None, creep), np.empty((0, 3))
     factor, tracks = seen.pattern.factor, Tracks()
     middle = np.array([seen.bench.plate.size]) / 2
     bent = seen.modes.response(middle)[0] * (np.arange(seen.modes.count) == 0)
@@ -129,9 +129,8 @@ def _followed(
         time = frame * STEP
         drifted = bow * min(time / LEAVES, 1.0) * bent
         measured = y + rng.standard_normal(len(y)) + (drifted - rest) @ factor / seen.noise
-        found = plate.estimate(
-            estimator, MeasuredFrame(measured, factor, seen.noise, time), start, past
-        )
+        exposed = MeasuredFrame(measured, factor, seen.noise, time, seen.pattern.motions)
+        found = plate.estimate(estimator, exposed, start, past)
         past, estimate = found.past, found.estimate
         start = np.column_stack([estimate.xy, estimate.force])
         if found.left is not None and (drifts or not estimate.count):

@@ -17,6 +17,7 @@ from rig.calibration.lens import Lens
 from rig.calibration.photon import Photon
 from rig.calibration.pose import Pose
 from rig.calibration.projector import ProjectorLight
+from rig.calibration.ringing_plate import Ringing
 from rig.live import bench as live_bench
 from rig.live.alignment import Alignment
 from rig.projector.markers import Screen
@@ -39,7 +40,8 @@ BENCH = models.BenchEstimate(
 )
 PARTS = (
     LENS, POSE, ProjectorLight(SCREEN, 0.5, 0.2, 0.9), Photon(0.03, 1.5, 1e-4, 0.01, 0.02),
-    Latency(0.05, 0.07, 1e-3, 20, 1), CORRECTED, BENCH,
+    Latency(0.05, 0.07, 1e-3, 20, 1), CORRECTED, BENCH, Ringing(1390.0, 0.018, 0.001),
+    models.LearnedCreep(models.Creep((0.02, 0.04), (6.0, 55.0)), 0.003),
 )  # fmt: skip
 
 
@@ -56,6 +58,8 @@ def test_every_part_comes_back_as_it_was(tmp_path):
     assert kept.alignment().gain == 1.1
     np.testing.assert_array_equal(kept.known_bench().covariance, BENCH.covariance)
     assert (kept.noise.gain, kept.latency.median) == (0.03, 0.05)
+    assert (kept.damping.density, kept.damping.damping) == (1390.0, 0.018)
+    assert kept.known_creep() == models.Creep((0.02, 0.04), (6.0, 55.0))
     assert all(getattr(kept, name).error > 0 for name in type(kept).model_fields)
     assert kept.warnings(rig.load("twin"), datetime.now(UTC)) == []
     assert [file.name for file in tmp_path.iterdir()] == [path.name]

@@ -94,7 +94,7 @@ def test_a_scene_that_says_nothing_of_use_is_refused(small, changes, says):
         small(changes)
 
 
-def test_an_uncertain_bench_has_no_modes_of_its_own(small):
+def test_an_uncertain_bench_has_no_modes_that_ring(small):
     scene = small(RINGS | {"estimator.bench": "usual"})
-    with pytest.raises(ValueError, match=r"estimator.bench to 'exact'"):
+    with pytest.raises(ValueError, match=r"leave dynamics.density out"):
         build_bench(scene, lambda done, total: None)
