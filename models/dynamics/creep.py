@@ -15,6 +15,7 @@ from scipy.optimize import least_squares
 from models.arrays import F64
 
 _SHORTEST = 0.2  # s: what creeps faster is over before a touch is known
+_READINGS = 4.0  # within the time of a term, or nothing is known of it
 _FEWEST = 20  # readings after a release to learn from
 _SURE = 5.0  # standard deviations by which a plate must have crept
 
@@ -112,6 +113,7 @@ def learn_creep(times: F64, shown: F64, released: float, sigma: float) -> Learne
             " press harder or longer to learn its creep"
         )
     span = float(times[-1] - times[0])
+    shortest = max(_SHORTEST, _READINGS * float(np.median(np.diff(times))))
 
     def of(unknown: F64) -> Creep:
         parts = tuple(np.exp(unknown[:2]).tolist())
@@ -122,7 +124,7 @@ def learn_creep(times: F64, shown: F64, released: float, sigma: float) -> Learne
 
     start = np.log([0.02, 0.04, span / 40, span / 4])
     bounds = (
-        np.log([1e-5, 1e-5, _SHORTEST, span / 15]),
+        np.log([1e-5, 1e-5, min(shortest, span / 20), span / 15]),
         np.log([0.3, 0.3, span / 15, 2 * span]),
     )
     fit = least_squares(left, np.clip(start, *bounds), bounds=bounds, x_scale="jac")

@@ -53,7 +53,7 @@ class Valley:
 
 
 @dataclass(frozen=True, eq=False)
-class Profile:
+class ForceProfile:
     """What bounds the forces of a measurement.
 
     Attributes
@@ -132,7 +132,7 @@ def with_force_intervals(
     touches = np.column_stack([estimate.xy, estimate.force])
     forward = candidates.forward
     rise = widening(touches, added_variance(forward, touches, len(measured)))
-    profile = Profile(measured, forward, candidates.bounds, prior)
+    profile = ForceProfile(measured, forward, candidates.bounds, prior)
     intervals = tuple(
         _interval(profile, touches, index, rise) if wanted[index] else None
         for index in range(estimate.count)
@@ -147,7 +147,7 @@ def _asymmetric(estimate: Estimate, size: tuple[float, float]) -> np.ndarray:
     return (inside < NEAR_EDGE) | (sigma > UNSURE * estimate.force)
 
 
-def _interval(profile: Profile, touches: F64, index: int, rise: float) -> ForceInterval:
+def _interval(profile: ForceProfile, touches: F64, index: int, rise: float) -> ForceInterval:
     """Bound the force of one of some touches (n, 3); `rise` of χ² is one standard deviation."""
     lowest = profile.valley(touches, index).base
     inner, outer = [0.0, 0.0], [0.0, 0.0]

@@ -47,6 +47,15 @@ def test_a_press_of_unknown_force_teaches_the_creep_of_another():
     assert np.abs(force[times > 61.2]).max() < 0.01
 
 
+def test_no_term_is_learned_that_readings_are_too_rare_to_show():
+    rng, times, sigma = np.random.default_rng(0), np.arange(0.0, 100.0, 0.5), 0.05
+    pressed = (times > 2.0) & (times < 50.0)
+    for _ in range(5):
+        shown = relaxing(times, np.where(pressed, 4.0, 0.0)) + rng.normal(0, sigma, len(times))
+        learned = models.learn_creep(times, shown, 50.5, sigma)
+        assert min(learned.creep.times) > 1.99  # four readings
+
+
 def test_a_plate_that_does_not_creep_is_refused():
     times, rng = np.arange(0.0, 60.0, 0.1), np.random.default_rng(0)
     shown = np.where(times < 30.0, 2.0, 0.0) + rng.normal(0, 0.01, len(times))

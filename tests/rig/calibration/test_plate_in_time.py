@@ -90,7 +90,7 @@ def test_damping_is_learned_from_a_recorded_tap_and_taken_by_a_run(recorded, sma
 def test_creep_is_learned_from_a_recorded_press_and_taken_by_a_run(recorded, small, small_settings):
     def pressed(bench, twin):
         for number, now in enumerate(np.arange(0.0, 100.0, 0.5).tolist()):
-            force = shown_force(4.0, now)
+            force = shown_force(10.0, now)
             yield now, twin.frame(100 + number, (fe.Touch(*PLACE, force),) if force else ())
 
     said = calibrate("creep", recorded(pressed), small_settings)
