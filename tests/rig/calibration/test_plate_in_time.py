@@ -98,7 +98,7 @@ def test_creep_is_learned_from_a_recorded_press_and_taken_by_a_run(recorded, sma
     for held in (5.0, 20.0, 45.0):
         expected = shown_force(1.0, LANDS + held) - 1.0
         grown = learned.after(learned.rest(1), np.ones(1), held).sum()
-        assert grown == pytest.approx(expected, abs=0.006)
+        assert grown == pytest.approx(expected, abs=0.01)  # σ of one reading is 0.005
     kept = store.read_calibration(store.beside("twin"))
     bench = build_bench(small(FLAT), lambda done, total: None, kept)
     assert bench.in_time.creep == learned
