@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 EXPOSED = 0.25  # of the time between two frames, where nothing says how long they are exposed
 BOWS = 6  # lowest modes by which a plate drifts under a press
 FITS = 1e-3  # p-value above which what touches leave of a frame may be a drift
-LIGHT = 0.01  # of a force, under which a plate is not stretched yet
 
 
 class MeasuredFrame(NamedTuple):
@@ -207,12 +206,13 @@ class PlateInTime:
         """Return what of a measurement (m,) may be a drift; None where nothing is.
 
         Under a press the lowest modes are free beside the touches where creep is followed: a plate
-        bows by them, and a touch needs many more.
+        bows by them, and a touch needs many more. What touches leave on a bench that is known only
+        so well may as well be the bench.
         """
         if not estimate.count:
             consistent = is_consistent(estimate)
             return estimator.without_memory(measured, memory.left) if consistent else None
-        if self.creep is None or estimate.p_value < FITS:
+        if self.creep is None or estimate.p_value < FITS or estimator.bench is not None:
             return None
         touches = np.column_stack([estimate.xy, estimate.force])
         predicted, slope = estimator.forward.read(touches)
@@ -251,7 +251,10 @@ def _amplitudes(motions: ImageMotions, touches: F64) -> F64:
 
 def _light(motions: ImageMotions, touches: F64) -> F64:
     """Amplitudes (K,) under touches (n, 3) if they did not stretch the plate."""
-    return _amplitudes(motions, touches * (1.0, 1.0, LIGHT)) / LIGHT
+    if not len(touches):
+        return np.zeros(motions.fields)
+    deflection = touches[:, 2] @ motions.modes.response(touches[:, :2])
+    return np.pad(deflection, (0, motions.fields - len(deflection)))
 
 
 def require_own_modes(scene: Scene, theory: str, *, exact: bool) -> None:

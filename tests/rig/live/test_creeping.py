@@ -45,7 +45,8 @@ class Motions:
     """Fields of a plate that is stretched, as `ImageMotions` has them."""
 
     def __init__(self, large):
-        self._large, self.fields = large, large.modes.count + large.drifts
+        self._large, self.modes = large, large.modes
+        self.fields = large.modes.count + large.drifts
 
     def modal_amplitudes(self, xy, force):
         return self._large.amplitudes(xy, force) if len(force) else np.zeros(self.fields)
@@ -93,14 +94,15 @@ def test_creep_is_followed_on_a_bench_that_is_known_only_so_well(small, followed
     follower = FrameProcessor(bench, reference, Stopwatch(time.monotonic), time.monotonic)
     held, after = [], []
     for number, now in enumerate(np.arange(0.0, ENDS, 1.0).tolist(), 16):
-        force = shown_force(3.0, now)
+        force = shown_force(6.0, now)
         touches = (fe.Touch(140.0, 110.0, force),) if force else ()
         found = follower.process(Frame(number, now, twin.frame(number, touches))).frame_estimate
         if LANDS + 1.0 < now < LEAVES:
             held.append(float(found.estimate.force.sum()))
         elif now > LEAVES + 1.0:
             after.append(found.estimate.count)
-    drift = held[-1] / held[0] - 1.0
-    assert abs(drift) < 0.01 if followed else drift > 0.03
+    # A frame knows the force to 4 %, ten to 1.3 %; the noise is the same in both cases.
+    drift = np.mean(held[-10:]) / np.mean(held[:10]) - 1.0
+    assert abs(drift) < 0.01 if followed else drift > 0.015
     if followed:
         assert not any(after)
