@@ -9,8 +9,9 @@ import numpy as np
 from dic.adaptive.blocks import SCALES, BlockField, denoise
 from dic.adaptive.cracks import part, still_torn
 from dic.adaptive.motion import carried, start_motion
-from dic.adaptive.observation import Observation, box, observe, tile_texture
+from dic.adaptive.observation import Observation, TileTexture, box, observe, tile_texture
 from dic.adaptive.tile_lattice import TILE, TileLattice, lay_lattice
+from dic.adaptive.unexplained import unexplained_variance
 from dic.arrays import F64, AnyArray, Mask
 from dic.correlation.deformed_image import read_whole
 from dic.correlation.reference import Reference
@@ -76,7 +77,9 @@ def update(ref: Reference, start: DisplacementField, image: AnyArray) -> Adaptiv
         field = denoise(seen.moved, seen.sigma, seen.valid, motion[:, 0])
         if moved.mean() < _FEW:
             break
-    return _tiles(texture.lattice, seen, _still_moving(field, motion))
+    field = _still_moving(field, motion)
+    left = unexplained_variance(seen.variance, seen.valid, ref.prefilter.sigma)
+    return _tiles(texture.lattice, seen, _unexplained(field, left, texture))
 
 
 def _still_moving(field: BlockField, motion: F64) -> BlockField:
@@ -86,6 +89,19 @@ def _still_moving(field: BlockField, motion: F64) -> BlockField:
     sigma = field.sigma.copy()
     for a in range(2):
         sigma[a, 0] = np.hypot(sigma[a, 0], np.sqrt(np.maximum(box(left[a], _AROUND), 0.0)))
+    return BlockField(field.values, sigma)
+
+
+def _unexplained(field: BlockField, left: F64, texture: TileTexture) -> BlockField:
+    """Add to σ the motion that leaves of the images what noise does not, (R, C) grey levels².
+
+    Such a motion changes within a tile, and so leaves its square times that of the gradient.
+    """
+    if not left.any():
+        return field
+    sigma = field.sigma.copy()
+    for a in range(2):
+        sigma[a, 0] = np.hypot(sigma[a, 0], TILE * np.sqrt(left * texture.even[..., a, a]))
     return BlockField(field.values, sigma)
 
 
@@ -121,7 +137,7 @@ def denoised_tiles(seen: F64, noise: F64, valid: Mask) -> AdaptiveTiles:
     seen, noise = (np.where(valid, array, 0.0) for array in (seen, noise))
     first = denoise(seen, noise, valid, None)
     field = denoise(seen, noise, valid, carried(first)[:, 0])
-    drawn = Observation(seen, noise, valid, np.zeros(shape, bool), np.ones(shape))
+    drawn = Observation(seen, noise, valid, np.zeros(shape, bool), np.ones(shape), np.ones(shape))
     return _tiles(TileLattice((TILE // 2, TILE // 2), (shape[0], shape[1])), drawn, field)
 
 

@@ -64,6 +64,8 @@ class Observation:
         Tiles without pattern.
     zncc : (R, C) float64
         Correlation of the tiles around each.
+    variance : (R, C) float64, grey levels²
+        A pixel, that the own motion of each tile leaves.
     """
 
     moved: F64
@@ -71,6 +73,7 @@ class Observation:
     valid: Mask
     bare: Mask
     zncc: F64
+    variance: F64
 
 
 def tile_texture(ref: Reference, lattice: TileLattice) -> TileTexture:
@@ -135,7 +138,7 @@ def observe(
     spread = np.maximum(noise, 0.0)[..., None] * texture.even[..., [0, 1], [0, 1]] * texture.gain
     moved = motion[:, 0] + np.moveaxis(delta, -1, 0)
     sigma = np.maximum(np.sqrt(np.moveaxis(spread, -1, 0)), _EXACT)
-    return Observation(moved, sigma, valid, bare, zncc)
+    return Observation(moved, sigma, valid, bare, zncc, variance)
 
 
 def box(values: AnyArray, side: int) -> F64:
