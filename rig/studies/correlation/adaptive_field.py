@@ -27,6 +27,7 @@ from rig.studies.correlation.known_fields import (
     shift,
     star,
     still,
+    waves,
 )
 from rig.studies.correlation.moved_speckle import moved_speckle
 from rig.studies.study import line, rms, run, timed, times
@@ -59,12 +60,18 @@ def pair(known: KnownField, seed: int, width: float = 1.8) -> Pair:
 
 def fixed(known: KnownField, seed: int) -> Iterator[tuple[str, Field]]:
     """Measure a field by every fixed setting."""
-    images = pair(known, seed)
     # The widest polynomials lose every wave of the star, and cost seconds where points are missing.
     windows = WINDOWS if known.name in ("plate", "bumps") else WINDOWS[:-1]
+    yield from fixed_settings(*pair(known, seed), windows)
+
+
+def fixed_settings(
+    first: AnyArray, second: AnyArray, windows: tuple[int, ...]
+) -> Iterator[tuple[str, Field]]:
+    """Measure a pair by every fixed subset and by polynomials over these windows of points."""
     for subset in SUBSETS:
         for order in (1, 2):
-            found = dic.correlate(dic.prepare(images[0], subset, order=order), images[1])
+            found = dic.correlate(dic.prepare(first, subset, order=order), second)
             yield f"{subset}/{order}", found
             if order == 1 and subset < 45:
                 for window in windows:
@@ -284,8 +291,12 @@ def strain() -> Iterator[Figure]:
 
 def time() -> Iterator[Figure]:
     """Time of 512² from two images, one core, and the error: fixed, adaptive and learned."""
+    yield from _times(bumps(5), "")
+    yield from _times(waves(20.0, 0.3), ", waves of 20 px")
+
+
+def _times(known: KnownField, case: str) -> Iterator[Figure]:
     rng, speckle = np.random.default_rng(5), moved_speckle((512, 512), 5)
-    known = bumps(5)
     first, second = (eight_bit(speckle.draw(o), NOISE, rng) for o in (None, known.origin))
     limits = {"adaptive": at_most(100.0), "net": at_most(300.0), "image net": at_most(300.0)}
     for name, estimate in (*_FIXED.items(), *ESTIMATES.items(), ("image net", _image_net)):
@@ -294,7 +305,7 @@ def time() -> Iterator[Figure]:
         error = rms(np.sqrt(np.concatenate(list(_errors(estimate(first, second), known).values()))))
         yield from line(
             "Beyond one window: 512² from two images, one core",
-            name,
+            f"{name}{case}",
             **times(spent, limits.get(name)),
             time=(float(np.median(spent)), "ms"),
             error=(1e3 * error, "mpx, rms"),
