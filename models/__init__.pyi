@@ -203,7 +203,10 @@ from .forward.tile_pattern import (
     noise_from_sums as noise_from_sums,
     prepare_pattern as prepare_pattern,
 )
-from .image_net.displacement_net import load_displacement_net as load_displacement_net
+from .image_net.displacement_net import (
+    SHIPPED_DISPLACEMENT_NETS as SHIPPED_DISPLACEMENT_NETS,
+    load_displacement_net as load_displacement_net,
+)
 from .image_net.image_net import (
     image_net_field as image_net_field,
     shipped_image_net as shipped_image_net,
@@ -212,6 +215,7 @@ from .image_net.onnx import (
     image_onnx as image_onnx,
     write_image_onnx as write_image_onnx,
 )
+from .image_net.pair_score import PairScore as PairScore, score_pairs as score_pairs
 from .image_net.store import (
     ImageNet as ImageNet,
     load_image_net as load_image_net,

@@ -5,10 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 
 from models.field_net import store as field_store
+from models.field_net.field_net import SHIPPED as SHIPPED_FIELD_NET
 from models.field_net.store import FieldNet, load_field_net
 from models.image_net import store as image_store
+from models.image_net.image_net import SHIPPED as SHIPPED_IMAGE_NET
 from models.image_net.store import ImageNet, load_image_net
 from models.nets.array_file import net_format
+
+SHIPPED_DISPLACEMENT_NETS = {"dic-net": SHIPPED_FIELD_NET, "image-net": SHIPPED_IMAGE_NET}
+"""Files of the nets of this package, by the scenes that train them."""
 
 
 def load_displacement_net(path: str | Path) -> FieldNet | ImageNet:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rig.commands.output import emit, progress
+from rig.commands.score_displacement_net import displacement_net_file, score_displacement_net
 from rig.commands.score_table import table, touch_table, write_map
 from rig.commands.score_touch_net import score_touch_net, touch_net_file
 from rig.scene import parse_overrides
@@ -42,8 +43,18 @@ def score(
 
     With --set it is tested on others, as far as it learnt them. Of a recording whose truth is
     known, as in the twin, the touches that were found are scored. A touch net is scored on
-    touches that are drawn on its bench, beside the solver.
+    touches that are drawn on its bench, beside the solver; a net of displacement on drawn pairs
+    of images, beside the adaptive field.
     """
+    displacement = displacement_net_file(model)
+    if displacement is not None:
+        if error_map or settings:
+            raise ValueError(
+                "a net of displacement is scored on drawn pairs; leave --map and --set out"
+            )
+        with progress("measuring") as report:
+            score_displacement_net(displacement, report, as_json)
+        return
     net = touch_net_file(model)
     if net is not None:
         if error_map or settings:

@@ -69,6 +69,7 @@ def score_touch_net(path: Path, report: Callable[[int, int], None], as_json: boo
         found = draw_readings(net, forward, number, SAMPLES, SEED)
         rows.append(number_score(found))
         readings += found
+    report(MAX_TOUCHES + 1, MAX_TOUCHES + 1)
     ranked = ranks(readings, SEED)
     p_values = {name: flat(column) for name, column in zip("xyF", ranked.T, strict=True)}
     p_values["number"] = flat(number_ranks(readings, SEED))

@@ -1,11 +1,16 @@
 """`touchplate train dic-net` and `image-net`: on drawn data, stored, exported, gone on with."""
 
 import json
+import sys
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import models
 import rig
+from rig import cli
+from rig.commands import score_displacement_net
 
 pytest.importorskip("torch")
 
@@ -15,6 +20,7 @@ TINY = {
 }
 SECTION = {"dic-net": "field_net", "image-net": "image_net"}
 LOAD = {"dic-net": models.load_field_net, "image-net": models.load_image_net}
+SAVE = {"dic-net": models.save_field_net, "image-net": models.save_image_net}
 SHIPPED = {"dic-net": models.shipped_net, "image-net": models.shipped_image_net}
 
 
@@ -39,3 +45,28 @@ def test_the_shipped_net_is_that_of_the_shipped_scene(scene):
     about = dict(SHIPPED[scene]().about)
     assert about.pop("cpu_seconds") > 0
     assert about == section.model_dump()
+
+
+@pytest.mark.parametrize("scene", TINY)
+def test_a_net_is_scored_on_drawn_pairs_beside_the_adaptive_field(
+    scene, monkeypatch, capsys, tmp_path
+):
+    """A net that has seen nothing leaves the adaptive field: their errors are one."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(score_displacement_net, "PAIRS", 2)
+    net = SHIPPED[scene]()
+    nothing = np.zeros_like(net.low)
+    SAVE[scene](tmp_path / "own.npz", replace(net, low=nothing, high=nothing))
+    said = {}
+    for model in ("own.npz", scene):
+        monkeypatch.setattr(sys, "argv", ["touchplate", "score", model, "--json"])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        assert ended.value.code == 0
+        said[model] = json.loads(capsys.readouterr().out)
+    assert said["own.npz"]["by_net_fraction"] == 0
+    assert said["own.npz"]["ratio"] == pytest.approx(1, abs=1e-6)
+    assert said[scene]["pairs"] == 2
+    assert 0 < said[scene]["error"] < 0.5
+    assert said[scene]["adaptive_error"] == pytest.approx(said["own.npz"]["adaptive_error"])
+    assert said[scene]["seconds"] > 0
