@@ -9,6 +9,7 @@ from .bench.bench import (
 )
 from .bench.diagnosis import (
     CAUSES as CAUSES,
+    NO_CAUSE as NO_CAUSE,
     Cause as Cause,
     Diagnosis as Diagnosis,
     diagnose as diagnose,

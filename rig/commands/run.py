@@ -269,6 +269,8 @@ def _table(summary: dict[str, Any]) -> Table:
     if recorded := summary["recorded"]:
         table.add_row("recorded frames", f"{recorded['frames']}, {recorded['dropped']} left out")
         table.add_row("recording", recorded["status"])
+    if summary["diagnosis"]:
+        table.add_row("diagnosis", summary["diagnosis"])
     for row in _base_rows(summary.get("base")):
         table.add_row(*row)
     for way in ("pattern", "strain", "net"):

@@ -13,6 +13,7 @@ import numpy as np
 from models import BenchEstimate, Estimate, Tap, noise_from_sums
 from rig.live.baseline import ReferenceFrame
 from rig.live.bench import Bench
+from rig.live.diagnosing import Diagnosing
 from rig.live.first_frames import take_reference
 from rig.live.first_touches import FirstTouches
 from rig.live.frame_estimate import FrameEstimate
@@ -85,6 +86,7 @@ class Loop:
         self._taps: tuple[Tap, ...] = ()
         self._tare = Tare(bench)
         self._learning = _learning(bench, source)
+        self._diagnosing = _diagnosing(bench, source)
         self._recorded = False
 
     def get_ready(self, progress: Progress = to_nobody) -> FrameProcessor:
@@ -191,6 +193,7 @@ class Loop:
             "net": self.net_score.summary() if self.bench.net else None,
             "recorded": self._recorder.summary() if self._recorder else None,
             "learned": asdict(self._learning.learned) if self._learning else None,
+            "diagnosis": self._diagnosing.sentence if self._diagnosing else "",
         }
 
     @property
@@ -207,10 +210,11 @@ class Loop:
         self._renew(follower)
         self._begin_recording(follower)
         result = follower.process(frame)
+        cause = self._diagnose(follower, result)
         self._learn(frame, follower, result)
         shift = result.frame_estimate.state.motion[follower.chain.pattern.count :][:2]
         self._tare.follow(frame, result.frame_estimate, shift)
-        sentence = follower.sentence(result.frame_estimate)
+        sentence = follower.sentence(result.frame_estimate, cause)
         if self._recorder:
             identities = result.identities
             self._recorder.put(
@@ -224,9 +228,10 @@ class Loop:
         return self._snapshot(frame, follower, view, result, sentence, errors)
 
     def _notice(self, time: float) -> str:
-        """Say what was done at the user's wish: the tare, else a known weight."""
+        """Say what was done at the user's wish, the tare or a known weight; else what is wrong."""
         learning = self._learning.notice.at(time) if self._learning else ""
-        return self._tare.current_notice(time) or learning
+        cause = self._diagnosing.notice.at(time) if self._diagnosing else ""
+        return self._tare.current_notice(time) or learning or cause
 
     def _renew(self, follower: FrameProcessor) -> None:
         """Go over to a new reference, where one is ready."""
@@ -235,6 +240,8 @@ class Loop:
             self._reference = prepared.reference
             if self._learning:
                 self._learning.pause()
+            if self._diagnosing:
+                self._diagnosing.pause()
             if self._recorder:
                 self._recorder.renew(prepared.reference, prepared.chain)
 
@@ -248,7 +255,16 @@ class Loop:
         begins, self._recorded = recorded and not self._recorded, recorded
         if begins and self._learning and self.pace.frames and self._reference:
             self._learning.pause()
+            if self._diagnosing:
+                self._diagnosing.pause()
             follower.stand_still(self.bench.prepare_all(self._reference))
+
+    def _diagnose(self, follower: FrameProcessor, result: FrameResult) -> str:
+        """Name what of the bench is otherwise, where it is not known exactly; mostly empty."""
+        if self._diagnosing is None or self.bench.known is None:
+            return ""
+        self._diagnosing.follow(result.frame_estimate, follower.chain, self.bench.known)
+        return self._diagnosing.sentence
 
     def _learn(self, frame: Frame, follower: FrameProcessor, result: FrameResult) -> None:
         """Learn the bench on from a touch that is held, where it is not known exactly.
@@ -353,6 +369,13 @@ def _learning(bench: Bench, source: Source) -> Learning | None:
         return None
     first = FirstTouches(bench.known, bench.camera) if bench.known.is_prior else None
     return Learning(bench.known, bench.reference_frames, first, isinstance(source, Stored))
+
+
+def _diagnosing(bench: Bench, source: Source) -> Diagnosing | None:
+    """Diagnose a bench that is not known exactly."""
+    if not bench.known:
+        return None
+    return Diagnosing(bench.camera, bench.reference_frames, isinstance(source, Stored))
 
 
 def _sigma(estimate: Estimate, index: int) -> float:

@@ -149,18 +149,22 @@ class FrameProcessor:
         self._tracks, _, events = self._tracks.follow(NO_ESTIMATE, time)
         return events
 
-    def sentence(self, frame_estimate: FrameEstimate) -> str:
-        """Say what a frame shows, and what may be wrong with it."""
+    def sentence(self, frame_estimate: FrameEstimate, cause: str = "") -> str:
+        """Say what a frame shows, and what may be wrong with it.
+
+        Parameters
+        ----------
+        frame_estimate : FrameEstimate
+        cause : str
+            What is known to be otherwise than described, as a sentence.
+        """
         if frame_estimate.unusable_reason:
             return frame_estimate.unusable_reason
         said, fraction = _count(frame_estimate.estimate), float(np.mean(frame_estimate.hidden))
         if fraction > SLIGHT:
             said += f"; {fraction:.0%} of the pattern is hidden"
-        elif not is_consistent(frame_estimate.estimate):
-            said += (
-                ", but the image does not fit: is something in the way, the pattern worn, or the"
-                " bench not as the scene says (touchplate diagnose)?"
-            )
+        if not is_consistent(frame_estimate.estimate):
+            said += f", but the image does not fit{_why(frame_estimate, cause)}"
         if caution := self._caution(frame_estimate):
             said += f"; {caution}"
         return said
@@ -184,6 +188,20 @@ class FrameProcessor:
         """Start from a plate at rest, and know no touch."""
         self._state, self._tracks = at_rest(self.chain), Tracks()
         self._captured: float | None = None
+
+
+def _why(frame_estimate: FrameEstimate, cause: str) -> str:
+    """Say why touches do not explain a frame, as far as is known."""
+    if np.mean(frame_estimate.hidden) > SLIGHT:
+        return ": something is in the way"
+    if cause:
+        return f". {cause}"
+    if frame_estimate.hidden.any():
+        return ": a part of the pattern is not seen, something small lies there or it is worn"
+    return (
+        ": is something in the way, the pattern worn, or the bench not as the scene says"
+        " (touchplate diagnose)?"
+    )
 
 
 def _count(estimate: Estimate) -> str:

@@ -161,6 +161,7 @@ class SurfaceLoop:
             "net": None,
             "recorded": None,
             "learned": None,
+            "diagnosis": "",
             "base": self._base_summary(),
         }
 

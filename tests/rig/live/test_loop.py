@@ -3,14 +3,18 @@
 import json
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import fe
 from rig.live.bench import build_bench
+from rig.live.diagnosing import Diagnosing
+from rig.live.frame_estimate import NO_ESTIMATE
 from rig.live.loop import Loop
 from rig.live.pace import LATENCY
+from rig.live.tracker import FrameProcessor
 from rig.sources.twin import build_twin
 from rig.system.frame import Frame
 
@@ -304,3 +308,49 @@ def test_two_touches_are_called_two(start):
     *_, shot = run(loop, 3)
     assert shot.status == "2 touches"
     assert len(shot.truth) == 2
+
+
+CAUSE = "Not as calibrated: a plate that is not flat (+0.2 mm of sag); calibrate the bench."
+
+
+def test_a_cause_that_is_named_stands_in_frames_that_do_not_fit(start, monkeypatch):
+    def named(diagnosing, found, chain, known):
+        assert chain.pattern.count == len(found.measured)
+        assert known is not None
+        diagnosing.sentence = CAUSE
+
+    monkeypatch.setattr(Diagnosing, "follow", named)
+    usual = {"estimator.bench": "usual", "comparison": None, "source.script": "empty"}
+    loop = start(range(1000), usual)
+    assert {shot.status for shot in run(loop, 2)} == {"no touch"}
+    monkeypatch.setattr("rig.live.tracker.is_consistent", lambda estimate: False)
+    shots = run(loop, 2)
+    assert {shot.status for shot in shots} == {f"no touch, but the image does not fit. {CAUSE}"}
+    assert loop.summary()["diagnosis"] == CAUSE
+
+
+@pytest.mark.parametrize(
+    ("hidden", "p_value", "cause", "says"),
+    [
+        (0, 0.5, CAUSE, "no touch"),
+        (30, 0.5, CAUSE, "no touch; 30% of the pattern is hidden"),
+        (30, 1e-9, CAUSE, "30% of the pattern is hidden, but the image does not fit: something is"),
+        (
+            1,
+            1e-9,
+            "",
+            "does not fit: a part of the pattern is not seen, something small lies there",
+        ),
+        (0, 1e-9, "", "does not fit: is something in the way, the pattern worn, or the bench not"),
+        (0, 1e-9, CAUSE, f"does not fit. {CAUSE}"),
+    ],
+)
+def test_a_sentence_says_what_is_known_of_a_misfit(hidden, p_value, cause, says):
+    found = SimpleNamespace(
+        unusable_reason="",
+        estimate=replace(NO_ESTIMATE, p_value=p_value),
+        hidden=np.arange(100) < hidden,
+    )
+    follower = SimpleNamespace(_caution=lambda found: "")
+    said = FrameProcessor.sentence(follower, found, cause)
+    assert said.endswith(says) if p_value == 0.5 else says in said
