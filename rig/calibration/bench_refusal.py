@@ -113,8 +113,8 @@ def _presses(bench: models.BenchEstimate, size: tuple[float, float]) -> str | No
         )
     if held is not None and isfinite(held.force) and held.force > _FORCE:
         return (
-            f"forces of held-out presses are wrong by {held.force:.0%}; check the forces of the"
-            " list, in N"
+            f"the forces of the list contradict each other: held-out ones are wrong by"
+            f" {held.force:.0%}; check them, in N"
         )
     return None
 
