@@ -42,6 +42,7 @@ COARSE = 0.1
 and the descent does not end in a valley beside the right one."""
 
 _TURNS, _LIMIT = 3, 8
+# A turn whose descent has not ended is not the last: touches of unknown place take long.
 # Of the prior's σ: a turn that moves a number of the camera further is not the last. In a turn the
 # camera is taken to first order, and touches of unknown place lead it far.
 _MOVED = 0.35
@@ -103,7 +104,8 @@ def identify(
         problem = replace(problem, memory=bench.memory)
         for _ in range(_JUDGED):
             problem = replace(problem, labels=_labels(problem, terms, state))
-        last = turn + 1 >= _TURNS and camera_moved(problem, before, state.values) < _MOVED
+        still = converged and camera_moved(problem, before, state.values) < _MOVED
+        last = turn + 1 >= _TURNS and still
         if progress is not None:
             progress(turn + 1, max(_TURNS, turn + 2 - last))
         if last:

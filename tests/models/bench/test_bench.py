@@ -11,6 +11,7 @@ import pytest
 
 import fe
 import models
+from models.bench import identify as identification, joint
 from models.bench.marginal import own_error
 
 PLATE = fe.Plate((150.0, 110.0), 1.0, 3000.0, 0.38)
@@ -130,6 +131,20 @@ def test_a_list_says_what_its_labels_are_worth(forward, true, identified):
         given[k] = replace(given[k], touch=touch, sigma=given[k].sigma * (1.0, 1.0, factor))
     found = models.identify(forward, given, models.bench_before(PLATE))
     assert found.label_sigma[1] > 0.2, "forces that contradict each other are believed less"
+
+
+def test_a_descent_that_has_not_ended_goes_on_in_another_turn(forward, true, monkeypatch):
+    def descend(*given):
+        state, terms, _ = joint.descend(*given)
+        turns.append(len(turns) + 1)
+        return state, terms, len(turns) != 3
+
+    turns = []
+    monkeypatch.setattr(identification, "descend", descend)
+    given = presses(forward, true, PLACES[:3])
+    found = models.identify(forward, given, models.bench_before(PLATE), None, ("young", "sag"))
+    assert found.converged
+    assert turns == [1, 2, 3, 4]
 
 
 FRAMES, REFERENCES = 12, 16
