@@ -101,7 +101,7 @@ def test_right_benches_have_the_stated_p_values(forward):
 
 
 def calibrated(values=(), sigma=0.02):
-    """Give a bench of which presses have told some values, and how well in parts of the prior."""
+    """Give a bench of which presses have shown some values, and how well in parts of the prior."""
     prior = models.bench_before(PLATE)
     found = prior.values.copy()
     for name, value in dict(values).items():
