@@ -95,13 +95,15 @@ def _still_moving(field: BlockField, motion: F64) -> BlockField:
 def _unexplained(field: BlockField, left: F64, texture: TileTexture) -> BlockField:
     """Add to σ the motion that leaves of the images what noise does not, (R, C) grey levels².
 
-    Such a motion changes within a tile, and so leaves its square times that of the gradient.
+    Such a motion changes within a tile, and so leaves its square times that of the gradient. Slopes
+    are unsure by those of waves of two tiles.
     """
     if not left.any():
         return field
     sigma = field.sigma.copy()
     for a in range(2):
-        sigma[a, 0] = np.hypot(sigma[a, 0], TILE * np.sqrt(left * texture.even[..., a, a]))
+        lost = TILE * np.sqrt(left * texture.even[..., a, a])
+        sigma[a] = np.hypot(sigma[a], np.stack([lost, np.pi * lost, np.pi * lost]))
     return BlockField(field.values, sigma)
 
 

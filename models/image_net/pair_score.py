@@ -63,7 +63,7 @@ def score_pairs(
     clock : callable
         Time, s.
     report : callable
-        Is told the number of pairs that were measured, and of all.
+        Gets the number of pairs that were measured, and of all.
 
     Raises
     ------
@@ -109,7 +109,6 @@ def _measure(net: FieldNet | ImageNet, pair: RenderedPair) -> NetField:
 def _truth(pair: RenderedPair, xy: F64) -> F64:
     """Displacement (2, N) px of points, between the middles of the cells."""
     place = (xy[:, ::-1].T - (CELL - 1) / 2) / CELL
-    return np.stack([
-        map_coordinates(part.astype(np.float64), place, order=1, mode="nearest")
-        for part in pair.truth
-    ])  # fmt: skip
+    parts = pair.truth.astype(np.float64)
+    found = [np.asarray(map_coordinates(part, place, order=1, mode="nearest")) for part in parts]
+    return np.stack(found)

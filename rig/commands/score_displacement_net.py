@@ -49,8 +49,10 @@ def score_displacement_net(path: Path, report: Callable[[int, int], None], as_js
 
     net = load_displacement_net(path)
     scores = score_pairs(net, PAIRS, SEED, time.thread_time, report)
-    figures = {"model": str(path), "pairs": len(scores)} | _figures(scores)
-    emit(_table(path, figures), figures, as_json)
+    figures = _figures(scores)
+    title = f"{path}: {len(scores)} drawn pairs, {figures['points']} points"
+    said = {"model": str(path), "pairs": len(scores)} | figures
+    emit(_table(title, figures), said, as_json)
 
 
 def _figures(scores: list[PairScore]) -> dict[str, float]:
@@ -71,11 +73,12 @@ def _figures(scores: list[PairScore]) -> dict[str, float]:
     }
 
 
-def _table(path: Path, figures: dict[str, float]) -> Table:
+def _table(title: str, figures: dict[str, float]) -> Table:
     from rich.table import Table
 
-    shown = Table("field", "rms error, mpx", "÷ adaptive", "points of the net", "CPU ms a pair")
-    shown.title = f"{path}: {figures['pairs']} drawn pairs, {figures['points']} points"
+    shown = Table(
+        "field", "rms error, mpx", "÷ adaptive", "points of the net", "CPU ms a pair", title=title
+    )
     for name, error, seconds, ratio, own in (
         ("net", "error", "seconds", f"{figures['ratio']:.3f}", f"{figures['by_net_fraction']:.1%}"),
         ("adaptive", "adaptive_error", "adaptive_seconds", "1", "–"),

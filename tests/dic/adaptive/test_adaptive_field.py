@@ -186,6 +186,22 @@ def test_a_hand_over_the_pattern_is_left_out_and_the_rest_is_not_touched(speckle
     assert found.valid[clear].all()
 
 
+def test_a_masked_half_does_not_change_the_other_and_what_is_no_number_is_refused(speckle):
+    drawn, roi = speckle(SHAPE), np.ones(SHAPE, bool)
+    roi[:, 120:] = False
+    first, second = noisy(drawn.draw(), 41), noisy(drawn.draw(SHIFT, GRADIENT), 42)
+    whole = dic.adaptive_field(dic.prepare(first), second)
+    half = dic.adaptive_field(dic.prepare(first, roi=roi), second)
+    assert not half.valid[half.xy[:, 0] > 125].any()
+    known = half.valid & (half.xy[:, 0] < 100)
+    assert known.sum() > 0.9 * np.sum(half.xy[:, 0] < 100)
+    truth = drawn.displacement(half.xy, SHIFT, GRADIENT)
+    ours, theirs = (np.sqrt(np.mean(errors(f, truth)[known] ** 2)) for f in (half, whole))
+    assert ours < 1.5 * theirs
+    with pytest.raises(ValueError, match="deformed image"):
+        dic.adaptive_field(dic.prepare(first), np.where(second > 200, np.nan, second))
+
+
 def test_points_anywhere_are_those_of_the_grid_between_its_points(speckle):
     drawn = speckle(SHAPE)
     image, frame = noisy(drawn.draw(), 9), noisy(drawn.draw(SHIFT, GRADIENT), 10)

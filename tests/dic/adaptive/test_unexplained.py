@@ -49,3 +49,7 @@ def test_a_wave_too_short_for_tiles_is_not_stated_to_be_known(speckle):
     stated = np.column_stack([found.sigma_u, found.sigma_v])
     here = found.valid & np.all(np.abs(found.xy - (105, 90)) < (80, 65), axis=1)
     assert np.sqrt(np.mean(stated[here] ** 2) / np.mean(off[here] ** 2)) > 0.55
+    wave = -0.5 * 2 * np.pi / 10 * np.sin(2 * np.pi * found.xy[:, 1] / 10)
+    strain = dic.strain(found)
+    wrong, spread = (strain.eyy - wave)[here], strain.sigma[here, 1]
+    assert np.sqrt(np.mean(spread**2) / np.mean(wrong**2)) > 0.2  # it was 0.05

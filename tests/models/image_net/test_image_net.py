@@ -357,7 +357,7 @@ def test_an_roi_and_odd_sides_are_no_error(pair, shipped):
     assert np.array_equal(np.isfinite(found.field.u), found.field.valid)
 
 
-def test_a_mask_over_most_of_the_images_does_not_switch_it_off(shipped):
+def test_a_mask_over_more_than_half_of_the_images_does_not_switch_it_off(shipped):
     """The part that is looked at is measured as it is without the mask, at 60 % of the image."""
     origin, _ = short_wave(10)
     images = seen(speckle(), 5), seen(speckle(origin), 6)
