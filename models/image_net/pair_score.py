@@ -110,5 +110,9 @@ def _truth(pair: RenderedPair, xy: F64) -> F64:
     """Displacement (2, N) px of points, between the middles of the cells."""
     place = (xy[:, ::-1].T - (CELL - 1) / 2) / CELL
     parts = pair.truth.astype(np.float64)
-    found = [np.asarray(map_coordinates(part, place, order=1, mode="nearest")) for part in parts]
-    return np.stack(found)
+    return np.stack(
+        [
+            np.asarray(map_coordinates(part, place, order=1, mode="nearest"), dtype=np.float64)
+            for part in parts
+        ]
+    )

@@ -1,7 +1,7 @@
 """`touchplate correlate REF DEF`: images in; displacement, strain and their σ out.
 
-DEF is one image, or a whole test: a pattern such as 'frames/*.tif', a folder, a TIFF of several
-pages or a video.
+REF is one image, or several of the specimen at rest, whose mean is the reference. DEF is one image,
+or a whole test: a pattern such as 'frames/*.tif', a folder, a TIFF of several pages or a video.
 """
 
 from __future__ import annotations
@@ -29,7 +29,9 @@ Field = Literal["subset", "split", "adaptive", "net", "image-net"]
 
 
 def correlate(
-    reference: Annotated[Path, typer.Argument(metavar="REF", help="Image before.")],
+    reference: Annotated[
+        str, typer.Argument(metavar="REF", help="Image before; or 'stills/*.tif', a folder.")
+    ],
     deformed: Annotated[
         str,
         typer.Argument(metavar="DEF", help="Image after; or 'frames/*.tif', a folder, a video."),
@@ -100,7 +102,6 @@ def correlate(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Write u, v, Exx, Eyy, Exy, σ, ZNCC and status as HDF5 and CSV, and a plot of them."""
-    import dic
     from rig.commands import pair, photographs, whole_test
     from rig.commands.compiling import compiling_announced
     from rig.commands.scale import scale_of
@@ -116,7 +117,8 @@ def correlate(
     else:
         _check_how(follow, workers, cluster, plots)
     start = _guess(guess, field, net, follow)
-    before = photographs.read(reference)
+    stills = photographs.read_stills(reference)
+    before = stills[0]
     after = photographs.read(Path(deformed)) if frames is None else None
     drawn = read_regions(regions) if regions else Regions()
     mask = _mask(before, roi, drawn)
@@ -126,9 +128,7 @@ def correlate(
         subset, step = _chosen(before, deformed, frames)
 
     with compiling_announced():
-        prepared = dic.prepare(
-            before, subset=subset, step=step, order=order, roi=mask, prefilter=prefilter
-        )
+        prepared = _prepared(stills, subset, step, order, mask, prefilter)
         require_points(prepared)
         scaled = _scaled(on_object, prepared)
         strain = StrainOptions(window, kind, estimator, invariants, scaled, start)
@@ -140,6 +140,26 @@ def correlate(
             written = pair.Written(plots, force, as_json)
             named = Path(deformed).name, after
             pair.correlate(folder, prepared, named, drawn, strain, written)
+
+
+def _prepared(
+    stills: list[np.ndarray],
+    subset: int,
+    step: int,
+    order: int,
+    mask: np.ndarray | None,
+    prefilter: float | None,
+) -> dic.Reference:
+    """Prepare the reference, the mean of the stills where there are several."""
+    import dic
+
+    if len(stills) > 1:
+        return dic.prepare_stills(
+            stills, subset=subset, step=step, order=order, roi=mask, prefilter=prefilter
+        )
+    return dic.prepare(
+        stills[0], subset=subset, step=step, order=order, roi=mask, prefilter=prefilter
+    )
 
 
 def _refuse(deformed: str, options: Mapping[str, object]) -> None:

@@ -32,6 +32,27 @@ def read(path: Path) -> np.ndarray:
     return image
 
 
+def read_stills(named: str) -> list[np.ndarray]:
+    """Read the image that is the reference, or several of a folder or pattern, in their order.
+
+    Raises
+    ------
+    OSError, ValueError
+        One of them is no image that can be read.
+    """
+    from rig.series.frames import open_frames
+
+    path = Path(named)
+    if not path.is_dir() and (path.exists() or not any(letter in named for letter in "*?[")):
+        return [read(path)]
+    frames = open_frames(named)
+    say_if_coloured(frames)
+    stills = [frames.read(number) for number in range(len(frames.names))]
+    if len(stills) > 1:
+        say(f"the reference is the mean of {len(stills)} images, from {frames.names[0]} on")
+    return stills
+
+
 def say_if_coloured(frames: Frames | None) -> None:
     """Say that the luminance of frames is taken, by the first of them."""
     from rig.series.frames import ImageFiles

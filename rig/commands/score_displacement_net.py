@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -51,7 +51,7 @@ def score_displacement_net(path: Path, report: Callable[[int, int], None], as_js
     scores = score_pairs(net, PAIRS, SEED, time.thread_time, report)
     figures = _figures(scores)
     title = f"{path}: {len(scores)} drawn pairs, {figures['points']} points"
-    said = {"model": str(path), "pairs": len(scores)} | figures
+    said: dict[str, object] = {"model": str(path), "pairs": len(scores), **figures}
     emit(_table(title, figures), said, as_json)
 
 
@@ -73,7 +73,7 @@ def _figures(scores: list[PairScore]) -> dict[str, float]:
     }
 
 
-def _table(title: str, figures: dict[str, float]) -> Table:
+def _table(title: str, figures: Mapping[str, float]) -> Table:
     from rich.table import Table
 
     shown = Table(

@@ -451,3 +451,18 @@ def test_a_failure_while_writing_leaves_nothing(tmp_path):
         fail()
     assert files_in(tmp_path) == []
     assert not (tmp_path / "deep" / "out").exists()
+
+
+def test_several_images_at_rest_are_a_reference(correlate, tmp_path):
+    rng = np.random.default_rng(12)
+    (tmp_path / "stills").mkdir()
+    images = {f"stills/{k}.png": (0.0, 0.0) for k in range(6)} | {"after.png": SHIFT}
+    for name, shift in images.items():
+        noisy = np.clip(speckle(shift) + rng.normal(0, 3.0, SHAPE), 0, 255)
+        Image.fromarray(np.rint(noisy).astype(np.uint8)).save(tmp_path / name)
+    found = {}
+    for name in ("stills/*.png", "stills", "stills/0.png"):
+        done = correlate(name, "after.png", "--out", f"out{len(found)}", "--json")
+        found[name] = json.loads(done.stdout)["u"]["sigma"]
+    assert found["stills"] == found["stills/*.png"]
+    assert found["stills"] / found["stills/0.png"] == pytest.approx(np.sqrt(7 / 12), rel=0.15)
