@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dic.arrays import F64, I64, AnyArray
-from dic.correlation.checks import read_roi
+from dic.correlation.checks import check_options, read_roi
 from dic.correlation.correlation import correlate, iterate
 from dic.correlation.point_status import median_noise
 from dic.correlation.reference import Reference, prepare
@@ -51,18 +51,26 @@ def prepare_stills(
     ValueError
         As `prepare`; or there are fewer than two images, or they differ in size.
     """
-    stills = [check_image(image, "reference") for image in images]
+    stills = [check_image(image, "reference") for image in _listed(images)]
     if len(stills) < 2:
         raise ValueError(
             f"stills must be 2 images or more, got {len(stills)}; use dic.prepare for one"
         )
     for still in stills[1:]:
         check_pair(stills[0].shape, still.shape)
+    subset, step, order = check_options(stills[0].shape, subset, step, order)
     mean = np.asarray(np.mean(stills, axis=0, dtype=np.float64), dtype=np.float32)
     chosen = _prefilter(stills, mean, subset, roi) if prefilter is None else prefilter
     reference = prepare(mean, subset, step, order, roi, points, None, chosen)
     reference = replace(reference, stills=len(stills))
     return replace(reference, scatter=_scatter(reference, stills))
+
+
+def _listed(images: Sequence[ArrayLike]) -> list[ArrayLike]:
+    try:
+        return list(images)
+    except TypeError:
+        raise ValueError("stills must be images (H, W), two or more; list them") from None
 
 
 def _prefilter(

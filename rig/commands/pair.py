@@ -61,7 +61,7 @@ def correlate(
         remove_earlier(folder)
     with folder_aside(folder) as aside:
         error = nothing_measured(found.disp, image)
-        write_pair(aside, ref, name, found, error, regions, strain)
+        write_pair(aside, ref, name, found, error, regions, strain, _of_net(measured))
         _write_more(aside, ref, found, how.plots)
     read = reader_of(ref, regions, strain).read(found.table(strain.fields))
     figures = (

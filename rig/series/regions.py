@@ -12,12 +12,12 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from dic import export
-from rig.scene.quantity import LARGEST_SIDE
 from rig.series.invariants import STRAINS
 from rig.system.arrays import Mask
 
+_LARGEST = 20_000  # px, the largest side of an image
 Coordinate = Annotated[
-    float, Field(ge=-LARGEST_SIDE, le=LARGEST_SIDE, allow_inf_nan=False, description="px")
+    float, Field(ge=-_LARGEST, le=_LARGEST, allow_inf_nan=False, description="px")
 ]
 _Name = Annotated[str, Field(min_length=1)]
 Point = tuple[Coordinate, Coordinate]

@@ -78,8 +78,11 @@ def write_pair(
     error: str,
     regions: Regions,
     strain: StrainOptions,
+    more: Mapping[str, object],
 ) -> None:
     """Write a pair as a test of one frame called `name`: what reads a test reads it too.
+
+    `more` are attributes beside those of a test.
 
     Raises
     ------
@@ -88,7 +91,7 @@ def write_pair(
     ValueError
         The points of the reference lie on no grid.
     """
-    parts, settings = folder / PARTS, _settings(ref, (name,), strain) | {"follow": False}
+    parts, settings = folder / PARTS, _settings(ref, (name,), strain) | {"follow": False, **more}
     open_parts(parts, settings)
     write_part(parts, 0, found.table(strain.fields), error)
     _assemble(folder, (name,), ref, regions, strain, settings)

@@ -29,7 +29,8 @@ KINDS = [
     "U3",
     "M8[s]",
 ]
-FITTING = ("adapted", "image", "ref", "disp", "eps", "tiles", "blocks", "sums", "pixels", "frames")
+FITTING = ("adapted", "image", "ref", "disp", "eps", "tiles", "blocks", "sums", "pixels", "frames",
+           "stills")  # fmt: skip
 FILLS = [0, 1, 3, -5, 0.5, 255, np.nan, np.inf, 1e20, 1e300]
 
 
@@ -88,12 +89,14 @@ def fit():
         "sums": dic.tile_sums(tiles, image),
         "pixels": pixels,
         "frames": [image],
+        "stills": [image, image],
     }
 
 
 GENERAL = {  # functions that are given no more than numbers and arrays, with what fits
     "prepare": {"image": "image", "subset": 11, "step": 6, "order": 1, "roi": None, "points": None,
                 "device": None},
+    "prepare_stills": {"images": "stills", "subset": 11, "step": 6, "order": 1, "roi": None},
     "correlate": {"ref": "ref", "image": "image", "guess": "disp"},
     "correlate_split": {"ref": "ref", "image": "image", "guess": "disp"},
     "expected_sigma": {"ref": "ref", "noise": 2.0},

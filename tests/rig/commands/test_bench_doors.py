@@ -111,7 +111,8 @@ def test_a_p_value_that_is_too_small_for_a_number_is_not_none():
         Cause(name, 40.0, {"sag": 0.2}, p_value)
         for name, p_value in (("one", 0.0), ("other", 3e-7))
     )
-    table = diagnose._table(Diagnosis(90.0, 30, causes))
+    plate = fe.Plate((254.0, 180.0), 1.0, 3000.0, 0.38)
+    table = diagnose._table(Diagnosis(90.0, 30, causes, models.bench_before(plate), plate))
     assert list(table.columns[2].cells) == ["< 2e-308", "3e-07"]
 
 

@@ -112,7 +112,7 @@ def test_a_net_of_another_plate_is_refused(chain, twin):
 
 
 def test_a_file_that_is_not_there_names_the_command_that_trains():
-    with pytest.raises(FileNotFoundError, match="run 'touchplate train touch-net'"):
+    with pytest.raises(FileNotFoundError, match="by 'touchplate train touch-net'"):
         build({"estimator.start": "nowhere.npz"})
 
 

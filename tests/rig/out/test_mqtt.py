@@ -108,8 +108,9 @@ def test_touches_reach_the_broker_and_the_end_of_the_run_is_said(broker):
     assert (topic, flags) == ("plate/touches", 0)
     assert (frame["sequence"], frame["status"]) == (5, "one touch")
     assert frame["touches"] == [
-        {"id": 7, "x": 127.0, "y": 50.0, "force": 2.0, "sigma": [1.0, 0.5, 0.0], "sigma_force": 0.1}
-    ]
+        {"id": 7, "x": 127.0, "y": 50.0, "force": 2.0, "sigma": [1.0, 0.5, 0.0], "sigma_force": 0.1,
+         "force_interval": None}
+    ]  # fmt: skip
     assert broker.said.get(timeout=WAIT) == ("plate/online", "0", 1)
     assert broker.said.get(timeout=WAIT)[0] == "left"
 

@@ -161,12 +161,12 @@ def test_a_press_does_in_a_run_what_the_scene_says(
     scene, (light,) = small(foot_switch=does), plugged_in.toys
     followed = command._follow
 
-    def press_and_follow(loop, sinks, frames):
+    def press_and_follow(loop, sinks, frames, alarms):
         light.firmware.presses[0] += 1
-        followed(loop, sinks, 3)
+        followed(loop, sinks, 3, alarms)
         (board,) = [sink for sink in sinks if isinstance(sink, BoardSink)]
         wait_for(lambda: board._link._counted)
-        followed(loop, sinks, 40)
+        followed(loop, sinks, 40, alarms)
 
     monkeypatch.setattr(command, "_follow", press_and_follow)
     command.live(scene, Known(rig.Calibration(), ()), 40, True, None, True)

@@ -193,7 +193,8 @@ def test_keys_choose_frame_field_part_and_what_lies_under(page, looked_at):
     page.locator("#field").select_option("status")
     expect(page.locator("#legend")).to_contain_text("ok")
     seen["status"] = pixels(page)
-    images = list(seen.values())
+    rows = min(len(image) for image in seen.values())  # a legend of two lines leaves less room
+    images = [image[:rows] for image in seen.values()]
     for n, one in enumerate(images):
         for other in images[n + 1 :]:
             assert np.abs(one.astype(int) - other).mean() > 1
