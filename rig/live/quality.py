@@ -48,8 +48,8 @@ def _pattern(chain: Chain) -> Sign:
     noise = chain.noise / float(np.sqrt(np.median(chain.reference.hessian[:, (0, 2)])))
     aliasing = chain.reference.aliasing
     too_fine = aliasing > noise
-    text = f"{1e3 * aliasing:.0f} mpx a tile by aliasing, {1e3 * noise:.0f} by noise"
-    return Sign("pattern", f"{text}; defocus a little" if too_fine else text, too_fine)
+    text = f"{1e3 * aliasing:.0f} mpx aliased, {1e3 * noise:.0f} noise"
+    return Sign("pattern", f"{text}: defocus" if too_fine else text, too_fine)
 
 
 def _light(light: float) -> Sign:
