@@ -21,7 +21,7 @@ SQUARE = 0.005612024020  # w D / (P a²) under a touch in the middle, from a dou
 
 def plates() -> Iterator[Figure]:
     """Thin and thick, sprung and patched plates, touches near their edges."""
-    for thinness in (1e-1, 1e-3, 1e-6):
+    for thinness in (4e-2, 1e-3, 1e-6):  # beyond 0.05 plates shear, and are refused
         plate = fe.Plate(PAPER.size, 100.0 * thinness, 3000.0, 0.3)
         yield from middle(f"plate, thickness/side {thinness:.0e}", plate)
     for poisson in (-0.9, 0.0, 0.49, 0.499):
