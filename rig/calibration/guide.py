@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from rig.calibration.store import Part
+from rig.calibration.results import Part
 from rig.projector.content import Content
 from rig.system.frame import Frame
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from time import monotonic
 
 from rig.calibration.guide import Guide, Progress
-from rig.calibration.store import Part
+from rig.calibration.results import Part
 from rig.projector.content import Content
 from rig.system.frame import Frame, Source
 

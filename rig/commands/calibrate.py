@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from rig.calibration.board import CharucoBoard
     from rig.calibration.guide import Guide
     from rig.calibration.recorded import Recorded
-    from rig.calibration.store import Calibration, Part
+    from rig.calibration.results import Part
+    from rig.calibration.store import Calibration
     from rig.scene import Scene
 
 PART = {"camera": "lens"}  # name of what is kept, where it is another

@@ -8,7 +8,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rig.calibration.guide import Guide, Progress
-from rig.calibration.store import Calibration, Part
+from rig.calibration.results import Part
+from rig.calibration.store import Calibration
 from rig.commands.output import console
 from rig.live.view import View, empty_snapshot, plate_view
 from rig.page.controls import UNITS, PageControls, Wizard

@@ -14,8 +14,8 @@ from rig.calibration.guide import Guide
 from rig.calibration.guided import PATIENCE, SLICE
 from rig.calibration.light_guides import LatencyGuide, StripesGuide
 from rig.calibration.noise_guide import NoiseGuide
+from rig.calibration.results import Part
 from rig.calibration.steps import plate_of, posed, projector_of, seen_height
-from rig.calibration.store import Part
 from rig.page.controls import UNITS
 from rig.page.setup_view import Button, StepView
 from rig.projector.content import Content

@@ -9,7 +9,8 @@ from typing import Literal
 from pydantic import Field, ValidationError
 
 from rig.calibration import store
-from rig.calibration.store import Calibration, Part
+from rig.calibration.results import Part
+from rig.calibration.store import Calibration
 from rig.scene import Scene, load
 from rig.scene.refusal import SceneError, sentence
 from rig.scene.section import Section

@@ -8,7 +8,8 @@ import pytest
 
 import models
 from rig.calibration.bench_presses import Listed, read_list
-from rig.calibration.store import Calibration, entry_of, keep, read_calibration
+from rig.calibration.results import entry_of
+from rig.calibration.store import Calibration, keep, read_calibration
 
 HEAD = "press,first_frame,last_frame,x_mm,y_mm,force_n\n"
 

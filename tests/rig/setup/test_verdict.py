@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import models
-from rig.calibration import store
 from rig.calibration.latency import Latency
 from rig.calibration.photon import Photon
+from rig.calibration.results import entry_of
 from rig.calibration.store import Calibration
 from rig.scene import load
 from rig.setup.answers import NOTHING_SAID
@@ -19,7 +19,7 @@ from rig.setup.verdict import as_measured, measured_rows
 def calibrated(*parts):
     entries = {}
     for part in parts:
-        entries |= store.entry_of(part, datetime.now(UTC))
+        entries |= entry_of(part, datetime.now(UTC))
     return Calibration(**entries)
 
 
