@@ -125,7 +125,8 @@ def correlate(
     estimator = field if net is None else _net(net, field)
     on_object = scale_of(scale, camera, before.shape)
     if auto:
-        subset, step = _chosen(before, deformed, frames)
+        first = _first(frames) if after is None else after
+        subset, step = _chosen(before, first, frames.names[0] if frames else Path(deformed).name)
 
     with compiling_announced():
         prepared = _prepared(stills, subset, step, order, mask, prefilter)
@@ -267,14 +268,11 @@ def _read_mask(path: Path, shape: tuple[int, ...]) -> np.ndarray:
     return mask
 
 
-def _chosen(before: np.ndarray, deformed: str, frames: Frames | None) -> tuple[int, int]:
+def _chosen(before: np.ndarray, after: np.ndarray | None, name: str) -> tuple[int, int]:
     """Subset and step for the pattern, and for the noise between it and the first frame."""
     import dic
     from rig.series.noise import image_noise
-    from rig.series.photograph import read_photograph
 
-    after = read_photograph(Path(deformed)) if frames is None else _first(frames)
-    name = Path(deformed).name if frames is None else frames.names[0]
     noise = image_noise(before, after, name)
     advice = dic.recommend_settings(before, noise.level)
     say(
@@ -285,8 +283,8 @@ def _chosen(before: np.ndarray, deformed: str, frames: Frames | None) -> tuple[i
     return advice.subset, advice.step
 
 
-def _first(frames: Frames) -> np.ndarray | None:
+def _first(frames: Frames | None) -> np.ndarray | None:
     try:
-        return frames.read(0)
+        return frames.read(0) if frames else None
     except (OSError, ValueError):  # it is left out of the test too
         return None

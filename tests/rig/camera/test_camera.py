@@ -9,6 +9,7 @@ import pytest
 
 from rig.camera import InOrder, LiveCamera
 from rig.system.frame import Frame
+from tests.waiting import wait_for
 
 SECONDS = 10.0
 
@@ -37,13 +38,6 @@ class Played:
 
     def close(self):
         self.closed = True
-
-
-def wait_for(condition):
-    end = time.monotonic() + SECONDS
-    while not condition():
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.005)
 
 
 def let_time_pass(seconds, condition):

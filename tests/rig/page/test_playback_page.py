@@ -1,7 +1,6 @@
 """Recordings that are played beside a run, on a page of another process."""
 
 import json
-import time
 
 import httpx
 import pytest
@@ -16,17 +15,10 @@ from rig.recording.control import Switch
 from rig.scene.loop import Page
 from rig.web.access import Access
 from tests.rig.page.conftest import draw_snapshot
+from tests.waiting import wait_for
 
 SECONDS = 60.0
 EVERYONE = Page(port=0, viewers="machine")
-
-
-def wait_for(condition):
-    end = time.monotonic() + SECONDS
-    while not (value := condition()):
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.02)
-    return value
 
 
 @pytest.fixture

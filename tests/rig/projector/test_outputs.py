@@ -7,7 +7,6 @@ import os
 import shutil
 import subprocess
 import tempfile
-import time
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -20,12 +19,12 @@ from rig.live.snapshot import Mark
 from rig.projector import open_projector, outputs, window_process as process
 from rig.projector.markers import draw_marks, fit_plate
 from rig.projector.outputs import Output, choose_output
+from tests.waiting import wait_for
 
 LAPTOP, SIZE, PLATE = (1368, 768), (1280, 800), (254.0, 180.0)
 SCREEN = fit_plate(SIZE, PLATE)
 MARKS = (Mark(60.0, 50.0, 2.0), Mark(200.0, 120.0, 0.7))
 NOBODY = 65534
-SECONDS = 20
 
 
 def laptop_first():
@@ -66,14 +65,6 @@ def test_an_output_that_is_not_there_is_refused_with_those_that_are(wanted):
 def test_no_output_of_the_size_is_said_with_those_that_are_there():
     with pytest.raises(ValueError, match="no output has the projector's 800 x 600 px; set"):
         choose_output(laptop_first(), None, (800, 600))
-
-
-def wait_for(condition):
-    end = time.monotonic() + SECONDS
-    while not (value := condition()):
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.05)
-    return value
 
 
 class Desktop:

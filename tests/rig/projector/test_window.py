@@ -17,18 +17,11 @@ from rig.live.snapshot import Mark
 from rig.projector import open_projector
 from rig.projector.content import image_of
 from rig.projector.markers import draw_marks, fit_plate, project
+from tests.waiting import wait_for
 
 SIZE, PLATE = (640, 400), (254.0, 180.0)
 SCREEN = fit_plate(SIZE, PLATE)
 SECONDS = 20
-
-
-def wait_for(condition):
-    end = time.monotonic() + SECONDS
-    while not (value := condition()):
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.02)
-    return value
 
 
 @pytest.fixture

@@ -1,7 +1,6 @@
 """The board in the loop: a lamp that follows the touches, and a foot switch that acts."""
 
 import logging
-import time
 from contextlib import nullcontext
 from dataclasses import replace
 from itertools import count
@@ -20,15 +19,7 @@ from rig.sources.board_sink import BoardSink, lamp_level
 from rig.sources.twin import build_twin
 from rig.usb.link import ROUND, BoardLink
 from tests.rig.page.conftest import draw_snapshot
-
-PATIENCE = 10.0  # s
-
-
-def wait_for(true):
-    end = time.monotonic() + PATIENCE
-    while not true():
-        assert time.monotonic() < end
-        time.sleep(0.002)
+from tests.waiting import wait_for
 
 
 def frame(*forces):
