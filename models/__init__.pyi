@@ -205,6 +205,7 @@ from .forward.tile_pattern import (
     prepare_pattern as prepare_pattern,
 )
 from .image_net.displacement_net import (
+    DISPLACEMENT_FORMATS as DISPLACEMENT_FORMATS,
     SHIPPED_DISPLACEMENT_NETS as SHIPPED_DISPLACEMENT_NETS,
     load_displacement_net as load_displacement_net,
 )

@@ -89,7 +89,7 @@ def sentence(error: ValueError | OSError) -> str:
 
 def _replace_what_it_lacks(stream: TextIO) -> None:
     """Let a stream write ? for a letter that its encoding lacks: cp1252 pipes have no ν."""
-    if isinstance(stream, TextIOWrapper):
+    if isinstance(stream, TextIOWrapper) and stream.errors == "strict":
         stream.reconfigure(errors="replace")
 
 

@@ -15,6 +15,9 @@ from models.nets.array_file import net_format
 SHIPPED_DISPLACEMENT_NETS = {"dic-net": SHIPPED_FIELD_NET, "image-net": SHIPPED_IMAGE_NET}
 """Files of the nets of this package, by the scenes that train them."""
 
+DISPLACEMENT_FORMATS = field_store.FORMAT, image_store.FORMAT
+"""What files of such nets say that they hold; see `net_format`."""
+
 
 def load_displacement_net(path: str | Path) -> FieldNet | ImageNet:
     """Read what `save_field_net` or `save_image_net` wrote.

@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.ndimage import map_coordinates, spline_filter
+from scipy.spatial import KDTree
 
 from dic import DisplacementField, Reference, Status, adaptive_field, check_image
-from models.arrays import F64, AnyArray, Mask
+from models.arrays import F64, I64, AnyArray, Mask
 from models.field_net.field_net import REINSTALL, TOO_SMALL, NetField, adaptive_alone
 from models.image_net.features import STRIDE
 from models.image_net.refine import RefinedCells, refine
@@ -91,12 +92,13 @@ def _at_points(found: DisplacementField, cells: RefinedCells) -> NetField:
     place = ((found.xy - (CELL - 1) / 2) / CELL)[:, ::-1].T  # rows, columns of cells
     nearest = np.rint(place).astype(np.int64)
     nearest = np.clip(nearest, 0, np.array(cells.known.shape)[:, None] - 1)
-    own = cells.known & cells.changed
-    by_net = own[nearest[0], nearest[1]] & np.isin(found.status, _REFINED)
+    known, changed = (part[nearest[0], nearest[1]] for part in (cells.known, cells.changed))
+    by_net = known & changed & np.isin(found.status, _REFINED)
     splines = [spline_filter(part, 3, mode="nearest") for part in _finite(cells.motion)]
     values = np.stack([_interpolated(spline, place) for spline in splines])
     sigma = cells.sigma[:, nearest[0], nearest[1]].astype(np.float64)
-    growth = sigma / np.stack([found.sigma_u, found.sigma_v])
+    near = _nearest_measured(found)
+    growth = sigma / np.stack([found.sigma_u, found.sigma_v])[:, near]
     slopes = np.stack([_slopes(spline, place) for spline in splines], axis=1)
     each = by_net[:, None, None]
     field = replace(
@@ -106,19 +108,27 @@ def _at_points(found: DisplacementField, cells: RefinedCells) -> NetField:
         sigma_u=np.where(by_net, sigma[0], found.sigma_u),
         sigma_v=np.where(by_net, sigma[1], found.sigma_v),
         gradient=np.where(each, slopes, found.gradient),
-        sigma_gradient=np.where(each, growth.T[:, :, None], 1.0) * found.sigma_gradient,
+        sigma_gradient=np.where(
+            each, growth.T[:, :, None] * found.sigma_gradient[near], found.sigma_gradient
+        ),
         status=np.where(by_net, Status.OK, found.status).astype(np.int8),
-        gauge=_gauge(found, np.where(by_net, growth, 1.0)),
+        gauge=_gauge(found, near, np.where(by_net, growth, 1.0)),
     )
-    changed = cells.changed[nearest[0], nearest[1]]
-    return NetField(field, by_net, _reason(by_net, changed, field.valid))
+    return NetField(field, by_net, _reason(by_net, known, field.valid))
 
 
-def _gauge(found: DisplacementField, growth: F64) -> F64 | None:
+def _nearest_measured(found: DisplacementField) -> I64:
+    """Return the nearest point that is measured for each point, (N,); its own number if it is."""
+    measured = np.flatnonzero(found.valid)
+    _, nearest = KDTree(found.xy[measured]).query(found.xy)
+    return measured[np.asarray(nearest, dtype=np.int64)]
+
+
+def _gauge(found: DisplacementField, near: I64, growth: F64) -> F64 | None:
     """Window of the points whose σ (2, N) has grown: its pixels go with the inverse variance."""
     if found.gauge is None:
         return None
-    return np.asarray(found.gauge / np.sqrt(np.mean(np.square(growth), axis=0)), np.float64)
+    return np.asarray(found.gauge[near] / np.sqrt(np.mean(np.square(growth), axis=0)), np.float64)
 
 
 def _finite(motion: AnyArray) -> F64:
@@ -140,15 +150,16 @@ def _slopes(spline: F64, place: F64) -> F64:
     return np.column_stack(steps) / (2 * CELL)
 
 
-def _reason(by_net: Mask, changed: Mask, valid: Mask) -> str:
+def _reason(by_net: Mask, known: Mask, valid: Mask) -> str:
+    """Say why points are not those of the net: it adds nothing there, or it is not believed."""
     count = max(np.count_nonzero(valid), 1)
-    same, rest = (np.count_nonzero(valid & ~by_net & part) / count for part in (~changed, changed))
-    if same + rest == 0:
+    causes = {
+        "because the net changes nothing there": valid & ~by_net & known,
+        "because it has not seen the like or leaves more of the images than noise": valid & ~known,
+    }
+    fractions = {why: np.count_nonzero(part) / count for why, part in causes.items()}
+    said = [f"{part:.1%} {why}" for why, part in fractions.items() if part]
+    if not said:
         return "all points are those of the net"
-    refused = (
-        f", and {rest:.1%} because it has not seen the like or leaves more of the images than noise"
-    )
-    return (
-        f"{same + rest:.1%} of the points are of the adaptive field: {same:.1%} because the net "
-        f"changes nothing there{refused if rest else ''}"
-    )
+    total = sum(fractions.values())
+    return f"{total:.1%} of the points are of the adaptive field: {', and '.join(said)}"

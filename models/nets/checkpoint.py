@@ -15,7 +15,16 @@ import numpy as np
 
 from models.arrays import AnyArray
 
-DAMAGE = OSError, ValueError, EOFError, KeyError, RuntimeError, zipfile.BadZipFile, zlib.error
+DAMAGE = (
+    OSError,
+    ValueError,
+    EOFError,
+    KeyError,
+    RuntimeError,
+    TypeError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
 """What NumPy raises where an ``.npz`` is damaged: RuntimeError where its ways of packing are."""
 
 

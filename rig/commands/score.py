@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rig.commands.net_file import net_file
 from rig.commands.output import emit, progress
-from rig.commands.score_displacement_net import displacement_net_file, score_displacement_net
+from rig.commands.score_displacement_net import score_displacement_net
 from rig.commands.score_table import table, touch_table, write_map
-from rig.commands.score_touch_net import score_touch_net, touch_net_file
+from rig.commands.score_touch_net import score_touch_net
 from rig.scene import parse_overrides
 from rig.training.data import model_path
 from rig.training.model_score import Scored, is_recording, score_model, score_recording
@@ -46,21 +47,11 @@ def score(
     touches that are drawn on its bench, beside the solver; a net of displacement on drawn pairs
     of images, beside the adaptive field.
     """
-    displacement = displacement_net_file(model)
-    if displacement is not None:
-        if error_map or settings:
-            raise ValueError(
-                "a net of displacement is scored on drawn pairs; leave --map and --set out"
-            )
-        with progress("measuring") as report:
-            score_displacement_net(displacement, report, as_json)
-        return
-    net = touch_net_file(model)
+    net = net_file(model)
     if net is not None:
         if error_map or settings:
-            raise ValueError("a touch net is scored on its own bench; leave --map and --set out")
-        with progress("reading") as report:
-            score_touch_net(net, report, as_json)
+            raise ValueError("such a net is scored on drawn data; leave --map and --set out")
+        _score_net(net, as_json)
         return
     path = model_path(model) if Path(model).suffix in ("", ".toml") else Path(model)
     with progress("influence") as report:
@@ -71,6 +62,14 @@ def score(
     if scored.touches:
         said |= {"touches": asdict(scored.touches), "bands": [asdict(one) for one in scored.bands]}
     emit(_tables(scored), said, as_json)
+
+
+def _score_net(path: Path, as_json: bool) -> None:
+    from models import DISPLACEMENT_FORMATS, net_format
+
+    measures = net_format(path) in DISPLACEMENT_FORMATS
+    with progress("measuring") as report:
+        (score_displacement_net if measures else score_touch_net)(path, report, as_json)
 
 
 def _scored(path: Path, settings: list[str], report: Callable[[int, int], None]) -> Scored:

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rig.commands.output import emit
-from rig.training.data import model_path
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -19,22 +18,6 @@ if TYPE_CHECKING:
 
 PAIRS, SEED = 24, 104729
 """Pairs that are drawn, and a seed that no training has."""
-
-
-def displacement_net_file(model: str) -> Path | None:
-    """Return the file of a net of displacement that `touchplate score` is asked for, if it is one.
-
-    A scene that was not trained here means the net of the package.
-    """
-    from models import SHIPPED_DISPLACEMENT_NETS, net_format
-
-    path = Path(model)
-    if path.suffix in ("", ".toml"):
-        trained = model_path(model).with_suffix(".npz")
-        path = trained if trained.is_file() else SHIPPED_DISPLACEMENT_NETS.get(model, trained)
-    if path.suffix != ".npz" or not path.is_file():
-        return None
-    return path if net_format(path) in ("touchplate field net", "touchplate image net") else None
 
 
 def score_displacement_net(path: Path, report: Callable[[int, int], None], as_json: bool) -> None:

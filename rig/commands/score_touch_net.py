@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rig.commands.output import emit
-from rig.training.data import model_path
 from rig.training.touch_net_score import (
     NumberScore,
     TouchReading,
@@ -29,24 +28,6 @@ SAMPLES = 300
 """Measurements of each number of touches."""
 
 SEED = 1
-
-
-def touch_net_file(model: str) -> Path | None:
-    """Return the file of a touch net that `touchplate score` is asked for, if it is one.
-
-    A scene that was not trained here means the net of the package.
-    """
-    path = Path(model)
-    if path.suffix == ".npz":
-        return path
-    trained = model_path(model).with_suffix(".npz")
-    if path.suffix in ("", ".toml") and trained.is_file():
-        return trained
-    if model == "touch-net":
-        from models import SHIPPED_TOUCH_NET
-
-        return SHIPPED_TOUCH_NET
-    return None
 
 
 def score_touch_net(path: Path, report: Callable[[int, int], None], as_json: bool) -> None:

@@ -250,6 +250,9 @@ def test_a_net_that_says_nonsense_is_not_believed(pair, shipped):
     nothing = np.zeros_like(shipped.low)
     found = models.image_net_field(ref, pair[1], replace(shipped, low=nothing, high=nothing))
     assert not found.by_net.any()
+    assert found.reason.startswith("100.0%")
+    assert "it has not seen the like" in found.reason
+    assert "changes nothing" not in found.reason
 
 
 def short_wave(period):
@@ -294,6 +297,9 @@ def test_strain_of_what_it_resolves_is_of_its_own_slopes_and_states_its_error(sh
     error, stated = (eyy.eyy - wave)[here], eyy.sigma[here, 1]
     assert np.sqrt(np.mean(error**2)) < 0.75 * np.sqrt(np.mean(wave[here] ** 2))
     assert 0.5 < np.sqrt(np.mean(stated**2) / np.mean(error**2)) < 2
+    rescued = found.by_net & ~known  # of which the adaptive field has no σ
+    assert np.isfinite(eyy.sigma[eyy.valid]).all()
+    assert rescued.any()
 
 
 def test_where_the_net_adds_nothing_strain_and_its_sigma_are_those_of_the_adaptive_field(shipped):
