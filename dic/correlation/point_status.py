@@ -147,7 +147,6 @@ def expected_sigma(ref: Reference, noise: float | None = None) -> F64:
             f"noise must be 0 grey levels or more, got {given:g}; give that of the camera, or"
             " prepare the reference without a prefilter"
         )
-    given *= np.sqrt(ref.stills) if noise is None else 1.0
     level = np.full(len(ref.xy), given * np.sqrt(gaussian_power(ref.prefilter.sigma)))
     fraction = _noise_fraction(ref, level)
     count = (ref.inverse.shape[1] - 2) // 2

@@ -30,6 +30,24 @@ _NO_PREFILTER = Prefilter()
 
 
 @dataclass(frozen=True)
+class Rest:
+    """The specimen at rest: the mean of some images.
+
+    Attributes
+    ----------
+    image : (H, W), grey levels
+    stills : int
+        Images whose mean it is.
+    levels : tuple of (int, Status)
+        Grey levels at which their pixels clip.
+    """
+
+    image: AnyArray
+    stills: int
+    levels: tuple[tuple[int, Status], ...]
+
+
+@dataclass(frozen=True)
 class Reference:
     """What `correlate` needs of the reference; made by `prepare`.
 
@@ -133,7 +151,23 @@ def prepare(
     ValueError
         One sentence on what cannot be used.
     """
-    image = check_reference(image)
+    given = check_reference(image)
+    rest = Rest(given, 1, clipping.levels(given))
+    return prepare_rest(rest, subset, step, order, roi, points, device, prefilter)
+
+
+def prepare_rest(
+    rest: Rest,
+    subset: int,
+    step: int,
+    order: int,
+    roi: ArrayLike | None,
+    points: ArrayLike | Grid | None,
+    device: str | None,
+    prefilter: Prefilter | float | None,
+) -> Reference:
+    """Prepare the specimen at rest, as `prepare` does a single image of it."""
+    image = rest.image
     subset, step, order = check_options(image.shape, subset, step, order)
     weight = read_roi(roi, image.shape)
     grid = (
@@ -144,10 +178,11 @@ def prepare(
         check_served(device, grid)
     centres = np.rint(xy).astype(np.int64)
 
-    status = _status(image, weight, centres, subset // 2)
+    status = _status(rest, weight, centres, subset // 2)
     chosen = read_prefilter(prefilter, image, weight, subset)
     texture = _texture(chosen.apply(image), _inner(weight, chosen.sigma))
-    status = _without_bare(texture, centres, status, subset // 2, chosen)
+    noise = chosen.noise / rest.stills**0.5
+    status = _without_bare(texture, centres, status, subset // 2, chosen.sigma, noise)
     sums = _sums(texture, xy, subset // 2, order, grid)
     slope, status = normal.smallest_slope(sums, status, order)
     noise_gain = _noise_gain(texture, centres, subset // 2, chosen.sigma)
@@ -169,6 +204,7 @@ def prepare(
         subsets=gather(texture, xy, subset // 2) if grid is None else None,
         device=device,
         prefilter=chosen,
+        stills=rest.stills,
     )
 
 
@@ -193,11 +229,12 @@ def _texture(image: AnyArray, weight: Mask) -> F32:
     return texture
 
 
-def _status(image: AnyArray, weight: Mask, centres: I64, half: int) -> I8:
+def _status(rest: Rest, weight: Mask, centres: I64, half: int) -> I8:
+    image = rest.image
     status = np.zeros(len(centres), dtype=np.int8)
     area = box_areas(centres, half, image.shape)
     enough = (2 * half + 1) ** 2 / 2
-    for level, name in clipping.levels(image):
+    for level, name in rest.levels:
         clipped = image == level
         if np.count_nonzero(clipped) > _CLIPPED * enough:
             status[box_sums(clipped, centres, half) > _CLIPPED * area] = name
@@ -208,7 +245,9 @@ def _status(image: AnyArray, weight: Mask, centres: I64, half: int) -> I8:
     return status
 
 
-def _without_bare(texture: F32, centres: I64, status: I8, half: int, prefilter: Prefilter) -> I8:
+def _without_bare(
+    texture: F32, centres: I64, status: I8, half: int, sigma: float, noise: float
+) -> I8:
     """Name FLAT the points with no pattern of their own, such as those in a hole near its rim.
 
     The rim alone can be followed, but it says nothing of the place of the point. Noise has a
@@ -221,8 +260,8 @@ def _without_bare(texture: F32, centres: I64, status: I8, half: int, prefilter: 
     own = box_sums(steepness, centres[usable], half // 2)
     pixels = box_areas(centres[usable], half // 2, steepness.shape)
     own /= pixels
-    variance = np.nan_to_num(prefilter.noise) ** 2 * gaussian_power(prefilter.sigma)
-    of_noise = 2.0 * noise_slope(prefilter.sigma) * variance
+    variance = np.nan_to_num(noise) ** 2 * gaussian_power(sigma)
+    of_noise = 2.0 * noise_slope(sigma) * variance
     # A pattern that is itself white is taken for noise; it is so everywhere.
     usual = np.median(own)
     by_noise = np.minimum((1.0 + _FAR * 2.0 / np.sqrt(pixels)) * of_noise, _HALF * usual)

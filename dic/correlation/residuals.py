@@ -20,7 +20,7 @@ from dic.correlation.newton import NOWHERE, Image, Known, Points, bench_tools, n
 from dic.correlation.reference import Reference
 from dic.correlation.subset import LOST, Tools, correlate_with, gather, lay_out, subtract_fit, warp
 
-_SAMPLES = 144  # subsets of a grid
+_SAMPLES = 144  # subsets that are warped anew
 _FEWEST = 12  # subsets from which a mean is taken
 _KNOWN = 0.3  # fraction of block sums that the fit must leave, or they say too little
 
@@ -36,15 +36,20 @@ def excess(ref: Reference, points: Points, frame: DeformedImage, valid: AnyArray
     expected = ref.block_gain
     if expected.min() < _KNOWN:
         return np.ones(2)
-    seen = points.blocks[valid] if ref.grid is None else _on_grid(ref, points, frame, valid)
-    found = seen[np.isfinite(seen[:, 0])]
+    found = _known(points.blocks[valid])
+    if len(found) < _FEWEST:  # of a grid none, and of scattered points where most are lost
+        found = _known(_looked_at(ref, points, frame, valid))
     if len(found) < _FEWEST:
         return np.ones(2)
     return np.maximum(found.mean(axis=0) / expected, 1.0)
 
 
-def _on_grid(ref: Reference, points: Points, frame: DeformedImage, valid: AnyArray) -> F64:
-    """Sum over blocks of some subsets of a grid, (M, 2), as `Points.blocks`."""
+def _known(ratios: F64) -> F64:
+    return ratios[np.isfinite(ratios[:, 0])]
+
+
+def _looked_at(ref: Reference, points: Points, frame: DeformedImage, valid: AnyArray) -> F64:
+    """Sum over blocks of some subsets that are warped anew, (M, 2), as `Points.blocks`."""
     here = sampled(ref, valid, _SAMPLES)
     ratios = np.full((len(here), 2), np.nan)
     _sum_blocks(

@@ -119,7 +119,7 @@ def follow_frame(
 def renewed_reference(ref: Reference, start: DisplacementField, image: ArrayLike) -> Reference:
     """Prepare a later frame at the points to which those of the first reference have moved.
 
-    It passes the prefilter of the first.
+    It passes the prefilter of the first, and what its stills scatter by widens σ as there.
 
     Parameters
     ----------
@@ -132,7 +132,8 @@ def renewed_reference(ref: Reference, start: DisplacementField, image: ArrayLike
     check_type(ref, Reference, "ref", "dic.prepare")
     check_type(start, DisplacementField, "start", "dic.correlate")
     moved = (ref.xy + np.column_stack([start.u, start.v]))[_here(ref, start)]
-    return prepare(image, ref.subset, order=ref.order, points=moved, prefilter=ref.prefilter)
+    renewed = prepare(image, ref.subset, order=ref.order, points=moved, prefilter=ref.prefilter)
+    return replace(renewed, scatter=ref.scatter)
 
 
 def _here(ref: Reference, start: DisplacementField | None) -> I64:

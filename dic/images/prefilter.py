@@ -29,7 +29,8 @@ class Prefilter:
     sigma : float, px
         Standard deviation of the Gaussian; 0 is none.
     noise : float, grey levels
-        Standard deviation of the noise of the reference, from its spectrum; NaN if not measured.
+        Standard deviation of the noise of an image, from its spectrum or from several; NaN if not
+        measured.
     without, predicted : float, px
         Error of a displacement predicted without a filter and with this one, of noise,
         interpolation and aliasing; NaN if not predicted.

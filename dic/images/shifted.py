@@ -16,17 +16,19 @@ from dic.images.prefilter import gaussian_taps
 from dic.images.spline import impulse_response
 from dic.images.warp import TAPS, weights
 
-_REACH = 13
-"""Pixels to which the response of the filter is taken: what is left is 1e-5 of it.
+_REACH = 17
+"""Pixels to which the response of the filter is taken; what lies beyond goes to the last of them.
 
-It moves a subset by 2e-5 px, and only where that bends as its shape function cannot.
+With a Gaussian of 0 px this fills whole chunks of taps. The rest is 1e-7 of the response.
 """
 _CHUNK = 8  # taps in one pass over a line
 
 
 def response(sigma: float) -> F32:
     """Coefficients that a single pixel of 1 leaves behind a Gaussian of `sigma` px, (2 R + 1,)."""
-    whole = np.convolve(impulse_response(_REACH), gaussian_taps(sigma).astype(np.float64))
+    alone = impulse_response(_REACH)
+    alone[[0, -1]] += (1.0 - alone.sum()) / 2
+    whole = np.convolve(alone, gaussian_taps(sigma).astype(np.float64))
     return np.asarray(whole / whole.sum(), dtype=np.float32)
 
 

@@ -5,6 +5,7 @@ import tracemalloc
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
+from scipy import ndimage
 
 import dic
 from dic import Status
@@ -48,17 +49,17 @@ def test_displacement_is_that_of_the_point_and_not_of_its_pixel(dx, dy):
     assert disp.u[0] == pytest.approx(u, abs=3e-3)
 
 
-# Few points are filtered on their own, with what lies beyond 13 px left out; a subset that bends as
+# Few points are filtered on their own, with what lies beyond 17 px left out; a subset that bends as
 # its shape function cannot, here that of order 0, shows it.
-@pytest.mark.parametrize(("order", "apart"), [(0, 1e-4), (1, 1e-6), (2, 1e-6)])
-def test_point_does_not_feel_which_others_are_measured_with_it(pattern, reference, order, apart):
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_point_does_not_feel_which_others_are_measured_with_it(pattern, reference, order):
     rng, frame = np.random.default_rng(8), pattern.draw((0.3, -0.2), ((4e-3, 0), (2e-3, 0)))
     xy = rng.uniform((20, 20), (170, 130), (12, 2))
     guess = np.zeros_like(xy)
     every = dic.correlate(dic.prepare(reference, points=xy, order=order), frame, guess)
     for n in range(len(xy)):
         alone = dic.prepare(reference, points=xy[n : n + 1], order=order)
-        assert dic.correlate(alone, frame, guess[:1]).u[0] == pytest.approx(every.u[n], abs=apart)
+        assert dic.correlate(alone, frame, guess[:1]).u[0] == pytest.approx(every.u[n], abs=1e-6)
 
 
 @pytest.mark.parametrize(("subset", "order"), [(7, 1), (15, 0), (13, 2)])
@@ -108,3 +109,21 @@ def test_a_tracked_frame_takes_memory_for_numbers_of_points_and_no_images():
     finally:
         tracemalloc.stop()
     assert peak < 72 * 500  # measured 300 a point, 140 of them the result
+
+
+def test_noise_that_is_not_white_is_seen_where_most_points_are_lost(pattern):
+    """The points looked at beforehand lie in what is hidden: others are asked."""
+    rng = np.random.default_rng(15)
+    shape = (150, 190)
+
+    def grainy():
+        return 9.0 * ndimage.gaussian_filter(rng.normal(size=shape), 1.2)
+
+    reference, frame = pattern.draw() + grainy(), pattern.draw((0.3, -0.2)) + grainy()
+    frame[:, :150] = rng.uniform(0, 255, (150, 150))
+    xy = rng.uniform((16, 16), (174, 134), (432, 2))
+    found = dic.correlate(dic.prepare(reference, points=xy, prefilter=0), frame, np.zeros_like(xy))
+    assert 12 < np.count_nonzero(found.valid) < 108
+    off = np.column_stack([found.u - 0.3, found.v + 0.2])[found.valid]
+    sigma = np.column_stack([found.sigma_u, found.sigma_v])[found.valid]
+    assert np.sqrt(np.mean(np.square(off / sigma))) < 1.6

@@ -72,11 +72,39 @@ def test_expected_sigma_is_that_of_the_frames(pattern):
 def test_the_prefilter_is_chosen_by_the_noise_between_stills(pattern):
     stills, _ = photographed(pattern, white, 9)
     noise = dic.prepare_stills(stills).prefilter.noise
-    assert noise * np.sqrt(COUNT) == pytest.approx(3.0, rel=0.1)
+    assert noise == pytest.approx(3.0, rel=0.1)
 
 
 def test_one_image_and_images_of_two_sizes_are_refused(reference):
     with pytest.raises(ValueError, match="2 images or more"):
         dic.prepare_stills([reference])
-    with pytest.raises(ValueError, match="one camera setting"):
+    with pytest.raises(ValueError, match="still 2 is 190x147 px and the first 190x150 px"):
         dic.prepare_stills([reference, reference[:-3]])
+
+
+def test_a_still_that_has_moved_is_named(pattern):
+    stills, _ = photographed(pattern, white, 10)
+    with pytest.raises(ValueError, match="still 4 lies"):
+        dic.prepare_stills([*stills[:3], pattern.draw((3.0, 0.0)), *stills[3:]])
+
+
+def test_stills_that_clip_are_known_to(pattern):
+    rng, lamp = np.random.default_rng(11), np.where(np.arange(190) < 90, 300.0, 0.0)
+    plain = pattern.draw() + lamp
+    stills = [
+        np.clip(np.rint(plain + white(rng, plain.shape)), 0, 255).astype(np.uint8) for _ in range(4)
+    ]
+    single, several = dic.prepare(stills[0]), dic.prepare_stills(stills)
+    saturated = single.status == dic.Status.SATURATED
+    assert saturated.any()
+    np.testing.assert_array_equal(several.status == dic.Status.SATURATED, saturated)
+
+
+def test_a_renewed_reference_keeps_what_stills_have_shown(pattern):
+    stills, frames = photographed(pattern, grainy, 12)
+    reference = dic.prepare_stills(stills)
+    start = dic.correlate(reference, frames[0])
+    renewed = dic.renewed_reference(reference, start, frames[0])
+    np.testing.assert_array_equal(renewed.scatter, reference.scatter)
+    assert renewed.prefilter.noise == reference.prefilter.noise
+    assert renewed.stills == 1
